@@ -1,0 +1,10 @@
+//! Reading what people write: TOML and tables whose faults are located by file, line and column,
+//! and quantities that cannot hold a wrong value.
+
+mod fault;
+pub mod quantity;
+mod toml_file;
+
+pub use fault::Fault;
+pub use quantity::{Finite, Fraction, NonNegative, Positive};
+pub use toml_file::{TomlSource, toml_file, toml_text};

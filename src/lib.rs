@@ -1,0 +1,26 @@
+//! fieldgap scans an ultrasonic field, simulates the same set-up, and says why the two differ.
+//!
+//! The layers, from the bottom up; each may use those above it in this list and none below:
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`input`] | reading what people write: faults located by file, line and column; quantities that cannot hold a wrong value |
+//! | [`acoustics`] | pure physics: arrays, medium, drives, simulators, the field kernel, metrics |
+//! | [`scan`] | records: recorded scans, plans, the journal of a running scan, imports |
+//! | [`gap`] | registration of scan to simulation, and the comparison height by height |
+//! | [`rig`] | devices, links, safety; knows no physics |
+//! | [`virtual_rig`] | firmware on pseudo-terminals with physics behind the receiver |
+//! | [`campaign`] | a plan run on a rig, the record kept safe |
+//! | [`report`] | pictures, tables and the report page |
+//! | [`cli`] | the commands |
+#![warn(missing_docs)]
+
+pub mod acoustics;
+pub mod campaign;
+pub mod cli;
+pub mod gap;
+pub mod input;
+pub mod report;
+pub mod rig;
+pub mod scan;
+pub mod virtual_rig;

@@ -3,9 +3,14 @@
 
 mod array_section;
 mod array_table;
+mod durable;
 mod elements_csv;
 mod focus_section;
 mod medium_section;
+mod plane_map;
+mod planes;
+mod recorded;
+mod repeats;
 mod sample;
 mod samples_csv;
 mod section;
@@ -17,6 +22,10 @@ pub use array_table::ArrayTable;
 pub use elements_csv::{read_elements, write_elements};
 pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};
 pub use medium_section::{MediumSection, MediumTable};
+pub use plane_map::{MappedPlane, NotAGrid, OFF_LINE_MM, plane_map};
+pub use planes::{Plane, SAME_HEIGHT_MM, planes};
+pub use recorded::{RecordError, RecordedScan};
+pub use repeats::{Repeat, RepeatNoise, SAME_POINT_MM, repeat_noise, repeats};
 pub use sample::{Sample, Spread};
 pub use samples_csv::{Columns, SpreadMismatch, read_samples, write_samples};
 pub use setup::{ScanSetup, UnwritableSetup};

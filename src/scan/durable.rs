@@ -92,7 +92,11 @@ impl<D: Disk> Lines<D> {
         Ok(())
     }
 
-    fn mend(&mut self) -> io::Result<()> {
+    /// Cuts off what stands after the lines and was never acknowledged.
+    ///
+    /// # Errors
+    /// What the disk reports.
+    pub fn mend(&mut self) -> io::Result<()> {
         self.disk.cut(self.length)?;
         self.disk.sync()?;
         self.torn = false;

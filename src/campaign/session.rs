@@ -67,7 +67,7 @@ impl Session {
         let setup = ScanSetup {
             name: plan.name.clone(),
             recorded: begins(lab.virtual_rig.is_some()),
-            unit: open.rig.receiver().identity().unit.clone(),
+            unit: open.rig().receiver().identity().unit.clone(),
             array: lab.array.clone(),
             medium: lab.medium.clone(),
             simulator: plan.simulator,
@@ -150,10 +150,13 @@ impl Session {
             who = stop => Err(Stopped::Asked(who)),
             ended = self.conduct(&mut *watch) => ended,
         };
-        let safe = self.open.rig.make_safe().await;
         let reason = match &stopped {
-            Ok(()) => None,
-            Err(stopped) => Some(format!("{stopped}{safe}")),
+            Ok(()) => self.open.rig().array().silence().await.err().map(|error| error.to_string()),
+            Err(stopped) => Some(stopped.to_string()),
+        };
+        let reason = match reason {
+            Some(reason) => Some(self.open.rig().make_safe(reason).await.to_string()),
+            None => None,
         };
         watch(&Event::Ended {
             rows: self.journal.visits_done(),
@@ -169,7 +172,7 @@ impl Session {
 
     async fn conduct(&mut self, watch: Watch<'_>) -> Result<(), Stopped> {
         watch(&self.open.greeting());
-        self.open.rig.motion().home().await?;
+        self.open.rig().motion().home().await?;
         self.journal.record(Timestamp::now(), EventKind::Homed, "")?;
         watch(&Event::Homed);
         let clock = match self.kept.last() {
@@ -184,7 +187,7 @@ impl Session {
         self.check_references(&mut conductor, &mut *watch).await?;
         for row in self.journal.visits_done()..self.campaign.visits.len() {
             let visit = &self.campaign.visits[row];
-            let Measurement { sample, clipped } = conductor.measure(&mut self.open.rig, visit).await?;
+            let Measurement { sample, clipped } = conductor.measure(self.open.rig(), visit).await?;
             self.journal.append(&sample)?;
             watch(&Event::Measured {
                 row,
@@ -206,7 +209,7 @@ impl Session {
     ) -> Result<(), Stopped> {
         for row in reference_rows(&self.kept) {
             let kept = &self.kept[row];
-            let now = conductor.measure(&mut self.open.rig, &self.campaign.visits[row]).await?.sample;
+            let now = conductor.measure(self.open.rig(), &self.campaign.visits[row]).await?.sample;
             watch(&Event::ReferenceChecked {
                 row,
                 kept: kept.reading,

@@ -6,6 +6,7 @@ mod array_table;
 mod durable;
 mod elements_csv;
 mod focus_section;
+pub mod import;
 mod journal;
 mod medium_section;
 mod plan;

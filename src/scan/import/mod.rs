@@ -4,7 +4,7 @@ mod grid_csv;
 mod thesis_log;
 
 pub use grid_csv::{Anchor, FirstRow, GridCsv, GridPlacement};
-pub use thesis_log::{Axis, ThesisLog, ThesisLogSetup};
+pub use thesis_log::{ThesisLog, ThesisLogSetup, TransducerAxis};
 
 /// Time from one point to the next where none was recorded, seconds. Made up: it keeps the order of the points, and
 /// says nothing about drift.

@@ -35,7 +35,7 @@ pub struct ThesisLog {
 
 /// Where the transducer's axis stands among the logged positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Axis {
+pub enum TransducerAxis {
     /// Under the largest reading, the first if several are equal, as the thesis's script has it.
     UnderLargest,
     /// At a logged x and y, millimetres.
@@ -56,7 +56,7 @@ pub struct ThesisLogSetup {
     /// The simulator whose gap is in question.
     pub simulator: Simulator,
     /// Where the transducer stood.
-    pub axis: Axis,
+    pub axis: TransducerAxis,
 }
 
 impl ThesisLogSetup {
@@ -68,7 +68,7 @@ impl ThesisLogSetup {
             unit: "V".to_owned(),
             medium: MediumSection::SpeedOfSound(Positive::new(343.0).expect("343 lies above zero")),
             simulator: Simulator::Corrected,
-            axis: Axis::UnderLargest,
+            axis: TransducerAxis::UnderLargest,
         }
     }
 }
@@ -102,8 +102,8 @@ impl ThesisLog {
     /// magnitudes as they are (the thesis's script takes the smallest off as noise), made-up times.
     pub fn into_scan(self, setup: ThesisLogSetup) -> RecordedScan {
         let [x_mm, y_mm] = match setup.axis {
-            Axis::At(at_mm) => at_mm,
-            Axis::UnderLargest => self.under_largest_mm(),
+            TransducerAxis::At(at_mm) => at_mm,
+            TransducerAxis::UnderLargest => self.under_largest_mm(),
         };
         let origin_mm = Vec3::new(x_mm, y_mm, 0.0);
         let samples = self.readings.iter().enumerate().map(|(row, &(at_mm, reading))| {
@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn the_axis_may_be_given() {
-        let at = ThesisLogSetup { axis: Axis::At([240.0, 250.0]), ..setup() };
+        let at = ThesisLogSetup { axis: TransducerAxis::At([240.0, 250.0]), ..setup() };
         let scan = parse(LOG).expect("good").into_scan(at);
         assert_eq!(scan.samples[0].position_mm, Vec3::new(0.0, 0.0, 20.0));
     }

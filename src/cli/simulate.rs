@@ -14,7 +14,7 @@ use crate::acoustics::metrics::{
 use crate::acoustics::{Excitation, PlaneGrid, Simulation, Simulator, Vec3};
 use crate::campaign::{Campaign, Lab};
 use crate::input::Positive;
-use crate::scan::{Region, Shape};
+use crate::scan::{Axis, Region, Shape};
 
 /// The `simulate` command.
 #[derive(Debug, Args)]
@@ -144,7 +144,7 @@ fn simulation(lab: &Lab, simulator: Simulator, excitation: Excitation) -> Simula
 /// The planes of a region of a plan; lines and lists of points have none.
 fn grids(region: &Region) -> Vec<PlaneGrid> {
     let (Shape::Planes(layers) | Shape::Volume(layers)) = &region.shape else { return Vec::new() };
-    let along_m = |axis: &crate::scan::Axis| -> Vec<f64> {
+    let along_m = |axis: &Axis| -> Vec<f64> {
         (0..axis.count).map(|index| axis.at_mm(index) * 1e-3).collect()
     };
     layers
@@ -220,8 +220,8 @@ fn write_field(folder: &Path, planes: &[SimulatedPlane]) -> Result<(), csv::Erro
             writer.serialize((
                 plane.simulator,
                 plane.focus,
-                crate::scan::millimetres(*x_m),
-                crate::scan::millimetres(*y_m),
+                x_m * 1e3,
+                y_m * 1e3,
                 plane.z_mm,
                 value,
             ))?;
@@ -241,7 +241,7 @@ fn millimetres(text: &str) -> Result<Vec3, String> {
     }
 }
 
-fn positive(text: &str) -> Result<Positive, String> {
+pub(super) fn positive(text: &str) -> Result<Positive, String> {
     let number: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
     Positive::new(number).map_err(|refusal| refusal.to_string())
 }

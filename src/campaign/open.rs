@@ -3,11 +3,10 @@
 use super::CampaignError;
 use super::event::Event;
 use super::lab::Lab;
-use crate::rig::{self, Ports, SafeRig};
+use crate::rig::{self, SafeRig};
 use crate::virtual_rig::VirtualRig;
 
 /// An open rig: silent, standing still.
-#[derive(Debug)]
 pub struct OpenRig {
     // Dropped in this order: the drivers let go of the ports before the firmware behind them ends.
     rig: SafeRig,

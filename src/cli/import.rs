@@ -10,8 +10,8 @@ use super::simulate::positive;
 use crate::acoustics::Simulator;
 use crate::input::Positive;
 use crate::scan::import::{
-    Anchor, Axis, FirstRow, GridCsv, GridPlacement, MADE_UP_SECONDS_A_POINT, ThesisLog,
-    ThesisLogSetup,
+    Anchor, FirstRow, GridCsv, GridPlacement, MADE_UP_SECONDS_A_POINT, ThesisLog, ThesisLogSetup,
+    TransducerAxis,
 };
 use crate::scan::{RecordedScan, Sample, ScanSetup};
 
@@ -85,13 +85,6 @@ impl Import {
             Source::ThesisLog(args) => (args.read()?, args.out),
             Source::Grid(args) => (args.read()?, args.out),
         };
-        if out.join("scan.toml").exists() {
-            return Err(miette!(
-                help = "give another folder with --out",
-                "{} holds a scan already",
-                out.display()
-            ));
-        }
         record.write(&out)?;
         println!("{} readings: {}", record.samples.len(), out.display());
         Ok(ExitCode::SUCCESS)
@@ -102,7 +95,7 @@ impl ThesisLogArgs {
     fn read(&self) -> miette::Result<RecordedScan> {
         let log = ThesisLog::read(&self.log)?;
         let setup = ThesisLogSetup {
-            axis: self.axis_mm.map_or(Axis::UnderLargest, Axis::At),
+            axis: self.axis_mm.map_or(TransducerAxis::UnderLargest, TransducerAxis::At),
             simulator: self.simulator,
             ..ThesisLogSetup::of_thesis(&name_of(&self.log), modified(&self.log)?)
         };

@@ -8,6 +8,7 @@ use miette::IntoDiagnostic;
 
 use super::output::print_json;
 use crate::campaign::{Lab, open_virtual};
+use crate::rig::check::check;
 use crate::virtual_rig::VirtualRig;
 
 /// The `rig` command.
@@ -37,7 +38,7 @@ impl Rig {
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         let elements = lab.believed_array().len();
-        let report = runtime.block_on(crate::rig::check(&lab.rig, &ports, elements));
+        let report = runtime.block_on(check(&lab.rig, &ports, elements));
         if json {
             print_json(&report)?;
         } else {

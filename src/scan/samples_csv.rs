@@ -45,8 +45,9 @@ impl Columns {
     /// One sample as a line, with its line end; each number is the shortest that reads back the same.
     ///
     /// # Errors
-    /// [`SpreadMismatch`] if the sample has a spread and the columns have not, or the other way round.
-    pub fn line(self, sample: &Sample) -> Result<String, SpreadMismatch> {
+    /// [`UnwritableSample`] if the reader would not take it back.
+    pub fn line(self, sample: &Sample) -> Result<String, UnwritableSample> {
+        check(sample)?;
         let at = sample.position_mm;
         let focus = sample.focus.map_or_else(|| "-1".to_owned(), |focus| focus.to_string());
         // {:?} writes the shortest digits that read back the same, with an exponent where that is shorter.
@@ -59,7 +60,7 @@ impl Columns {
             (Self::WithSpread, Some(spread)) => {
                 Ok(format!("{plain},{:?},{}\n", spread.std, spread.count))
             }
-            _ => Err(SpreadMismatch),
+            _ => Err(UnwritableSample::SpreadMismatch),
         }
     }
 
@@ -79,10 +80,55 @@ impl Columns {
     }
 }
 
-/// A sample and the columns of its file do not agree on whether there is a standard deviation and count.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("in one samples.csv either every row has std and count or none has")]
-pub struct SpreadMismatch;
+/// Why a sample does not go into a `samples.csv`: the reader would refuse it.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum UnwritableSample {
+    /// The sample and the columns do not agree on whether there is a standard deviation and count.
+    #[error("in one samples.csv either every row has std and count or none has")]
+    SpreadMismatch,
+    /// A number is not finite.
+    #[error("{column} is {value}, which is no finite number")]
+    NotFinite {
+        /// The column.
+        column: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// A magnitude is negative.
+    #[error("{column} is {value}, and a magnitude is not negative")]
+    Negative {
+        /// The column.
+        column: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// The mean of no readings.
+    #[error("count is 0, so nothing was read")]
+    NothingRead,
+}
+
+fn check(sample: &Sample) -> Result<(), UnwritableSample> {
+    let at = sample.position_mm;
+    let (std, count) = sample.spread.map_or((0.0, 1), |spread| (spread.std, spread.count));
+    for (column, value) in [
+        ("time_s", sample.time_s),
+        ("x_mm", at.x),
+        ("y_mm", at.y),
+        ("z_mm", at.z),
+        ("reading", sample.reading),
+        ("std", std),
+    ] {
+        if !value.is_finite() {
+            return Err(UnwritableSample::NotFinite { column, value });
+        }
+    }
+    for (column, value) in [("reading", sample.reading), ("std", std)] {
+        if value < 0.0 {
+            return Err(UnwritableSample::Negative { column, value });
+        }
+    }
+    if count == 0 { Err(UnwritableSample::NothingRead) } else { Ok(()) }
+}
 
 /// Reads a `samples.csv` whose `[[focus]]` entries are `foci` in number.
 ///
@@ -173,15 +219,14 @@ fn count_of(row: &Row<'_>) -> Result<u32, Fault> {
 /// Writes a whole `samples.csv`.
 ///
 /// # Errors
-/// What `out` reports, or [`SpreadMismatch`] (as [`io::ErrorKind::InvalidInput`]) if some samples have a spread
-/// and some have not.
+/// What `out` reports, or [`UnwritableSample`] (as [`io::ErrorKind::InvalidInput`]).
 pub fn write_samples(out: &mut impl Write, samples: &[Sample]) -> io::Result<()> {
     let columns = Columns::of(samples);
     out.write_all(columns.header().as_bytes())?;
     for sample in samples {
         let line = columns
             .line(sample)
-            .map_err(|mismatch| io::Error::new(io::ErrorKind::InvalidInput, mismatch))?;
+            .map_err(|unwritable| io::Error::new(io::ErrorKind::InvalidInput, unwritable))?;
         out.write_all(line.as_bytes())?;
     }
     Ok(())

@@ -89,6 +89,25 @@ fn samples_with_and_without_spread_do_not_go_into_one_file() {
     assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
 }
 
+#[test]
+fn what_the_reader_would_refuse_is_not_written() {
+    let good = Sample::measured(0.0, None, Vec3::zeros(), 0.5, None);
+    let spread = |std, count| Some(Spread { std, count });
+    let bad = [
+        Sample { time_s: f64::INFINITY, ..good },
+        Sample { position_mm: Vec3::new(0.0, f64::NAN, 0.0), ..good },
+        Sample { reading: f64::NAN, ..good },
+        Sample { reading: -1e-9, ..good },
+        Sample { spread: spread(-0.1, 1), ..good },
+        Sample { spread: spread(f64::NAN, 1), ..good },
+        Sample { spread: spread(0.1, 0), ..good },
+    ];
+    for sample in bad {
+        assert!(Columns::of(&[sample]).line(&sample).is_err(), "{sample:?}");
+    }
+    assert!(Columns::Plain.line(&good).is_ok());
+}
+
 fn any_number() -> impl Strategy<Value = f64> {
     use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
     POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO

@@ -23,8 +23,7 @@ impl OpenRig {
         let firmware = open_virtual(lab)?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let mut rig = rig::open(&lab.rig, &ports).await?;
-        let (believed, controller) =
-            (lab.believed_array().len(), rig.array().identity().elements);
+        let (believed, controller) = (lab.believed_array().len(), rig.array().identity().elements);
         if believed != controller {
             return Err(CampaignError::OtherArray { believed, controller });
         }
@@ -73,4 +72,3 @@ pub fn open_virtual(lab: &Lab) -> Result<Option<VirtualRig>, CampaignError> {
     )?;
     Ok(Some(opened))
 }
-

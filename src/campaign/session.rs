@@ -73,10 +73,7 @@ impl Session {
             foci: plan.foci.clone(),
         };
         let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let origin = Origin {
-            plan: absolute(plan.path()),
-            rig: absolute(lab.source().path()),
-        };
+        let origin = Origin { plan: absolute(plan.path()), rig: absolute(lab.source().path()) };
         let origin = toml::to_string(&origin).expect("two paths are TOML");
         let copies = [
             (PLAN_COPY, plan.text().as_bytes()),
@@ -243,7 +240,8 @@ fn end(journal: Journal, reason: Option<&str>) -> Result<(), CampaignError> {
 /// What is not as it should be with the readings behind a row.
 fn spoilt(row: usize, clipped: bool, lost: u32) -> String {
     let clipped = if clipped { ", the converter was at its limit" } else { "" };
-    let lost = if lost > 0 { format!(", {lost} samples were lost on their way") } else { String::new() };
+    let lost =
+        if lost > 0 { format!(", {lost} samples were lost on their way") } else { String::new() };
     format!("row {row}{clipped}{lost}")
 }
 

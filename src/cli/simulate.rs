@@ -103,7 +103,10 @@ impl Simulate {
             .enumerate()
             .flat_map(|(number, excitation)| {
                 let simulation = simulation(campaign.lab(), simulator, excitation);
-                grids.iter().map(move |grid| simulate(&simulation, number, grid)).collect::<Vec<_>>()
+                grids
+                    .iter()
+                    .map(move |grid| simulate(&simulation, number, grid))
+                    .collect::<Vec<_>>()
             })
             .collect())
     }
@@ -215,7 +218,8 @@ fn write_field(folder: &Path, planes: &[SimulatedPlane]) -> Result<(), csv::Erro
     writer.write_record(["simulator", "focus", "x_mm", "y_mm", "z_mm", "pressure"])?;
     for plane in planes {
         let values = plane.map.values().iter();
-        let places = plane.map.y_m().iter().flat_map(|y| plane.map.x_m().iter().map(move |x| (x, y)));
+        let places =
+            plane.map.y_m().iter().flat_map(|y| plane.map.x_m().iter().map(move |x| (x, y)));
         for ((x_m, y_m), value) in places.zip(values) {
             writer.serialize((
                 plane.simulator,

@@ -54,6 +54,23 @@ pub enum Layout {
     },
 }
 
+impl std::fmt::Display for Layout {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Square { columns, rows, rims } => write!(f, "{columns} x {rows} square, {rims}"),
+            Self::Linear { count, rims } => write!(f, "row of {count}, {rims}"),
+            Self::Hexagonal { rings, rims } => write!(f, "hexagon of {rings} rings, {rims}"),
+            Self::HexagonalThesis { rings, rims } => {
+                write!(f, "hexagon of {rings} rings as in the thesis, {rims}")
+            }
+            Self::Random { count, seed, rims } => {
+                write!(f, "{count} at random, seed {seed}, {rims}")
+            }
+            Self::Elements { file } => write!(f, "elements of {file}"),
+        }
+    }
+}
+
 /// Size and gap of the elements of a lattice, millimetres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rims {
@@ -61,6 +78,12 @@ pub struct Rims {
     pub diameter_mm: Positive,
     /// Gap between the rims of neighbours.
     pub spacing_mm: NonNegative,
+}
+
+impl std::fmt::Display for Rims {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} mm across, {} mm apart", self.diameter_mm.get(), self.spacing_mm.get())
+    }
 }
 
 impl Rims {

@@ -36,7 +36,9 @@ pub use array_section::ArraySection;
 pub use array_table::ArrayTable;
 pub use elements_csv::{read_elements, write_elements};
 pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};
-pub use journal::{BadSample, Event, EventKind, Journal, JournalError, Resumed, ScanState};
+pub use journal::{
+    BadSample, Event, EventKind, Journal, JournalError, Resumed, ScanState, read_events,
+};
 pub use layout::{Layout, Rims};
 pub use medium_section::{MediumSection, MediumTable};
 pub use plan::{Axis, Dark, Layers, Order, Part, Plan, Reference, Region, Shape, Visit, VisitKind};

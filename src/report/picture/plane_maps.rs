@@ -66,7 +66,6 @@ impl<'a> PlaneMaps<'a> {
         Some(Self { map, plane, simulator, unit, scale: ColourScale { top }, layout })
     }
 
-
     /// The focus over this plane, x and y in millimetres, if it stands on the map.
     fn focus_mm(&self) -> Option<Point> {
         let focus = self.plane.target_in_scan_m? * 1e3;

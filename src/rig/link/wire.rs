@@ -139,7 +139,8 @@ impl<L: ByteLink> Wire<L> {
     }
 
     /// Sends `bytes` as far as the port takes them at once, without waiting: the last thing that can be done
-    /// where nothing can be awaited any more, as in `drop`.
+    /// where nothing can be awaited any more, as in `drop`. A serial port that was never written to before does not
+    /// know yet that it takes bytes, and takes none.
     pub fn last_words(&mut self, bytes: &[u8]) {
         self.outgoing.extend_from_slice(bytes);
         let link = &mut self.link;

@@ -2,10 +2,10 @@
 //!
 //! What the driver builds on, as observed on Marlin 2.1 and read in its users' bug reports:
 //!
-//! - A line is numbered and carries a checksum ([`line`]). A damaged or missing one is answered `Resend: n` and an
+//! - A line is numbered and carries a checksum (`line.rs`). A damaged or missing one is answered `Resend: n` and an
 //!   `ok` that acknowledges nothing, which some builds omit.
 //! - A repeat of either of the last two accepted numbers is dropped **without** an `ok`. So after silence nothing is
-//!   sent again: the next numbered query tells whether the line before it was taken ([`session`]).
+//!   sent again: the next numbered query tells whether the line before it was taken (`session.rs`).
 //! - `ok` means planned, not arrived. Arrived means that `M400` came back, and the proof of that is a position report
 //!   asked for behind it: commands are executed in order.
 //! - One command is under way at a time: a firmware whose receive buffer overruns loses lines and says nothing.

@@ -1,1 +1,28 @@
-//! (in progress)
+//! Pure physics: arrays of elements, the medium, what the array is told, the simulators, the field they
+//! give at any points, and the figures read off a field map.
+//!
+//! Lengths are metres in the array's frame: right-handed, origin at the array's centre on the plane of
+//! its faces, z into the field.
+
+mod array;
+mod chebyshev;
+mod element;
+mod excitation;
+mod field;
+mod grid;
+mod lanes;
+mod medium;
+pub mod metrics;
+mod simulator;
+pub mod transducer;
+
+pub use array::{Array, LayoutError};
+pub use element::Element;
+pub use excitation::{Excitation, delays_s};
+pub use field::{FieldKernel, PathLengths};
+pub use grid::PlaneGrid;
+pub use medium::Medium;
+pub use simulator::{Simulation, Simulator, UnknownSimulator};
+
+/// A point or direction in space, metres where it is a point.
+pub type Vec3 = nalgebra::Vector3<f64>;

@@ -1,7 +1,8 @@
 //! A fault in a file that a person wrote.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::Arc;
 
 use miette::{NamedSource, SourceSpan};
 
@@ -12,13 +13,13 @@ use miette::{NamedSource, SourceSpan};
 #[derive(Debug, Clone, thiserror::Error, miette::Diagnostic)]
 #[error("{}{problem}", self.place())]
 pub struct Fault {
-    path: PathBuf,
+    path: Box<Path>,
     line_column: Option<(usize, usize)>,
     problem: String,
     #[help]
     remedy: Option<String>,
     #[source_code]
-    source_code: Option<NamedSource<String>>,
+    source_code: Option<Arc<NamedSource<String>>>,
     #[label("here")]
     span: Option<SourceSpan>,
 }
@@ -27,7 +28,7 @@ impl Fault {
     /// A fault of a whole file: missing, unreadable, empty.
     pub fn of_file(path: &Path, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
-            path: path.to_owned(),
+            path: path.into(),
             line_column: None,
             problem: problem.into(),
             remedy: Some(remedy.into()),
@@ -50,7 +51,10 @@ impl Fault {
         let end = floor_char_boundary(text, range.end).max(start);
         Self {
             line_column: Some(line_and_column(text, start)),
-            source_code: Some(NamedSource::new(path.display().to_string(), text.to_owned())),
+            source_code: Some(Arc::new(NamedSource::new(
+                path.display().to_string(),
+                text.to_owned(),
+            ))),
             span: Some((start, end - start).into()),
             ..Self::of_file(path, problem, remedy)
         }

@@ -1,1 +1,35 @@
-//! (in progress)
+//! Records of fields: recorded scans, plans of scans to come, the journal of a scan that is running, and
+//! imports of fields measured elsewhere.
+
+mod array_section;
+mod array_table;
+mod durable;
+mod elements_csv;
+mod focus_section;
+mod journal;
+mod medium_section;
+mod plan;
+mod plane_map;
+mod planes;
+mod recorded;
+mod repeats;
+mod sample;
+mod samples_csv;
+mod section;
+mod setup;
+mod table;
+
+pub use array_section::{ArraySection, Layout, Rims};
+pub use array_table::ArrayTable;
+pub use elements_csv::{read_elements, write_elements};
+pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};
+pub use journal::{BadSample, Event, EventKind, Journal, JournalError, Resumed, ScanState};
+pub use medium_section::{MediumSection, MediumTable};
+pub use plan::{Axis, Dark, Layers, Order, Part, Plan, Reference, Region, Shape, Visit, VisitKind};
+pub use plane_map::{MappedPlane, NotAGrid, OFF_LINE_MM, plane_map};
+pub use planes::{Plane, SAME_HEIGHT_MM, planes};
+pub use recorded::{RecordError, RecordedScan};
+pub use repeats::{Repeat, RepeatNoise, SAME_POINT_MM, repeat_noise, repeats};
+pub use sample::{Sample, Spread};
+pub use samples_csv::{Columns, UnwritableSample, read_samples, write_samples};
+pub use setup::{ScanSetup, UnwritableSetup};

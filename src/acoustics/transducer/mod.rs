@@ -1,0 +1,33 @@
+//! How one transducer radiates: a law on its axis times a directivity.
+//!
+//! A new model is one file here, and one line where [`super::Simulator`] names its transducer.
+
+mod murata_fit;
+mod piston;
+
+pub use murata_fit::MurataFit;
+pub use piston::Piston;
+
+/// How the amplitude on the axis falls with distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum OnAxis {
+    /// `amplitude * exp(-decay_per_m * h)`, h the height above the face along its normal.
+    Exponential {
+        /// Amplitude extrapolated to the face.
+        amplitude: f64,
+        /// Decay per metre.
+        decay_per_m: f64,
+    },
+    /// `1/d`, d the distance from the face's centre in metres.
+    Spherical,
+}
+
+/// A transducer model: amplitude(d, theta) = on-axis law times directivity.
+pub trait Transducer: Sync {
+    /// The law on the axis.
+    fn on_axis(&self) -> OnAxis;
+
+    /// The directivity at an angle from the axis, 0 to pi/2 rad, for a face of the given radius at the given
+    /// wavenumber. It may be negative beyond a null: the sign is the phase's.
+    fn directivity(&self, theta_rad: f64, face_radius_m: f64, wavenumber_rad_m: f64) -> f64;
+}

@@ -1,0 +1,32 @@
+//! The thesis's transducer: an exponential on the axis, a Gaussian about it, both fitted to a scan of one
+//! Murata MA40S4S driven at 19 V.
+
+use super::{OnAxis, Transducer};
+
+/// The thesis's fits p1(z) = 1.115436 exp(-0.052927 z) (R² 0.977248) and
+/// p2(θ) = 1.071272 exp(-((θ + 4.108851)/35.458904)²) (R² 0.991386), z in centimetres and θ in degrees.
+///
+/// Source: H. W. Park, *Modeling and Simulation of Acoustic Pressure Field for Ultrasonic Tactile Displays*, MS
+/// thesis, Lehigh University, section 3.1 and listing `gen_mag`. The Gaussian's centre lies off the axis, so that the
+/// directivity has a corner at θ = 0; that is how it was fitted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MurataFit {
+    decay_per_m: f64,
+}
+
+impl MurataFit {
+    /// The fit with its unit right: z in centimetres.
+    pub const CENTIMETRES: Self = Self { decay_per_m: 5.2927 };
+    /// The fit fed with metres, as the thesis's simulator does: the decay all but vanishes.
+    pub const FED_METRES: Self = Self { decay_per_m: 0.052927 };
+}
+
+impl Transducer for MurataFit {
+    fn on_axis(&self) -> OnAxis {
+        OnAxis::Exponential { amplitude: 1.115436, decay_per_m: self.decay_per_m }
+    }
+
+    fn directivity(&self, theta_rad: f64, _face_radius_m: f64, _wavenumber_rad_m: f64) -> f64 {
+        1.071272 * (-((theta_rad.to_degrees() + 4.108851) / 35.458904).powi(2)).exp()
+    }
+}

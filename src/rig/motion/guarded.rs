@@ -1,0 +1,1 @@
+//! A robot that refuses what it must not do.

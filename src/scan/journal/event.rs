@@ -1,0 +1,40 @@
+//! `events.jsonl`: what happened during a scan beside the readings.
+
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+
+/// Something that happened during a scan: one line of JSON in `events.jsonl`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Event {
+    /// When.
+    pub at: Timestamp,
+    /// What.
+    pub kind: EventKind,
+    /// How many visits had been made.
+    pub visits_done: usize,
+    /// The particulars, for a person.
+    pub text: String,
+}
+
+/// What happened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EventKind {
+    /// The scan was begun.
+    Started,
+    /// A device said who it is.
+    Identified,
+    /// The robot was homed.
+    Homed,
+    /// Reference points were revisited, and what they read.
+    ReferenceChecked,
+    /// A device failed, lost or spoilt a reading, or was lost.
+    DeviceFault,
+    /// The scan was taken up again.
+    Resumed,
+    /// A line that was cut off by the end of an earlier run was taken out of `samples.csv`; the text is what stood
+    /// of it.
+    LineCut,
+    /// The scan ended, complete or not.
+    Ended,
+}

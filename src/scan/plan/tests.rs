@@ -1,0 +1,262 @@
+use proptest::prelude::*;
+
+use super::*;
+
+const HEAD: &str = "name = \"p\"\n[simulator]\nmodel = \"as-written\"\nalso = [\"corrected\"]\n\
+                    [[focus]]\nx_mm = 17.5\ny_mm = -22.5\nz_mm = 100.0\n";
+const PLANE: &str =
+    "[[plane]]\nz_mm = [100, 50.0]\ncentre_mm = [0.0, 0.0]\nsize_mm = [5.0, 4.0]\nstep_mm = 2.0\n";
+
+fn parse(text: &str) -> Result<Plan, Fault> {
+    Plan::parse(TomlSource::new(Path::new("scans/p.toml"), text))
+}
+
+fn positions_mm(plan: &Plan) -> Vec<[f64; 3]> {
+    let round = |along: f64| (along * 1e6).round() / 1e3;
+    plan.visits().iter().map(|visit| visit.position_m.map(round).into()).collect()
+}
+
+#[test]
+fn a_serpentine_goes_there_and_back_and_up() {
+    let plan = parse(&format!("{HEAD}{PLANE}")).expect("good");
+    assert_eq!(plan.also, [Simulator::Corrected]);
+    // Two steps of 2 mm fit in 5 mm and in 4 mm; both planes by height.
+    let low = |x, y| [x, y, 50.0];
+    let high = |x, y| [x, y, 100.0];
+    let expected = [
+        [low(-2.0, -2.0), low(0.0, -2.0), low(2.0, -2.0)],
+        [low(2.0, 0.0), low(0.0, 0.0), low(-2.0, 0.0)],
+        [low(-2.0, 2.0), low(0.0, 2.0), low(2.0, 2.0)],
+        [high(2.0, 2.0), high(0.0, 2.0), high(-2.0, 2.0)],
+        [high(-2.0, 0.0), high(0.0, 0.0), high(2.0, 0.0)],
+        [high(2.0, -2.0), high(0.0, -2.0), high(-2.0, -2.0)],
+    ];
+    assert_eq!(positions_mm(&plan), expected.concat());
+}
+
+#[test]
+fn a_raster_runs_every_row_alike() {
+    let plan = parse(&format!("order = \"raster\"\n{HEAD}{PLANE}")).expect("good");
+    let visits = positions_mm(&plan);
+    for row in visits.chunks(3) {
+        assert_eq!(row.iter().map(|at| at[0]).collect::<Vec<_>>(), [-2.0, 0.0, 2.0]);
+    }
+    assert_eq!(visits[9], [-2.0, -2.0, 100.0]);
+}
+
+#[test]
+fn volumes_lines_and_points_follow_the_planes() {
+    let text = format!(
+        "{HEAD}\
+         [[points]]\nat_mm = [[1, 2, 3], [4.0, 5.0, 6.0]]\n\
+         [[line]]\nfrom_mm = [0, 0, 10]\nto_mm = [0, 0, 15]\nstep_mm = 2.5\n\
+         [[volume]]\nmin_mm = [0, 0, 20]\nmax_mm = [1, 0, 31]\nstep_mm = [1.0, 1.0, 10.0]\n\
+         [[plane]]\nz_mm = 90\ncentre_mm = [0, 0]\nsize_mm = [1, 1]\nstep_mm = 1.0\n"
+    );
+    let expected = [
+        [-0.5, -0.5, 90.0],
+        [0.5, -0.5, 90.0],
+        [0.5, 0.5, 90.0],
+        [-0.5, 0.5, 90.0],
+        // The volume is one row thick; its first is the third row and second plane of the way.
+        [0.0, 0.0, 20.0],
+        [1.0, 0.0, 20.0],
+        [1.0, 0.0, 30.0],
+        [0.0, 0.0, 30.0],
+        [0.0, 0.0, 10.0],
+        [0.0, 0.0, 12.5],
+        [0.0, 0.0, 15.0],
+        [1.0, 2.0, 3.0],
+        [4.0, 5.0, 6.0],
+    ];
+    assert_eq!(positions_mm(&parse(&text).expect("good")), expected);
+}
+
+#[test]
+fn the_rig_is_looked_for_from_the_plans_folder() {
+    let plan = parse(&format!("rig = \"../rigs/virtual.toml\"\n{HEAD}{PLANE}")).expect("good");
+    assert_eq!(plan.rig, Some(PathBuf::from("scans/../rigs/virtual.toml")));
+    let fault = plan.fault(Part::Rig, "is not there", "name another");
+    assert_eq!(fault.line_column(), Some((1, 7)));
+}
+
+#[test]
+fn regions_and_reference_may_name_their_foci() {
+    let text = format!(
+        "{HEAD}[[focus]]\nphases = \"all-zero\"\n[reference]\nat_mm = [0, 0, 9]\nevery_points = 2\n\
+         focus = 1\n[[points]]\nat_mm = [[1, 1, 1]]\nfoci = [1]\n[[points]]\nat_mm = [[2, 2, 2]]\n"
+    );
+    let plan = parse(&text).expect("good");
+    let seen: Vec<(VisitKind, Option<usize>, Part)> =
+        plan.visits().iter().map(|visit| (visit.kind, visit.focus, visit.part)).collect();
+    let reference = (VisitKind::Reference, Some(1), Part::Reference);
+    let point = |focus, region| (VisitKind::Point, Some(focus), Part::Region(region));
+    assert_eq!(seen, [reference, point(0, 1), point(1, 0), reference, point(1, 1), reference]);
+}
+
+#[test]
+fn silence_is_measured_where_the_robot_stands_first_and_last() {
+    let text = format!("{HEAD}[dark]\nbefore = 2\nafter = 1\n{PLANE}");
+    let visits = parse(&text).expect("good").visits();
+    let kinds: Vec<bool> = visits.iter().map(|visit| visit.kind == VisitKind::Dark).collect();
+    let expected: Vec<bool> = (0..21).map(|n| n < 2 || n == 20).collect();
+    assert_eq!(kinds, expected);
+    assert!(visits[..2].iter().all(|dark| dark.focus.is_none()));
+    assert_eq!(visits[1].position_m, visits[2].position_m);
+    assert_eq!(visits[20].position_m, visits[19].position_m);
+}
+
+#[test]
+fn faults_are_placed_at_their_key() {
+    let with_plane = |from: &str, to: &str| format!("{HEAD}{}", PLANE.replace(from, to));
+    let cases = [
+        (with_plane("step_mm = 2.0", "step_mm = -2.0"), 13, "above zero"),
+        (with_plane("step_mm = 2.0", "step_mm = 5.0"), 12, "smaller than its step"),
+        (with_plane("step_mm = 2.0", "step_mm = 1e-9"), 13, "steps"),
+        (with_plane("step_mm = 2.0", "step_mm = 1e-5"), 9, "points"),
+        (with_plane("step_mm", "stepp_mm"), 13, "stepp_mm"),
+        (with_plane("[100, 50.0]", "[]"), 10, "no height"),
+        (with_plane("[100, 50.0]", "[100, nan]"), 10, "finite"),
+        (with_plane("[100, 50.0]", "\"low\""), 10, "a number or a list of numbers"),
+        (with_plane("step_mm = 2.0", "step_mm = 2.0\nfoci = [0, 1]"), 14, "no focus 1"),
+        (with_plane("step_mm = 2.0", "step_mm = 2.0\nfoci = []"), 14, "empty"),
+        (format!("{HEAD}[[points]]\nat_mm = []\n"), 10, "empty"),
+        (format!("{HEAD}[[points]]\nat_mm = [[1, 2]]\n"), 10, "length 2"),
+        (
+            format!("{HEAD}[[line]]\nfrom_mm = [0, 0, 1]\nto_mm = [0, 0, 2]\nstep_mm = 3\n"),
+            11,
+            "shorter than its step",
+        ),
+        (
+            format!("{HEAD}[[volume]]\nmin_mm = [0, 5, 1]\nmax_mm = [1, 4, 2]\nstep_mm = 1\n"),
+            11,
+            "along y",
+        ),
+        (
+            format!("{HEAD}[[volume]]\nmin_mm = [0, 0, 1]\nmax_mm = [1, 4, 2]\nstep_mm = [1, 2]\n"),
+            12,
+            "one step, or three",
+        ),
+        (format!("{HEAD}[reference]\nat_mm = [0, 0, 1]\nevery_points = 0\n{PLANE}"), 11, "nonzero"),
+        (
+            format!("{HEAD}[reference]\nat_mm = [0, 0, 1]\nevery_points = 9\nfocus = 4\n{PLANE}"),
+            12,
+            "no focus 4",
+        ),
+        (format!("order = \"spiral\"\n{HEAD}{PLANE}"), 1, "spiral"),
+        (format!("{HEAD}{PLANE}").replace("\"p\"", "\"a/b\""), 1, "a/b"),
+        (format!("{HEAD}{PLANE}").replace("x_mm = 17.5\n", ""), 5, "`x_mm`"),
+    ];
+    for (text, line, said) in cases {
+        let fault = parse(&text).expect_err(&text);
+        assert_eq!(fault.line_column().map(|place| place.0), Some(line), "{text}\n{fault}");
+        assert!(fault.problem().contains(said), "{text}\n{fault}");
+    }
+    let empty = parse(HEAD).expect_err("nothing to measure");
+    assert!(empty.problem().contains("empty"), "{empty}");
+}
+
+#[test]
+fn phases_are_counted_once_the_array_is_known() {
+    let text = HEAD.replace("x_mm = 17.5\ny_mm = -22.5\nz_mm = 100.0", "phases_rad = [0.0, 1.0]");
+    let plan = parse(&format!("{text}{PLANE}")).expect("good");
+    assert!(plan.fits_array(2).is_ok());
+    let fault = plan.fits_array(36).expect_err("two phases");
+    assert_eq!(fault.line_column().map(|place| place.0), Some(5));
+}
+
+prop_compose! {
+    /// A plan of planes under one or two foci, with dark readings and a reference point.
+    fn any_plan()(
+        size_mm in [2.0..9.0f64, 2.0..9.0f64],
+        step_mm in 0.7..2.0f64,
+        heights_mm in prop::collection::btree_set(20i32..200, 1..4),
+        foci in 1usize..3,
+        dark in (0u32..4, 0u32..4),
+        every in 1u32..30,
+        order in prop::sample::select(vec!["serpentine", "raster"]),
+    ) -> String {
+        let foci = "[[focus]]\nphases = \"all-zero\"\n".repeat(foci);
+        format!(
+            "name = \"p\"\norder = \"{order}\"\n[simulator]\nmodel = \"piston\"\n{foci}\
+             [dark]\nbefore = {}\nafter = {}\n\
+             [reference]\nat_mm = [0, 0, 300]\nevery_points = {every}\n\
+             [[plane]]\nz_mm = {heights_mm:?}\ncentre_mm = [1.0, -1.0]\n\
+             size_mm = {size_mm:?}\nstep_mm = {step_mm:?}\n",
+            dark.0, dark.1,
+        ).replace('{', "[").replace('}', "]")
+    }
+}
+
+proptest! {
+    #[test]
+    fn every_point_is_visited_once_under_each_focus(text in any_plan()) {
+        let plan = parse(&text).expect("good");
+        let mut seen: Vec<String> = plan.visits().iter()
+            .filter(|visit| visit.kind == VisitKind::Point)
+            .map(|visit| format!("{:?} {:?}", visit.focus, visit.position_m))
+            .collect();
+        let visited = seen.len();
+        seen.sort();
+        seen.dedup();
+        let wanted: usize = plan.regions.iter().map(|r| r.shape.points() * r.foci.len()).sum();
+        prop_assert_eq!((visited, seen.len()), (wanted, wanted));
+    }
+
+    #[test]
+    fn a_grid_is_centred_and_fills_its_size(text in any_plan()) {
+        let plan = parse(&text).expect("good");
+        let Shape::Planes(Layers { x, .. }) = plan.regions[0].shape else { panic!("a plane") };
+        let (first_mm, last_mm) = (x.at_mm(0), x.at_mm(x.count - 1));
+        prop_assert!((first_mm + last_mm - 2.0).abs() < 1e-9);
+        let size_mm: f64 = text.split("size_mm = [").nth(1).and_then(|t| t.split(',').next())
+            .and_then(|number| number.parse().ok()).expect("written above");
+        let left_mm = size_mm - (last_mm - first_mm);
+        prop_assert!(left_mm > -1e-6 && left_mm < x.step_mm);
+    }
+
+    #[test]
+    fn in_a_serpentine_neighbours_are_one_step_apart(text in any_plan()) {
+        let plan = parse(&text.replace("raster", "serpentine")).expect("good");
+        let Shape::Planes(Layers { x, .. }) = plan.regions[0].shape else { panic!("a plane") };
+        let points: Vec<Visit> =
+            plan.visits().into_iter().filter(|visit| visit.kind == VisitKind::Point).collect();
+        for pair in points.windows(2).filter(|pair| pair[0].focus == pair[1].focus) {
+            let way_m = pair[1].position_m - pair[0].position_m;
+            if way_m.z == 0.0 {
+                prop_assert!((way_m.norm() - x.step_mm / 1e3).abs() < 1e-9, "{way_m:?}");
+            } else {
+                prop_assert!(way_m.xy().norm() < 1e-12 && way_m.z > 0.0, "{way_m:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn silence_stands_at_both_ends_and_references_are_spaced(text in any_plan()) {
+        let plan = parse(&text).expect("good");
+        let visits = plan.visits();
+        let dark = |visit: &Visit| visit.kind == VisitKind::Dark;
+        let before = visits.iter().take_while(|visit| dark(visit)).count();
+        let after = visits.iter().rev().take_while(|visit| dark(visit)).count();
+        prop_assert_eq!((before, after), (plan.dark.before as usize, plan.dark.after as usize));
+        let driven = &visits[before..visits.len() - after];
+        prop_assert!(!driven.iter().any(dark));
+
+        let every = plan.reference.as_ref().expect("given").every_points.get() as usize;
+        let runs: Vec<usize> = driven
+            .split(|visit| visit.kind == VisitKind::Reference)
+            .map(<[Visit]>::len)
+            .collect();
+        // Split at the first and last reference leaves nothing outside them.
+        prop_assert_eq!((runs[0], runs[runs.len() - 1]), (0, 0));
+        let between = &runs[1..runs.len() - 1];
+        prop_assert!(between[..between.len() - 1].iter().all(|&run| run == every));
+        prop_assert!((1..=every).contains(&between[between.len() - 1]));
+    }
+
+    #[test]
+    fn no_text_makes_the_reader_panic(text in "\\PC{0,80}") {
+        let _ = parse(&text);
+        let _ = parse(&format!("{HEAD}{text}"));
+    }
+}

@@ -1,0 +1,155 @@
+use proptest::prelude::*;
+
+use super::*;
+
+const HEADER: &str = "time_s,focus,x_mm,y_mm,z_mm,reading\n";
+
+fn read(text: &str) -> Result<(Columns, Vec<Sample>), Fault> {
+    samples_of(&Table::new(Path::new("samples.csv"), text), 2)
+}
+
+fn fault(text: &str) -> Fault {
+    read(text).expect_err("the table has a fault")
+}
+
+#[test]
+fn rows_are_read_in_their_order() {
+    let (columns, samples) =
+        read(&format!("{HEADER}-8.0,-1,0,0,150,0.0019\n0.5,1,-35,-35.5,50,0.25\n")).expect("good");
+    assert_eq!(columns, Columns::Plain);
+    assert_eq!(samples[0].focus, None);
+    assert_eq!(samples[1].focus, Some(1));
+    assert_eq!(samples[1].position_m(), Vec3::new(-0.035, -0.0355, 0.05));
+    assert_eq!((samples[1].time_s, samples[1].reading), (0.5, 0.25));
+}
+
+#[test]
+fn every_kind_of_bad_row_is_placed_at_its_cell() {
+    let cases = [
+        ("0.1,0,1,2,3,oops", (3, 13), "`oops`"),
+        ("0.1,0,1,2,3,NaN", (3, 13), "finite"),
+        ("0.1,0,1,inf,3,1", (3, 9), "y_mm"),
+        ("0.1,0,1,2,3,-0.5", (3, 13), "`-0.5`"),
+        ("0.1,2,1,2,3,1", (3, 5), "2 [[focus]]"),
+        ("0.1,-2,1,2,3,1", (3, 5), "focus -2"),
+        ("0.1,0.5,1,2,3,1", (3, 5), "`0.5`"),
+        ("0.1,0,1,2,3", (3, 12), "5 cells"),
+        ("0.1,0,1,2,3,1,9", (3, 15), "7 cells"),
+        ("0.1,0,1,,3,1", (3, 9), "empty"),
+    ];
+    for (row, place, said) in cases {
+        let fault = fault(&format!("{HEADER}0,0,0,0,0,1\n{row}\n"));
+        assert_eq!(fault.line_column(), Some(place), "{row}: {fault}");
+        assert!(fault.problem().contains(said), "{row}: {fault}");
+        assert!(fault.to_string().starts_with("samples.csv:3:"), "{fault}");
+    }
+}
+
+#[test]
+fn a_wrong_header_is_placed_at_the_first_wrong_name() {
+    let fault = fault("time_s,focus,x_m,y_mm,z_mm,reading\n");
+    assert_eq!(fault.line_column(), Some((1, 14)));
+    assert!(read("").is_err());
+}
+
+#[test]
+fn spread_is_read_and_checked() {
+    let header = "time_s,focus,x_mm,y_mm,z_mm,reading,std,count\n";
+    let (columns, samples) = read(&format!("{header}0,0,1,2,3,0.5,0.01,16\n")).expect("good");
+    assert_eq!(columns, Columns::WithSpread);
+    assert_eq!(samples[0].spread, Some(Spread { std: 0.01, count: 16 }));
+    for bad in ["0,0,1,2,3,0.5,-0.01,16", "0,0,1,2,3,0.5,0.01,0", "0,0,1,2,3,0.5,0.01,1.5"] {
+        assert!(read(&format!("{header}{bad}\n")).is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn a_file_cut_anywhere_but_at_a_line_end_is_a_fault_on_its_last_line() {
+    let whole = format!("{HEADER}0.25,0,1.5,2.5,100.0,0.75\n0.5,1,3.5,2.5,100.0,0.125\n");
+    for cut in 1..whole.len() {
+        let cut_text = &whole[..cut];
+        match read(cut_text) {
+            Ok((_, samples)) => {
+                assert!(cut_text.ends_with('\n'));
+                assert_eq!(samples.len() + 1, cut_text.lines().count());
+            }
+            Err(fault) => {
+                let (line, _) = fault.line_column().expect("placed");
+                assert_eq!(line, cut_text.lines().count(), "cut at {cut}: {fault}");
+            }
+        }
+    }
+}
+
+#[test]
+fn samples_with_and_without_spread_do_not_go_into_one_file() {
+    let plain = Sample::measured(0.0, None, Vec3::zeros(), 0.0, None);
+    let spread = Sample { spread: Some(Spread { std: 0.0, count: 1 }), ..plain };
+    let error = write_samples(&mut Vec::new(), &[plain, spread]).expect_err("mixed");
+    assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
+}
+
+#[test]
+fn what_the_reader_would_refuse_is_not_written() {
+    let good = Sample::measured(0.0, None, Vec3::zeros(), 0.5, None);
+    let spread = |std, count| Some(Spread { std, count });
+    let bad = [
+        Sample { time_s: f64::INFINITY, ..good },
+        Sample { position_mm: Vec3::new(0.0, f64::NAN, 0.0), ..good },
+        Sample { reading: f64::NAN, ..good },
+        Sample { reading: -1e-9, ..good },
+        Sample { spread: spread(-0.1, 1), ..good },
+        Sample { spread: spread(f64::NAN, 1), ..good },
+        Sample { spread: spread(0.1, 0), ..good },
+    ];
+    for sample in bad {
+        assert!(Columns::of(&[sample]).line(&sample).is_err(), "{sample:?}");
+    }
+    assert!(Columns::Plain.line(&good).is_ok());
+}
+
+fn any_number() -> impl Strategy<Value = f64> {
+    use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
+    POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO
+}
+
+fn any_magnitude() -> impl Strategy<Value = f64> {
+    any_number().prop_map(f64::abs)
+}
+
+prop_compose! {
+    fn any_sample()(
+        time_s in any_number(),
+        focus in prop::option::of(0usize..2),
+        at in [any_number(), any_number(), any_number()],
+        reading in any_magnitude(),
+        std in any_magnitude(),
+        count in 1u32..,
+    ) -> Sample {
+        let spread = Some(Spread { std, count });
+        Sample { time_s, focus, position_mm: Vec3::from(at), reading, spread }
+    }
+}
+
+proptest! {
+    #[test]
+    fn what_is_written_reads_back_to_the_last_bit(
+        mut samples in prop::collection::vec(any_sample(), 0..6),
+        with_spread: bool,
+    ) {
+        if !with_spread {
+            samples.iter_mut().for_each(|sample| sample.spread = None);
+        }
+        let mut bytes = Vec::new();
+        write_samples(&mut bytes, &samples).expect("all alike");
+        let text = String::from_utf8(bytes).expect("text");
+        let (_, again) = read(&text).expect("what was written reads");
+        // Debug shows the shortest digits and the sign of zero: equal text is equal bits.
+        prop_assert_eq!(format!("{samples:?}"), format!("{again:?}"));
+    }
+
+    #[test]
+    fn no_text_makes_the_reader_panic(text in "(time_s,focus,x_mm,y_mm,z_mm,reading\n)?[-0-9.,eNa\r\n λ\"]{0,60}") {
+        let _ = read(&text);
+    }
+}

@@ -13,6 +13,7 @@ mod grid;
 mod lanes;
 mod medium;
 pub mod metrics;
+pub mod rayleigh;
 mod simulator;
 pub mod transducer;
 

@@ -11,6 +11,7 @@ mod motion;
 mod settings;
 
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use emergency::{Emergency, EmergencyParser};
@@ -63,12 +64,18 @@ pub struct MarlinFirmware {
     busy_interval_s: f64,
     alive: bool,
     kill_requested: bool,
-    homing_jammed: bool,
+    homing_jam: Arc<AtomicBool>,
 }
 
 impl MarlinFirmware {
     /// Firmware that drives the carriage of `trajectory`; silent until [`Firmware::power_up`].
-    pub fn new(settings: MarlinSettings, trajectory: Arc<Mutex<Trajectory>>) -> Self {
+    ///
+    /// While `homing_jam` is set every homing fails, as with a broken switch.
+    pub fn new(
+        settings: MarlinSettings,
+        trajectory: Arc<Mutex<Trajectory>>,
+        homing_jam: Arc<AtomicBool>,
+    ) -> Self {
         Self {
             motion: Motion::new(settings, trajectory),
             receive_buffer: VecDeque::new(),
@@ -81,14 +88,9 @@ impl MarlinFirmware {
             busy_interval_s: settings.busy_interval_s.get(),
             alive: false,
             kill_requested: false,
-            homing_jammed: false,
+            homing_jam,
             settings,
         }
-    }
-
-    /// Lets every homing fail from now on (a switch that broke), or succeed again.
-    pub fn jam_homing(&mut self, jammed: bool) {
-        self.homing_jammed = jammed;
     }
 
     fn kill(&mut self, now_s: f64, out: &mut Vec<u8>) {
@@ -138,7 +140,7 @@ impl MarlinFirmware {
         match waiting.then {
             Then::Plan(words_mm) => self.hits.extend(self.motion.plan(words_mm, now_s)),
             Then::Acknowledge => {}
-            Then::Homed(_) if self.homing_jammed => {
+            Then::Homed(_) if self.homing_jam.load(Ordering::Relaxed) => {
                 say(out, "Error:Homing Failed");
                 self.kill(now_s, out);
                 return false;

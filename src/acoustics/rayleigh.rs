@@ -178,7 +178,8 @@ fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
                 let (mut before, mut value) = (1.0, x);
                 for j in 2..=count {
                     let j = j as f64;
-                    (before, value) = (value, ((2.0 * j - 1.0) * x * value - (j - 1.0) * before) / j);
+                    (before, value) =
+                        (value, ((2.0 * j - 1.0) * x * value - (j - 1.0) * before) / j);
                 }
                 slope = n * (x * value - before) / (x * x - 1.0);
                 let step = value / slope;
@@ -222,7 +223,8 @@ mod tests {
         for radius_m in [4.5e-3, 5.25e-3] {
             let piston = Piston::new(Vec3::zeros(), Vec3::z(), radius_m, &rule(radius_m));
             for distance_m in [10.5e-3, 20e-3, 50e-3, 0.1, 0.3] {
-                let error = piston.field(Vec3::z() * distance_m, K) - on_axis(K, radius_m, distance_m);
+                let error =
+                    piston.field(Vec3::z() * distance_m, K) - on_axis(K, radius_m, distance_m);
                 assert!(error.norm() * distance_m < 1e-4, "{radius_m} {distance_m} {error}");
             }
         }

@@ -31,7 +31,10 @@ enum Emission {
 #[derive(Debug)]
 pub(super) struct Measurement {
     pub(super) sample: Sample,
+    /// Whether the converter was at its limit.
     pub(super) clipped: bool,
+    /// Samples that were lost on their way from the receiver.
+    pub(super) lost: u32,
 }
 
 impl Conductor {
@@ -69,7 +72,7 @@ impl Conductor {
             reading.mean.max(0.0),
             Some(Spread { std: reading.std, count: reading.count as u32 }),
         );
-        Ok(Measurement { sample, clipped: reading.clipped })
+        Ok(Measurement { sample, clipped: reading.clipped, lost: reading.gaps })
     }
 
     async fn excite(&mut self, rig: &mut SafeRig, focus: Option<usize>) -> Result<(), RigError> {

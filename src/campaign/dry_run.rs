@@ -113,9 +113,10 @@ fn foci_within_travel(plan: &Plan, lab: &Lab) -> Result<(), Fault> {
     let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
     for (number, focus) in plan.foci.iter().enumerate() {
         let Some(focus_m) = focus.excitation().focus_m() else { continue };
-        let inside = frame.to_robot(focus_m).axes_m().into_iter().enumerate().all(|(axis, at_m)| {
-            (envelope.travel.least_m[axis]..=envelope.travel.largest_m[axis]).contains(&at_m)
-        });
+        let inside =
+            frame.to_robot(focus_m).axes_m().into_iter().enumerate().all(|(axis, at_m)| {
+                (envelope.travel.least_m[axis]..=envelope.travel.largest_m[axis]).contains(&at_m)
+            });
         if !inside {
             let [least, largest] = [envelope.travel.least_m, envelope.travel.largest_m]
                 .map(|corner| frame.to_array(RobotPosition::from_axes_m(corner)) * 1e3);
@@ -156,7 +157,11 @@ pub fn room_for(bytes: u64, folder: &Path) -> Result<(), Fault> {
     let mib = |bytes: u64| bytes.div_ceil(1 << 20);
     Err(Fault::of_file(
         folder,
-        format!("the disk has {} MiB free; the scan needs {} MiB", mib(free), mib(bytes + ROOM_LEFT_FREE)),
+        format!(
+            "the disk has {} MiB free; the scan needs {} MiB",
+            mib(free),
+            mib(bytes + ROOM_LEFT_FREE)
+        ),
         "make room, or give another disk's folder with --out",
     ))
 }
@@ -175,7 +180,8 @@ mod tests {
 
     #[test]
     fn more_than_any_disk_holds_is_refused() {
-        let fault = room_for(u64::MAX / 2, &std::env::temp_dir()).expect_err("no disk is that large");
+        let fault =
+            room_for(u64::MAX / 2, &std::env::temp_dir()).expect_err("no disk is that large");
         assert!(fault.to_string().contains("MiB free"), "{fault}");
         assert!(room_for(1, &std::env::temp_dir().join("not/there/yet")).is_ok());
     }

@@ -1,7 +1,5 @@
 //! What keeps a campaign from beginning or going on.
 
-use std::path::PathBuf;
-
 use super::references::Moved;
 use crate::input::Fault;
 use crate::rig::RigError;

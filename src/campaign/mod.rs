@@ -16,7 +16,7 @@ pub use dry_run::{DryRun, dry_run, room_for};
 pub use error::CampaignError;
 pub use event::{Event, Watch};
 pub use lab::Lab;
-pub use open::OpenRig;
+pub use open::{OpenRig, open_virtual};
 pub use plan_on_rig::Campaign;
 pub use references::Moved;
 pub use session::{Ending, Session};

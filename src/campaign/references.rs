@@ -61,7 +61,6 @@ pub(super) fn reference_rows(kept: &[Sample]) -> Vec<usize> {
         .collect()
 }
 
-
 /// Holds a reading against the one that was kept.
 pub(super) fn compare(row: usize, kept: &Sample, now: &Sample) -> Result<(), Moved> {
     let moved_mm = distance_mm(kept.position_m(), now.position_m());

@@ -15,7 +15,7 @@ use super::open::OpenRig;
 use super::plan_on_rig::Campaign;
 use super::references::{compare, reference_rows};
 use crate::input::{TomlSource, toml_file};
-use crate::scan::{Columns, EventKind, Journal, Sample, ScanSetup, ScanState, VisitKind};
+use crate::scan::{Columns, EventKind, Journal, Sample, ScanSetup, ScanState};
 
 /// The plan and the rig file as they were when the scan was begun, kept beside it.
 const PLAN_COPY: &str = "plan.toml";
@@ -31,7 +31,6 @@ struct Origin {
 }
 
 /// A scan that is about to run.
-#[derive(Debug)]
 pub struct Session {
     campaign: Campaign,
     open: OpenRig,
@@ -67,17 +66,14 @@ impl Session {
         let setup = ScanSetup {
             name: plan.name.clone(),
             recorded: begins(lab.virtual_rig.is_some()),
-            unit: open.rig.receiver().identity().unit.clone(),
+            unit: open.rig().receiver().identity().unit.clone(),
             array: lab.array.clone(),
             medium: lab.medium.clone(),
             simulator: plan.simulator,
             foci: plan.foci.clone(),
         };
         let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let origin = Origin {
-            plan: absolute(plan.path()),
-            rig: absolute(lab.source().path()),
-        };
+        let origin = Origin { plan: absolute(plan.path()), rig: absolute(lab.source().path()) };
         let origin = toml::to_string(&origin).expect("two paths are TOML");
         let copies = [
             (PLAN_COPY, plan.text().as_bytes()),
@@ -95,13 +91,13 @@ impl Session {
     /// [`CampaignError`] if the folder holds no scan, or a complete one, or one that another process is at; or if the
     /// rig cannot be opened. The record stays as it is.
     pub async fn resume(folder: &Path) -> Result<Self, CampaignError> {
-        let origin: Origin = toml_file(&folder.join(ORIGIN))?;
+        let resumed = Journal::resume(folder, Timestamp::now())?;
         let kept = |name: &str, origin: &Path| {
             let copy = TomlSource::read(&folder.join(name))?;
             Ok::<_, CampaignError>(TomlSource::new(origin, copy.text()))
         };
-        let resumed = Journal::resume(folder, Timestamp::now())?;
         let opened = async {
+            let origin: Origin = toml_file(&folder.join(ORIGIN))?;
             let campaign =
                 Campaign::parse(kept(PLAN_COPY, &origin.plan)?, kept(RIG_COPY, &origin.rig)?)?;
             let open = OpenRig::open(&campaign.lab).await?;
@@ -150,10 +146,13 @@ impl Session {
             who = stop => Err(Stopped::Asked(who)),
             ended = self.conduct(&mut *watch) => ended,
         };
-        let safe = self.open.rig.make_safe().await;
         let reason = match &stopped {
-            Ok(()) => None,
-            Err(stopped) => Some(format!("{stopped}{safe}")),
+            Ok(()) => self.open.rig().array().silence().await.err().map(|error| error.to_string()),
+            Err(stopped) => Some(stopped.to_string()),
+        };
+        let reason = match reason {
+            Some(reason) => Some(self.open.rig().make_safe(reason).await.to_string()),
+            None => None,
         };
         watch(&Event::Ended {
             rows: self.journal.visits_done(),
@@ -169,7 +168,7 @@ impl Session {
 
     async fn conduct(&mut self, watch: Watch<'_>) -> Result<(), Stopped> {
         watch(&self.open.greeting());
-        self.open.rig.motion().home().await?;
+        self.open.rig().motion().home().await?;
         self.journal.record(Timestamp::now(), EventKind::Homed, "")?;
         watch(&Event::Homed);
         let clock = match self.kept.last() {
@@ -184,8 +183,13 @@ impl Session {
         self.check_references(&mut conductor, &mut *watch).await?;
         for row in self.journal.visits_done()..self.campaign.visits.len() {
             let visit = &self.campaign.visits[row];
-            let Measurement { sample, clipped } = conductor.measure(&mut self.open.rig, visit).await?;
+            let Measurement { sample, clipped, lost } =
+                conductor.measure(self.open.rig(), visit).await?;
             self.journal.append(&sample)?;
+            if clipped || lost > 0 {
+                let text = spoilt(row, clipped, lost);
+                self.journal.record(Timestamp::now(), EventKind::DeviceFault, &text)?;
+            }
             watch(&Event::Measured {
                 row,
                 of: self.campaign.visits.len(),
@@ -206,7 +210,7 @@ impl Session {
     ) -> Result<(), Stopped> {
         for row in reference_rows(&self.kept) {
             let kept = &self.kept[row];
-            let now = conductor.measure(&mut self.open.rig, &self.campaign.visits[row]).await?.sample;
+            let now = conductor.measure(self.open.rig(), &self.campaign.visits[row]).await?.sample;
             watch(&Event::ReferenceChecked {
                 row,
                 kept: kept.reading,
@@ -231,6 +235,14 @@ fn end(journal: Journal, reason: Option<&str>) -> Result<(), CampaignError> {
         Some(reason) => ScanState::Partial { reason: reason.to_owned() },
     };
     Ok(journal.end(Timestamp::now(), &state)?)
+}
+
+/// What is not as it should be with the readings behind a row.
+fn spoilt(row: usize, clipped: bool, lost: u32) -> String {
+    let clipped = if clipped { ", the converter was at its limit" } else { "" };
+    let lost =
+        if lost > 0 { format!(", {lost} samples were lost on their way") } else { String::new() };
+    format!("row {row}{clipped}{lost}")
 }
 
 /// Why a running scan stopped.

@@ -67,6 +67,12 @@ pub fn main() -> ExitCode {
     let log = tracing_subscriber::EnvFilter::try_from_env("FIELDGAP_LOG")
         .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn"));
     tracing_subscriber::fmt().with_env_filter(log).with_writer(std::io::stderr).init();
+    // Paths and messages stay whole, so that they can be searched for and copied.
+    let whole_lines = |_: &_| {
+        let handler = miette::MietteHandlerOpts::new().wrap_lines(false).terminal_links(false);
+        Box::new(handler.build()) as Box<dyn miette::ReportHandler>
+    };
+    let _ = miette::set_hook(Box::new(whole_lines));
     match cli.command.run() {
         Ok(code) => code,
         Err(report) => {

@@ -74,10 +74,6 @@ impl ScanArgs {
         let ending = conduct(Session::begin(campaign, &folder), self.json)?;
         Ok(Scanned::Done { folder, ending })
     }
-
-    pub(super) fn json(&self) -> bool {
-        self.json
-    }
 }
 
 /// Runs a session to its end, shown as it goes, ended safe by Ctrl-C or a request to terminate.

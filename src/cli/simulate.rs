@@ -14,7 +14,7 @@ use crate::acoustics::metrics::{
 use crate::acoustics::{Excitation, PlaneGrid, Simulation, Simulator, Vec3};
 use crate::campaign::{Campaign, Lab};
 use crate::input::Positive;
-use crate::scan::{Region, Shape};
+use crate::scan::{Axis, Region, Shape};
 
 /// The `simulate` command.
 #[derive(Debug, Args)]
@@ -103,7 +103,10 @@ impl Simulate {
             .enumerate()
             .flat_map(|(number, excitation)| {
                 let simulation = simulation(campaign.lab(), simulator, excitation);
-                grids.iter().map(move |grid| simulate(&simulation, number, grid)).collect::<Vec<_>>()
+                grids
+                    .iter()
+                    .map(move |grid| simulate(&simulation, number, grid))
+                    .collect::<Vec<_>>()
             })
             .collect())
     }
@@ -144,7 +147,7 @@ fn simulation(lab: &Lab, simulator: Simulator, excitation: Excitation) -> Simula
 /// The planes of a region of a plan; lines and lists of points have none.
 fn grids(region: &Region) -> Vec<PlaneGrid> {
     let (Shape::Planes(layers) | Shape::Volume(layers)) = &region.shape else { return Vec::new() };
-    let along_m = |axis: &crate::scan::Axis| -> Vec<f64> {
+    let along_m = |axis: &Axis| -> Vec<f64> {
         (0..axis.count).map(|index| axis.at_mm(index) * 1e-3).collect()
     };
     layers
@@ -215,13 +218,14 @@ fn write_field(folder: &Path, planes: &[SimulatedPlane]) -> Result<(), csv::Erro
     writer.write_record(["simulator", "focus", "x_mm", "y_mm", "z_mm", "pressure"])?;
     for plane in planes {
         let values = plane.map.values().iter();
-        let places = plane.map.y_m().iter().flat_map(|y| plane.map.x_m().iter().map(move |x| (x, y)));
+        let places =
+            plane.map.y_m().iter().flat_map(|y| plane.map.x_m().iter().map(move |x| (x, y)));
         for ((x_m, y_m), value) in places.zip(values) {
             writer.serialize((
                 plane.simulator,
                 plane.focus,
-                crate::scan::millimetres(*x_m),
-                crate::scan::millimetres(*y_m),
+                x_m * 1e3,
+                y_m * 1e3,
                 plane.z_mm,
                 value,
             ))?;
@@ -241,7 +245,7 @@ fn millimetres(text: &str) -> Result<Vec3, String> {
     }
 }
 
-fn positive(text: &str) -> Result<Positive, String> {
+pub(super) fn positive(text: &str) -> Result<Positive, String> {
     let number: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
     Positive::new(number).map_err(|refusal| refusal.to_string())
 }

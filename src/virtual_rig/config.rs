@@ -7,6 +7,7 @@ use serde::Deserialize;
 use super::clock::Pace;
 use super::marlin_firmware::MarlinSettings;
 use super::receiver_firmware::ReceiverSettings;
+use crate::input::Positive;
 
 /// `[virtual]`: the rig is not there, and this takes its place.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -30,6 +31,14 @@ impl VirtualConfig {
     /// The truth file, for a rig file in `folder`.
     pub fn truth_path(&self, folder: &Path) -> PathBuf {
         folder.join(&self.truth)
+    }
+
+    /// Lets virtual time pass as the wall's does if it would otherwise stand still: for people and programs that
+    /// wait and watch.
+    pub fn keep_wall_clock(&mut self) {
+        if self.pace == Pace::Lockstep {
+            self.pace = Pace::Times(Positive::new(1.0).expect("one is above zero"));
+        }
     }
 }
 
@@ -55,7 +64,9 @@ mod tests {
     #[test]
     fn a_pace_is_lockstep_or_a_factor_above_zero() {
         let with = |pace: &str| config(&format!("seed = 1\npace = {pace}\ntruth = \"t\"\n"));
-        assert!(matches!(with("{ times = 20.0 }").expect("valid").pace, Pace::Times(f) if f.get() == 20.0));
+        assert!(
+            matches!(with("{ times = 20.0 }").expect("valid").pace, Pace::Times(f) if f.get() == 20.0)
+        );
         for wrong in ["{ times = 0.0 }", "\"fast\"", "{ tims = 2.0 }"] {
             let fault = with(wrong).expect_err("wrong");
             assert_eq!(fault.line_column().map(|(line, _)| line), Some(2), "{fault}");

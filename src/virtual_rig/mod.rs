@@ -43,6 +43,8 @@ use nalgebra::Vector3;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio_util::sync::CancellationToken;
 
+use crate::acoustics::{Array, Medium};
+use crate::rig::{Frame, Ports};
 use array_firmware::ArrayFirmware;
 use board::Order;
 pub use clock::{Clock, Pace};
@@ -87,17 +89,6 @@ pub enum VirtualRigError {
     Thread(#[from] std::io::Error),
 }
 
-/// The paths of the three ports, to be opened like those of real devices.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Ports {
-    /// The robot, Marlin's dialect.
-    pub robot: String,
-    /// The receiver.
-    pub receiver: String,
-    /// The array's controller.
-    pub array: String,
-}
-
 /// One of the three devices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
@@ -123,17 +114,23 @@ pub struct VirtualRig {
 impl VirtualRig {
     /// Powers the rig up; its ports can be opened when this returns.
     ///
-    /// `folder` is the rig file's, from which the path of the truth file is taken.
+    /// `folder` is the rig file's, from which the path of the truth file is taken; array, medium, carrier and frame are
+    /// what the laboratory believes, and what the truth's effects start from.
     ///
     /// # Errors
     /// See [`VirtualRigError`].
     pub fn open(
         config: &VirtualConfig,
         folder: &Path,
-        believed: &Believed,
+        array: &Array,
+        medium: Medium,
+        frequency_hz: f64,
+        frame: Frame,
     ) -> Result<Self, VirtualRigError> {
         let truth = Truth::read(&config.truth_path(folder))?;
-        Self::with_truth(config, truth, believed)
+        let believed =
+            Believed { array: array.clone(), medium, frequency_hz, array_origin_m: frame.origin_m };
+        Self::with_truth(config, truth, &believed)
     }
 
     /// As [`VirtualRig::open`], with a truth that was read before.
@@ -185,8 +182,8 @@ impl VirtualRig {
     }
 
     /// The paths to open.
-    pub fn ports(&self) -> &Ports {
-        &self.ports
+    pub fn ports(&self) -> Ports {
+        self.ports.clone()
     }
 
     /// The rig's time.
@@ -248,17 +245,16 @@ fn run(
             PseudoTerminal::open()
                 .map_err(|source| VirtualRigError::PseudoTerminal { device, source })
         };
-        let wires = wire("robot").and_then(|robot| {
-            Ok((robot, wire("receiver")?, wire("array controller")?))
-        });
+        let wires = wire("robot")
+            .and_then(|robot| Ok((robot, wire("receiver")?, wire("array controller")?)));
         let (robot, receiver, array) = match wires {
             Ok(wires) => wires,
             Err(error) => return drop(opened.send(Err(error))),
         };
         let ports = Ports {
-            robot: robot.path().to_owned(),
-            receiver: receiver.path().to_owned(),
-            array: array.path().to_owned(),
+            motion: Some(robot.path().to_owned()),
+            receiver: Some(receiver.path().to_owned()),
+            focus_array: Some(array.path().to_owned()),
         };
         if opened.send(Ok(ports)).is_err() {
             return;

@@ -186,8 +186,7 @@ impl ReceiverFirmware {
                 ),
             ),
             ["E", encoding @ ("text" | "binary")] => {
-                self.encoding =
-                    if encoding == "text" { Encoding::Text } else { Encoding::Binary };
+                self.encoding = if encoding == "text" { Encoding::Text } else { Encoding::Binary };
                 say(out, "ok");
             }
             ["S", count] => match count.parse::<u32>() {

@@ -116,8 +116,7 @@ impl TrueField {
                 let delay_s = self.effects.iter().fold(*delay_s, |delay_s, effect| {
                     effect.delay_s(delay_s, self.nominal_frequency_hz)
                 });
-                element.amplitude
-                    * Complex64::from_polar(1.0, element.phase_rad + omega * delay_s)
+                element.amplitude * Complex64::from_polar(1.0, element.phase_rad + omega * delay_s)
             })
             .collect()
     }
@@ -146,8 +145,7 @@ impl TrueField {
         self.effects.iter().for_each(|effect| effect.path(&mut path));
         let omega = std::f64::consts::TAU * self.frequency_hz;
         let undisturbed = source.piston.field(at_m, omega / self.speed_m_s);
-        let disturbance =
-            Complex64::from_polar(path.gain, omega * (path.time_s - straight.time_s));
+        let disturbance = Complex64::from_polar(path.gain, omega * (path.time_s - straight.time_s));
         source.coefficient * disturbance * undisturbed
     }
 
@@ -169,7 +167,9 @@ impl TrueField {
                 let phase_rad: f64 = self
                     .effects
                     .iter()
-                    .map(|effect| effect.flicker_rad(n, distance_m, time_s, self.luck.stream("air")))
+                    .map(|effect| {
+                        effect.flicker_rad(n, distance_m, time_s, self.luck.stream("air"))
+                    })
                     .sum();
                 term * Complex64::from_polar(1.0, phase_rad)
             })
@@ -188,11 +188,7 @@ impl TrueField {
     }
 }
 
-fn sources(
-    array: &TrueArray,
-    effects: &[Box<dyn Effect>],
-    wavenumber_rad_m: f64,
-) -> Vec<Source> {
+fn sources(array: &TrueArray, effects: &[Box<dyn Effect>], wavenumber_rad_m: f64) -> Vec<Source> {
     let mut rules: Vec<(f64, DiscRule)> = Vec::new();
     let mut sources = Vec::new();
     let mirrors: Vec<_> = effects.iter().filter_map(|effect| effect.mirror()).collect();

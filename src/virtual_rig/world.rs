@@ -139,8 +139,7 @@ impl World {
             heard.contributions = Some((at_m, self.field.contributions(at_m)));
             heard.magnitude = None;
         }
-        let (Some((_, weights)), Some((_, contributions))) =
-            (&heard.weights, &heard.contributions)
+        let (Some((_, weights)), Some((_, contributions))) = (&heard.weights, &heard.contributions)
         else {
             unreachable!("both were filled in above")
         };

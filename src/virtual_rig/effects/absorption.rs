@@ -23,8 +23,8 @@ impl Effect for Absorption {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
     use crate::acoustics::Vec3;
 
     #[test]

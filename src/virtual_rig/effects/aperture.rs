@@ -21,8 +21,8 @@ impl Effect for Aperture {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_face_has_its_radius_in_metres() {

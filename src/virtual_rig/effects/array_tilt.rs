@@ -4,8 +4,8 @@ use nalgebra::{Rotation3, Vector3};
 use serde::Deserialize;
 
 use super::{Effect, TrueArray};
-use crate::virtual_rig::luck::Luck;
 use crate::input::Finite;
+use crate::virtual_rig::luck::Luck;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
@@ -30,8 +30,8 @@ impl Effect for ArrayTilt {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn a_turn_about_x_lifts_what_lies_along_y_and_leans_the_normals() {

@@ -7,8 +7,8 @@ use serde::Deserialize;
 
 use super::Effect;
 use crate::acoustics::Vec3;
-use crate::virtual_rig::trajectory::Carriage;
 use crate::input::Positive;
+use crate::virtual_rig::trajectory::Carriage;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
@@ -30,8 +30,8 @@ impl Effect for AxisScale {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn each_axis_has_its_own_length() {

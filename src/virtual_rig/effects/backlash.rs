@@ -7,8 +7,8 @@ use serde::Deserialize;
 
 use super::Effect;
 use crate::acoustics::Vec3;
-use crate::virtual_rig::trajectory::Carriage;
 use crate::input::NonNegative;
+use crate::virtual_rig::trajectory::Carriage;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
@@ -28,16 +28,15 @@ impl Effect for Backlash {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_two_directions_differ_by_the_play() {
         let backlash = effect::<Backlash>("mm = 0.4");
         let x_mm = |x_direction: f64, x_since_reversal_mm: f64| {
             let mut at = Vec3::zeros();
-            let carriage =
-                Carriage { x_direction, x_since_reversal_mm, ..Carriage::resting() };
+            let carriage = Carriage { x_direction, x_since_reversal_mm, ..Carriage::resting() };
             backlash.place(&mut at, &carriage);
             at.x * 1e3
         };

@@ -21,8 +21,8 @@ impl Effect for Clipping {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_full_scale_is_the_lower_of_the_two() {

@@ -27,8 +27,8 @@ impl Effect for DeadElements {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_named_elements_are_silent_and_no_other() {

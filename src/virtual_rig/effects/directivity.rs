@@ -5,8 +5,8 @@
 use serde::Deserialize;
 
 use super::{Effect, TrueArray};
-use crate::virtual_rig::luck::Luck;
 use crate::input::Positive;
+use crate::virtual_rig::luck::Luck;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
@@ -26,8 +26,8 @@ impl Effect for Directivity {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn half_the_level_stands_at_a_sine_wider_by_the_ratio() {
@@ -35,7 +35,11 @@ mod tests {
         let nominal_m = array.elements[0].radius_m;
         effect::<Directivity>("width_ratio = 1.25").array(&mut array, Luck::new(0));
         let k = 733.0;
-        let lobe = |radius: f64, sine: f64| crate::acoustics::rayleigh::far_field_directivity(k * radius * sine);
-        assert!((lobe(array.elements[1].radius_m, 0.5 * 1.25) - lobe(nominal_m, 0.5)).abs() < 1e-12);
+        let lobe = |radius: f64, sine: f64| {
+            crate::acoustics::rayleigh::far_field_directivity(k * radius * sine)
+        };
+        assert!(
+            (lobe(array.elements[1].radius_m, 0.5 * 1.25) - lobe(nominal_m, 0.5)).abs() < 1e-12
+        );
     }
 }

@@ -21,8 +21,8 @@ impl Effect for DriveFrequency {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_carrier_scales() {

@@ -3,8 +3,8 @@
 use serde::Deserialize;
 
 use super::{Effect, TrueArray};
-use crate::virtual_rig::luck::Luck;
 use crate::input::NonNegative;
+use crate::virtual_rig::luck::Luck;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
@@ -24,8 +24,8 @@ impl Effect for ElementGain {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn amplitudes_spread_by_the_given_deviation() {

@@ -24,15 +24,14 @@ impl Effect for Flow {
         let wind_m_s = Vec3::new(self.vx_m_s.get(), self.vy_m_s.get(), 0.0);
         let distance_m = path.distance_m();
         let along_m_s = wind_m_s.dot(&path.direction());
-        path.time_s +=
-            distance_m / (path.speed_m_s + along_m_s) - distance_m / path.speed_m_s;
+        path.time_s += distance_m / (path.speed_m_s + along_m_s) - distance_m / path.speed_m_s;
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn sound_is_faster_with_the_wind_and_slower_against_it() {

@@ -24,8 +24,8 @@ impl Effect for GainDrift {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_last_reading_over_the_first_is_one_and_the_drift() {

@@ -23,8 +23,8 @@ impl Effect for Lag {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_reading_is_late() {

@@ -274,7 +274,10 @@ mod testing {
 
     impl TrueArray {
         pub fn of_two() -> Self {
-            Self { elements: vec![Element::at(-0.01, 0.0), Element::at(0.01, 0.0)], channels: vec![0, 1] }
+            Self {
+                elements: vec![Element::at(-0.01, 0.0), Element::at(0.01, 0.0)],
+                channels: vec![0, 1],
+            }
         }
 
         pub fn of_many(count: usize) -> Self {

@@ -21,8 +21,8 @@ impl Effect for NoiseFloor {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn silence_reads_the_floor_and_powers_add() {

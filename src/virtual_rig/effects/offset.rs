@@ -4,8 +4,8 @@ use serde::Deserialize;
 
 use super::Effect;
 use crate::acoustics::Vec3;
-use crate::virtual_rig::trajectory::Carriage;
 use crate::input::Finite;
+use crate::virtual_rig::trajectory::Carriage;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
@@ -27,13 +27,14 @@ impl Effect for Offset {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_nozzle_stands_beside_where_the_robot_says() {
         let mut at = Vec3::new(0.01, 0.02, 0.1);
-        effect::<Offset>("x_mm = 1.0\ny_mm = -2.0\nz_mm = 0.5").place(&mut at, &Carriage::resting());
+        effect::<Offset>("x_mm = 1.0\ny_mm = -2.0\nz_mm = 0.5")
+            .place(&mut at, &Carriage::resting());
         assert!((at - Vec3::new(0.011, 0.018, 0.1005)).norm() < 1e-12);
     }
 }

@@ -23,8 +23,8 @@ impl Effect for PhaseQuantisation {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn delays_are_whole_steps_and_never_off_by_more_than_half_of_one() {

@@ -27,8 +27,8 @@ impl Effect for Polarity {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_named_elements_have_the_opposite_sign() {

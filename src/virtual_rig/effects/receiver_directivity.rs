@@ -24,8 +24,8 @@ impl Effect for ReceiverDirectivity {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
     use crate::acoustics::Vec3;
 
     #[test]

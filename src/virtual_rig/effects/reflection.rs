@@ -29,9 +29,9 @@ impl Effect for Reflection {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use super::super::testing::effect;
     use super::super::TrueArray;
+    use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_image_stands_as_far_behind_the_plane_and_looks_down() {

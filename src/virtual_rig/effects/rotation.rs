@@ -4,8 +4,8 @@ use serde::Deserialize;
 
 use super::Effect;
 use crate::acoustics::Vec3;
-use crate::virtual_rig::trajectory::Carriage;
 use crate::input::Finite;
+use crate::virtual_rig::trajectory::Carriage;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
@@ -24,8 +24,8 @@ impl Effect for Rotation {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn a_move_along_the_robots_x_goes_along_the_turned_axis() {

@@ -21,8 +21,8 @@ impl Effect for Saturation {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn three_decibels_are_lost_at_the_level_and_nothing_far_below() {

@@ -4,8 +4,8 @@ use serde::Deserialize;
 
 use super::Effect;
 use crate::acoustics::Vec3;
-use crate::virtual_rig::trajectory::Carriage;
 use crate::input::Finite;
+use crate::virtual_rig::trajectory::Carriage;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
@@ -24,8 +24,8 @@ impl Effect for Skew {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_angle_between_the_axes_is_less_than_a_right_one_by_the_lean() {

@@ -24,8 +24,8 @@ impl Effect for SoundSpeed {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_air_has_the_given_speed() {

@@ -26,8 +26,8 @@ impl Effect for Spreading {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
     use crate::acoustics::Vec3;
 
     #[test]

@@ -27,8 +27,8 @@ impl Effect for StandingWave {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_ripple_repeats_every_half_wavelength_and_has_its_depth() {

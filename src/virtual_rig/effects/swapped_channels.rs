@@ -26,8 +26,8 @@ impl Effect for SwappedChannels {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn each_element_follows_the_others_channel() {

@@ -37,8 +37,8 @@ impl Effect for TemperatureGradient {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_time_is_the_integral_of_slowness_along_the_path() {

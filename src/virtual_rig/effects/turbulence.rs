@@ -11,8 +11,8 @@ use std::f64::consts::FRAC_PI_2;
 use serde::Deserialize;
 
 use super::Effect;
-use crate::virtual_rig::luck::Luck;
 use crate::input::NonNegative;
+use crate::virtual_rig::luck::Luck;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
@@ -42,8 +42,8 @@ impl Effect for Turbulence {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::testing::effect;
+    use super::*;
 
     #[test]
     fn the_coherent_part_fades_as_the_variance_says() {

@@ -1,0 +1,26 @@
+//! What a report says beside the comparison itself.
+
+/// Facts that the comparison does not hold: where the data are from and under what circumstances.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReportContext {
+    /// Heading of the page.
+    pub title: String,
+    /// The set-up as rows of a table: label, value with its unit.
+    pub set_up: Vec<(String, String)>,
+    /// Name and version of the software.
+    pub software: String,
+    /// Files that the report was made from.
+    pub inputs: Vec<InputFile>,
+    /// What a reader has to know before believing the figures, for instance that the scan is partial; a sentence
+    /// each.
+    pub warnings: Vec<String>,
+}
+
+/// A file that a report was made from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InputFile {
+    /// Its name, without the folder.
+    pub name: String,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+}

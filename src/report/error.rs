@@ -1,0 +1,31 @@
+//! Why a report could not be written.
+
+use std::path::{Path, PathBuf};
+
+pub use super::picture::PictureError;
+
+/// Why a report could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A file or folder could not be written.
+    #[error("cannot write {}; is there room, and may you write there?", path.display())]
+    Write {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A picture could not be drawn.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// There is nothing to report.
+    #[error("there is no comparison to report")]
+    NothingCompared,
+}
+
+impl ReportError {
+    pub(super) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        |source| Self::Write { path, source }
+    }
+}

@@ -1,0 +1,105 @@
+//! Which pictures a report has, and what their files are called.
+
+use rayon::prelude::*;
+
+use super::numbers::height_mm;
+use super::picture::{Drawn, HeightCurves, PictureError, PlaneMaps, scale_top};
+use super::verdict::drives;
+use crate::gap::Comparison;
+
+/// All pictures of a report.
+pub(super) struct Figures {
+    /// Every plane against every simulator: by drive, then height, then simulator.
+    pub planes: Vec<PlaneFigure>,
+    /// Curves against height, one for each drive that has several heights.
+    pub curves: Vec<Figure>,
+}
+
+/// The maps of a plane of a comparison.
+pub(super) struct PlaneFigure {
+    /// Index of the comparison.
+    pub comparison: usize,
+    /// Index of the plane in it.
+    pub plane: usize,
+    /// The maps; `None` where the plane has none.
+    pub picture: Option<Figure>,
+}
+
+/// A picture and the name of its files.
+pub(super) struct Figure {
+    /// File name without its extension.
+    name: String,
+    /// The picture.
+    pub drawn: Drawn,
+}
+
+impl Figure {
+    pub fn png_name(&self) -> String {
+        format!("{}.png", self.name)
+    }
+
+    pub fn svg_name(&self) -> String {
+        format!("{}.svg", self.name)
+    }
+}
+
+impl Figures {
+    /// Draws them all.
+    pub fn draw(comparisons: &[Comparison]) -> Result<Self, PictureError> {
+        let several_drives = comparisons.iter().any(|comparison| drives(comparison).len() > 1);
+        let drive_name =
+            |drive: usize| if several_drives { format!("-drive{drive}") } else { String::new() };
+        let mut places: Vec<(usize, usize)> = comparisons
+            .iter()
+            .enumerate()
+            .flat_map(|(index, comparison)| {
+                (0..comparison.planes.len()).map(move |plane| (index, plane))
+            })
+            .collect();
+        let plane_at = |(comparison, plane): (usize, usize)| &comparisons[comparison].planes[plane];
+        places.sort_by(|&a, &b| {
+            let (plane_a, plane_b) = (plane_at(a), plane_at(b));
+            let drive = plane_a.focus.cmp(&plane_b.focus);
+            drive.then(plane_a.z_m.total_cmp(&plane_b.z_m)).then(a.cmp(&b))
+        });
+        let planes = places
+            .par_iter()
+            .map(|&(index, number)| {
+                let (comparison, plane) = (&comparisons[index], plane_at((index, number)));
+                let same_plane = places.iter().map(|&place| plane_at(place)).filter(|other| {
+                    other.focus == plane.focus && other.z_m.to_bits() == plane.z_m.to_bits()
+                });
+                let top =
+                    scale_top(same_plane.filter_map(|other| other.map.as_ref())).unwrap_or(1.0);
+                let name = format!(
+                    "map{}-z{}mm-{}",
+                    drive_name(plane.focus),
+                    height_mm(plane.z_m).replace('\u{2212}', "-"),
+                    comparison.simulator
+                );
+                let maps =
+                    PlaneMaps::new(plane, comparison.simulator, &comparison.reading_unit, top);
+                let drawn = maps.map(|maps| Drawn::new(&maps)).transpose()?;
+                let picture = drawn.map(|drawn| Figure { name, drawn });
+                Ok(PlaneFigure { comparison: index, plane: number, picture })
+            })
+            .collect::<Result<Vec<_>, PictureError>>()?;
+        let curves = comparisons
+            .first()
+            .map(drives)
+            .unwrap_or_default()
+            .into_iter()
+            .filter_map(|drive| Some((drive, HeightCurves::new(comparisons, drive)?)))
+            .map(|(drive, curves)| {
+                let name = format!("curves{}", drive_name(drive));
+                Ok(Figure { name, drawn: Drawn::new(&curves)? })
+            })
+            .collect::<Result<Vec<_>, PictureError>>()?;
+        Ok(Self { planes, curves })
+    }
+
+    /// Every picture.
+    pub fn all(&self) -> impl Iterator<Item = &Figure> {
+        self.planes.iter().filter_map(|plane| plane.picture.as_ref()).chain(&self.curves)
+    }
+}

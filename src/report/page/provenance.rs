@@ -1,0 +1,32 @@
+//! Where it all comes from: the set-up, the software, the input files.
+
+use super::super::context::ReportContext;
+use super::html::{Html, element, facts, paragraph, section, text};
+use crate::gap::Comparison;
+
+/// The set-up as the caller describes it.
+pub(super) fn set_up(context: &ReportContext, comparisons: &[Comparison]) -> Html {
+    let scan = comparisons
+        .iter()
+        .take(1)
+        .map(|comparison| (text("Readings compared"), text(&comparison.points.to_string())));
+    let rows = context.set_up.iter().map(|(label, value)| (text(label), text(value)));
+    section("set-up", "Set-up", [facts(rows.chain(scan))])
+}
+
+/// What the page was made with and from, so that it can be made again.
+pub(super) fn provenance(context: &ReportContext) -> Html {
+    let code = |words: &str| element("code", &[], [text(words)]);
+    let software = (text("Software"), text(&context.software));
+    let inputs = context.inputs.iter().map(|file| (text(&file.name), code(&file.sha256)));
+    section(
+        "provenance",
+        "Provenance",
+        [
+            paragraph(
+                "The same files and the same software give this page again, byte for byte. Of each file its SHA-256:",
+            ),
+            facts(std::iter::once(software).chain(inputs)),
+        ],
+    )
+}

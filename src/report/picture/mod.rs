@@ -1,0 +1,102 @@
+//! The pictures of a report, drawn once and kept as PNG and as SVG.
+
+mod axes;
+mod canvas;
+mod colour_scale;
+mod font;
+mod height_curves;
+mod marker;
+mod plane_maps;
+mod raster;
+
+use image::ImageEncoder;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use plotters::backend::{BitMapBackend, SVGBackend};
+use plotters::prelude::DrawingBackend;
+
+pub(super) use self::height_curves::HeightCurves;
+pub(super) use self::plane_maps::{LEAST_SIGNED_SHARE, PlaneMaps, scale_top};
+
+use self::canvas::{Canvas, OVERSAMPLING};
+
+/// PNG pixels in a CSS pixel: sharp on a screen of double density and on paper.
+const PNG_DENSITY: u32 = 2;
+
+/// Why a picture could not be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// The drawing library refused.
+    #[error("drawing a picture failed: {0}")]
+    Drawing(String),
+    /// The pixels could not be encoded.
+    #[error("encoding a picture as PNG failed")]
+    Encoding(#[from] image::ImageError),
+}
+
+/// Something to draw.
+pub(super) trait Picture {
+    /// Width and height, CSS pixels.
+    fn size(&self) -> (u32, u32);
+
+    /// What it shows, in words, for those who do not see it.
+    fn description(&self) -> String;
+
+    /// Draws it.
+    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError>;
+}
+
+/// A drawn picture.
+pub(super) struct Drawn {
+    /// Width and height, CSS pixels.
+    pub size: (u32, u32),
+    /// What it shows.
+    pub description: String,
+    /// The PNG file, twice as wide and high as `size`.
+    pub png: Vec<u8>,
+    /// The SVG file.
+    pub svg: String,
+}
+
+impl Drawn {
+    /// Draws a picture both ways.
+    pub fn new(picture: &impl Picture) -> Result<Self, PictureError> {
+        Ok(Self {
+            size: picture.size(),
+            description: picture.description(),
+            png: png(picture)?,
+            svg: svg(picture)?,
+        })
+    }
+}
+
+fn png(picture: &impl Picture) -> Result<Vec<u8>, PictureError> {
+    let (width, height) = picture.size();
+    let (large_width, large_height) = (width * OVERSAMPLING, height * OVERSAMPLING);
+    let mut pixels = vec![255; 3 * large_width as usize * large_height as usize];
+    {
+        let mut backend = BitMapBackend::with_buffer(&mut pixels, (large_width, large_height));
+        picture.draw(&mut Canvas::new(&mut backend)?)?;
+    }
+    let large = image::RgbImage::from_raw(large_width, large_height, pixels)
+        .expect("as many bytes as pixels times three");
+    let small = image::imageops::thumbnail(&large, width * PNG_DENSITY, height * PNG_DENSITY);
+    let mut file = Vec::new();
+    PngEncoder::new_with_quality(&mut file, CompressionType::Best, FilterType::Adaptive)
+        .write_image(small.as_raw(), small.width(), small.height(), image::ColorType::Rgb8)?;
+    Ok(file)
+}
+
+fn svg(picture: &impl Picture) -> Result<String, PictureError> {
+    let (width, height) = picture.size();
+    let (large_width, large_height) = (width * OVERSAMPLING, height * OVERSAMPLING);
+    let mut file = String::new();
+    {
+        let mut backend = SVGBackend::with_string(&mut file, (large_width, large_height));
+        picture.draw(&mut Canvas::new(&mut backend)?)?;
+        backend.present().map_err(|error| PictureError::Drawing(error.to_string()))?;
+    }
+    // The `viewBox` keeps the fine coordinates; the size goes back to CSS pixels.
+    let large = format!("width=\"{large_width}\" height=\"{large_height}\"");
+    let true_size = format!("width=\"{width}\" height=\"{height}\"");
+    Ok(file.replacen(&large, &true_size, 1))
+}

@@ -12,6 +12,7 @@ mod grid;
 mod lanes;
 mod medium;
 pub mod metrics;
+pub mod rayleigh;
 mod series;
 mod simulator;
 pub mod transducer;

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
+use miette::IntoDiagnostic;
 
 use super::output::print_json;
 use crate::acoustics::Simulator;
@@ -99,7 +100,7 @@ impl ComparisonArgs {
     ) -> miette::Result<Vec<Comparison>> {
         self.simulators(folder, scan)
             .into_iter()
-            .map(|simulator| Ok(gap::compare(scan, simulator, self.register.into())?))
+            .map(|simulator| gap::compare(scan, simulator, self.register.into()).into_diagnostic())
             .collect()
     }
 

@@ -47,7 +47,7 @@ pub(super) fn report_on(
 ) -> miette::Result<Vec<Comparison>> {
     let scan = RecordedScan::open(folder)?;
     let comparisons = comparison.compare(folder, &scan)?;
-    let files = report::write(out, &context(folder, &scan)?, &comparisons)?;
+    let files = report::write(out, &context(folder, &scan)?, &comparisons).into_diagnostic()?;
     for comparison in &comparisons {
         eprintln!("\n{}", table::text(comparison));
     }

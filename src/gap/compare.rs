@@ -2,7 +2,8 @@
 
 use super::agreement::rms;
 use super::comparison::{
-    Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, Noise, NoiseSource, PlaneComparison,
+    Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, Noise, NoiseSource,
+    PlaneComparison,
 };
 use super::noise::roughness;
 use super::pose::Pose;
@@ -183,7 +184,8 @@ impl ComparedMap {
 
     /// The simulation as a map, where the scan was measured: the same figures from the same points.
     pub fn simulation_map(&self) -> PlaneMap {
-        let seen = |(scan, simulation): (&f64, &f64)| if scan.is_nan() { f64::NAN } else { *simulation };
+        let seen =
+            |(scan, simulation): (&f64, &f64)| if scan.is_nan() { f64::NAN } else { *simulation };
         self.map_of(self.scan.iter().zip(&self.simulation).map(seen).collect())
     }
 

@@ -11,7 +11,9 @@ use rand_distr::{Distribution, StandardNormal};
 use super::comparison::{Discrepancy, FieldFigures, FocalRadiusFigure, Noise, Uncertain};
 use super::registration::Registration;
 use crate::acoustics::Vec3;
-use crate::acoustics::metrics::{Convention, PlaneMap, THESIS_THRESHOLD, focal_radius, peak, sub_peaks};
+use crate::acoustics::metrics::{
+    Convention, PlaneMap, THESIS_THRESHOLD, focal_radius, peak, sub_peaks,
+};
 
 /// How often noise is added again: their spread is known to 1/√(2·64), 9 %.
 const REPLICAS: usize = 64;
@@ -169,7 +171,9 @@ mod tests {
         let axis: Vec<f64> = (-20..=20).map(|i| f64::from(i) * 1e-3).collect();
         let values = axis
             .iter()
-            .flat_map(|y| axis.iter().map(move |x| (-((x - x0).powi(2) + (y - y0).powi(2)) / 72e-6).exp()))
+            .flat_map(|y| {
+                axis.iter().map(move |x| (-((x - x0).powi(2) + (y - y0).powi(2)) / 72e-6).exp())
+            })
             .collect();
         PlaneMap::new(axis.clone(), axis, values).expect("a grid")
     }

@@ -63,11 +63,7 @@ fn from_repeats(repeats: &[Repeat<'_>], floor: Option<f64>) -> Option<Noise> {
             let multiplicative = (beyond / level_squared).sqrt();
             Noise { additive: floor, multiplicative, source: NoiseSource::Repeats }
         }
-        _ => Noise {
-            additive: variance.sqrt(),
-            multiplicative: 0.0,
-            source: NoiseSource::Repeats,
-        },
+        _ => Noise { additive: variance.sqrt(), multiplicative: 0.0, source: NoiseSource::Repeats },
     })
 }
 
@@ -114,8 +110,10 @@ mod tests {
     #[test]
     fn what_repeats_scatter_beyond_the_floor_goes_with_the_level() {
         // Two levels, each ±2 % about its mean: as variance about the mean 1.2 times (2 % of level)².
-        let low: Vec<Sample> = (0..6).map(|i| sample(10.0 + 0.2 * f64::from(1 - 2 * (i % 2)))).collect();
-        let high: Vec<Sample> = (0..6).map(|i| sample(100.0 + 2.0 * f64::from(1 - 2 * (i % 2)))).collect();
+        let low: Vec<Sample> =
+            (0..6).map(|i| sample(10.0 + 0.2 * f64::from(1 - 2 * (i % 2)))).collect();
+        let high: Vec<Sample> =
+            (0..6).map(|i| sample(100.0 + 2.0 * f64::from(1 - 2 * (i % 2)))).collect();
         let repeats = [repeat(&low), repeat(&high)];
         let noise = from_repeats(&repeats, Some(1e-6)).expect("ten degrees of freedom");
         assert!((noise.multiplicative - 0.02 * 1.2f64.sqrt()).abs() < 1e-9, "{noise:?}");
@@ -131,7 +129,9 @@ mod tests {
         // A congruence generator with wide multiplier: white enough for third differences.
         let mut state: u64 = 1;
         let mut white = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (state >> 33) as f64 / f64::from(1u32 << 31) - 0.5
         };
         let values: Vec<f64> =

@@ -17,7 +17,8 @@ const TURN_SD_RAD: f64 = 0.09;
 const STEP_SD: f64 = 0.05;
 
 /// Readings and linearisations of the three rounds, and how many candidates enter each.
-const ROUNDS: [(usize, usize, usize); 3] = [(400, 6, usize::MAX), (2000, 10, 5), (usize::MAX, 12, 1)];
+const ROUNDS: [(usize, usize, usize); 3] =
+    [(400, 6, usize::MAX), (2000, 10, 5), (usize::MAX, 12, 1)];
 
 /// Squared residuals this near to one another, relative, are told apart by nothing in the readings: the pose that is
 /// nearer to what the lab meant is taken.

@@ -5,7 +5,6 @@
 //! its faces, z into the field.
 
 mod array;
-mod chebyshev;
 mod element;
 mod excitation;
 mod field;
@@ -14,6 +13,7 @@ mod lanes;
 mod medium;
 pub mod metrics;
 pub mod rayleigh;
+mod series;
 mod simulator;
 pub mod transducer;
 

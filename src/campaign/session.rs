@@ -68,7 +68,7 @@ impl Session {
             recorded: begins(lab.virtual_rig.is_some()),
             unit: open.rig().receiver().identity().unit.clone(),
             array: lab.array.clone(),
-            medium: lab.medium.clone(),
+            medium: lab.medium,
             simulator: plan.simulator,
             foci: plan.foci.clone(),
         };

@@ -5,14 +5,27 @@
 //! simulation; it may explain what a careful setting-up of the robot would have removed (a gain, a
 //! shift, a mirrored axis) and nothing else. What is left after it is the gap.
 
+mod agreement;
+mod coarse;
+mod compare;
 pub mod comparison;
+mod identifiability;
+mod figures;
+mod levenberg_marquardt;
+mod noise;
 pub mod pose;
+mod pose_search;
+pub mod readings;
+pub mod refine;
+pub mod register;
 pub mod registration;
+mod standard_errors;
 
 pub use comparison::{
     Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, FocalRadiusFigure, Noise,
     NoiseSource, PlaneComparison, Uncertain,
 };
+pub use compare::{Incomparable, compare};
 pub use pose::{Mirror, Pose};
 pub use registration::{
     Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,

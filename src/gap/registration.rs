@@ -51,7 +51,7 @@ pub struct Registration {
     pub step_ratio: Estimate,
     /// Where the scan's origin lies in the array's coordinates (x, y, z), metres.
     pub shift_m: [Estimate; 3],
-    /// Every registration that was tried, with what it reached.
+    /// Every registration that was tried, the simplest first, with what it reached.
     pub tried: Vec<TriedRegistration>,
     /// What these data cannot tell apart.
     pub undetermined: Vec<UndeterminedCombination>,

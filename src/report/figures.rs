@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::judgement::drives;
 use super::numbers::height_mm;
-use super::picture::{Drawn, HeightCurves, PictureError, PlaneMaps, scale_top};
-use super::verdict::drives;
+use super::picture::{Drawn, HeightCurves, PictureError, PlaneMaps};
 use crate::gap::Comparison;
 
 /// All pictures of a report.
@@ -66,19 +66,13 @@ impl Figures {
             .par_iter()
             .map(|&(index, number)| {
                 let (comparison, plane) = (&comparisons[index], plane_at((index, number)));
-                let same_plane = places.iter().map(|&place| plane_at(place)).filter(|other| {
-                    other.focus == plane.focus && other.z_m.to_bits() == plane.z_m.to_bits()
-                });
-                let top =
-                    scale_top(same_plane.filter_map(|other| other.map.as_ref())).unwrap_or(1.0);
                 let name = format!(
                     "map{}-z{}mm-{}",
                     drive_name(plane.focus),
                     height_mm(plane.z_m).replace('\u{2212}', "-"),
                     comparison.simulator
                 );
-                let maps =
-                    PlaneMaps::new(plane, comparison.simulator, &comparison.reading_unit, top);
+                let maps = PlaneMaps::new(plane, comparison.simulator, &comparison.reading_unit);
                 let drawn = maps.map(|maps| Drawn::new(&maps)).transpose()?;
                 let picture = drawn.map(|drawn| Figure { name, drawn });
                 Ok(PlaneFigure { comparison: index, plane: number, picture })

@@ -6,6 +6,7 @@
 mod context;
 mod error;
 mod figures;
+mod judgement;
 mod numbers;
 mod page;
 mod peak_distance;
@@ -30,7 +31,7 @@ pub struct ReportFiles {
 }
 
 /// Writes the report of a scan into a folder, which is made where it is missing: one comparison for each
-/// simulator, all of the same scan.
+/// simulator (each simulator once), all of the same scan.
 ///
 /// # Errors
 /// [`ReportError`] if there is no comparison, or if a file cannot be written.

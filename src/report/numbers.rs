@@ -47,7 +47,7 @@ pub(super) fn height_mm(height_m: f64) -> String {
 /// A ratio as a percentage with two digits.
 pub(super) fn percent(ratio: f64) -> String {
     if ratio.is_finite() {
-        format!("{} %", significant(ratio * 100.0, 2))
+        format!("{}\u{a0}%", significant(ratio * 100.0, 2))
     } else {
         ABSENT.to_owned()
     }

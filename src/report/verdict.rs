@@ -1,85 +1,23 @@
 //! What a comparison comes to, in plain words.
 
+use super::judgement::{Judgement, drives, focal_height_m, judge};
 use super::numbers::{fixed, height_mm, listed, millimetres, percent, significant};
 use super::peak_distance::peak_distance_m;
 use crate::gap::{Agreement, Comparison, FieldFigures, PlaneComparison};
 
-/// Maps that correlate at least this well have the same shape.
-pub(super) const LEAST_CORRELATION: f64 = 0.9;
-/// Peaks that are apart by at most this share of the focal radius stand at the same place.
-pub(super) const SAME_PLACE_SHARE: f64 = 0.5;
-/// A plane this near to the focus, metres, is at the focal height.
-const FOCAL_HEIGHT_TOLERANCE_M: f64 = 1e-3;
 /// Levels that differ from the simulation's by less than this are not worth a sentence.
 const LEVEL_TOLERANCE: f64 = 0.1;
-
-/// What a plane comes to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Judgement {
-    /// Peak and shape agree.
-    Agrees,
-    /// The peaks stand apart.
-    PeakApart,
-    /// The shapes agree, but of several maxima another one is the largest.
-    OtherMaximum,
-    /// The peaks stand together, the shapes differ.
-    ShapeDiffers,
-    /// There is too little to judge by.
-    Unknown,
-}
-
-/// Judges a plane, by the two limits that the page states.
-pub(super) fn judge(plane: &PlaneComparison) -> Judgement {
-    let correlation = plane.agreement.correlation;
-    if !correlation.is_finite() {
-        return Judgement::Unknown;
-    }
-    let apart_m = plane.discrepancy.peak_distance_m.value;
-    let radius_m = radius_m(&plane.scan).or_else(|| radius_m(&plane.simulation));
-    let same_place = radius_m.is_none_or(|radius_m| apart_m <= SAME_PLACE_SHARE * radius_m);
-    let several = [&plane.scan, &plane.simulation].iter().any(|f| f.sub_peaks.unwrap_or(0) > 0);
-    match (same_place, correlation >= LEAST_CORRELATION) {
-        (true, true) => Judgement::Agrees,
-        (true, false) => Judgement::ShapeDiffers,
-        (false, true) if several => Judgement::OtherMaximum,
-        (false, _) => Judgement::PeakApart,
-    }
-}
-
-/// Whether a plane lies at the height of its focus.
-pub(super) fn at_focal_height(plane: &PlaneComparison) -> bool {
-    plane
-        .target_in_scan_m
-        .is_some_and(|target_m| (target_m.z - plane.z_m).abs() <= FOCAL_HEIGHT_TOLERANCE_M)
-}
-
-/// The drives of a comparison, by number.
-pub(super) fn drives(comparison: &Comparison) -> Vec<usize> {
-    let mut drives: Vec<usize> = comparison.planes.iter().map(|plane| plane.focus).collect();
-    drives.sort_unstable();
-    drives.dedup();
-    drives
-}
+/// More heights than these are given as a range.
+const MOST_HEIGHTS_LISTED: usize = 8;
 
 /// What a comparison comes to, sentence by sentence.
 pub(super) fn sentences(comparison: &Comparison) -> Vec<String> {
     let drives = drives(comparison);
     let mut sentences = Vec::new();
-    for &drive in &drives {
-        let planes: Vec<&PlaneComparison> =
-            comparison.planes.iter().filter(|plane| plane.focus == drive).collect();
-        let about = if drives.len() > 1 { format!("Drive {drive}: ") } else { String::new() };
-        let found = [
-            agreeing(&planes),
-            apart(&planes),
-            other_maximum(&planes),
-            shapes(&planes),
-            unknown(&planes),
-            wandering(&planes),
-            focal_radius(&planes),
-            levels(&planes),
-        ];
-        sentences.extend(found.into_iter().flatten().map(|sentence| format!("{about}{sentence}")));
+    for &number in &drives {
+        let about = if drives.len() > 1 { format!("Drive {number}: ") } else { String::new() };
+        let drive = Drive::new(comparison, number);
+        sentences.extend(drive.sentences().map(|sentence| format!("{about}{sentence}")));
     }
     sentences.push(overall(&comparison.overall));
     sentences
@@ -93,10 +31,10 @@ pub(super) fn closest(comparisons: &[Comparison]) -> Option<String> {
     let (best, others) = ranked.split_first()?;
     let left = |c: &Comparison| percent(c.overall.residual_rms_ratio);
     let others: Vec<String> =
-        others.iter().map(|other| format!("{} {}", other.simulator, left(other))).collect();
+        others.iter().map(|other| format!("{} for {}", left(other), other.simulator)).collect();
     (!others.is_empty()).then(|| {
         format!(
-            "Of the simulators, {} comes closest: it leaves {} of the scan's rms unexplained, {}.",
+            "Of the simulators, {} comes closest: its residual is {} of the scan's rms, against {}.",
             best.simulator,
             left(best),
             listed(&others)
@@ -104,162 +42,204 @@ pub(super) fn closest(comparisons: &[Comparison]) -> Option<String> {
     })
 }
 
-fn radius_m(figures: &FieldFigures) -> Option<f64> {
-    Some(figures.focal_radius.as_ref()?.radius_m?.value)
+/// The heights of one drive.
+struct Drive<'a> {
+    planes: Vec<&'a PlaneComparison>,
+    focal_height_m: Option<f64>,
 }
 
-fn judged<'a>(planes: &[&'a PlaneComparison], as_: Judgement) -> Vec<&'a PlaneComparison> {
-    planes.iter().copied().filter(|plane| judge(plane) == as_).collect()
-}
-
-/// `At the focal height, 100 mm,` or `At 50, 100 (the focal height) and 150 mm`.
-fn at(planes: &[&PlaneComparison]) -> String {
-    if let [plane] = planes
-        && at_focal_height(plane)
-    {
-        return format!("At the focal height, {} mm,", height_mm(plane.z_m));
+impl<'a> Drive<'a> {
+    fn new(comparison: &'a Comparison, number: usize) -> Self {
+        let planes = comparison.planes.iter().filter(|plane| plane.focus == number).collect();
+        Self { planes, focal_height_m: focal_height_m(comparison, number) }
     }
-    let heights: Vec<String> = planes
-        .iter()
-        .map(|plane| {
-            let height = height_mm(plane.z_m);
-            if at_focal_height(plane) { format!("{height} (the focal height)") } else { height }
-        })
-        .collect();
-    format!("At {} mm", listed(&heights))
-}
 
-fn agreeing(planes: &[&PlaneComparison]) -> Option<String> {
-    let planes = judged(planes, Judgement::Agrees);
-    let correlation = planes.iter().map(|p| p.agreement.correlation).reduce(f64::min)?;
-    let figures = match planes.as_slice() {
-        [plane] => format!(
-            "their peaks stand {} mm apart and their maps correlate at {}",
-            millimetres(plane.discrepancy.peak_distance_m),
-            fixed(correlation, 3)
-        ),
-        _ => {
-            let apart_mm = planes
-                .iter()
-                .map(|p| p.discrepancy.peak_distance_m.value * 1e3)
-                .filter(|apart| apart.is_finite())
-                .reduce(f64::max)?;
-            format!(
-                "their peaks stand at most {} mm apart and their maps correlate at {} or better",
-                significant(apart_mm, 2),
-                fixed(correlation, 3)
-            )
+    fn sentences(&self) -> impl Iterator<Item = String> {
+        [
+            self.agreeing(),
+            self.apart(),
+            self.other_maximum(),
+            self.shapes(),
+            self.unknown(),
+            self.wandering(),
+            self.focal_radius(),
+            self.levels(),
+        ]
+        .into_iter()
+        .flatten()
+    }
+
+    fn judged(&self, judgement: Judgement) -> Vec<&'a PlaneComparison> {
+        self.planes.iter().copied().filter(|plane| judge(plane) == judgement).collect()
+    }
+
+    fn is_focal(&self, plane: &PlaneComparison) -> bool {
+        self.focal_height_m == Some(plane.z_m)
+    }
+
+    /// `At the focal height, 100 mm,` or `At 50, 100 (the focal height) and 150 mm`.
+    fn at(&self, planes: &[&PlaneComparison]) -> String {
+        if let [plane] = planes
+            && self.is_focal(plane)
+        {
+            return format!("At the focal height, {} mm,", height_mm(plane.z_m));
         }
-    };
-    Some(format!("{} scan and simulation agree: {figures}.", at(&planes)))
-}
-
-fn apart(planes: &[&PlaneComparison]) -> Option<String> {
-    let planes = judged(planes, Judgement::PeakApart);
-    let (first, others) = planes.split_first()?;
-    let distance = |p: &PlaneComparison| millimetres(p.discrepancy.peak_distance_m);
-    let others: Vec<String> =
-        others.iter().map(|p| format!("at {} mm {} mm", height_mm(p.z_m), distance(p))).collect();
-    let others = if others.is_empty() { String::new() } else { format!(", {}", listed(&others)) };
-    Some(format!(
-        "{} the scanned peak lies {} mm from the simulated one{others}.",
-        at(&[*first]),
-        distance(first)
-    ))
-}
-
-fn other_maximum(planes: &[&PlaneComparison]) -> Option<String> {
-    let planes = judged(planes, Judgement::OtherMaximum);
-    let correlation = planes.iter().map(|p| p.agreement.correlation).reduce(f64::min)?;
-    Some(format!(
-        "{} the maps agree in shape (correlation {}{}), yet of several maxima of similar height another one is the \
-         largest in the scan than in the simulation.",
-        at(&planes),
-        fixed(correlation, 3),
-        if planes.len() > 1 { " or better" } else { "" }
-    ))
-}
-
-fn shapes(planes: &[&PlaneComparison]) -> Option<String> {
-    let planes = judged(planes, Judgement::ShapeDiffers);
-    if planes.is_empty() {
-        return None;
+        if let [first, .., last] = planes
+            && planes.len() > MOST_HEIGHTS_LISTED
+        {
+            let (from, to) = (height_mm(first.z_m), height_mm(last.z_m));
+            let focal = planes.iter().find(|plane| self.is_focal(plane));
+            let focal = focal.map_or_else(String::new, |plane| {
+                format!(", {} (the focal height) among them,", height_mm(plane.z_m))
+            });
+            return format!("At {} heights from {from} to {to} mm{focal}", planes.len());
+        }
+        let heights: Vec<String> = planes
+            .iter()
+            .map(|plane| {
+                let height = height_mm(plane.z_m);
+                if self.is_focal(plane) { format!("{height} (the focal height)") } else { height }
+            })
+            .collect();
+        format!("At {} mm", listed(&heights))
     }
-    let correlations: Vec<String> =
-        planes.iter().map(|p| fixed(p.agreement.correlation, 2)).collect();
-    Some(format!(
-        "{} the peaks stand at the same place, but the fields differ in shape: correlation {}.",
-        at(&planes),
-        listed(&correlations)
-    ))
-}
 
-fn unknown(planes: &[&PlaneComparison]) -> Option<String> {
-    let planes = judged(planes, Judgement::Unknown);
-    (!planes.is_empty())
-        .then(|| format!("{} there are too few readings to compare the fields.", at(&planes)))
-}
-
-/// Where the peaks go with the height, against the axis through the focus.
-fn wandering(planes: &[&PlaneComparison]) -> Option<String> {
-    let distances_mm = |figures: fn(&PlaneComparison) -> &FieldFigures| -> Option<(f64, f64)> {
-        let far = |plane: &&PlaneComparison| {
-            let target_m = plane.target_in_scan_m?;
-            let peak_m = figures(plane).peak_position_m;
-            let far_mm = peak_distance_m(peak_m, (target_m.x, target_m.y)).value * 1e3;
-            far_mm.is_finite().then_some(far_mm)
+    fn agreeing(&self) -> Option<String> {
+        let planes = self.judged(Judgement::Agrees);
+        let correlation = least_correlation(&planes)?;
+        let figures = match planes.as_slice() {
+            [plane] => format!(
+                "their peaks stand {} mm apart and their maps correlate at {}",
+                millimetres(plane.discrepancy.peak_distance_m),
+                fixed(correlation, 3)
+            ),
+            _ => format!(
+                "their peaks stand at most {} mm apart and their maps correlate at {} or better",
+                significant(farthest_mm(&planes)?, 2),
+                fixed(correlation, 3)
+            ),
         };
-        let all: Vec<f64> = planes.iter().filter_map(far).collect();
-        (all.len() > 1).then(|| {
-            (
-                all.iter().copied().fold(f64::INFINITY, f64::min),
-                all.iter().copied().fold(0.0, f64::max),
-            )
-        })
-    };
-    let between =
-        |(least, most): (f64, f64)| format!("{} to {} mm", fixed(least, 1), fixed(most, 1));
-    Some(format!(
-        "From height to height the scanned peak stands {} from the axis through the focus, the simulated one {}.",
-        between(distances_mm(|plane| &plane.scan)?),
-        between(distances_mm(|plane| &plane.simulation)?)
-    ))
-}
-
-fn focal_radius(planes: &[&PlaneComparison]) -> Option<String> {
-    let plane = planes.iter().find(|plane| at_focal_height(plane))?;
-    let radius =
-        |figures: &FieldFigures| Some(millimetres(figures.focal_radius.as_ref()?.radius_m?));
-    Some(format!(
-        "At the focal height the focal radius is {} mm in the scan and {} mm in the simulation.",
-        radius(&plane.scan)?,
-        radius(&plane.simulation)?
-    ))
-}
-
-/// Where the scan is louder or quieter than the simulation, at the one gain of the registration.
-fn levels(planes: &[&PlaneComparison]) -> Option<String> {
-    let known: Vec<&&PlaneComparison> =
-        planes.iter().filter(|plane| plane.agreement.gain_ratio.is_finite()).collect();
-    let ratio = |plane: &PlaneComparison| plane.agreement.gain_ratio;
-    let loudest = known.iter().max_by(|a, b| ratio(a).total_cmp(&ratio(b)))?;
-    let quietest = known.iter().min_by(|a, b| ratio(a).total_cmp(&ratio(b)))?;
-    if known.len() < 2 || ratio(loudest) / ratio(quietest) < 1.0 + LEVEL_TOLERANCE {
-        return None;
+        Some(format!("{} scan and simulation agree: {figures}.", self.at(&planes)))
     }
-    let level = |plane: &PlaneComparison| {
-        format!("{} times the simulation's at {} mm", fixed(ratio(plane), 2), height_mm(plane.z_m))
-    };
-    Some(format!(
-        "With one gain for all heights, the scan's level runs from {} to {}.",
-        level(quietest),
-        level(loudest)
-    ))
+
+    fn apart(&self) -> Option<String> {
+        let planes = self.judged(Judgement::PeakApart);
+        let (first, others) = planes.split_first()?;
+        if planes.len() > MOST_HEIGHTS_LISTED {
+            return Some(format!(
+                "{} the scanned peak lies up to {} mm from the simulated one.",
+                self.at(&planes),
+                significant(farthest_mm(&planes)?, 3)
+            ));
+        }
+        let distance = |plane: &PlaneComparison| millimetres(plane.discrepancy.peak_distance_m);
+        let mut distances = vec![format!(
+            "{} the scanned peak lies {} mm from the simulated one",
+            self.at(&[*first]),
+            distance(first)
+        )];
+        distances.extend(
+            others
+                .iter()
+                .map(|p| format!("at {} mm it lies {} mm away", height_mm(p.z_m), distance(p))),
+        );
+        Some(format!("{}.", listed(&distances)))
+    }
+
+    fn other_maximum(&self) -> Option<String> {
+        let planes = self.judged(Judgement::OtherMaximum);
+        Some(format!(
+            "{} the maps agree in shape (correlation {}{}), yet of several maxima of similar height another one is \
+             the largest in the scan than in the simulation.",
+            self.at(&planes),
+            fixed(least_correlation(&planes)?, 3),
+            if planes.len() > 1 { " or better" } else { "" }
+        ))
+    }
+
+    fn shapes(&self) -> Option<String> {
+        let planes = self.judged(Judgement::ShapeDiffers);
+        Some(format!(
+            "{} the peaks stand at the same place, but the fields differ in shape: correlation {}{}.",
+            self.at(&planes),
+            fixed(least_correlation(&planes)?, 3),
+            if planes.len() > 1 { " at worst" } else { "" }
+        ))
+    }
+
+    fn unknown(&self) -> Option<String> {
+        let planes = self.judged(Judgement::Unknown);
+        (!planes.is_empty()).then(|| {
+            format!("{} there are too few readings to compare the fields.", self.at(&planes))
+        })
+    }
+
+    /// Where the peaks go with the height, against the axis through the focus.
+    fn wandering(&self) -> Option<String> {
+        let distances = |figures: fn(&PlaneComparison) -> &FieldFigures| {
+            let far = |plane: &&PlaneComparison| {
+                let target_m = plane.target_in_scan_m?;
+                let peak_m = figures(plane).peak_position_m;
+                let far_mm = peak_distance_m(peak_m, (target_m.x, target_m.y)).value * 1e3;
+                far_mm.is_finite().then_some(far_mm)
+            };
+            let all: Vec<f64> = self.planes.iter().filter_map(far).collect();
+            let least = all.iter().copied().reduce(f64::min).filter(|_| all.len() > 1)?;
+            let most = all.iter().copied().reduce(f64::max)?;
+            Some(format!("{} to {} mm", fixed(least, 1), fixed(most, 1)))
+        };
+        Some(format!(
+            "From height to height the scanned peak stands {} from the axis through the focus, the simulated one {}.",
+            distances(|plane| &plane.scan)?,
+            distances(|plane| &plane.simulation)?
+        ))
+    }
+
+    fn focal_radius(&self) -> Option<String> {
+        let plane = self.planes.iter().find(|plane| self.is_focal(plane))?;
+        let radius =
+            |figures: &FieldFigures| Some(millimetres(figures.focal_radius.as_ref()?.radius_m?));
+        Some(format!(
+            "At the focal height the focal radius is {} mm in the scan and {} mm in the simulation.",
+            radius(&plane.scan)?,
+            radius(&plane.simulation)?
+        ))
+    }
+
+    /// Where the scan is louder or quieter than the simulation, at the one gain of the registration.
+    fn levels(&self) -> Option<String> {
+        let ratio = |plane: &PlaneComparison| plane.agreement.gain_ratio;
+        let known = || self.planes.iter().filter(|plane| ratio(plane).is_finite());
+        let loudest = known().max_by(|a, b| ratio(a).total_cmp(&ratio(b)))?;
+        let quietest = known().min_by(|a, b| ratio(a).total_cmp(&ratio(b)))?;
+        if ratio(loudest) - ratio(quietest) < LEVEL_TOLERANCE {
+            return None;
+        }
+        let level = |plane: &PlaneComparison| {
+            let height = height_mm(plane.z_m);
+            format!("{} times the simulation's at {height} mm", fixed(ratio(plane), 2))
+        };
+        Some(format!(
+            "With one gain for all heights, the scan's level runs from {} to {}.",
+            level(quietest),
+            level(loudest)
+        ))
+    }
+}
+
+fn least_correlation(planes: &[&PlaneComparison]) -> Option<f64> {
+    planes.iter().map(|plane| plane.agreement.correlation).reduce(f64::min)
+}
+
+/// The largest distance between the peaks, millimetres.
+fn farthest_mm(planes: &[&PlaneComparison]) -> Option<f64> {
+    let apart_mm = planes.iter().map(|plane| plane.discrepancy.peak_distance_m.value * 1e3);
+    apart_mm.filter(|apart| apart.is_finite()).reduce(f64::max)
 }
 
 fn overall(agreement: &Agreement) -> String {
     format!(
-        "Over all {} readings the correlation is {}; the simulation leaves {} of the scan's rms unexplained.",
+        "Over all {} readings the correlation is {} and the residual {} of the scan's rms.",
         agreement.points,
         fixed(agreement.correlation, 3),
         percent(agreement.residual_rms_ratio)

@@ -1,7 +1,7 @@
 //! How to read the page, for those who never saw one.
 
+use super::super::judgement::{LEAST_CORRELATION, SAME_PLACE_SHARE};
 use super::super::picture::LEAST_SIGNED_SHARE;
-use super::super::verdict::{LEAST_CORRELATION, SAME_PLACE_SHARE};
 use super::html::{Html, element, paragraph, section, text};
 
 pub(super) fn guide() -> Html {
@@ -10,9 +10,9 @@ pub(super) fn guide() -> Html {
             "The three maps of a height",
             format!(
                 "The scan, the simulation and the size of their difference, seen against the z axis, one cell for each \
-                 measured point. Dark is quiet, light is loud, on one colour scale for all maps of that height. On the \
+                 measured point. Dark is quiet, light is loud, on one colour scale for the three. On the \
                  difference, + stands where the scan is louder than the simulation and \u{2212} where it is quieter, \
-                 wherever they differ by more than {} % of the scale. Hatched cells were not measured.",
+                 wherever they differ by more than {}\u{a0}% of the scale. Hatched cells were not measured.",
                 LEAST_SIGNED_SHARE * 100.0
             ),
         ),
@@ -50,7 +50,7 @@ pub(super) fn guide() -> Html {
         (
             "Correlation, residual",
             "Correlation is 1 where the two fields have the same shape, 0 where they have nothing in common. The \
-             residual is the rms (root mean square) of scan less simulation, over the rms of the scan: 0 % is a perfect match."
+             residual is the rms (root mean square) of scan less simulation, over the rms of the scan: 0\u{a0}% is a perfect match."
                 .to_owned(),
         ),
         (

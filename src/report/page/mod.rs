@@ -102,7 +102,7 @@ fn findings(comparisons: &[Comparison]) -> Html {
 
 /// Table and registration of one simulator, with the way to the others.
 fn simulator(comparison: &Comparison, all: &[Comparison]) -> Html {
-    let mut content = table::table(comparison);
+    let mut content = table::tables(comparison);
     content.extend(registration::registration(&comparison.registration, &comparison.reading_unit));
     let others: Vec<&Comparison> =
         all.iter().filter(|other| other.simulator != comparison.simulator).collect();

@@ -4,8 +4,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::super::figures::{Figure, Figures, PlaneFigure};
+use super::super::judgement::{drives, focal_height_m};
 use super::super::numbers::{fixed, height_mm, listed, millimetres, percent, uncertain};
-use super::super::verdict::{at_focal_height, drives};
 use super::html::{Html, element, link, paragraph, section, text, void};
 use crate::acoustics::metrics::Side;
 use crate::gap::{Comparison, FieldFigures, PlaneComparison};
@@ -13,14 +13,13 @@ use crate::gap::{Comparison, FieldFigures, PlaneComparison};
 /// Height by height, each against every simulator.
 pub(super) fn heights(comparisons: &[Comparison], figures: &Figures) -> Html {
     let mut content = Vec::new();
-    let several_drives = comparisons.iter().any(|comparison| drives(comparison).len() > 1);
     let mut last = None;
     for figure in &figures.planes {
         let comparison = &comparisons[figure.comparison];
         let plane = &comparison.planes[figure.plane];
         let here = (plane.focus, plane.z_m.to_bits());
         if last != Some(here) {
-            content.push(element("h3", &[], [text(&heading(plane, several_drives))]));
+            content.push(element("h3", &[], [text(&heading(comparison, plane))]));
             last = Some(here);
         }
         content.push(plane_figure(comparison, plane, figure));
@@ -45,14 +44,16 @@ pub(super) fn curves(figures: &Figures) -> Option<Html> {
     Some(section("curves", "Against height", content))
 }
 
-fn heading(plane: &PlaneComparison, several_drives: bool) -> String {
-    let drive = if several_drives { format!("Drive {}, ", plane.focus) } else { String::new() };
-    let focal = if at_focal_height(plane) { ", the focal height" } else { "" };
+fn heading(comparison: &Comparison, plane: &PlaneComparison) -> String {
+    let several = drives(comparison).len() > 1;
+    let drive = if several { format!("Drive {}, ", plane.focus) } else { String::new() };
+    let focal = focal_height_m(comparison, plane.focus) == Some(plane.z_m);
+    let focal = if focal { ", the focal height" } else { "" };
     format!("{drive}z = {} mm{focal}", height_mm(plane.z_m))
 }
 
 fn plane_figure(comparison: &Comparison, plane: &PlaneComparison, figure: &PlaneFigure) -> Html {
-    let words = caption(comparison, plane);
+    let words = caption(plane);
     let Some(picture) = &figure.picture else {
         let why = plane.why_no_map.as_deref().unwrap_or("the grid has no point to draw");
         return element(
@@ -122,9 +123,9 @@ fn files(figure: &Figure) -> Html {
     )
 }
 
-fn caption(comparison: &Comparison, plane: &PlaneComparison) -> String {
+fn caption(plane: &PlaneComparison) -> String {
     let mut sentences = vec![format!(
-        "The peaks lie {} mm apart; scan over simulation at the peak {}.",
+        "The peaks lie {} mm apart; the scanned one is {} times as high as the simulated one.",
         millimetres(plane.discrepancy.peak_distance_m),
         uncertain(plane.discrepancy.peak_ratio)
     )];
@@ -163,7 +164,7 @@ fn caption(comparison: &Comparison, plane: &PlaneComparison) -> String {
             fixed(target_m.y * 1e3, 1)
         ));
     }
-    if comparison.planes.iter().any(|other| other.why_no_map.is_some()) && plane.map.is_none() {
+    if plane.map.is_none() {
         sentences.push(format!("{} readings.", plane.points));
     }
     sentences.join(" ")

@@ -1,126 +1,136 @@
-//! The figures height by height, as a table.
+//! The figures height by height, as tables.
 
+use super::super::judgement::drives;
 use super::super::numbers::{ABSENT, fixed, height_mm, millimetres, percent, uncertain};
-use super::super::verdict::drives;
 use super::html::{Html, element, paragraph, text};
 use crate::gap::{Comparison, FieldFigures, Noise, NoiseSource, PlaneComparison, Uncertain};
 
-/// The table of a comparison and what has to be said with it.
-pub(super) fn table(comparison: &Comparison) -> Vec<Html> {
-    let several_drives = drives(comparison).len() > 1;
+/// The tables of a comparison and what has to be said with them.
+pub(super) fn tables(comparison: &Comparison) -> Vec<Html> {
     let unit = &comparison.reading_unit;
-    let caption = format!(
-        "Readings in {}, lengths in millimetres, \u{b1} one standard error. The simulation is multiplied by the gain.",
-        if unit.is_empty() { "the receiver's unit" } else { unit }
-    );
-    let rows = comparison.planes.iter().map(|plane| row(plane, several_drives));
-    let table = element(
-        "table",
-        &[],
-        [
-            element("caption", &[], [text(&caption)]),
-            head(several_drives),
-            element("tbody", &[], rows),
+    let unit_name = if unit.is_empty() { "the receiver's unit" } else { unit };
+    let figures = table(
+        comparison,
+        &format!(
+            "Readings in {unit_name}, lengths in millimetres, \u{b1} one standard error. The simulation is multiplied by \
+             the gain."
+        ),
+        &[("Peak", 3), ("Peak at (x, y)", 3), ("Focal radius", 3), ("Sub-peaks", 2)],
+        &[
+            "scan",
+            "simulation",
+            "ratio",
+            "scan",
+            "simulation",
+            "apart",
+            "scan",
+            "simulation",
+            "difference",
+            "scan",
+            "simulation",
         ],
+        figure_cells,
     );
-    let cut_off = comparison
-        .planes
-        .iter()
-        .any(|plane| has_cut_off(&plane.scan) || has_cut_off(&plane.simulation));
-    let at_edge = comparison
-        .planes
-        .iter()
-        .any(|plane| plane.scan.peak_at_edge || plane.simulation.peak_at_edge);
-    let mut content = vec![element("div", &[("class", "wide")], [table])];
+    let agreement = table(
+        comparison,
+        "Agreement over the readings of each height.",
+        &[("Readings", 2), ("Fit", 2), ("Residual over the scan's rms", 2)],
+        &[
+            "number",
+            &format!("rms ({unit_name})"),
+            "correlation",
+            "level",
+            "at the common gain",
+            "at the best gain",
+        ],
+        agreement_cells,
+    );
+    let any = |has: fn(&FieldFigures) -> bool| {
+        comparison.planes.iter().any(|plane| has(&plane.scan) || has(&plane.simulation))
+    };
     let mut notes = Vec::new();
-    if at_edge {
+    if any(|figures| figures.peak_at_edge) {
         notes.push("* on the map's edge; the true peak may lie outside.".to_owned());
     }
-    if cut_off {
+    if any(has_cut_off) {
         notes.push(
             "\u{2020} without the sides that the map's edge cuts off; the difference is over the sides that both have."
                 .to_owned(),
         );
     }
-    notes.push(
-        "Level: how much louder the scan is at that height than the simulation says, at the gain that suits it best. \
-         Residual: rms of scan less simulation over rms of the scan, at the common gain and at that best one."
-            .to_owned(),
-    );
-    notes.push(noise(&comparison.noise, unit));
-    content.push(element("div", &[("class", "notes")], notes.iter().map(|note| paragraph(note))));
-    content
+    let level = "Level: the gain that suits a height best, over the common gain; above 1 the scan is louder there than \
+                 the simulation says.";
+    let noise = noise(&comparison.noise, unit);
+    vec![
+        figures,
+        element("div", &[("class", "notes")], notes.iter().map(|note| paragraph(note))),
+        agreement,
+        element("div", &[("class", "notes")], [paragraph(level), paragraph(&noise)]),
+    ]
 }
 
-fn head(several_drives: bool) -> Html {
-    let group = |words: &str, columns: &str| {
-        element("th", &[("colspan", columns), ("scope", "colgroup")], [text(words)])
+/// A table of one row a plane: groups of columns with their widths, the columns, and what fills them.
+fn table(
+    comparison: &Comparison,
+    caption: &str,
+    groups: &[(&str, usize)],
+    columns: &[&str],
+    cells: fn(&PlaneComparison) -> Vec<String>,
+) -> Html {
+    let several_drives = drives(comparison).len() > 1;
+    let lead: &[&str] = if several_drives { &["drive", "z (mm)"] } else { &["z (mm)"] };
+    let group = |(words, width): (&str, usize)| {
+        element("th", &[("colspan", &width.to_string()), ("scope", "colgroup")], [text(words)])
     };
-    let column = |words: &str| element("th", &[("scope", "col")], [text(words)]);
-    let lead = if several_drives { "2" } else { "1" };
-    let groups = [
-        group("", lead),
-        group("Peak", "3"),
-        group("Peak at (x, y)", "3"),
-        group("Focal radius", "3"),
-        group("Sub-peaks", "2"),
-        group("Agreement", "4"),
-    ];
-    let mut columns = vec![column("z")];
-    if several_drives {
-        columns.insert(0, column("drive"));
-    }
-    for words in [
-        "scan",
-        "simulation",
-        "ratio",
-        "scan",
-        "simulation",
-        "apart",
-        "scan",
-        "simulation",
-        "difference",
-        "scan",
-        "sim.",
-        "correlation",
-        "level",
-        "residual",
-        "at best level",
-    ] {
-        columns.push(column(words));
-    }
-    element("thead", &[], [element("tr", &[], groups), element("tr", &[], columns)])
+    let groups = std::iter::once(("", lead.len())).chain(groups.iter().copied()).map(group);
+    let columns =
+        lead.iter().chain(columns).map(|words| element("th", &[("scope", "col")], [text(words)]));
+    let rows = comparison.planes.iter().map(|plane| {
+        let cell = |words: &String| element("td", &[], [text(words)]);
+        let drive = several_drives.then(|| cell(&plane.focus.to_string()));
+        let height = element("th", &[("scope", "row")], [text(&height_mm(plane.z_m))]);
+        let cells = cells(plane);
+        element("tr", &[], drive.into_iter().chain([height]).chain(cells.iter().map(cell)))
+    });
+    let table = element(
+        "table",
+        &[],
+        [
+            element("caption", &[], [text(caption)]),
+            element("thead", &[], [element("tr", &[], groups), element("tr", &[], columns)]),
+            element("tbody", &[], rows),
+        ],
+    );
+    element("div", &[("class", "wide")], [table])
 }
 
-fn row(plane: &PlaneComparison, several_drives: bool) -> Html {
-    let cell = |words: String| element("td", &[], [text(&words)]);
-    let height = element("th", &[("scope", "row")], [text(&height_mm(plane.z_m))]);
-    let mut cells = vec![height];
-    if several_drives {
-        cells.insert(0, cell(plane.focus.to_string()));
-    }
+fn figure_cells(plane: &PlaneComparison) -> Vec<String> {
     let discrepancy = &plane.discrepancy;
-    cells.extend(
-        [
-            peak(&plane.scan),
-            peak(&plane.simulation),
-            uncertain(discrepancy.peak_ratio),
-            position(&plane.scan),
-            position(&plane.simulation),
-            millimetres(discrepancy.peak_distance_m),
-            radius(&plane.scan),
-            radius(&plane.simulation),
-            discrepancy.focal_radius_m.map_or_else(absent, millimetres),
-            count(plane.scan.sub_peaks),
-            count(plane.simulation.sub_peaks),
-            fixed(plane.agreement.correlation, 3),
-            fixed(plane.agreement.gain_ratio, 3),
-            percent(plane.agreement.residual_rms_ratio),
-            percent(plane.agreement.residual_rms_ratio_own_gain),
-        ]
-        .map(cell),
-    );
-    element("tr", &[], cells)
+    vec![
+        peak(&plane.scan),
+        peak(&plane.simulation),
+        uncertain(discrepancy.peak_ratio),
+        position(&plane.scan),
+        position(&plane.simulation),
+        millimetres(discrepancy.peak_distance_m),
+        radius(&plane.scan),
+        radius(&plane.simulation),
+        discrepancy.focal_radius_m.map_or_else(absent, millimetres),
+        count(plane.scan.sub_peaks),
+        count(plane.simulation.sub_peaks),
+    ]
+}
+
+fn agreement_cells(plane: &PlaneComparison) -> Vec<String> {
+    let agreement = &plane.agreement;
+    vec![
+        plane.points.to_string(),
+        uncertain(Uncertain { value: agreement.scan_rms, standard_error: f64::NAN }),
+        fixed(agreement.correlation, 3),
+        fixed(agreement.gain_ratio, 3),
+        percent(agreement.residual_rms_ratio),
+        percent(agreement.residual_rms_ratio_own_gain),
+    ]
 }
 
 fn absent() -> String {
@@ -133,9 +143,12 @@ fn peak(figures: &FieldFigures) -> String {
 }
 
 fn position(figures: &FieldFigures) -> String {
-    let [x, y] = figures.peak_position_m;
-    let along = |at: Uncertain| fixed(at.value * 1e3, 1);
-    format!("({}, {})", along(x), along(y))
+    let [x, y] = figures.peak_position_m.map(|along| along.value * 1e3);
+    if x.is_finite() && y.is_finite() {
+        format!("({}, {})", fixed(x, 1), fixed(y, 1))
+    } else {
+        absent()
+    }
 }
 
 fn radius(figures: &FieldFigures) -> String {
@@ -153,7 +166,7 @@ fn count(number: Option<usize>) -> String {
 }
 
 fn noise(noise: &Noise, unit: &str) -> String {
-    let plain = |value| uncertain(Uncertain { value, standard_error: f64::NAN });
+    let additive = uncertain(Uncertain { value: noise.additive, standard_error: f64::NAN });
     let from = match noise.source {
         NoiseSource::Repeats => "from points that were measured several times",
         NoiseSource::SilentReadings => "from readings with the array silent",
@@ -161,9 +174,10 @@ fn noise(noise: &Noise, unit: &str) -> String {
             "from what the simulation leaves unexplained: an upper bound, as it holds the gap too"
         }
     };
-    format!(
-        "Noise of one reading, {from}: {} {unit}, and {} of the level.",
-        plain(noise.additive),
-        percent(noise.multiplicative)
-    )
+    let multiplicative = if noise.multiplicative > 0.0 {
+        format!(", and {} of the level", percent(noise.multiplicative))
+    } else {
+        String::new()
+    };
+    format!("Noise of one reading, {from}: {additive} {unit}{multiplicative}.")
 }

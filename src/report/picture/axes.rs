@@ -55,30 +55,30 @@ impl Axes {
         label: &str,
     ) -> Result<(), PictureError> {
         let bottom = self.corner.1 + self.height;
-        for tick in ticks(self.x, self.width / 55.0) {
+        for tick in ticks(self.x, self.width / 40.0) {
             let (x, _) = self.place(tick.value, self.y.0);
-            canvas.line(&[(x, bottom), (x, bottom + TICK_LENGTH)], FRAME_PEN)?;
+            canvas.line((x, bottom), (x, bottom + TICK_LENGTH), FRAME_PEN)?;
             canvas.text(&tick.label, (x, bottom + TICK_LENGTH + 3.0), TICK_TEXT, Lies::Below)?;
         }
         let middle = self.corner.0 + self.width / 2.0;
         canvas.text(label, (middle, bottom + 26.0), LABEL_TEXT, Lies::Below)
     }
 
-    /// Ticks, their numbers and the label left of the frame, `label_room` from it.
+    /// Ticks, their numbers and the label left of the frame.
     pub fn y_axis<B: DrawingBackend>(
         &self,
         canvas: &mut Canvas<B>,
         label: &str,
-        label_room: f64,
     ) -> Result<(), PictureError> {
         let left = self.corner.0;
-        for tick in ticks(self.y, self.height / 40.0) {
+        let ticks = ticks(self.y, self.height / 40.0);
+        for tick in &ticks {
             let (_, y) = self.place(self.x.0, tick.value);
-            canvas.line(&[(left, y), (left - TICK_LENGTH, y)], FRAME_PEN)?;
+            canvas.line((left, y), (left - TICK_LENGTH, y), FRAME_PEN)?;
             canvas.text(&tick.label, (left - TICK_LENGTH - 3.0, y), TICK_TEXT, Lies::Left)?;
         }
         let middle = self.corner.1 + self.height / 2.0;
-        canvas.text(label, (left - label_room, middle), LABEL_TEXT, Lies::Upwards)
+        canvas.text(label, (left - room_for(&ticks), middle), LABEL_TEXT, Lies::Upwards)
     }
 
     /// Ticks and their numbers right of the frame.
@@ -86,16 +86,16 @@ impl Axes {
         &self,
         canvas: &mut Canvas<B>,
         label: &str,
-        label_room: f64,
     ) -> Result<(), PictureError> {
         let right = self.corner.0 + self.width;
-        for tick in ticks(self.y, self.height / 40.0) {
+        let ticks = ticks(self.y, self.height / 40.0);
+        for tick in &ticks {
             let (_, y) = self.place(self.x.0, tick.value);
-            canvas.line(&[(right, y), (right + TICK_LENGTH, y)], FRAME_PEN)?;
+            canvas.line((right, y), (right + TICK_LENGTH, y), FRAME_PEN)?;
             canvas.text(&tick.label, (right + TICK_LENGTH + 3.0, y), TICK_TEXT, Lies::Right)?;
         }
         let middle = self.corner.1 + self.height / 2.0;
-        canvas.text(label, (right + label_room, middle), LABEL_TEXT, Lies::Upwards)
+        canvas.text(label, (right + room_for(&ticks), middle), LABEL_TEXT, Lies::Upwards)
     }
 }
 
@@ -104,6 +104,12 @@ impl Axes {
 struct Tick {
     value: f64,
     label: String,
+}
+
+/// From the frame to the middle of the label beyond the numbers of some ticks, CSS pixels.
+fn room_for(ticks: &[Tick]) -> f64 {
+    let longest = ticks.iter().map(|tick| tick.label.chars().count()).max().unwrap_or(0);
+    TICK_LENGTH + 3.0 + 0.55 * TICK_TEXT * longest as f64 + LABEL_TEXT
 }
 
 /// Round values inside a range, `about` as many or fewer: multiples of 1, 2 or 5 times a power of ten.

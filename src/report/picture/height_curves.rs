@@ -16,7 +16,6 @@ const TOP_ROOM: f64 = 34.0;
 const BOTTOM_ROOM: f64 = 86.0;
 const PANEL_GAP: f64 = 82.0;
 const RIGHT_ROOM: f64 = 16.0;
-const LABEL_ROOM: f64 = 62.0;
 
 /// The curves of one drive over its heights.
 pub(in crate::report) struct HeightCurves {
@@ -74,7 +73,8 @@ impl HeightCurves {
                 title: "simulated peak to scanned peak",
                 label: "distance (mm)".to_owned(),
                 curves: curves(&fields[1..], |plane, figures| {
-                    Some((plane.discrepancy.peak_distance_m, 1e3, !figures.peak_at_edge))
+                    let inside = !figures.peak_at_edge && !plane.scan.peak_at_edge;
+                    Some((plane.discrepancy.peak_distance_m, 1e3, inside))
                 }),
             },
         };
@@ -121,7 +121,7 @@ impl HeightCurves {
         }
         axes.frame(canvas)?;
         axes.x_axis(canvas, "height z (mm)")?;
-        axes.y_axis(canvas, &panel.label, LABEL_ROOM)?;
+        axes.y_axis(canvas, &panel.label)?;
         let title_at = (axes.corner.0, axes.corner.1 - 6.0);
         canvas.text(panel.title, title_at, LABEL_TEXT + 1.0, Lies::AboveRight)?;
         // The scan last, on top.
@@ -140,7 +140,7 @@ impl HeightCurves {
             canvas.dashed(&[(x, y), (x + 40.0, y)], series.dash(), pen)?;
             series.mark_on_curve(canvas, (x + 20.0, y), true)?;
             canvas.text(&series.name(), (x + 48.0, y), LABEL_TEXT, Lies::Right)?;
-            x += 90.0 + 8.0 * series.name().chars().count() as f64;
+            x += 84.0 + 7.0 * series.name().chars().count() as f64;
         }
         if self.focus_height_mm.is_some() {
             let line = [(x, y - 9.0), (x, y + 9.0)];
@@ -227,9 +227,9 @@ fn curve<B: DrawingBackend>(
         if point.error.is_finite() && point.error > 0.0 {
             let (_, high) = axes.place(point.height_mm, point.value + point.error);
             let (_, low) = axes.place(point.height_mm, (point.value - point.error).max(axes.y.0));
-            canvas.line(&[(at.0, low), (at.0, high)], pen)?;
+            canvas.line((at.0, low), (at.0, high), pen)?;
             for y in [low, high] {
-                canvas.line(&[(at.0 - 5.0, y), (at.0 + 5.0, y)], pen)?;
+                canvas.line((at.0 - 5.0, y), (at.0 + 5.0, y), pen)?;
             }
         }
         series.mark_on_curve(canvas, at, point.whole)?;

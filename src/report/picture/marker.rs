@@ -126,8 +126,8 @@ pub(super) fn focus_on_map<B: DrawingBackend>(
     for (reach, pen) in
         [(7.0, Pen { colour: BLACK, width: 4.5 }), (6.0, Pen { colour: WHITE, width: 2.0 })]
     {
-        for stroke in strokes(reach) {
-            canvas.line(&stroke, pen)?;
+        for [from, to] in strokes(reach) {
+            canvas.line(from, to, pen)?;
         }
     }
     Ok(())

@@ -15,9 +15,9 @@ use plotters::backend::{BitMapBackend, SVGBackend};
 use plotters::prelude::DrawingBackend;
 
 pub(super) use self::height_curves::HeightCurves;
-pub(super) use self::plane_maps::{LEAST_SIGNED_SHARE, PlaneMaps, scale_top};
+pub(super) use self::plane_maps::{LEAST_SIGNED_SHARE, PlaneMaps};
 
-use self::canvas::{Canvas, OVERSAMPLING};
+use self::canvas::{Canvas, OVERSAMPLING, TextFit};
 
 /// PNG pixels in a CSS pixel: sharp on a screen of double density and on paper.
 const PNG_DENSITY: u32 = 2;
@@ -75,7 +75,7 @@ fn png(picture: &impl Picture) -> Result<Vec<u8>, PictureError> {
     let mut pixels = vec![255; 3 * large_width as usize * large_height as usize];
     {
         let mut backend = BitMapBackend::with_buffer(&mut pixels, (large_width, large_height));
-        picture.draw(&mut Canvas::new(&mut backend)?)?;
+        picture.draw(&mut Canvas::new(&mut backend, TextFit::BITMAP)?)?;
     }
     let large = image::RgbImage::from_raw(large_width, large_height, pixels)
         .expect("as many bytes as pixels times three");
@@ -92,7 +92,7 @@ fn svg(picture: &impl Picture) -> Result<String, PictureError> {
     let mut file = String::new();
     {
         let mut backend = SVGBackend::with_string(&mut file, (large_width, large_height));
-        picture.draw(&mut Canvas::new(&mut backend)?)?;
+        picture.draw(&mut Canvas::new(&mut backend, TextFit::SVG)?)?;
         backend.present().map_err(|error| PictureError::Drawing(error.to_string()))?;
     }
     // The `viewBox` keeps the fine coordinates; the size goes back to CSS pixels.

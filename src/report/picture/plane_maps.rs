@@ -20,7 +20,7 @@ const TOP_ROOM: f64 = 34.0;
 const BOTTOM_ROOM: f64 = 82.0;
 const PANEL_GAP: f64 = 22.0;
 const BAR_WIDTH: f64 = 16.0;
-const RIGHT_ROOM: f64 = 92.0;
+const RIGHT_ROOM: f64 = 94.0;
 
 /// Differences below this share of the colour scale carry no sign.
 pub(in crate::report) const LEAST_SIGNED_SHARE: f64 = 0.15;
@@ -37,32 +37,19 @@ pub(in crate::report) struct PlaneMaps<'a> {
     layout: Layout,
 }
 
-/// The largest reading, scanned or simulated, of some maps; `None` where there is none above zero.
-pub(in crate::report) fn scale_top<'a>(
-    maps: impl IntoIterator<Item = &'a ComparedMap>,
-) -> Option<f64> {
-    maps.into_iter()
-        .flat_map(|map| map.scan.iter().chain(&map.simulation))
-        .copied()
-        .filter(|value| value.is_finite() && *value > 0.0)
-        .reduce(f64::max)
-}
-
 impl<'a> PlaneMaps<'a> {
-    /// The maps of a plane; `top` is the reading of the lightest colour. `None` where the plane has no map that
-    /// could be drawn.
-    pub fn new(
-        plane: &'a PlaneComparison,
-        simulator: Simulator,
-        unit: &'a str,
-        top: f64,
-    ) -> Option<Self> {
+    /// The maps of a plane, the lightest colour for the largest reading of scan and simulation. `None` where the plane has
+    /// no map that could be drawn.
+    pub fn new(plane: &'a PlaneComparison, simulator: Simulator, unit: &'a str) -> Option<Self> {
         let map = plane.map.as_ref()?;
         let cells = map.x_m.len() * map.y_m.len();
         if cells == 0 || map.scan.len() != cells || map.simulation.len() != cells {
             return None;
         }
         let layout = Layout::new(map);
+        // Where no reading is above zero, any scale shows as much.
+        let top =
+            largest(map.scan.iter().chain(&map.simulation)).filter(|&top| top > 0.0).unwrap_or(1.0);
         Some(Self { map, plane, simulator, unit, scale: ColourScale { top }, layout })
     }
 
@@ -90,7 +77,7 @@ impl<'a> PlaneMaps<'a> {
         axes.frame(canvas)?;
         axes.x_axis(canvas, "x (mm)")?;
         if index == 0 {
-            axes.y_axis(canvas, "y (mm)", 52.0)?;
+            axes.y_axis(canvas, "y (mm)")?;
         }
         canvas.text(
             title,
@@ -137,9 +124,9 @@ impl<'a> PlaneMaps<'a> {
                 }
                 let (x, y) = axes.place(self.map.x_m[column] * 1e3, self.map.y_m[row] * 1e3);
                 let pen = Pen { colour: self.scale.contrast(value.abs()), width: 1.25 };
-                canvas.line(&[(x - 3.5, y), (x + 3.5, y)], pen)?;
+                canvas.line((x - 3.5, y), (x + 3.5, y), pen)?;
                 if value > 0.0 {
-                    canvas.line(&[(x, y - 3.5), (x, y + 3.5)], pen)?;
+                    canvas.line((x, y - 3.5), (x, y + 3.5), pen)?;
                 }
             }
         }
@@ -163,14 +150,14 @@ impl<'a> PlaneMaps<'a> {
         let size_px = (device_length(axes.width), device_length(axes.height));
         canvas.image(axes.corner, size_px, &cells.image(size_px, self.scale))?;
         axes.frame(canvas)?;
-        axes.right_axis(canvas, &reading_label(self.unit), RIGHT_ROOM - BAR_WIDTH - 14.0)
+        axes.right_axis(canvas, &reading_label(self.unit))
     }
 
     fn legend<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
         let y = f64::from(self.size().1) - 18.0;
         let entry = |canvas: &mut Canvas<B>, panel: usize, along: f64, text: &str| {
             let x = self.layout.panel(panel).corner.0 + along + 8.0;
-            canvas.text(text, (x + 14.0, y), LABEL_TEXT, Lies::Right)?;
+            canvas.text(text, (x + 17.0, y), LABEL_TEXT, Lies::Right)?;
             Ok::<Point, PictureError>((x, y))
         };
         let at = entry(canvas, 0, 0.0, "peak of the scan")?;
@@ -182,7 +169,7 @@ impl<'a> PlaneMaps<'a> {
         let at = entry(canvas, 1, 0.0, "peak of the simulation")?;
         Series::Simulated(self.simulator).mark_on_map(canvas, at)?;
         let signs = self.layout.panel(2).corner.0;
-        canvas.text("+ scan louder   \u{2212} scan quieter", (signs, y), LABEL_TEXT, Lies::Right)
+        canvas.text("+ scan louder, \u{2212} scan quieter", (signs, y), LABEL_TEXT, Lies::Right)
     }
 }
 
@@ -215,7 +202,7 @@ impl Picture for PlaneMaps<'_> {
         self.marks(canvas, &axes, &[simulation])?;
         let axes = self.panel(canvas, 2, "|scan \u{2212} simulation|", &size_of_difference)?;
         self.signs(canvas, &axes, &difference)?;
-        self.marks(canvas, &axes, &[scan, simulation])?;
+        self.marks(canvas, &axes, &[simulation, scan])?;
         self.colour_bar(canvas)?;
         self.legend(canvas)
     }
@@ -261,6 +248,10 @@ impl Layout {
             y: ends(&self.row_borders_mm),
         }
     }
+}
+
+fn largest<'a>(values: impl Iterator<Item = &'a f64>) -> Option<f64> {
+    values.copied().filter(|value| value.is_finite()).reduce(f64::max)
 }
 
 /// Where the peak stands, x and y in millimetres; `None` where there is none.

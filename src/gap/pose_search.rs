@@ -1,0 +1,107 @@
+//! The whole pose found from nothing: a coarse search, then refinement of fewer and fewer candidates on more and more
+//! readings.
+
+use std::f64::consts::FRAC_PI_2;
+
+use rayon::prelude::*;
+
+use super::coarse::candidates;
+use super::pose::{Mirror, Pose};
+use super::readings::Readings;
+use super::refine::{Fit, PoseParameter, Search, refine};
+
+/// What is known of a pose before looking, as standard deviations: height and turn are set by hand, a step is wrong
+/// by a belt's or a screw's tolerance. Weak, so that they decide only what the readings leave open.
+const HEIGHT_SD_M: f64 = 10e-3;
+const TURN_SD_RAD: f64 = 0.09;
+const STEP_SD: f64 = 0.05;
+
+/// Readings and linearisations of the three rounds, and how many candidates enter each.
+const ROUNDS: [(usize, usize, usize); 3] = [(400, 6, usize::MAX), (2000, 10, 5), (usize::MAX, 12, 1)];
+
+/// Squared residuals this near to one another, relative, are told apart by nothing in the readings: the pose that is
+/// nearer to what the lab meant is taken.
+const AS_GOOD: f64 = 0.05;
+
+/// The pose that leaves least, and what came close.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// The pose found, refined on all readings.
+    pub best: Fit,
+    /// The best of the other handedness, refined on some thousands of readings, if any came that far.
+    pub other_handedness: Option<Fit>,
+    /// The residual ratio of the best on the same readings as the above.
+    pub best_then: f64,
+}
+
+/// Searches every handedness, turn, step, height and shift; `None` without readings.
+pub fn find_pose(readings: &Readings) -> Option<Found> {
+    let mut fits: Vec<Pose> = candidates(readings).iter().map(|found| found.pose).collect();
+    let mut second_round: Vec<Fit> = Vec::new();
+    let mut best = None;
+    for (count, iterations, entering) in ROUNDS {
+        let some = readings.thinned(count);
+        let mut round: Vec<Fit> = fits
+            .par_iter()
+            .take(entering)
+            .map(|start| refine(&some, *start, &search_about(start, iterations)))
+            .collect();
+        round.sort_by(|a, b| a.residual_ratio.total_cmp(&b.residual_ratio));
+        prefer_plain(&mut round);
+        fits = keep_both_hands(&round, ROUNDS[1].2);
+        if count == ROUNDS[1].0 {
+            second_round = round.clone();
+        }
+        best = round.into_iter().next();
+    }
+    let best = best?;
+    let then = second_round.first()?;
+    let other = second_round
+        .iter()
+        .find(|fit| (fit.pose.mirror == Mirror::None) != (best.pose.mirror == Mirror::None))
+        .cloned();
+    Some(Found { best_then: then.residual_ratio, other_handedness: other, best })
+}
+
+/// All five parameters, with what is known of a pose in this orientation.
+fn search_about(start: &Pose, iterations: usize) -> Search {
+    let quarter = (start.turn_rad / FRAC_PI_2).round() * FRAC_PI_2;
+    let prior = |parameter| match parameter {
+        PoseParameter::ShiftX | PoseParameter::ShiftY => None,
+        PoseParameter::ShiftZ => Some((0.0, HEIGHT_SD_M)),
+        PoseParameter::Turn => Some((quarter, TURN_SD_RAD)),
+        PoseParameter::Step => Some((1.0, STEP_SD)),
+    };
+    let free = PoseParameter::ALL.map(|parameter| (parameter, prior(parameter))).to_vec();
+    Search { free, iterations }
+}
+
+/// Brings the plainest among those as good as the best to the front.
+fn prefer_plain(sorted: &mut [Fit]) {
+    let Some(best) = sorted.first() else { return };
+    let limit = best.residual_ratio * (1.0 + AS_GOOD).sqrt();
+    let plain = |fit: &Fit| {
+        let mirrored = u8::from(fit.pose.mirror != Mirror::None);
+        let quarters = (fit.pose.turn_rad / FRAC_PI_2).round().abs() as u8;
+        mirrored + quarters
+    };
+    let as_good = sorted.iter().take_while(|fit| fit.residual_ratio <= limit).count();
+    let plainest = (0..as_good).min_by_key(|&index| plain(&sorted[index]));
+    if let Some(index) = plainest {
+        sorted[..=index].rotate_right(1);
+    }
+}
+
+/// The first `count`, the last of them replaced by the best of the missing handedness, if they are all of one.
+fn keep_both_hands(sorted: &[Fit], count: usize) -> Vec<Pose> {
+    let mut kept: Vec<Pose> = sorted.iter().take(count).map(|fit| fit.pose).collect();
+    let mirrored = |pose: &Pose| pose.mirror != Mirror::None;
+    if let Some(first) = kept.first().copied()
+        && kept.iter().all(|pose| mirrored(pose) == mirrored(&first))
+        && let Some(other) = sorted.iter().find(|fit| mirrored(&fit.pose) != mirrored(&first))
+    {
+        kept.truncate(count - 1);
+        kept.push(other.pose);
+    }
+    kept
+}

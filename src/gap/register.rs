@@ -1,0 +1,249 @@
+//! Which registration is right: the choice between believing the set-up and looking for another.
+//!
+//! A registration that is free enough explains any gap. The lab's own coordinates are therefore believed to a fraction of a
+//! millimetre, and a whole pose is put in their place only if the scan makes no sense as it stands and does
+//! make sense in the other pose. What a small shift or a pose could half explain stays where it belongs: in the gap.
+
+use super::identifiability::identifiability;
+use super::pose::{Mirror, Pose};
+use super::pose_search::{Found, find_pose};
+use super::readings::Readings;
+use super::refine::{Fit, PoseParameter, Search, refine};
+use super::registration::{
+    Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,
+};
+
+/// How well a lab knows where its robot's origin lies: standard deviation along each axis, metres.
+pub const SHIFT_SD_M: f64 = 0.2e-3;
+
+/// A shift beyond this many standard deviations is no slip in setting up, but a gap to be reported.
+const FARTHEST_SHIFT_SD: f64 = 3.0;
+
+/// From this correlation on, the scan makes sense as it stands.
+const MAKES_SENSE: f64 = 0.85;
+
+/// A pose explains the gap if it leaves no more than this share of the squared residual.
+const EXPLAINS: f64 = 0.5;
+
+/// A pose of the other handedness that leaves no more than this times the squared residual is as good.
+const AS_GOOD: f64 = 1.1;
+
+/// A registration and the simulation under it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Registered {
+    /// What to report.
+    pub registration: Registration,
+    /// The pose, the gain, and the simulated magnitude at each reading.
+    pub fit: Fit,
+}
+
+/// Registers readings to their simulation; `readings` must not be empty, and not all zero.
+pub fn register(readings: &Readings, requested: Registering) -> Registered {
+    let gain_only = Fit::at(readings, Pose::default());
+    match requested {
+        Registering::None => {
+            let fit =
+                Fit::with_gain(Pose::default(), 1.0, gain_only.simulated, &readings.values());
+            let why = "nothing was estimated, as asked".to_owned();
+            Choice { chosen: Registering::None, fit, why, found: None, tried: vec![] }
+        }
+        Registering::GainOnly => {
+            let why = "only the gain was estimated, as asked".to_owned();
+            Choice { chosen: requested, fit: gain_only, why, found: None, tried: vec![] }
+        }
+        Registering::GainAndShift => {
+            let fit = with_small_shift(readings);
+            let why = format!(
+                "gain and shift were estimated, as asked; the shift is held near zero by a prior of {:.1} mm",
+                SHIFT_SD_M * 1e3
+            );
+            let tried = vec![tried(Registering::GainOnly, &gain_only)];
+            Choice { chosen: requested, fit, why, found: None, tried }
+        }
+        Registering::Pose => pose_as_asked(readings, gain_only),
+        Registering::Auto => choose(readings, gain_only),
+    }
+    .report(readings, requested)
+}
+
+fn pose_as_asked(readings: &Readings, gain_only: Fit) -> Choice {
+    let tried = vec![tried(Registering::GainOnly, &gain_only)];
+    match find_pose(readings) {
+        Some(found) => Choice {
+            chosen: Registering::Pose,
+            fit: found.best.clone(),
+            why: format!("the whole pose was estimated, as asked: {}", in_words(&found.best)),
+            found: Some(found),
+            tried,
+        },
+        None => Choice {
+            chosen: Registering::GainOnly,
+            fit: gain_only,
+            why: "no pose was found at all; only the gain was estimated".to_owned(),
+            found: None,
+            tried,
+        },
+    }
+}
+
+/// The automatic choice.
+fn choose(readings: &Readings, gain_only: Fit) -> Choice {
+    let mut all = vec![tried(Registering::GainOnly, &gain_only)];
+    let shifted = with_small_shift(readings);
+    all.push(tried(Registering::GainAndShift, &shifted));
+    let asked_m = shifted.pose.shift_m.amax();
+    let (chosen, small, shift_words) = if asked_m <= FARTHEST_SHIFT_SD * SHIFT_SD_M {
+        (Registering::GainAndShift, shifted, "gain and a small shift were estimated".to_owned())
+    } else {
+        let words = format!(
+            "only the gain was estimated: the readings ask for a shift of {}, more than a slip in \
+             setting up explains, so it is left in the gap",
+            millimetres(&shifted.pose)
+        );
+        (Registering::GainOnly, gain_only, words)
+    };
+    if small.correlation >= MAKES_SENSE {
+        let why = format!(
+            "{shift_words}; with a correlation of {:.3} the scan makes sense in the coordinates it was \
+             recorded in, and no other pose was looked for",
+            small.correlation
+        );
+        return Choice { chosen, fit: small, why, found: None, tried: all };
+    }
+    let Some(found) = find_pose(readings) else {
+        return Choice { chosen, fit: small, why: shift_words, found: None, tried: all };
+    };
+    all.push(tried(Registering::Pose, &found.best));
+    let falls_to = (found.best.residual_ratio / small.residual_ratio).powi(2);
+    let reached = format!(
+        "leaves {:.0} % of the squared residual and brings the correlation from {:.3} to {:.3}",
+        100.0 * falls_to,
+        small.correlation,
+        found.best.correlation
+    );
+    let pose = in_words(&found.best);
+    if falls_to <= EXPLAINS && found.best.correlation >= MAKES_SENSE {
+        let why = format!(
+            "as recorded, the scan makes no sense against the simulation; another pose does: {pose}. It {reached}"
+        );
+        let fit = found.best.clone();
+        Choice { chosen: Registering::Pose, fit, why, found: Some(found), tried: all }
+    } else {
+        let why = format!(
+            "{shift_words}. A whole pose was tried and not adopted, as it does not explain the gap: the best \
+             ({pose}) {reached}"
+        );
+        Choice { chosen, fit: small, why, found: None, tried: all }
+    }
+}
+
+fn with_small_shift(readings: &Readings) -> Fit {
+    let free = PoseParameter::SHIFT.map(|parameter| (parameter, Some((0.0, SHIFT_SD_M)))).to_vec();
+    refine(readings, Pose::default(), &Search { free, iterations: 15 })
+}
+
+fn tried(registering: Registering, fit: &Fit) -> TriedRegistration {
+    TriedRegistration {
+        registering,
+        pose: fit.pose,
+        correlation: fit.correlation,
+        residual_rms_ratio: fit.residual_ratio,
+    }
+}
+
+/// A choice, before its errors are known.
+struct Choice {
+    chosen: Registering,
+    fit: Fit,
+    why: String,
+    found: Option<Found>,
+    tried: Vec<TriedRegistration>,
+}
+
+impl Choice {
+    fn report(self, readings: &Readings, requested: Registering) -> Registered {
+        let free: &[PoseParameter] = match self.chosen {
+            Registering::Pose => &PoseParameter::ALL,
+            Registering::GainAndShift => &PoseParameter::SHIFT,
+            _ => &[],
+        };
+        let known = identifiability(readings, &self.fit, free);
+        let estimate = |parameter: PoseParameter| {
+            let value = parameter.of(&self.fit.pose);
+            match free.iter().position(|other| *other == parameter) {
+                // A shift held by its prior is known at least as well as the prior says.
+                Some(index) if self.chosen == Registering::GainAndShift => {
+                    let precision = known.errors[index].powi(-2) + SHIFT_SD_M.powi(-2);
+                    Estimate { value, standard_error: precision.powf(-0.5), estimated: true }
+                }
+                Some(index) => {
+                    Estimate { value, standard_error: known.errors[index], estimated: true }
+                }
+                None => Estimate { value, standard_error: 0.0, estimated: false },
+            }
+        };
+        let gain_estimated = self.chosen != Registering::None;
+        let gain = Estimate {
+            value: self.fit.gain,
+            standard_error: if gain_estimated { known.gain_error } else { 0.0 },
+            estimated: gain_estimated,
+        };
+        let mut undetermined = match self.chosen {
+            Registering::Pose => known.undetermined,
+            // Here every combination is held by the prior; the standard errors say how little else is known.
+            _ => Vec::new(),
+        };
+        undetermined.extend(self.found.as_ref().and_then(either_hand));
+        let mut tried_all = self.tried;
+        if tried_all.iter().all(|other| other.registering != self.chosen) {
+            tried_all.push(tried(self.chosen, &self.fit));
+        }
+        let registration = Registration {
+            requested,
+            chosen: self.chosen,
+            why: self.why,
+            gain,
+            mirror: self.fit.pose.mirror,
+            turn_rad: estimate(PoseParameter::Turn),
+            step_ratio: estimate(PoseParameter::Step),
+            shift_m: PoseParameter::SHIFT.map(estimate),
+            tried: tried_all,
+            undetermined,
+        };
+        Registered { registration, fit: self.fit }
+    }
+}
+
+/// Names the mirror as undetermined, if the other handedness does as well.
+fn either_hand(found: &Found) -> Option<UndeterminedCombination> {
+    let other = found.other_handedness.as_ref()?;
+    let ratio = (other.residual_ratio / found.best_then).powi(2);
+    (ratio <= AS_GOOD).then(|| UndeterminedCombination {
+        parameters: vec!["mirror".to_owned()],
+        explanation: format!(
+            "a scan of the other handedness ({}) leaves {ratio:.2} times the squared residual: the field is too \
+             symmetric for these readings to tell whether an axis is mirrored",
+            in_words(other)
+        ),
+    })
+}
+
+/// A pose in words.
+fn in_words(fit: &Fit) -> String {
+    let mirror = match fit.pose.mirror {
+        Mirror::None => "not mirrored",
+        Mirror::X => "mirrored in x",
+        Mirror::Y => "mirrored in y",
+    };
+    format!(
+        "{mirror}, shifted by {}, turned by {:.2} degrees, step times {:.4}",
+        millimetres(&fit.pose),
+        fit.pose.turn_rad.to_degrees(),
+        fit.pose.step_ratio
+    )
+}
+
+fn millimetres(pose: &Pose) -> String {
+    let shift = pose.shift_m * 1e3;
+    format!("({:.2}, {:.2}, {:.2}) mm", shift.x, shift.y, shift.z)
+}

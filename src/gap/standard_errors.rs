@@ -1,0 +1,100 @@
+//! Standard errors that hold when neighbouring residuals are alike.
+//!
+//! What a simulation leaves of a scan is not noise from point to point: it is a pattern as wide as the field's own
+//! structure, half a wavelength or more. Counting each reading as one independent fact would make every error
+//! too small by the square root of the readings in such a patch. So readings are put into blocks two wavelengths
+//! wide, and the scatter of what each *block* asks for gives the covariance (the cluster-robust estimate of Liang
+//! and Zeger, Biometrika 73, 13, 1986): no assumption about the residual's own pattern within a block.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::readings::Readings;
+
+/// Width of a block, in wavelengths.
+const WIDTH: f64 = 2.0;
+
+/// Readings put into cubes two wavelengths wide, each drive apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Blocks {
+    of: Vec<usize>,
+    count: usize,
+}
+
+impl Blocks {
+    /// The blocks of these readings.
+    pub fn of(readings: &Readings) -> Self {
+        let width_m = WIDTH * readings.wavelength_m();
+        let mut known: BTreeMap<(usize, [i64; 3]), usize> = BTreeMap::new();
+        let mut of = Vec::with_capacity(readings.len());
+        for drive in readings.drives() {
+            for position_m in &drive.positions_m {
+                let cell = [0, 1, 2].map(|axis| (position_m[axis] / width_m).floor() as i64);
+                let next = known.len();
+                of.push(*known.entry((drive.focus, cell)).or_insert(next));
+            }
+        }
+        Self { of, count: known.len() }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Covariance of the coefficients of a linear least-squares fit with these columns that leaves this residual;
+    /// infinite where the columns do not fix the coefficients, or blocks are no more than coefficients.
+    pub fn covariance(&self, columns: &DMatrix<f64>, residual: &[f64]) -> DMatrix<f64> {
+        let n = columns.ncols();
+        let unknown = || DMatrix::from_diagonal_element(n, n, f64::INFINITY);
+        // Columns in units of their own length: metres and ratios side by side would spoil the inverse.
+        let lengths = DVector::from_iterator(n, columns.column_iter().map(|column| column.norm()));
+        if self.count <= n || lengths.iter().any(|length| *length <= 0.0) {
+            return unknown();
+        }
+        let mut asked = DMatrix::zeros(n, self.count);
+        let mut curvature = DMatrix::zeros(n, n);
+        for (i, (row, block)) in columns.row_iter().zip(&self.of).enumerate() {
+            let row = row.transpose().component_div(&lengths);
+            let mut block = asked.column_mut(*block);
+            block += &row * residual[i];
+            curvature += &row * row.transpose();
+        }
+        let Some(cholesky) = curvature.cholesky() else { return unknown() };
+        let inverse = cholesky.inverse();
+        let few = self.count as f64 / (self.count - n) as f64;
+        let scaled = &inverse * (&asked * asked.transpose()) * &inverse * few;
+        scaled.component_div(&(&lengths * lengths.transpose()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn blocks(of: Vec<usize>) -> Blocks {
+        let count = of.iter().max().map_or(0, |last| last + 1);
+        Blocks { of, count }
+    }
+
+    /// The mean of blocks that are each one number throughout: its error is that of as many numbers as blocks.
+    #[test]
+    fn readings_that_repeat_their_neighbours_count_once() {
+        let errors = [1.0, -1.0, 2.0, -2.0, 0.5, -0.5, 1.5, -1.5];
+        let once = blocks((0..8).collect());
+        let copied = blocks((0..80).map(|i| i / 10).collect());
+        let ones = |n: usize| DMatrix::from_element(n, 1, 1.0);
+        let copies: Vec<f64> = (0..80).map(|i| errors[i / 10]).collect();
+        let expected: f64 = errors.iter().map(|e| e * e).sum::<f64>() / 64.0 * 8.0 / 7.0;
+        assert!((once.covariance(&ones(8), &errors)[(0, 0)] - expected).abs() < 1e-12);
+        assert!((copied.covariance(&ones(80), &copies)[(0, 0)] - expected).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_changes_nothing_is_unknown() {
+        let columns = DMatrix::from_fn(10, 2, |row, column| if column == 0 { row as f64 } else { 0.0 });
+        let covariance = blocks((0..10).collect()).covariance(&columns, &[0.1; 10]);
+        assert!(covariance[(1, 1)].is_infinite());
+    }
+}

@@ -1,0 +1,48 @@
+//! A measured field with faults that nobody labelled (a mirrored axis, a shifted origin, a step not quite nominal):
+//! the registration has to find them by itself.
+//!
+//! The field is not part of the project; the test looks for it in `$FIELDGAP_SHARED`, else beside the project in
+//! `../shared`, and says so when it is not there.
+
+use std::path::PathBuf;
+
+use fieldgap::gap::{Comparison, Mirror, Registering, compare};
+use fieldgap::scan::RecordedScan;
+
+fn measured(name: &str) -> Option<RecordedScan> {
+    let shared = std::env::var_os("FIELDGAP_SHARED")
+        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared")), PathBuf::from);
+    let folder = shared.join("real").join(name);
+    if !folder.is_dir() {
+        eprintln!("skipped: there is no measured field at {}", folder.display());
+        return None;
+    }
+    Some(RecordedScan::open(&folder).expect("a recorded scan"))
+}
+
+fn within(value: f64, expected: f64, tolerance: f64) -> bool {
+    (value - expected).abs() <= tolerance
+}
+
+#[test]
+fn the_pose_of_a_measured_field_is_found_and_what_it_leaves_open_is_named() {
+    let Some(scan) = measured("heightmod-a") else { return };
+    let found: Comparison =
+        compare(&scan, scan.setup.simulator, Registering::Auto).expect("a field to compare");
+    let registration = &found.registration;
+    println!("{}", registration.why);
+    println!("{registration:#?}\n{:#?} {:#?}", found.overall, found.noise);
+    println!("{:#?} {:#?} {:#?}", found.planes[0].scan, found.planes[0].simulation, found.planes[0].discrepancy);
+
+    assert_eq!(registration.chosen, Registering::Pose, "{}", registration.why);
+    assert_eq!(registration.mirror, Mirror::Y);
+    assert!(registration.turn_rad.value.abs() < 0.02);
+    assert!(within(registration.shift_m[0].value, 8.6e-3, 1e-3));
+    assert!(within(registration.shift_m[1].value, 5.8e-3, 1e-3));
+    assert!(within(registration.step_ratio.value, 1.41 / 1.378, 0.01));
+
+    let left_open = &registration.undetermined[0];
+    for parameter in ["shift_z", "step_ratio", "array_pitch"] {
+        assert!(left_open.parameters.iter().any(|name| name == parameter), "{left_open:?}");
+    }
+}

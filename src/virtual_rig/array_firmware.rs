@@ -152,3 +152,6 @@ impl Firmware for ArrayFirmware {
         None
     }
 }
+
+#[cfg(test)]
+mod tests;

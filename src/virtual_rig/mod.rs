@@ -28,6 +28,8 @@ pub mod marlin_firmware;
 pub mod planner;
 mod pty;
 pub mod receiver_firmware;
+#[cfg(test)]
+mod testing;
 pub mod trajectory;
 pub mod true_field;
 pub mod truth;

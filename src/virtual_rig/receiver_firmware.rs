@@ -270,3 +270,6 @@ fn frame(out: &mut Vec<u8>, kind: u8, clipped: bool, seq: u32, t_us: u64, value:
     let crc = crc32fast::hash(&out[start + 2..]);
     out.extend_from_slice(&crc.to_le_bytes());
 }
+
+#[cfg(test)]
+mod tests;

@@ -273,20 +273,20 @@ mod testing {
     }
 
     impl TrueArray {
-        pub fn of_two() -> Self {
+        pub(crate) fn of_two() -> Self {
             Self {
                 elements: vec![Element::at(-0.01, 0.0), Element::at(0.01, 0.0)],
                 channels: vec![0, 1],
             }
         }
 
-        pub fn of_many(count: usize) -> Self {
+        pub(crate) fn of_many(count: usize) -> Self {
             Self { elements: vec![Element::at(0.0, 0.0); count], channels: (0..count).collect() }
         }
     }
 
     impl Carriage {
-        pub fn resting() -> Self {
+        pub(crate) fn resting() -> Self {
             Self { position_mm: Vec3::zeros(), x_direction: 0.0, x_since_reversal_mm: 0.0 }
         }
     }

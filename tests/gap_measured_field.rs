@@ -10,8 +10,10 @@ use fieldgap::gap::{Comparison, Mirror, Registering, compare};
 use fieldgap::scan::RecordedScan;
 
 fn measured(name: &str) -> Option<RecordedScan> {
-    let shared = std::env::var_os("FIELDGAP_SHARED")
-        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared")), PathBuf::from);
+    let shared = std::env::var_os("FIELDGAP_SHARED").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared")),
+        PathBuf::from,
+    );
     let folder = shared.join("real").join(name);
     if !folder.is_dir() {
         eprintln!("skipped: there is no measured field at {}", folder.display());
@@ -32,7 +34,10 @@ fn the_pose_of_a_measured_field_is_found_and_what_it_leaves_open_is_named() {
     let registration = &found.registration;
     println!("{}", registration.why);
     println!("{registration:#?}\n{:#?} {:#?}", found.overall, found.noise);
-    println!("{:#?} {:#?} {:#?}", found.planes[0].scan, found.planes[0].simulation, found.planes[0].discrepancy);
+    println!(
+        "{:#?} {:#?} {:#?}",
+        found.planes[0].scan, found.planes[0].simulation, found.planes[0].discrepancy
+    );
 
     assert_eq!(registration.chosen, Registering::Pose, "{}", registration.why);
     assert_eq!(registration.mirror, Mirror::Y);

@@ -9,8 +9,8 @@ mod agreement;
 mod coarse;
 mod compare;
 pub mod comparison;
-mod identifiability;
 mod figures;
+mod identifiability;
 mod levenberg_marquardt;
 mod noise;
 pub mod pose;
@@ -20,12 +20,13 @@ pub mod refine;
 pub mod register;
 pub mod registration;
 mod standard_errors;
+mod table;
 
+pub use compare::{Incomparable, compare};
 pub use comparison::{
     Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, FocalRadiusFigure, Noise,
     NoiseSource, PlaneComparison, Uncertain,
 };
-pub use compare::{Incomparable, compare};
 pub use pose::{Mirror, Pose};
 pub use registration::{
     Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,

@@ -18,6 +18,9 @@ pub enum ReportError {
     /// A picture could not be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),
+    /// The comparison could not be turned into JSON.
+    #[error("writing the comparison as JSON failed")]
+    Json(#[from] serde_json::Error),
     /// There is nothing to report.
     #[error("there is no comparison to report")]
     NothingCompared,

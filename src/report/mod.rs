@@ -28,6 +28,8 @@ pub struct ReportFiles {
     pub index: PathBuf,
     /// The pictures, PNG and SVG.
     pub pictures: Vec<PathBuf>,
+    /// The comparisons as data.
+    pub json: PathBuf,
 }
 
 /// Writes the report of a scan into a folder, which is made where it is missing: one comparison for each
@@ -55,7 +57,8 @@ pub fn write(
         pictures.push(put(&figure.png_name(), &figure.drawn.png)?);
         pictures.push(put(&figure.svg_name(), figure.drawn.svg.as_bytes())?);
     }
+    let json = put("comparison.json", &serde_json::to_vec(comparisons)?)?;
     // The page last: where it stands, the report is whole.
     let index = put("index.html", page::page(context, comparisons, &figures).as_bytes())?;
-    Ok(ReportFiles { index, pictures })
+    Ok(ReportFiles { index, pictures, json })
 }

@@ -274,3 +274,135 @@ fn stride(cell: f64) -> usize {
 fn device_length(length: f64) -> u32 {
     ((length * f64::from(OVERSAMPLING)).round() as u32).max(1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::acoustics::Vec3;
+    use crate::gap::{Agreement, Discrepancy, Uncertain};
+    use crate::report::picture::Drawn;
+
+    const NOWHERE: Uncertain = Uncertain { value: f64::NAN, standard_error: f64::NAN };
+
+    fn figures(x_m: f64, y_m: f64) -> FieldFigures {
+        let at = |value| Uncertain { value, standard_error: 0.0 };
+        FieldFigures {
+            peak: NOWHERE,
+            peak_position_m: [at(x_m), at(y_m)],
+            peak_at_edge: false,
+            focal_radius: None,
+            sub_peaks: None,
+        }
+    }
+
+    /// A cone of 21 by 11 points, 2 mm apart, its top at (8, -4) mm; the simulation's top is at (-8, 4) mm.
+    fn cones() -> PlaneComparison {
+        let along =
+            |steps: i32| (-steps..=steps).map(|step| f64::from(step) * 2e-3).collect::<Vec<_>>();
+        let (x_m, y_m) = (along(10), along(5));
+        let cone = |x0: f64, y0: f64| -> Vec<f64> {
+            let value = |x: f64, y: f64| (1.0 - 20.0 * (x - x0).hypot(y - y0)).max(0.0);
+            y_m.iter().flat_map(|&y| x_m.iter().map(move |&x| value(x, y))).collect()
+        };
+        let (scan, simulation) = (cone(0.008, -0.004), cone(-0.008, 0.004));
+        PlaneComparison {
+            focus: 0,
+            z_m: 0.1,
+            target_m: None,
+            target_in_scan_m: Some(Vec3::new(0.0, 0.008, 0.1)),
+            map: Some(ComparedMap { x_m, y_m, scan, simulation }),
+            why_no_map: None,
+            scan: figures(0.008, -0.004),
+            simulation: figures(-0.008, 0.004),
+            discrepancy: Discrepancy {
+                peak_ratio: NOWHERE,
+                peak_shift_m: [NOWHERE; 2],
+                peak_distance_m: NOWHERE,
+                focal_radius_m: None,
+                sub_peaks: None,
+            },
+            agreement: Agreement {
+                correlation: 0.0,
+                residual_rms_ratio: 1.0,
+                residual_rms_ratio_own_gain: 1.0,
+                gain_ratio: 1.0,
+                residual_rms: 1.0,
+                scan_rms: 1.0,
+                points: 231,
+            },
+            points: 231,
+        }
+    }
+
+    /// The pixel of a drawn picture at a point of the sheet.
+    fn pixel(drawn: &Drawn, (x, y): Point) -> (u8, u8, u8) {
+        let image = image::load_from_memory(&drawn.png).expect("a PNG").to_rgb8();
+        let image::Rgb([red, green, blue]) = *image.get_pixel((2.0 * x) as u32, (2.0 * y) as u32);
+        (red, green, blue)
+    }
+
+    #[test]
+    fn the_peak_shines_through_its_mark_in_the_lightest_colour() {
+        let plane = cones();
+        let maps = PlaneMaps::new(&plane, Simulator::Corrected, "V").expect("a map");
+        let drawn = Drawn::new(&maps).expect("drawn");
+        let scale = ColourScale { top: 1.0 };
+        let (scan, simulation) = (maps.layout.panel(0), maps.layout.panel(1));
+        assert_eq!(pixel(&drawn, scan.place(8.0, -4.0)), scale.colour(1.0));
+        assert_eq!(pixel(&drawn, simulation.place(-8.0, 4.0)), scale.colour(1.0));
+        // Half way down the cone, and far from it.
+        let along = 20.0 * 0.008;
+        assert_eq!(pixel(&drawn, scan.place(16.0, -4.0)), scale.colour(1.0 - along));
+        assert_eq!(
+            pixel(&drawn, scan.place(-20.0, 10.0)),
+            scale.colour(1.0 - 20.0 * 0.028f64.hypot(0.014))
+        );
+    }
+
+    #[test]
+    fn a_millimetre_is_as_long_in_y_as_in_x() {
+        let plane = cones();
+        let maps = PlaneMaps::new(&plane, Simulator::Piston, "V").expect("a map");
+        let axes = maps.layout.panel(2);
+        let (origin, right, up) =
+            (axes.place(0.0, 0.0), axes.place(10.0, 0.0), axes.place(0.0, 10.0));
+        assert!(((right.0 - origin.0) - (origin.1 - up.1)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_focus_is_marked_in_white_where_it_stands() {
+        let plane = cones();
+        let maps = PlaneMaps::new(&plane, Simulator::Corrected, "V").expect("a map");
+        let drawn = Drawn::new(&maps).expect("drawn");
+        for panel in 0..3 {
+            let at = maps.layout.panel(panel).place(0.0, 8.0);
+            assert_eq!(pixel(&drawn, at), (255, 255, 255), "panel {panel}");
+        }
+    }
+
+    #[test]
+    fn maps_of_the_wrong_size_or_of_nothing_are_not_drawn() {
+        let mut plane = cones();
+        plane.map.as_mut().expect("a map").scan.pop();
+        assert!(PlaneMaps::new(&plane, Simulator::Corrected, "V").is_none());
+        let nothing = || Vec::new();
+        plane.map = Some(ComparedMap {
+            x_m: nothing(),
+            y_m: nothing(),
+            scan: nothing(),
+            simulation: nothing(),
+        });
+        assert!(PlaneMaps::new(&plane, Simulator::Corrected, "V").is_none());
+    }
+
+    #[test]
+    fn a_single_row_of_points_is_drawn_too() {
+        let mut plane = cones();
+        let map = plane.map.as_mut().expect("a map");
+        map.y_m = vec![0.0];
+        map.scan.truncate(21);
+        map.simulation.truncate(21);
+        let maps = PlaneMaps::new(&plane, Simulator::Corrected, "V").expect("a map");
+        assert!(Drawn::new(&maps).is_ok());
+    }
+}

@@ -1,0 +1,248 @@
+//! The report as a whole: its files, its words, its bytes.
+
+mod report_synthetic;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use fieldgap::acoustics::Simulator;
+use fieldgap::gap::{Comparison, Uncertain};
+use fieldgap::report::{self, ReportContext, ReportError};
+
+use report_synthetic::{comparisons, context};
+
+const BOTH: [Simulator; 2] = [Simulator::AsWritten, Simulator::Corrected];
+
+/// The files of a report, by name.
+fn files(context: &ReportContext, comparisons: &[Comparison]) -> BTreeMap<String, Vec<u8>> {
+    let dir = tempfile::tempdir().expect("a folder");
+    report::write(dir.path(), context, comparisons).expect("written");
+    let entries = std::fs::read_dir(dir.path()).expect("a folder");
+    entries
+        .map(|entry| {
+            let path = entry.expect("an entry").path();
+            let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+            (name, std::fs::read(&path).expect("a file"))
+        })
+        .collect()
+}
+
+fn page(context: &ReportContext, comparisons: &[Comparison]) -> String {
+    let index = files(context, comparisons).remove("index.html").expect("a page");
+    String::from_utf8(index).expect("UTF-8")
+}
+
+/// The words of a page, a line for each block: no tags, no style, no pictures.
+fn words(page: &str) -> String {
+    let body = page.split_once("<body>").expect("a body").1;
+    let mut words = String::new();
+    for piece in body.split('<') {
+        let (tag, text) = piece.split_once('>').unwrap_or(("", piece));
+        if matches!(tag, "/td" | "/th") || tag.starts_with("/th ") {
+            words.push_str(" | ");
+        }
+        words.push_str(text);
+    }
+    let lines = words.lines().map(str::trim).filter(|line| !line.is_empty());
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn the_words_of_a_report() {
+    let mut context = context();
+    context.warnings.push("The scan is partial: it ended after 300 of 450 points.".to_owned());
+    let page = page(&context, &comparisons(&BOTH, &[100.0, 200.0], 5.0));
+    insta::assert_snapshot!(words(&page));
+}
+
+#[test]
+fn the_same_comparison_gives_the_same_bytes() {
+    let all = comparisons(&BOTH, &[50.0, 100.0], 5.0);
+    let (first, second) = (files(&context(), &all), files(&context(), &all));
+    assert_eq!(first.keys().collect::<Vec<_>>(), second.keys().collect::<Vec<_>>());
+    for (name, bytes) in &first {
+        assert!(bytes == &second[name], "{name} differs");
+    }
+}
+
+#[test]
+fn the_page_needs_nothing_but_itself_and_links_only_to_what_is_there() {
+    let files = files(&context(), &comparisons(&BOTH, &[50.0, 100.0], 5.0));
+    let page = String::from_utf8(files["index.html"].clone()).expect("UTF-8");
+    assert!(!page.contains("://") && !page.contains("<script") && !page.contains("@import"));
+    let targets = |attribute: &str| -> Vec<String> {
+        let pieces = page.split(attribute).skip(1);
+        pieces.map(|piece| piece.split('"').next().expect("a target").to_owned()).collect()
+    };
+    assert!(targets(" src=\"").iter().all(|target| target.starts_with("data:image/png;base64,")));
+    assert_eq!(
+        targets(" src=\"").len(),
+        targets(" alt=\"").iter().filter(|alt| alt.len() > 40).count()
+    );
+    for target in targets(" href=\"") {
+        match target.strip_prefix('#') {
+            Some(anchor) => assert!(page.contains(&format!("id=\"{anchor}\"")), "{target}"),
+            None => assert!(files.contains_key(&target), "{target}"),
+        }
+    }
+}
+
+#[test]
+fn what_users_write_stays_text() {
+    let evil = "<script>alert('\"&')</script>\u{1}";
+    let mut all = comparisons(&[Simulator::Corrected], &[100.0, 200.0], 5.0);
+    all[0].scan_name = evil.to_owned();
+    all[0].reading_unit = evil.to_owned();
+    all[0].planes[1].map = None;
+    all[0].planes[1].why_no_map = Some(evil.to_owned());
+    all[0].registration.why = evil.to_owned();
+    all[0].registration.undetermined[0].explanation = evil.to_owned();
+    let mut context = context();
+    context.title = evil.to_owned();
+    context.software = evil.to_owned();
+    context.warnings.push(evil.to_owned());
+    context.set_up.push((evil.to_owned(), evil.to_owned()));
+    context.inputs[0].name = evil.to_owned();
+    context.inputs[0].sha256 = evil.to_owned();
+    for (name, bytes) in files(&context, &all) {
+        if name.ends_with(".html") || name.ends_with(".svg") {
+            let text = String::from_utf8(bytes).expect("UTF-8");
+            assert!(!text.contains("<script") && !text.contains('\u{1}'), "{name}");
+            assert!(text.contains("&lt;script&gt;"), "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_plane_without_a_grid_is_reported_without_a_map() {
+    let mut all = comparisons(&[Simulator::Corrected], &[50.0, 100.0], 5.0);
+    all[0].planes[0].map = None;
+    all[0].planes[0].why_no_map = Some("its points lie on a circle".to_owned());
+    all[0].planes[0].scan.focal_radius = None;
+    all[0].planes[0].scan.sub_peaks = None;
+    let files = files(&context(), &all);
+    assert!(!files.contains_key("map-z50mm-corrected.png"));
+    assert!(files.contains_key("map-z100mm-corrected.png"));
+    let words = words(std::str::from_utf8(&files["index.html"]).expect("UTF-8"));
+    assert!(words.contains("Against corrected: no map, its points lie on a circle."), "{words}");
+}
+
+#[test]
+fn a_plane_of_nothing_is_said_to_be_unknown() {
+    let mut all = comparisons(&[Simulator::Corrected], &[50.0, 100.0], 5.0);
+    let plane = &mut all[0].planes[0];
+    let map = plane.map.as_mut().expect("a map");
+    map.scan.fill(f64::NAN);
+    let mut empty = report_synthetic::figured(0.05, map.clone());
+    empty.points = 0;
+    *plane = empty;
+    let words = words(&page(&context(), &all));
+    assert!(
+        words.contains("At 50 mm there are too few readings to compare the fields."),
+        "{words}"
+    );
+    assert!(words.contains("225 of 225 points were not measured."), "{words}");
+    assert!(!words.contains("NaN") && !words.contains("inf"), "{words}");
+}
+
+#[test]
+fn the_thesis_finding_is_said_in_words() {
+    let words = words(&page(&context(), &comparisons(&BOTH, &[50.0, 100.0, 150.0, 200.0], 2.0)));
+    let (as_written, corrected) =
+        words.split_once("Against the corrected simulation").expect("both simulators");
+    assert!(
+        as_written.contains("At the focal height, 100 mm, scan and simulation agree"),
+        "{as_written}"
+    );
+    assert!(as_written.contains("At 50 mm the scanned peak lies 9.3"), "{as_written}");
+    let corrected = corrected.split_once("How to read").expect("a guide").0;
+    assert!(
+        corrected
+            .contains("At 50, 100 (the focal height), 150 and 200 mm scan and simulation agree"),
+        "{corrected}"
+    );
+    assert!(!corrected.contains("the scanned peak lies"), "{corrected}");
+    assert!(words.contains("Of the simulators, corrected comes closest"));
+}
+
+#[test]
+fn another_maximum_is_told_from_a_peak_that_moved() {
+    let mut all = comparisons(&[Simulator::Corrected], &[100.0], 5.0);
+    let plane = &mut all[0].planes[0];
+    plane.discrepancy.peak_distance_m = Uncertain { value: 0.03, standard_error: 1e-4 };
+    assert!(
+        words(&page(&context(), &all))
+            .contains("the scanned peak lies 30.00 ± 0.10 mm from the simulated one")
+    );
+    all[0].planes[0].scan.sub_peaks = Some(2);
+    assert!(
+        words(&page(&context(), &all)).contains("of several maxima of similar height another one")
+    );
+}
+
+#[test]
+fn fields_that_differ_in_shape_alone_are_said_to() {
+    let mut all = comparisons(&[Simulator::Corrected], &[100.0], 5.0);
+    all[0].planes[0].agreement.correlation = 0.71;
+    let words = words(&page(&context(), &all));
+    assert!(words.contains("but the fields differ in shape: correlation 0.710"), "{words}");
+}
+
+#[test]
+fn many_heights_are_given_as_a_range() {
+    let heights: Vec<f64> = (10..=20).map(|z| f64::from(z) * 10.0).collect();
+    let words = words(&page(&context(), &comparisons(&[Simulator::Corrected], &heights, 7.0)));
+    assert!(
+        words.contains("At 11 heights from 100 to 200 mm, 100 (the focal height) among them,"),
+        "{words}"
+    );
+}
+
+#[test]
+fn several_drives_are_kept_apart() {
+    let mut all = comparisons(&[Simulator::Corrected], &[50.0, 100.0], 5.0);
+    let mut second = all[0].planes.clone();
+    for plane in &mut second {
+        plane.focus = 1;
+        plane.target_m = None;
+        plane.target_in_scan_m = None;
+    }
+    all[0].planes.extend(second);
+    let files = files(&context(), &all);
+    for name in
+        ["map-drive0-z50mm-corrected.svg", "map-drive1-z50mm-corrected.svg", "curves-drive1.png"]
+    {
+        assert!(files.contains_key(name), "{name}");
+    }
+    let words = words(std::str::from_utf8(&files["index.html"]).expect("UTF-8"));
+    assert!(words.contains("Drive 0: At 50 and 100 (the focal height) mm"), "{words}");
+    assert!(words.contains("Drive 1: At 50 and 100 mm"), "{words}");
+}
+
+#[test]
+fn a_single_height_has_no_curves() {
+    let files = files(&context(), &comparisons(&[Simulator::Corrected], &[100.0], 5.0));
+    assert!(!files.contains_key("curves.png"));
+    assert!(!String::from_utf8_lossy(&files["index.html"]).contains("#curves"));
+}
+
+#[test]
+fn the_data_can_be_read_back() {
+    let all = comparisons(&BOTH, &[100.0], 5.0);
+    let files = files(&context(), &all);
+    let data: serde_json::Value = serde_json::from_slice(&files["comparison.json"]).expect("JSON");
+    assert_eq!(data[1]["simulator"], "corrected");
+    assert_eq!(data[0]["planes"][0]["z_m"], 0.1);
+}
+
+#[test]
+fn nothing_compared_is_an_error_and_so_is_a_folder_that_cannot_be_made() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let nothing = report::write(dir.path(), &context(), &[]);
+    assert!(matches!(nothing, Err(ReportError::NothingCompared)));
+    let file = dir.path().join("taken");
+    std::fs::write(&file, "").expect("written");
+    let all = comparisons(&[Simulator::Corrected], &[100.0], 7.0);
+    let error = report::write(Path::new(&file), &context(), &all).expect_err("a file is no folder");
+    assert!(error.to_string().contains("taken"), "{error}");
+}

@@ -23,7 +23,7 @@ impl Luck {
     }
 
     /// Numbers independent of these, for the `index`th of many like things.
-    pub fn sub(self, index: u64) -> Self {
+    pub fn of_thing(self, index: u64) -> Self {
         Self { key: mix(self.key ^ mix(index.wrapping_add(0xd1b5_4a32_d192_ed03))) }
     }
 
@@ -79,7 +79,7 @@ mod tests {
         let (a, b) = (luck.stream("a"), luck.stream("b"));
         let [across, ..] = moments(|i| a.normal(i) * b.normal(i));
         let [along, ..] = moments(|i| a.normal(i) * a.normal(i + 1));
-        let [subs, ..] = moments(|i| a.sub(i).normal(0) * a.sub(i + 1).normal(0));
+        let [subs, ..] = moments(|i| a.of_thing(i).normal(0) * a.of_thing(i + 1).normal(0));
         assert!(across.abs() < 0.015 && along.abs() < 0.015 && subs.abs() < 0.015);
     }
 

@@ -11,7 +11,7 @@
 //!    ├───── array_firmware ──── drive ─────┤
 //!    └───── receiver_firmware ── converter ┘
 //! ```
-//! Firmware is [bytes in, bytes out](firmware), and a [`board`] puts it behind a pseudo-terminal, so drivers
+//! Firmware is [bytes in, bytes out](firmware), and a board puts it behind a pseudo-terminal, so drivers
 //! talk to it as they would to the real device, and so does anybody's G-code sender.
 
 pub mod array_firmware;

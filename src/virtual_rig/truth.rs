@@ -150,6 +150,53 @@ mod tests {
         assert_eq!(ids, ["sound-speed", "offset"]);
     }
 
+    /// Every physical id of the catalogue of effects, with its parameters.
+    const CATALOGUE: &str = "
+        [effects.sound-speed]\nc_m_s = 347.1
+        [effects.absorption]\ndb_per_m = 1.3
+        [effects.flow]\nvx_m_s = 0.5\nvy_m_s = 0.0
+        [effects.temperature-gradient]\ngx = 0.0\ngy = 0.0\ngz = 0.01
+        [effects.turbulence]\nrad_per_sqrt_m = 0.5
+        [effects.spreading]\nexponent = 1.1
+        [effects.directivity]\nwidth_ratio = 1.1
+        [effects.element-gain]\nspread = 0.1
+        [effects.element-phase]\nspread_rad = 0.1
+        [effects.dead-elements]\nelements = [3]
+        [effects.polarity]\nelements = [4]
+        [effects.swapped-channels]\nelements = [5, 6]
+        [effects.pitch]\nratio = 1.01
+        [effects.array-tilt]\nabout_x_rad = 0.01\nabout_y_rad = 0.0
+        [effects.phase-quantisation]\nsteps = 16
+        [effects.drive-frequency]\nratio = 1.001
+        [effects.offset]\nx_mm = 1.0\ny_mm = 0.0\nz_mm = 0.0
+        [effects.rotation]\nrad = 0.01
+        [effects.axis-scale]\nx = 1.01\ny = 1.0\nz = 1.0
+        [effects.skew]\nrad = 0.01
+        [effects.backlash]\nmm = 0.2
+        [effects.lag]\ns = 0.01
+        [effects.receiver-directivity]\nhalf_angle_deg = 40.0
+        [effects.aperture]\nradius_mm = 3.0
+        [effects.saturation]\nlevel = 4.0
+        [effects.noise-floor]\nlevel = 0.05
+        [effects.clipping]\nlevel = 3.0
+        [effects.reflection]\nheight_mm = 300.0\ncoefficient = [0.2, 0.1]
+        [effects.standing-wave]\ncoefficient = [0.1, 0.0]
+        [effects.gain-drift]\nrelative = -0.05\nover_s = 600.0";
+
+    #[test]
+    fn every_physical_effect_of_the_catalogue_is_registered() {
+        let truth = truth(CATALOGUE).expect("all are known, with these parameters");
+        let mut ids: Vec<_> = truth.effects.iter().map(|(id, _)| *id).collect();
+        ids.sort_unstable();
+        let mut named: Vec<_> = CATALOGUE
+            .lines()
+            .filter_map(|line| line.trim().strip_prefix("[effects.")?.strip_suffix(']'))
+            .collect();
+        named.sort_unstable();
+        assert_eq!(ids, named);
+        assert_eq!(ids.len(), 30);
+    }
+
     #[test]
     fn an_unknown_effect_or_parameter_and_a_missing_one_are_shown_at_their_line() {
         for (text, line) in [

@@ -31,7 +31,7 @@ impl Effect for Turbulence {
     }
 
     fn flicker_rad(&self, element: usize, distance_m: f64, time_s: f64, luck: Luck) -> f64 {
-        let luck = luck.sub(element as u64);
+        let luck = luck.of_thing(element as u64);
         let eddy = (time_s / EDDY_S).max(0.0);
         let (sin, cos) = (FRAC_PI_2 * eddy.fract()).sin_cos();
         // cos² + sin² = 1 keeps the variance the same at every instant.

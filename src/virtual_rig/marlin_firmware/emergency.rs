@@ -33,7 +33,7 @@ impl EmergencyParser {
             Some(rest) => rest.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' '),
             None => text,
         };
-        match text.split(|c: char| c == '*' || c == ' ' || c == ';').next() {
+        match text.split(['*', ' ', ';']).next() {
             Some("M112") => Some(Emergency::Kill),
             Some("M410") => Some(Emergency::QuickStop),
             _ => None,

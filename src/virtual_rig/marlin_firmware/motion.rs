@@ -94,8 +94,8 @@ impl Motion {
     /// `G92`: calls the present target by these coordinates; by zeros if none is given.
     pub fn set_logical(&mut self, coordinates_mm: [Option<f64>; 3]) {
         let all_zero = coordinates_mm == [None; 3];
-        for axis in 0..3 {
-            if let Some(logical_mm) = coordinates_mm[axis].or(all_zero.then_some(0.0)) {
+        for (axis, coordinate_mm) in coordinates_mm.into_iter().enumerate() {
+            if let Some(logical_mm) = coordinate_mm.or(all_zero.then_some(0.0)) {
                 self.shift_mm[axis] = logical_mm - self.planned_mm[axis];
             }
         }

@@ -12,6 +12,7 @@ mod page;
 mod peak_distance;
 mod picture;
 mod verdict;
+mod words;
 
 use std::path::{Path, PathBuf};
 

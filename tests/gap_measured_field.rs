@@ -32,6 +32,7 @@ fn the_pose_of_a_measured_field_is_found_and_what_it_leaves_open_is_named() {
     let found: Comparison =
         compare(&scan, scan.setup.simulator, Registering::Auto).expect("a field to compare");
     let registration = &found.registration;
+<<<<<<< HEAD
     println!("{}", registration.why);
     println!("{registration:#?}\n{:#?} {:#?}", found.overall, found.noise);
     println!(
@@ -39,12 +40,18 @@ fn the_pose_of_a_measured_field_is_found_and_what_it_leaves_open_is_named() {
         found.planes[0].scan, found.planes[0].simulation, found.planes[0].discrepancy
     );
 
+=======
+>>>>>>> gap
     assert_eq!(registration.chosen, Registering::Pose, "{}", registration.why);
     assert_eq!(registration.mirror, Mirror::Y);
     assert!(registration.turn_rad.value.abs() < 0.02);
     assert!(within(registration.shift_m[0].value, 8.6e-3, 1e-3));
     assert!(within(registration.shift_m[1].value, 5.8e-3, 1e-3));
     assert!(within(registration.step_ratio.value, 1.41 / 1.378, 0.01));
+
+    // With the pistons of the record, gain and pose alone reach no more than this; see the notes on directivity.
+    assert!(found.overall.correlation > 0.905, "{:?}", found.overall);
+    assert!(found.overall.residual_rms_ratio < 0.267, "{:?}", found.overall);
 
     let left_open = &registration.undetermined[0];
     for parameter in ["shift_z", "step_ratio", "array_pitch"] {

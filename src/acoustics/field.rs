@@ -5,24 +5,23 @@
 //!
 //! p(x) = Σ w A(d, h) D(θ) exp(i (k d + φ))
 //!
-//! D enters as a Chebyshev series in t = tan(θ/2) = ρ/(d + h), ρ the distance from the axis: t runs from 0 on the
-//! axis to 1 at a right angle, needs neither arc tangent nor branch, and every smooth D is smooth in it. So there is one
-//! path through the code for every transducer. Points go through eight at a time (see `lanes`), tiles of points are
-//! shared out over threads, and each point's sum runs in the elements' order: the result does not depend on the
-//! number of threads.
+//! D enters as a polynomial in a variable that needs neither arc tangent nor branch ([`Smooth`]), so that there is one path
+//! through the code for every transducer. Points go through eight at a time (see `lanes`), tiles of points are shared
+//! out over threads, and each point's sum runs in the elements' order: the result does not depend on the number of
+//! threads.
 
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::chebyshev::ChebyshevSeries;
 use super::lanes::{Lanes, WIDTH};
-use super::transducer::{OnAxis, Transducer};
+use super::series::Series;
+use super::transducer::{OnAxis, Smooth, Transducer};
 use super::{Array, Vec3};
 
 /// Points that one task computes: small enough to share out a plane, large enough to pay for itself.
 const TILE: usize = 512;
 
-/// What the Chebyshev series may leave out, relative to their largest term.
+/// What the series may leave out, relative to their largest term.
 const SERIES_TOLERANCE: f64 = 2e-15;
 
 /// Where path lengths are taken.
@@ -38,7 +37,8 @@ pub enum PathLengths {
 #[derive(Debug, Clone)]
 pub struct FieldKernel {
     sources: Vec<Source>,
-    series: Vec<ChebyshevSeries>,
+    series: Vec<Series>,
+    smooth: Smooth,
     on_axis: OnAxis,
     turns_per_m: f64,
     paths: PathLengths,
@@ -88,14 +88,19 @@ impl FieldKernel {
         let series = radii_m
             .iter()
             .map(|&radius_m| {
-                ChebyshevSeries::fit(SERIES_TOLERANCE, |t| {
-                    transducer.directivity(2.0 * t.atan(), radius_m, wavenumber_rad_m)
+                Series::fit(SERIES_TOLERANCE, |variable| {
+                    let theta_rad = match transducer.smooth() {
+                        Smooth::InSineSquared => variable.sqrt().asin(),
+                        Smooth::InHalfTangent => 2.0 * variable.atan(),
+                    };
+                    transducer.directivity(theta_rad, radius_m, wavenumber_rad_m)
                 })
             })
             .collect();
         Self {
             sources,
             series,
+            smooth: transducer.smooth(),
             on_axis: transducer.on_axis(),
             turns_per_m: wavenumber_rad_m / std::f64::consts::TAU,
             paths,
@@ -139,15 +144,26 @@ impl FieldKernel {
             let (rx, ry, rz) = (x.sub(cx), y.sub(cy), z.sub(cz));
             let across_square = rx.mul_add::<FUSED>(rx, ry.mul(ry));
             let distance = rz.mul_add::<FUSED>(rz, across_square).sqrt();
+            let inverse = Lanes::splat(1.0).div(distance);
             let height = rx.mul_add::<FUSED>(mx, ry.mul_add::<FUSED>(my, rz.mul(mz)));
-            // The distance from the axis from its own components: d² - h² would lose half the digits near the axis.
-            let off_axis = |r: Lanes, m: Lanes| r.sub(height.mul(m));
-            let (ox, oy, oz) = (off_axis(rx, mx), off_axis(ry, my), off_axis(rz, mz));
-            let off_axis = ox.mul_add::<FUSED>(ox, oy.mul_add::<FUSED>(oy, oz.mul(oz))).sqrt();
-            let tangent = off_axis.div(distance.add(height)).map(|t| if t < 1.0 { t } else { 1.0 });
+            let variable = match self.smooth {
+                Smooth::InSineSquared => {
+                    let cosine = height.mul(inverse);
+                    Lanes::splat(1.0).sub(cosine.mul(cosine))
+                }
+                Smooth::InHalfTangent => {
+                    // ρ from its own components: d² - h² would lose half the digits near the axis.
+                    let off_axis = |r: Lanes, m: Lanes| r.sub(height.mul(m));
+                    let (ox, oy, oz) = (off_axis(rx, mx), off_axis(ry, my), off_axis(rz, mz));
+                    ox.mul_add::<FUSED>(ox, oy.mul_add::<FUSED>(oy, oz.mul(oz)))
+                        .sqrt()
+                        .div(distance.add(height))
+                        .map(|t| if t < 1.0 { t } else { 1.0 })
+                }
+            };
 
             let on_axis = match self.on_axis {
-                OnAxis::Spherical => Lanes::splat(source.amplitude).div(distance),
+                OnAxis::Spherical => inverse.mul(Lanes::splat(source.amplitude)),
                 OnAxis::Exponential { amplitude, decay_per_m } => height
                     .mul(Lanes::splat(-decay_per_m))
                     .exp::<FUSED>()
@@ -155,7 +171,7 @@ impl FieldKernel {
             };
             let in_front = height.map(|height| if height > 0.0 { 1.0 } else { 0.0 });
             let magnitude =
-                self.series[source.series].at::<FUSED>(tangent).mul(on_axis).mul(in_front);
+                self.series[source.series].at::<FUSED>(variable).mul(on_axis).mul(in_front);
 
             let path = match self.paths {
                 PathLengths::Observed => distance,

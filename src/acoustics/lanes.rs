@@ -72,7 +72,7 @@ impl Lanes {
 
     /// A polynomial, constant term first (Horner's rule).
     #[inline(always)]
-    fn polynomial<const FUSED: bool>(self, coefficients: &[f64]) -> Self {
+    pub(super) fn polynomial<const FUSED: bool>(self, coefficients: &[f64]) -> Self {
         let mut sum = Self::splat(0.0);
         for &coefficient in coefficients.iter().rev() {
             sum = sum.mul_add::<FUSED>(self, Self::splat(coefficient));

@@ -5,7 +5,6 @@
 //! its faces, z into the field.
 
 mod array;
-mod chebyshev;
 mod element;
 mod excitation;
 mod field;
@@ -13,6 +12,8 @@ mod grid;
 mod lanes;
 mod medium;
 pub mod metrics;
+pub mod rayleigh;
+mod series;
 mod simulator;
 pub mod transducer;
 

@@ -1,1 +1,22 @@
-//! (in progress)
+//! A plan run on a rig, its record kept safe: the rig file, the check before anything moves, the conductor that
+//! drives the three devices point by point, and the return to a scan that ended early.
+
+mod clock;
+mod conductor;
+mod dry_run;
+mod error;
+mod event;
+mod lab;
+mod open;
+mod plan_on_rig;
+mod references;
+mod session;
+
+pub use dry_run::{DryRun, dry_run, room_for};
+pub use error::CampaignError;
+pub use event::{Event, Watch};
+pub use lab::Lab;
+pub use open::{OpenRig, open_virtual};
+pub use plan_on_rig::Campaign;
+pub use references::Moved;
+pub use session::{Ending, Session};

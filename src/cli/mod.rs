@@ -1,1 +1,118 @@
-//! (in progress)
+//! The commands, one file each.
+//!
+//! Exit codes: 0 done; 1 a fault of a file or a device; 2 the command line was wrong; 3 the scan ended before its plan
+//! did, and `resume` can finish it.
+
+mod compare;
+mod import;
+mod output;
+mod progress;
+mod replay;
+mod resume;
+mod rig;
+mod run;
+mod scan;
+mod simulate;
+mod virtual_ports;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+/// Exit code of a scan that ended before its plan did.
+const ENDED_PARTIAL: u8 = 3;
+
+/// Scan an ultrasonic field, simulate the same set-up, and say why the two differ.
+#[derive(Debug, Parser)]
+#[command(name = "fieldgap", version, max_term_width = 100, after_help = EXIT_CODES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 a fault of a file or a device; 2 the command line was wrong; \
+3 the scan ended before its plan did (`fieldgap resume` finishes it).\n\
+FIELDGAP_LOG=debug shows what is said on every line.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Scan a plan on a rig, compare it with the simulation, and write the report
+    Run(run::Run),
+    /// Scan a plan on a rig and keep the record
+    Scan(scan::Scan),
+    /// Finish a scan that ended early
+    Resume(resume::Resume),
+    /// Compare a recorded scan with its simulation and write the report, offline
+    Replay(replay::Replay),
+    /// Compare a recorded scan with its simulation and print the figures
+    Compare(compare::Compare),
+    /// Simulate a plan, or planes over a rig's array
+    Simulate(simulate::Simulate),
+    /// Bring in a field that was measured elsewhere
+    Import(import::Import),
+    /// Keep a virtual rig open, as ports for any program
+    Virtual(virtual_ports::Virtual),
+    /// Look after a rig
+    Rig(rig::Rig),
+    /// Print the completions of a shell
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// Runs the program with the arguments of the process.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let log = tracing_subscriber::EnvFilter::try_from_env("FIELDGAP_LOG")
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn"));
+    tracing_subscriber::fmt().with_env_filter(log).with_writer(std::io::stderr).init();
+    // Paths and messages stay whole, so that they can be searched for and copied.
+    let whole_lines = |_: &_| {
+        let handler = miette::MietteHandlerOpts::new().wrap_lines(false).terminal_links(false);
+        Box::new(handler.build()) as Box<dyn miette::ReportHandler>
+    };
+    let _ = miette::set_hook(Box::new(whole_lines));
+    match cli.command.run() {
+        Ok(code) => code,
+        Err(report) => {
+            eprintln!("{report:?}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+impl Command {
+    fn run(self) -> miette::Result<ExitCode> {
+        match self {
+            Self::Run(command) => command.run(),
+            Self::Scan(command) => command.run(),
+            Self::Resume(command) => command.run(),
+            Self::Replay(command) => command.run(),
+            Self::Compare(command) => command.run(),
+            Self::Simulate(command) => command.run(),
+            Self::Import(command) => command.run(),
+            Self::Virtual(command) => command.run(),
+            Self::Rig(command) => command.run(),
+            Self::Completions { shell } => {
+                clap_complete::generate(
+                    shell,
+                    &mut Cli::command(),
+                    "fieldgap",
+                    &mut std::io::stdout(),
+                );
+                Ok(ExitCode::SUCCESS)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

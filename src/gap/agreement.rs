@@ -27,7 +27,8 @@ impl Agreement {
     /// Compares readings with what is simulated for them, at a gain.
     pub fn of(simulated: &[f64], readings: &[f64], gain: f64) -> Self {
         let scan_rms = rms(readings.iter().copied());
-        let residual = |gain: f64| rms(readings.iter().zip(simulated).map(move |(r, s)| r - gain * s));
+        let residual =
+            |gain: f64| rms(readings.iter().zip(simulated).map(move |(r, s)| r - gain * s));
         let own_gain = best_gain(simulated, readings);
         let residual_rms = residual(gain);
         Self {

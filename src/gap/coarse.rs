@@ -51,9 +51,8 @@ pub fn candidates(readings: &Readings) -> Vec<Candidate> {
     let centre = points.iter().sum::<Vec3>() / points.len() as f64;
     let centre = Vec3::new(centre.x, centre.y, 0.0);
     let reach_m = points.iter().map(|point| point.xy().norm()).fold(0.0, f64::max);
-    let half_width_m = reach_m * STEP_RATIOS[STEP_RATIOS.len() - 1]
-        + 2.0 * centre.norm()
-        + SHIFT_RANGE_M;
+    let half_width_m =
+        reach_m * STEP_RATIOS[STEP_RATIOS.len() - 1] + 2.0 * centre.norm() + SHIFT_RANGE_M;
 
     let mut found: Vec<Candidate> = Vec::new();
     for height_m in HEIGHTS_M {
@@ -62,14 +61,16 @@ pub fn candidates(readings: &Readings) -> Vec<Candidate> {
             .map(|level| FieldImage::of(level.simulation, level.z_m + height_m, half_width_m))
             .collect();
         let tasks: Vec<(usize, f64, f64, Vec3)> = tasks(&centre);
-        found.par_extend(tasks.into_par_iter().map(|(orientation, turn_deg, step_ratio, pivot)| {
-            let mut pose = oriented(orientation, turn_deg.to_radians(), step_ratio);
-            pose.shift_m = pivot - pose.to_array(&pivot);
-            pose.shift_m.z = height_m;
-            let (correlation, shift) = best_shift(&levels, &images, &pose);
-            pose.shift_m += shift;
-            Candidate { pose, correlation, orientation }
-        }));
+        found.par_extend(tasks.into_par_iter().map(
+            |(orientation, turn_deg, step_ratio, pivot)| {
+                let mut pose = oriented(orientation, turn_deg.to_radians(), step_ratio);
+                pose.shift_m = pivot - pose.to_array(&pivot);
+                pose.shift_m.z = height_m;
+                let (correlation, shift) = best_shift(&levels, &images, &pose);
+                pose.shift_m += shift;
+                Candidate { pose, correlation, orientation }
+            },
+        ));
     }
     found.sort_by(|a, b| b.correlation.total_cmp(&a.correlation));
     let mut kept: Vec<Candidate> = Vec::new();
@@ -97,7 +98,8 @@ fn tasks(centre: &Vec3) -> Vec<(usize, f64, f64, Vec3)> {
     for orientation in 0..8 {
         for turn_deg in TURNS_DEG {
             for step_ratio in STEP_RATIOS {
-                tasks.extend(pivots.iter().map(|pivot| (orientation, turn_deg, step_ratio, *pivot)));
+                tasks
+                    .extend(pivots.iter().map(|pivot| (orientation, turn_deg, step_ratio, *pivot)));
             }
         }
     }
@@ -215,7 +217,8 @@ impl FieldImage {
 
     /// Bilinear between four points; zero outside.
     fn at(&self, x_m: f64, y_m: f64) -> f64 {
-        let (x, y) = ((x_m + self.half_width_m) * self.per_m, (y_m + self.half_width_m) * self.per_m);
+        let (x, y) =
+            ((x_m + self.half_width_m) * self.per_m, (y_m + self.half_width_m) * self.per_m);
         let last = (self.columns - 1) as f64;
         if !(x >= 0.0 && y >= 0.0 && x < last && y < last) {
             return 0.0;

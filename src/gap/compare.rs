@@ -1,13 +1,12 @@
 //! Scan against simulation, height by height.
 
-use super::agreement::rms;
 use super::comparison::{
-    Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, Noise, NoiseSource, PlaneComparison,
+    Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, Noise, NoiseSource,
+    PlaneComparison,
 };
-use super::noise::roughness;
+use super::noise::Roughness;
 use super::pose::Pose;
 use super::readings::Readings;
-use super::refine::residual;
 use super::register::{Registered, register};
 use super::registration::Registering;
 use crate::acoustics::metrics::PlaneMap;
@@ -71,9 +70,16 @@ pub fn compare(
         .into_iter()
         .filter_map(|plane| SimulatedPlane::of(scan, simulator, plane, &fit.pose, fit.gain))
         .collect();
-    let residual_noise = noise_in_residual(&planes)
-        .unwrap_or_else(|| rms(residual(&fit.simulated, &values, fit.gain).into_iter()));
-    comparison.noise = Noise::of(scan, residual_noise);
+    let mut roughness = Roughness::default();
+    for map in planes.iter().filter_map(|plane| plane.map.as_ref().ok()) {
+        roughness.add(&map.scan, &map.simulation, map.x_m.len());
+    }
+    let of_residual = roughness.noise().unwrap_or(Noise {
+        additive: comparison.overall.residual_rms,
+        multiplicative: 0.0,
+        source: NoiseSource::Residual,
+    });
+    comparison.noise = Noise::of(scan, of_residual);
     comparison.planes = planes.into_iter().map(|plane| plane.compared(&comparison)).collect();
     Ok(comparison)
 }
@@ -165,16 +171,6 @@ impl<'s> SimulatedPlane<'s> {
     }
 }
 
-/// Pooled roughness of what the simulation leaves on the maps, in the reading's unit.
-fn noise_in_residual(planes: &[SimulatedPlane<'_>]) -> Option<f64> {
-    let rough: Vec<f64> = planes
-        .iter()
-        .filter_map(|plane| plane.map.as_ref().ok())
-        .filter_map(|map| roughness(&map.residual_map()))
-        .collect();
-    (!rough.is_empty()).then(|| rms(rough.into_iter()))
-}
-
 impl ComparedMap {
     /// The scan as a map.
     pub fn scan_map(&self) -> PlaneMap {
@@ -183,13 +179,9 @@ impl ComparedMap {
 
     /// The simulation as a map, where the scan was measured: the same figures from the same points.
     pub fn simulation_map(&self) -> PlaneMap {
-        let seen = |(scan, simulation): (&f64, &f64)| if scan.is_nan() { f64::NAN } else { *simulation };
+        let seen =
+            |(scan, simulation): (&f64, &f64)| if scan.is_nan() { f64::NAN } else { *simulation };
         self.map_of(self.scan.iter().zip(&self.simulation).map(seen).collect())
-    }
-
-    /// Scan less simulation as a map.
-    pub fn residual_map(&self) -> PlaneMap {
-        self.map_of(self.scan.iter().zip(&self.simulation).map(|(scan, sim)| scan - sim).collect())
     }
 
     fn map_of(&self, values: Vec<f64>) -> PlaneMap {

@@ -59,7 +59,7 @@ pub enum NoiseSource {
     Repeats,
     /// Readings with the array silent; no repeats.
     SilentReadings,
-    /// What the simulation leaves unexplained: an upper bound, as it holds the gap too.
+    /// The finest structure of what the simulation leaves: an upper bound, as some of the gap is in it.
     Residual,
 }
 

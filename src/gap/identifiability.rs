@@ -149,8 +149,11 @@ fn hidden_combinations(
 fn pitch_variances(columns: &[Vec<f64>], pitch: &[f64]) -> Option<Vec<f64>> {
     let columns = matrix(columns);
     let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
-    let unit = DMatrix::from_fn(columns.nrows(), columns.ncols(), |i, j| columns[(i, j)] / lengths[j]);
-    let follows = (unit.transpose() * &unit).cholesky()?.solve(&(unit.transpose() * DVector::from_row_slice(pitch)));
+    let unit =
+        DMatrix::from_fn(columns.nrows(), columns.ncols(), |i, j| columns[(i, j)] / lengths[j]);
+    let follows = (unit.transpose() * &unit)
+        .cholesky()?
+        .solve(&(unit.transpose() * DVector::from_row_slice(pitch)));
     Some((0..lengths.len()).map(|j| (follows[j] / lengths[j] * PITCH_TOLERANCE).powi(2)).collect())
 }
 

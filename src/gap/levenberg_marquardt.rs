@@ -145,7 +145,8 @@ impl NormalEquations {
     }
 
     fn step(&self, damping: f64) -> Option<DVector<f64>> {
-        let damped = &self.curvature + DMatrix::identity(self.downhill.len(), self.downhill.len()) * damping;
+        let damped =
+            &self.curvature + DMatrix::identity(self.downhill.len(), self.downhill.len()) * damping;
         damped.cholesky().map(|cholesky| cholesky.solve(&self.downhill))
     }
 }

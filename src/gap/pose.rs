@@ -92,3 +92,61 @@ impl Serialize for Pose {
         pose.end()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn pose() -> impl Strategy<Value = Pose> {
+        let mirror = prop_oneof![Just(Mirror::None), Just(Mirror::X), Just(Mirror::Y)];
+        let shift = (-0.05..0.05f64, -0.05..0.05f64, -0.05..0.05f64);
+        (mirror, -3.2..3.2f64, 0.8..1.25f64, shift).prop_map(
+            |(mirror, turn_rad, step_ratio, (x, y, z))| Pose {
+                mirror,
+                turn_rad,
+                step_ratio,
+                shift_m: Vec3::new(x, y, z),
+            },
+        )
+    }
+
+    fn point() -> impl Strategy<Value = Vec3> {
+        (-0.1..0.1f64, -0.1..0.1f64, 0.0..0.3f64).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+    }
+
+    proptest! {
+        #[test]
+        fn there_and_back_is_the_same_point(pose in pose(), at in point()) {
+            prop_assert!((pose.to_scan(&pose.to_array(&at)) - at).norm() < 1e-15 * 100.0);
+            prop_assert!((pose.to_array(&pose.to_scan(&at)) - at).norm() < 1e-15 * 100.0);
+        }
+
+        #[test]
+        fn distances_grow_by_the_step_in_the_plane_and_heights_do_not(pose in pose(), a in point(), b in point()) {
+            let (p, q) = (pose.to_array(&a), pose.to_array(&b));
+            prop_assert!(((p - q).xy().norm() - pose.step_ratio * (a - b).xy().norm()).abs() < 1e-13);
+            prop_assert!(((p - q).z - (a - b).z).abs() < 1e-15 * 10.0);
+        }
+
+        #[test]
+        fn a_mirror_reverses_the_sense_of_turning(pose in pose()) {
+            let origin = pose.to_array(&Vec3::zeros());
+            let (x, y) = (pose.to_array(&Vec3::x()) - origin, pose.to_array(&Vec3::y()) - origin);
+            let handed = x.x * y.y - x.y * y.x;
+            prop_assert_eq!(handed > 0.0, pose.mirror == Mirror::None);
+        }
+    }
+
+    #[test]
+    fn mirrors_turn_the_axis_they_name() {
+        let at = Vec3::new(1.0, 2.0, 3.0);
+        let with = |mirror| Pose { mirror, ..Pose::default() }.to_array(&at);
+        assert_eq!(with(Mirror::None), at);
+        assert_eq!(with(Mirror::X), Vec3::new(-1.0, 2.0, 3.0));
+        assert_eq!(with(Mirror::Y), Vec3::new(1.0, -2.0, 3.0));
+        let quarter = Pose { turn_rad: std::f64::consts::FRAC_PI_2, ..Pose::default() };
+        assert!((quarter.to_array(&at) - Vec3::new(-2.0, 1.0, 3.0)).norm() < 1e-15);
+    }
+}

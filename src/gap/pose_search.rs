@@ -16,8 +16,23 @@ const HEIGHT_SD_M: f64 = 10e-3;
 const TURN_SD_RAD: f64 = 0.09;
 const STEP_SD: f64 = 0.05;
 
-/// Readings and linearisations of the three rounds, and how many candidates enter each.
-const ROUNDS: [(usize, usize, usize); 3] = [(400, 6, usize::MAX), (2000, 10, 5), (usize::MAX, 12, 1)];
+/// A round of refinement.
+struct Round {
+    /// Readings it looks at, at most.
+    readings: usize,
+    /// Linearisations of the simulation, at most.
+    iterations: usize,
+    /// Candidates that enter it, at most.
+    entering: usize,
+}
+
+/// From many candidates on few readings to one on all that can matter: 40,000 readings fix a pose far better than
+/// any robot keeps it.
+const ROUNDS: [Round; 3] = [
+    Round { readings: 400, iterations: 6, entering: usize::MAX },
+    Round { readings: 1500, iterations: 8, entering: 4 },
+    Round { readings: 40_000, iterations: 8, entering: 1 },
+];
 
 /// Squared residuals this near to one another, relative, are told apart by nothing in the readings: the pose that is
 /// nearer to what the lab meant is taken.
@@ -36,30 +51,24 @@ pub struct Found {
 
 /// Searches every handedness, turn, step, height and shift; `None` without readings.
 pub fn find_pose(readings: &Readings) -> Option<Found> {
-    let mut fits: Vec<Pose> = candidates(readings).iter().map(|found| found.pose).collect();
-    let mut second_round: Vec<Fit> = Vec::new();
-    let mut best = None;
-    for (count, iterations, entering) in ROUNDS {
-        let some = readings.thinned(count);
-        let mut round: Vec<Fit> = fits
+    let mut starts: Vec<Pose> = candidates(readings).iter().map(|found| found.pose).collect();
+    let mut rounds: Vec<Vec<Fit>> = Vec::new();
+    for round in ROUNDS {
+        let some = readings.thinned(round.readings);
+        let mut fits: Vec<Fit> = starts
             .par_iter()
-            .take(entering)
-            .map(|start| refine(&some, *start, &search_about(start, iterations)))
+            .take(round.entering)
+            .map(|start| refine(&some, *start, &search_about(start, round.iterations)))
             .collect();
-        round.sort_by(|a, b| a.residual_ratio.total_cmp(&b.residual_ratio));
-        prefer_plain(&mut round);
-        fits = keep_both_hands(&round, ROUNDS[1].2);
-        if count == ROUNDS[1].0 {
-            second_round = round.clone();
-        }
-        best = round.into_iter().next();
+        fits.sort_by(|a, b| a.residual_ratio.total_cmp(&b.residual_ratio));
+        prefer_plain(&mut fits);
+        starts = keep_both_hands(&fits, ROUNDS[1].entering);
+        rounds.push(fits);
     }
-    let best = best?;
-    let then = second_round.first()?;
-    let other = second_round
-        .iter()
-        .find(|fit| (fit.pose.mirror == Mirror::None) != (best.pose.mirror == Mirror::None))
-        .cloned();
+    let [_, second, last] = rounds.as_slice() else { return None };
+    let (then, best) = (second.first()?, Fit::at(readings, last.first()?.pose));
+    let mirrored = |fit: &Fit| fit.pose.mirror != Mirror::None;
+    let other = second.iter().find(|fit| mirrored(fit) != mirrored(&best)).cloned();
     Some(Found { best_then: then.residual_ratio, other_handedness: other, best })
 }
 

@@ -19,8 +19,11 @@ pub const SHIFT_SD_M: f64 = 0.2e-3;
 /// A shift beyond this many standard deviations is no slip in setting up, but a gap to be reported.
 const FARTHEST_SHIFT_SD: f64 = 3.0;
 
-/// From this correlation on, the scan makes sense as it stands.
+/// From this correlation on, a scan makes sense as it was recorded.
 const MAKES_SENSE: f64 = 0.85;
+
+/// From this correlation on, a scan makes sense in another pose: it may have a gap of its own besides.
+const MAKES_SENSE_ELSEWHERE: f64 = 0.75;
 
 /// A pose explains the gap if it leaves no more than this share of the squared residual.
 const EXPLAINS: f64 = 0.5;
@@ -122,7 +125,7 @@ fn choose(readings: &Readings, gain_only: Fit) -> Choice {
         found.best.correlation
     );
     let pose = in_words(&found.best);
-    if falls_to <= EXPLAINS && found.best.correlation >= MAKES_SENSE {
+    if falls_to <= EXPLAINS && found.best.correlation >= MAKES_SENSE_ELSEWHERE {
         let why = format!(
             "as recorded, the scan makes no sense against the simulation; another pose does: {pose}. It {reached}"
         );
@@ -137,9 +140,13 @@ fn choose(readings: &Readings, gain_only: Fit) -> Choice {
     }
 }
 
+/// Gain and a shift held near zero; first on some readings, then on all.
 fn with_small_shift(readings: &Readings) -> Fit {
+    const SOME: usize = 2000;
     let free = PoseParameter::SHIFT.map(|parameter| (parameter, Some((0.0, SHIFT_SD_M)))).to_vec();
-    refine(readings, Pose::default(), &Search { free, iterations: 15 })
+    let some = readings.thinned(SOME);
+    let start = refine(&some, Pose::default(), &Search { free: free.clone(), iterations: 12 });
+    refine(readings, start.pose, &Search { free, iterations: 3 })
 }
 
 fn tried(registering: Registering, fit: &Fit) -> TriedRegistration {

@@ -93,7 +93,8 @@ mod tests {
 
     #[test]
     fn what_changes_nothing_is_unknown() {
-        let columns = DMatrix::from_fn(10, 2, |row, column| if column == 0 { row as f64 } else { 0.0 });
+        let columns =
+            DMatrix::from_fn(10, 2, |row, column| if column == 0 { row as f64 } else { 0.0 });
         let covariance = blocks((0..10).collect()).covariance(&columns, &[0.1; 10]);
         assert!(covariance[(1, 1)].is_infinite());
     }

@@ -10,6 +10,7 @@ use serde::Deserialize;
 
 use super::motion::travel::{AxisBox, Envelope, KeepOut};
 use super::space::{Feed, Frame};
+use super::{FocusArray, Motion, Receiver, RigError};
 use crate::input::{Finite, Fraction, NonNegative, Positive};
 
 /// The three devices of a rig, as its file describes them.
@@ -77,6 +78,15 @@ macro_rules! section {
                 }
             }
         };
+
+        impl $section {
+            /// Opens the device by its driver, at `port` or else at the port that its table names.
+            pub(super) async fn open(&self, port: Option<&str>) -> Result<Box<dyn $device>, RigError> {
+                match &self.driver {
+                    $( $driver::$variant(table) => table.open(self, port).await, )+
+                }
+            }
+        }
     };
 }
 

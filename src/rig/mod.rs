@@ -2,17 +2,20 @@
 //!
 //! Three traits say what a scan needs of them and nothing more: [`Motion`], [`Receiver`], [`FocusArray`].
 //! Behind each stand drivers, one file or folder a driver, registered in one line of
-//! [`config`]; drivers speak over a link, a serial port or an in-memory pipe.
-//! A safe rig owns all three and knows how to end safe.
+//! [`config`]; drivers speak over a [`link`], a serial port or an in-memory pipe.
+//! [`SafeRig`] owns all three and knows how to end safe.
 //!
 //! This layer knows no physics: it takes delays and gives readings.
 
+pub mod check;
 pub mod config;
 mod device;
 mod error;
 pub mod focus_array;
+pub mod link;
 pub mod motion;
 pub mod receiver;
+mod safety;
 mod space;
 
 use std::time::Duration;
@@ -25,6 +28,7 @@ pub use error::{Cause, RigError};
 pub use focus_array::{ArrayIdentity, ElementDelay};
 pub use motion::travel::{Envelope, PathFault};
 pub use receiver::{Reading, ReceiverIdentity};
+pub use safety::{Ports, SafeRig, SafetyReport, open};
 pub use space::{Feed, Frame, RobotPosition};
 
 /// A robot that carries the receiver along straight paths.

@@ -48,6 +48,12 @@ impl RobotPosition {
         let differences = Vector3::from(self.axes_m()) - Vector3::from(other.axes_m());
         differences.amax()
     }
+
+    /// Whether the two differ by no more than `tolerance_m` along each axis. What is no number is within nothing.
+    pub fn is_within(self, tolerance_m: f64, other: Self) -> bool {
+        let (here, there) = (self.axes_m(), other.axes_m());
+        (0..3).all(|axis| (here[axis] - there[axis]).abs() <= tolerance_m)
+    }
 }
 
 impl fmt::Display for RobotPosition {

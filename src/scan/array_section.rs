@@ -1,82 +1,17 @@
 //! `[array]`: the elements, and the frequency at which they are driven.
 
-use std::num::NonZeroU32;
 use std::path::Path;
 
 use toml::Spanned;
 
 use super::array_table::ArrayTable;
 use super::elements_csv::read_elements;
+use super::layout::Layout;
 use crate::acoustics::{Array, Element, LayoutError};
-use crate::input::{Fault, NonNegative, Positive, TomlSource};
+use crate::input::{Fault, Positive, TomlSource};
 
 /// Most elements an array may have: a hundred times the largest known display, and still quickly computed.
 const MAX_ELEMENTS: u64 = 100_000;
-
-/// How the elements are arranged. See [`Array`] for the order in which they are numbered.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Layout {
-    /// Rows and columns.
-    Square {
-        /// Elements in a row.
-        columns: NonZeroU32,
-        /// Elements in a column.
-        rows: NonZeroU32,
-        /// How close they stand.
-        rims: Rims,
-    },
-    /// A row along x.
-    Linear {
-        /// Elements.
-        count: NonZeroU32,
-        /// How close they stand.
-        rims: Rims,
-    },
-    /// Rings of the triangular lattice about the centre.
-    Hexagonal {
-        /// Rings; none leaves the centre alone.
-        rings: u32,
-        /// How close they stand.
-        rims: Rims,
-    },
-    /// Rings as the thesis built them, up to three.
-    HexagonalThesis {
-        /// Rings.
-        rings: u32,
-        /// How close they stand.
-        rims: Rims,
-    },
-    /// Thrown at random without overlap.
-    Random {
-        /// Elements.
-        count: NonZeroU32,
-        /// Seed of the draw.
-        seed: u32,
-        /// How close they may stand.
-        rims: Rims,
-    },
-    /// One by one, from a file.
-    Elements {
-        /// The file, from the folder of the file that names it.
-        file: String,
-    },
-}
-
-/// Size and gap of the elements of a lattice, millimetres.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rims {
-    /// Diameter of an element's housing.
-    pub diameter_mm: Positive,
-    /// Gap between the rims of neighbours.
-    pub spacing_mm: NonNegative,
-}
-
-impl Rims {
-    /// Distance between the centres of neighbours, metres.
-    pub fn pitch_m(self) -> f64 {
-        (self.diameter_mm.get() + self.spacing_mm.get()) / 1e3
-    }
-}
 
 /// An array that can be built and has been.
 #[derive(Debug, Clone, PartialEq)]
@@ -164,39 +99,6 @@ impl ArraySection {
             "elements.csv".clone_into(file);
         }
         self
-    }
-}
-
-impl Layout {
-    /// How many elements it asks for; none where only the file knows.
-    fn elements(&self) -> u64 {
-        match *self {
-            Self::Square { columns, rows, .. } => u64::from(columns.get()) * u64::from(rows.get()),
-            Self::Linear { count, .. } | Self::Random { count, .. } => u64::from(count.get()),
-            Self::Hexagonal { rings, .. } | Self::HexagonalThesis { rings, .. } => {
-                let rings = u64::from(rings);
-                3_u64.saturating_mul(rings).saturating_mul(rings + 1).saturating_add(1)
-            }
-            Self::Elements { .. } => 0,
-        }
-    }
-
-    fn build(&self) -> Result<Array, LayoutError> {
-        let whole = |count: u32| count as usize;
-        match *self {
-            Self::Square { columns, rows, rims } => {
-                Array::square(whole(columns.get()), whole(rows.get()), rims.pitch_m())
-            }
-            Self::Linear { count, rims } => Array::linear(whole(count.get()), rims.pitch_m()),
-            Self::Hexagonal { rings, rims } => Ok(Array::hexagonal(whole(rings), rims.pitch_m())),
-            Self::HexagonalThesis { rings, rims } => {
-                Array::hexagonal_thesis(whole(rings), rims.pitch_m())
-            }
-            Self::Random { count, seed, rims } => {
-                Array::random(whole(count.get()), rims.pitch_m(), u64::from(seed))
-            }
-            Self::Elements { .. } => Err(LayoutError::Empty),
-        }
     }
 }
 

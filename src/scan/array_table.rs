@@ -6,7 +6,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
-use super::array_section::{Layout, Rims};
+use super::layout::{Layout, Rims};
 use super::section::{Key, Section, place, written};
 use crate::input::{Fault, NonNegative, Positive, TomlSource};
 

@@ -35,6 +35,16 @@ pub enum FocusSection {
     Phases(Vec<f64>),
 }
 
+impl std::fmt::Display for FocusSection {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Point(at_mm) => write!(f, "({}, {}, {}) mm", at_mm.x, at_mm.y, at_mm.z),
+            Self::AllZero => f.write_str("every element alike"),
+            Self::Phases(phases_rad) => write!(f, "{} phases of its own", phases_rad.len()),
+        }
+    }
+}
+
 /// A drive has phases for another number of elements than the array has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`phases_rad` has {phases} phases, and the array has {elements} elements")]

@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 use jiff::Timestamp;
 
 pub use self::error::{BadSample, JournalError};
-pub use self::event::{Event, EventKind};
+pub use self::event::{Event, EventKind, read_events};
 pub use self::state::ScanState;
 use super::durable::{self, Lines};
 use super::sample::Sample;

@@ -1,12 +1,25 @@
 //! Records of fields: recorded scans, plans of scans to come, the journal of a scan that is running, and
 //! imports of fields measured elsewhere.
+//!
+//! | to | see |
+//! |---|---|
+//! | open, write and group a recorded scan | [`RecordedScan`], [`planes`], [`plane_map`], [`repeats`] |
+//! | read a plan and walk through its points | [`Plan`], [`Plan::visits`] |
+//! | keep a scan while it runs, and take it up again | [`Journal`] |
+//! | bring in what was measured elsewhere | [`import`] |
+//!
+//! `scan.toml`, the plan and the rig file share sections: [`ArraySection`], [`MediumSection`], [`FocusSection`]. Each is
+//! read in two steps: a table of optional keys, which serde checks one by one, and then a section in which the keys
+//! are known to go together. A fault of either step stands at its line.
 
 mod array_section;
 mod array_table;
 mod durable;
 mod elements_csv;
 mod focus_section;
+pub mod import;
 mod journal;
+mod layout;
 mod medium_section;
 mod plan;
 mod plane_map;
@@ -19,11 +32,14 @@ mod section;
 mod setup;
 mod table;
 
-pub use array_section::{ArraySection, Layout, Rims};
+pub use array_section::ArraySection;
 pub use array_table::ArrayTable;
 pub use elements_csv::{read_elements, write_elements};
 pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};
-pub use journal::{BadSample, Event, EventKind, Journal, JournalError, Resumed, ScanState};
+pub use journal::{
+    BadSample, Event, EventKind, Journal, JournalError, Resumed, ScanState, read_events,
+};
+pub use layout::{Layout, Rims};
 pub use medium_section::{MediumSection, MediumTable};
 pub use plan::{Axis, Dark, Layers, Order, Part, Plan, Reference, Region, Shape, Visit, VisitKind};
 pub use plane_map::{MappedPlane, NotAGrid, OFF_LINE_MM, plane_map};

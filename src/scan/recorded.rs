@@ -21,7 +21,7 @@ pub struct RecordedScan {
 }
 
 /// Why a recorded scan was not written.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum RecordError {
     /// The set-up fits in no `scan.toml`.
     #[error(transparent)]

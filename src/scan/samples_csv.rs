@@ -156,17 +156,8 @@ pub(crate) fn samples_of(table: &Table, foci: usize) -> Result<(Columns, Vec<Sam
         samples.push(sample_of(&row, columns, foci)?);
         last = row;
     }
-    if table.text().ends_with('\n') {
-        Ok((columns, samples))
-    } else {
-        // A number cut in its middle is still a number: only the line end says that a row is whole.
-        Err(last.fault(
-            last.len(),
-            "the last line has no line end, so it may have been cut off",
-            "if the row is whole, end it with a line end; if the scan was broken off, `fieldgap resume` \
-             measures that point again",
-        ))
-    }
+    table.refuse_cut_end(&last)?;
+    Ok((columns, samples))
 }
 
 fn sample_of(row: &Row<'_>, columns: Columns, foci: usize) -> Result<Sample, Fault> {

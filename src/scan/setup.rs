@@ -8,10 +8,11 @@ use serde::{Deserialize, Serialize};
 use toml::Spanned;
 use toml::value::Datetime;
 
-use super::array_section::{ArraySection, Layout};
+use super::array_section::ArraySection;
 use super::array_table::ArrayTable;
 use super::elements_csv::write_elements;
 use super::focus_section::{FocusSection, FocusTable};
+use super::layout::Layout;
 use super::medium_section::{MediumSection, MediumTable};
 use crate::acoustics::{Simulation, Simulator};
 use crate::input::{Fault, TomlSource};

@@ -68,6 +68,23 @@ impl Table {
         &self.text
     }
 
+    /// Makes sure that the last row has its line end: a number cut in its middle is still a number, so nothing else
+    /// says that the row is whole.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the end of the last row.
+    pub fn refuse_cut_end(&self, last: &Row<'_>) -> Result<(), Fault> {
+        if self.text.ends_with(['\n', '\r']) {
+            return Ok(());
+        }
+        Err(last.fault(
+            last.len(),
+            "the last line has no line end, so it may have been cut off",
+            "if the row is whole, end it with a line end; if a scan was broken off here, `fieldgap resume` \
+             measures that point again",
+        ))
+    }
+
     /// The rows, top down, cells parted by `delimiter`.
     pub fn rows(&self, delimiter: u8) -> Rows<'_> {
         let reader = csv::ReaderBuilder::new()
@@ -121,11 +138,6 @@ impl Row<'_> {
     /// How many cells the row has; at least one.
     pub fn len(&self) -> usize {
         self.record.len()
-    }
-
-    /// Line in the file, from 1.
-    pub fn line(&self) -> usize {
-        self.line
     }
 
     /// A cell without the blanks and quotes around it; empty if the row is shorter.
@@ -221,7 +233,7 @@ mod tests {
         let table = table("\u{feff}a,b\r\n\r\n1,2\n\n\n3,λ ,\"5\"\n");
         let rows: Vec<(usize, Vec<String>)> = table
             .rows(b',')
-            .map(|row| (row.line(), row.cells().map(str::to_owned).collect()))
+            .map(|row| (row.line, row.cells().map(str::to_owned).collect()))
             .collect();
         let cells = |cells: &[&str]| cells.iter().map(|c| (*c).to_owned()).collect::<Vec<_>>();
         assert_eq!(
@@ -260,7 +272,7 @@ mod tests {
         #[test]
         fn every_line_with_text_is_a_row_at_its_own_line(text in "[0-9,λ \"\r\n]{0,60}") {
             let table = table(&text);
-            let lines: Vec<usize> = table.rows(b',').map(|row| row.line()).collect();
+            let lines: Vec<usize> = table.rows(b',').map(|row| row.line).collect();
             // A lone \r ends a row too; lines are counted by \n, as editors show them.
             let expected: Vec<usize> = text
                 .split('\n')

@@ -22,8 +22,20 @@ pub enum OnAxis {
     Spherical,
 }
 
+/// The variable in which a directivity is a polynomial of few terms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Smooth {
+    /// sin² θ: for directivities that are smooth across the axis, as those of plane faces are.
+    InSineSquared,
+    /// tan(θ/2), from 0 on the axis to 1 at a right angle: for those with a corner on the axis.
+    InHalfTangent,
+}
+
 /// A transducer model: amplitude(d, theta) = on-axis law times directivity.
 pub trait Transducer: Sync {
+    /// In which variable the directivity is smooth.
+    fn smooth(&self) -> Smooth;
+
     /// The law on the axis.
     fn on_axis(&self) -> OnAxis;
 

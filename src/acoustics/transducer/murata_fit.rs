@@ -1,7 +1,7 @@
 //! The thesis's transducer: an exponential on the axis, a Gaussian about it, both fitted to a scan of one
 //! Murata MA40S4S driven at 19 V.
 
-use super::{OnAxis, Transducer};
+use super::{OnAxis, Smooth, Transducer};
 
 /// The thesis's fits p1(z) = 1.115436 exp(-0.052927 z) (R² 0.977248) and
 /// p2(θ) = 1.071272 exp(-((θ + 4.108851)/35.458904)²) (R² 0.991386), z in centimetres and θ in degrees.
@@ -22,6 +22,10 @@ impl MurataFit {
 }
 
 impl Transducer for MurataFit {
+    fn smooth(&self) -> Smooth {
+        Smooth::InHalfTangent
+    }
+
     fn on_axis(&self) -> OnAxis {
         OnAxis::Exponential { amplitude: 1.115436, decay_per_m: self.decay_per_m }
     }

@@ -1,6 +1,6 @@
 //! The far field of a circular piston in a rigid baffle.
 
-use super::{OnAxis, Transducer};
+use super::{OnAxis, Smooth, Transducer};
 
 /// p ~ (1/d) 2 J1(ka sin θ)/(ka sin θ).
 ///
@@ -10,6 +10,10 @@ use super::{OnAxis, Transducer};
 pub struct Piston;
 
 impl Transducer for Piston {
+    fn smooth(&self) -> Smooth {
+        Smooth::InSineSquared
+    }
+
     fn on_axis(&self) -> OnAxis {
         OnAxis::Spherical
     }

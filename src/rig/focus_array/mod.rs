@@ -1,8 +1,13 @@
 //! Phased arrays: what their controllers are told, and the drivers.
 
 mod config;
+pub mod protocol;
+mod thesis;
+#[cfg(test)]
+mod thesis_tests;
 
 pub use config::ThesisConfig;
+pub use thesis::{Modulation, ThesisArray};
 
 /// When an element emits.
 #[derive(Debug, Clone, Copy, PartialEq)]

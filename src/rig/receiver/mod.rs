@@ -1,7 +1,20 @@
 //! Receivers: what they say, what a reading is, and the drivers.
+//!
+//! Settling is measured on the receiver's own clock, from its time stamps: the host's clock, its scheduler and the
+//! buffers in between have no say in which sample belongs to a point.
 
+mod binary;
 mod config;
+mod free_running;
+pub mod protocol;
 mod reading;
+mod run;
+mod stream;
+mod text;
 
+pub use binary::FrameDecoder;
 pub use config::{Encoding, FreeRunningConfig, StreamConfig};
+pub use free_running::FreeRunningReceiver;
 pub use reading::{Reading, ReceiverIdentity};
+pub use stream::StreamReceiver;
+pub use text::TextDecoder;

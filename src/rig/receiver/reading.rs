@@ -29,3 +29,76 @@ pub struct Reading {
     /// Instant of the last averaged reading, s, on the receiver's clock.
     pub last_t_s: f64,
 }
+
+/// Averages samples as they come, by Welford's recurrence (B. P. Welford, Technometrics 4, 1962), which
+/// loses no digits where the deviation is small beside the mean.
+#[derive(Debug, Default)]
+pub(super) struct Tally {
+    count: usize,
+    mean: f64,
+    squares: f64,
+    clipped: bool,
+    first_t_us: u64,
+    last_t_us: u64,
+}
+
+impl Tally {
+    pub(super) fn add(&mut self, t_us: u64, value: f64, clipped: bool) {
+        if self.count == 0 {
+            self.first_t_us = t_us;
+        }
+        self.last_t_us = t_us;
+        self.count += 1;
+        let before = value - self.mean;
+        self.mean += before / self.count as f64;
+        self.squares += before * (value - self.mean);
+        self.clipped |= clipped;
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The reading, or `None` where there was no sample.
+    pub(super) fn reading(&self, gaps: u32) -> Option<Reading> {
+        (self.count > 0).then(|| Reading {
+            mean: self.mean,
+            std: if self.count > 1 { (self.squares / (self.count - 1) as f64).sqrt() } else { 0.0 },
+            count: self.count,
+            clipped: self.clipped,
+            gaps,
+            first_t_s: self.first_t_us as f64 * 1e-6,
+            last_t_s: self.last_t_us as f64 * 1e-6,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_statistics_are_those_of_the_textbook() {
+        let mut tally = Tally::default();
+        assert_eq!(tally.reading(0), None);
+        for (index, value) in [2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0].into_iter().enumerate() {
+            tally.add(1_000_000 + index as u64 * 1000, value, index == 3);
+        }
+        let reading = tally.reading(2).expect("samples");
+        assert!((reading.mean - 5.0).abs() < 1e-12);
+        assert!((reading.std - (32.0_f64 / 7.0).sqrt()).abs() < 1e-12);
+        assert!(reading.clipped && reading.gaps == 2 && reading.count == 8);
+        assert!(
+            (reading.first_t_s - 1.0).abs() < 1e-12 && (reading.last_t_s - 1.007).abs() < 1e-12
+        );
+    }
+
+    #[test]
+    fn a_small_deviation_beside_a_large_mean_keeps_its_digits() {
+        let mut tally = Tally::default();
+        for value in [1e9 + 1.0, 1e9 + 2.0, 1e9 + 3.0] {
+            tally.add(0, value, false);
+        }
+        assert!((tally.reading(0).expect("samples").std - 1.0).abs() < 1e-9);
+    }
+}

@@ -9,7 +9,7 @@ use crate::input::Fault;
 use crate::scan::{UnwritableSample, UnwritableSetup};
 
 /// Why a scan could not be begun, kept or taken up again.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum JournalError {
     /// The folder is taken.
     #[error("{} holds a scan already, which {state}; {}", folder.display(), go_on(state, folder))]
@@ -33,6 +33,7 @@ pub enum JournalError {
     AlreadyComplete(PathBuf),
     /// What is in the folder cannot be read.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Fault(#[from] Box<Fault>),
     /// The set-up fits in no `scan.toml`.
     #[error(transparent)]

@@ -1,5 +1,8 @@
 //! `events.jsonl`: what happened during a scan beside the readings.
 
+use std::io;
+use std::path::Path;
+
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
@@ -37,4 +40,21 @@ pub enum EventKind {
     LineCut,
     /// The scan ended, complete or not.
     Ended,
+}
+
+/// What happened during the scan in a folder, in its order. A torn last line, which a killed scan leaves, is left out; a
+/// folder without `events.jsonl`, as records from elsewhere are, has none.
+///
+/// # Errors
+/// What the file system refused; or the first line that is no event.
+pub fn read_events(folder: &Path) -> io::Result<Vec<Event>> {
+    let text = match std::fs::read_to_string(folder.join(super::EVENTS)) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) => return Err(error),
+    };
+    text.split_inclusive('\n')
+        .filter(|line| line.ends_with('\n'))
+        .map(|line| serde_json::from_str(line).map_err(io::Error::from))
+        .collect()
 }

@@ -180,7 +180,9 @@ fn a_folder_that_holds_a_scan_is_refused_and_the_way_on_is_said() {
     let said = create(folder.path()).expect_err("a scan is there").to_string();
     assert!(said.contains("the robot went away") && said.contains("fieldgap resume"), "{said}");
 
-    resume(folder.path()).journal.end(noon(), &ScanState::Complete).expect("written");
+    let resumed = resume(folder.path());
+    assert_eq!(ScanState::of(folder.path()).expect("readable"), Some(ScanState::Scanning));
+    resumed.journal.end(noon(), &ScanState::Complete).expect("written");
     let said = create(folder.path()).expect_err("a scan is there").to_string();
     assert!(said.contains("complete") && said.contains("fieldgap replay"), "{said}");
     let complete = Journal::resume(folder.path(), noon()).expect_err("nothing left to do");

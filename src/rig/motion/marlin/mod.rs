@@ -1,5 +1,25 @@
 //! Robots that speak Marlin's dialect of G-code.
+//!
+//! What the driver builds on, as observed on Marlin 2.1 and read in its users' bug reports:
+//!
+//! - A line is numbered and carries a checksum (`line.rs`). A damaged or missing one is answered `Resend: n` and an
+//!   `ok` that acknowledges nothing, which some builds omit.
+//! - A repeat of either of the last two accepted numbers is dropped **without** an `ok`. So after silence nothing is
+//!   sent again: the next numbered query tells whether the line before it was taken (`session.rs`).
+//! - `ok` means planned, not arrived. Arrived means that `M400` came back, and the proof of that is a position report
+//!   asked for behind it: commands are executed in order.
+//! - One command is under way at a time: a firmware whose receive buffer overruns loses lines and says nothing.
+//! - `start` in mid-session is a reset: the position is gone. `kill()` is the end until the power is cycled.
+//! - `M410` stops quickly and loses the position. Without the emergency parser it waits behind the queue. `M112`
+//!   is not sent: it halts the firmware until the power is cycled, and belongs to the button on the machine.
 
 mod config;
+mod driver;
+mod line;
+mod reply;
+mod session;
+#[cfg(test)]
+mod tests;
 
-pub use config::MarlinConfig;
+pub use config::{HomeLine, MarlinConfig};
+pub use driver::Marlin;

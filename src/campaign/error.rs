@@ -1,0 +1,45 @@
+//! What keeps a campaign from beginning or going on.
+
+use super::references::Moved;
+use crate::input::Fault;
+use crate::rig::RigError;
+use crate::scan::JournalError;
+use crate::virtual_rig::VirtualRigError;
+
+/// Why a scan cannot begin, or cannot go on.
+///
+/// What happens to a scan once it runs is not here: it ends partial, with its reason, and nothing is lost.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum CampaignError {
+    /// A file is wrong.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    File(#[from] Fault),
+    /// The record cannot be written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Journal(#[from] JournalError),
+    /// A device cannot be opened.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Rig(#[from] RigError),
+    /// The virtual rig cannot be opened.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    VirtualRig(#[from] VirtualRigError),
+    /// The array's controller drives another number of elements than the rig file says.
+    #[error("the array's controller drives {controller} elements; the rig file says {believed}")]
+    #[diagnostic(help("correct [array] of the rig file, or connect the array that it describes"))]
+    OtherArray {
+        /// What the rig file says.
+        believed: usize,
+        /// What the controller says.
+        controller: usize,
+    },
+    /// On resuming, the rig is not as it was.
+    #[error("the scan cannot go on as if nothing had happened: {0}")]
+    #[diagnostic(help(
+        "find what moved or changed and put it back; what was measured so far is kept as it is. Else begin a new scan"
+    ))]
+    Moved(#[from] Moved),
+}

@@ -1,0 +1,58 @@
+//! What happens during a scan, told to whoever watches.
+
+use serde::Serialize;
+
+/// One thing that happened.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "event")]
+pub enum Event {
+    /// The devices answered.
+    Opened {
+        /// What the robot's firmware calls itself.
+        robot: String,
+        /// The receiver's rate and range.
+        receiver: String,
+        /// The array's controller.
+        array: String,
+    },
+    /// The robot found its origin.
+    Homed,
+    /// On resuming, a point was measured again.
+    ReferenceChecked {
+        /// Row of `samples.csv` that it repeats, from 0.
+        row: usize,
+        /// The reading kept there.
+        kept: f64,
+        /// The reading now.
+        now: f64,
+        /// How far the robot reports to be from where it reported then, mm.
+        moved_mm: f64,
+    },
+    /// A point was measured and is on disk.
+    Measured {
+        /// Its row in `samples.csv`, from 0.
+        row: usize,
+        /// Rows that the whole plan has.
+        of: usize,
+        /// The drive, -1 with the array silent.
+        focus: i64,
+        /// Where the robot reports to be, array frame, mm.
+        at_mm: [f64; 3],
+        /// Mean reading, in the receiver's unit.
+        reading: f64,
+        /// Whether the converter was at its limit.
+        clipped: bool,
+    },
+    /// The scan ended.
+    Ended {
+        /// Rows on disk.
+        rows: usize,
+        /// Rows that the whole plan has.
+        of: usize,
+        /// Why, where it ended before its plan.
+        reason: Option<String>,
+    },
+}
+
+/// Whoever watches a scan. Called between points: it must not block.
+pub type Watch<'a> = &'a mut (dyn FnMut(&Event) + Send);

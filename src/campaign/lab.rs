@@ -1,0 +1,86 @@
+//! A rig file: the array and the medium as the lab believes them, and the devices.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::acoustics::{Array, Medium};
+use crate::input::{Fault, TomlSource};
+use crate::rig::{FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
+use crate::scan::{ArraySection, ArrayTable, MediumSection, MediumTable};
+use crate::virtual_rig::VirtualConfig;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LabFile {
+    name: String,
+    array: Spanned<ArrayTable>,
+    medium: Spanned<MediumTable>,
+    motion: MotionConfig,
+    receiver: ReceiverConfig,
+    focus_array: FocusArrayConfig,
+    #[serde(rename = "virtual")]
+    virtual_rig: Option<VirtualConfig>,
+}
+
+/// What a rig file says.
+#[derive(Debug, Clone)]
+pub struct Lab {
+    /// What the rig is called.
+    pub name: String,
+    /// The array, as the lab believes it to be.
+    pub array: ArraySection,
+    /// The medium, as the lab believes it to be.
+    pub medium: MediumSection,
+    /// The devices.
+    pub rig: RigConfig,
+    /// The firmware and the physics behind them, where the rig is a virtual one.
+    pub virtual_rig: Option<VirtualConfig>,
+    source: TomlSource,
+}
+
+impl Lab {
+    /// Reads a rig file.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the line that does not fit.
+    pub fn read(path: &Path) -> Result<Self, Fault> {
+        Self::parse(TomlSource::read(path)?)
+    }
+
+    /// Makes sense of a text as a rig file.
+    ///
+    /// # Errors
+    /// As [`Lab::read`].
+    pub fn parse(source: TomlSource) -> Result<Self, Fault> {
+        let file: LabFile = source.parse()?;
+        Ok(Self {
+            name: file.name,
+            array: ArraySection::read(&file.array, &source)?,
+            medium: MediumSection::read(&file.medium, &source)?,
+            rig: RigConfig {
+                motion: file.motion,
+                receiver: file.receiver,
+                focus_array: file.focus_array,
+            },
+            virtual_rig: file.virtual_rig,
+            source,
+        })
+    }
+
+    /// The file and its text, as they were read.
+    pub fn source(&self) -> &TomlSource {
+        &self.source
+    }
+
+    /// The array, as the lab believes it to be.
+    pub fn believed_array(&self) -> &Array {
+        self.array.array()
+    }
+
+    /// The medium, as the lab believes it to be.
+    pub fn believed_medium(&self) -> Medium {
+        self.medium.medium()
+    }
+}

@@ -1,0 +1,74 @@
+//! The rig of a rig file, opened: behind real ports, or behind those of a virtual rig made for it.
+
+use super::CampaignError;
+use super::event::Event;
+use super::lab::Lab;
+use crate::rig::{self, SafeRig};
+use crate::virtual_rig::VirtualRig;
+
+/// An open rig: silent, standing still.
+pub struct OpenRig {
+    // Dropped in this order: the drivers let go of the ports before the firmware behind them ends.
+    rig: SafeRig,
+    _firmware: Option<VirtualRig>,
+}
+
+impl OpenRig {
+    /// Opens the three devices. Nothing moves.
+    ///
+    /// # Errors
+    /// [`CampaignError`] if a device cannot be opened, or if the controller drives another number of elements than the rig
+    /// file says.
+    pub async fn open(lab: &Lab) -> Result<Self, CampaignError> {
+        let firmware = open_virtual(lab)?;
+        let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
+        let mut rig = rig::open(&lab.rig, &ports).await?;
+        let (believed, controller) = (lab.believed_array().len(), rig.array().identity().elements);
+        if believed != controller {
+            return Err(CampaignError::OtherArray { believed, controller });
+        }
+        Ok(Self { rig, _firmware: firmware })
+    }
+
+    /// The devices.
+    pub fn rig(&mut self) -> &mut SafeRig {
+        &mut self.rig
+    }
+
+    /// Who answered.
+    pub(super) fn greeting(&mut self) -> Event {
+        let robot = self.rig.motion().firmware().to_owned();
+        let receiver = self.rig.receiver().identity().clone();
+        let array = self.rig.array().identity().clone();
+        Event::Opened {
+            robot,
+            receiver: format!(
+                "{} Hz, up to {} {}",
+                receiver.rate_hz, receiver.full_scale, receiver.unit
+            ),
+            array: format!(
+                "{}, {} elements, {} steps a period",
+                array.name, array.elements, array.period_steps
+            ),
+        }
+    }
+}
+
+/// Opens the virtual rig that a rig file describes, if it does.
+///
+/// # Errors
+/// [`CampaignError`] if its truth file is wrong or the system gives no pseudo-terminals.
+pub fn open_virtual(lab: &Lab) -> Result<Option<VirtualRig>, CampaignError> {
+    let Some(config) = &lab.virtual_rig else { return Ok(None) };
+    let believed = lab.believed_array();
+    let folder = lab.source().path().parent().unwrap_or(std::path::Path::new(""));
+    let opened = VirtualRig::open(
+        config,
+        folder,
+        believed,
+        lab.believed_medium(),
+        lab.array.frequency_hz(),
+        lab.rig.motion.frame(),
+    )?;
+    Ok(Some(opened))
+}

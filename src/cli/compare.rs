@@ -1,0 +1,117 @@
+//! `fieldgap compare`: a recorded scan compared with its simulation, the figures printed.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use miette::IntoDiagnostic;
+
+use super::output::print_json;
+use crate::acoustics::Simulator;
+use crate::gap::{self, Comparison, Registering, table};
+use crate::scan::{Plan, RecordedScan};
+
+/// How scans are compared, here and for `run` and `replay`.
+#[derive(Debug, Args)]
+pub(super) struct ComparisonArgs {
+    /// The simulators: as-written, corrected, piston; without them, those that the scan was made for
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    simulator: Vec<Simulator>,
+    /// How the scan is brought to the simulation's coordinates and unit
+    #[arg(long, value_enum, default_value = "auto")]
+    register: Register,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Register {
+    /// By what the data ask for: gain and a small shift, or the whole pose where that explains the gap
+    Auto,
+    /// By the whole pose: mirror, turn, step ratio, shift, gain
+    Pose,
+    /// By gain and a small shift
+    GainAndShift,
+    /// By gain alone
+    Gain,
+    /// Not at all
+    None,
+}
+
+impl From<Register> for Registering {
+    fn from(register: Register) -> Self {
+        match register {
+            Register::Auto => Self::Auto,
+            Register::Pose => Self::Pose,
+            Register::GainAndShift => Self::GainAndShift,
+            Register::Gain => Self::GainOnly,
+            Register::None => Self::None,
+        }
+    }
+}
+
+/// The `compare` command.
+#[derive(Debug, Args)]
+pub(super) struct Compare {
+    /// The folder of the recorded scan
+    folder: PathBuf,
+    #[command(flatten)]
+    comparison: ComparisonArgs,
+    /// What is printed
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    /// The same as --format json
+    #[arg(long, conflicts_with = "format")]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Format {
+    /// A table for people
+    Text,
+    /// A row a height
+    Csv,
+    /// Everything, maps included
+    Json,
+}
+
+impl Compare {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let scan = RecordedScan::open(&self.folder)?;
+        let comparisons = self.comparison.compare(&self.folder, &scan)?;
+        match self.format {
+            _ if self.json => print_json(&comparisons)?,
+            Format::Json => print_json(&comparisons)?,
+            Format::Text => {
+                for comparison in &comparisons {
+                    println!("{}", table::text(comparison));
+                }
+            }
+            Format::Csv => print!("{}", table::csv(&comparisons)),
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+impl ComparisonArgs {
+    /// Compares a scan, kept in `folder`, with each simulator.
+    pub(super) fn compare(
+        &self,
+        folder: &Path,
+        scan: &RecordedScan,
+    ) -> miette::Result<Vec<Comparison>> {
+        self.simulators(folder, scan)
+            .into_iter()
+            .map(|simulator| gap::compare(scan, simulator, self.register.into()).into_diagnostic())
+            .collect()
+    }
+
+    /// Those asked for; else the scan's own, and those that its plan, where it is kept, names beside it.
+    fn simulators(&self, folder: &Path, scan: &RecordedScan) -> Vec<Simulator> {
+        if !self.simulator.is_empty() {
+            return self.simulator.clone();
+        }
+        let also = Plan::read(&folder.join("plan.toml")).map(|plan| plan.also).unwrap_or_default();
+        let mut simulators = vec![scan.setup.simulator];
+        simulators.extend(also.into_iter().filter(|also| *also != scan.setup.simulator));
+        simulators
+    }
+}

@@ -1,0 +1,164 @@
+//! `fieldgap import`: fields measured elsewhere, brought in as recorded scans.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, Subcommand, ValueEnum};
+use miette::{IntoDiagnostic, miette};
+
+use super::simulate::positive;
+use crate::acoustics::Simulator;
+use crate::input::Positive;
+use crate::scan::import::{
+    Anchor, FirstRow, GridCsv, GridPlacement, MADE_UP_SECONDS_A_POINT, ThesisLog, ThesisLogSetup,
+    TransducerAxis,
+};
+use crate::scan::{RecordedScan, Sample, ScanSetup};
+
+/// The `import` command.
+#[derive(Debug, Args)]
+pub(super) struct Import {
+    #[command(subcommand)]
+    source: Source,
+}
+
+#[derive(Debug, Subcommand)]
+enum Source {
+    /// The thesis's log of one transducer: three rows of axes, then x, y, z in cm and the magnitude
+    ThesisLog(ThesisLogArgs),
+    /// Plain grids of numbers, one plane a file
+    Grid(GridArgs),
+}
+
+#[derive(Debug, Args)]
+struct ThesisLogArgs {
+    /// The log
+    log: PathBuf,
+    /// The folder for the record
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Where the transducer stood, as logged; without it, under the largest reading
+    #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
+    axis_mm: Option<[f64; 2]>,
+    /// The simulator to compare with
+    #[arg(long, value_name = "NAME", default_value = "corrected")]
+    simulator: Simulator,
+}
+
+#[derive(Debug, Args)]
+struct GridArgs {
+    /// The files, rows of numbers parted by commas, semicolons or tabs
+    #[arg(required = true)]
+    grids: Vec<PathBuf>,
+    /// What was set up, as a scan.toml
+    #[arg(long, value_name = "FILE")]
+    setup: PathBuf,
+    /// Height of each file's plane
+    #[arg(long, value_name = "Z,...", value_delimiter = ',', required = true)]
+    z_mm: Vec<f64>,
+    /// Step between neighbouring numbers
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    step_mm: Positive,
+    /// The point of smallest x and y; without it the grid lies centred about the axis
+    #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
+    corner_mm: Option<[f64; 2]>,
+    /// Whether the first row is that of the largest or of the smallest y
+    #[arg(long, value_enum, default_value = "top")]
+    first_row: Row,
+    /// Number of the focus that was driven
+    #[arg(long, value_name = "N", default_value = "0")]
+    focus: usize,
+    /// The folder for the record
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Row {
+    Top,
+    Bottom,
+}
+
+impl Import {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let (record, out) = match self.source {
+            Source::ThesisLog(args) => (args.read()?, args.out),
+            Source::Grid(args) => (args.read()?, args.out),
+        };
+        record.write(&out)?;
+        println!("{} readings: {}", record.samples.len(), out.display());
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+impl ThesisLogArgs {
+    fn read(&self) -> miette::Result<RecordedScan> {
+        let log = ThesisLog::read(&self.log)?;
+        let setup = ThesisLogSetup {
+            axis: self.axis_mm.map_or(TransducerAxis::UnderLargest, TransducerAxis::At),
+            simulator: self.simulator,
+            ..ThesisLogSetup::of_thesis(&name_of(&self.log), modified(&self.log)?)
+        };
+        Ok(log.into_scan(setup))
+    }
+}
+
+impl GridArgs {
+    fn read(&self) -> miette::Result<RecordedScan> {
+        if self.grids.len() != self.z_mm.len() {
+            return Err(miette!(
+                help = "give one height a file, as --z-mm 50,100",
+                "{} files and {} heights",
+                self.grids.len(),
+                self.z_mm.len()
+            ));
+        }
+        let setup = ScanSetup::read(&self.setup)?;
+        if self.focus >= setup.foci.len() {
+            return Err(miette!(
+                help = "focus entries are numbered from 0",
+                "{} has {} [[focus]] entries, none has number {}",
+                self.setup.display(),
+                setup.foci.len(),
+                self.focus
+            ));
+        }
+        let mut samples = Vec::new();
+        for (file, &z_mm) in self.grids.iter().zip(&self.z_mm) {
+            let grid = GridCsv::read(file)?;
+            let placement = GridPlacement {
+                z_mm,
+                step_mm: [self.step_mm; 2],
+                anchor: self.corner_mm.map_or(Anchor::Centre([0.0; 2]), Anchor::LeastCorner),
+                first_row: match self.first_row {
+                    Row::Top => FirstRow::Top,
+                    Row::Bottom => FirstRow::Bottom,
+                },
+            };
+            let from_s =
+                samples.last().map_or(0.0, |last: &Sample| last.time_s + MADE_UP_SECONDS_A_POINT);
+            samples.extend(grid.samples(&placement, self.focus, from_s));
+        }
+        Ok(RecordedScan { setup, samples })
+    }
+}
+
+fn name_of(file: &Path) -> String {
+    file.file_stem().map_or_else(|| "imported".to_owned(), |stem| stem.to_string_lossy().into())
+}
+
+/// A log holds no date; its file does.
+fn modified(file: &Path) -> miette::Result<jiff::Timestamp> {
+    let modified = std::fs::metadata(file).and_then(|data| data.modified()).into_diagnostic()?;
+    jiff::Timestamp::try_from(modified)
+        .and_then(|at| at.round(jiff::Unit::Second))
+        .into_diagnostic()
+}
+
+fn pair(text: &str) -> Result<[f64; 2], String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+    match numbers[..] {
+        [x, y] if x.is_finite() && y.is_finite() && text.matches(',').count() == 1 => Ok([x, y]),
+        _ => Err("two numbers are needed, as x,y".to_owned()),
+    }
+}

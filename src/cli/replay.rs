@@ -1,0 +1,126 @@
+//! `fieldgap replay`: a recorded scan compared with its simulation, the report written, offline.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use miette::IntoDiagnostic;
+use sha2::{Digest, Sha256};
+
+use super::compare::ComparisonArgs;
+use super::output::print_json;
+use crate::gap::{Comparison, table};
+use crate::report::{self, InputFile, ReportContext};
+use crate::scan::{EventKind, RecordedScan, SAME_HEIGHT_MM, ScanState, read_events};
+
+/// The `replay` command.
+#[derive(Debug, Args)]
+pub(super) struct Replay {
+    /// The folder of the recorded scan
+    folder: PathBuf,
+    #[command(flatten)]
+    comparison: ComparisonArgs,
+    /// The folder for the report; without it report/ in the scan's folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the comparison as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Replay {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let out = self.out.clone().unwrap_or_else(|| self.folder.join("report"));
+        let comparisons = report_on(&self.folder, &self.comparison, &out)?;
+        if self.json {
+            print_json(&comparisons)?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Compares a recorded scan and writes its report; says on standard error what was found, and where the page is.
+pub(super) fn report_on(
+    folder: &Path,
+    comparison: &ComparisonArgs,
+    out: &Path,
+) -> miette::Result<Vec<Comparison>> {
+    let scan = RecordedScan::open(folder)?;
+    let comparisons = comparison.compare(folder, &scan)?;
+    let files = report::write(out, &context(folder, &scan)?, &comparisons).into_diagnostic()?;
+    for comparison in &comparisons {
+        eprintln!("\n{}", table::text(comparison));
+    }
+    eprintln!("report: {}", files.index.display());
+    Ok(comparisons)
+}
+
+fn context(folder: &Path, scan: &RecordedScan) -> miette::Result<ReportContext> {
+    Ok(ReportContext {
+        title: scan.setup.name.clone(),
+        set_up: set_up(scan),
+        software: concat!("fieldgap ", env!("CARGO_PKG_VERSION")).to_owned(),
+        inputs: inputs(folder)?,
+        warnings: warnings(folder),
+    })
+}
+
+fn set_up(scan: &RecordedScan) -> Vec<(String, String)> {
+    let setup = &scan.setup;
+    let heights: Vec<String> =
+        scan.planes(SAME_HEIGHT_MM).iter().map(|plane| format!("{:.1}", plane.z_mm)).collect();
+    let row = |label: &str, value: String| (label.to_owned(), value);
+    let mut rows = vec![
+        row("Recorded", setup.recorded.to_string()),
+        row("Array", format!("{}, {} elements", setup.array.layout(), setup.array.array().len())),
+        row("Frequency", format!("{} kHz", setup.array.frequency_hz() / 1e3)),
+        row(
+            "Speed of sound, as believed",
+            format!("{:.1} m/s", setup.medium.medium().speed_of_sound_m_s),
+        ),
+    ];
+    rows.extend(
+        setup
+            .foci
+            .iter()
+            .enumerate()
+            .map(|(number, focus)| row(&format!("Focus {number}"), focus.to_string())),
+    );
+    rows.push(row("Heights", format!("{} mm", heights.join(", "))));
+    rows.push(row(
+        "Readings",
+        format!("{}, of these {} with the array silent", scan.samples.len(), scan.silent().count()),
+    ));
+    rows
+}
+
+/// The files that the comparison depends on, those that are there.
+fn inputs(folder: &Path) -> miette::Result<Vec<InputFile>> {
+    ["scan.toml", "samples.csv", "elements.csv", "plan.toml", "rig.toml"]
+        .into_iter()
+        .filter(|name| folder.join(name).is_file())
+        .map(|name| {
+            let bytes = std::fs::read(folder.join(name)).into_diagnostic()?;
+            let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+            Ok(InputFile { name: name.to_owned(), sha256 })
+        })
+        .collect()
+}
+
+/// What a reader has to know before believing the figures.
+fn warnings(folder: &Path) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if let Ok(Some(state @ (ScanState::Partial { .. } | ScanState::Scanning))) =
+        ScanState::of(folder)
+    {
+        warnings.push(format!("This scan is not complete: it {state}."));
+    }
+    let spoilt = read_events(folder)
+        .map(|events| events.iter().filter(|event| event.kind == EventKind::DeviceFault).count());
+    if let Ok(spoilt @ 1..) = spoilt {
+        warnings.push(format!(
+            "{spoilt} readings were clipped, or had samples missing; events.jsonl names them."
+        ));
+    }
+    warnings
+}

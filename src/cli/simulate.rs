@@ -1,0 +1,251 @@
+//! `fieldgap simulate`: the field of a plan's points, or of planes over a rig's array, with the figures of each plane.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use miette::{IntoDiagnostic, miette};
+use serde::Serialize;
+
+use super::output::print_json;
+use crate::acoustics::metrics::{
+    Convention, PlaneMap, THESIS_THRESHOLD, focal_radius, peak, sub_peaks,
+};
+use crate::acoustics::{Excitation, PlaneGrid, Simulation, Simulator, Vec3};
+use crate::campaign::{Campaign, Lab};
+use crate::input::Positive;
+use crate::scan::{Axis, Region, Shape};
+
+/// The `simulate` command.
+#[derive(Debug, Args)]
+pub(super) struct Simulate {
+    /// The plan whose planes are simulated; without it, give --rig, --focus-mm and --z-mm
+    plan: Option<PathBuf>,
+    /// The rig file; without it the one that the plan names
+    #[arg(long, value_name = "FILE", required_unless_present = "plan")]
+    rig: Option<PathBuf>,
+    /// The simulator: as-written, corrected or piston; without it the plan's, or corrected
+    #[arg(long, value_name = "NAME")]
+    simulator: Option<Simulator>,
+    /// The focus, as x,y,z
+    #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
+    focus_mm: Option<Vec3>,
+    /// Heights of the planes, as z or z,z,...
+    #[arg(long, value_name = "Z,...", value_delimiter = ',', conflicts_with = "plan")]
+    z_mm: Vec<f64>,
+    /// Side of the planes, about the axis
+    #[arg(long, value_name = "MM", default_value = "100", value_parser = positive, conflicts_with = "plan")]
+    size_mm: Positive,
+    /// Step of the planes
+    #[arg(long, value_name = "MM", default_value = "1", value_parser = positive, conflicts_with = "plan")]
+    step_mm: Positive,
+    /// Write the field as simulation.csv into this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the figures as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// One plane of one drive, simulated.
+#[derive(Debug, Serialize)]
+struct SimulatedPlane {
+    simulator: Simulator,
+    focus: usize,
+    z_mm: f64,
+    peak: f64,
+    peak_x_mm: f64,
+    peak_y_mm: f64,
+    refined_peak: f64,
+    refined_peak_x_mm: f64,
+    refined_peak_y_mm: f64,
+    focal_radius_mm: Option<f64>,
+    cut_off: Vec<String>,
+    sub_peaks: usize,
+    #[serde(skip)]
+    map: PlaneMap,
+}
+
+impl Simulate {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let planes = self.planes()?;
+        if let Some(folder) = &self.out {
+            write_field(folder, &planes).into_diagnostic()?;
+            eprintln!("field: {}", folder.join("simulation.csv").display());
+        }
+        if self.json {
+            print_json(&planes)?;
+        } else {
+            print_table(&planes);
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn planes(&self) -> miette::Result<Vec<SimulatedPlane>> {
+        let Some(plan) = &self.plan else { return self.planes_of_flags() };
+        let campaign = Campaign::read(plan, self.rig.as_deref())?;
+        campaign.plan().fits_array(campaign.lab().believed_array().len())?;
+        let simulator = self.simulator.unwrap_or(campaign.plan().simulator);
+        let excitations: Vec<Excitation> = match self.focus_mm {
+            Some(focus_mm) => vec![Excitation::Focus(focus_mm * 1e-3)],
+            None => campaign.plan().foci.iter().map(|focus| focus.excitation()).collect(),
+        };
+        let grids: Vec<PlaneGrid> = campaign.plan().regions.iter().flat_map(grids).collect();
+        if grids.is_empty() {
+            return Err(miette!(
+                help = "give --rig, --focus-mm and --z-mm for planes of your own",
+                "{} has no planes or volumes to simulate",
+                plan.display()
+            ));
+        }
+        Ok(excitations
+            .into_iter()
+            .enumerate()
+            .flat_map(|(number, excitation)| {
+                let simulation = simulation(campaign.lab(), simulator, excitation);
+                grids
+                    .iter()
+                    .map(move |grid| simulate(&simulation, number, grid))
+                    .collect::<Vec<_>>()
+            })
+            .collect())
+    }
+
+    fn planes_of_flags(&self) -> miette::Result<Vec<SimulatedPlane>> {
+        let rig = self.rig.as_deref().expect("clap asks for a plan or a rig");
+        let lab = Lab::read(rig)?;
+        let (Some(focus_mm), false) = (self.focus_mm, self.z_mm.is_empty()) else {
+            return Err(miette!(
+                help = "for example --focus-mm 0,0,100 --z-mm 50,100,150",
+                "without a plan, both --focus-mm and --z-mm are needed"
+            ));
+        };
+        let simulator = self.simulator.unwrap_or(Simulator::Corrected);
+        let simulation = simulation(&lab, simulator, Excitation::Focus(focus_mm * 1e-3));
+        let half_m = 0.5e-3 * self.size_mm.get();
+        let steps = (half_m / (self.step_mm.get() * 1e-3)).floor();
+        let half_m = steps * self.step_mm.get() * 1e-3;
+        Ok(self
+            .z_mm
+            .iter()
+            .map(|z_mm| PlaneGrid::square(half_m, self.step_mm.get() * 1e-3, z_mm * 1e-3))
+            .map(|grid| simulate(&simulation, 0, &grid))
+            .collect())
+    }
+}
+
+fn simulation(lab: &Lab, simulator: Simulator, excitation: Excitation) -> Simulation {
+    Simulation {
+        simulator,
+        array: lab.believed_array().clone(),
+        medium: lab.believed_medium(),
+        frequency_hz: lab.array.frequency_hz(),
+        excitation,
+    }
+}
+
+/// The planes of a region of a plan; lines and lists of points have none.
+fn grids(region: &Region) -> Vec<PlaneGrid> {
+    let (Shape::Planes(layers) | Shape::Volume(layers)) = &region.shape else { return Vec::new() };
+    let along_m = |axis: &Axis| -> Vec<f64> {
+        (0..axis.count).map(|index| axis.at_mm(index) * 1e-3).collect()
+    };
+    layers
+        .z_mm
+        .iter()
+        .map(|z_mm| PlaneGrid {
+            x_m: along_m(&layers.x),
+            y_m: along_m(&layers.y),
+            z_m: z_mm * 1e-3,
+        })
+        .collect()
+}
+
+fn simulate(simulation: &Simulation, focus: usize, grid: &PlaneGrid) -> SimulatedPlane {
+    let values = simulation.magnitudes(&grid.points());
+    let map = PlaneMap::new(grid.x_m.clone(), grid.y_m.clone(), values)
+        .expect("a grid's axes rise and its points are all simulated");
+    let convention = match simulation.simulator {
+        Simulator::AsWritten => Convention::AsWritten,
+        Simulator::Corrected | Simulator::Piston => Convention::Corrected,
+    };
+    let top = peak(&map).expect("every point is simulated");
+    let radius =
+        focal_radius(&map, THESIS_THRESHOLD, convention).expect("every point is simulated");
+    SimulatedPlane {
+        simulator: simulation.simulator,
+        focus,
+        z_mm: grid.z_m * 1e3,
+        peak: top.value,
+        peak_x_mm: top.x_m * 1e3,
+        peak_y_mm: top.y_m * 1e3,
+        refined_peak: top.refined_value,
+        refined_peak_x_mm: top.refined_x_m * 1e3,
+        refined_peak_y_mm: top.refined_y_m * 1e3,
+        focal_radius_mm: radius.radius_m.map(|radius_m| radius_m * 1e3),
+        cut_off: radius.cut_off().map(|side| side.to_string()).collect(),
+        sub_peaks: sub_peaks(&map, THESIS_THRESHOLD).len(),
+        map,
+    }
+}
+
+fn print_table(planes: &[SimulatedPlane]) {
+    println!(
+        "{:>10} {:>5} {:>8} {:>10} {:>8} {:>8} {:>13} {:>9}  cut off",
+        "simulator", "focus", "z (mm)", "peak", "x (mm)", "y (mm)", "radius (mm)", "sub-peaks"
+    );
+    for plane in planes {
+        let radius =
+            plane.focal_radius_mm.map_or("-".to_owned(), |radius_mm| format!("{radius_mm:.4}"));
+        println!(
+            "{:>10} {:>5} {:>8.1} {:>10.6} {:>8.2} {:>8.2} {:>13} {:>9}  {}",
+            plane.simulator.to_string(),
+            plane.focus,
+            plane.z_mm,
+            plane.peak,
+            plane.peak_x_mm,
+            plane.peak_y_mm,
+            radius,
+            plane.sub_peaks,
+            plane.cut_off.join(" ")
+        );
+    }
+}
+
+fn write_field(folder: &Path, planes: &[SimulatedPlane]) -> Result<(), csv::Error> {
+    std::fs::create_dir_all(folder)?;
+    let mut writer = csv::Writer::from_path(folder.join("simulation.csv"))?;
+    writer.write_record(["simulator", "focus", "x_mm", "y_mm", "z_mm", "pressure"])?;
+    for plane in planes {
+        let values = plane.map.values().iter();
+        let places =
+            plane.map.y_m().iter().flat_map(|y| plane.map.x_m().iter().map(move |x| (x, y)));
+        for ((x_m, y_m), value) in places.zip(values) {
+            writer.serialize((
+                plane.simulator,
+                plane.focus,
+                x_m * 1e3,
+                y_m * 1e3,
+                plane.z_mm,
+                value,
+            ))?;
+        }
+    }
+    Ok(writer.flush()?)
+}
+
+fn millimetres(text: &str) -> Result<Vec3, String> {
+    let numbers = text
+        .split(',')
+        .map(|part| part.trim().parse::<f64>().map_err(|_| format!("`{part}` is not a number")))
+        .collect::<Result<Vec<f64>, String>>()?;
+    match numbers[..] {
+        [x, y, z] if numbers.iter().all(|number| number.is_finite()) => Ok(Vec3::new(x, y, z)),
+        _ => Err("three numbers are needed, as x,y,z".to_owned()),
+    }
+}
+
+pub(super) fn positive(text: &str) -> Result<Positive, String> {
+    let number: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    Positive::new(number).map_err(|refusal| refusal.to_string())
+}

@@ -1,0 +1,58 @@
+//! `fieldgap virtual`: a virtual rig kept open, as ports for anybody's program.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use miette::{IntoDiagnostic, miette};
+
+use super::output::print_json;
+use crate::campaign::{Lab, open_virtual};
+
+/// The `virtual` command.
+#[derive(Debug, Args)]
+pub(super) struct Virtual {
+    /// A rig file with a [virtual] section
+    rig: PathBuf,
+    /// Print the ports as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Virtual {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let mut lab = Lab::read(&self.rig)?;
+        if let Some(config) = &mut lab.virtual_rig {
+            // Other programs keep the clock of the wall.
+            config.keep_wall_clock();
+        }
+        let firmware = open_virtual(&lab)?.ok_or_else(|| {
+            miette!(
+                help = "add a [virtual] section, as in rigs/virtual.toml",
+                "{} describes a real rig",
+                self.rig.display()
+            )
+        })?;
+        let ports = firmware.ports();
+        if self.json {
+            print_json(&serde_json::json!({
+                "motion": ports.motion,
+                "receiver": ports.receiver,
+                "focus_array": ports.focus_array,
+            }))?;
+        } else {
+            for (device, port) in [
+                ("robot (Marlin)", &ports.motion),
+                ("receiver", &ports.receiver),
+                ("array", &ports.focus_array),
+            ] {
+                println!("{device:<15} {}", port.as_deref().unwrap_or("-"));
+            }
+            println!("Ctrl-C ends it.");
+        }
+        let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
+        runtime.block_on(tokio::signal::ctrl_c()).into_diagnostic()?;
+        drop(firmware);
+        Ok(ExitCode::SUCCESS)
+    }
+}

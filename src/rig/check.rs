@@ -1,0 +1,437 @@
+//! `rig check`: talks to each device, measures how it answers, and says what to mend. Nothing moves, nothing emits.
+
+use std::fmt;
+use std::time::Duration;
+
+use serde::Serialize;
+use tokio::time::Instant;
+
+use super::config::RigConfig;
+use super::device::Role;
+use super::error::RigError;
+use super::receiver::Reading;
+use super::safety::{Ports, open_motion};
+use super::{ArrayIdentity, FocusArray, Motion, Receiver, ReceiverIdentity};
+
+/// Queries of which the reply latency is taken.
+const QUERIES: usize = 20;
+
+/// Readings of which the noise is taken.
+const NOISE_READINGS: usize = 200;
+
+/// A median latency above this makes scans slow: three replies a point.
+const SLOW: Duration = Duration::from_millis(50);
+
+/// How far the measured rate may be from the stated one, as a share of it: crystals are a hundred times better.
+const RATE_TOLERANCE: f64 = 0.01;
+
+/// Noise above this share of full scale hides the field.
+const NOISY: f64 = 0.05;
+
+/// What was found.
+#[derive(Debug, Serialize)]
+pub struct CheckReport {
+    /// The focus array, and the fault that kept it from being opened.
+    pub focus_array: Section<ArrayCheck>,
+    /// The receiver.
+    pub receiver: Section<ReceiverCheck>,
+    /// The robot.
+    pub motion: Section<MotionCheck>,
+    /// What is not as it should be.
+    pub findings: Vec<Finding>,
+}
+
+/// What was found at one device; empty where it could not be opened.
+pub type Section<T> = Option<T>;
+
+/// How the focus array answered.
+#[derive(Debug, Serialize)]
+pub struct ArrayCheck {
+    /// Its port.
+    pub port: String,
+    /// What it says of itself.
+    pub identity: ArrayIdentity,
+    /// How fast it answers.
+    pub latency: Latency,
+}
+
+/// How the receiver answered, the array silent.
+#[derive(Debug, Serialize)]
+pub struct ReceiverCheck {
+    /// Its port.
+    pub port: String,
+    /// What it says of itself.
+    pub identity: ReceiverIdentity,
+    /// Samples a second by its own time stamps, Hz.
+    pub measured_rate_hz: Option<f64>,
+    /// Mean, deviation and gaps with the array silent.
+    pub silent: Reading,
+    /// How long a single reading takes.
+    pub latency: Latency,
+}
+
+/// How the robot answered.
+#[derive(Debug, Serialize)]
+pub struct MotionCheck {
+    /// Its port.
+    pub port: String,
+    /// What its firmware calls itself.
+    pub firmware: String,
+    /// Where it says it is, mm; before homing this means little.
+    pub position_mm: [f64; 3],
+    /// How fast it answers.
+    pub latency: Latency,
+}
+
+/// Reply latency over several queries, ms.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Latency {
+    /// The shortest.
+    pub min_ms: f64,
+    /// The middle one.
+    pub median_ms: f64,
+    /// The longest.
+    pub max_ms: f64,
+    /// Over how many queries.
+    pub queries: usize,
+}
+
+/// One thing that is not as it should be.
+#[derive(Debug, Serialize)]
+pub struct Finding {
+    /// Where.
+    pub device: Role,
+    /// Whether a scan is impossible with it, or only poor.
+    pub severity: Severity,
+    /// What was seen.
+    pub problem: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+/// How bad a finding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// No scan is possible.
+    Fault,
+    /// A scan is possible and poorer or slower than it need be.
+    Warning,
+}
+
+/// Checks the three devices, one after the other, each also when another fails.
+///
+/// `elements` is how many elements the lab believes its array to have.
+pub async fn check(config: &RigConfig, ports: &Ports, elements: usize) -> CheckReport {
+    let mut findings = Vec::new();
+    // The array is opened first and kept, so that it is silent while the receiver's noise is taken.
+    let mut array = match config.focus_array.open(ports.focus_array.as_deref()).await {
+        Ok(array) => Some(array),
+        Err(error) => {
+            findings.push(Finding::fault(Role::FocusArray, &error));
+            None
+        }
+    };
+    let focus_array = match &mut array {
+        Some(array) => note(
+            check_array(&mut **array, elements, &mut findings).await,
+            Role::FocusArray,
+            &mut findings,
+        ),
+        None => None,
+    };
+    let receiver = match config.receiver.open(ports.receiver.as_deref()).await {
+        Ok(mut receiver) => check_receiver(&mut *receiver, &mut findings).await,
+        Err(error) => Err(error),
+    };
+    let receiver = note(receiver, Role::Receiver, &mut findings);
+    let motion = match open_motion(&config.motion, ports).await {
+        Ok(mut motion) => check_motion(&mut *motion, &mut findings).await,
+        Err(error) => Err(error),
+    };
+    let motion = note(motion, Role::Robot, &mut findings);
+    CheckReport { focus_array, receiver, motion, findings }
+}
+
+fn note<T>(result: Result<T, RigError>, role: Role, findings: &mut Vec<Finding>) -> Option<T> {
+    result.map_err(|error| findings.push(Finding::fault(role, &error))).ok()
+}
+
+async fn check_array(
+    array: &mut dyn FocusArray,
+    elements: usize,
+    findings: &mut Vec<Finding>,
+) -> Result<ArrayCheck, RigError> {
+    let mut times = Vec::with_capacity(QUERIES);
+    for _ in 0..QUERIES {
+        let start = Instant::now();
+        array.silence().await?;
+        times.push(start.elapsed());
+    }
+    let identity = array.identity().clone();
+    if identity.elements != elements {
+        findings.push(Finding {
+            device: Role::FocusArray,
+            severity: Severity::Fault,
+            problem: format!("it has {} elements, the rig file {elements}", identity.elements),
+            remedy: "make [array] in the rig file the array that is connected".to_owned(),
+        });
+    }
+    let latency = Latency::of(times);
+    latency.judge(Role::FocusArray, findings);
+    Ok(ArrayCheck { port: array.device().port.clone(), identity, latency })
+}
+
+async fn check_receiver(
+    receiver: &mut dyn Receiver,
+    findings: &mut Vec<Finding>,
+) -> Result<ReceiverCheck, RigError> {
+    let mut times = Vec::with_capacity(QUERIES);
+    for _ in 0..QUERIES {
+        let start = Instant::now();
+        receiver.read_point(Duration::ZERO, 1).await?;
+        times.push(start.elapsed());
+    }
+    let silent = receiver.read_point(Duration::ZERO, NOISE_READINGS).await?;
+    let identity = receiver.identity().clone();
+    let measured_rate_hz = measured_rate_hz(&silent);
+    findings.extend(receiver_findings(&identity, &silent, measured_rate_hz));
+    let latency = Latency::of(times);
+    latency.judge(Role::Receiver, findings);
+    let port = receiver.device().port.clone();
+    Ok(ReceiverCheck { port, identity, measured_rate_hz, silent, latency })
+}
+
+async fn check_motion(
+    motion: &mut dyn Motion,
+    findings: &mut Vec<Finding>,
+) -> Result<MotionCheck, RigError> {
+    let mut times = Vec::with_capacity(QUERIES);
+    let mut position = motion.position().await?;
+    for _ in 0..QUERIES {
+        let start = Instant::now();
+        position = motion.position().await?;
+        times.push(start.elapsed());
+    }
+    let latency = Latency::of(times);
+    latency.judge(Role::Robot, findings);
+    Ok(MotionCheck {
+        port: motion.device().port.clone(),
+        firmware: motion.firmware().to_owned(),
+        position_mm: position.axes_mm(),
+        latency,
+    })
+}
+
+/// Samples a second between the first and the last reading. Lost ones would make it too low, so none may be lost.
+fn measured_rate_hz(reading: &Reading) -> Option<f64> {
+    let span_s = reading.last_t_s - reading.first_t_s;
+    (reading.gaps == 0 && span_s > 0.0).then(|| (reading.count - 1) as f64 / span_s)
+}
+
+fn receiver_findings(
+    identity: &ReceiverIdentity,
+    silent: &Reading,
+    measured_rate_hz: Option<f64>,
+) -> Vec<Finding> {
+    let unit = &identity.unit;
+    let warn = |problem: String, remedy: &str| Finding {
+        device: Role::Receiver,
+        severity: Severity::Warning,
+        problem,
+        remedy: remedy.to_owned(),
+    };
+    let mut findings = Vec::new();
+    if silent.gaps > 0 {
+        findings.push(warn(
+            format!("{} samples of {} were lost", silent.gaps, silent.count + silent.gaps as usize),
+            "lower the receiver's rate or raise its baud rate; keep its cable away from the motors' wires",
+        ));
+    }
+    if silent.clipped {
+        findings.push(warn(
+            format!("it clips at {} {unit} with the array silent", identity.full_scale),
+            "lower its gain; look for another source of ultrasound or a loose wire",
+        ));
+    }
+    if silent.std > NOISY * identity.full_scale {
+        findings.push(warn(
+            format!(
+                "its noise is {:.4} {unit}, {:.0} % of full scale",
+                silent.std,
+                100.0 * silent.std / identity.full_scale
+            ),
+            "shield its wires, lower its gain, look for another source of ultrasound",
+        ));
+    }
+    if silent.std == 0.0 {
+        findings.push(warn(
+            format!("all its readings are {} {unit}", silent.mean),
+            "a receiver at work has noise: check that it is connected to its converter",
+        ));
+    }
+    if let Some(rate_hz) = measured_rate_hz
+        && (rate_hz / identity.rate_hz - 1.0).abs() > RATE_TOLERANCE
+    {
+        findings.push(warn(
+            format!("it samples at {rate_hz:.1} Hz and states {:.1} Hz", identity.rate_hz),
+            "state the rate it really has: settling times are counted in samples",
+        ));
+    }
+    findings
+}
+
+impl Latency {
+    fn of(mut times: Vec<Duration>) -> Self {
+        times.sort_unstable();
+        let ms = |time: Option<&Duration>| time.map_or(0.0, |time| time.as_secs_f64() * 1e3);
+        Self {
+            min_ms: ms(times.first()),
+            median_ms: ms(times.get(times.len() / 2)),
+            max_ms: ms(times.last()),
+            queries: times.len(),
+        }
+    }
+
+    fn judge(&self, device: Role, findings: &mut Vec<Finding>) {
+        if self.median_ms > SLOW.as_secs_f64() * 1e3 {
+            findings.push(Finding {
+                device,
+                severity: Severity::Warning,
+                problem: format!("a reply takes {:.0} ms, which makes scans slow", self.median_ms),
+                remedy:
+                    "raise its baud rate; on USB bridges lower the latency timer (16 ms by default)"
+                        .to_owned(),
+            });
+        }
+    }
+}
+
+impl fmt::Display for Latency {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { min_ms, median_ms, max_ms, queries } = self;
+        write!(f, "{median_ms:.1} ms ({min_ms:.1} to {max_ms:.1} over {queries} replies)")
+    }
+}
+
+impl Finding {
+    fn fault(device: Role, error: &RigError) -> Self {
+        Self {
+            device,
+            severity: Severity::Fault,
+            problem: error.to_string(),
+            remedy: error.remedy().to_owned(),
+        }
+    }
+}
+
+impl CheckReport {
+    /// Whether a scan is possible.
+    pub fn can_scan(&self) -> bool {
+        self.findings.iter().all(|finding| finding.severity != Severity::Fault)
+    }
+}
+
+impl fmt::Display for CheckReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(ArrayCheck { port, identity, latency }) = &self.focus_array {
+            writeln!(
+                f,
+                "focus array  {port}: {}, {} elements, clock {:.2} MHz, {} steps a period",
+                identity.name,
+                identity.elements,
+                identity.clock_hz * 1e-6,
+                identity.period_steps
+            )?;
+            writeln!(f, "             replies in {latency}")?;
+        }
+        if let Some(ReceiverCheck { port, identity, measured_rate_hz, silent, latency }) =
+            &self.receiver
+        {
+            let unit = &identity.unit;
+            writeln!(
+                f,
+                "receiver     {port}: {:.1} Hz, full scale {} {unit}",
+                identity.rate_hz, identity.full_scale
+            )?;
+            if let Some(rate_hz) = measured_rate_hz {
+                writeln!(f, "             measured rate {rate_hz:.1} Hz")?;
+            }
+            writeln!(
+                f,
+                "             array silent: {:.5} {unit} ± {:.5} {unit} over {} readings, {} lost",
+                silent.mean, silent.std, silent.count, silent.gaps
+            )?;
+            writeln!(f, "             a reading in {latency}")?;
+        }
+        if let Some(MotionCheck { port, firmware, position_mm: [x, y, z], latency }) = &self.motion
+        {
+            writeln!(f, "robot        {port}: {firmware}")?;
+            writeln!(f, "             says ({x:.2}, {y:.2}, {z:.2}) mm; replies in {latency}")?;
+        }
+        for finding in &self.findings {
+            let mark = match finding.severity {
+                Severity::Fault => "fault",
+                Severity::Warning => "warning",
+            };
+            writeln!(f, "{mark}: {}: {}\n  {}", finding.device, finding.problem, finding.remedy)?;
+        }
+        if self.findings.is_empty() {
+            writeln!(f, "all is well")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn identity() -> ReceiverIdentity {
+        ReceiverIdentity { rate_hz: 1000.0, full_scale: 5.0, unit: "V".into() }
+    }
+
+    fn reading() -> Reading {
+        Reading {
+            mean: 0.01,
+            std: 0.002,
+            count: 201,
+            clipped: false,
+            gaps: 0,
+            first_t_s: 2.0,
+            last_t_s: 2.2,
+        }
+    }
+
+    fn problems(reading: &Reading) -> String {
+        let findings = receiver_findings(&identity(), reading, measured_rate_hz(reading));
+        findings.into_iter().map(|finding| finding.problem + "\n").collect()
+    }
+
+    #[test]
+    fn the_rate_is_taken_from_the_receivers_own_time() {
+        assert!((measured_rate_hz(&reading()).expect("no gaps") - 1000.0).abs() < 1e-6);
+        assert_eq!(measured_rate_hz(&Reading { gaps: 1, ..reading() }), None);
+        assert_eq!(measured_rate_hz(&Reading { count: 1, last_t_s: 2.0, ..reading() }), None);
+    }
+
+    #[test]
+    fn a_good_receiver_gives_no_finding_and_each_fault_one() {
+        assert_eq!(problems(&reading()), "");
+        assert!(
+            problems(&Reading { gaps: 3, ..reading() }).starts_with("3 samples of 204 were lost")
+        );
+        assert!(problems(&Reading { clipped: true, ..reading() }).contains("clips at 5 V"));
+        assert!(problems(&Reading { std: 0.5, ..reading() }).contains("10 % of full scale"));
+        assert!(
+            problems(&Reading { std: 0.0, ..reading() }).contains("all its readings are 0.01 V")
+        );
+        assert!(problems(&Reading { last_t_s: 2.25, ..reading() }).contains("samples at 800.0 Hz"));
+    }
+
+    #[test]
+    fn the_latency_is_that_of_the_middle_reply() {
+        let latency = Latency::of([9, 1, 2].map(Duration::from_millis).to_vec());
+        assert_eq!(latency, Latency { min_ms: 1.0, median_ms: 2.0, max_ms: 9.0, queries: 3 });
+    }
+}

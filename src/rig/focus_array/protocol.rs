@@ -1,0 +1,156 @@
+//! The serial protocol of the thesis's array controller, version 1.
+//!
+//! 8 data bits, no parity, 1 stop bit; ASCII lines. The host sends
+//!
+//! ```text
+//! <seq> <command> [args]*<crc>
+//! ```
+//!
+//! and the controller answers `<seq> ok [args]*<crc>` or `<seq> error <code> <text>*<crc>`. `seq` is a decimal of 16 bits
+//! chosen by the host; `crc` is CRC-32 (IEEE 802.3) over all before the `*`, eight lowercase hexadecimal digits. A
+//! line whose checksum is wrong is answered `- error 1 checksum*<crc>`. Every command may be sent twice.
+//!
+//! | command | answer | effect |
+//! |---|---|---|
+//! | `hello` | `ok thesis-array 1 elements=36 clock_hz=10240000 period_steps=256` | |
+//! | `off`, `on` | `ok` | emission; off at power-up |
+//! | `delays <d0> <d1> …` | `ok` | for each element its delay in clock steps, 0 to `period_steps` - 1, or `-` = silent; at once |
+//! | `modulate <hz> <duty_percent>` | `ok` | `0 100` = a continuous wave |
+//! | `state` | `ok off`, `ok on` | |
+
+use super::ArrayIdentity;
+
+/// The error code of a line that arrived damaged.
+pub const CODE_CHECKSUM: u16 = 1;
+
+/// What a controller answers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Reply {
+    /// Done.
+    Ok {
+        /// The line it answers.
+        seq: u16,
+        /// What was asked for, where something was.
+        args: String,
+    },
+    /// Not done.
+    Error {
+        /// The line it answers; `None` where that could not be read.
+        seq: Option<u16>,
+        /// Why, as a number.
+        code: u16,
+        /// Why, in words.
+        text: String,
+    },
+}
+
+/// A command as a line with its checksum and line end.
+pub fn encode(seq: u16, command: &str) -> String {
+    let body = format!("{seq} {command}");
+    format!("{body}*{:08x}\n", crc32fast::hash(body.as_bytes()))
+}
+
+/// Reads an answer; `None` if it is damaged or is no answer.
+pub fn decode(line: &str) -> Option<Reply> {
+    let (body, crc) = line.rsplit_once('*')?;
+    if crc.len() != 8 || u32::from_str_radix(crc, 16).ok()? != crc32fast::hash(body.as_bytes()) {
+        return None;
+    }
+    let (seq, answer) = body.split_once(' ')?;
+    let (verdict, args) = answer.split_once(' ').unwrap_or((answer, ""));
+    match verdict {
+        "ok" => Some(Reply::Ok { seq: seq.parse().ok()?, args: args.to_owned() }),
+        "error" => {
+            let (code, text) = args.split_once(' ').unwrap_or((args, ""));
+            let seq = if seq == "-" { None } else { Some(seq.parse().ok()?) };
+            Some(Reply::Error { seq, code: code.parse().ok()?, text: text.to_owned() })
+        }
+        _ => None,
+    }
+}
+
+/// Reads the answer to `hello`; `None` if it is another controller or another version.
+pub fn parse_identity(args: &str) -> Option<ArrayIdentity> {
+    let settings = args.strip_prefix("thesis-array 1 ")?;
+    let setting = |key: &str| {
+        settings
+            .split(' ')
+            .filter_map(|word| word.split_once('='))
+            .find(|(k, _)| *k == key)
+            .map(|(_, v)| v)
+    };
+    Some(ArrayIdentity {
+        name: "thesis-array 1".to_owned(),
+        elements: setting("elements")?.parse().ok().filter(|count| *count > 0)?,
+        clock_hz: setting("clock_hz")?
+            .parse()
+            .ok()
+            .filter(|hz: &f64| hz.is_finite() && *hz > 0.0)?,
+        period_steps: setting("period_steps")?.parse().ok().filter(|steps| *steps > 0)?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn a_command_carries_number_and_checksum() {
+        let line = encode(7, "off");
+        let (body, crc) = line.trim_end().split_once('*').expect("a checksum");
+        assert_eq!(body, "7 off");
+        assert_eq!(crc, format!("{:08x}", crc32fast::hash(b"7 off")));
+    }
+
+    #[test]
+    fn answers_are_read() {
+        let with_crc = |body: &str| format!("{body}*{:08x}", crc32fast::hash(body.as_bytes()));
+        let known = [
+            ("7 ok", Reply::Ok { seq: 7, args: String::new() }),
+            ("7 ok on", Reply::Ok { seq: 7, args: "on".into() }),
+            ("- error 1 checksum", Reply::Error { seq: None, code: 1, text: "checksum".into() }),
+            ("9 error 3 too many", Reply::Error { seq: Some(9), code: 3, text: "too many".into() }),
+        ];
+        for (body, reply) in known {
+            assert_eq!(decode(&with_crc(body)), Some(reply), "{body}");
+        }
+        for body in ["7", "x ok", "- ok", "7 maybe", "70000 ok"] {
+            assert_eq!(decode(&with_crc(body)), None, "{body}");
+        }
+        assert_eq!(decode("7 ok*00000000"), None);
+    }
+
+    #[test]
+    fn the_identity_is_read_and_a_useless_one_refused() {
+        let hello = "thesis-array 1 elements=36 clock_hz=10240000 period_steps=256";
+        let identity = parse_identity(hello).expect("valid");
+        assert_eq!(
+            (identity.elements, identity.clock_hz, identity.period_steps),
+            (36, 10_240_000.0, 256)
+        );
+        assert_eq!(parse_identity(&hello.replace("array 1", "array 2")), None);
+        assert_eq!(parse_identity(&hello.replace("period_steps=256", "period_steps=0")), None);
+        assert_eq!(parse_identity("thesis-array 1 "), None);
+    }
+
+    proptest! {
+        #[test]
+        fn no_line_makes_the_decoder_panic(line in "\\PC{0,60}") {
+            decode(&line);
+            parse_identity(&line);
+        }
+
+        #[test]
+        fn damage_to_one_character_is_noticed(seq in any::<u16>(), at in 0usize..15, with in 0x20u8..0x7f) {
+            let body = format!("{seq} ok on");
+            let line = format!("{body}*{:08x}", crc32fast::hash(body.as_bytes()));
+            let mut damaged = line.clone().into_bytes();
+            let at = at % damaged.len();
+            damaged[at] = with;
+            let damaged = String::from_utf8(damaged).expect("ASCII");
+            prop_assert!(damaged == line || decode(&damaged).is_none(), "{}", damaged);
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! The thesis's controller: programmable logic that counts each element's delay in steps of its clock.
+
+use std::fmt::Write as _;
+use std::time::Duration;
+
+use async_trait::async_trait;
+use tokio::time::Instant;
+
+use super::config::ThesisConfig;
+use super::protocol::{CODE_CHECKSUM, Reply, decode, encode, parse_identity};
+use super::{ArrayIdentity, ElementDelay};
+use crate::rig::FocusArray;
+use crate::rig::config::FocusArrayConfig;
+use crate::rig::device::{Device, Role};
+use crate::rig::error::{Cause, RigError};
+use crate::rig::link::{ByteLink, Wire, open_serial};
+
+/// How long one answer may take before the line is sent again.
+const ANSWER_WITHIN: Duration = Duration::from_secs(1);
+
+/// How often a line is sent in all.
+const TRIES: u32 = 3;
+
+/// How often at the start, when the controller may still be loading its logic.
+const TRIES_AT_START: u32 = 10;
+
+/// How the carrier is modulated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Modulation {
+    /// Hz; 0 = a continuous wave.
+    pub frequency_hz: f64,
+    /// Share of each period that is emitted, percent.
+    pub duty_percent: f64,
+}
+
+/// An array behind the protocol of [`super::protocol`].
+///
+/// Silent when it is opened, and told to be silent when this is dropped, on whatever way that comes about.
+#[derive(Debug)]
+pub struct ThesisArray<L: ByteLink> {
+    wire: Wire<L>,
+    identity: ArrayIdentity,
+    seq: u16,
+}
+
+impl ThesisConfig {
+    pub(in crate::rig) async fn open(
+        &self,
+        section: &FocusArrayConfig,
+        port: Option<&str>,
+    ) -> Result<Box<dyn FocusArray>, RigError> {
+        let wire = open_serial(Role::FocusArray, port, self.port.as_deref(), self.baud)?;
+        let modulation = Modulation {
+            frequency_hz: section.modulation_hz.get(),
+            duty_percent: section.modulation_duty_percent.get(),
+        };
+        Ok(Box::new(ThesisArray::begin(wire, modulation).await?))
+    }
+}
+
+impl<L: ByteLink> ThesisArray<L> {
+    /// Silences the array before anything else, asks what it is, and sets its modulation.
+    ///
+    /// # Errors
+    /// That nothing answers, or not by this protocol.
+    pub async fn begin(wire: Wire<L>, modulation: Modulation) -> Result<Self, RigError> {
+        let unknown =
+            ArrayIdentity { name: String::new(), elements: 0, clock_hz: 0.0, period_steps: 1 };
+        let mut array = Self { wire, identity: unknown, seq: 0 };
+        array.wire.attempting("silencing it before anything else");
+        array.command("off", TRIES_AT_START).await?;
+        array.wire.attempting("asking the controller what it is");
+        let hello = array.command("hello", TRIES).await?;
+        array.identity = parse_identity(&hello)
+            .ok_or_else(|| array.wire.error(Cause::Unreadable { seen: hello }))?;
+        array.wire.attempting("setting the modulation");
+        let Modulation { frequency_hz, duty_percent } = modulation;
+        array.command(&format!("modulate {frequency_hz} {duty_percent}"), TRIES).await?;
+        Ok(array)
+    }
+
+    /// Sends a command until it is acknowledged, which is safe since every command may come twice.
+    async fn command(&mut self, command: &str, tries: u32) -> Result<String, RigError> {
+        self.seq = self.seq.wrapping_add(1);
+        let line = encode(self.seq, command);
+        let mut garbled = 0;
+        for _ in 0..tries {
+            self.wire.send(line.as_bytes()).await?;
+            match self.answer().await? {
+                Some(Reply::Ok { args, .. }) => return Ok(args),
+                Some(Reply::Error { code: CODE_CHECKSUM, .. }) => garbled += 1,
+                Some(Reply::Error { text, code, .. }) => {
+                    return Err(self
+                        .wire
+                        .error(Cause::Refused { reply: format!("error {code} {text}") }));
+                }
+                None => {}
+            }
+        }
+        Err(self.wire.error(if garbled > 0 {
+            Cause::KeepsGarbling { times: tries }
+        } else {
+            Cause::Silent { waited: ANSWER_WITHIN * tries }
+        }))
+    }
+
+    /// The answer to the present line, or `None` if none came whole in time. Answers to earlier lines, left over from
+    /// a cancelled call, are passed over.
+    async fn answer(&mut self) -> Result<Option<Reply>, RigError> {
+        let until = Instant::now() + ANSWER_WITHIN;
+        while let Some(line) = self.wire.line(until).await? {
+            match decode(&line) {
+                Some(Reply::Ok { seq, args }) if seq == self.seq => {
+                    return Ok(Some(Reply::Ok { seq, args }));
+                }
+                Some(Reply::Error { seq, code, text }) if seq.is_none_or(|seq| seq == self.seq) => {
+                    return Ok(Some(Reply::Error { seq, code, text }));
+                }
+                Some(_) => {}
+                // Damaged on its way: it may have been the answer.
+                None => return Ok(None),
+            }
+        }
+        Ok(None)
+    }
+}
+
+#[async_trait]
+impl<L: ByteLink> FocusArray for ThesisArray<L> {
+    fn device(&self) -> &Device {
+        self.wire.device()
+    }
+
+    fn identity(&self) -> &ArrayIdentity {
+        &self.identity
+    }
+
+    async fn silence(&mut self) -> Result<(), RigError> {
+        self.wire.attempting("silencing it");
+        self.command("off", TRIES).await.map(drop)
+    }
+
+    async fn set_delays(&mut self, delays: &[ElementDelay]) -> Result<(), RigError> {
+        self.wire.attempting("setting the delays");
+        let command =
+            delays_command(&self.identity, delays).map_err(|cause| self.wire.error(cause))?;
+        self.command(&command, TRIES).await.map(drop)
+    }
+
+    async fn emit(&mut self) -> Result<(), RigError> {
+        self.wire.attempting("starting emission");
+        self.command("on", TRIES).await.map(drop)
+    }
+}
+
+impl<L: ByteLink> Drop for ThesisArray<L> {
+    fn drop(&mut self) {
+        let line = encode(self.seq.wrapping_add(1), "off");
+        self.wire.last_words(line.as_bytes());
+    }
+}
+
+/// `delays …`, each to the nearest clock step within the carrier's period.
+fn delays_command(identity: &ArrayIdentity, delays: &[ElementDelay]) -> Result<String, Cause> {
+    if delays.len() != identity.elements {
+        return Err(Cause::ElementCount { has: identity.elements, given: delays.len() });
+    }
+    let mut command = "delays".to_owned();
+    for (element, delay) in delays.iter().enumerate() {
+        match *delay {
+            ElementDelay::Silent => command.push_str(" -"),
+            ElementDelay::Seconds(delay_s) if delay_s.is_finite() && delay_s >= 0.0 => {
+                let steps =
+                    (delay_s * identity.clock_hz).round() % f64::from(identity.period_steps);
+                write!(command, " {steps}").expect("a string takes all");
+            }
+            ElementDelay::Seconds(delay_s) => return Err(Cause::BadDelay { element, delay_s }),
+        }
+    }
+    Ok(command)
+}

@@ -1,0 +1,17 @@
+//! Bytes to and from a device: over a serial port, or over a pipe in memory.
+//!
+//! Drivers are generic over [`ByteLink`]; what they share, lines with a bounded length and reads that never wait
+//! for ever, is in [`Wire`].
+
+mod serial;
+mod wire;
+
+use tokio::io::{AsyncRead, AsyncWrite};
+
+pub use serial::open_serial;
+pub use wire::Wire;
+
+/// Anything that carries bytes both ways: a serial port, or one end of [`tokio::io::duplex`].
+pub trait ByteLink: AsyncRead + AsyncWrite + Unpin + Send + 'static {}
+
+impl<L: AsyncRead + AsyncWrite + Unpin + Send + 'static> ByteLink for L {}

@@ -1,0 +1,53 @@
+//! Serial ports.
+
+use std::io::ErrorKind as Io;
+use std::path::Path;
+
+use tokio_serial::SerialStream;
+
+use super::Wire;
+use crate::rig::device::{Device, Role};
+use crate::rig::error::{Cause, RigError};
+
+/// Opens a serial port for one device alone (8 data bits, no parity, 1 stop bit, no flow control).
+///
+/// `chosen` (from a virtual rig) goes before `configured` (from the rig file). Opening raises DTR, which
+/// resets many boards, so a driver must expect its device to be starting up. Pseudo-terminals have no DTR
+/// and need none.
+///
+/// # Errors
+/// That there is no such port (with those that exist), that another program holds it, or that the system
+/// refuses it.
+pub fn open_serial(
+    role: Role,
+    chosen: Option<&str>,
+    configured: Option<&str>,
+    baud: u32,
+) -> Result<Wire<SerialStream>, RigError> {
+    let attempt = "opening its port";
+    let Some(port) = chosen.or(configured) else {
+        return Err(RigError::new(Device::new(role, ""), attempt, Cause::NoPort, None));
+    };
+    let device = Device::new(role, port);
+    let builder = serialport::new(port, baud).exclusive(true);
+    match SerialStream::open(&builder) {
+        Ok(stream) => Ok(Wire::new(stream, device)),
+        Err(error) => Err(RigError::new(device, attempt, why_not_opened(port, error), None)),
+    }
+}
+
+fn why_not_opened(port: &str, error: serialport::Error) -> Cause {
+    use serialport::ErrorKind::{Io as SystemError, NoDevice};
+    match error.kind() {
+        _ if !Path::new(port).exists() && cfg!(unix) => {
+            Cause::PortMissing { available: available_ports() }
+        }
+        NoDevice | SystemError(Io::WouldBlock | Io::ResourceBusy) => Cause::PortBusy,
+        _ => Cause::PortUnusable(error),
+    }
+}
+
+fn available_ports() -> Vec<String> {
+    let ports = serialport::available_ports().unwrap_or_default();
+    ports.into_iter().map(|port| port.port_name).collect()
+}

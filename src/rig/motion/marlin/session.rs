@@ -1,0 +1,325 @@
+//! One command at a time, each accounted for.
+//!
+//! A line may be damaged on its way there and its `ok` on the way back. What is done about it rests on one fact: the
+//! firmware takes numbered lines in order and executes them in order. So
+//!
+//! - after `Resend: k` the lines from `k` on are sent again, one by one;
+//! - after silence a position query is sent under the next number. If the line before was lost, the query is answered
+//!   by a `Resend` of it; if only its `ok` was lost, by a report;
+//! - an `ok` may be one too many (after a `Resend`, after silence), so an `ok` lets things go on and proves nothing.
+//!   A report proves that all before its query was executed; queries and reports are counted, so that a late
+//!   report is not taken for the answer to a later query.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+use super::line::numbered;
+use super::reply::Reply;
+use crate::rig::error::{Cause, RigError};
+use crate::rig::link::{ByteLink, Wire};
+use crate::rig::space::RobotPosition;
+
+/// Silence after which something is taken for lost. The firmware says that it is busy every 2 s.
+const QUIET: Duration = Duration::from_secs(5);
+
+/// How long after a `Resend` its empty `ok` may come; builds that omit it cost this much a resend.
+const EMPTY_OK_WITHIN: Duration = Duration::from_millis(250);
+
+/// Queries sent into one silence; the firmware's command ring holds four lines.
+const MOST_PROBES: u32 = 3;
+
+/// Resends answered within one exchange.
+const MOST_RESENDS: u32 = 10;
+
+/// Lines kept for a resend. One is under way at a time, and probes behind it.
+const KEPT_LINES: usize = 8;
+
+/// How long a firmware may take to start: boot loader, then banner, then settings.
+const START_WITHIN: Duration = Duration::from_secs(20);
+
+/// Silence during the start after which the opening line is sent again.
+const START_QUIET: Duration = Duration::from_secs(1);
+
+/// What ends an exchange.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Proof {
+    /// The command was taken.
+    Ok,
+    /// A position was reported behind it.
+    Report,
+}
+
+/// What an exchange brought.
+#[derive(Debug, Default)]
+pub(super) struct Answer {
+    /// Lines that are neither acknowledgement nor error.
+    pub(super) lines: Vec<String>,
+    /// The firmware's words where it does not know the command.
+    pub(super) unknown: Option<String>,
+    position: Option<RobotPosition>,
+}
+
+/// The numbered conversation with one firmware.
+#[derive(Debug)]
+pub(super) struct Session<L> {
+    pub(super) wire: Wire<L>,
+    next: u32,
+    sent: VecDeque<(u32, String)>,
+    /// False from the start of an exchange until its good end, so a cancelled one leaves it false.
+    in_step: bool,
+    /// Whether this build has been heard to say that it is busy, so that its silence means something.
+    says_busy: bool,
+    position_query: &'static str,
+    /// Position queries sent and not yet reported on: only the last report speaks of now.
+    reports_due: u32,
+}
+
+impl<L: ByteLink> Session<L> {
+    pub(super) fn new(wire: Wire<L>) -> Self {
+        Self {
+            wire,
+            next: 1,
+            sent: VecDeque::new(),
+            in_step: false,
+            says_busy: false,
+            // The true position in builds that have it; the others ignore the letter.
+            position_query: "M114 R",
+            reports_due: 0,
+        }
+    }
+
+    /// Whether firmware and program agree on the line numbers, so that a command can be sent.
+    pub(super) fn in_step(&self) -> bool {
+        self.in_step
+    }
+
+    /// Agrees on line numbers with a firmware that may just be starting.
+    pub(super) async fn begin(&mut self) -> Result<(), RigError> {
+        self.in_step = false;
+        self.sent.clear();
+        self.next = 1;
+        let opening = numbered(0, "M110 N0").map_err(|cause| self.wire.error(cause))?;
+        let until = Instant::now() + START_WITHIN;
+        while Instant::now() < until {
+            self.wire.send(opening.as_bytes()).await?;
+            while let Some(line) = self.wire.line(until.min(Instant::now() + START_QUIET)).await? {
+                match Reply::parse(&line) {
+                    Reply::Ok { .. } => {
+                        // Several openings may have been answered; the report settles every `ok` of theirs.
+                        return self.position(START_WITHIN).await.map(drop);
+                    }
+                    Reply::Halted => return Err(self.wire.error(Cause::Halted { reply: line })),
+                    _ => {}
+                }
+            }
+        }
+        Err(self.wire.error(Cause::Silent { waited: START_WITHIN }))
+    }
+
+    /// Sends a command and waits until the firmware has taken it.
+    pub(super) async fn command(
+        &mut self,
+        command: &str,
+        within: Duration,
+    ) -> Result<Answer, RigError> {
+        self.exchange(command, Proof::Ok, within).await
+    }
+
+    /// As [`Session::command`], for one that every build must know.
+    pub(super) async fn required(
+        &mut self,
+        command: &str,
+        within: Duration,
+    ) -> Result<(), RigError> {
+        match self.command(command, within).await?.unknown {
+            None => Ok(()),
+            Some(reply) => Err(self.wire.error(Cause::Refused { reply })),
+        }
+    }
+
+    /// Asks where the robot is. Everything sent before has been executed when this returns.
+    pub(super) async fn position(&mut self, within: Duration) -> Result<RobotPosition, RigError> {
+        let answer = self.exchange(self.position_query, Proof::Report, within).await?;
+        answer.position.ok_or_else(|| self.wire.error(Cause::Silent { waited: within }))
+    }
+
+    /// Stops the motion and waits until the firmware answers again, which it does standing still.
+    ///
+    /// Unnumbered, so that it is obeyed whatever happened to the numbers before.
+    pub(super) async fn quick_stop(&mut self, within: Duration) -> Result<(), RigError> {
+        self.in_step = false;
+        let until = Instant::now() + within;
+        self.reports_due += 1;
+        self.wire.send(b"M410\nM114\n").await?;
+        while let Some(line) = self.wire.line(until).await? {
+            match Reply::parse(&line) {
+                Reply::Position(_) => {
+                    self.reports_due = self.reports_due.saturating_sub(1);
+                    if self.reports_due == 0 {
+                        return Ok(());
+                    }
+                }
+                // A firmware that restarted or halted has stopped its motors too.
+                Reply::Started | Reply::Halted => return Ok(()),
+                _ => {}
+            }
+        }
+        Err(self.wire.error(Cause::Silent { waited: within }))
+    }
+
+    async fn exchange(
+        &mut self,
+        command: &str,
+        proof: Proof,
+        within: Duration,
+    ) -> Result<Answer, RigError> {
+        self.in_step = false;
+        let answer = self.exchange_steps(command, proof, within).await?;
+        self.in_step = true;
+        Ok(answer)
+    }
+
+    async fn exchange_steps(
+        &mut self,
+        command: &str,
+        mut proof: Proof,
+        within: Duration,
+    ) -> Result<Answer, RigError> {
+        let deadline = Instant::now() + within;
+        let mut answer = Answer::default();
+        let (mut probes, mut resends) = (0, 0);
+        let mut wanted: Option<Wanted> = None;
+        if proof == Proof::Report {
+            self.reports_due += 1;
+        }
+        // The line that the firmware is expected to answer next, and the last one it has to answer.
+        let mut last = self.number(command)?;
+        let mut current = last;
+        self.write(current).await?;
+        let mut silent_since = Instant::now();
+        loop {
+            let quiet =
+                wanted.as_ref().map_or(silent_since + QUIET, |wanted| wanted.empty_ok_until);
+            let Some(line) = self.wire.line(deadline.min(quiet)).await? else {
+                if let Some(Wanted { line, .. }) = wanted.take() {
+                    current = line;
+                    self.write(current).await?;
+                } else if answer.position.is_some() {
+                    // The report is the proof; its `ok` was lost, or an earlier report.
+                    self.reports_due = 0;
+                    return Ok(answer);
+                } else if Instant::now() >= deadline || (probes == MOST_PROBES && self.says_busy) {
+                    return Err(self.wire.error(Cause::Silent { waited: within }));
+                } else if probes < MOST_PROBES {
+                    probes += 1;
+                    proof = Proof::Report;
+                    self.reports_due += 1;
+                    last = self.number(self.position_query)?;
+                    current = last;
+                    self.write(current).await?;
+                }
+                silent_since = Instant::now();
+                continue;
+            };
+            let reply = Reply::parse(&line);
+            if reply != Reply::Other {
+                // Notes and temperatures come on their own, and say nothing about the line under way.
+                silent_since = Instant::now();
+            }
+            match reply {
+                Reply::Ok { .. } if wanted.is_some() => {
+                    current = wanted.take().map_or(current, |wanted| wanted.line);
+                    self.write(current).await?;
+                }
+                // An `ok` that names another line is one too many.
+                Reply::Ok { line: Some(number) } if number != current => {}
+                Reply::Ok { .. } if current < last => {
+                    current += 1;
+                    self.write(current).await?;
+                }
+                Reply::Ok { .. } if proof == Proof::Ok => return Ok(answer),
+                Reply::Ok { .. } if answer.position.is_some() && self.reports_due == 0 => {
+                    return Ok(answer);
+                }
+                Reply::Ok { .. } => {}
+                Reply::Resend(line) => {
+                    resends += 1;
+                    if resends > MOST_RESENDS {
+                        return Err(self.wire.error(Cause::KeepsGarbling { times: resends }));
+                    }
+                    if line != last + 1 {
+                        self.must_have_sent(line)?;
+                        let empty_ok_until = Instant::now() + EMPTY_OK_WITHIN;
+                        wanted = Some(Wanted { line, empty_ok_until });
+                    }
+                    // Else noise was taken for a line after ours: ours was taken, and its `ok` is due.
+                }
+                Reply::Position(position) => {
+                    self.reports_due = self.reports_due.saturating_sub(1);
+                    if proof == Proof::Report && current == last {
+                        answer.position = Some(position);
+                    }
+                }
+                Reply::UnknownCommand if line.contains("M114") => {
+                    if self.position_query == "M114" {
+                        return Err(self.wire.error(Cause::Refused { reply: line }));
+                    }
+                    // The query in its plain form takes the place of the one refused.
+                    self.position_query = "M114";
+                    last = self.number(self.position_query)?;
+                    current = last;
+                    self.write(current).await?;
+                }
+                Reply::UnknownCommand => answer.unknown = Some(line),
+                Reply::Busy => self.says_busy = true,
+                Reply::Started => return Err(self.wire.error(Cause::Reset)),
+                Reply::Halted => return Err(self.wire.error(Cause::Halted { reply: line })),
+                Reply::EndstopHit => {
+                    return Err(self.wire.error(Cause::EndstopHit { reply: line }));
+                }
+                Reply::Error => return Err(self.wire.error(Cause::Refused { reply: line })),
+                Reply::TransmissionError => {}
+                Reply::Other => answer.lines.push(line),
+            }
+        }
+    }
+
+    /// Gives a command the next number and keeps it for a resend.
+    fn number(&mut self, command: &str) -> Result<u32, RigError> {
+        let number = self.next;
+        let line = numbered(number, command).map_err(|cause| self.wire.error(cause))?;
+        self.sent.push_back((number, line));
+        if self.sent.len() > KEPT_LINES {
+            self.sent.pop_front();
+        }
+        self.next += 1;
+        Ok(number)
+    }
+
+    async fn write(&mut self, number: u32) -> Result<(), RigError> {
+        let line = self.sent.iter().find(|(sent, _)| *sent == number).map(|(_, line)| line.clone());
+        match line {
+            Some(line) => self.wire.send(line.as_bytes()).await,
+            None => Err(self.wire.error(Cause::OutOfStep { wanted: number })),
+        }
+    }
+
+    fn must_have_sent(&self, wanted: u32) -> Result<(), RigError> {
+        if self.sent.iter().any(|(sent, _)| *sent == wanted) {
+            return Ok(());
+        }
+        // A firmware that restarted counts from the beginning, even if its `start` was lost.
+        let cause = if wanted <= 1 { Cause::Reset } else { Cause::OutOfStep { wanted } };
+        Err(self.wire.error(cause))
+    }
+}
+
+/// A line that the firmware wants again.
+#[derive(Debug)]
+struct Wanted {
+    line: u32,
+    /// Until when the `ok` that belongs to the `Resend` itself is waited for before the line is sent.
+    empty_ok_until: Instant,
+}

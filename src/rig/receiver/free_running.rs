@@ -1,0 +1,275 @@
+//! The receiver that streams without being asked.
+//!
+//! It sends lines `<t_us> <value>`, with ` !` behind it where it clipped, for ever, and takes no commands. A line that
+//! arrives now may have been waiting in buffers since before the robot stood still. So what has already
+//! arrived is thrown away, and of what follows, as much as `latency_ms` says may still have been under way.
+
+use std::time::Duration;
+
+use async_trait::async_trait;
+use tokio::time::Instant;
+
+use super::config::FreeRunningConfig;
+use super::reading::{Reading, ReceiverIdentity, Tally};
+use crate::rig::Receiver;
+use crate::rig::config::ReceiverConfig;
+use crate::rig::device::{Device, Role};
+use crate::rig::error::{Cause, RigError};
+use crate::rig::link::{ByteLink, Wire, open_serial};
+
+/// Silence after which the receiver is taken for lost.
+const QUIET: Duration = Duration::from_secs(5);
+
+/// A pause this long means that nothing is left in the buffers.
+const PAUSE: Duration = Duration::from_millis(1);
+
+/// Reading for this long empties any buffer, whose bytes come faster than new ones.
+const DRAINED_AFTER: Duration = Duration::from_millis(50);
+
+/// Two lines further apart than this many periods have a damaged time between them, or a restart.
+const MOST_PERIODS: f64 = 50.0;
+
+/// A receiver that streams lines without being asked.
+#[derive(Debug)]
+pub struct FreeRunningReceiver<L> {
+    wire: Wire<L>,
+    identity: ReceiverIdentity,
+    latency: Duration,
+}
+
+impl FreeRunningConfig {
+    pub(in crate::rig) async fn open(
+        &self,
+        _: &ReceiverConfig,
+        port: Option<&str>,
+    ) -> Result<Box<dyn Receiver>, RigError> {
+        let wire = open_serial(Role::Receiver, port, self.port.as_deref(), self.baud)?;
+        Ok(Box::new(FreeRunningReceiver::begin(wire, self).await?))
+    }
+}
+
+impl<L: ByteLink> FreeRunningReceiver<L> {
+    /// Waits for the first line that is a sample.
+    ///
+    /// # Errors
+    /// That nothing comes, or nothing that is a sample.
+    pub async fn begin(wire: Wire<L>, config: &FreeRunningConfig) -> Result<Self, RigError> {
+        let mut receiver = Self {
+            wire,
+            identity: ReceiverIdentity {
+                rate_hz: config.rate_hz.get(),
+                full_scale: config.full_scale.get(),
+                unit: config.unit.clone(),
+            },
+            latency: Duration::try_from_secs_f64(config.latency_ms.get() * 1e-3).unwrap_or(QUIET),
+        };
+        receiver.wire.attempting("waiting for the first sample");
+        receiver.next_sample(Instant::now() + QUIET).await?;
+        Ok(receiver)
+    }
+
+    /// Throws away what has arrived so far, up to the end of the line that is arriving.
+    async fn drain(&mut self) -> Result<(), RigError> {
+        let until = Instant::now() + DRAINED_AFTER;
+        while Instant::now() < until {
+            if self.wire.bytes(Instant::now() + PAUSE).await?.is_empty() {
+                break;
+            }
+        }
+        // The first line may have lost its beginning.
+        self.wire.line(Instant::now() + QUIET).await.map(drop)
+    }
+
+    async fn next_sample(&mut self, until: Instant) -> Result<Sample, RigError> {
+        let mut line_until = until;
+        loop {
+            line_until = line_until.min(Instant::now() + QUIET);
+            match self.wire.line(line_until).await? {
+                Some(line) => match parse(&line, self.identity.full_scale) {
+                    Some(sample) => return Ok(sample),
+                    None if Instant::now() >= until => {
+                        return Err(self.wire.error(Cause::Unreadable { seen: line }));
+                    }
+                    None => {}
+                },
+                None => return Err(self.wire.error(Cause::Silent { waited: QUIET })),
+            }
+        }
+    }
+}
+
+#[async_trait]
+impl<L: ByteLink> Receiver for FreeRunningReceiver<L> {
+    fn device(&self) -> &Device {
+        self.wire.device()
+    }
+
+    fn identity(&self) -> &ReceiverIdentity {
+        &self.identity
+    }
+
+    async fn read_point(&mut self, settle: Duration, count: usize) -> Result<Reading, RigError> {
+        self.wire.attempting("reading a point");
+        let period_us = 1e6 / self.identity.rate_hz;
+        let untrusted_us = (self.latency.saturating_add(settle)).as_secs_f64() * 1e6;
+        let longest_us = (untrusted_us + period_us * count as f64) * 2.0;
+        let longest = Duration::try_from_secs_f64(longest_us * 1e-6).unwrap_or(QUIET);
+        self.drain().await?;
+        let until = Instant::now() + longest + QUIET;
+        let mut tally = Tally::default();
+        let mut gaps = 0;
+        let mut since_first_us = 0.0;
+        let mut last: Option<Sample> = None;
+        while tally.count() < count {
+            if Instant::now() >= until {
+                return Err(self.wire.error(Cause::NoReadings { asked: count }));
+            }
+            let sample = self.next_sample(until).await?;
+            let periods = last.map_or(1.0, |last| elapsed_us(last.t_us, sample.t_us) / period_us);
+            if periods > 0.2 && periods < MOST_PERIODS {
+                since_first_us += last.map_or(0.0, |last| elapsed_us(last.t_us, sample.t_us));
+                gaps += (periods.round() as u32).saturating_sub(1);
+            } else {
+                // A damaged time: begin again from here, which only errs to the late side.
+                (since_first_us, gaps, tally) = (0.0, 0, Tally::default());
+            }
+            last = Some(sample);
+            if since_first_us >= untrusted_us {
+                tally.add(sample.t_us, sample.value, sample.clipped);
+            }
+        }
+        tally.reading(gaps).ok_or_else(|| self.wire.error(Cause::NoReadings { asked: count }))
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sample {
+    t_us: u64,
+    value: f64,
+    clipped: bool,
+}
+
+fn parse(line: &str, full_scale: f64) -> Option<Sample> {
+    let mut words = line.split_ascii_whitespace();
+    let t_us = words.next()?.parse().ok()?;
+    let value = words.next()?.parse().ok().filter(|value: &f64| value.is_finite())?;
+    let marked = match words.next() {
+        None => false,
+        Some("!") => true,
+        Some(_) => return None,
+    };
+    words.next().is_none().then_some(Sample {
+        t_us,
+        value,
+        clipped: marked || value.abs() >= full_scale,
+    })
+}
+
+/// Time from one stamp to a later one, µs. Clocks of 32 bits wrap after 72 minutes.
+fn elapsed_us(from_us: u64, to_us: u64) -> f64 {
+    match (u32::try_from(from_us), u32::try_from(to_us)) {
+        (Ok(from), Ok(to)) => f64::from(to.wrapping_sub(from)),
+        _ => to_us as f64 - from_us as f64,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use tokio::io::{AsyncWriteExt, duplex};
+
+    use super::*;
+    use crate::input::{NonNegative, Positive};
+
+    fn config() -> FreeRunningConfig {
+        FreeRunningConfig {
+            port: None,
+            baud: 115_200,
+            rate_hz: Positive::new(1000.0).expect("positive"),
+            unit: "V".into(),
+            full_scale: Positive::new(5.0).expect("positive"),
+            latency_ms: NonNegative::new(10.0).expect("not negative"),
+        }
+    }
+
+    /// Streams a sample each millisecond whose value is its own number; skips those in `lost`.
+    async fn bench(
+        first_us: u64,
+        lost: std::ops::Range<u64>,
+    ) -> FreeRunningReceiver<tokio::io::DuplexStream> {
+        let (near, mut far) = duplex(64 * 1024);
+        tokio::spawn(async move {
+            for k in 0.. {
+                tokio::time::sleep(Duration::from_millis(1)).await;
+                let t_us = (first_us + k * 1000) % (1 << 32);
+                let line = format!("{t_us} {k}{}\n", if k > 4 { "" } else { " !" });
+                if !lost.contains(&k) && far.write_all(line.as_bytes()).await.is_err() {
+                    return;
+                }
+            }
+        });
+        let mut config = config();
+        config.full_scale = Positive::new(1e9).expect("positive");
+        FreeRunningReceiver::begin(Wire::new(near, Device::new(Role::Receiver, "memory")), &config)
+            .await
+            .expect("samples come")
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_arrived_before_the_question_is_thrown_away() {
+        let mut receiver = bench(0, 0..0).await;
+        tokio::time::sleep(Duration::from_millis(500)).await;
+        let reading =
+            receiver.read_point(Duration::from_millis(20), 16).await.expect("samples come");
+        // 500 ms have gone by, and 30 ms of latency and settling follow.
+        assert!(reading.mean >= 530.0, "{reading:?}");
+        assert_eq!((reading.count, reading.gaps, reading.clipped), (16, 0, false));
+        assert!(
+            (reading.std - (16.0_f64 * 17.0 / 12.0).sqrt()).abs() < 1e-9,
+            "16 numbers in a row"
+        );
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn lost_lines_are_gaps() {
+        let mut receiver = bench(0, 20..24).await;
+        let reading =
+            receiver.read_point(Duration::from_millis(20), 16).await.expect("samples come");
+        assert_eq!(reading.gaps, 4);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_clock_of_32_bits_may_wrap() {
+        let mut receiver = bench((1 << 32) - 30_000, 0..0).await;
+        let reading =
+            receiver.read_point(Duration::from_millis(20), 16).await.expect("samples come");
+        assert_eq!((reading.count, reading.gaps), (16, 0));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_silent_receiver_is_named() {
+        let (near, _far) = duplex(64);
+        let wire = Wire::new(near, Device::new(Role::Receiver, "memory"));
+        let error = FreeRunningReceiver::begin(wire, &config()).await.expect_err("silent");
+        assert!(
+            error.to_string().starts_with("receiver on memory, waiting for the first sample"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_value_at_full_scale_is_clipped() {
+        assert_eq!(parse("12 -5.0", 5.0), Some(Sample { t_us: 12, value: -5.0, clipped: true }));
+        assert_eq!(parse("12 4.9", 5.0), Some(Sample { t_us: 12, value: 4.9, clipped: false }));
+        for bad in ["12", "x 1", "12 nan", "12 1 ?", "12 1 ! 3"] {
+            assert_eq!(parse(bad, 5.0), None, "{bad}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_line_makes_the_parser_panic(line in "\\PC{0,40}") {
+            let _ = parse(&line, 5.0);
+        }
+    }
+}

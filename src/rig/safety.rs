@@ -1,0 +1,269 @@
+//! The whole rig, and how it is left: the array silent, the robot still.
+
+use std::fmt;
+use std::time::Duration;
+
+use tokio::time::{Instant, timeout_at};
+
+use super::config::{MotionConfig, RigConfig};
+use super::device::Device;
+use super::error::{Cause, RigError};
+use super::motion::guarded::Guarded;
+use super::{FocusArray, Motion, Receiver};
+
+/// How long making the rig safe may take in all.
+const SAFE_WITHIN: Duration = Duration::from_millis(500);
+
+/// How much of it is the array's; the robot has the rest.
+const SILENT_WITHIN: Duration = Duration::from_millis(250);
+
+/// Ports that go before those of the rig file: a virtual rig's, or a person's choice on the command line.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Ports {
+    /// The robot's.
+    pub motion: Option<String>,
+    /// The receiver's.
+    pub receiver: Option<String>,
+    /// The focus array's.
+    pub focus_array: Option<String>,
+}
+
+/// Opens the three devices: the array first, which is silent from then on. Nothing moves.
+///
+/// # Errors
+/// The first device that cannot be opened; those already open are left safe.
+pub async fn open(config: &RigConfig, ports: &Ports) -> Result<SafeRig, RigError> {
+    let array = config.focus_array.open(ports.focus_array.as_deref()).await?;
+    let receiver = config.receiver.open(ports.receiver.as_deref()).await?;
+    let motion = open_motion(&config.motion, ports).await?;
+    Ok(SafeRig { array, receiver, motion })
+}
+
+/// Opens the robot, behind its guard.
+pub(super) async fn open_motion(
+    config: &MotionConfig,
+    ports: &Ports,
+) -> Result<Box<dyn Motion>, RigError> {
+    let robot = config.open(ports.motion.as_deref()).await?;
+    Ok(Box::new(Guarded::new(robot, config.envelope(), config.position_tolerance_m())))
+}
+
+/// The three devices of a rig, owned together so that they can be made safe together.
+///
+/// Dropping it silences the array as far as that can be done without waiting.
+pub struct SafeRig {
+    // Dropped in this order.
+    array: Box<dyn FocusArray>,
+    motion: Box<dyn Motion>,
+    receiver: Box<dyn Receiver>,
+}
+
+impl SafeRig {
+    /// Puts devices together. The robot is guarded by the caller or by [`open`].
+    pub fn new(
+        motion: Box<dyn Motion>,
+        receiver: Box<dyn Receiver>,
+        array: Box<dyn FocusArray>,
+    ) -> Self {
+        Self { array, motion, receiver }
+    }
+
+    /// The robot.
+    pub fn motion(&mut self) -> &mut dyn Motion {
+        &mut *self.motion
+    }
+
+    /// The receiver.
+    pub fn receiver(&mut self) -> &mut dyn Receiver {
+        &mut *self.receiver
+    }
+
+    /// The focus array.
+    pub fn array(&mut self) -> &mut dyn FocusArray {
+        &mut *self.array
+    }
+
+    /// Silences the array, then stops the robot, within half a second in all, and tells what could not be done.
+    ///
+    /// May be called at any time, also when a call to a device was cancelled in its middle. The robot's position
+    /// is unknown afterwards.
+    pub async fn make_safe(&mut self, reason: impl Into<String>) -> SafetyReport {
+        let start = Instant::now();
+        let silencing = timeout_at(start + SILENT_WITHIN, self.array.silence()).await;
+        let array = silencing.unwrap_or_else(|_| {
+            Err(unconfirmed(self.array.device(), "silencing it", SILENT_WITHIN))
+        });
+        let stopping = timeout_at(start + SAFE_WITHIN, self.motion.stop()).await;
+        let robot = stopping.unwrap_or_else(|_| {
+            Err(unconfirmed(self.motion.device(), "stopping it", SAFE_WITHIN - SILENT_WITHIN))
+        });
+        let report = SafetyReport { reason: reason.into(), array, robot };
+        tracing::warn!("{report}");
+        report
+    }
+}
+
+fn unconfirmed(device: &Device, attempt: &str, waited: Duration) -> RigError {
+    RigError::new(device.clone(), attempt, Cause::Silent { waited }, None)
+}
+
+/// What was done to leave the rig safe, and what could not be.
+#[derive(Debug)]
+pub struct SafetyReport {
+    /// Why the rig was made safe.
+    pub reason: String,
+    /// Whether the array confirmed its silence.
+    pub array: Result<(), RigError>,
+    /// Whether the robot confirmed its standstill.
+    pub robot: Result<(), RigError>,
+}
+
+impl SafetyReport {
+    /// Whether both were confirmed.
+    pub fn is_safe(&self) -> bool {
+        self.array.is_ok() && self.robot.is_ok()
+    }
+}
+
+impl fmt::Display for SafetyReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.reason)?;
+        match &self.array {
+            Ok(()) => write!(f, "the array is silent, ")?,
+            Err(error) => write!(f, "THE ARRAY MAY STILL EMIT ({error}), ")?,
+        }
+        match &self.robot {
+            Ok(()) => write!(f, "the robot stands still"),
+            Err(error) => write!(f, "THE ROBOT MAY STILL MOVE ({error})"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use async_trait::async_trait;
+
+    use super::*;
+    use crate::rig::device::Role;
+    use crate::rig::{ArrayIdentity, ElementDelay, Feed, Reading, ReceiverIdentity, RobotPosition};
+
+    type Log = Arc<Mutex<Vec<&'static str>>>;
+
+    /// Stands for any device: notes what it is asked, and answers at once or never.
+    struct Double {
+        device: Device,
+        log: Log,
+        answers: bool,
+    }
+
+    impl Double {
+        async fn asked(&self, what: &'static str) -> Result<(), RigError> {
+            self.log.lock().expect("not poisoned").push(what);
+            if !self.answers {
+                std::future::pending::<()>().await;
+            }
+            Ok(())
+        }
+    }
+
+    #[async_trait]
+    impl Motion for Double {
+        fn device(&self) -> &Device {
+            &self.device
+        }
+        fn firmware(&self) -> &str {
+            "double"
+        }
+        async fn home(&mut self) -> Result<RobotPosition, RigError> {
+            unimplemented!("not asked for here")
+        }
+        async fn move_to(&mut self, _: RobotPosition, _: Feed) -> Result<RobotPosition, RigError> {
+            unimplemented!("not asked for here")
+        }
+        async fn position(&mut self) -> Result<RobotPosition, RigError> {
+            unimplemented!("not asked for here")
+        }
+        async fn stop(&mut self) -> Result<(), RigError> {
+            self.asked("stop").await
+        }
+    }
+
+    #[async_trait]
+    impl Receiver for Double {
+        fn device(&self) -> &Device {
+            &self.device
+        }
+        fn identity(&self) -> &ReceiverIdentity {
+            unimplemented!("not asked for here")
+        }
+        async fn read_point(&mut self, _: Duration, _: usize) -> Result<Reading, RigError> {
+            unimplemented!("not asked for here")
+        }
+    }
+
+    #[async_trait]
+    impl FocusArray for Double {
+        fn device(&self) -> &Device {
+            &self.device
+        }
+        fn identity(&self) -> &ArrayIdentity {
+            unimplemented!("not asked for here")
+        }
+        async fn silence(&mut self) -> Result<(), RigError> {
+            self.asked("silence").await
+        }
+        async fn set_delays(&mut self, _: &[ElementDelay]) -> Result<(), RigError> {
+            unimplemented!("not asked for here")
+        }
+        async fn emit(&mut self) -> Result<(), RigError> {
+            unimplemented!("not asked for here")
+        }
+    }
+
+    fn rig(array_answers: bool, robot_answers: bool) -> (SafeRig, Log) {
+        let log = Log::default();
+        let double = |role, answers| {
+            Box::new(Double { device: Device::new(role, "memory"), log: Arc::clone(&log), answers })
+        };
+        let rig = SafeRig::new(
+            double(Role::Robot, robot_answers),
+            double(Role::Receiver, true),
+            double(Role::FocusArray, array_answers),
+        );
+        (rig, log)
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn the_array_is_silenced_before_the_robot_is_stopped() {
+        let (mut rig, log) = rig(true, true);
+        let report = rig.make_safe("interrupted").await;
+        assert!(report.is_safe());
+        assert_eq!(*log.lock().expect("not poisoned"), ["silence", "stop"]);
+        assert_eq!(report.to_string(), "interrupted: the array is silent, the robot stands still");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_dead_array_does_not_keep_the_robot_from_being_stopped_in_time() {
+        let (mut rig, log) = rig(false, true);
+        let start = Instant::now();
+        let report = rig.make_safe("the receiver was lost").await;
+        assert!(start.elapsed() <= SAFE_WITHIN);
+        assert_eq!(*log.lock().expect("not poisoned"), ["silence", "stop"]);
+        assert!(report.array.is_err() && report.robot.is_ok());
+        assert!(
+            report.to_string().contains("THE ARRAY MAY STILL EMIT (focus array on memory"),
+            "{report}"
+        );
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn dead_devices_are_told_within_half_a_second() {
+        let (mut rig, _) = rig(false, false);
+        let start = Instant::now();
+        let report = rig.make_safe("everything was lost").await;
+        assert!(start.elapsed() <= SAFE_WITHIN && !report.is_safe());
+        assert!(report.to_string().contains("THE ROBOT MAY STILL MOVE"), "{report}");
+    }
+}

@@ -1,0 +1,180 @@
+//! The truth file: what the world is really like, as against what the laboratory believes.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::effects::{Effect, EffectTables};
+use crate::input::{Fault, NonNegative, Positive, TomlSource};
+
+/// The physical world of a virtual rig.
+///
+/// Without a section its defaults hold: the thesis's transducer and a receiver of its family, no noise, no effects.
+#[derive(Debug)]
+pub struct Truth {
+    /// What the elements really are.
+    pub source: SourceTruth,
+    /// What the receiver's microphone really is.
+    pub microphone: MicrophoneTruth,
+    /// What every reading carries.
+    pub noise: NoiseTruth,
+    /// The causes at work, with their ids.
+    pub effects: Vec<(&'static str, Box<dyn Effect>)>,
+    path: PathBuf,
+}
+
+/// `[source]`
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SourceTruth {
+    /// Pressure of one nominal element on its axis at 1 m, rms, Pa. (The thesis's transducer: 120 dB at 0.3 m and
+    /// 10 V rms by its data sheet, which is 6 Pa at 1 m; less at the thesis's drive.)
+    pub pressure_pa_at_1_m: Positive,
+    /// Radius of the vibrating face of every element; absent: as the laboratory believes.
+    pub face_radius_mm: Option<Positive>,
+}
+
+/// `[microphone]`
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MicrophoneTruth {
+    /// Reading for a pressure on its axis, V/Pa.
+    pub sensitivity_v_pa: Positive,
+}
+
+/// `[noise]`
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NoiseTruth {
+    /// Relative standard deviation of each sample's level.
+    pub multiplicative: NonNegative0,
+    /// Standard deviation of each quadrature of the noise that adds to the signal before it is rectified, V.
+    /// A silent field then reads about 1.25 times this (Rayleigh's distribution).
+    pub additive_v: NonNegative0,
+}
+
+/// A number not below zero that is zero if it is not given.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(transparent)]
+pub struct NonNegative0(NonNegative);
+
+impl NonNegative0 {
+    /// The number.
+    pub fn get(self) -> f64 {
+        self.0.get()
+    }
+}
+
+impl Default for NonNegative0 {
+    fn default() -> Self {
+        Self(NonNegative::new(0.0).expect("zero is not below zero"))
+    }
+}
+
+impl Default for SourceTruth {
+    fn default() -> Self {
+        Self {
+            pressure_pa_at_1_m: Positive::new(4.0).expect("a literal above zero"),
+            face_radius_mm: None,
+        }
+    }
+}
+
+impl Default for MicrophoneTruth {
+    fn default() -> Self {
+        Self { sensitivity_v_pa: Positive::new(0.006).expect("a literal above zero") }
+    }
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct TruthFile {
+    source: SourceTruth,
+    microphone: MicrophoneTruth,
+    noise: NoiseTruth,
+    effects: EffectTables,
+}
+
+impl Truth {
+    /// Reads a truth file.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the line of an unknown effect or parameter, or of a value out of range.
+    pub fn read(path: &Path) -> Result<Self, Fault> {
+        Self::from_source(&TomlSource::read(path)?)
+    }
+
+    /// Parses a truth file's text.
+    ///
+    /// # Errors
+    /// As [`Truth::read`].
+    pub fn from_source(source: &TomlSource) -> Result<Self, Fault> {
+        let TruthFile { source: elements, microphone, noise, effects } = source.parse()?;
+        Ok(Self {
+            source: elements,
+            microphone,
+            noise,
+            effects: effects.into_effects(),
+            path: source.path().to_owned(),
+        })
+    }
+
+    /// Checks that the effects make sense for an array of so many elements.
+    ///
+    /// # Errors
+    /// A [`Fault`] of the file that names the effect.
+    pub fn check(&self, elements: usize) -> Result<(), Fault> {
+        for (id, effect) in &self.effects {
+            effect.check(elements).map_err(|why| {
+                let remedy = "elements are numbered from 0, row by row from the top left";
+                Fault::of_file(&self.path, format!("effect `{id}`: {why}"), remedy)
+            })?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn truth(text: &str) -> Result<Truth, Fault> {
+        Truth::from_source(&TomlSource::new(Path::new("truth.toml"), text))
+    }
+
+    #[test]
+    fn effects_are_read_with_their_ids_in_the_registrys_order() {
+        let truth = truth("[effects.offset]\nx_mm = 1\ny_mm = 0\nz_mm = 0\n[effects.sound-speed]\nc_m_s = 347.1\n")
+            .expect("valid");
+        let ids: Vec<_> = truth.effects.iter().map(|(id, _)| *id).collect();
+        assert_eq!(ids, ["sound-speed", "offset"]);
+    }
+
+    #[test]
+    fn an_unknown_effect_or_parameter_and_a_missing_one_are_shown_at_their_line() {
+        for (text, line) in [
+            ("[noise]\n[effects.sound-sped]\nc_m_s = 347.1\n", 2),
+            ("[effects.sound-speed]\nc_m_s = 347.1\nc = 1\n", 3),
+            ("[effects.sound-speed]\nc_m_s = -1\n", 2),
+            ("[effects.flow]\nvx_m_s = 1\n", 1),
+        ] {
+            let fault = truth(text).expect_err("faulty");
+            assert_eq!(fault.line_column().map(|(line, _)| line), Some(line), "{fault}");
+        }
+    }
+
+    #[test]
+    fn a_defect_of_the_simulator_is_refused_with_its_reason() {
+        let fault = truth("[effects.phase-plane]\n").expect_err("no world has it");
+        assert!(fault.to_string().contains("defect of the simulator"), "{fault}");
+        assert!(fault.line_column().is_some());
+    }
+
+    #[test]
+    fn elements_that_do_not_exist_are_refused_when_the_array_is_known() {
+        let truth = truth("[effects.dead-elements]\nelements = [35, 36]\n").expect("valid so far");
+        assert!(truth.check(37).is_ok());
+        let fault = truth.check(36).expect_err("there is no element 36");
+        assert!(fault.to_string().contains("dead-elements"), "{fault}");
+    }
+}

@@ -1,0 +1,121 @@
+//! A scan whose process is killed at random instants, 200 times, and taken up again each time: no acknowledged reading is
+//! lost or changed, none stands twice, and in the end the record is complete.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use fieldgap::scan::{Plan, RecordedScan};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const KILLS: usize = 200;
+
+/// A plane of 45 x 45 points: more than the kills leave time for.
+const PLAN: &str = r#"
+name = "killed"
+[simulator]
+model = "corrected"
+[[focus]]
+x_mm = 10.0
+y_mm = -5.0
+z_mm = 100.0
+[dark]
+before = 2
+after = 2
+[[plane]]
+z_mm = 100.0
+size_mm = [44.0, 44.0]
+step_mm = 1.0
+"#;
+
+/// A reading that the program said is safe.
+struct Acknowledged {
+    row: usize,
+    reading: f64,
+}
+
+fn fieldgap() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
+    command
+}
+
+fn begin_or_resume(plan: &Path, folder: &Path) -> Command {
+    let mut command = fieldgap();
+    if folder.join("scan.toml").exists() {
+        command.arg("resume").arg(folder).arg("--json");
+    } else {
+        let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/virtual.toml");
+        command.arg("scan").arg(plan).arg("--rig").arg(rig).arg("--out").arg(folder).arg("--json");
+    }
+    command
+}
+
+fn measured(line: &str) -> Option<Acknowledged> {
+    let event: serde_json::Value = serde_json::from_str(line).ok()?;
+    (event["event"] == "measured").then(|| Acknowledged {
+        row: event["row"].as_u64().expect("a row") as usize,
+        reading: event["reading"].as_f64().expect("a reading"),
+    })
+}
+
+/// Runs the program until it has acknowledged some more readings and some more microseconds have gone by; kills it; gives
+/// what it acknowledged.
+fn run_and_kill(command: &mut Command, draws: &mut ChaCha8Rng) -> Vec<Acknowledged> {
+    let mut child = command.spawn().expect("the program starts");
+    let mut lines = BufReader::new(child.stdout.take().expect("it is piped")).lines();
+    let enough = draws.random_range(0..12);
+    let mut acknowledged = Vec::new();
+    while acknowledged.len() < enough {
+        match lines.next() {
+            Some(line) => acknowledged.extend(measured(&line.expect("text"))),
+            None => break,
+        }
+    }
+    // Anywhere within the work on one more point, or, where nothing was waited for, within the start.
+    let window = if enough == 0 { 40_000 } else { 2_000 };
+    let until = Instant::now() + Duration::from_micros(draws.random_range(0..window));
+    while Instant::now() < until {
+        std::hint::spin_loop();
+    }
+    child.kill().expect("it can be killed");
+    acknowledged.extend(lines.filter_map(|line| measured(&line.ok()?)));
+    child.wait().expect("it ends");
+    acknowledged
+}
+
+#[test]
+fn two_hundred_kills_lose_nothing_that_was_acknowledged() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
+    std::fs::write(&plan, PLAN).expect("the plan is written");
+    let mut draws = ChaCha8Rng::seed_from_u64(200);
+    let mut safe: Vec<f64> = Vec::new();
+    for kill in 0..KILLS {
+        for acknowledged in run_and_kill(&mut begin_or_resume(&plan, &folder), &mut draws) {
+            assert!(acknowledged.row >= safe.len(), "kill {kill}: row {} again", acknowledged.row);
+            // Rows on disk whose acknowledgement died with the process are not known here.
+            safe.resize(acknowledged.row, f64::NAN);
+            safe.push(acknowledged.reading);
+        }
+        let rows = std::fs::read_to_string(folder.join("samples.csv"))
+            .map_or(0, |text| text.matches('\n').count().saturating_sub(1));
+        assert!(rows >= safe.len(), "kill {kill}: {rows} rows of {} acknowledged", safe.len());
+    }
+    assert!(safe.len() > KILLS, "only {} readings were acknowledged", safe.len());
+
+    let ended = begin_or_resume(&plan, &folder).status().expect("the program runs");
+    assert!(ended.success(), "the last resume ended with {ended}");
+    let record = RecordedScan::open(&folder).expect("the record is whole");
+    let visits = Plan::read(&plan).expect("the plan is read").visits();
+    assert_eq!(record.samples.len(), visits.len());
+    for (row, (sample, visit)) in record.samples.iter().zip(&visits).enumerate() {
+        assert_eq!(sample.focus, visit.focus, "row {row}");
+        assert!((sample.position_m() - visit.position_m).norm() < 0.05e-3, "row {row}");
+        if let Some(reading) = safe.get(row).filter(|reading| !reading.is_nan()) {
+            assert_eq!(sample.reading, *reading, "row {row}");
+        }
+    }
+}

@@ -32,16 +32,6 @@ fn the_pose_of_a_measured_field_is_found_and_what_it_leaves_open_is_named() {
     let found: Comparison =
         compare(&scan, scan.setup.simulator, Registering::Auto).expect("a field to compare");
     let registration = &found.registration;
-<<<<<<< HEAD
-    println!("{}", registration.why);
-    println!("{registration:#?}\n{:#?} {:#?}", found.overall, found.noise);
-    println!(
-        "{:#?} {:#?} {:#?}",
-        found.planes[0].scan, found.planes[0].simulation, found.planes[0].discrepancy
-    );
-
-=======
->>>>>>> gap
     assert_eq!(registration.chosen, Registering::Pose, "{}", registration.why);
     assert_eq!(registration.mirror, Mirror::Y);
     assert!(registration.turn_rad.value.abs() < 0.02);

@@ -8,7 +8,7 @@ use miette::IntoDiagnostic;
 
 use super::output::print_json;
 use crate::acoustics::Simulator;
-use crate::gap::{self, Comparison, Registering, table};
+use crate::gap::{self, Comparison, Registering};
 use crate::scan::{Plan, RecordedScan};
 
 /// How scans are compared, here and for `run` and `replay`.
@@ -78,14 +78,18 @@ impl Compare {
         let scan = RecordedScan::open(&self.folder)?;
         let comparisons = self.comparison.compare(&self.folder, &scan)?;
         match self.format {
-            _ if self.json => print_json(&comparisons)?,
             Format::Json => print_json(&comparisons)?,
+            _ if self.json => print_json(&comparisons)?,
             Format::Text => {
                 for comparison in &comparisons {
-                    println!("{}", table::text(comparison));
+                    println!("{}", comparison.to_text());
                 }
             }
-            Format::Csv => print!("{}", table::csv(&comparisons)),
+            Format::Csv => {
+                for comparison in &comparisons {
+                    print!("{}", comparison.to_csv());
+                }
+            }
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 use super::compare::ComparisonArgs;
 use super::output::print_json;
-use crate::gap::{Comparison, table};
+use crate::gap::Comparison;
 use crate::report::{self, InputFile, ReportContext};
 use crate::scan::{EventKind, RecordedScan, SAME_HEIGHT_MM, ScanState, read_events};
 
@@ -49,7 +49,7 @@ pub(super) fn report_on(
     let comparisons = comparison.compare(folder, &scan)?;
     let files = report::write(out, &context(folder, &scan)?, &comparisons).into_diagnostic()?;
     for comparison in &comparisons {
-        eprintln!("\n{}", table::text(comparison));
+        eprintln!("\n{}", comparison.to_text());
     }
     eprintln!("report: {}", files.index.display());
     Ok(comparisons)

@@ -11,7 +11,9 @@ mod numbers;
 mod page;
 mod peak_distance;
 mod picture;
+mod tables;
 mod verdict;
+mod words;
 
 use std::path::{Path, PathBuf};
 
@@ -28,7 +30,11 @@ pub struct ReportFiles {
     pub index: PathBuf,
     /// The pictures, PNG and SVG.
     pub pictures: Vec<PathBuf>,
-    /// The comparisons as data.
+    /// The figures as a table for people.
+    pub text: PathBuf,
+    /// The figures as a table for programs, one row for each simulator, drive and height.
+    pub csv: PathBuf,
+    /// The comparisons in full, maps and all, as a list.
     pub json: PathBuf,
 }
 
@@ -57,8 +63,10 @@ pub fn write(
         pictures.push(put(&figure.png_name(), &figure.drawn.png)?);
         pictures.push(put(&figure.svg_name(), figure.drawn.svg.as_bytes())?);
     }
-    let json = put("comparison.json", &serde_json::to_vec(comparisons)?)?;
+    let text = put(tables::TEXT_NAME, tables::text(comparisons).as_bytes())?;
+    let csv = put(tables::CSV_NAME, tables::csv(comparisons).as_bytes())?;
+    let json = put(tables::JSON_NAME, &serde_json::to_vec(comparisons)?)?;
     // The page last: where it stands, the report is whole.
     let index = put("index.html", page::page(context, comparisons, &figures).as_bytes())?;
-    Ok(ReportFiles { index, pictures, json })
+    Ok(ReportFiles { index, pictures, text, csv, json })
 }

@@ -44,10 +44,10 @@ pub(super) fn height_mm(height_m: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A ratio as a percentage with two digits.
+/// A ratio as a percentage with three digits.
 pub(super) fn percent(ratio: f64) -> String {
     if ratio.is_finite() {
-        format!("{}\u{a0}%", significant(ratio * 100.0, 2))
+        format!("{}\u{a0}%", significant(ratio * 100.0, 3))
     } else {
         ABSENT.to_owned()
     }
@@ -84,15 +84,6 @@ pub(super) fn fixed(value: f64, decimals: usize) -> String {
         Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
         Some(rest) => format!("\u{2212}{rest}"),
         None => text,
-    }
-}
-
-/// Words in a row: `a`, `a and b`, `a, b and c`.
-pub(super) fn listed(words: &[String]) -> String {
-    match words {
-        [] => String::new(),
-        [only] => only.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
     }
 }
 
@@ -151,12 +142,5 @@ mod tests {
     fn heights_drop_their_zeros() {
         assert_eq!((height_mm(0.1), height_mm(0.0125)), ("100".to_owned(), "12.5".to_owned()));
         assert_eq!(height_mm(0.0), "0");
-    }
-
-    #[test]
-    fn words_are_listed() {
-        let words = ["50", "100", "150"].map(str::to_owned);
-        assert_eq!(listed(&words), "50, 100 and 150");
-        assert_eq!(listed(&words[..1]), "50");
     }
 }

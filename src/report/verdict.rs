@@ -1,9 +1,10 @@
 //! What a comparison comes to, in plain words.
 
 use super::judgement::{Judgement, drives, focal_height_m, judge};
-use super::numbers::{fixed, height_mm, listed, millimetres, percent, significant};
+use super::numbers::{fixed, height_mm, millimetres, percent, significant};
 use super::peak_distance::peak_distance_m;
-use crate::gap::{Agreement, Comparison, FieldFigures, PlaneComparison};
+use super::words::{listed, parameter, sentence};
+use crate::gap::{Agreement, Comparison, FieldFigures, PlaneComparison, Registering, Registration};
 
 /// Levels that differ from the simulation's by less than this are not worth a sentence.
 const LEVEL_TOLERANCE: f64 = 0.1;
@@ -13,13 +14,14 @@ const MOST_HEIGHTS_LISTED: usize = 8;
 /// What a comparison comes to, sentence by sentence.
 pub(super) fn sentences(comparison: &Comparison) -> Vec<String> {
     let drives = drives(comparison);
-    let mut sentences = Vec::new();
+    let mut sentences = Vec::from_iter(registration(&comparison.registration));
     for &number in &drives {
         let about = if drives.len() > 1 { format!("Drive {number}: ") } else { String::new() };
         let drive = Drive::new(comparison, number);
         sentences.extend(drive.sentences().map(|sentence| format!("{about}{sentence}")));
     }
     sentences.push(overall(&comparison.overall));
+    sentences.extend(left_open(&comparison.registration));
     sentences
 }
 
@@ -149,8 +151,8 @@ impl<'a> Drive<'a> {
     fn other_maximum(&self) -> Option<String> {
         let planes = self.judged(Judgement::OtherMaximum);
         Some(format!(
-            "{} the maps agree in shape (correlation {}{}), yet of several maxima of similar height another one is \
-             the largest in the scan than in the simulation.",
+            "{} the maps agree in shape (correlation {}{}), but of several maxima of similar height scan and simulation \
+             have different ones as the largest.",
             self.at(&planes),
             fixed(least_correlation(&planes)?, 3),
             if planes.len() > 1 { " or better" } else { "" }
@@ -225,6 +227,21 @@ impl<'a> Drive<'a> {
             level(loudest)
         ))
     }
+}
+
+/// How scan and simulation were brought together, where it took more than a gain and a small shift.
+fn registration(registration: &Registration) -> Option<String> {
+    let moved = registration.chosen == Registering::Pose;
+    moved.then(|| format!("Registration: {}", sentence(&registration.why)))
+}
+
+/// What the registration leaves open.
+fn left_open(registration: &Registration) -> impl Iterator<Item = String> {
+    registration.undetermined.iter().map(|combination| {
+        let parameters: Vec<String> =
+            combination.parameters.iter().map(|name| parameter(name)).collect();
+        format!("These readings cannot tell {} apart.", listed(&parameters))
+    })
 }
 
 fn least_correlation(planes: &[&PlaneComparison]) -> Option<f64> {

@@ -202,7 +202,7 @@ fn registration(overall: Agreement) -> Registration {
     Registration {
         requested: Registering::Auto,
         chosen: Registering::GainAndShift,
-        why: "The whole pose explains no more than the gain and a small shift do.".to_owned(),
+        why: "the whole pose explains no more than the gain and a small shift do".to_owned(),
         gain: estimated(GAIN_V, 0.0007),
         mirror: Mirror::None,
         turn_rad: held(0.0),

@@ -10,8 +10,8 @@ mod table;
 use self::html::{Html, element, link, paragraph, section, text};
 use super::context::ReportContext;
 use super::figures::Figures;
-use super::numbers::listed;
 use super::verdict;
+use super::words::listed;
 use crate::gap::Comparison;
 
 const STYLE: &str = include_str!("style.css");

@@ -5,7 +5,8 @@ use base64::engine::general_purpose::STANDARD;
 
 use super::super::figures::{Figure, Figures, PlaneFigure};
 use super::super::judgement::{drives, focal_height_m};
-use super::super::numbers::{fixed, height_mm, listed, millimetres, percent, uncertain};
+use super::super::numbers::{fixed, height_mm, millimetres, percent, uncertain};
+use super::super::words::{listed, sentence};
 use super::html::{Html, element, link, paragraph, section, text, void};
 use crate::acoustics::metrics::Side;
 use crate::gap::{Comparison, FieldFigures, PlaneComparison};
@@ -60,7 +61,7 @@ fn plane_figure(comparison: &Comparison, plane: &PlaneComparison, figure: &Plane
             "div",
             &[],
             [
-                paragraph(&format!("Against {}: no map, {why}.", comparison.simulator)),
+                paragraph(&sentence(&format!("Against {}: no map, {why}", comparison.simulator))),
                 paragraph(&words),
             ],
         );

@@ -1,7 +1,8 @@
 //! Where it all comes from: the set-up, the software, the input files.
 
 use super::super::context::ReportContext;
-use super::html::{Html, element, facts, paragraph, section, text};
+use super::super::tables::{CSV_NAME, JSON_NAME, TEXT_NAME};
+use super::html::{Html, element, facts, link, paragraph, section, text};
 use crate::gap::Comparison;
 
 /// The set-up as the caller describes it.
@@ -18,15 +19,18 @@ pub(super) fn set_up(context: &ReportContext, comparisons: &[Comparison]) -> Htm
 pub(super) fn provenance(context: &ReportContext) -> Html {
     let code = |words: &str| element("code", &[], [text(words)]);
     let software = (text("Software"), text(&context.software));
+    let [table, csv, json] = [TEXT_NAME, CSV_NAME, JSON_NAME].map(|name| link(name, name));
+    let files =
+        (text("The figures as files"), Html::all([table, text(", "), csv, text(", "), json]));
     let inputs = context.inputs.iter().map(|file| (text(&file.name), code(&file.sha256)));
     section(
         "provenance",
         "Provenance",
         [
             paragraph(
-                "The same files and the same software give this page again, byte for byte. Of each file its SHA-256:",
+                "The same files and the same software give this page again, byte for byte. Of each file read, the SHA-256:",
             ),
-            facts(std::iter::once(software).chain(inputs)),
+            facts([software, files].into_iter().chain(inputs)),
         ],
     )
 }

@@ -1,6 +1,7 @@
 //! How scan and simulation were brought together.
 
 use super::super::numbers::{fixed, percent, uncertain};
+use super::super::words::{listed, parameter, sentence};
 use super::html::{Html, element, facts, paragraph, text};
 use crate::gap::{Estimate, Mirror, Registering, Registration, TriedRegistration, Uncertain};
 
@@ -8,7 +9,11 @@ use crate::gap::{Estimate, Mirror, Registering, Registration, TriedRegistration,
 pub(super) fn registration(registration: &Registration, unit: &str) -> Vec<Html> {
     let mut content = vec![
         element("h3", &[], [text("Registration")]),
-        paragraph(&format!("{}. {}", capitalised(name(registration.chosen)), registration.why)),
+        paragraph(&format!(
+            "Chosen: {}. {}",
+            name(registration.chosen),
+            sentence(&registration.why)
+        )),
         estimates(registration, unit),
     ];
     if registration.tried.len() > 1 {
@@ -17,13 +22,14 @@ pub(super) fn registration(registration: &Registration, unit: &str) -> Vec<Html>
     if !registration.undetermined.is_empty() {
         content.push(element("h3", &[], [text("What these data cannot tell apart")]));
         let items = registration.undetermined.iter().map(|combination| {
-            let parameters = combination.parameters.join(", ").replace('_', " ");
+            let parameters: Vec<String> =
+                combination.parameters.iter().map(|name| parameter(name)).collect();
             element(
                 "li",
                 &[],
                 [
-                    element("strong", &[], [text(&parameters)]),
-                    text(&format!(": {}", combination.explanation)),
+                    element("strong", &[], [text(&listed(&parameters))]),
+                    text(&format!(": {}", sentence(&combination.explanation))),
                 ],
             )
         });
@@ -48,9 +54,9 @@ fn estimates(registration: &Registration, unit: &str) -> Html {
         (text("Mirror"), text(mirror)),
         row("Turn about z", registration.turn_rad, 180.0 / std::f64::consts::PI, "\u{b0}"),
         row("True step over recorded step", registration.step_ratio, 1.0, ""),
-        row("Scan's origin, x", x, 1e3, "mm"),
-        row("Scan's origin, y", y, 1e3, "mm"),
-        row("Scan's origin, z", z, 1e3, "mm"),
+        row("Scan's origin in the array's frame, x", x, 1e3, "mm"),
+        row("Scan's origin in the array's frame, y", y, 1e3, "mm"),
+        row("Scan's origin in the array's frame, z", z, 1e3, "mm"),
     ])
 }
 
@@ -113,11 +119,4 @@ fn name(registering: Registering) -> &'static str {
         Registering::Pose => "gain and the whole pose",
         Registering::Auto => "chosen by the data",
     }
-}
-
-fn capitalised(words: &str) -> String {
-    let mut characters = words.chars();
-    characters
-        .next()
-        .map_or_else(String::new, |first| first.to_uppercase().chain(characters).collect())
 }

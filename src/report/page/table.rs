@@ -1,9 +1,11 @@
 //! The figures height by height, as tables.
 
 use super::super::judgement::drives;
-use super::super::numbers::{ABSENT, fixed, height_mm, millimetres, percent, uncertain};
+use super::super::numbers::{
+    ABSENT, fixed, height_mm, millimetres, percent, significant, uncertain,
+};
 use super::html::{Html, element, paragraph, text};
-use crate::gap::{Comparison, FieldFigures, Noise, NoiseSource, PlaneComparison, Uncertain};
+use crate::gap::{Comparison, FieldFigures, Noise, NoiseSource, PlaneComparison};
 
 /// The tables of a comparison and what has to be said with them.
 pub(super) fn tables(comparison: &Comparison) -> Vec<Html> {
@@ -82,7 +84,8 @@ fn table(
     let group = |(words, width): (&str, usize)| {
         element("th", &[("colspan", &width.to_string()), ("scope", "colgroup")], [text(words)])
     };
-    let groups = std::iter::once(("", lead.len())).chain(groups.iter().copied()).map(group);
+    let corner = element("td", &[("colspan", &lead.len().to_string())], []);
+    let groups = std::iter::once(corner).chain(groups.iter().copied().map(group));
     let columns =
         lead.iter().chain(columns).map(|words| element("th", &[("scope", "col")], [text(words)]));
     let rows = comparison.planes.iter().map(|plane| {
@@ -125,7 +128,7 @@ fn agreement_cells(plane: &PlaneComparison) -> Vec<String> {
     let agreement = &plane.agreement;
     vec![
         plane.points.to_string(),
-        uncertain(Uncertain { value: agreement.scan_rms, standard_error: f64::NAN }),
+        significant(agreement.scan_rms, 4),
         fixed(agreement.correlation, 3),
         fixed(agreement.gain_ratio, 3),
         percent(agreement.residual_rms_ratio),
@@ -166,7 +169,7 @@ fn count(number: Option<usize>) -> String {
 }
 
 fn noise(noise: &Noise, unit: &str) -> String {
-    let additive = uncertain(Uncertain { value: noise.additive, standard_error: f64::NAN });
+    let additive = significant(noise.additive, 3);
     let from = match noise.source {
         NoiseSource::Repeats => "from points that were measured several times",
         NoiseSource::SilentReadings => "from readings with the array silent",

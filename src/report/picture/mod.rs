@@ -81,7 +81,8 @@ fn png(picture: &impl Picture) -> Result<Vec<u8>, PictureError> {
         .expect("as many bytes as pixels times three");
     let small = image::imageops::thumbnail(&large, width * PNG_DENSITY, height * PNG_DENSITY);
     let mut file = Vec::new();
-    PngEncoder::new_with_quality(&mut file, CompressionType::Best, FilterType::Adaptive)
+    // Cells of one colour compress best as they are.
+    PngEncoder::new_with_quality(&mut file, CompressionType::Default, FilterType::NoFilter)
         .write_image(small.as_raw(), small.width(), small.height(), image::ColorType::Rgb8)?;
     Ok(file)
 }

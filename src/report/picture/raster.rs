@@ -36,12 +36,12 @@ impl Cells<'_> {
             .iter()
             .map(|&value| value.is_finite().then(|| scale.colour(value)))
             .collect();
-        let mut image = Vec::with_capacity(3 * columns.len() * rows.len());
-        for (y, row) in rows.iter().enumerate() {
-            for (x, column) in columns.iter().enumerate() {
+        let mut image = vec![0; 3 * columns.len() * rows.len()];
+        for (y, (pixels, row)) in image.chunks_exact_mut(3 * columns.len()).zip(rows).enumerate() {
+            for (x, (pixel, column)) in pixels.chunks_exact_mut(3).zip(&columns).enumerate() {
                 let (red, green, blue) =
                     colours[row * count + column].unwrap_or_else(|| hatching(x, y));
-                image.extend([red, green, blue]);
+                pixel.copy_from_slice(&[red, green, blue]);
             }
         }
         image

@@ -39,9 +39,15 @@ fn the_pose_of_a_measured_field_is_found_and_what_it_leaves_open_is_named() {
     assert!(within(registration.shift_m[1].value, 5.8e-3, 1e-3));
     assert!(within(registration.step_ratio.value, 1.41 / 1.378, 0.01));
 
-    // With the pistons of the record, gain and pose alone reach no more than this; see the notes on directivity.
-    assert!(found.overall.correlation > 0.905, "{:?}", found.overall);
-    assert!(found.overall.residual_rms_ratio < 0.267, "{:?}", found.overall);
+    // One gain for all angles, with the pistons of the record, reaches no more than 0.907 and 0.266, whatever the pose (found
+    // by two programs written apart); a receiver with a face like the elements' own explains the rest.
+    let one_gain = registration.tried.last().expect("the pose was tried");
+    assert_eq!(one_gain.registering, Registering::Pose);
+    assert!(one_gain.correlation > 0.905 && one_gain.residual_rms_ratio < 0.267, "{one_gain:?}");
+    let face = registration.receiver_face_m.expect("the gain falls off with the angle");
+    assert!(within(face.value, 4.5e-3, 0.5e-3), "{face:?}");
+    assert!(found.overall.correlation >= 0.93, "{:?}", found.overall);
+    assert!(found.overall.residual_rms_ratio <= 0.24, "{:?}", found.overall);
 
     let left_open = &registration.undetermined[0];
     for parameter in ["shift_z", "step_ratio", "array_pitch"] {

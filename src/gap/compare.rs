@@ -7,10 +7,11 @@ use super::comparison::{
 use super::noise::Roughness;
 use super::pose::Pose;
 use super::readings::Readings;
+use super::receiver_face::as_heard;
 use super::register::{Registered, register};
 use super::registration::Registering;
 use crate::acoustics::metrics::PlaneMap;
-use crate::acoustics::{Simulator, Vec3};
+use crate::acoustics::{Simulation, Simulator, Vec3};
 use crate::scan::{OFF_LINE_MM, Plane, RecordedScan, SAME_HEIGHT_MM, plane_map};
 
 /// Why a scan cannot be compared with anything.
@@ -68,7 +69,14 @@ pub fn compare(
     let planes: Vec<SimulatedPlane<'_>> = scan
         .planes(SAME_HEIGHT_MM)
         .into_iter()
-        .filter_map(|plane| SimulatedPlane::of(scan, simulator, plane, &fit.pose, fit.gain))
+        .filter_map(|plane| {
+            let simulation = scan.setup.simulation(simulator, plane.focus)?;
+            let simulation = match comparison.registration.receiver_face_m {
+                Some(face) => as_heard(&simulation, face.value),
+                None => simulation,
+            };
+            Some(SimulatedPlane::of(&simulation, plane, &fit.pose, fit.gain))
+        })
         .collect();
     let mut roughness = Roughness::default();
     for map in planes.iter().filter_map(|plane| plane.map.as_ref().ok()) {
@@ -98,14 +106,7 @@ struct SimulatedPlane<'s> {
 }
 
 impl<'s> SimulatedPlane<'s> {
-    fn of(
-        scan: &RecordedScan,
-        simulator: Simulator,
-        plane: Plane<'s>,
-        pose: &Pose,
-        gain: f64,
-    ) -> Option<Self> {
-        let simulation = scan.setup.simulation(simulator, plane.focus)?;
+    fn of(simulation: &Simulation, plane: Plane<'s>, pose: &Pose, gain: f64) -> Self {
         let simulate = |positions_m: &[Vec3]| {
             let points_m: Vec<Vec3> = positions_m.iter().map(|at| pose.to_array(at)).collect();
             simulation.magnitudes(&points_m)
@@ -121,7 +122,7 @@ impl<'s> SimulatedPlane<'s> {
             ComparedMap { scan: mapped.map.values().to_vec(), simulation, x_m, y_m }
         });
         let target_m = simulation.excitation.focus_m();
-        Some(Self {
+        Self {
             target_m,
             target_in_scan_m: target_m.map(|target| pose.to_scan(&target)),
             simulated: simulate(&positions_m),
@@ -130,7 +131,7 @@ impl<'s> SimulatedPlane<'s> {
             gain,
             map,
             plane,
-        })
+        }
     }
 
     fn compared(self, comparison: &Comparison) -> PlaneComparison {

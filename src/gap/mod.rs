@@ -13,6 +13,7 @@
 //! | `register` | chooses between the coordinates as recorded and another pose |
 //! | `coarse`, `pose_search` | find a pose from nothing: a coarse grid, then rounds of refinement |
 //! | `refine`, `levenberg_marquardt` | the least-squares fit of a [`Pose`], the gain solved for at each step |
+//! | `receiver_face` | lets the gain fall off with the angle of arrival, where that explains what a pose cannot |
 //! | `identifiability`, `standard_errors` | what the readings fix, how well, and what they leave open |
 //! | `noise`, `figures`, `agreement` | the noise, the figures of each height with their errors, correlation and residual |
 //! | `comparison`, `registration`, `table` | the result as data, as text and as CSV |
@@ -28,6 +29,7 @@ mod noise;
 mod pose;
 mod pose_search;
 mod readings;
+mod receiver_face;
 mod refine;
 mod register;
 mod registration;

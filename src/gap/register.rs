@@ -8,6 +8,7 @@ use super::identifiability::identifiability;
 use super::pose::{Mirror, Pose};
 use super::pose_search::{Found, find_pose};
 use super::readings::Readings;
+use super::receiver_face::{Heard, find_receiver_face, heard_by};
 use super::refine::{Fit, PoseParameter, Search, refine};
 use super::registration::{
     Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,
@@ -48,11 +49,11 @@ pub fn register(readings: &Readings, requested: Registering) -> Registered {
             let fit =
                 Fit::with_gain(Pose::default(), 1.0, gain_only.simulated, &readings.values());
             let why = "nothing was estimated, as asked".to_owned();
-            Choice { chosen: Registering::None, fit, why, found: None, tried: vec![] }
+            Choice { chosen: Registering::None, fit, why, found: None, heard: None, tried: vec![] }
         }
         Registering::GainOnly => {
             let why = "only the gain was estimated, as asked".to_owned();
-            Choice { chosen: requested, fit: gain_only, why, found: None, tried: vec![] }
+            Choice { chosen: requested, fit: gain_only, why, found: None, heard: None, tried: vec![] }
         }
         Registering::GainAndShift => {
             let fit = with_small_shift(readings);
@@ -61,7 +62,7 @@ pub fn register(readings: &Readings, requested: Registering) -> Registered {
                 SHIFT_SD_M * 1e3
             );
             let tried = vec![tried(Registering::GainOnly, &gain_only)];
-            Choice { chosen: requested, fit, why, found: None, tried }
+            Choice { chosen: requested, fit, why, found: None, heard: None, tried }
         }
         Registering::Pose => pose_as_asked(readings, gain_only),
         Registering::Auto => choose(readings, gain_only),
@@ -72,18 +73,16 @@ pub fn register(readings: &Readings, requested: Registering) -> Registered {
 fn pose_as_asked(readings: &Readings, gain_only: Fit) -> Choice {
     let tried = vec![tried(Registering::GainOnly, &gain_only)];
     match find_pose(readings) {
-        Some(found) => Choice {
-            chosen: Registering::Pose,
-            fit: found.best.clone(),
-            why: format!("the whole pose was estimated, as asked: {}", in_words(&found.best)),
-            found: Some(found),
-            tried,
-        },
+        Some(found) => {
+            let why = format!("the whole pose was estimated, as asked: {}", in_words(&found.best));
+            in_pose(readings, found, why, tried)
+        }
         None => Choice {
             chosen: Registering::GainOnly,
             fit: gain_only,
             why: "no pose was found at all; only the gain was estimated".to_owned(),
             found: None,
+            heard: None,
             tried,
         },
     }
@@ -111,10 +110,17 @@ fn choose(readings: &Readings, gain_only: Fit) -> Choice {
              recorded in, and no other pose was looked for",
             small.correlation
         );
-        return Choice { chosen, fit: small, why, found: None, tried: all };
+        return Choice { chosen, fit: small, why, found: None, heard: None, tried: all };
     }
     let Some(found) = find_pose(readings) else {
-        return Choice { chosen, fit: small, why: shift_words, found: None, tried: all };
+        return Choice {
+            chosen,
+            fit: small,
+            why: shift_words,
+            found: None,
+            heard: None,
+            tried: all,
+        };
     };
     all.push(tried(Registering::Pose, &found.best));
     let falls_to = (found.best.residual_ratio / small.residual_ratio).powi(2);
@@ -129,15 +135,40 @@ fn choose(readings: &Readings, gain_only: Fit) -> Choice {
         let why = format!(
             "as recorded, the scan makes no sense against the simulation; another pose does: {pose}. It {reached}"
         );
-        let fit = found.best.clone();
-        Choice { chosen: Registering::Pose, fit, why, found: Some(found), tried: all }
+        in_pose(readings, found, why, all)
     } else {
         let why = format!(
             "{shift_words}. A whole pose was tried and not adopted, as it does not explain the gap: the best \
              ({pose}) {reached}"
         );
-        Choice { chosen, fit: small, why, found: None, tried: all }
+        Choice { chosen, fit: small, why, found: None, heard: None, tried: all }
     }
+}
+
+/// A pose that was found, and the receiver's own directivity where it explains what the pose cannot.
+fn in_pose(
+    readings: &Readings,
+    found: Found,
+    mut why: String,
+    mut all: Vec<TriedRegistration>,
+) -> Choice {
+    if all.iter().all(|other| other.registering != Registering::Pose) {
+        all.push(tried(Registering::Pose, &found.best));
+    }
+    let heard = find_receiver_face(readings, &found.best);
+    if let Some(heard) = &heard {
+        why += &format!(
+            ". With one gain for all angles this leaves a residual of {:.3} at a correlation of {:.3}; with a gain that \
+             falls off with the angle of arrival, as a receiver's face of {:.1} mm in radius makes it, {:.3} at {:.3}",
+            found.best.residual_ratio,
+            found.best.correlation,
+            heard.face_radius_m * 1e3,
+            heard.fit.residual_ratio,
+            heard.fit.correlation
+        );
+    }
+    let fit = heard.as_ref().map_or(&found.best, |heard| &heard.fit).clone();
+    Choice { chosen: Registering::Pose, fit, why, found: Some(found), heard, tried: all }
 }
 
 /// Gain and a shift held near zero; first on some readings, then on all.
@@ -164,6 +195,7 @@ struct Choice {
     fit: Fit,
     why: String,
     found: Option<Found>,
+    heard: Option<Heard>,
     tried: Vec<TriedRegistration>,
 }
 
@@ -174,7 +206,8 @@ impl Choice {
             Registering::GainAndShift => &PoseParameter::SHIFT,
             _ => &[],
         };
-        let known = identifiability(readings, &self.fit, free);
+        let as_heard = self.heard.as_ref().map(|heard| heard_by(readings, heard.face_radius_m));
+        let known = identifiability(as_heard.as_ref().unwrap_or(readings), &self.fit, free);
         let estimate = |parameter: PoseParameter| {
             let value = parameter.of(&self.fit.pose);
             match free.iter().position(|other| *other == parameter) {
@@ -214,6 +247,11 @@ impl Choice {
             turn_rad: estimate(PoseParameter::Turn),
             step_ratio: estimate(PoseParameter::Step),
             shift_m: PoseParameter::SHIFT.map(estimate),
+            receiver_face_m: self.heard.map(|heard| Estimate {
+                value: heard.face_radius_m,
+                standard_error: heard.standard_error_m,
+                estimated: true,
+            }),
             tried: tried_all,
             undetermined,
         };

@@ -51,6 +51,9 @@ pub struct Registration {
     pub step_ratio: Estimate,
     /// Where the scan's origin lies in the array's coordinates (x, y, z), metres.
     pub shift_m: [Estimate; 3],
+    /// Radius of the receiver's face, metres, where the gain was let fall off with the angle of arrival as such a face
+    /// makes it; `None` where one gain holds for all angles.
+    pub receiver_face_m: Option<Estimate>,
     /// Every registration that was tried, the simplest first, with what it reached.
     pub tried: Vec<TriedRegistration>,
     /// What these data cannot tell apart.

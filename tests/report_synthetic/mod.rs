@@ -208,6 +208,7 @@ fn registration(overall: Agreement) -> Registration {
         turn_rad: held(0.0),
         step_ratio: held(1.0),
         shift_m: [estimated(1.2e-4, 4e-5), estimated(-0.8e-4, 4e-5), held(0.0)],
+        receiver_face_m: None,
         tried: vec![tried(Registering::GainAndShift), tried(Registering::Pose)],
         undetermined: vec![UndeterminedCombination {
             parameters: vec!["shift_z".to_owned(), "step_ratio".to_owned()],

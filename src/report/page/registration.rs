@@ -49,8 +49,13 @@ fn estimates(registration: &Registration, unit: &str) -> Html {
         Mirror::X => "the scan's x axis runs against the array's",
         Mirror::Y => "the scan's y axis runs against the array's",
     };
+    let face = match registration.receiver_face_m {
+        Some(face) => row("Gain falls off with the angle as of a face of radius", face, 1e3, "mm"),
+        None => (text("Gain and angle of arrival"), text("one gain for all angles")),
+    };
     facts([
         row("Gain", registration.gain, 1.0, &format!("{per_unit} per unit of the simulation")),
+        face,
         (text("Mirror"), text(mirror)),
         row("Turn about z", registration.turn_rad, 180.0 / std::f64::consts::PI, "\u{b0}"),
         row("True step over recorded step", registration.step_ratio, 1.0, ""),

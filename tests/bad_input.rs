@@ -12,6 +12,7 @@ y_mm = 0.0
 z_mm = 100.0
 [[plane]]
 z_mm = 100.0
+centre_mm = [0.0, 0.0]
 size_mm = [10.0, 10.0]
 step_mm = 2.0
 "#;
@@ -60,14 +61,14 @@ fn says(said: &str, wanted: &[&str]) {
 fn an_unknown_key_is_shown_at_its_line() {
     let plan = PLAN.replace("size_mm", "sise_mm");
     let said = scan_of(&plan, &here("rigs/virtual.toml"));
-    says(&said, &["plan.toml:10:1", "sise_mm", "help:"]);
+    says(&said, &["plan.toml:11:1", "sise_mm", "help:"]);
 }
 
 #[test]
 fn a_negative_step_is_shown_at_its_line() {
     let said =
         scan_of(&PLAN.replace("step_mm = 2.0", "step_mm = -2.0"), &here("rigs/virtual.toml"));
-    says(&said, &["plan.toml:11:11", "-2 is not a number above zero", "step_mm = -2.0"]);
+    says(&said, &["plan.toml:12:11", "-2 is not a number above zero", "step_mm = -2.0"]);
 }
 
 #[test]

@@ -106,8 +106,8 @@ fn two_hundred_kills_lose_nothing_that_was_acknowledged() {
     }
     assert!(safe.len() > KILLS, "only {} readings were acknowledged", safe.len());
 
-    let ended = begin_or_resume(&plan, &folder).status().expect("the program runs");
-    assert!(ended.success(), "the last resume ended with {ended}");
+    let ended = begin_or_resume(&plan, &folder).output().expect("the program runs");
+    assert!(ended.status.success(), "the last resume ended with {}", ended.status);
     let record = RecordedScan::open(&folder).expect("the record is whole");
     let visits = Plan::read(&plan).expect("the plan is read").visits();
     assert_eq!(record.samples.len(), visits.len());

@@ -1,6 +1,8 @@
 //! A scan that is running, shown to whoever waits: a bar on a terminal, a line an event as JSON.
 
 use std::io::Write;
+use std::sync::mpsc::{Sender, channel};
+use std::thread::JoinHandle;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -10,14 +12,45 @@ use crate::campaign::Event;
 pub(super) enum Progress {
     /// A bar with the time left and what is being measured; on standard error.
     Bar(ProgressBar),
-    /// One JSON object a line, on standard output, each written out before the scan goes on.
-    Json,
+    /// One JSON object a line, on standard output.
+    Json(JsonLines),
+}
+
+/// Lines on standard output, written by a thread of their own: a reader that stalls must not stall a scan.
+pub(super) struct JsonLines {
+    lines: Option<Sender<String>>,
+    writer: Option<JoinHandle<()>>,
+}
+
+impl JsonLines {
+    fn new() -> Self {
+        let (lines, written) = channel::<String>();
+        let writer = std::thread::spawn(move || {
+            let mut out = std::io::stdout();
+            for line in written {
+                // Whoever reads along may have gone away; the scan goes on without them.
+                if out.write_all(line.as_bytes()).and_then(|()| out.flush()).is_err() {
+                    return;
+                }
+            }
+        });
+        Self { lines: Some(lines), writer: Some(writer) }
+    }
+}
+
+impl Drop for JsonLines {
+    fn drop(&mut self) {
+        drop(self.lines.take());
+        if let Some(writer) = self.writer.take() {
+            let _ = writer.join();
+        }
+    }
 }
 
 impl Progress {
     pub(super) fn new(rows: usize, done: usize, json: bool) -> Self {
         if json {
-            return Self::Json;
+            return Self::Json(JsonLines::new());
         }
         let bar = ProgressBar::new(rows as u64).with_position(done as u64);
         let style = ProgressStyle::with_template(
@@ -33,13 +66,11 @@ impl Progress {
     pub(super) fn show(&mut self, event: &Event) {
         match self {
             Self::Bar(bar) => show_on_bar(bar, event),
-            Self::Json => {
-                let mut out = std::io::stdout().lock();
-                // Whoever reads along may have gone away; the scan goes on without them.
-                let _ = serde_json::to_writer(&mut out, event)
-                    .map_err(std::io::Error::from)
-                    .and_then(|()| out.write_all(b"\n"))
-                    .and_then(|()| out.flush());
+            Self::Json(json) => {
+                let line = serde_json::to_string(event).expect("an event is plain data");
+                if let Some(lines) = &json.lines {
+                    let _ = lines.send(line + "\n");
+                }
             }
         }
     }

@@ -59,6 +59,13 @@ quantity!(
     /// Any finite number.
     Finite, "a finite number", |_v| true
 );
+impl Default for Finite {
+    /// Zero.
+    fn default() -> Self {
+        Self(0.0)
+    }
+}
+
 quantity!(
     /// A finite number above zero.
     Positive, "a number above zero", |v| v > 0.0

@@ -118,10 +118,16 @@ fn ticks((from, to): (f64, f64), about: f64) -> Vec<Tick> {
     if !rough.is_finite() || rough <= 0.0 {
         return Vec::new();
     }
-    let power = rough.log10().floor();
-    let unit = 10f64.powf(power);
-    let step =
-        [1.0, 2.0, 5.0].map(|m| m * unit).into_iter().find(|&s| s >= rough).unwrap_or(10.0 * unit);
+    let unit = 10f64.powf(rough.log10().floor());
+    let steps = [0.5, 1.0, 2.0, 5.0, 10.0].map(|m| m * unit);
+    let enough = steps.iter().position(|&step| step >= rough).unwrap_or(steps.len() - 1);
+    // A step wider than the range may have no multiple in it; the next smaller one then has.
+    let wide = multiples(steps[enough], from, to);
+    if wide.is_empty() { multiples(steps[enough.saturating_sub(1)], from, to) } else { wide }
+}
+
+/// The multiples of a step inside a range.
+fn multiples(step: f64, from: f64, to: f64) -> Vec<Tick> {
     let decimals = (-step.log10().floor()).max(0.0) as usize;
     // A hair of slack, so that an end that is itself a tick is not lost to rounding.
     let first = (from / step - 1e-9).ceil() as i64;

@@ -53,7 +53,7 @@ pub fn encode(seq: u16, command: &str) -> String {
 /// Reads an answer; `None` if it is damaged or is no answer.
 pub fn decode(line: &str) -> Option<Reply> {
     let (body, crc) = line.rsplit_once('*')?;
-    if crc.len() != 8 || u32::from_str_radix(crc, 16).ok()? != crc32fast::hash(body.as_bytes()) {
+    if crc != format!("{:08x}", crc32fast::hash(body.as_bytes())) {
         return None;
     }
     let (seq, answer) = body.split_once(' ')?;

@@ -20,6 +20,8 @@ const MAX_POINTS_ALONG: f64 = 1e6;
 #[serde(deny_unknown_fields)]
 pub(super) struct PlaneTable {
     z_mm: Spanned<OneOrMany<Finite>>,
+    /// Without it, over the array's centre.
+    #[serde(default)]
     centre_mm: [Finite; 2],
     size_mm: Spanned<[Positive; 2]>,
     step_mm: Spanned<Positive>,

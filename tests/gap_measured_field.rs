@@ -39,7 +39,7 @@ fn the_pose_of_a_measured_field_is_found_and_what_it_leaves_open_is_named() {
     assert!(within(registration.shift_m[1].value, 5.8e-3, 1e-3));
     assert!(within(registration.step_ratio.value, 1.41 / 1.378, 0.01));
 
-    // With the pistons of the record, gain and pose alone reach no more than this; see the notes on directivity.
+    // What gain and pose can reach with the pistons of the record; the scan falls off the axis more steeply than they do.
     assert!(found.overall.correlation > 0.905, "{:?}", found.overall);
     assert!(found.overall.residual_rms_ratio < 0.267, "{:?}", found.overall);
 

@@ -140,15 +140,17 @@ fn compared(scan: &RecordedScan, simulator: Simulator, registering: Registering)
     compare(scan, simulator, registering).expect("something to compare")
 }
 
-/// 16 x 16 elements, each at its own height within a wavelength, driven alike; scanned in a pose.
-fn height_modulated(seed: u64, pose: &Pose) -> RecordedScan {
+/// 16 x 16 elements, each at its own height within a wavelength, driven alike; scanned in a pose. The true elements'
+/// phases are off by so much (standard deviation): a gap that no pose explains.
+fn height_modulated(seed: u64, pose: &Pose, phase_spread_rad: f64) -> RecordedScan {
     let mut draws = ChaCha8Rng::seed_from_u64(seed);
     let mut sources = Vec::new();
     let mut elements = "x_mm,y_mm,z_mm,nx,ny,nz,radius_mm,amplitude,phase_rad\n".to_owned();
     for n in 0..256 {
         let (x, y) = (f64::from(n % 16) - 7.5, f64::from(n / 16) - 7.5);
         let at_mm = Vec3::new(x * 10.6667, y * 10.6667, 8.575 * draws.random::<f64>());
-        sources.push(Source { at_m: at_mm * 1e-3, phase_rad: 0.0 });
+        let off: f64 = StandardNormal.sample(&mut draws);
+        sources.push(Source { at_m: at_mm * 1e-3, phase_rad: phase_spread_rad * off });
         writeln!(elements, "{},{},{},0,0,1,4.5,1,0", at_mm.x, at_mm.y, at_mm.z)
             .expect("to a string");
     }
@@ -169,10 +171,10 @@ fn corners_apart(a: &Pose, b: &Pose, half_width_m: f64) -> f64 {
 
 fn any_pose(draws: &mut ChaCha8Rng) -> Pose {
     let mut between = |range: f64| range * (2.0 * draws.random::<f64>() - 1.0);
-    let shift_m = Vec3::new(between(18e-3), between(18e-3), between(10e-3));
+    let shift_m = Vec3::new(between(20e-3), between(20e-3), between(10e-3));
     let quarter = (between(2.0).round() * 0.5 * std::f64::consts::PI).clamp(-1.6, 1.6);
     let turn_rad = quarter + between(0.08);
-    let step_ratio = 1.0 + between(0.08);
+    let step_ratio = 1.0 + between(0.1);
     let mirror = [Mirror::None, Mirror::X, Mirror::Y][(between(1.5) + 1.5) as usize % 3];
     Pose { mirror, turn_rad, step_ratio, shift_m }
 }
@@ -185,29 +187,30 @@ fn a_mirrored_turned_stretched_and_shifted_scan_is_laid_where_it_was_taken() {
         step_ratio: 0.96,
         shift_m: Vec3::new(-11e-3, 14e-3, 6e-3),
     };
-    let found = compared(&height_modulated(3, &pose), Simulator::Piston, Registering::Auto);
+    let found = compared(&height_modulated(3, &pose, 0.2), Simulator::Piston, Registering::Auto);
     let registration = &found.registration;
     assert_eq!(registration.chosen, Registering::Pose, "{}", registration.why);
     assert_eq!(registration.mirror, Mirror::X);
     assert!(corners_apart(&registration.pose(), &pose, 85e-3) < 0.5e-3, "{registration:#?}");
     assert!((registration.shift_m[2].value - 6e-3).abs() < 2e-3, "{registration:#?}");
-    assert!(found.overall.correlation > 0.97, "{:?}", found.overall);
+    assert!(found.overall.correlation > 0.95, "{:?}", found.overall);
 }
 
-/// How often the pose is found, over random fields and poses; slow, for whoever changes the search.
+/// How often the pose is found, over random fields and poses, the elements' phases being 0.4 rad off; slow, for whoever
+/// changes the search.
 #[test]
 #[ignore = "minutes long: cargo test --release --test gap_registration -- --ignored --nocapture"]
 fn the_pose_is_found_in_nearly_all_of_many_draws() {
     let mut draws = ChaCha8Rng::seed_from_u64(1);
-    let (mut found, total) = (0, 40);
+    let (mut found, total) = (0, 24);
     for seed in 0..total {
         let pose = any_pose(&mut draws);
         let began = std::time::Instant::now();
-        let scan = height_modulated(100 + seed, &pose);
+        let scan = height_modulated(100 + seed, &pose, 0.4);
         let made = began.elapsed();
         let comparison = compared(&scan, Simulator::Piston, Registering::Auto);
         let apart_m = corners_apart(&comparison.registration.pose(), &pose, 85e-3);
-        found += u64::from(apart_m < 1e-3);
+        found += u64::from(apart_m < 2e-3);
         println!(
             "{seed} {:.2} mm apart, correlation {:.3}, made in {made:.1?}, compared in {:.1?}; {pose:?}",
             apart_m * 1e3,

@@ -24,9 +24,13 @@ const FARTHEST_SHIFT_SD: f64 = 3.0;
 const MAKES_SENSE: f64 = 0.85;
 
 /// From this correlation on, a scan makes sense in another pose: it may have a gap of its own besides.
-const MAKES_SENSE_ELSEWHERE: f64 = 0.75;
+const MAKES_SENSE_ELSEWHERE: f64 = 0.6;
 
-/// A pose explains the gap if it leaves no more than this share of the squared residual.
+/// Below this correlation, a scan has nothing to do with its simulation as it was recorded.
+const NO_SENSE: f64 = 0.3;
+
+/// A pose explains the gap if it leaves no more than this share of the squared residual. (Where the scan made no sense
+/// at all, the share says little: even two unrelated fields of speckle leave only a half.)
 const EXPLAINS: f64 = 0.5;
 
 /// A pose of the other handedness that leaves no more than this times the squared residual is as good.
@@ -131,7 +135,8 @@ fn choose(readings: &Readings, gain_only: Fit) -> Choice {
         found.best.correlation
     );
     let pose = in_words(&found.best);
-    if falls_to <= EXPLAINS && found.best.correlation >= MAKES_SENSE_ELSEWHERE {
+    let explains = falls_to <= EXPLAINS || small.correlation < NO_SENSE;
+    if explains && found.best.correlation >= MAKES_SENSE_ELSEWHERE {
         let why = format!(
             "as recorded, the scan makes no sense against the simulation; another pose does: {pose}. It {reached}"
         );

@@ -89,7 +89,7 @@ fn a_point_outside_the_travel_is_shown_at_its_plane() {
         &PLAN.replace("size_mm = [10.0, 10.0]", "size_mm = [400.0, 10.0]"),
         &here("rigs/virtual.toml"),
     );
-    says(&said, &["plan.toml:8:1", "the robot cannot go to (-200.00, -4.00, 100.00) mm", "help:"]);
+    says(&said, &["plan.toml:8:1", "the robot cannot go to (-200.00, -5.00, 100.00) mm", "help:"]);
 }
 
 #[test]

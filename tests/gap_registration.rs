@@ -196,30 +196,17 @@ fn a_mirrored_turned_stretched_and_shifted_scan_is_laid_where_it_was_taken() {
     assert!(found.overall.correlation > 0.95, "{:?}", found.overall);
 }
 
-/// How often the pose is found, over random fields and poses, the elements' phases being 0.4 rad off; slow, for whoever
-/// changes the search.
+/// Random fields and poses, the elements' phases being 0.4 rad off.
 #[test]
-#[ignore = "minutes long: cargo test --release --test gap_registration -- --ignored --nocapture"]
-fn the_pose_is_found_in_nearly_all_of_many_draws() {
+fn the_pose_is_found_from_any_start() {
     let mut draws = ChaCha8Rng::seed_from_u64(1);
-    let (mut found, total) = (0, 24);
-    for seed in 0..total {
+    for seed in 0..6 {
         let pose = any_pose(&mut draws);
-        let began = std::time::Instant::now();
         let scan = height_modulated(100 + seed, &pose, 0.4);
-        let made = began.elapsed();
         let comparison = compared(&scan, Simulator::Piston, Registering::Auto);
         let apart_m = corners_apart(&comparison.registration.pose(), &pose, 85e-3);
-        found += u64::from(apart_m < 2e-3);
-        println!(
-            "{seed} {:.2} mm apart, correlation {:.3}, made in {made:.1?}, compared in {:.1?}; {pose:?}",
-            apart_m * 1e3,
-            comparison.overall.correlation,
-            began.elapsed() - made
-        );
+        assert!(apart_m < 2e-3, "{seed}: {:.2} mm apart for {pose:?}", apart_m * 1e3);
     }
-    println!("{found} of {total}");
-    assert!(found * 20 >= total * 19, "{found} of {total}");
 }
 
 /// The trap: `as-written` freezes its phases at the focal height, so a right scan differs from it in shape. No pose

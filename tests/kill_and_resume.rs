@@ -115,7 +115,8 @@ fn two_hundred_kills_lose_nothing_that_was_acknowledged() {
         assert_eq!(sample.focus, visit.focus, "row {row}");
         assert!((sample.position_m() - visit.position_m).norm() < 0.05e-3, "row {row}");
         if let Some(reading) = safe.get(row).filter(|reading| !reading.is_nan()) {
-            assert_eq!(sample.reading, *reading, "row {row}");
+            // The JSON reader may be off by the last bit.
+            assert!((sample.reading / reading - 1.0).abs() < 1e-15, "row {row}");
         }
     }
 }

@@ -9,6 +9,9 @@
 //! - an `ok` may be one too many (after a `Resend`, after silence), so an `ok` lets things go on and proves nothing.
 //!   A report proves that all before its query was executed; queries and reports are counted, so that a late
 //!   report is not taken for the answer to a later query.
+//!
+//! What it cannot do: a firmware that stands still for more than five seconds several times within a few commands looks
+//! like one whose reports are lost. The guard above every driver holds each report against the command all the same.
 
 use std::collections::VecDeque;
 use std::time::Duration;

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use fieldgap::scan::{Plan, RecordedScan};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rustix::process::{Pid, Signal, kill_process};
 
 const KILLS: usize = 200;
 
@@ -119,4 +120,32 @@ fn two_hundred_kills_lose_nothing_that_was_acknowledged() {
             assert!((sample.reading / reading - 1.0).abs() < 1e-15, "row {row}");
         }
     }
+}
+
+#[test]
+fn asked_to_stop_a_scan_ends_safe_and_can_be_finished() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
+    std::fs::write(&plan, PLAN).expect("the plan is written");
+    for (signal, who) in
+        [(Signal::INT, "interrupted from the keyboard"), (Signal::TERM, "asked to terminate")]
+    {
+        let mut child = begin_or_resume(&plan, &folder).spawn().expect("the program starts");
+        let mut lines = BufReader::new(child.stdout.take().expect("it is piped")).lines();
+        let begun = lines.by_ref().filter_map(|line| measured(&line.ok()?)).take(20).count();
+        assert_eq!(begun, 20);
+        kill_process(Pid::from_child(&child), signal).expect("the signal is sent");
+        let rows = 1 + lines.filter_map(|line| measured(&line.ok()?)).last().map_or(19, |m| m.row);
+        assert_eq!(child.wait().expect("it ends").code(), Some(3));
+        let state = std::fs::read_to_string(folder.join("state.toml")).expect("the state is kept");
+        for words in ["partial", who, "the array is silent, the robot stands still"] {
+            assert!(state.contains(words), "no `{words}` in {state}");
+        }
+        let kept = RecordedScan::open(&folder).expect("the record is whole").samples.len();
+        assert!(kept >= rows, "{kept} rows of {rows} acknowledged");
+    }
+    let ended = begin_or_resume(&plan, &folder).output().expect("the program runs");
+    assert!(ended.status.success());
+    let record = RecordedScan::open(&folder).expect("the record is whole");
+    assert_eq!(record.samples.len(), Plan::read(&plan).expect("a plan").visits().len());
 }

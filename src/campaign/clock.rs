@@ -1,7 +1,5 @@
 //! The time that stands in a record: seconds since the scan was begun.
 
-use std::time::Duration;
-
 use jiff::Timestamp;
 
 /// When scans on virtual rigs begin: they have a clock but no calendar, and the same seed must leave the same bytes.
@@ -48,7 +46,7 @@ pub(super) fn begins(on_virtual_rig: bool) -> Timestamp {
 /// The scan's time at which it goes on after an interruption: on a real rig by the calendar, on a virtual one a second
 /// after its last reading.
 pub(super) fn goes_on_at_s(recorded: Timestamp, last_reading_s: f64, on_virtual_rig: bool) -> f64 {
-    let pause_is_over_s = last_reading_s + Duration::from_secs(1).as_secs_f64();
+    let pause_is_over_s = last_reading_s + 1.0;
     if on_virtual_rig {
         pause_is_over_s
     } else {

@@ -53,8 +53,6 @@ impl Conductor {
     }
 
     /// Goes to a visit's point with its drive set, and reads it.
-    ///
-    /// A scan reads the carrier, so the array emits a continuous wave; modulation is for hands.
     pub(super) async fn measure(
         &mut self,
         rig: &mut SafeRig,

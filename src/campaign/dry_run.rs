@@ -50,21 +50,6 @@ impl DryRun {
     }
 }
 
-impl std::fmt::Display for DryRun {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "{} readings ({} in silence, {} at the reference point), {:.1} m of way, about {} on the robot's clock, {:.1} MiB",
-            self.visits,
-            self.dark,
-            self.references,
-            self.way_m,
-            indicatif::HumanDuration(self.about()),
-            self.bytes as f64 / f64::from(1 << 20)
-        )
-    }
-}
-
 /// Holds a plan against a rig.
 ///
 /// The way begins where the robot homes, which is taken to be the lower end of each axis.

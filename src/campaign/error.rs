@@ -36,6 +36,12 @@ pub enum CampaignError {
         /// What the controller says.
         controller: usize,
     },
+    /// On resuming, a file that the rig file names describes another array.
+    #[error("the array is not the one that the scan was begun with")]
+    #[diagnostic(help(
+        "bring back the elements file that the rig file named then, or begin a new scan"
+    ))]
+    OtherSetUp,
     /// On resuming, the rig is not as it was.
     #[error("the scan cannot go on as if nothing had happened: {0}")]
     #[diagnostic(help(

@@ -1,7 +1,7 @@
 //! On resuming a scan: points measured before are measured again, and the scan goes on only where both place and level
 //! are what they were.
 
-use crate::scan::Sample;
+use crate::scan::{Sample, Visit, VisitKind};
 
 use super::conductor::distance_mm;
 
@@ -45,20 +45,22 @@ pub enum Moved {
     },
 }
 
-/// The rows to measure again: the strongest readings of the drives, which tell most, spread over the rows that are
-/// kept. Empty while nothing was measured with the array driven.
-pub(super) fn reference_rows(kept: &[Sample]) -> Vec<usize> {
+/// The rows to measure again: the last visit to the plan's reference point, where it has one, and the strongest
+/// readings of the drives, which tell most, spread over the rows that are kept. Empty while nothing was measured with
+/// the array driven.
+pub(super) fn reference_rows(kept: &[Sample], visits: &[Visit]) -> Vec<usize> {
+    let reference = |row: &usize| visits[*row].kind == VisitKind::Reference;
+    let mut rows: Vec<usize> = (0..kept.len()).rev().find(reference).into_iter().collect();
     let part = kept.len().div_ceil(REFERENCES).max(1);
-    kept.chunks(part)
-        .enumerate()
-        .filter_map(|(number, rows)| {
-            rows.iter()
-                .enumerate()
-                .filter(|(_, sample)| sample.focus.is_some())
-                .max_by(|a, b| a.1.reading.total_cmp(&b.1.reading))
-                .map(|(row, _)| number * part + row)
-        })
-        .collect()
+    let strongest = kept.chunks(part).enumerate().filter_map(|(number, rows)| {
+        rows.iter()
+            .enumerate()
+            .filter(|(_, sample)| sample.focus.is_some())
+            .max_by(|a, b| a.1.reading.total_cmp(&b.1.reading))
+            .map(|(row, _)| number * part + row)
+    });
+    rows.extend(strongest.take(REFERENCES - rows.len()));
+    rows
 }
 
 /// Holds a reading against the one that was kept.
@@ -81,11 +83,24 @@ pub(super) fn compare(row: usize, kept: &Sample, now: &Sample) -> Result<(), Mov
 mod tests {
     use super::*;
     use crate::acoustics::Vec3;
-    use crate::scan::Spread;
+    use crate::scan::{Part, Spread};
 
     fn sample(focus: Option<usize>, x_mm: f64, reading: f64) -> Sample {
         let spread = Some(Spread { std: 0.01, count: 16 });
         Sample::measured(0.0, focus, Vec3::new(x_mm * 1e-3, 0.0, 0.1), reading, spread)
+    }
+
+    fn visits(count: usize, reference: Option<usize>) -> Vec<Visit> {
+        let kind = |row| {
+            if Some(row) == reference { VisitKind::Reference } else { VisitKind::Point }
+        };
+        let visit = |row| Visit {
+            kind: kind(row),
+            focus: Some(0),
+            position_m: Vec3::zeros(),
+            part: Part::Region(0),
+        };
+        (0..count).map(visit).collect()
     }
 
     #[test]
@@ -95,9 +110,10 @@ mod tests {
             .enumerate()
             .map(|(row, reading)| sample((row > 0).then_some(0), row as f64, reading))
             .collect();
-        assert_eq!(reference_rows(&kept), [1, 2, 4]);
-        assert!(reference_rows(&[]).is_empty());
-        assert!(reference_rows(&[sample(None, 0.0, 1.0)]).is_empty());
+        assert_eq!(reference_rows(&kept, &visits(6, None)), [1, 2, 4]);
+        assert_eq!(reference_rows(&kept, &visits(6, Some(3))), [3, 1, 2]);
+        assert!(reference_rows(&[], &[]).is_empty());
+        assert!(reference_rows(&[sample(None, 0.0, 1.0)], &visits(1, None)).is_empty());
     }
 
     #[test]

@@ -11,11 +11,12 @@ use super::clock::{ScanClock, begins, goes_on_at_s};
 use super::conductor::{Conductor, Measurement, distance_mm};
 use super::dry_run::{dry_run, room_for};
 use super::event::{Event, Watch};
+use super::lab::Lab;
 use super::open::OpenRig;
 use super::plan_on_rig::Campaign;
 use super::references::{compare, reference_rows};
 use crate::input::{TomlSource, toml_file};
-use crate::scan::{Columns, EventKind, Journal, Sample, ScanSetup, ScanState};
+use crate::scan::{Columns, EventKind, Journal, Sample, ScanSetup, ScanState, Visit};
 
 /// The plan and the rig file as they were when the scan was begun, kept beside it.
 const PLAN_COPY: &str = "plan.toml";
@@ -88,8 +89,8 @@ impl Session {
     /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig.
     ///
     /// # Errors
-    /// [`CampaignError`] if the folder holds no scan, or a complete one, or one that another process is at; or if the
-    /// rig cannot be opened. The record stays as it is.
+    /// [`CampaignError`] if the folder holds no scan, or a complete one, or one that another process is at; if what is left
+    /// of the plan cannot be done; or if the rig cannot be opened. What was measured stays as it is.
     pub async fn resume(folder: &Path) -> Result<Self, CampaignError> {
         let resumed = Journal::resume(folder, Timestamp::now())?;
         let kept = |name: &str, origin: &Path| {
@@ -100,6 +101,10 @@ impl Session {
             let origin: Origin = toml_file(&folder.join(ORIGIN))?;
             let campaign =
                 Campaign::parse(kept(PLAN_COPY, &origin.plan)?, kept(RIG_COPY, &origin.rig)?)?;
+            same_set_up(&campaign.lab, &resumed.setup)?;
+            let way = way_of_resume(&campaign, &resumed.samples);
+            let check = dry_run(&campaign.plan, &campaign.lab, &way)?;
+            room_for(check.bytes, folder)?;
             let open = OpenRig::open(&campaign.lab).await?;
             Ok((campaign, open))
         };
@@ -154,12 +159,9 @@ impl Session {
             Some(reason) => Some(self.open.rig().make_safe(reason).await.to_string()),
             None => None,
         };
-        watch(&Event::Ended {
-            rows: self.journal.visits_done(),
-            of: self.campaign.visits.len(),
-            reason: reason.clone(),
-        });
+        let (rows, of) = (self.journal.visits_done(), self.campaign.visits.len());
         end(self.journal, reason.as_deref())?;
+        watch(&Event::Ended { rows, of, reason: reason.clone() });
         match stopped {
             Err(Stopped::Failed(error @ CampaignError::Moved(_))) => Err(error),
             _ => Ok(reason.map_or(Ending::Complete, |reason| Ending::Partial { reason })),
@@ -168,6 +170,7 @@ impl Session {
 
     async fn conduct(&mut self, watch: Watch<'_>) -> Result<(), Stopped> {
         watch(&self.open.greeting());
+        self.open.rig().array().continuous_wave().await?;
         self.open.rig().motion().home().await?;
         self.journal.record(Timestamp::now(), EventKind::Homed, "")?;
         watch(&Event::Homed);
@@ -185,11 +188,12 @@ impl Session {
             let visit = &self.campaign.visits[row];
             let Measurement { sample, clipped, lost } =
                 conductor.measure(self.open.rig(), visit).await?;
-            self.journal.append(&sample)?;
             if clipped || lost > 0 {
+                // Kept before the row: a row without a word about it is a good one, whenever the process dies.
                 let text = spoilt(row, clipped, lost);
                 self.journal.record(Timestamp::now(), EventKind::DeviceFault, &text)?;
             }
+            self.journal.append(&sample)?;
             watch(&Event::Measured {
                 row,
                 of: self.campaign.visits.len(),
@@ -208,7 +212,7 @@ impl Session {
         conductor: &mut Conductor,
         watch: Watch<'_>,
     ) -> Result<(), Stopped> {
-        for row in reference_rows(&self.kept) {
+        for row in reference_rows(&self.kept, &self.campaign.visits) {
             let kept = &self.kept[row];
             let now = conductor.measure(self.open.rig(), &self.campaign.visits[row]).await?.sample;
             watch(&Event::ReferenceChecked {
@@ -235,6 +239,23 @@ fn end(journal: Journal, reason: Option<&str>) -> Result<(), CampaignError> {
         Some(reason) => ScanState::Partial { reason: reason.to_owned() },
     };
     Ok(journal.end(Timestamp::now(), &state)?)
+}
+
+/// The visits of a resumed scan: those that are made again, then those that are left.
+fn way_of_resume(campaign: &Campaign, kept: &[Sample]) -> Vec<Visit> {
+    let again = reference_rows(kept, &campaign.visits);
+    let again = again.into_iter().map(|row| campaign.visits[row]);
+    again.chain(campaign.visits[kept.len()..].iter().copied()).collect()
+}
+
+/// Makes sure that files which the rig file names have not been changed since the scan was begun.
+fn same_set_up(lab: &Lab, setup: &ScanSetup) -> Result<(), CampaignError> {
+    // Positions are written in millimetres, so the last bits may differ.
+    const SAME_M: f64 = 1e-9;
+    let (now, then) = (lab.believed_array().elements(), setup.array.array().elements());
+    let same = now.len() == then.len()
+        && now.iter().zip(then).all(|(now, then)| (now.centre_m - then.centre_m).norm() < SAME_M);
+    if same { Ok(()) } else { Err(CampaignError::OtherSetUp) }
 }
 
 /// What is not as it should be with the readings behind a row.

@@ -9,6 +9,7 @@ use miette::IntoDiagnostic;
 use super::output::print_json;
 use crate::acoustics::Simulator;
 use crate::gap::{self, Comparison, Registering};
+use crate::report;
 use crate::scan::{Plan, RecordedScan};
 
 /// How scans are compared, here and for `run` and `replay`.
@@ -85,11 +86,7 @@ impl Compare {
                     println!("{}", comparison.to_text());
                 }
             }
-            Format::Csv => {
-                for comparison in &comparisons {
-                    print!("{}", comparison.to_csv());
-                }
-            }
+            Format::Csv => print!("{}", report::csv(&comparisons)),
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -102,20 +99,21 @@ impl ComparisonArgs {
         folder: &Path,
         scan: &RecordedScan,
     ) -> miette::Result<Vec<Comparison>> {
-        self.simulators(folder, scan)
+        self.simulators(folder, scan)?
             .into_iter()
             .map(|simulator| gap::compare(scan, simulator, self.register.into()).into_diagnostic())
             .collect()
     }
 
     /// Those asked for; else the scan's own, and those that its plan, where it is kept, names beside it.
-    fn simulators(&self, folder: &Path, scan: &RecordedScan) -> Vec<Simulator> {
+    fn simulators(&self, folder: &Path, scan: &RecordedScan) -> miette::Result<Vec<Simulator>> {
         if !self.simulator.is_empty() {
-            return self.simulator.clone();
+            return Ok(self.simulator.clone());
         }
-        let also = Plan::read(&folder.join("plan.toml")).map(|plan| plan.also).unwrap_or_default();
+        let plan = folder.join("plan.toml");
+        let also = if plan.exists() { Plan::read(&plan)?.also } else { Vec::new() };
         let mut simulators = vec![scan.setup.simulator];
         simulators.extend(also.into_iter().filter(|also| *also != scan.setup.simulator));
-        simulators
+        Ok(simulators)
     }
 }

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand, ValueEnum};
 use miette::{IntoDiagnostic, miette};
 
-use super::simulate::positive;
+use super::simulate::{finite, positive};
 use crate::acoustics::Simulator;
 use crate::input::Positive;
 use crate::scan::import::{
@@ -54,7 +54,7 @@ struct GridArgs {
     #[arg(long, value_name = "FILE")]
     setup: PathBuf,
     /// Height of each file's plane
-    #[arg(long, value_name = "Z,...", value_delimiter = ',', required = true)]
+    #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = finite, required = true)]
     z_mm: Vec<f64>,
     /// Step between neighbouring numbers
     #[arg(long, value_name = "MM", value_parser = positive)]

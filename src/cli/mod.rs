@@ -13,6 +13,7 @@ mod rig;
 mod run;
 mod scan;
 mod simulate;
+mod stop;
 mod virtual_ports;
 
 use std::process::ExitCode;

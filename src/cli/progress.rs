@@ -79,17 +79,17 @@ impl Progress {
 fn show_on_bar(bar: &ProgressBar, event: &Event) {
     match event {
         Event::Opened { robot, receiver, array } => {
-            bar.suspend(|| eprintln!("robot:    {robot}\nreceiver: {receiver}\narray:    {array}"));
+            let devices = format!("robot:    {robot}\nreceiver: {receiver}\narray:    {array}");
+            bar.suspend(|| say(&devices));
             bar.set_message("homing");
         }
         Event::Homed => bar.set_message("homed"),
         Event::ReferenceChecked { row, kept, now, moved_mm } => {
-            bar.suspend(|| {
-                eprintln!(
-                    "row {row} measured again: {now:.5} where {kept:.5} was kept ({:+.2} %), {moved_mm:.3} mm apart",
-                    (now / kept - 1.0) * 100.0
-                )
-            });
+            let again = format!(
+                "row {row} measured again: {now:.5} where {kept:.5} was kept ({:+.2} %), {moved_mm:.3} mm apart",
+                (now / kept - 1.0) * 100.0
+            );
+            bar.suspend(|| say(&again));
         }
         Event::Measured { row, focus, at_mm: [x, y, z], reading, clipped, .. } => {
             bar.set_position(*row as u64 + 1);
@@ -100,9 +100,14 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
         Event::Ended { rows, of, reason } => {
             bar.finish_and_clear();
             match reason {
-                None => eprintln!("complete: {rows} points"),
-                Some(reason) => eprintln!("ended with {rows} of {of} points: {reason}"),
+                None => say(&format!("complete: {rows} points")),
+                Some(reason) => say(&format!("ended with {rows} of {of} points: {reason}")),
             }
         }
     }
+}
+
+/// Says a line to whoever watches, who may have gone away: a closed terminal must not end a scan in a panic.
+fn say(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }

@@ -11,7 +11,7 @@ use super::compare::ComparisonArgs;
 use super::output::print_json;
 use crate::gap::Comparison;
 use crate::report::{self, InputFile, ReportContext};
-use crate::scan::{EventKind, RecordedScan, SAME_HEIGHT_MM, ScanState, read_events};
+use crate::scan::{EventKind, Layout, RecordedScan, SAME_HEIGHT_MM, ScanState, read_events};
 
 /// The `replay` command.
 #[derive(Debug, Args)]
@@ -60,7 +60,7 @@ fn context(folder: &Path, scan: &RecordedScan) -> miette::Result<ReportContext> 
         title: scan.setup.name.clone(),
         set_up: set_up(scan),
         software: concat!("fieldgap ", env!("CARGO_PKG_VERSION")).to_owned(),
-        inputs: inputs(folder)?,
+        inputs: inputs(folder, scan)?,
         warnings: warnings(folder),
     })
 }
@@ -95,9 +95,14 @@ fn set_up(scan: &RecordedScan) -> Vec<(String, String)> {
 }
 
 /// The files that the comparison depends on, those that are there.
-fn inputs(folder: &Path) -> miette::Result<Vec<InputFile>> {
-    ["scan.toml", "samples.csv", "elements.csv", "plan.toml", "rig.toml"]
+fn inputs(folder: &Path, scan: &RecordedScan) -> miette::Result<Vec<InputFile>> {
+    let elements = match scan.setup.array.layout() {
+        Layout::Elements { file } => Some(file.as_str()),
+        _ => None,
+    };
+    ["scan.toml", "samples.csv", "plan.toml", "rig.toml"]
         .into_iter()
+        .chain(elements)
         .filter(|name| folder.join(name).is_file())
         .map(|name| {
             let bytes = std::fs::read(folder.join(name)).into_diagnostic()?;

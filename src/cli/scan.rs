@@ -9,7 +9,8 @@ use miette::IntoDiagnostic;
 use super::ENDED_PARTIAL;
 use super::output::{fresh_folder, print_json};
 use super::progress::Progress;
-use crate::campaign::{Campaign, CampaignError, Ending, Session};
+use super::stop::StopRequests;
+use crate::campaign::{Campaign, CampaignError, DryRun, Ending, Session};
 
 /// What a scan is asked for, here and for `run`.
 #[derive(Debug, Args)]
@@ -66,7 +67,7 @@ impl ScanArgs {
             print_json(&check)?;
             return Ok(Scanned::Checked);
         }
-        eprintln!("{check}");
+        eprintln!("{}", in_words(&check));
         if self.dry_run {
             return Ok(Scanned::Checked);
         }
@@ -76,17 +77,22 @@ impl ScanArgs {
     }
 }
 
-/// Runs a session to its end, shown as it goes, ended safe by Ctrl-C or a request to terminate.
+/// Runs a session to its end, shown as it goes, ended safe by Ctrl-C, a closed terminal or a request to terminate.
 pub(super) fn conduct(
     session: impl Future<Output = Result<Session, CampaignError>>,
     json: bool,
 ) -> miette::Result<Ending> {
     let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
-    runtime.block_on(async {
+    let ending = runtime.block_on(async {
+        let stop = StopRequests::listen().into_diagnostic()?;
         let session = session.await?;
         let mut progress = Progress::new(session.visits(), session.done(), json);
-        Ok(session.run(&mut |event| progress.show(event), asked_to_stop()).await?)
-    })
+        let ending = session.run(&mut |event| progress.show(event), stop.first()).await?;
+        Ok(ending)
+    });
+    // Signals stay in the runtime's hands for as long as the program lives: the listener goes on.
+    std::mem::forget(runtime);
+    ending
 }
 
 pub(super) fn exit_code(ending: &Ending) -> ExitCode {
@@ -96,18 +102,14 @@ pub(super) fn exit_code(ending: &Ending) -> ExitCode {
     }
 }
 
-/// Resolves when a person or the system asks the program to stop, with who asked.
-async fn asked_to_stop() -> &'static str {
-    use tokio::signal::unix::{SignalKind, signal};
-    let mut terminate = match signal(SignalKind::terminate()) {
-        Ok(terminate) => terminate,
-        Err(_) => {
-            let _ = tokio::signal::ctrl_c().await;
-            return "interrupted from the keyboard";
-        }
-    };
-    tokio::select! {
-        _ = terminate.recv() => "asked to terminate",
-        _ = tokio::signal::ctrl_c() => "interrupted from the keyboard",
-    }
+fn in_words(check: &DryRun) -> String {
+    format!(
+        "{} readings ({} in silence, {} at the reference point), {:.1} m of way, about {} on the robot's clock, {:.1} MiB",
+        check.visits,
+        check.dark,
+        check.references,
+        check.way_m,
+        indicatif::HumanDuration(check.about()),
+        check.bytes as f64 / f64::from(1 << 20)
+    )
 }

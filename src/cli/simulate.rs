@@ -31,7 +31,7 @@ pub(super) struct Simulate {
     #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
     focus_mm: Option<Vec3>,
     /// Heights of the planes, as z or z,z,...
-    #[arg(long, value_name = "Z,...", value_delimiter = ',', conflicts_with = "plan")]
+    #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = finite, conflicts_with = "plan")]
     z_mm: Vec<f64>,
     /// Side of the planes, about the axis
     #[arg(long, value_name = "MM", default_value = "100", value_parser = positive, conflicts_with = "plan")]
@@ -243,6 +243,11 @@ fn millimetres(text: &str) -> Result<Vec3, String> {
         [x, y, z] if numbers.iter().all(|number| number.is_finite()) => Ok(Vec3::new(x, y, z)),
         _ => Err("three numbers are needed, as x,y,z".to_owned()),
     }
+}
+
+pub(super) fn finite(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    if number.is_finite() { Ok(number) } else { Err(format!("{number} is not finite")) }
 }
 
 pub(super) fn positive(text: &str) -> Result<Positive, String> {

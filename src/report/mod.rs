@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 
 pub use self::context::{InputFile, ReportContext};
 pub use self::error::{PictureError, ReportError};
+pub use self::tables::csv;
 
 use self::figures::Figures;
 use crate::gap::Comparison;

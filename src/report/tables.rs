@@ -16,7 +16,7 @@ pub(super) fn text(comparisons: &[Comparison]) -> String {
 }
 
 /// The CSV tables as one, with the simulator in a column of its own before the others.
-pub(super) fn csv(comparisons: &[Comparison]) -> String {
+pub fn csv(comparisons: &[Comparison]) -> String {
     let mut csv = String::new();
     for comparison in comparisons {
         let table = comparison.to_csv();

@@ -88,6 +88,9 @@ pub trait FocusArray: Send {
     /// Sets the delay of each element, numbered as in the scan. Does not start emission.
     async fn set_delays(&mut self, delays: &[ElementDelay]) -> Result<(), RigError>;
 
+    /// Emits without modulation from now on: a scan reads the carrier, and modulation is for hands.
+    async fn continuous_wave(&mut self) -> Result<(), RigError>;
+
     /// Emits with the delays last set.
     async fn emit(&mut self) -> Result<(), RigError>;
 }

@@ -217,6 +217,9 @@ mod tests {
         async fn set_delays(&mut self, _: &[ElementDelay]) -> Result<(), RigError> {
             unimplemented!("not asked for here")
         }
+        async fn continuous_wave(&mut self) -> Result<(), RigError> {
+            unreachable!("making safe does not change the modulation")
+        }
         async fn emit(&mut self) -> Result<(), RigError> {
             unimplemented!("not asked for here")
         }

@@ -28,7 +28,7 @@ pub(super) fn provenance(context: &ReportContext) -> Html {
         "Provenance",
         [
             paragraph(
-                "The same files and the same software give this page again, byte for byte. Of each file read, the SHA-256:",
+                "The same files and the same software give this page again, byte for byte. Of the files that the figures come from, the SHA-256:",
             ),
             facts([software, files].into_iter().chain(inputs)),
         ],

@@ -147,6 +147,11 @@ impl<L: ByteLink> FocusArray for ThesisArray<L> {
         self.command(&command, TRIES).await.map(drop)
     }
 
+    async fn continuous_wave(&mut self) -> Result<(), RigError> {
+        self.wire.attempting("ending the modulation");
+        self.command("modulate 0 100", TRIES).await.map(drop)
+    }
+
     async fn emit(&mut self) -> Result<(), RigError> {
         self.wire.attempting("starting emission");
         self.command("on", TRIES).await.map(drop)

@@ -72,7 +72,7 @@ impl<L: ByteLink> Wire<L> {
     /// # Errors
     /// That the port is gone, fails, or takes no bytes.
     pub async fn send(&mut self, bytes: &[u8]) -> Result<(), RigError> {
-        tracing::trace!(device = %self.device, sent = %printable(bytes));
+        tracing::debug!(device = %self.device, sent = %printable(bytes));
         self.outgoing.extend_from_slice(bytes);
         let until = Instant::now() + WRITE_WITHIN;
         while !self.outgoing.is_empty() {
@@ -134,7 +134,7 @@ impl<L: ByteLink> Wire<L> {
     /// Notes what was heard, for messages.
     pub fn heard(&mut self, bytes: &[u8]) {
         let line = printable(bytes);
-        tracing::trace!(device = %self.device, heard = %line);
+        tracing::debug!(device = %self.device, heard = %line);
         self.last_heard = Some(line);
     }
 

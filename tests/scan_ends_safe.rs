@@ -1,0 +1,170 @@
+//! Scans whose devices or disk fail, on rigs of other processes: they end partial and safe, and can be finished; and the same
+//! seed and the same record give the same bytes.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use fieldgap::scan::RecordedScan;
+
+const PLAN: &str = r#"
+name = "fails"
+[simulator]
+model = "corrected"
+[[focus]]
+x_mm = 10.0
+y_mm = -5.0
+z_mm = 100.0
+[[plane]]
+z_mm = 100.0
+size_mm = [40.0, 40.0]
+step_mm = 2.0
+"#;
+
+fn here(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn fieldgap() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// A virtual rig kept open by a process of its own, and a rig file that knows only its ports.
+fn rig_of_its_own(home: &Path) -> (Child, PathBuf) {
+    let mut rig = fieldgap()
+        .arg("virtual")
+        .arg(here("rigs/virtual.toml"))
+        .spawn()
+        .expect("the virtual rig starts");
+    let lines = BufReader::new(rig.stdout.take().expect("it is piped")).lines();
+    let ports: Vec<String> = lines
+        .take(3)
+        .map(|line| line.expect("text").split_whitespace().last().expect("a port").to_owned())
+        .collect();
+    let text = std::fs::read_to_string(here("rigs/virtual.toml")).expect("the rig file is there");
+    let (text, _) = text.split_once("[virtual]").expect("it has a virtual part");
+    let text = text
+        .replace("[motion.marlin]", &format!("[motion.marlin]\nport = \"{}\"", ports[0]))
+        .replace("[receiver.stream]", &format!("[receiver.stream]\nport = \"{}\"", ports[1]))
+        .replace("[focus_array.thesis]", &format!("[focus_array.thesis]\nport = \"{}\"", ports[2]));
+    let path = home.join("rig.toml");
+    std::fs::write(&path, text).expect("the rig file is written");
+    (rig, path)
+}
+
+fn state(folder: &Path) -> String {
+    std::fs::read_to_string(folder.join("state.toml")).expect("the state is kept")
+}
+
+#[test]
+fn a_scan_whose_devices_are_lost_ends_partial_and_says_so() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
+    std::fs::write(&plan, PLAN).expect("the plan is written");
+    let (mut rig, rig_file) = rig_of_its_own(home.path());
+    let mut scan = fieldgap()
+        .arg("scan")
+        .arg(&plan)
+        .arg("--rig")
+        .arg(&rig_file)
+        .arg("--out")
+        .arg(&folder)
+        .arg("--json")
+        .spawn()
+        .expect("the scan starts");
+    let mut lines = BufReader::new(scan.stdout.take().expect("it is piped")).lines();
+    let measured = |line: &std::io::Result<String>| {
+        line.as_ref().is_ok_and(|line| line.contains("\"measured\""))
+    };
+    assert_eq!(lines.by_ref().filter(measured).take(5).count(), 5);
+    rig.kill().expect("the rig can be unplugged");
+    rig.wait().expect("it ends");
+    let acknowledged = 5 + lines.filter(measured).count();
+    assert_eq!(scan.wait().expect("it ends").code(), Some(3));
+    let state = state(&folder);
+    for words in ["partial", "disconnected", "/dev/pts/", "THE ARRAY MAY STILL EMIT"] {
+        assert!(state.contains(words), "no `{words}` in {state}");
+    }
+    let kept = RecordedScan::open(&folder).expect("the record is whole").samples.len();
+    assert_eq!(kept, acknowledged);
+}
+
+#[test]
+fn a_scan_whose_disk_is_full_ends_safe_and_can_be_finished() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
+    std::fs::write(&plan, PLAN).expect("the plan is written");
+    // No file may grow beyond 16 KiB (32 blocks of 512 bytes): about half of the readings.
+    let limited = "ulimit -f 32; trap '' XFSZ; exec \"$0\" \"$@\"";
+    let ended = Command::new("sh")
+        .args(["-c", limited, env!("CARGO_BIN_EXE_fieldgap"), "scan"])
+        .arg(&plan)
+        .arg("--rig")
+        .arg(here("rigs/virtual.toml"))
+        .arg("--out")
+        .arg(&folder)
+        .stdin(Stdio::null())
+        .output()
+        .expect("the scan runs");
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(3), "{said}");
+    let state = state(&folder);
+    for words in ["partial", "did not reach", "the array is silent, the robot stands still"] {
+        assert!(state.contains(words), "no `{words}` in {state}");
+    }
+    let kept = RecordedScan::open(&folder).expect("the record is whole").samples.len();
+    assert!((50..441).contains(&kept), "{kept}");
+    let resumed = fieldgap().arg("resume").arg(&folder).output().expect("the program runs");
+    assert!(resumed.status.success(), "{}", String::from_utf8_lossy(&resumed.stderr));
+    assert_eq!(RecordedScan::open(&folder).expect("whole").samples.len(), 441);
+}
+
+/// Every file of a folder, by name.
+fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut files: Vec<_> = std::fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|path| path.is_file())
+        .map(|path| {
+            let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+            (name, std::fs::read(&path).expect("readable"))
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn the_same_seed_gives_the_same_record_and_the_same_record_the_same_report() {
+    let home = tempfile::tempdir().expect("a folder");
+    let scan = |name: &str| {
+        let folder = home.path().join(name);
+        let plan = here("scans/quick-look.toml");
+        let ended = fieldgap().arg("scan").arg(plan).arg("--out").arg(&folder).output();
+        assert!(ended.expect("the program runs").status.success());
+        folder
+    };
+    let (first, second) = (scan("first"), scan("second"));
+    for file in ["scan.toml", "samples.csv"] {
+        let [one, other] = [&first, &second].map(|folder| std::fs::read(folder.join(file)).ok());
+        assert!(one.is_some() && one == other, "{file} differs");
+    }
+    let report = |name: &str, threads: &str| {
+        let out = home.path().join(name);
+        let ended = fieldgap()
+            .env("RAYON_NUM_THREADS", threads)
+            .arg("replay")
+            .arg(&first)
+            .arg("--out")
+            .arg(&out)
+            .output()
+            .expect("the program runs");
+        assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+        files(&out)
+    };
+    let (one, other) = (report("one", "1"), report("other", "3"));
+    assert!(one.iter().any(|(name, _)| name == "index.html"));
+    assert_eq!(one, other);
+}

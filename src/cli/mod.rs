@@ -1,7 +1,7 @@
 //! The commands, one file each.
 //!
 //! Exit codes: 0 done; 1 a fault of a file or a device; 2 the command line was wrong; 3 the scan ended before its plan
-//! did, and `resume` can finish it.
+//! did, and `resume` can finish it; 130 stopped at once by a second signal.
 
 mod compare;
 mod import;

@@ -40,7 +40,8 @@ fn the_pose_of_a_measured_field_is_found_and_what_it_leaves_open_is_named() {
     assert!(within(registration.shift_m[1].value, 5.8e-3, 1e-3));
     assert!(within(registration.step_ratio.value, 1.41 / 1.378, 0.01));
 
-    // One gain for all angles, with the pistons of the record, reaches no more than 0.907 and 0.266, whatever the pose; a receiver with a face like the elements' own explains the rest.
+    // One gain for all angles, with the pistons of the record, reaches no more than 0.907 and 0.266, whatever the pose; a
+    // receiver with a face like the elements' own explains the rest.
     let one_gain = registration.tried.last().expect("the pose was tried");
     assert_eq!(one_gain.registering, Registering::Pose);
     assert!(one_gain.correlation > 0.905 && one_gain.residual_rms_ratio < 0.267, "{one_gain:?}");

@@ -10,8 +10,8 @@ const VIRTUAL_EPOCH: &str = "2026-01-01T00:00:00Z";
 pub(super) struct ScanClock {
     /// What is added to the receiver's time, seconds, once the first reading has told it.
     offset_s: Option<f64>,
-    /// The scan's time at that first reading, seconds.
-    begins_at_s: f64,
+    /// The scan's time at the last reading, or where it begins, seconds.
+    at_s: f64,
 }
 
 impl ScanClock {
@@ -22,13 +22,18 @@ impl ScanClock {
 
     /// A scan that goes on, its next reading at `begins_at_s`.
     pub(super) fn from(begins_at_s: f64) -> Self {
-        Self { offset_s: None, begins_at_s }
+        Self { offset_s: None, at_s: begins_at_s }
     }
 
     /// The scan's time of an instant on the receiver's clock, seconds, to the microsecond that receivers count in.
+    ///
+    /// A receiver's clock that wraps or restarts does not take the scan's back with it: time goes on from the last reading.
     pub(super) fn at(&mut self, receiver_s: f64) -> f64 {
-        let offset_s = *self.offset_s.get_or_insert(self.begins_at_s - receiver_s);
-        ((receiver_s + offset_s) * 1e6).round() / 1e6
+        let anchored = self.offset_s.filter(|offset_s| receiver_s + offset_s >= self.at_s);
+        let offset_s = anchored.unwrap_or(self.at_s - receiver_s);
+        self.offset_s = Some(offset_s);
+        self.at_s = receiver_s + offset_s;
+        (self.at_s * 1e6).round() / 1e6
     }
 }
 
@@ -63,6 +68,12 @@ mod tests {
         let mut clock = ScanClock::from_start();
         assert_eq!(clock.at(12.5), 0.0);
         assert_eq!(clock.at(14.0), 1.5);
+    }
+
+    #[test]
+    fn a_receiver_that_restarts_does_not_take_time_back() {
+        let mut clock = ScanClock::from_start();
+        assert_eq!([4294.0, 4294.5, 0.2, 0.7].map(|t| clock.at(t)), [0.0, 0.5, 0.5, 1.0]);
     }
 
     #[test]

@@ -63,7 +63,8 @@ impl Conductor {
         let reported = rig.motion().move_to(target, self.feed).await?;
         let reading = rig.receiver().read_point(self.settle, self.readings).await?;
         let sample = Sample::measured(
-            self.clock.at(0.5 * (reading.first_t_s + reading.last_t_s)),
+            // Its end: the middle of a reading in which the receiver's clock wraps would be hours away.
+            self.clock.at(reading.last_t_s),
             visit.focus,
             self.frame.to_array(reported),
             // A magnitude: where there is nothing but noise, a converter may give slightly less than nothing.

@@ -38,7 +38,7 @@ fn rig_of_its_own(home: &Path) -> (Child, PathBuf) {
         .arg(here("rigs/virtual.toml"))
         .spawn()
         .expect("the virtual rig starts");
-    let lines = BufReader::new(rig.stdout.take().expect("it is piped")).lines();
+    let lines = BufReader::new(rig.stdout.as_mut().expect("it is piped")).lines();
     let ports: Vec<String> = lines
         .take(3)
         .map(|line| line.expect("text").split_whitespace().last().expect("a port").to_owned())

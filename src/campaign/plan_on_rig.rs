@@ -7,6 +7,7 @@ use super::dry_run::{DryRun, dry_run};
 use super::lab::Lab;
 use crate::input::{Fault, TomlSource};
 use crate::scan::{Part, Plan, Visit};
+use crate::virtual_rig::Truth;
 
 /// A plan and the rig that will scan it.
 #[derive(Debug, Clone)]
@@ -80,8 +81,12 @@ impl Campaign {
     /// Holds the plan against the rig; nothing moves.
     ///
     /// # Errors
-    /// A [`Fault`] at the part of the plan that the robot cannot do.
+    /// A [`Fault`] at the part of the plan that the robot cannot do, or in the truth file of a virtual rig.
     pub fn dry_run(&self) -> Result<DryRun, CampaignError> {
+        if let Some(config) = &self.lab.virtual_rig {
+            let beside = self.lab.source().path().parent().unwrap_or(Path::new(""));
+            Truth::read(&config.truth_path(beside))?;
+        }
         Ok(dry_run(&self.plan, &self.lab, &self.visits)?)
     }
 }

@@ -160,7 +160,15 @@ impl Session {
             None => None,
         };
         let (rows, of) = (self.journal.visits_done(), self.campaign.visits.len());
-        end(self.journal, reason.as_deref())?;
+        let ended = end(self.journal, reason.as_deref());
+        let reason = match (reason, ended) {
+            // A scan that failed has failed, also where the disk has no room left to say so.
+            (Some(reason), Err(error)) => Some(format!("{reason}; {error}")),
+            (reason, ended) => {
+                ended?;
+                reason
+            }
+        };
         watch(&Event::Ended { rows, of, reason: reason.clone() });
         match stopped {
             Err(Stopped::Failed(error @ CampaignError::Moved(_))) => Err(error),

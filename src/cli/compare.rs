@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use miette::IntoDiagnostic;
 
-use super::output::print_json;
+use super::output::{print, print_json};
 use crate::acoustics::Simulator;
 use crate::gap::{self, Comparison, Registering};
 use crate::report;
@@ -83,10 +83,10 @@ impl Compare {
             _ if self.json => print_json(&comparisons)?,
             Format::Text => {
                 for comparison in &comparisons {
-                    println!("{}", comparison.to_text());
+                    print(&(comparison.to_text() + "\n"))?;
                 }
             }
-            Format::Csv => print!("{}", report::csv(&comparisons)),
+            Format::Csv => print(&report::csv(&comparisons))?,
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand, ValueEnum};
 use miette::{IntoDiagnostic, miette};
 
+use super::output::print;
 use super::simulate::{finite, positive};
 use crate::acoustics::Simulator;
 use crate::input::Positive;
@@ -86,7 +87,7 @@ impl Import {
             Source::Grid(args) => (args.read()?, args.out),
         };
         record.write(&out)?;
-        println!("{} readings: {}", record.samples.len(), out.display());
+        print(&format!("{} readings: {}\n", record.samples.len(), out.display()))?;
         Ok(ExitCode::SUCCESS)
     }
 }

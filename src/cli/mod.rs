@@ -16,6 +16,7 @@ mod simulate;
 mod stop;
 mod virtual_ports;
 
+use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -66,8 +67,12 @@ enum Command {
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let log = tracing_subscriber::EnvFilter::try_from_env("FIELDGAP_LOG")
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn"));
-    tracing_subscriber::fmt().with_env_filter(log).with_writer(std::io::stderr).init();
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("error"));
+    tracing_subscriber::fmt()
+        .with_env_filter(log)
+        .with_ansi(std::io::stderr().is_terminal())
+        .with_writer(std::io::stderr)
+        .init();
     // Paths and messages stay whole, so that they can be searched for and copied.
     let whole_lines = |_: &_| {
         let handler = miette::MietteHandlerOpts::new().wrap_lines(false).terminal_links(false);

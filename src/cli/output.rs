@@ -1,6 +1,9 @@
 //! Where results go.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
+
+use miette::{IntoDiagnostic, WrapErr};
 
 /// The folder for a new record where none is named: `out/NAME`, or the first of `out/NAME-2`, `out/NAME-3`, ... that
 /// does not exist yet.
@@ -14,7 +17,16 @@ pub(super) fn fresh_folder(name: &str) -> PathBuf {
 
 /// Writes a value as indented JSON to standard output.
 pub(super) fn print_json(value: &impl serde::Serialize) -> miette::Result<()> {
-    use miette::IntoDiagnostic;
-    println!("{}", serde_json::to_string_pretty(value).into_diagnostic()?);
-    Ok(())
+    print(&(serde_json::to_string_pretty(value).into_diagnostic()? + "\n"))
+}
+
+/// Writes a text to standard output. A reader that has seen enough and gone away ends it quietly.
+pub(super) fn print(text: &str) -> miette::Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(error).into_diagnostic().wrap_err("standard output cannot be written")
+        }
+        _ => Ok(()),
+    }
 }

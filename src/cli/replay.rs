@@ -47,7 +47,11 @@ pub(super) fn report_on(
 ) -> miette::Result<Vec<Comparison>> {
     let scan = RecordedScan::open(folder)?;
     let comparisons = comparison.compare(folder, &scan)?;
-    let files = report::write(out, &context(folder, &scan)?, &comparisons).into_diagnostic()?;
+    let context = context(folder, &scan)?;
+    let files = report::write(out, &context, &comparisons).into_diagnostic()?;
+    for warning in &context.warnings {
+        eprintln!("{warning}");
+    }
     for comparison in &comparisons {
         eprintln!("\n{}", comparison.to_text());
     }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::scan::{conduct, exit_code};
+use super::scan::{conduct, told};
 use crate::campaign::Session;
 
 /// The `resume` command.
@@ -21,7 +21,6 @@ pub(super) struct Resume {
 impl Resume {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         let ending = conduct(Session::resume(&self.folder), self.json)?;
-        eprintln!("record: {}", self.folder.display());
-        Ok(exit_code(&ending))
+        Ok(told(&self.folder, &ending))
     }
 }

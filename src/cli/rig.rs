@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 use miette::IntoDiagnostic;
 
-use super::output::print_json;
+use super::output::{print, print_json};
 use crate::campaign::{Lab, open_virtual};
 use crate::rig::check::check;
 use crate::virtual_rig::VirtualRig;
@@ -42,7 +42,7 @@ impl Rig {
         if json {
             print_json(&report)?;
         } else {
-            println!("{report}");
+            print(&format!("{report}\n"))?;
         }
         Ok(if report.can_scan() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::compare::ComparisonArgs;
 use super::replay::report_on;
-use super::scan::{ScanArgs, Scanned, exit_code};
+use super::scan::{ScanArgs, Scanned, told};
 
 /// The `run` command.
 #[derive(Debug, Args)]
@@ -23,7 +23,6 @@ impl Run {
             return Ok(ExitCode::SUCCESS);
         };
         report_on(&folder, &self.comparison, &folder.join("report"))?;
-        eprintln!("record: {}", folder.display());
-        Ok(exit_code(&ending))
+        Ok(told(&folder, &ending))
     }
 }

@@ -1,6 +1,6 @@
 //! `fieldgap scan`: a plan scanned on a rig, the record kept.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
@@ -50,10 +50,7 @@ impl Scan {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         match self.args.scan()? {
             Scanned::Checked => Ok(ExitCode::SUCCESS),
-            Scanned::Done { folder, ending } => {
-                eprintln!("record: {}", folder.display());
-                Ok(exit_code(&ending))
-            }
+            Scanned::Done { folder, ending } => Ok(told(&folder, &ending)),
         }
     }
 }
@@ -95,10 +92,15 @@ pub(super) fn conduct(
     ending
 }
 
-pub(super) fn exit_code(ending: &Ending) -> ExitCode {
+/// Says where the record is and how to go on with it.
+pub(super) fn told(folder: &Path, ending: &Ending) -> ExitCode {
+    eprintln!("record: {}", folder.display());
     match ending {
         Ending::Complete => ExitCode::SUCCESS,
-        Ending::Partial { .. } => ExitCode::from(ENDED_PARTIAL),
+        Ending::Partial { .. } => {
+            eprintln!("`fieldgap resume {}` finishes it", folder.display());
+            ExitCode::from(ENDED_PARTIAL)
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
-use super::output::print_json;
+use super::output::{print, print_json};
 use crate::acoustics::metrics::{
     Convention, PlaneMap, THESIS_THRESHOLD, focal_radius, peak, sub_peaks,
 };
@@ -15,6 +15,9 @@ use crate::acoustics::{Excitation, PlaneGrid, Simulation, Simulator, Vec3};
 use crate::campaign::{Campaign, Lab};
 use crate::input::Positive;
 use crate::scan::{Axis, Region, Shape};
+
+/// Points of all planes together, at most: what fits into memory with ease.
+const MOST_POINTS: f64 = 3e7;
 
 /// The `simulate` command.
 #[derive(Debug, Args)]
@@ -31,8 +34,8 @@ pub(super) struct Simulate {
     #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
     focus_mm: Option<Vec3>,
     /// Heights of the planes, as z or z,z,...
-    #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = finite, conflicts_with = "plan")]
-    z_mm: Vec<f64>,
+    #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = positive, conflicts_with = "plan")]
+    z_mm: Vec<Positive>,
     /// Side of the planes, about the axis
     #[arg(long, value_name = "MM", default_value = "100", value_parser = positive, conflicts_with = "plan")]
     size_mm: Positive,
@@ -76,7 +79,7 @@ impl Simulate {
         if self.json {
             print_json(&planes)?;
         } else {
-            print_table(&planes);
+            print(&table(&planes))?;
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -124,11 +127,17 @@ impl Simulate {
         let simulation = simulation(&lab, simulator, Excitation::Focus(focus_mm * 1e-3));
         let half_m = 0.5e-3 * self.size_mm.get();
         let steps = (half_m / (self.step_mm.get() * 1e-3)).floor();
+        if (2.0 * steps + 1.0).powi(2) * self.z_mm.len() as f64 > MOST_POINTS {
+            return Err(miette!(
+                help = "take a larger --step-mm or a smaller --size-mm",
+                "that would be more than {MOST_POINTS:e} points"
+            ));
+        }
         let half_m = steps * self.step_mm.get() * 1e-3;
         Ok(self
             .z_mm
             .iter()
-            .map(|z_mm| PlaneGrid::square(half_m, self.step_mm.get() * 1e-3, z_mm * 1e-3))
+            .map(|z_mm| PlaneGrid::square(half_m, self.step_mm.get() * 1e-3, z_mm.get() * 1e-3))
             .map(|grid| simulate(&simulation, 0, &grid))
             .collect())
     }
@@ -189,16 +198,16 @@ fn simulate(simulation: &Simulation, focus: usize, grid: &PlaneGrid) -> Simulate
     }
 }
 
-fn print_table(planes: &[SimulatedPlane]) {
-    println!(
-        "{:>10} {:>5} {:>8} {:>10} {:>8} {:>8} {:>13} {:>9}  cut off",
+fn table(planes: &[SimulatedPlane]) -> String {
+    let mut table = format!(
+        "{:>10} {:>5} {:>8} {:>10} {:>8} {:>8} {:>13} {:>9}  cut off\n",
         "simulator", "focus", "z (mm)", "peak", "x (mm)", "y (mm)", "radius (mm)", "sub-peaks"
     );
     for plane in planes {
         let radius =
             plane.focal_radius_mm.map_or("-".to_owned(), |radius_mm| format!("{radius_mm:.4}"));
-        println!(
-            "{:>10} {:>5} {:>8.1} {:>10.6} {:>8.2} {:>8.2} {:>13} {:>9}  {}",
+        table += &format!(
+            "{:>10} {:>5} {:>8.1} {:>10.6} {:>8.2} {:>8.2} {:>13} {:>9}  {}\n",
             plane.simulator.to_string(),
             plane.focus,
             plane.z_mm,
@@ -210,6 +219,7 @@ fn print_table(planes: &[SimulatedPlane]) {
             plane.cut_off.join(" ")
         );
     }
+    table
 }
 
 fn write_field(folder: &Path, planes: &[SimulatedPlane]) -> Result<(), csv::Error> {

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use miette::{IntoDiagnostic, miette};
 
-use super::output::print_json;
+use super::output::{print, print_json};
 use crate::campaign::{Lab, open_virtual};
 
 /// The `virtual` command.
@@ -41,14 +41,15 @@ impl Virtual {
                 "focus_array": ports.focus_array,
             }))?;
         } else {
+            let mut text = String::new();
             for (device, port) in [
                 ("robot (Marlin)", &ports.motion),
                 ("receiver", &ports.receiver),
                 ("array", &ports.focus_array),
             ] {
-                println!("{device:<15} {}", port.as_deref().unwrap_or("-"));
+                text += &format!("{device:<15} {}\n", port.as_deref().unwrap_or("-"));
             }
-            println!("Ctrl-C ends it.");
+            print(&(text + "Ctrl-C ends it.\n"))?;
         }
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         runtime.block_on(tokio::signal::ctrl_c()).into_diagnostic()?;

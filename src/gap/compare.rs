@@ -14,6 +14,9 @@ use crate::acoustics::metrics::PlaneMap;
 use crate::acoustics::{Simulation, Simulator, Vec3};
 use crate::scan::{OFF_LINE_MM, Plane, RecordedScan, SAME_HEIGHT_MM, plane_map};
 
+/// Fewer readings than a gain and a shift have numbers tell nothing.
+const FEWEST: usize = 5;
+
 /// Why a scan cannot be compared with anything.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Incomparable {
@@ -23,6 +26,16 @@ pub enum Incomparable {
          focus of 0 or above"
     )]
     NothingDriven(String),
+    /// Too little to tell anything from.
+    #[error(
+        "the scan `{name}` holds {readings} driven readings; at least {FEWEST} are needed to compare it with anything"
+    )]
+    TooFew {
+        /// What the scan is called.
+        name: String,
+        /// How many there are.
+        readings: usize,
+    },
     /// Nothing but zeros.
     #[error("every driven reading of the scan `{0}` is zero: was the receiver connected?")]
     AllZero(String),
@@ -47,6 +60,9 @@ pub fn compare(
     let name = || scan.setup.name.clone();
     if readings.is_empty() {
         return Err(Incomparable::NothingDriven(name()));
+    }
+    if readings.len() < FEWEST {
+        return Err(Incomparable::TooFew { name: name(), readings: readings.len() });
     }
     if readings.values().iter().all(|reading| *reading == 0.0) {
         return Err(Incomparable::AllZero(name()));

@@ -56,7 +56,7 @@ impl TomlSource {
             self.fault(
                 range,
                 error.message().trim(),
-                "correct this value or key; the README lists every key",
+                "correct this value or key; the README shows those of a plan, rigs/thesis.toml those of a rig",
             )
         })
     }

@@ -177,13 +177,13 @@ mod tests {
             "double"
         }
         async fn home(&mut self) -> Result<RobotPosition, RigError> {
-            unimplemented!("not asked for here")
+            unreachable!("making safe only silences and stops")
         }
         async fn move_to(&mut self, _: RobotPosition, _: Feed) -> Result<RobotPosition, RigError> {
-            unimplemented!("not asked for here")
+            unreachable!("making safe only silences and stops")
         }
         async fn position(&mut self) -> Result<RobotPosition, RigError> {
-            unimplemented!("not asked for here")
+            unreachable!("making safe only silences and stops")
         }
         async fn stop(&mut self) -> Result<(), RigError> {
             self.asked("stop").await
@@ -196,10 +196,10 @@ mod tests {
             &self.device
         }
         fn identity(&self) -> &ReceiverIdentity {
-            unimplemented!("not asked for here")
+            unreachable!("making safe only silences and stops")
         }
         async fn read_point(&mut self, _: Duration, _: usize) -> Result<Reading, RigError> {
-            unimplemented!("not asked for here")
+            unreachable!("making safe only silences and stops")
         }
     }
 
@@ -209,19 +209,19 @@ mod tests {
             &self.device
         }
         fn identity(&self) -> &ArrayIdentity {
-            unimplemented!("not asked for here")
+            unreachable!("making safe only silences and stops")
         }
         async fn silence(&mut self) -> Result<(), RigError> {
             self.asked("silence").await
         }
         async fn set_delays(&mut self, _: &[ElementDelay]) -> Result<(), RigError> {
-            unimplemented!("not asked for here")
+            unreachable!("making safe only silences and stops")
         }
         async fn continuous_wave(&mut self) -> Result<(), RigError> {
             unreachable!("making safe does not change the modulation")
         }
         async fn emit(&mut self) -> Result<(), RigError> {
-            unimplemented!("not asked for here")
+            unreachable!("making safe only silences and stops")
         }
     }
 

@@ -14,6 +14,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::lanes::{Lanes, WIDTH};
+use super::propagation::{Propagation, Ray};
 use super::series::Series;
 use super::transducer::{OnAxis, Smooth, Transducer};
 use super::{Array, Vec3};
@@ -42,6 +43,18 @@ pub struct FieldKernel {
     on_axis: OnAxis,
     turns_per_m: f64,
     paths: PathLengths,
+    propagation: Option<Propagation>,
+    /// The receiver's sensitivity, in the cosine of the angle of arrival.
+    reception: Option<Series>,
+}
+
+/// The sums over elements at one point.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FieldSum {
+    /// The complex field.
+    pub field: Complex64,
+    /// Sum of the squared magnitudes: the field's mean square if the elements had random phases.
+    pub incoherent_power: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -104,22 +117,57 @@ impl FieldKernel {
             on_axis: transducer.on_axis(),
             turns_per_m: wavenumber_rad_m / std::f64::consts::TAU,
             paths,
+            propagation: None,
+            reception: None,
         }
+    }
+
+    /// The same with another law on the axis.
+    pub fn with_on_axis(self, on_axis: OnAxis) -> Self {
+        Self { on_axis, ..self }
+    }
+
+    /// The same in air that bends, carries or attenuates the sound.
+    pub fn through(self, propagation: Propagation) -> Self {
+        let propagation = (propagation != Propagation::default()).then_some(propagation);
+        Self { propagation, ..self }
+    }
+
+    /// The same heard by a receiver that looks along -z and whose sensitivity depends on the angle of arrival, 0 to pi/2
+    /// rad, as `sensitivity` says; it must be smooth in that angle's cosine.
+    pub fn heard_with(self, sensitivity: impl Fn(f64) -> f64) -> Self {
+        let reception = Series::fit(SERIES_TOLERANCE, |cosine| sensitivity(cosine.acos()));
+        Self { reception: Some(reception), ..self }
+    }
+
+    /// The field of one element alone.
+    pub fn of_element(&self, element: usize) -> Self {
+        Self { sources: vec![self.sources[element]], ..self.clone() }
     }
 
     /// The complex field at each point. Behind an element's face it radiates nothing.
     pub fn at(&self, points_m: &[Vec3]) -> Vec<Complex64> {
-        let mut field = vec![Complex64::ZERO; points_m.len()];
-        field
-            .par_chunks_mut(TILE)
+        // Still, clear air and an even receiver are what nearly every sum is over: it is compiled without the rest.
+        let plain = self.propagation.is_none() && self.reception.is_none();
+        self.tiles(plain, points_m).into_iter().map(|sum| sum.field).collect()
+    }
+
+    /// The field and the incoherent power at each point.
+    pub fn sums_at(&self, points_m: &[Vec3]) -> Vec<FieldSum> {
+        self.tiles(false, points_m)
+    }
+
+    fn tiles(&self, plain: bool, points_m: &[Vec3]) -> Vec<FieldSum> {
+        let mut sums = vec![FieldSum::default(); points_m.len()];
+        sums.par_chunks_mut(TILE)
             .zip(points_m.par_chunks(TILE))
-            .for_each(|(field, points_m)| sum_tile(self, points_m, field));
-        field
+            .for_each(|(sums, points_m)| sum_tile(self, plain, points_m, sums));
+        sums
     }
 
     #[inline(always)]
-    fn sum<const FUSED: bool>(&self, points_m: &[Vec3], field: &mut [Complex64]) {
-        for (points_m, field) in points_m.chunks(WIDTH).zip(field.chunks_mut(WIDTH)) {
+    fn sum<const FUSED: bool, const PLAIN: bool>(&self, points_m: &[Vec3], sums: &mut [FieldSum]) {
+        for (points_m, sums) in points_m.chunks(WIDTH).zip(sums.chunks_mut(WIDTH)) {
             let last = points_m.len() - 1;
             let axis = |axis: usize| {
                 let mut lanes = Lanes::splat(0.0);
@@ -128,16 +176,18 @@ impl FieldKernel {
                 }
                 lanes
             };
-            let (real, imaginary) = self.sum_lanes::<FUSED>([axis(0), axis(1), axis(2)]);
-            for (lane, value) in field.iter_mut().enumerate() {
-                *value = Complex64::new(real.0[lane], imaginary.0[lane]);
+            let [real, imaginary, power] =
+                self.sum_lanes::<FUSED, PLAIN>([axis(0), axis(1), axis(2)]);
+            for (lane, sum) in sums.iter_mut().enumerate() {
+                sum.field = Complex64::new(real.0[lane], imaginary.0[lane]);
+                sum.incoherent_power = power.0[lane];
             }
         }
     }
 
     #[inline(always)]
-    fn sum_lanes<const FUSED: bool>(&self, [x, y, z]: [Lanes; 3]) -> (Lanes, Lanes) {
-        let (mut real, mut imaginary) = (Lanes::splat(0.0), Lanes::splat(0.0));
+    fn sum_lanes<const FUSED: bool, const PLAIN: bool>(&self, [x, y, z]: [Lanes; 3]) -> [Lanes; 3] {
+        let [mut real, mut imaginary, mut power] = [Lanes::splat(0.0); 3];
         for source in &self.sources {
             let [cx, cy, cz] = [0, 1, 2].map(|axis| Lanes::splat(source.centre_m[axis]));
             let [mx, my, mz] = [0, 1, 2].map(|axis| Lanes::splat(source.normal[axis]));
@@ -168,9 +218,14 @@ impl FieldKernel {
                     .mul(Lanes::splat(-decay_per_m))
                     .exp::<FUSED>()
                     .mul(Lanes::splat(source.amplitude * amplitude)),
+                OnAxis::Power { exponent } => distance
+                    .ln::<FUSED>()
+                    .mul(Lanes::splat(-exponent))
+                    .exp::<FUSED>()
+                    .mul(Lanes::splat(source.amplitude)),
             };
             let in_front = height.map(|height| if height > 0.0 { 1.0 } else { 0.0 });
-            let magnitude =
+            let mut magnitude =
                 self.series[source.series].at::<FUSED>(variable).mul(on_axis).mul(in_front);
 
             let path = match self.paths {
@@ -180,13 +235,26 @@ impl FieldKernel {
                     rise.mul_add::<FUSED>(rise, across_square).sqrt()
                 }
             };
+            let mut path = path;
+            if let Some(propagation) = self.propagation.as_ref().filter(|_| !PLAIN) {
+                let ray = Ray { from_m: [cx, cy, cz], along_m: [rx, ry, rz], inverse };
+                path = path.mul(propagation.slowness::<FUSED>(&ray));
+                magnitude = magnitude.mul(propagation.transmission::<FUSED>(distance));
+            }
+            if let Some(reception) = self.reception.as_ref().filter(|_| !PLAIN) {
+                let cosine = rz.mul(inverse).map(|cosine| if cosine > 0.0 { cosine } else { 0.0 });
+                magnitude = magnitude.mul(reception.at::<FUSED>(cosine));
+            }
             let turns = path
                 .mul_add::<FUSED>(Lanes::splat(self.turns_per_m), Lanes::splat(source.phase_turns));
             let (cosine, sine) = turns.cos_sin_turns::<FUSED>();
             real = magnitude.mul_add::<FUSED>(cosine, real);
             imaginary = magnitude.mul_add::<FUSED>(sine, imaginary);
+            if !PLAIN {
+                power = magnitude.mul_add::<FUSED>(magnitude, power);
+            }
         }
-        (real, imaginary)
+        [real, imaginary, power]
     }
 }
 
@@ -196,11 +264,14 @@ impl FieldKernel {
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn sum_tile(kernel: &FieldKernel, points_m: &[Vec3], field: &mut [Complex64]) {
-    if multiversion::target::target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
-        kernel.sum::<true>(points_m, field);
-    } else {
-        kernel.sum::<false>(points_m, field);
+fn sum_tile(kernel: &FieldKernel, plain: bool, points_m: &[Vec3], sums: &mut [FieldSum]) {
+    let fused =
+        multiversion::target::target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64"));
+    match (fused, plain) {
+        (true, true) => kernel.sum::<true, true>(points_m, sums),
+        (true, false) => kernel.sum::<true, false>(points_m, sums),
+        (false, true) => kernel.sum::<false, true>(points_m, sums),
+        (false, false) => kernel.sum::<false, false>(points_m, sums),
     }
 }
 
@@ -237,6 +308,7 @@ mod tests {
                     OnAxis::Exponential { amplitude, decay_per_m } => {
                         amplitude * (-decay_per_m * h).exp()
                     }
+                    OnAxis::Power { exponent } => d.powf(-exponent),
                 };
                 let path = match paths {
                     PathLengths::Observed => d,
@@ -293,6 +365,49 @@ mod tests {
                 let plain = plain_sum(&array, &phases, transducer, wavenumber, paths, *x);
                 let scale = peak.max(peak * 0.1 / nearest) + 1e-3;
                 prop_assert!((ours - plain).norm() < 1e-12 * scale, "{} {} at {}", ours, plain, x);
+            }
+        }
+
+        #[test]
+        fn air_and_receiver_act_on_every_path_of_the_plain_sum(
+            points in prop::collection::vec((-0.05..0.05f64, -0.05..0.05f64, 0.05..0.25f64), 1..20),
+            mach in (-0.03..0.03f64, -0.03..0.03f64), gradient in -0.3..0.3f64,
+            attenuation_np_m in 0.0..2.0f64, exponent in 0.4..1.6f64, wavenumber in 600.0..900.0f64,
+        ) {
+            let array = Array::square(3, 3, 10.5e-3).expect("not empty");
+            let propagation = Propagation {
+                mach: Vec3::new(mach.0, mach.1, 0.0),
+                gradient_per_m: Vec3::new(gradient, 0.0, -gradient),
+                attenuation_np_m,
+            };
+            let hears = |angle_rad: f64| (-0.8 * angle_rad * angle_rad).exp();
+            let kernel =
+                FieldKernel::new(&array, &[0.0; 9], &Piston, wavenumber, PathLengths::Observed)
+                    .with_on_axis(OnAxis::Power { exponent })
+                    .through(propagation)
+                    .heard_with(hears);
+            let points: Vec<Vec3> = points.into_iter().map(|(x, y, z)| Vec3::new(x, y, z)).collect();
+            for (sum, x) in kernel.sums_at(&points).into_iter().zip(&points) {
+                let (mut field, mut power) = (Complex64::ZERO, 0.0);
+                for element in array.elements() {
+                    let r = x - element.centre_m;
+                    let d = r.norm();
+                    let theta = (r.z / d).acos();
+                    let magnitude = d.powf(-exponent)
+                        * Piston.directivity(theta, element.radius_m, wavenumber)
+                        * (-attenuation_np_m * d).exp()
+                        * hears(theta);
+                    // The mean of slowness along the way, by its middle: the next term is of the order of (g d)^4.
+                    let middle = 1.0 + propagation.gradient_per_m.dot(&(element.centre_m + 0.5 * r));
+                    let change = propagation.gradient_per_m.dot(&r) / middle;
+                    let slowness = (1.0 + change * change / 12.0)
+                        / (middle * (1.0 + propagation.mach.dot(&r) / d));
+                    field += Complex64::from_polar(magnitude, wavenumber * d * slowness);
+                    power += magnitude * magnitude;
+                }
+                let scale = power.sqrt() * 3.0;
+                prop_assert!((sum.field - field).norm() < 1e-11 * scale, "{} {field}", sum.field);
+                prop_assert!((sum.incoherent_power - power).abs() < 1e-11 * power);
             }
         }
 

@@ -12,6 +12,7 @@ mod grid;
 mod lanes;
 mod medium;
 pub mod metrics;
+mod propagation;
 pub mod rayleigh;
 mod series;
 mod simulator;
@@ -20,9 +21,10 @@ pub mod transducer;
 pub use array::{Array, LayoutError};
 pub use element::Element;
 pub use excitation::{Excitation, delays_s};
-pub use field::{FieldKernel, PathLengths};
+pub use field::{FieldKernel, FieldSum, PathLengths};
 pub use grid::PlaneGrid;
 pub use medium::Medium;
+pub use propagation::Propagation;
 pub use simulator::{Simulation, Simulator, UnknownSimulator};
 
 /// A point or direction in space, metres where it is a point.

@@ -1,6 +1,8 @@
 //! Functions of one variable on an interval as polynomials: the one form in which every directivity enters the field
 //! kernel.
 
+use std::sync::LazyLock;
+
 use super::lanes::Lanes;
 
 /// Terms beyond which a series is not carried; an analytic directivity needs 12 to 40.
@@ -40,11 +42,15 @@ impl Series {
 
 /// The Chebyshev coefficients of a function on [0, 1] in 2 t - 1; at least one.
 fn chebyshev(tolerance: f64, function: impl Fn(f64) -> f64) -> Vec<f64> {
+    /// The cosines of all multiples of half the nodes' spacing: a fit is made for each new set-up, and there are
+    /// many.
+    static COSINES: LazyLock<Vec<f64>> = LazyLock::new(|| {
+        let steps = (0..4 * MAX_TERMS).map(|step| step as f64 / MAX_TERMS as f64);
+        steps.map(|step| (std::f64::consts::FRAC_PI_2 * step).cos()).collect()
+    });
+    let cosines: &[f64] = &COSINES;
     // cos(term * angle(node)), its argument brought into one turn in whole numbers, where nothing is rounded.
-    let cosine = |term: usize, node: usize| {
-        let quarter_steps = (term * (2 * node + 1)) % (4 * MAX_TERMS);
-        (std::f64::consts::FRAC_PI_2 * quarter_steps as f64 / MAX_TERMS as f64).cos()
-    };
+    let cosine = |term: usize, node: usize| cosines[(term * (2 * node + 1)) % (4 * MAX_TERMS)];
     let values: Vec<f64> =
         (0..MAX_TERMS).map(|node| function(0.5 + 0.5 * cosine(1, node))).collect();
     let mut coefficients: Vec<f64> = (0..MAX_TERMS)

@@ -53,7 +53,8 @@ impl Simulator {
     /// Every simulator.
     pub const ALL: [Self; 3] = [Self::AsWritten, Self::Corrected, Self::Piston];
 
-    fn transducer(self) -> &'static dyn Transducer {
+    /// The transducer it takes every element for.
+    pub fn transducer(self) -> &'static dyn Transducer {
         match self {
             Self::AsWritten => &MurataFit::FED_METRES,
             Self::Corrected => &MurataFit::CENTIMETRES,

@@ -33,6 +33,15 @@ pub struct Contributions {
     distances_m: Vec<f64>,
 }
 
+impl Contributions {
+    /// Adds to these what is heard elsewhere, times a factor: an echo, or a wave that something scatters.
+    pub fn add(&mut self, elsewhere: &Self, factor: Complex64) {
+        for (pressure, other) in self.pressures.iter_mut().zip(&elsewhere.pressures) {
+            *pressure += factor * other;
+        }
+    }
+}
+
 /// The world's acoustics.
 #[derive(Debug)]
 pub struct TrueField {
@@ -87,6 +96,16 @@ impl TrueField {
         }
     }
 
+    /// The array as it truly is, with what chance gave each element.
+    pub fn array(&self) -> &TrueArray {
+        &self.array
+    }
+
+    /// The wavenumber of what is truly emitted, in still air at the array's centre.
+    pub fn wavenumber_rad_m(&self) -> f64 {
+        std::f64::consts::TAU * self.frequency_hz / self.speed_m_s
+    }
+
     /// Where the nozzle truly is, array's frame, if the robot believes it to be at `believed_m`.
     pub fn place(&self, believed_m: Vec3, carriage: &Carriage) -> Vec3 {
         let mut at_m = believed_m;
@@ -123,7 +142,7 @@ impl TrueField {
 
     /// What each element contributes at a point.
     pub fn contributions(&self, at_m: Vec3) -> Contributions {
-        let wavenumber_rad_m = std::f64::consts::TAU * self.frequency_hz / self.speed_m_s;
+        let wavenumber_rad_m = self.wavenumber_rad_m();
         let mut pressures = vec![Complex64::ZERO; self.array.elements.len()];
         for &(offset_m, share) in &self.face {
             let point_m = at_m + offset_m;

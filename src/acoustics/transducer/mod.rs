@@ -4,9 +4,11 @@
 
 mod murata_fit;
 mod piston;
+mod widened;
 
 pub use murata_fit::MurataFit;
 pub use piston::Piston;
+pub use widened::Widened;
 
 /// How the amplitude on the axis falls with distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,6 +22,11 @@ pub enum OnAxis {
     },
     /// `1/d`, d the distance from the face's centre in metres.
     Spherical,
+    /// `d^-exponent`; 1 is spherical, 0.5 cylindrical, 0 no decay.
+    Power {
+        /// The exponent.
+        exponent: f64,
+    },
 }
 
 /// The variable in which a directivity is a polynomial of few terms.

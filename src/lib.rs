@@ -11,13 +11,17 @@
 //! | [`rig`] | devices, links, safety; knows no physics |
 //! | [`virtual_rig`] | firmware on pseudo-terminals with physics behind the receiver |
 //! | [`campaign`] | a plan run on a rig, the record kept safe |
+//! | [`correction`] | set-up files corrected by what a diagnosis found |
 //! | [`report`] | pictures, tables and the report page |
+//! | [`blind`] | sets of scans whose causes are sealed away, and how well diagnoses find them |
 //! | [`cli`] | the commands |
 #![warn(missing_docs)]
 
 pub mod acoustics;
+pub mod blind;
 pub mod campaign;
 pub mod cli;
+pub mod correction;
 pub mod gap;
 pub mod input;
 pub mod report;

@@ -45,6 +45,20 @@ pub enum Incomparable {
          (z_mm above 0), and do the elements face them?"
     )]
     NothingSimulated(String),
+    /// Scans to be taken together, and there is none.
+    #[error("there is no scan to diagnose; at least one is needed")]
+    NoScan,
+    /// Scans to be taken together that are not of one rig.
+    #[error(
+        "the scans `{one}` and `{other}` were made with different arrays; only scans of one rig can be diagnosed \
+         together"
+    )]
+    OtherArray {
+        /// The first scan.
+        one: String,
+        /// The one that differs.
+        other: String,
+    },
 }
 
 /// Registers a scan to a simulator and compares the two. The same scan gives the same bits.
@@ -57,19 +71,8 @@ pub fn compare(
     registering: Registering,
 ) -> Result<Comparison, Incomparable> {
     let readings = Readings::of(scan, simulator);
+    comparable(scan, &readings)?;
     let name = || scan.setup.name.clone();
-    if readings.is_empty() {
-        return Err(Incomparable::NothingDriven(name()));
-    }
-    if readings.len() < FEWEST {
-        return Err(Incomparable::TooFew { name: name(), readings: readings.len() });
-    }
-    if readings.values().iter().all(|reading| *reading == 0.0) {
-        return Err(Incomparable::AllZero(name()));
-    }
-    if readings.simulate(&Pose::default()).iter().all(|magnitude| *magnitude == 0.0) {
-        return Err(Incomparable::NothingSimulated(name()));
-    }
     let Registered { registration, fit } = register(&readings, registering);
     let values = readings.values();
     let mut comparison = Comparison {
@@ -106,6 +109,24 @@ pub fn compare(
     comparison.noise = Noise::of(scan, of_residual);
     comparison.planes = planes.into_iter().map(|plane| plane.compared(&comparison)).collect();
     Ok(comparison)
+}
+
+/// Whether there is anything to compare.
+pub(super) fn comparable(scan: &RecordedScan, readings: &Readings) -> Result<(), Incomparable> {
+    let name = || scan.setup.name.clone();
+    if readings.is_empty() {
+        return Err(Incomparable::NothingDriven(name()));
+    }
+    if readings.len() < FEWEST {
+        return Err(Incomparable::TooFew { name: name(), readings: readings.len() });
+    }
+    if readings.values().iter().all(|reading| *reading == 0.0) {
+        return Err(Incomparable::AllZero(name()));
+    }
+    if readings.simulate(&Pose::default()).iter().all(|magnitude| *magnitude == 0.0) {
+        return Err(Incomparable::NothingSimulated(name()));
+    }
+    Ok(())
 }
 
 /// A plane with the simulation beside each of its readings, and on its grid.

@@ -22,6 +22,7 @@ mod agreement;
 mod coarse;
 mod compare;
 mod comparison;
+pub mod diagnosis;
 mod figures;
 mod identifiability;
 mod levenberg_marquardt;

@@ -1,0 +1,386 @@
+//! The course of a diagnosis: registration, noise, search, judgement, account.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::account::account;
+use super::effects::{Context, Fitted};
+use super::fit::Fit;
+use super::gap_size::{HeldOut, as_believed, expected, gap, noise_floor};
+use super::judgement::{Judgement, LIMIT, judge};
+use super::levels::settle_scatter;
+use super::likelihood::pressures;
+use super::maps::{Drawn, maps};
+use super::next_measurement::next_measurement;
+use super::observations::Observations;
+use super::pursuit::{Tried, believed, pursue, pursue_again};
+use super::residual_tests::z_scores;
+use super::supposed::Supposed;
+use super::{Candidate, Diagnosis, FittedParameter, ResidualTest, Verdict, WaterfallStep};
+use crate::acoustics::Simulator;
+use crate::gap::compare::{Incomparable, comparable};
+use crate::gap::comparison::{Noise, NoiseSource};
+use crate::gap::register::{Registered, register};
+use crate::gap::registration::{Registering, Registration};
+use crate::gap::{Pose, readings::Readings};
+use crate::scan::RecordedScan;
+
+/// Pairs of reading and element that a search goes through at most: of a large array fewer readings are looked at.
+const MOST_PAIRS: usize = 400_000;
+
+/// Readings that are looked at whatever the array.
+const FEWEST: usize = 1000;
+
+/// Candidates that are told of.
+const TOLD: usize = 12;
+
+/// Diagnoses one scan, or several of one rig together. The same scans give the same bits.
+///
+/// `simulator` is the one whose gap is in question; without it, the first scan's own.
+///
+/// # Errors
+/// [`Incomparable`] if there is nothing to compare.
+pub fn diagnose(
+    scans: &[RecordedScan],
+    simulator: Option<Simulator>,
+) -> Result<Diagnosis, Incomparable> {
+    let first = scans.first().ok_or(Incomparable::NoScan)?;
+    if let Some(other) = scans.iter().find(|s| s.setup.array.array() != first.setup.array.array()) {
+        let [one, other] = [first, other].map(|scan| scan.setup.name.clone());
+        return Err(Incomparable::OtherArray { one, other });
+    }
+    let simulator = simulator.unwrap_or(first.setup.simulator);
+    let mut registrations = Vec::new();
+    let mut poses = Vec::new();
+    for scan in scans {
+        let readings = Readings::of(scan, simulator);
+        comparable(scan, &readings)?;
+        let Registered { registration, .. } = register(&readings, Registering::Auto);
+        let pose = match is_in_other_coordinates(&registration) {
+            true => registration.pose(),
+            false => Pose::default(),
+        };
+        registrations.push(registration);
+        poses.push(pose);
+    }
+    let mut observations = Observations::of(scans, simulator, &poses);
+    let context = context(&observations, scans);
+    let few = (MOST_PAIRS / observations.elements()).max(FEWEST);
+    observations = observations.thinned(few);
+    let tried = searched(&mut observations, &context);
+    let base = tried
+        .iter()
+        .find(|tried| tried.fit.instances.is_empty())
+        .cloned()
+        .unwrap_or_else(|| believed(&observations, &context));
+    let judgement =
+        judge(&observations, &tried, &base, |tried| scaled(&observations, &tried.fit, &context));
+    let registration = registrations.swap_remove(0);
+    Ok(Told { scans, simulator, observations, context, tried, base, judgement }.tell(registration))
+}
+
+/// Whether a scan lies in coordinates of its own: only then is it laid on the array's by a pose before anything else. What
+/// resembles the believed field at all is in the lab's coordinates, and a pose would eat what is to be found.
+fn is_in_other_coordinates(registration: &Registration) -> bool {
+    const UNLIKE: f64 = 0.5;
+    const ALIKE: f64 = 0.8;
+    let correlation = |with_pose: bool| {
+        let tried = registration.tried.iter();
+        let of = tried.filter(|t| (t.registering == Registering::Pose) == with_pose);
+        of.map(|tried| tried.correlation).fold(f64::NEG_INFINITY, f64::max)
+    };
+    registration.chosen == Registering::Pose
+        && correlation(false) < UNLIKE
+        && correlation(true) > ALIKE
+}
+
+fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {
+    let drives = || observations.scans.iter().flat_map(|scan| &scan.drives);
+    let highest = drives().flat_map(|drive| &drive.visits).map(|visit| visit.at_m.z);
+    Context {
+        believed: observations.first().believed.clone(),
+        largest_reading: observations.readings().into_iter().fold(0.0, f64::max),
+        unit: scans[0].setup.unit.clone(),
+        highest_m: highest.fold(0.0, f64::max),
+    }
+}
+
+/// Searches once with the noise that repeats and silence tell, and once more if what was found tells of another.
+fn searched(observations: &mut Observations, context: &Context) -> Vec<Tried> {
+    /// Relative change of the noise that asks for another search.
+    const CHANGED: f64 = 0.04;
+    /// Relative change at which the first search was misled.
+    const MISJUDGED: f64 = 0.75;
+    let nothing = Fit::of_nothing(as_believed(observations));
+    settle_scatter(observations, &nothing, context, false);
+    let tried = pursue(observations, context);
+    let before: Vec<_> = observations.scans.iter().map(|scan| scan.scatter.clone()).collect();
+    // Turbulence that only the residual asks for may be noise that was judged too low.
+    let steady = tried.iter().find(|tried| tried.fit.value_of("turbulence").is_none());
+    let turbulent = observations.are_turbulent();
+    let best = if turbulent { &tried[0] } else { steady.unwrap_or(&tried[0]) };
+    settle_scatter(observations, &best.fit, context, true);
+    let changed = observations.scans.iter().zip(&before).any(|(scan, before)| {
+        let off = |now: f64, before: f64| (now / before - 1.0).abs() > CHANGED;
+        off(scan.scatter.share, before.share) || off(scan.scatter.additive, before.additive)
+    });
+    let wrong = observations.scans.iter().zip(&before).any(|(scan, before)| {
+        !(MISJUDGED..1.0 / MISJUDGED).contains(&(scan.scatter.share / before.share))
+            || (scan.scatter.turbulence > 0.0) != (before.turbulence > 0.0)
+    });
+    match changed {
+        true if wrong => pursue(observations, context),
+        true => pursue_again(tried, observations, context),
+        false => {
+            // The same noise for all that was tried.
+            for (scan, before) in observations.scans.iter_mut().zip(before) {
+                scan.set_scatter(before);
+            }
+            tried
+        }
+    }
+}
+
+fn scaled(observations: &Observations, fit: &Fit, context: &Context) -> Vec<f64> {
+    let supposed = fit.supposed(context);
+    let pressures = pressures(observations, &supposed, &fit.nuisance);
+    supposed.residuals(observations, &pressures, &fit.nuisance).scaled
+}
+
+/// All that is known when it is told.
+struct Told<'s> {
+    scans: &'s [RecordedScan],
+    simulator: Simulator,
+    observations: Observations,
+    context: Context,
+    tried: Vec<Tried>,
+    base: Tried,
+    judgement: Judgement,
+}
+
+impl Told<'_> {
+    fn tell(self, registration: Registration) -> Diagnosis {
+        let Self { scans, simulator, observations, context, tried, base, judgement } = &self;
+        let nuisance = as_believed(observations);
+        let before = expected(observations, &Supposed::default(), &nuisance);
+        let held_out = HeldOut::of(observations);
+        let gap_before_held_out = held_out.before();
+        let mut ranked: Vec<Candidate> = tried
+            .iter()
+            .take(TOLD)
+            .enumerate()
+            .map(|(number, tried)| self.candidate(number, tried))
+            .collect();
+        ranked.par_iter_mut().zip(tried).for_each(|(candidate, tried)| {
+            candidate.gap_after_held_out = held_out.after(&tried.fit, context);
+        });
+        let best = &tried[0];
+        let after = expected(observations, &best.fit.supposed(context), &best.fit.nuisance);
+        let noise_floor = noise_floor(observations);
+        let beyond = |gap: f64| gap * gap - noise_floor * noise_floor;
+        let open = beyond(gap_before_held_out);
+        let explained_fraction = match open > 0.0 {
+            true => (1.0 - beyond(ranked[0].gap_after_held_out) / open).clamp(0.0, 1.0),
+            false => 0.0,
+        };
+        let residual_before = scaled(observations, &base.fit, context);
+        let residual_after = scaled(observations, &best.fit, context);
+        let tests_before = z_scores(observations, &residual_before);
+        let residual_tests = judgement
+            .tests
+            .iter()
+            .map(|(name, z)| {
+                let before = tests_before.iter().find(|(other, _)| other == name);
+                ResidualTest { name, z: *z, z_before: before.map_or(0.0, |(_, z)| *z) }
+            })
+            .collect();
+        let named = |number: &usize| tried[*number].fit.ids();
+        let (effects, alternatives) = match judgement.verdict {
+            Verdict::Explained => (judgement.named.first().map(named).unwrap_or_default(), vec![]),
+            Verdict::Ambiguous => (vec![], judgement.named.iter().map(named).collect()),
+            Verdict::Unexplained | Verdict::None => (vec![], vec![]),
+        };
+        let scatter = &observations.scans[0].scatter;
+        let drawn = Drawn {
+            before: &before,
+            after: &after,
+            residual_before: &residual_before,
+            residual_after: &residual_after,
+        };
+        let gap_before = gap(observations, &before);
+        Diagnosis {
+            format: 1,
+            scan: scans[0].setup.name.clone(),
+            scans: scans.iter().map(|scan| scan.setup.name.clone()).collect(),
+            simulator: *simulator,
+            reading_unit: scans[0].setup.unit.clone(),
+            points: observations.len(),
+            verdict: judgement.verdict,
+            sentence: self.sentence(&ranked, gap_before, noise_floor, explained_fraction),
+            effects,
+            alternatives,
+            gap_before,
+            gap_before_held_out,
+            noise_floor,
+            explained_fraction,
+            r#where: account(observations, &nuisance, &before, &after),
+            next_measurement: self.next_measurement(),
+            noise: Noise {
+                additive: scatter.additive,
+                multiplicative: scatter.share,
+                source: match scatter.pairs.is_empty() {
+                    true => NoiseSource::Residual,
+                    false => NoiseSource::Repeats,
+                },
+            },
+            planes: maps(observations, &registration, &drawn),
+            residual_tests,
+            waterfall: self.waterfall(),
+            undetermined: registration
+                .undetermined
+                .iter()
+                .map(|combination| combination.explanation.clone())
+                .collect(),
+            registration,
+            ranked,
+        }
+    }
+
+    fn next_measurement(&self) -> Option<super::NextMeasurement> {
+        let [one, other, ..] = self.judgement.named[..] else { return None };
+        next_measurement(
+            &self.observations,
+            &self.context,
+            [&self.tried[one].fit, &self.tried[other].fit],
+            self.simulator,
+            &self.scans[0].setup.name,
+        )
+    }
+
+    fn candidate(&self, number: usize, tried: &Tried) -> Candidate {
+        let fit = &tried.fit;
+        let mut parameters: BTreeMap<String, FittedParameter> = BTreeMap::new();
+        let mut readings = Vec::new();
+        for (instance, fitted) in fit.instances.iter().zip(fitted(fit)) {
+            let said = instance.effect.say(&fitted, &instance.choice, &self.context);
+            let id = instance.effect.id();
+            parameters.extend(said.parameters.into_iter().map(|(p, v)| (format!("{id}.{p}"), v)));
+            readings.push(said.sentence);
+        }
+        let supposed = fit.supposed(&self.context);
+        let after = expected(&self.observations, &supposed, &fit.nuisance);
+        Candidate {
+            effects: fit.ids(),
+            probability: self.judgement.probabilities[number],
+            log_evidence: tried.log_evidence - self.tried[0].log_evidence,
+            parameters,
+            readings,
+            gap_after: gap(&self.observations, &after),
+            gap_after_held_out: f64::NAN,
+        }
+    }
+
+    /// How far the excess chi-square falls as the effects of the best set come in, in the order of what each takes alone.
+    fn waterfall(&self) -> Vec<WaterfallStep> {
+        let n = self.observations.len() as f64;
+        let excess = |tried: &Tried| (tried.fit.cost - n).max(0.0);
+        let whole = excess(&self.base);
+        if whole <= 0.0 {
+            return vec![WaterfallStep { effect: None, share: 1.0 }];
+        }
+        let mut steps = Vec::new();
+        let mut left = whole;
+        let mut added: Vec<&'static str> = Vec::new();
+        for id in self.tried[0].fit.ids() {
+            added.push(id);
+            let mut set = added.clone();
+            set.sort_unstable();
+            let same = |tried: &&Tried| {
+                let mut ids = tried.fit.ids();
+                ids.sort_unstable();
+                ids == set
+            };
+            // (The search came by each of these sets on its way.)
+            let now = self.tried.iter().find(same).map_or(left, excess).min(left);
+            steps.push(WaterfallStep { effect: Some(id), share: (left - now) / whole });
+            left = now;
+        }
+        steps.push(WaterfallStep { effect: None, share: left / whole });
+        steps
+    }
+
+    fn sentence(&self, ranked: &[Candidate], before: f64, floor: f64, closed: f64) -> String {
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        let names = |ids: &[&str]| match ids.split_last() {
+            Some((last, [])) => (*last).to_owned(),
+            Some((last, rest)) => format!("{} and {last}", rest.join(", ")),
+            None => "no effect".to_owned(),
+        };
+        let gap = format!("The gap of {} (noise alone: {})", percent(before), percent(floor));
+        match self.judgement.verdict {
+            Verdict::Explained => {
+                let best = &ranked[self.judgement.named[0]];
+                format!(
+                    "{gap} is explained by {}, which {} {} of it beyond noise: {}.",
+                    names(&best.effects),
+                    if best.effects.len() == 1 { "closes" } else { "close" },
+                    percent(closed),
+                    best.readings.join("; ")
+                )
+            }
+            Verdict::Ambiguous => {
+                let rivals: Vec<String> =
+                    self.judgement.named.iter().map(|&n| names(&self.tried[n].fit.ids())).collect();
+                format!(
+                    "{gap} is explained equally well by {}; these data cannot tell them apart.",
+                    rivals.join(", or by ")
+                )
+            }
+            Verdict::Unexplained => {
+                let tests = self.judgement.tests.iter().filter(|(_, z)| *z > LIMIT);
+                let failed: Vec<String> =
+                    tests.map(|(name, z)| format!("{name}: {z:.0} σ")).collect();
+                let why = match failed.is_empty() {
+                    true => "many sets of effects come equally near".to_owned(),
+                    false => {
+                        format!("what the best set leaves is not noise ({})", failed.join(", "))
+                    }
+                };
+                format!(
+                    "{gap} is not explained by the catalogue: {} come{} nearest and {why}.",
+                    names(&ranked[0].effects),
+                    if ranked[0].effects.len() > 1 { "" } else { "s" }
+                )
+            }
+            Verdict::None => {
+                format!("{gap} is no gap beyond noise: the believed set-up explains the scan.")
+            }
+        }
+    }
+}
+
+/// The parameters of each effect of a fit, as its own file says them.
+fn fitted(fit: &Fit) -> Vec<Vec<Fitted>> {
+    let error = |index: usize| {
+        fit.covariance.as_ref().map_or(f64::NAN, |covariance| covariance[(index, index)].sqrt())
+    };
+    fit.ranges()
+        .into_iter()
+        .zip(&fit.values)
+        .zip(&fit.spreads)
+        .map(|((range, values), spread)| {
+            let mut fitted: Vec<Fitted> = values
+                .iter()
+                .zip(range)
+                .map(|(&value, index)| Fitted { value, error: error(index) })
+                .collect();
+            if spread.is_finite() {
+                // So many draws tell a spread to one in √2n.
+                let error = spread / (2.0 * values.len() as f64).sqrt();
+                fitted.push(Fitted { value: *spread, error });
+            }
+            fitted
+        })
+        .collect()
+}

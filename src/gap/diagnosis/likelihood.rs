@@ -1,0 +1,222 @@
+//! How likely the readings are under a supposition.
+//!
+//! Readings and their expected values are brought to the scale on which they scatter by one everywhere
+//! ([`Scatter::stabilised`]), so that a residual of one is one standard deviation wherever it stands, chi-square means what it
+//! says, and a structure in a map of residuals is one. Where a supposition changes the scatter itself (turbulence,
+//! compression), the residual is divided by the new one and its logarithm is charged.
+
+use nalgebra::Vector3;
+
+use crate::acoustics::Vec3;
+
+use super::observations::{Observations, ObservedDrive, ObservedScan, Visit};
+use super::scatter::{Scatter, without_floor};
+use super::supposed::{Pressure, Supposed};
+
+/// What setting up leaves open in every scan, whatever is supposed: the gain, and a small shift.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Nuisance {
+    /// Logarithm of the reading per unit of the simulation.
+    pub log_gain: f64,
+    /// Shift of the scan's coordinates, m.
+    pub shift_m: Vector3<f64>,
+}
+
+impl Nuisance {
+    /// Numbers in it.
+    pub const COUNT: usize = 4;
+
+    /// From its numbers: log gain, then x, y, z.
+    pub fn from_slice(numbers: &[f64]) -> Self {
+        Self { log_gain: numbers[0], shift_m: Vec3::new(numbers[1], numbers[2], numbers[3]) }
+    }
+}
+
+/// Pressures of every reading: by scan, then drive, then visit; after the visits those of how they may have been otherwise,
+/// where it matters how the robot came.
+pub(super) type Pressures = Vec<Vec<Vec<Pressure>>>;
+
+/// The expected reading, and the variance of a reading about it over that of the scan's scatter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Expected {
+    pub reading: f64,
+    pub variance_ratio: f64,
+}
+
+/// Residuals of all readings, scan by scan, drive by drive.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Residuals {
+    /// In standard deviations of what is supposed.
+    pub scaled: Vec<f64>,
+    /// Logarithm of the variance over the scan's scatter's; empty where it is zero everywhere.
+    pub log_variances: Vec<f64>,
+}
+
+/// The variance ratio is kept above this: no detector is as quiet as a formula.
+const LEAST_RATIO: f64 = 1e-3;
+
+/// Above minus the logarithm of [`LEAST_RATIO`], so that the root below is of a positive number.
+const LIFT: f64 = 7.5;
+
+impl Residuals {
+    /// Twice the negative logarithm of the likelihood, less a constant.
+    pub fn cost(&self) -> f64 {
+        self.scaled.iter().map(|r| r * r).sum::<f64>() + self.log_variances.iter().sum::<f64>()
+    }
+
+    /// The same as numbers whose squares sum up to it and a constant, as least squares wants them.
+    pub fn for_least_squares(&self) -> Vec<f64> {
+        let charges = self.log_variances.iter().map(|log| (log + LIFT).max(0.0).sqrt());
+        self.scaled.iter().copied().chain(charges).collect()
+    }
+}
+
+/// The pressures under a supposition.
+pub(super) fn pressures(
+    observations: &Observations,
+    supposed: &Supposed,
+    nuisance: &[Nuisance],
+) -> Pressures {
+    observations
+        .scans
+        .iter()
+        .zip(nuisance)
+        .map(|(scan, nuisance)| {
+            let of_drive = |drive: &ObservedDrive| {
+                let at = |visits: &[Visit]| {
+                    supposed.pressures(&drive.believed, visits, nuisance.shift_m)
+                };
+                if !supposed.minds_the_way() {
+                    return at(&drive.visits);
+                }
+                let otherwise = drive.otherwise.iter().map(|(_, visit)| *visit);
+                at(&drive.visits.iter().copied().chain(otherwise).collect::<Vec<_>>())
+            };
+            scan.drives.iter().map(of_drive).collect()
+        })
+        .collect()
+}
+
+impl Supposed {
+    /// What the receiver reads of a pressure: gain, drift, noise, compression, floor, full scale, in this order.
+    pub fn expected(
+        &self,
+        pressure: &Pressure,
+        gain: f64,
+        progress: f64,
+        scatter: &Scatter,
+    ) -> Expected {
+        let gain = gain * (1.0 + self.drift * progress).max(1e-3);
+        // (The library's norm guards against overflow, at five times the time.)
+        let level = pressure.coherent.norm_sqr().sqrt() * gain;
+        let quadrature = match pressure.speckle {
+            0.0 => scatter.additive,
+            speckle => scatter.additive.hypot(gain * (0.5 * speckle).sqrt()),
+        };
+        let mut reading = Scatter::mean_reading(level, quadrature);
+        if !self.changes_scatter() {
+            return Expected { reading: reading.min(self.full_scale), variance_ratio: 1.0 };
+        }
+        let mut deviation = (scatter.share * reading).hypot(quadrature);
+        if self.saturation.is_finite() {
+            let compressed = 1.0 / (1.0 + (reading / self.saturation).powi(2)).sqrt();
+            reading *= compressed;
+            deviation *= compressed.powi(3);
+        }
+        if self.floor > 0.0 {
+            let raised = reading.hypot(self.floor);
+            deviation *= reading / raised;
+            reading = raised;
+        }
+        let ratio = (deviation * scatter.slope(reading)).powi(2);
+        Expected { reading: reading.min(self.full_scale), variance_ratio: ratio.max(LEAST_RATIO) }
+    }
+
+    /// Whether it matters how the robot came to a point.
+    pub fn minds_the_way(&self) -> bool {
+        self.backlash_m != 0.0 || self.lag_s != 0.0
+    }
+
+    /// Whether readings scatter otherwise than the scan's scatter says.
+    pub fn changes_scatter(&self) -> bool {
+        self.turbulence > 0.0 || self.saturation.is_finite() || self.floor > 0.0
+    }
+
+    /// The residuals that pressures leave.
+    pub fn residuals(
+        &self,
+        observations: &Observations,
+        pressures: &Pressures,
+        nuisance: &[Nuisance],
+    ) -> Residuals {
+        let mut residuals = Residuals::default();
+        let count = observations.len();
+        residuals.scaled.reserve(count);
+        for ((scan, pressures), nuisance) in observations.scans.iter().zip(pressures).zip(nuisance)
+        {
+            let gain = nuisance.log_gain.exp();
+            for (drive, pressures) in scan.drives.iter().zip(pressures) {
+                let residual = |index: usize, visit: &Visit, pressure: &Pressure| {
+                    let expected = self.expected(pressure, gain, visit.progress, &scan.scatter);
+                    let beyond =
+                        drive.stabilised[index] - scan.scatter.stabilised(expected.reading);
+                    (beyond / expected.variance_ratio.sqrt(), expected.variance_ratio)
+                };
+                let first = residuals.scaled.len();
+                for (index, (visit, pressure)) in drive.visits.iter().zip(pressures).enumerate() {
+                    let (scaled, variance_ratio) = residual(index, visit, pressure);
+                    residuals.scaled.push(scaled);
+                    if self.changes_scatter() {
+                        residuals.log_variances.push(variance_ratio.ln());
+                    }
+                }
+                if self.minds_the_way() {
+                    let pressures = &pressures[drive.visits.len()..];
+                    for (ways, pressures) in drive.otherwise.chunks(2).zip(pressures.chunks(2)) {
+                        let index = ways[0].0;
+                        let other = |way: usize| residual(index, &ways[way].1, &pressures[way]).0;
+                        let scaled = &mut residuals.scaled[first + index];
+                        *scaled = either_way([*scaled, other(0), other(1)]);
+                    }
+                }
+            }
+        }
+        residuals
+    }
+}
+
+/// The residual that is as likely as three, one of which is true, nobody knows which.
+fn either_way(residuals: [f64; 3]) -> f64 {
+    let least = residuals.iter().copied().min_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let least = least.expect("there are three");
+    // Summed relative to the largest term, which would else underflow.
+    let share: f64 =
+        residuals.iter().map(|r| (0.5 * (least * least - r * r)).exp()).sum::<f64>() / 3.0;
+    (least * least - 2.0 * share.ln()).max(0.0).sqrt().copysign(least)
+}
+
+/// The gain that brings a scan's pressures nearest to its readings, its logarithm.
+fn best_log_gain(scan: &ObservedScan, pressures: &[Vec<Pressure>]) -> f64 {
+    let (mut product, mut power) = (0.0, 0.0);
+    for (drive, pressures) in scan.drives.iter().zip(pressures) {
+        for (reading, pressure) in drive.readings.iter().zip(pressures) {
+            let magnitude = pressure.coherent.norm();
+            product += magnitude * without_floor(*reading, scan.scatter.floor);
+            power += magnitude * magnitude;
+        }
+    }
+    (product / power).ln()
+}
+
+/// No shift, and the gain that fits best.
+pub(super) fn first_gain(observations: &Observations, supposed: &Supposed) -> Vec<Nuisance> {
+    let none = Nuisance { log_gain: 0.0, shift_m: Vector3::zeros() };
+    let at_rest = vec![none; observations.scans.len()];
+    let pressures = pressures(observations, supposed, &at_rest);
+    observations
+        .scans
+        .iter()
+        .zip(&pressures)
+        .map(|(scan, pressures)| Nuisance { log_gain: best_log_gain(scan, pressures), ..none })
+        .collect()
+}

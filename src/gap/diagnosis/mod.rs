@@ -1,0 +1,33 @@
+//! Why a scan and its simulation differ: where the gap lies, which unmodelled effect causes it, how far it shrinks
+//! once that effect is added.
+
+mod account;
+mod course;
+#[allow(clippy::module_inception)] // the module's one result
+mod diagnosis;
+mod effects;
+mod element_order;
+mod evidence;
+mod fit;
+mod gap_size;
+mod judgement;
+mod levels;
+mod likelihood;
+mod maps;
+mod next_measurement;
+mod observations;
+mod pursuit;
+mod random_elements;
+mod residual_tests;
+mod scatter;
+mod search;
+mod supposed;
+mod text;
+
+pub use diagnosis::{
+    Candidate, DiagnosedPlane, Diagnosis, FittedParameter, KindShares, NextMeasurement, PlaneShare,
+    Region, RegionShare, ResidualTest, Verdict, WaterfallStep, Where,
+};
+pub use text::Standing;
+
+pub use course::diagnose;

@@ -1,0 +1,155 @@
+//! Fitted parameters in words: as many digits as the standard error allows, and the unit.
+
+use super::super::diagnosis::FittedParameter;
+
+/// What stands where there is no number.
+pub(super) const ABSENT: &str = "-";
+
+/// How the names of parameters end, and the unit that says so.
+const UNITS: [(&str, &str); 9] = [
+    ("rad_per_sqrt_m", "rad/√m"),
+    ("db_per_m", "dB/m"),
+    ("_m_s", "m/s"),
+    ("_deg", "°"),
+    ("_rad", "rad"),
+    ("_mm", "mm"),
+    (".rad", "rad"),
+    (".mm", "mm"),
+    (".s", "s"),
+];
+
+impl FittedParameter {
+    /// Unit of the parameter of this name (`effect.parameter`), as the catalogue of effects gives it; empty for ratios and
+    /// for lists. Levels have the unit of the readings.
+    pub fn unit<'a>(name: &str, reading_unit: &'a str) -> &'a str {
+        match name.rsplit('.').next() {
+            Some("level") => reading_unit,
+            Some("gx" | "gy" | "gz") => "/m",
+            _ => UNITS.iter().find(|(ending, _)| name.ends_with(ending)).map_or("", |unit| unit.1),
+        }
+    }
+
+    /// The value with its standard error and the unit, for a reader.
+    pub fn in_words(&self, name: &str, reading_unit: &str) -> String {
+        let unit = Self::unit(name, reading_unit);
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        match self {
+            Self::Real { value, standard_error } => {
+                format!("{}{unit}", uncertain(*value, *standard_error))
+            }
+            Self::Complex { value: [real, imaginary], standard_error: [of_real, of_imaginary] } => {
+                format!(
+                    "({}) + ({}) i{unit}, size {} at {}°",
+                    uncertain(*real, *of_real),
+                    uncertain(*imaginary, *of_imaginary),
+                    significant(real.hypot(*imaginary), 3),
+                    fixed(imaginary.atan2(*real).to_degrees(), 0)
+                )
+            }
+            Self::Elements { value } => {
+                let numbers: Vec<String> = value.iter().map(usize::to_string).collect();
+                numbers.join(", ")
+            }
+        }
+    }
+}
+
+/// A number with its standard error to two digits; four digits and no error where the error is zero or unknown.
+fn uncertain(value: f64, error: f64) -> String {
+    if !value.is_finite() {
+        return ABSENT.to_owned();
+    }
+    if !error.is_finite() || error <= 0.0 {
+        let unknown = if error.is_nan() { " (error unknown)" } else { "" };
+        return format!("{}{unknown}", significant(value, 4));
+    }
+    let decimals = (1.0 - error.log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{} ± {error:.decimals$}", fixed(value, decimals))
+}
+
+/// A number with so many significant digits, at least those before the point.
+pub(super) fn significant(value: f64, digits: i32) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let power = if value.is_finite() { value.abs().log10().floor() as i32 } else { 0 };
+    fixed(value, (digits - 1 - power).clamp(0, 9) as usize)
+}
+
+/// A number with some decimals, without a minus before what was rounded to zero.
+pub(super) fn fixed(value: f64, decimals: usize) -> String {
+    if !value.is_finite() {
+        return ABSENT.to_owned();
+    }
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
+        _ => text,
+    }
+}
+
+/// A ratio as a percentage: three digits, two decimals at most; a no-break space before the sign.
+pub(super) fn percent(ratio: f64) -> String {
+    let percent = 100.0 * ratio;
+    let decimals = if percent.abs() < 10.0 { 2 } else { 1 };
+    match fixed(percent, decimals) {
+        absent if absent == ABSENT => absent,
+        percent => format!("{percent}\u{a0}%"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_end_in_their_unit() {
+        let of = |name| FittedParameter::unit(name, "V");
+        let cases = [
+            ("sound-speed.c_m_s", "m/s"),
+            ("flow.vx_m_s", "m/s"),
+            ("absorption.db_per_m", "dB/m"),
+            ("turbulence.rad_per_sqrt_m", "rad/√m"),
+            ("temperature-gradient.gz", "/m"),
+            ("array-tilt.about_x_rad", "rad"),
+            ("rotation.rad", "rad"),
+            ("backlash.mm", "mm"),
+            ("offset.x_mm", "mm"),
+            ("lag.s", "s"),
+            ("receiver-directivity.half_angle_deg", "°"),
+            ("saturation.level", "V"),
+            ("axis-scale.x", ""),
+            ("pitch.ratio", ""),
+            ("dead-elements.elements", ""),
+            ("phase-quantisation.steps", ""),
+        ];
+        for (name, unit) in cases {
+            assert_eq!(of(name), unit, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_value_has_the_digits_that_its_error_allows() {
+        let real = |value, standard_error| {
+            FittedParameter::Real { value, standard_error }.in_words("sound-speed.c_m_s", "V")
+        };
+        assert_eq!(real(347.1234, 0.21), "347.12 ± 0.21 m/s");
+        assert_eq!(real(347.1234, f64::NAN), "347.1 (error unknown) m/s");
+        assert_eq!(real(f64::NAN, 1.0), "- m/s");
+        let complex = FittedParameter::Complex { value: [0.3, -0.1], standard_error: [0.02, 0.03] };
+        assert_eq!(
+            complex.in_words("reflection.coefficient", "V"),
+            "(0.300 ± 0.020) + (-0.100 ± 0.030) i, size 0.316 at -18°"
+        );
+        let elements = FittedParameter::Elements { value: vec![3, 17] };
+        assert_eq!(elements.in_words("dead-elements.elements", "V"), "3, 17");
+    }
+
+    #[test]
+    fn percentages_have_three_digits() {
+        assert_eq!(percent(0.0134), "1.34\u{a0}%");
+        assert_eq!(percent(0.182), "18.2\u{a0}%");
+        assert_eq!(percent(f64::NAN), "-");
+        assert_eq!(percent(-1e-9), "0.00\u{a0}%");
+    }
+}

@@ -1,5 +1,6 @@
 //! The report as a whole: its files, its words, its bytes.
 
+mod page_words;
 mod report_synthetic;
 
 use std::collections::BTreeMap;
@@ -9,6 +10,7 @@ use fieldgap::acoustics::Simulator;
 use fieldgap::gap::{Comparison, Uncertain};
 use fieldgap::report::{self, ReportContext, ReportError};
 
+use page_words::words;
 use report_synthetic::{comparisons, context};
 
 const BOTH: [Simulator; 2] = [Simulator::AsWritten, Simulator::Corrected];
@@ -38,21 +40,6 @@ fn without_maps(mut comparisons: Vec<Comparison>) -> Vec<Comparison> {
         plane.map = None;
     }
     comparisons
-}
-
-/// The words of a page, a line for each block: no tags, no style, no pictures.
-fn words(page: &str) -> String {
-    let body = page.split_once("<body>").expect("a body").1;
-    let mut words = String::new();
-    for piece in body.split('<') {
-        let (tag, text) = piece.split_once('>').unwrap_or(("", piece));
-        if matches!(tag, "/td" | "/th") || tag.starts_with("/th ") {
-            words.push_str(" | ");
-        }
-        words.push_str(text);
-    }
-    let lines = words.lines().map(str::trim).filter(|line| !line.is_empty());
-    lines.collect::<Vec<_>>().join("\n")
 }
 
 #[test]

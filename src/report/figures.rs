@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::figure::Figure;
 use super::judgement::drives;
 use super::numbers::height_mm;
 use super::picture::{Drawn, HeightCurves, PictureError, PlaneMaps};
@@ -23,24 +24,6 @@ pub(super) struct PlaneFigure {
     pub plane: usize,
     /// The maps; `None` where the plane has none.
     pub picture: Option<Figure>,
-}
-
-/// A picture and the name of its files.
-pub(super) struct Figure {
-    /// File name without its extension.
-    name: String,
-    /// The picture.
-    pub drawn: Drawn,
-}
-
-impl Figure {
-    pub fn png_name(&self) -> String {
-        format!("{}.png", self.name)
-    }
-
-    pub fn svg_name(&self) -> String {
-        format!("{}.svg", self.name)
-    }
 }
 
 impl Figures {
@@ -74,7 +57,7 @@ impl Figures {
                 );
                 let maps = PlaneMaps::new(plane, comparison.simulator, &comparison.reading_unit);
                 let drawn = maps.map(|maps| Drawn::new(&maps)).transpose()?;
-                let picture = drawn.map(|drawn| Figure { name, drawn });
+                let picture = drawn.map(|drawn| Figure::new(name, drawn));
                 Ok(PlaneFigure { comparison: index, plane: number, picture })
             })
             .collect::<Result<Vec<_>, PictureError>>()?;
@@ -86,7 +69,7 @@ impl Figures {
             .filter_map(|drive| Some((drive, HeightCurves::new(comparisons, drive)?)))
             .map(|(drive, curves)| {
                 let name = format!("curves{}", drive_name(drive));
-                Ok(Figure { name, drawn: Drawn::new(&curves)? })
+                Ok(Figure::new(name, Drawn::new(&curves)?))
             })
             .collect::<Result<Vec<_>, PictureError>>()?;
         Ok(Self { planes, curves })

@@ -4,13 +4,18 @@
 //! A comparison gives the same report every time, byte for byte: there is no clock and no chance in it.
 
 mod context;
+mod diagnosis;
 mod error;
+mod figure;
 mod figures;
+mod folder;
+mod html;
 mod judgement;
 mod numbers;
 mod page;
 mod peak_distance;
 mod picture;
+mod provenance;
 mod tables;
 mod verdict;
 mod words;
@@ -18,10 +23,12 @@ mod words;
 use std::path::{Path, PathBuf};
 
 pub use self::context::{InputFile, ReportContext};
+pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};
 pub use self::error::{PictureError, ReportError};
 pub use self::tables::csv;
 
 use self::figures::Figures;
+use self::folder::Folder;
 use crate::gap::Comparison;
 
 /// The files that a report consists of.
@@ -53,21 +60,12 @@ pub fn write(
         return Err(ReportError::NothingCompared);
     }
     let figures = Figures::draw(comparisons)?;
-    std::fs::create_dir_all(dir).map_err(ReportError::write(dir))?;
-    let put = |name: &str, bytes: &[u8]| {
-        let path = dir.join(name);
-        std::fs::write(&path, bytes).map_err(ReportError::write(&path))?;
-        Ok::<PathBuf, ReportError>(path)
-    };
-    let mut pictures = Vec::new();
-    for figure in figures.all() {
-        pictures.push(put(&figure.png_name(), &figure.drawn.png)?);
-        pictures.push(put(&figure.svg_name(), figure.drawn.svg.as_bytes())?);
-    }
-    let text = put(tables::TEXT_NAME, tables::text(comparisons).as_bytes())?;
-    let csv = put(tables::CSV_NAME, tables::csv(comparisons).as_bytes())?;
-    let json = put(tables::JSON_NAME, &serde_json::to_vec(comparisons)?)?;
+    let folder = Folder::make(dir)?;
+    let pictures = folder.put_figures(figures.all())?;
+    let text = folder.put(tables::TEXT_NAME, tables::text(comparisons).as_bytes())?;
+    let csv = folder.put(tables::CSV_NAME, tables::csv(comparisons).as_bytes())?;
+    let json = folder.put(tables::JSON_NAME, &serde_json::to_vec(comparisons)?)?;
     // The page last: where it stands, the report is whole.
-    let index = put("index.html", page::page(context, comparisons, &figures).as_bytes())?;
+    let index = folder.put("index.html", page::page(context, comparisons, &figures).as_bytes())?;
     Ok(ReportFiles { index, pictures, text, csv, json })
 }

@@ -87,6 +87,22 @@ pub(super) fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
+/// A text in which `10^12` is written as 10¹².
+pub(super) fn raised(words: &str) -> String {
+    let mut pieces = words.split("10^");
+    let mut text = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        let end = piece.find(|c: char| !c.is_ascii_digit() && c != '-').unwrap_or(piece.len());
+        text += "10";
+        match piece[..end].parse() {
+            Ok(power) => text += &superscript(power),
+            Err(_) => text.extend(["^", &piece[..end]]),
+        }
+        text += &piece[end..];
+    }
+    text
+}
+
 fn superscript(power: i32) -> String {
     power
         .to_string()
@@ -122,6 +138,13 @@ mod tests {
         assert_eq!(number(8588.0, 296.0), "8588 ± 296");
         assert_eq!(number(0.001, 0.12), "0.00 ± 0.12");
         assert_eq!(number(3.1e-7, 2.2e-9), "(3.100 ± 0.022) × 10⁻⁷");
+    }
+
+    #[test]
+    fn powers_of_ten_are_raised() {
+        assert_eq!(raised("beyond 1 : 10^12"), "beyond 1 : 10¹²");
+        assert_eq!(raised("10^-9, 10^3 and 10^"), "10⁻⁹, 10³ and 10^");
+        assert_eq!(raised("pitch"), "pitch");
     }
 
     #[test]

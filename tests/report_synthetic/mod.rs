@@ -78,7 +78,7 @@ fn field(simulator: Simulator, grid: &PlaneGrid) -> Vec<f64> {
 }
 
 /// Noise that is the same every time: uniform, of the standard deviation one.
-fn noise(index: usize) -> f64 {
+pub fn noise(index: usize) -> f64 {
     let scrambled = (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mixed = (scrambled ^ (scrambled >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     ((mixed >> 11) as f64 / (1u64 << 53) as f64 - 0.5) * 12f64.sqrt()

@@ -1,20 +1,21 @@
 //! The page: one HTML file that needs nothing beside it.
 
 mod guide;
-mod html;
 mod pictures;
-mod provenance;
-mod registration;
+pub(super) mod registration;
 mod table;
 
-use self::html::{Html, element, link, paragraph, section, text};
 use super::context::ReportContext;
 use super::figures::Figures;
+use super::html::{self, Html, element, link, paragraph, section, text};
+use super::provenance;
+use super::tables::{CSV_NAME, JSON_NAME, TEXT_NAME};
 use super::verdict;
 use super::words::listed;
 use crate::gap::Comparison;
 
-const STYLE: &str = include_str!("style.css");
+/// The style sheet of all pages.
+pub(super) const STYLE: &str = include_str!("style.css");
 
 /// The page of some comparisons, of which there is at least one, with the pictures drawn of them.
 pub(super) fn page(
@@ -27,15 +28,15 @@ pub(super) fn page(
     main.push(pictures::heights(comparisons, figures));
     main.extend(curves.clone());
     main.extend(comparisons.iter().map(|comparison| simulator(comparison, comparisons)));
-    main.push(provenance::set_up(context, comparisons));
-    main.push(provenance::provenance(context));
+    main.push(provenance::set_up(context, comparisons.first().map(|comparison| comparison.points)));
+    main.push(provenance::provenance(context, &[TEXT_NAME, CSV_NAME, JSON_NAME]));
     let body = Html::all([
         header(context, comparisons),
         navigation(comparisons, curves.is_some()),
         warnings(context),
         element("main", &[], main),
     ]);
-    Html::document(&context.title, STYLE, body)
+    Html::document(&context.title, &[STYLE], body)
 }
 
 /// Anchor of what belongs to a simulator.
@@ -81,7 +82,8 @@ fn navigation(comparisons: &[Comparison], curves: bool) -> Html {
     element("nav", &[("aria-label", "Sections")], [element("ul", &[], items)])
 }
 
-fn warnings(context: &ReportContext) -> Html {
+/// What a reader has to know first.
+pub(super) fn warnings(context: &ReportContext) -> Html {
     if context.warnings.is_empty() {
         return Html::default();
     }

@@ -1,13 +1,10 @@
 //! The pictures with their captions.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-
-use super::super::figures::{Figure, Figures, PlaneFigure};
+use super::super::figures::{Figures, PlaneFigure};
 use super::super::judgement::{drives, focal_height_m};
 use super::super::numbers::{fixed, height_mm, millimetres, percent, uncertain};
 use super::super::words::{listed, sentence};
-use super::html::{Html, element, link, paragraph, section, text, void};
+use super::html::{Html, element, link, paragraph, section, text};
 use crate::acoustics::metrics::Side;
 use crate::gap::{Comparison, FieldFigures, PlaneComparison};
 
@@ -39,7 +36,7 @@ pub(super) fn curves(figures: &Figures) -> Option<Html> {
         element(
             "figure",
             &[],
-            [image(figure), element("figcaption", &[], [paragraph(note), files(figure)])],
+            [figure.image(), element("figcaption", &[], [paragraph(note), figure.files()])],
         )
     });
     Some(section("curves", "Against height", content))
@@ -70,7 +67,7 @@ fn plane_figure(comparison: &Comparison, plane: &PlaneComparison, figure: &Plane
         "figure",
         &[],
         [
-            image(picture),
+            picture.image(),
             element(
                 "figcaption",
                 &[],
@@ -90,36 +87,9 @@ fn plane_figure(comparison: &Comparison, plane: &PlaneComparison, figure: &Plane
                             text(&format!(" {words}")),
                         ],
                     ),
-                    files(picture),
+                    picture.files(),
                 ],
             ),
-        ],
-    )
-}
-
-fn image(figure: &Figure) -> Html {
-    let source = format!("data:image/png;base64,{}", STANDARD.encode(&figure.drawn.png));
-    let (width, height) = figure.drawn.size;
-    void(
-        "img",
-        &[
-            ("alt", &figure.drawn.description),
-            ("width", &width.to_string()),
-            ("height", &height.to_string()),
-            ("src", &source),
-        ],
-    )
-}
-
-fn files(figure: &Figure) -> Html {
-    element(
-        "p",
-        &[],
-        [
-            text("As a file: "),
-            link(&figure.png_name(), "PNG"),
-            text(", "),
-            link(&figure.svg_name(), "SVG"),
         ],
     )
 }

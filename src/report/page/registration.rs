@@ -6,7 +6,7 @@ use super::html::{Html, element, facts, paragraph, text};
 use crate::gap::{Estimate, Mirror, Registering, Registration, TriedRegistration, Uncertain};
 
 /// What was estimated, with its errors, what was tried, and what the data cannot tell.
-pub(super) fn registration(registration: &Registration, unit: &str) -> Vec<Html> {
+pub(in crate::report) fn registration(registration: &Registration, unit: &str) -> Vec<Html> {
     let mut content = vec![
         element("h3", &[], [text("Registration")]),
         paragraph(&format!(

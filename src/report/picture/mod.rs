@@ -1,21 +1,28 @@
 //! The pictures of a report, drawn once and kept as PNG and as SVG.
 
 mod axes;
+mod bar_chart;
 mod canvas;
 mod colour_scale;
+mod diverging_scale;
 mod font;
 mod height_curves;
+mod map_layout;
 mod marker;
 mod plane_maps;
 mod raster;
+mod residual_maps;
 
 use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use plotters::backend::{BitMapBackend, SVGBackend};
 use plotters::prelude::DrawingBackend;
 
+pub(super) use self::bar_chart::{Bar, BarChart, Weight};
+pub(super) use self::canvas::Lies;
 pub(super) use self::height_curves::HeightCurves;
 pub(super) use self::plane_maps::{LEAST_SIGNED_SHARE, PlaneMaps};
+pub(super) use self::residual_maps::{LEAST_SIGNED_SIGMA, REACH_SIGMA, ResidualMaps, rms};
 
 use self::canvas::{Canvas, OVERSAMPLING, TextFit};
 

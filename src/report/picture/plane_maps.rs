@@ -3,29 +3,16 @@
 use plotters::backend::DrawingBackend;
 
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Canvas, Lies, OVERSAMPLING, Pen, Point};
+use super::canvas::{Canvas, Lies, Point};
 use super::colour_scale::ColourScale;
+use super::map_layout::MapLayout;
 use super::marker::{Series, focus_on_map};
-use super::raster::{Cells, borders};
 use super::{Picture, PictureError};
 use crate::acoustics::Simulator;
 use crate::gap::{ComparedMap, FieldFigures, PlaneComparison};
 
-/// Room for a map, CSS pixels: maps are as large as fits, with equal millimetres along both axes.
-const MAP_ROOM: (f64, f64) = (310.0, 360.0);
-/// A panel is at least this wide, so that its title and legend have room.
-const LEAST_PANEL_WIDTH: f64 = 190.0;
-const LEFT_ROOM: f64 = 70.0;
-const TOP_ROOM: f64 = 34.0;
-const BOTTOM_ROOM: f64 = 82.0;
-const PANEL_GAP: f64 = 22.0;
-const BAR_WIDTH: f64 = 16.0;
-const RIGHT_ROOM: f64 = 94.0;
-
 /// Differences below this share of the colour scale carry no sign.
 pub(in crate::report) const LEAST_SIGNED_SHARE: f64 = 0.15;
-/// Distance between signs, CSS pixels, at least.
-const SIGN_SPACING: f64 = 15.0;
 
 /// The three maps of a plane.
 pub(in crate::report) struct PlaneMaps<'a> {
@@ -34,7 +21,7 @@ pub(in crate::report) struct PlaneMaps<'a> {
     simulator: Simulator,
     unit: &'a str,
     scale: ColourScale,
-    layout: Layout,
+    layout: MapLayout,
 }
 
 impl<'a> PlaneMaps<'a> {
@@ -46,7 +33,7 @@ impl<'a> PlaneMaps<'a> {
         if cells == 0 || map.scan.len() != cells || map.simulation.len() != cells {
             return None;
         }
-        let layout = Layout::new(map);
+        let layout = MapLayout::new(&map.x_m, &map.y_m)?;
         // Where no reading is above zero, any scale shows as much.
         let top =
             largest(map.scan.iter().chain(&map.simulation)).filter(|&top| top > 0.0).unwrap_or(1.0);
@@ -66,26 +53,7 @@ impl<'a> PlaneMaps<'a> {
         title: &str,
         values: &[f64],
     ) -> Result<Axes, PictureError> {
-        let axes = self.layout.panel(index);
-        let cells = Cells {
-            column_borders: &self.layout.column_borders_mm,
-            row_borders: &self.layout.row_borders_mm,
-            values,
-        };
-        let size_px = (device_length(axes.width), device_length(axes.height));
-        canvas.image(axes.corner, size_px, &cells.image(size_px, self.scale))?;
-        axes.frame(canvas)?;
-        axes.x_axis(canvas, "x (mm)")?;
-        if index == 0 {
-            axes.y_axis(canvas, "y (mm)")?;
-        }
-        canvas.text(
-            title,
-            (axes.corner.0, axes.corner.1 - 6.0),
-            LABEL_TEXT + 1.0,
-            Lies::AboveRight,
-        )?;
-        Ok(axes)
+        self.layout.map(canvas, index, title, values, |value| self.scale.colour(value))
     }
 
     /// Marks of focus and peaks on a panel.
@@ -106,53 +74,6 @@ impl<'a> PlaneMaps<'a> {
         }
     }
 
-    /// A plus where the scan is louder and a minus where it is quieter than the simulation.
-    fn signs<B: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<B>,
-        axes: &Axes,
-        difference: &[f64],
-    ) -> Result<(), PictureError> {
-        let columns = self.map.x_m.len();
-        let column_stride = stride(axes.width / columns as f64);
-        let row_stride = stride(axes.height / self.map.y_m.len() as f64);
-        for row in (row_stride / 2..self.map.y_m.len()).step_by(row_stride) {
-            for column in (column_stride / 2..columns).step_by(column_stride) {
-                let value = difference[row * columns + column];
-                if !value.is_finite() || value.abs() < LEAST_SIGNED_SHARE * self.scale.top {
-                    continue;
-                }
-                let (x, y) = axes.place(self.map.x_m[column] * 1e3, self.map.y_m[row] * 1e3);
-                let pen = Pen { colour: self.scale.contrast(value.abs()), width: 1.25 };
-                canvas.line((x - 3.5, y), (x + 3.5, y), pen)?;
-                if value > 0.0 {
-                    canvas.line((x, y - 3.5), (x, y + 3.5), pen)?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn colour_bar<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
-        let last = self.layout.panel(2);
-        let axes = Axes {
-            corner: (last.corner.0 + self.layout.panel_width + PANEL_GAP, last.corner.1),
-            width: BAR_WIDTH,
-            height: last.height,
-            x: (0.0, 1.0),
-            y: (0.0, self.scale.top),
-        };
-        let steps = 256;
-        let levels: Vec<f64> = (0..=steps).map(|step| f64::from(step) / f64::from(steps)).collect();
-        let values: Vec<f64> =
-            levels.windows(2).map(|pair| (pair[0] + pair[1]) / 2.0 * self.scale.top).collect();
-        let cells = Cells { column_borders: &[0.0, 1.0], row_borders: &levels, values: &values };
-        let size_px = (device_length(axes.width), device_length(axes.height));
-        canvas.image(axes.corner, size_px, &cells.image(size_px, self.scale))?;
-        axes.frame(canvas)?;
-        axes.right_axis(canvas, &reading_label(self.unit))
-    }
-
     fn legend<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
         let y = f64::from(self.size().1) - 18.0;
         let entry = |canvas: &mut Canvas<B>, panel: usize, along: f64, text: &str| {
@@ -163,7 +84,7 @@ impl<'a> PlaneMaps<'a> {
         let at = entry(canvas, 0, 0.0, "peak of the scan")?;
         Series::Scan.mark_on_map(canvas, at)?;
         if self.focus_mm().is_some() {
-            let at = entry(canvas, 0, 165.0_f64.min(self.layout.panel_width - 60.0), "focus")?;
+            let at = entry(canvas, 0, 165.0_f64.min(self.layout.panel_width() - 60.0), "focus")?;
             focus_on_map(canvas, at)?;
         }
         let at = entry(canvas, 1, 0.0, "peak of the simulation")?;
@@ -175,9 +96,7 @@ impl<'a> PlaneMaps<'a> {
 
 impl Picture for PlaneMaps<'_> {
     fn size(&self) -> (u32, u32) {
-        let last = self.layout.panel(2);
-        let width = last.corner.0 + self.layout.panel_width + PANEL_GAP + RIGHT_ROOM;
-        (width.ceil() as u32, (last.corner.1 + last.height + BOTTOM_ROOM).ceil() as u32)
+        self.layout.size(3)
     }
 
     fn description(&self) -> String {
@@ -201,52 +120,14 @@ impl Picture for PlaneMaps<'_> {
         let axes = self.panel(canvas, 1, &simulated.name(), &self.map.simulation)?;
         self.marks(canvas, &axes, &[simulation])?;
         let axes = self.panel(canvas, 2, "|scan \u{2212} simulation|", &size_of_difference)?;
-        self.signs(canvas, &axes, &difference)?;
+        let least = LEAST_SIGNED_SHARE * self.scale.top;
+        self.layout
+            .signs(canvas, &axes, &difference, least, |value| self.scale.contrast(value.abs()))?;
         self.marks(canvas, &axes, &[simulation, scan])?;
-        self.colour_bar(canvas)?;
+        let range = (0.0, self.scale.top);
+        let label = reading_label(self.unit);
+        self.layout.colour_bar(canvas, 2, range, &label, |value| self.scale.colour(value))?;
         self.legend(canvas)
-    }
-}
-
-/// Where the panels stand.
-struct Layout {
-    column_borders_mm: Vec<f64>,
-    row_borders_mm: Vec<f64>,
-    map_width: f64,
-    map_height: f64,
-    panel_width: f64,
-}
-
-impl Layout {
-    fn new(map: &ComparedMap) -> Self {
-        let millimetres = |along_m: &[f64]| along_m.iter().map(|m| m * 1e3).collect::<Vec<_>>();
-        let (x_mm, y_mm) = (millimetres(&map.x_m), millimetres(&map.y_m));
-        // A map of one column or row takes the step of its other axis for its width.
-        let step = |along: &[f64]| along.windows(2).map(|pair| pair[1] - pair[0]).reduce(f64::min);
-        let lone = step(&x_mm).or_else(|| step(&y_mm)).unwrap_or(1.0);
-        let (columns, rows) = (borders(&x_mm, lone), borders(&y_mm, lone));
-        let (wide_mm, high_mm) =
-            (columns[columns.len() - 1] - columns[0], rows[rows.len() - 1] - rows[0]);
-        let per_mm = (MAP_ROOM.0 / wide_mm).min(MAP_ROOM.1 / high_mm);
-        let map_width = (wide_mm * per_mm).max(4.0);
-        Self {
-            column_borders_mm: columns,
-            row_borders_mm: rows,
-            map_width,
-            map_height: (high_mm * per_mm).max(4.0),
-            panel_width: map_width.max(LEAST_PANEL_WIDTH),
-        }
-    }
-
-    fn panel(&self, index: usize) -> Axes {
-        let ends = |borders: &[f64]| (borders[0], borders[borders.len() - 1]);
-        Axes {
-            corner: (LEFT_ROOM + index as f64 * (self.panel_width + PANEL_GAP), TOP_ROOM),
-            width: self.map_width,
-            height: self.map_height,
-            x: ends(&self.column_borders_mm),
-            y: ends(&self.row_borders_mm),
-        }
     }
 }
 
@@ -263,16 +144,6 @@ fn peak_mm(figures: &FieldFigures) -> Option<Point> {
 /// The label of an axis of readings.
 pub(super) fn reading_label(unit: &str) -> String {
     if unit.is_empty() { "reading".to_owned() } else { format!("reading ({unit})") }
-}
-
-/// Every how many cells a sign stands, for cells of the given size.
-fn stride(cell: f64) -> usize {
-    ((SIGN_SPACING / cell).ceil() as usize).max(1)
-}
-
-/// A length in backend pixels.
-fn device_length(length: f64) -> u32 {
-    ((length * f64::from(OVERSAMPLING)).round() as u32).max(1)
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! A map of readings as pixels.
 
 use super::canvas::Rgb;
-use super::colour_scale::ColourScale;
 
 /// Borders of the cells about rising positions: midway between neighbours, as far beyond the first and the
 /// last as the nearest border is on their other side. A lone position gets a cell of the width `lone`.
@@ -26,16 +25,13 @@ pub(super) struct Cells<'a> {
 impl Cells<'_> {
     /// The cells as an image of the given size, three bytes a pixel, the topmost row of pixels first. Cells
     /// without a value are hatched, so that they look like no reading at all.
-    pub fn image(&self, (width, height): (u32, u32), scale: ColourScale) -> Vec<u8> {
+    pub fn image(&self, (width, height): (u32, u32), colour: impl Fn(f64) -> Rgb) -> Vec<u8> {
         let columns = cell_of_pixels(self.column_borders, width);
         let mut rows = cell_of_pixels(self.row_borders, height);
         rows.reverse();
         let count = self.column_borders.len().saturating_sub(1);
-        let colours: Vec<Option<Rgb>> = self
-            .values
-            .iter()
-            .map(|&value| value.is_finite().then(|| scale.colour(value)))
-            .collect();
+        let colours: Vec<Option<Rgb>> =
+            self.values.iter().map(|&value| value.is_finite().then(|| colour(value))).collect();
         let mut image = vec![0; 3 * columns.len() * rows.len()];
         for (y, (pixels, row)) in image.chunks_exact_mut(3 * columns.len()).zip(rows).enumerate() {
             for (x, (pixel, column)) in pixels.chunks_exact_mut(3).zip(&columns).enumerate() {
@@ -67,6 +63,7 @@ fn hatching(x: usize, y: usize) -> Rgb {
 
 #[cfg(test)]
 mod tests {
+    use super::super::colour_scale::ColourScale;
     use super::*;
 
     fn pixel(image: &[u8], width: usize, x: usize, y: usize) -> Rgb {
@@ -89,7 +86,7 @@ mod tests {
             values: &[1.0, 2.0, 0.5, 4.0],
         };
         let scale = ColourScale { top: 4.0 };
-        let image = cells.image((20, 20), scale);
+        let image = cells.image((20, 20), |value| scale.colour(value));
         assert_eq!(pixel(&image, 20, 15, 4), scale.colour(4.0));
         assert_eq!(pixel(&image, 20, 4, 4), scale.colour(0.5));
         assert_eq!(pixel(&image, 20, 4, 15), scale.colour(1.0));
@@ -103,7 +100,7 @@ mod tests {
             values: &[f64::NAN, 0.0],
         };
         let scale = ColourScale { top: 1.0 };
-        let image = cells.image((200, 100), scale);
+        let image = cells.image((200, 100), |value| scale.colour(value));
         let left: Vec<Rgb> = (0..100).map(|x| pixel(&image, 200, x, 50)).collect();
         assert!(left.contains(&(255, 255, 255)) && left.contains(&(160, 160, 160)));
         assert!(!left.contains(&scale.colour(0.0)));

@@ -34,6 +34,7 @@ const BLOCKS: &[&str] = &[
     "meta",
     "title",
     "footer",
+    "pre",
 ];
 
 impl Html {
@@ -45,8 +46,8 @@ impl Html {
         })
     }
 
-    /// The whole document, with its style sheet.
-    pub fn document(title: &str, style: &'static str, body: Html) -> String {
+    /// The whole document, with its style sheets.
+    pub fn document(title: &str, styles: &[&'static str], body: Html) -> String {
         let head = Html::all([
             void("meta", &[("charset", "utf-8")]),
             void(
@@ -54,7 +55,7 @@ impl Html {
                 &[("name", "viewport"), ("content", "width=device-width, initial-scale=1")],
             ),
             element("title", &[], [text(title)]),
-            Html(format!("<style>\n{style}</style>\n")),
+            Html(format!("<style>\n{}</style>\n", styles.concat())),
         ]);
         let page = element(
             "html",
@@ -106,6 +107,12 @@ pub(super) fn paragraph(words: &str) -> Html {
     element("p", &[], [text(words)])
 }
 
+/// Lines of text, kept as they are.
+pub(super) fn lines(words: &str) -> Html {
+    let lines: Vec<String> = words.trim_end().lines().map(escaped).collect();
+    Html(format!("\n<pre>{}</pre>", lines.join("\n")))
+}
+
 /// A link.
 pub(super) fn link(target: &str, words: &str) -> Html {
     element("a", &[("href", target)], [text(words)])
@@ -127,6 +134,32 @@ pub(super) fn facts(rows: impl IntoIterator<Item = (Html, Html)>) -> Html {
         )
     };
     element("table", &[("class", "facts")], [element("tbody", &[], rows.into_iter().map(row))])
+}
+
+/// A table of one head row; the first cell of each row names it.
+pub(super) fn table(
+    caption: &str,
+    columns: &[&str],
+    rows: impl IntoIterator<Item = Vec<Html>>,
+) -> Html {
+    let head = columns.iter().map(|words| element("th", &[("scope", "col")], [text(words)]));
+    let row = |cells: Vec<Html>| {
+        let cell = |(place, content)| match place {
+            0 => element("th", &[("scope", "row")], [content]),
+            _ => element("td", &[], [content]),
+        };
+        element("tr", &[], cells.into_iter().enumerate().map(cell))
+    };
+    let table = element(
+        "table",
+        &[("class", "names")],
+        [
+            element("caption", &[], [text(caption)]),
+            element("thead", &[], [element("tr", &[], head)]),
+            element("tbody", &[], rows.into_iter().map(row)),
+        ],
+    );
+    element("div", &[("class", "wide")], [table])
 }
 
 fn escaped(text: &str) -> String {

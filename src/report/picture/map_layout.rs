@@ -1,0 +1,190 @@
+//! Maps side by side: where each stands, how its cells, signs and colour bar are drawn.
+
+use plotters::backend::DrawingBackend;
+
+use super::PictureError;
+use super::axes::{Axes, LABEL_TEXT};
+use super::canvas::{Canvas, Lies, OVERSAMPLING, Pen, Rgb};
+use super::raster::{Cells, borders};
+
+/// Room for a map, CSS pixels: maps are as large as fits, with equal millimetres along both axes.
+const MAP_ROOM: (f64, f64) = (310.0, 360.0);
+/// A panel is at least this wide, so that its title and legend have room.
+const LEAST_PANEL_WIDTH: f64 = 190.0;
+const LEFT_ROOM: f64 = 70.0;
+const TOP_ROOM: f64 = 34.0;
+const BOTTOM_ROOM: f64 = 82.0;
+const PANEL_GAP: f64 = 22.0;
+const BAR_WIDTH: f64 = 16.0;
+/// Right of the last panel: a colour bar with its numbers and label.
+const RIGHT_ROOM: f64 = 94.0;
+/// Distance between signs, CSS pixels, at least.
+const SIGN_SPACING: f64 = 15.0;
+
+/// Where the panels of some maps of one grid stand.
+pub(super) struct MapLayout {
+    x_mm: Vec<f64>,
+    y_mm: Vec<f64>,
+    column_borders_mm: Vec<f64>,
+    row_borders_mm: Vec<f64>,
+    map_width: f64,
+    map_height: f64,
+    panel_width: f64,
+    /// Between the first panel and the second, beyond the gap that all have.
+    after_first: f64,
+}
+
+impl MapLayout {
+    /// Panels for maps over rising columns and rows, metres; `None` where there are none.
+    pub fn new(x_m: &[f64], y_m: &[f64]) -> Option<Self> {
+        let millimetres = |along_m: &[f64]| along_m.iter().map(|m| m * 1e3).collect::<Vec<_>>();
+        let (x_mm, y_mm) = (millimetres(x_m), millimetres(y_m));
+        // A map of one column or row takes the step of its other axis for its width.
+        let step = |along: &[f64]| along.windows(2).map(|pair| pair[1] - pair[0]).reduce(f64::min);
+        let lone = step(&x_mm).or_else(|| step(&y_mm)).unwrap_or(1.0);
+        let (columns, rows) = (borders(&x_mm, lone), borders(&y_mm, lone));
+        let wide_mm = columns.last()? - columns.first()?;
+        let high_mm = rows.last()? - rows.first()?;
+        let per_mm = (MAP_ROOM.0 / wide_mm).min(MAP_ROOM.1 / high_mm);
+        let map_width = (wide_mm * per_mm).max(4.0);
+        Some(Self {
+            x_mm,
+            y_mm,
+            column_borders_mm: columns,
+            row_borders_mm: rows,
+            map_width,
+            map_height: (high_mm * per_mm).max(4.0),
+            panel_width: map_width.max(LEAST_PANEL_WIDTH),
+            after_first: 0.0,
+        })
+    }
+
+    /// The same with room for a colour bar of the first panel's own.
+    pub fn with_bar_after_first(mut self) -> Self {
+        self.after_first = RIGHT_ROOM;
+        self
+    }
+
+    /// Width of a panel, CSS pixels; its map may be narrower.
+    pub fn panel_width(&self) -> f64 {
+        self.panel_width
+    }
+
+    /// Width and height of a picture of some panels with a colour bar after the last, CSS pixels.
+    pub fn size(&self, panels: usize) -> (u32, u32) {
+        let last = self.panel(panels - 1);
+        let width = last.corner.0 + self.panel_width + PANEL_GAP + RIGHT_ROOM;
+        (width.ceil() as u32, (last.corner.1 + last.height + BOTTOM_ROOM).ceil() as u32)
+    }
+
+    /// The frame of a panel, its axes in millimetres.
+    pub fn panel(&self, index: usize) -> Axes {
+        let ends = |borders: &[f64]| (borders[0], borders[borders.len() - 1]);
+        let beyond_first = if index > 0 { self.after_first } else { 0.0 };
+        let left = LEFT_ROOM + index as f64 * (self.panel_width + PANEL_GAP) + beyond_first;
+        Axes {
+            corner: (left, TOP_ROOM),
+            width: self.map_width,
+            height: self.map_height,
+            x: ends(&self.column_borders_mm),
+            y: ends(&self.row_borders_mm),
+        }
+    }
+
+    /// Draws a map, its frame, axes and title.
+    pub fn map<B: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<B>,
+        index: usize,
+        title: &str,
+        values: &[f64],
+        colour: impl Fn(f64) -> Rgb,
+    ) -> Result<Axes, PictureError> {
+        let axes = self.panel(index);
+        let cells = Cells {
+            column_borders: &self.column_borders_mm,
+            row_borders: &self.row_borders_mm,
+            values,
+        };
+        let size_px = (device_length(axes.width), device_length(axes.height));
+        canvas.image(axes.corner, size_px, &cells.image(size_px, colour))?;
+        axes.frame(canvas)?;
+        axes.x_axis(canvas, "x (mm)")?;
+        if index == 0 {
+            axes.y_axis(canvas, "y (mm)")?;
+        }
+        let title_at = (axes.corner.0, axes.corner.1 - 6.0);
+        canvas.text(title, title_at, LABEL_TEXT + 1.0, Lies::AboveRight)?;
+        Ok(axes)
+    }
+
+    /// A plus where a value is above zero and a minus where it is below, from the size `least` on, in the colours that stand
+    /// out against the values'.
+    pub fn signs<B: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<B>,
+        axes: &Axes,
+        values: &[f64],
+        least: f64,
+        contrast: impl Fn(f64) -> Rgb,
+    ) -> Result<(), PictureError> {
+        let columns = self.x_mm.len();
+        let column_stride = stride(axes.width / columns as f64);
+        let row_stride = stride(axes.height / self.y_mm.len() as f64);
+        for row in (row_stride / 2..self.y_mm.len()).step_by(row_stride) {
+            for column in (column_stride / 2..columns).step_by(column_stride) {
+                let value = values[row * columns + column];
+                if !value.is_finite() || value.abs() < least {
+                    continue;
+                }
+                let (x, y) = axes.place(self.x_mm[column], self.y_mm[row]);
+                let pen = Pen { colour: contrast(value), width: 1.25 };
+                canvas.line((x - 3.5, y), (x + 3.5, y), pen)?;
+                if value > 0.0 {
+                    canvas.line((x, y - 3.5), (x, y + 3.5), pen)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The colour bar right of a panel.
+    pub fn colour_bar<B: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<B>,
+        after: usize,
+        range: (f64, f64),
+        label: &str,
+        colour: impl Fn(f64) -> Rgb,
+    ) -> Result<(), PictureError> {
+        let panel = self.panel(after);
+        // A bar between two panels stands close to its own.
+        let gap = if after == 0 && self.after_first > 0.0 { PANEL_GAP / 2.0 } else { PANEL_GAP };
+        let axes = Axes {
+            corner: (panel.corner.0 + self.panel_width + gap, panel.corner.1),
+            width: BAR_WIDTH,
+            height: panel.height,
+            x: (0.0, 1.0),
+            y: range,
+        };
+        let steps = 256;
+        let level = |step: f64| range.0 + (range.1 - range.0) * step / f64::from(steps);
+        let levels: Vec<f64> = (0..=steps).map(|step| level(f64::from(step))).collect();
+        let values: Vec<f64> = (0..steps).map(|step| level(f64::from(step) + 0.5)).collect();
+        let cells = Cells { column_borders: &[0.0, 1.0], row_borders: &levels, values: &values };
+        let size_px = (device_length(axes.width), device_length(axes.height));
+        canvas.image(axes.corner, size_px, &cells.image(size_px, colour))?;
+        axes.frame(canvas)?;
+        axes.right_axis(canvas, label)
+    }
+}
+
+/// Every how many cells a sign stands, for cells of the given size.
+fn stride(cell: f64) -> usize {
+    ((SIGN_SPACING / cell).ceil() as usize).max(1)
+}
+
+/// A length in backend pixels.
+fn device_length(length: f64) -> u32 {
+    ((length * f64::from(OVERSAMPLING)).round() as u32).max(1)
+}

@@ -3,7 +3,9 @@
 //! Exit codes: 0 done; 1 a fault of a file or a device; 2 the command line was wrong; 3 the scan ended before its plan
 //! did, and `resume` can finish it; 130 stopped at once by a second signal.
 
+mod blind;
 mod compare;
+mod diagnose;
 mod import;
 mod output;
 mod progress;
@@ -48,12 +50,16 @@ enum Command {
     Replay(replay::Replay),
     /// Compare a recorded scan with its simulation and print the figures
     Compare(compare::Compare),
+    /// Say why a recorded scan and its simulation differ
+    Diagnose(diagnose::Diagnose),
     /// Simulate a plan, or planes over a rig's array
     Simulate(simulate::Simulate),
     /// Bring in a field that was measured elsewhere
     Import(import::Import),
     /// Keep a virtual rig open, as ports for any program
     Virtual(virtual_ports::Virtual),
+    /// Check diagnoses on sets of scans whose causes are sealed away
+    Blind(blind::Blind),
     /// Look after a rig
     Rig(rig::Rig),
     /// Print the completions of a shell
@@ -96,9 +102,11 @@ impl Command {
             Self::Resume(command) => command.run(),
             Self::Replay(command) => command.run(),
             Self::Compare(command) => command.run(),
+            Self::Diagnose(command) => command.run(),
             Self::Simulate(command) => command.run(),
             Self::Import(command) => command.run(),
             Self::Virtual(command) => command.run(),
+            Self::Blind(command) => command.run(),
             Self::Rig(command) => command.run(),
             Self::Completions { shell } => {
                 clap_complete::generate(

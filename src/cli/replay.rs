@@ -59,7 +59,8 @@ pub(super) fn report_on(
     Ok(comparisons)
 }
 
-fn context(folder: &Path, scan: &RecordedScan) -> miette::Result<ReportContext> {
+/// Where the data in a folder are from, for a report.
+pub(super) fn context(folder: &Path, scan: &RecordedScan) -> miette::Result<ReportContext> {
     Ok(ReportContext {
         title: scan.setup.name.clone(),
         set_up: set_up(scan),

@@ -1,0 +1,64 @@
+//! Whether the stated probabilities hold: of what is named with 0.9, nine in ten should be right.
+
+use serde::Serialize;
+
+use super::judged::Judged;
+use super::rate::{Figure, Target};
+
+/// Bins of equal width from 0 to 1.
+const BINS: usize = 10;
+
+/// How far the stated probabilities hold.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Calibration {
+    /// The bins that hold anything.
+    pub bins: Vec<CalibrationBin>,
+    /// Mean distance between stated probability and share that is right, over the bins, each by what it holds.
+    pub error: Option<f64>,
+    /// Scans that it rests on: all where the diagnosis stands by a candidate.
+    pub of: usize,
+}
+
+/// Diagnoses whose stated probability is about the same.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CalibrationBin {
+    /// How many.
+    pub of: usize,
+    /// Mean stated probability of the first candidate.
+    pub stated: f64,
+    /// Share of first candidates that are the truth.
+    pub right: f64,
+}
+
+impl Calibration {
+    /// Of all diagnoses but those that say `unexplained`, whose candidates are all refused.
+    pub(super) fn of(judged: &[Judged<'_>]) -> Self {
+        let mut sums = [(0usize, 0.0, 0usize); BINS];
+        for one in judged {
+            let Some(first) = one.first() else { continue };
+            let bin = ((first.probability * BINS as f64) as usize).min(BINS - 1);
+            sums[bin].0 += 1;
+            sums[bin].1 += first.probability;
+            sums[bin].2 += usize::from(one.is_true(&first.effects));
+        }
+        let bins: Vec<CalibrationBin> = sums
+            .into_iter()
+            .filter(|(of, ..)| *of > 0)
+            .map(|(of, stated, right)| CalibrationBin {
+                of,
+                stated: stated / of as f64,
+                right: right as f64 / of as f64,
+            })
+            .collect();
+        let of = bins.iter().map(|bin| bin.of).sum::<usize>();
+        let apart: f64 =
+            bins.iter().map(|bin| bin.of as f64 * (bin.stated - bin.right).abs()).sum();
+        Self { bins, error: (of > 0).then(|| apart / of as f64), of }
+    }
+
+    /// The error as a figure.
+    pub(super) fn figure(&self) -> Figure {
+        let what = "calibration error of the first candidate's probability";
+        Figure::new(what, self.error, self.of, Target::AtMost(0.05))
+    }
+}

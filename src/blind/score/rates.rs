@@ -1,0 +1,127 @@
+//! The rates that are counted, and what is asked of them.
+
+use super::super::assignment::Category;
+use super::super::said::SaidVerdict;
+use super::judged::Judged;
+use super::rate::{Figure, Rate, Target};
+
+/// From here on a gap is to be named nearly always, in standard deviations of a reading's noise.
+const CLEAR: f64 = 0.5;
+
+/// Gaps by their size.
+const BINS: [(f64, f64, &str); 4] = [
+    (0.0, 0.12, "gap < 0.12 sigma"),
+    (0.12, CLEAR, "gap 0.12 to 0.5 sigma"),
+    (CLEAR, 2.0, "gap 0.5 to 2 sigma"),
+    (2.0, f64::INFINITY, "gap > 2 sigma"),
+];
+
+/// Every rate.
+pub(super) fn rates(judged: &[Judged<'_>]) -> Vec<Rate> {
+    let mut rates = Vec::new();
+    of_one(judged, &mut rates);
+    of_two(judged, &mut rates);
+    of_none(judged, &mut rates);
+    of_outside(judged, &mut rates);
+    rates
+}
+
+/// The median share of the gap that was closed where the cause was found and the gap is clear.
+pub(super) fn median_explained(judged: &[Judged<'_>]) -> Figure {
+    let mut fractions: Vec<f64> = judged
+        .iter()
+        .filter(|one| one.is_exact() && one.answer.gap_sigma >= CLEAR)
+        .filter_map(|one| one.said.explained_fraction)
+        .collect();
+    fractions.sort_by(f64::total_cmp);
+    let of = fractions.len();
+    let median = (of > 0).then(|| 0.5 * (fractions[(of - 1) / 2] + fractions[of / 2]));
+    let what = "median explained fraction where named exactly, gap >= 0.5 sigma";
+    Figure::new(what, median, of, Target::AtLeast(0.97))
+}
+
+fn of_one(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
+    let exact_or_rival = |one: &Judged<'_>| one.is_exact() || one.is_among_rivals();
+    for (least, most, bin) in BINS {
+        let of = || sized(judged, Category::One, least, most);
+        rates.push(Rate::of(format!("one effect, {bin}: named exactly"), of(), Judged::is_exact));
+        let what = format!("one effect, {bin}: exactly or among two or three");
+        rates.push(Rate::of(what, of(), exact_or_rival));
+        let what = format!("one effect, {bin}: explained with a wrong cause");
+        rates.push(Rate::of(what, of(), Judged::is_wrong));
+    }
+    let clear = || sized(judged, Category::One, CLEAR, f64::INFINITY);
+    rates.extend([
+        Rate::of("one effect, gap >= 0.5 sigma: named exactly", clear(), Judged::is_exact)
+            .with(Target::AtLeast(0.95)),
+        Rate::of(
+            "one effect, gap >= 0.5 sigma: exactly or among two or three",
+            clear(),
+            exact_or_rival,
+        )
+        .with(Target::AtLeast(0.98)),
+        Rate::of(
+            "one effect, any gap: explained with a wrong cause",
+            sized(judged, Category::One, 0.0, f64::INFINITY),
+            Judged::is_wrong,
+        )
+        .with(Target::AtMost(0.01)),
+    ]);
+}
+
+fn of_two(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
+    let pairs = || sized(judged, Category::Two, 0.0, f64::INFINITY);
+    let smaller = |one: &Judged<'_>| {
+        one.answer.gaps_alone_sigma.iter().copied().fold(f64::INFINITY, f64::min)
+    };
+    rates.extend([
+        Rate::of(
+            "two effects, each >= 0.5 sigma alone: both exactly",
+            pairs().filter(|one| smaller(one) >= CLEAR),
+            Judged::is_exact,
+        ),
+        Rate::of("two effects: both exactly", pairs(), Judged::is_exact).with(Target::AtLeast(0.8)),
+        Rate::of("two effects: both exactly or among two or three sets", pairs(), |one| {
+            one.is_exact() || one.is_among_rivals()
+        }),
+        Rate::of(
+            "two effects, where explained: every named one true",
+            pairs().filter(Judged::is_explained),
+            Judged::names_only_truth,
+        )
+        .with(Target::AtLeast(0.95)),
+    ]);
+}
+
+fn of_none(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
+    let alarm = |one: &Judged<'_>| one.said.verdict != SaidVerdict::None;
+    let none = sized(judged, Category::None, 0.0, f64::INFINITY);
+    rates.push(Rate::of("no effect: false alarms", none, alarm).with(Target::AtMost(0.01)));
+}
+
+fn of_outside(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
+    let unexplained = |one: &Judged<'_>| one.said.verdict == SaidVerdict::Unexplained;
+    for (least, most, bin) in BINS {
+        let of = || sized(judged, Category::Outside, least, most);
+        rates.push(Rate::of(format!("outside, {bin}: unexplained"), of(), unexplained));
+        let what = format!("outside, {bin}: named with confidence");
+        rates.push(Rate::of(what, of(), Judged::is_explained));
+    }
+    let all = || sized(judged, Category::Outside, 0.0, f64::INFINITY);
+    rates.extend([
+        Rate::of("outside: unexplained", all(), unexplained).with(Target::AtLeast(0.85)),
+        Rate::of("outside: named with confidence", all(), Judged::is_explained)
+            .with(Target::AtMost(0.1)),
+    ]);
+}
+
+fn sized<'a, 'b>(
+    judged: &'b [Judged<'a>],
+    category: Category,
+    least: f64,
+    most: f64,
+) -> impl Iterator<Item = Judged<'a>> + 'b {
+    judged.iter().copied().filter(move |one| {
+        one.answer.category == category && (least..most).contains(&one.answer.gap_sigma)
+    })
+}

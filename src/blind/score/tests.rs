@@ -1,0 +1,128 @@
+//! Scores of hand-made diagnoses, whose rates are known.
+
+use std::collections::BTreeMap;
+
+use serde_json::json;
+
+use super::super::answer::Answer;
+use super::super::assignment::Category;
+use super::*;
+
+fn answer(number: usize, category: Category, effects: &[&str], gap_sigma: f64) -> Answer {
+    Answer {
+        name: format!("{number:04}"),
+        category,
+        effects: effects.iter().map(|&effect| effect.to_owned()).collect(),
+        parameters: BTreeMap::from([
+            ("sound-speed.c_m_s".to_owned(), json!(345.0)),
+            ("standing-wave.coefficient".to_owned(), json!([0.1, -0.2])),
+        ]),
+        gap_sigma,
+        gaps_alone_sigma: vec![gap_sigma; effects.len()],
+        elements: None,
+        noise: [0.02, 0.005],
+        peak_v: 1.0,
+    }
+}
+
+fn said(text: serde_json::Value) -> Option<Said> {
+    Some(serde_json::from_value(text).expect("a diagnosis"))
+}
+
+fn explained(effects: &[&str], probability: f64) -> Option<Said> {
+    said(json!({
+        "verdict": "explained", "effects": effects, "explained_fraction": 0.98, "unknown": 1,
+        "ranked": [{ "effects": effects, "probability": probability }]
+    }))
+}
+
+fn verdict(verdict: &str) -> Option<Said> {
+    said(json!({ "verdict": verdict }))
+}
+
+fn score(all: Vec<(Answer, Option<Said>)>) -> Score {
+    let (answers, said): (Vec<_>, Vec<_>) = all.into_iter().unzip();
+    Score::new(&Answers { format: 1, seed: 1, answers }, &said)
+}
+
+fn share(score: &Score, what: &str) -> f64 {
+    let found = score.rates.iter().find(|rate| rate.what == what);
+    found.expect(what).share.expect("there are some")
+}
+
+#[test]
+fn known_diagnoses_have_known_rates() {
+    let one = |n, gap| answer(n, Category::One, &["sound-speed"], gap);
+    let two = |n| answer(n, Category::Two, &["lag", "pitch"], 2.0);
+    let rivals = json!({
+        "verdict": "ambiguous", "alternatives": [["drive-frequency"], ["sound-speed"]]
+    });
+    let score = score(vec![
+        (one(0, 3.0), explained(&["sound-speed"], 0.99)),
+        (one(1, 1.0), explained(&["pitch"], 0.6)),
+        (one(2, 0.6), said(rivals)),
+        (one(3, 0.2), verdict("none")),
+        (two(4), explained(&["pitch", "lag"], 0.9)),
+        (two(5), explained(&["lag"], 0.9)),
+        (two(6), explained(&["lag", "skew"], 0.9)),
+        (answer(7, Category::None, &[], 0.0), verdict("none")),
+        (answer(8, Category::None, &[], 0.0), verdict("unexplained")),
+        (answer(9, Category::Outside, &["screen"], 1.0), verdict("unexplained")),
+        (answer(10, Category::Outside, &["screen"], 4.0), explained(&["flow"], 0.8)),
+        (answer(11, Category::One, &["flow"], 1.0), None),
+    ]);
+    assert_eq!((score.scored, score.not_diagnosed.as_slice()), (11, &["0011".to_owned()][..]));
+    for (what, expected) in [
+        ("one effect, gap >= 0.5 sigma: named exactly", 1.0 / 3.0),
+        ("one effect, gap >= 0.5 sigma: exactly or among two or three", 2.0 / 3.0),
+        ("one effect, any gap: explained with a wrong cause", 0.25),
+        ("one effect, gap 0.12 to 0.5 sigma: named exactly", 0.0),
+        ("two effects: both exactly", 1.0 / 3.0),
+        ("two effects, where explained: every named one true", 2.0 / 3.0),
+        ("no effect: false alarms", 0.5),
+        ("outside: unexplained", 0.5),
+        ("outside: named with confidence", 0.5),
+        ("outside, gap > 2 sigma: named with confidence", 1.0),
+    ] {
+        assert!((share(&score, what) - expected).abs() < 1e-12, "{what}");
+    }
+    assert_eq!(score.figures[0].value, Some(0.98));
+    let text = score.to_text();
+    assert!(text.contains("sound-speed (4) -> "), "{text}");
+    assert!(text.contains("1 WITHOUT A DIAGNOSIS"), "{text}");
+}
+
+#[test]
+fn probabilities_that_hold_have_no_error_and_boasts_have() {
+    let of = |probability: f64, right: usize| {
+        let all = (0..10).map(|n| {
+            let named = if n < right { "lag" } else { "skew" };
+            (answer(n, Category::One, &["lag"], 1.0), explained(&[named], probability))
+        });
+        score(all.collect()).calibration.error.expect("there are some")
+    };
+    assert!(of(0.8, 8) < 1e-12);
+    assert!((of(0.95, 5) - 0.45).abs() < 1e-12);
+}
+
+#[test]
+fn parameters_are_measured_in_their_stated_errors() {
+    let fitted = |value: f64| {
+        said(json!({
+            "verdict": "explained", "effects": ["sound-speed"],
+            "ranked": [{ "effects": ["sound-speed"], "probability": 1.0, "parameters": {
+                "sound-speed.c_m_s": { "value": value, "standard_error": 0.5 },
+                "standing-wave.coefficient":
+                    { "value": [0.2, -0.2], "standard_error": [0.01, null] },
+                "dead-elements.elements": { "value": [1, 2] }
+            }}]
+        }))
+    };
+    let truth = |n| answer(n, Category::One, &["sound-speed"], 1.0);
+    let score = score(vec![(truth(0), fitted(345.5)), (truth(1), fitted(343.0))]);
+    let [speed, wave] = &score.parameters[..] else { panic!("two parameters have errors") };
+    assert_eq!((speed.of, speed.within_two), (2, 1));
+    assert!((speed.mean_z + 1.5).abs() < 1e-9);
+    assert_eq!((wave.of, wave.within_two), (2, 0));
+    assert_eq!(share(&score, "parameters within two standard errors"), 0.25);
+}

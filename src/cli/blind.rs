@@ -1,0 +1,210 @@
+//! `fieldgap blind`: sets of scans whose causes are sealed away, to check diagnoses by.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use clap::{Args, Subcommand};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::output::{print, print_json};
+use crate::acoustics::Simulator;
+use crate::blind::{Run, Score, Seal, SetToMake, Shares, fresh_seed};
+use crate::gap::diagnosis::diagnose;
+use crate::input::Fraction;
+
+/// Where diagnoses are kept in a set's folder.
+const DIAGNOSES: &str = "diagnoses";
+
+/// The `blind` command.
+#[derive(Debug, Args)]
+pub(super) struct Blind {
+    #[command(subcommand)]
+    step: Step,
+}
+
+#[derive(Debug, Subcommand)]
+enum Step {
+    /// Make a set of scans, and seal what is true of them
+    Make(Make),
+    /// Diagnose every scan of a folder; what is sealed there stays so
+    Run(RunSet),
+    /// Open the seal and compare the diagnoses with what is true
+    Score(ScoreSet),
+    /// Open the seal and print what is true, as JSON
+    Open(Open),
+}
+
+#[derive(Debug, Args)]
+struct Make {
+    /// The folder for the set
+    out: PathBuf,
+    /// Scans
+    #[arg(long, value_name = "N")]
+    count: usize,
+    /// Seed of all chance: whoever knows it can make the answers again; without it one is drawn, and sealed with them
+    #[arg(long, value_name = "S")]
+    seed: Option<u64>,
+    /// Share of scans without any effect
+    #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = share)]
+    none: f64,
+    /// Share of scans with two effects
+    #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
+    pairs: f64,
+    /// Share of scans with a cause that the catalogue does not have
+    #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
+    outside: f64,
+    /// Where the key is written; without it, answers.key in the set's folder
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+struct RunSet {
+    /// The folder whose folders are recorded scans
+    folder: PathBuf,
+    /// These scans alone
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    only: Vec<String>,
+    /// Where the diagnoses go; without it, diagnoses in the folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// The simulator whose gap is diagnosed; without it, that of each scan
+    #[arg(long, value_name = "NAME")]
+    simulator: Option<Simulator>,
+}
+
+#[derive(Debug, Args)]
+struct ScoreSet {
+    #[command(flatten)]
+    sealed: Sealed,
+    /// Where the diagnoses are; without it, diagnoses in the set's folder
+    #[arg(long, value_name = "DIR")]
+    diagnoses: Option<PathBuf>,
+    /// Everything as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct Open {
+    #[command(flatten)]
+    sealed: Sealed,
+}
+
+/// A set whose seal is to be opened.
+#[derive(Debug, Args)]
+struct Sealed {
+    /// The folder of the set
+    set: PathBuf,
+    /// The key; without it, answers.key in the set's folder
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
+    /// The commitment that was printed when the set was made; without it, the one in the set's folder
+    #[arg(long, value_name = "DIGEST")]
+    commitment: Option<String>,
+}
+
+impl Blind {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        match self.step {
+            Step::Make(make) => make.run(),
+            Step::Run(run) => run.run(),
+            Step::Score(score) => score.run(),
+            Step::Open(open) => open.run(),
+        }
+    }
+}
+
+impl Make {
+    fn run(self) -> miette::Result<ExitCode> {
+        if self.none + self.pairs + self.outside > 1.0 + 1e-9 {
+            miette::bail!(
+                help = "the rest of the scans has one effect",
+                "--none, --pairs and --outside add up to more than 1"
+            );
+        }
+        let seal = Seal::of(&self.out, self.key.as_deref());
+        seal.is_free()?;
+        let shares = Shares { none: self.none, pairs: self.pairs, outside: self.outside };
+        let seed = self.seed.map_or_else(fresh_seed, Ok)?;
+        let bar = bar(self.count, "scans made");
+        let set = SetToMake { count: self.count, seed, shares };
+        let answers = set.make(&self.out, || bar.inc(1))?;
+        let commitment = seal.close(&answers)?;
+        bar.finish_and_clear();
+        print(&format!("commitment {commitment}\n"))?;
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+impl RunSet {
+    fn run(self) -> miette::Result<ExitCode> {
+        let diagnoses = self.out.unwrap_or_else(|| self.folder.join(DIAGNOSES));
+        let run = Run { folder: self.folder, diagnoses, only: self.only };
+        let names = run.names()?;
+        let bar = bar(names.len(), "scans diagnosed");
+        let failures = AtomicUsize::new(0);
+        run.each(
+            &names,
+            |scans| diagnose(scans, self.simulator),
+            |done| {
+                bar.suspend(|| match done {
+                    // Whoever reads along may have gone away; the diagnoses are kept all the same.
+                    Ok(diagnosed) => drop(print(&format!("{diagnosed}\n"))),
+                    Err(error) => {
+                        failures.fetch_add(1, Ordering::Relaxed);
+                        eprintln!("{:?}", miette::Report::new(error));
+                    }
+                });
+                bar.inc(1);
+            },
+        );
+        bar.finish_and_clear();
+        let failed = failures.into_inner() > 0;
+        Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+    }
+}
+
+impl ScoreSet {
+    fn run(self) -> miette::Result<ExitCode> {
+        let answers = self.sealed.answers()?;
+        let diagnoses = self.diagnoses.unwrap_or_else(|| self.sealed.set.join(DIAGNOSES));
+        let score = Score::of_folder(&answers, &diagnoses)?;
+        if self.json {
+            print_json(&score)?
+        } else {
+            print(&score.to_text())?
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+impl Open {
+    fn run(self) -> miette::Result<ExitCode> {
+        print_json(&self.sealed.answers()?)?;
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+impl Sealed {
+    fn answers(&self) -> miette::Result<crate::blind::Answers> {
+        let seal = Seal::of(&self.set, self.key.as_deref());
+        Ok(seal.open(self.commitment.as_deref())?)
+    }
+}
+
+fn bar(count: usize, what: &'static str) -> ProgressBar {
+    let bar = ProgressBar::new(count as u64);
+    let style =
+        ProgressStyle::with_template("{elapsed_precise} [{bar:30}] {pos}/{len} {msg}, {eta} left")
+            .expect("the template is well formed");
+    bar.set_style(style.progress_chars("=> "));
+    bar.set_message(what);
+    bar
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    Fraction::new(number).map(Fraction::get).map_err(|refused| refused.to_string())
+}

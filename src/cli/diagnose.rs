@@ -1,0 +1,114 @@
+//! `fieldgap diagnose`: why a recorded scan and its simulation differ.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use miette::IntoDiagnostic;
+
+use super::output::{print, print_json};
+use super::replay::context;
+use crate::acoustics::Simulator;
+use crate::correction::{Corrected, correct_recorded_scan, correct_rig_file};
+use crate::gap::diagnosis::diagnose;
+use crate::report::{self, ReportContext};
+use crate::scan::RecordedScan;
+
+/// The `diagnose` command.
+#[derive(Debug, Args)]
+pub(super) struct Diagnose {
+    /// The folders of one recorded scan, or of several of the same rig, which are then diagnosed together
+    #[arg(required = true, value_name = "SCAN")]
+    folders: Vec<PathBuf>,
+    /// The simulator whose gap is in question: as-written, corrected or piston; without it the first scan's own
+    #[arg(long, value_name = "NAME")]
+    simulator: Option<Simulator>,
+    /// Write the diagnosis as a page into this folder
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// Correct this set-up by the named cause, so that the next simulation includes it: a rig file, or the folder of a
+    /// recorded scan
+    ///
+    /// Of a rig file, the scans to come are corrected: speed of sound, frequency, pitch, the array's centre, single
+    /// elements (which then stand in a file beside it). Of a recorded scan, the set-up as it was: what the array had been
+    /// told stays, as phases, and the simulator's slips are mended. Comments say what was found, and which effects such a
+    /// file has no key for.
+    #[arg(long, value_name = "RIG|SCAN", requires = "out")]
+    apply: Option<PathBuf>,
+    /// Where the corrected set-up goes: a new rig file, or a new folder; what is there already stays as it is
+    #[arg(long, value_name = "PATH", requires = "apply")]
+    out: Option<PathBuf>,
+    /// Print the diagnosis as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Diagnose {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let scans = self
+            .folders
+            .iter()
+            .map(|folder| RecordedScan::open(folder))
+            .collect::<Result<Vec<_>, _>>()?;
+        let diagnosis = diagnose(&scans, self.simulator).into_diagnostic()?;
+        if self.json {
+            print_json(&diagnosis)?;
+        } else {
+            print(&diagnosis.to_text())?;
+        }
+        if let Some(out) = &self.report {
+            let context = context_of_all(&self.folders, &scans)?;
+            let files = report::write_diagnosis(out, &context, &diagnosis).into_diagnostic()?;
+            for warning in &context.warnings {
+                eprintln!("{warning}");
+            }
+            eprintln!("report: {}", files.index.display());
+        }
+        if let (Some(set_up), Some(out)) = (&self.apply, &self.out) {
+            let scanned = &scans[0].setup;
+            let corrected = if set_up.is_dir() {
+                correct_recorded_scan(&diagnosis, scanned, set_up, out)?
+            } else {
+                correct_rig_file(&diagnosis, scanned, set_up, out)?
+            };
+            tell(&corrected);
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Says what a corrected set-up holds, what it does not, and where it is.
+fn tell(corrected: &Corrected) {
+    for found in &corrected.written {
+        eprintln!("corrected for {found}");
+    }
+    for effect in &corrected.unwritten {
+        eprintln!("not corrected for {effect}");
+    }
+    for file in &corrected.files {
+        eprintln!("written: {}", file.display());
+    }
+}
+
+/// Where the data of all scans are from. Of several, each file and fact is given with its scan.
+fn context_of_all(folders: &[PathBuf], scans: &[RecordedScan]) -> miette::Result<ReportContext> {
+    let mut all = ReportContext::default();
+    for (folder, scan) in folders.iter().zip(scans) {
+        let one = context(folder, scan)?;
+        if scans.len() == 1 {
+            return Ok(one);
+        }
+        let name = &scan.setup.name;
+        let of_scan = |words: &str| format!("{name}: {words}");
+        let joint = if all.title.is_empty() { "" } else { ", " };
+        all.title += &format!("{joint}{name}");
+        all.software = one.software;
+        all.set_up.extend(one.set_up.iter().map(|(label, value)| (of_scan(label), value.clone())));
+        all.inputs.extend(one.inputs.into_iter().map(|file| report::InputFile {
+            name: format!("{}/{}", folder.display(), file.name),
+            ..file
+        }));
+        all.warnings.extend(one.warnings.iter().map(|warning| of_scan(warning)));
+    }
+    Ok(all)
+}

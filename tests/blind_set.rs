@@ -1,0 +1,54 @@
+//! A set from the command line: made, sealed, opened; refused once anything in it was changed.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// Runs `fieldgap blind`; gives whether it went well, and what it said on standard output and error.
+fn blind(arguments: &[&str]) -> (bool, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_fieldgap"))
+        .arg("blind")
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .expect("the program starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
+    (output.status.success(), text(output.stdout), text(output.stderr))
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).expect("there")
+}
+
+#[test]
+fn a_set_is_made_scored_and_refused_once_a_reading_was_changed() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (set, key) = (home.path().join("set"), home.path().join("elsewhere.key"));
+    let (set_name, key_name) = (set.to_str().expect("text"), key.to_str().expect("text"));
+    let make = ["make", "--count", "1", "--none", "1", "--pairs", "0", "--outside", "0"];
+    let (good, said, error) = blind(&[&make[..], &["--key", key_name, set_name]].concat());
+    assert!(good, "{error}");
+    let commitment = said.trim().strip_prefix("commitment ").expect("it is printed");
+    assert!(key.exists() && !set.join("answers.key").exists());
+
+    let (good, _, error) = blind(&["open", set_name]);
+    assert!(!good && error.contains("answers.key"), "{error}");
+
+    let held = ["--key", key_name, "--commitment", commitment];
+    let (_, _, error) = blind(&[&["score", set_name], &held[..]].concat());
+    assert!(error.contains("holds no diagnosis"), "{error}");
+    std::fs::create_dir(set.join("diagnoses")).expect("made");
+    std::fs::write(set.join("diagnoses/0000.json"), r#"{"verdict":"none"}"#).expect("written");
+    let (good, said, error) = blind(&[&["score", set_name], &held[..]].concat());
+    assert!(good && said.contains("no effect: false alarms"), "{said}{error}");
+
+    let samples = set.join("0000/samples.csv");
+    let changed = read(&samples).replacen("0,-35.0,-35.0", "0,-35.0,-35.5", 1);
+    std::fs::write(&samples, changed).expect("written");
+    let (good, said, error) = blind(&[&["score", set_name], &held[..]].concat());
+    assert!(!good && said.is_empty(), "{said}");
+    assert!(error.contains("0000/samples.csv is not as it was"), "{error}");
+
+    // A second set does not go into the same folder.
+    let (good, _, error) = blind(&["make", "--count", "1", set_name]);
+    assert!(!good && error.contains("is not empty"), "{error}");
+}

@@ -14,7 +14,7 @@ use super::likelihood::pressures;
 use super::maps::{Drawn, maps};
 use super::next_measurement::next_measurement;
 use super::observations::Observations;
-use super::pursuit::{Tried, believed, pursue, pursue_again};
+use super::pursuit::{Pursuit, Tried, believed};
 use super::residual_tests::z_scores;
 use super::supposed::Supposed;
 use super::{Candidate, Diagnosis, FittedParameter, ResidualTest, Verdict, WaterfallStep};
@@ -114,7 +114,8 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<Tried> {
     const MISJUDGED: f64 = 0.75;
     let nothing = Fit::of_nothing(as_believed(observations));
     settle_scatter(observations, &nothing, context, false);
-    let tried = pursue(observations, context);
+    let pursuit = Pursuit::begin(observations, context);
+    let tried = &pursuit.tried;
     let before: Vec<_> = observations.scans.iter().map(|scan| scan.scatter.clone()).collect();
     // Turbulence that only the residual asks for may be noise that was judged too low.
     let steady = tried.iter().find(|tried| tried.fit.value_of("turbulence").is_none());
@@ -130,14 +131,14 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<Tried> {
             || (scan.scatter.turbulence > 0.0) != (before.turbulence > 0.0)
     });
     match changed {
-        true if wrong => pursue(observations, context),
-        true => pursue_again(tried, observations, context),
+        true if wrong => Pursuit::begin(observations, context).tried,
+        true => pursuit.again(observations, context).tried,
         false => {
             // The same noise for all that was tried.
             for (scan, before) in observations.scans.iter_mut().zip(before) {
                 scan.set_scatter(before);
             }
-            tried
+            pursuit.tried
         }
     }
 }

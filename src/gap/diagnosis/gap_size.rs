@@ -4,7 +4,7 @@ use super::effects::Context;
 use super::fit::{Fit, Start};
 use super::likelihood::{Nuisance, first_gain, pressures};
 use super::observations::{Observations, Visit};
-use super::pursuit::fit_any;
+use super::fit::fit_any;
 use super::supposed::Supposed;
 use crate::gap::levenberg_marquardt::Stopping;
 

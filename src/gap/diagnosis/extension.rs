@@ -58,6 +58,7 @@ impl Extension {
     pub fn of(
         frontier: &[Tried],
         known: Vec<Vec<&'static str>>,
+        noise_is_settled: bool,
         observations: &Observations,
         context: &Context,
     ) -> Self {
@@ -66,7 +67,7 @@ impl Extension {
         let coarse = observations.thinned(if far { COARSE_FROM_AFAR } else { COARSE });
         let bases: Vec<Base<'_>> = frontier
             .par_iter()
-            .map(|tried| Base::of(tried, observations, &coarse, context))
+            .map(|tried| Base::of(tried, noise_is_settled, observations, &coarse, context))
             .collect();
         let rough: Vec<(Extended, Fit)> = sets
             .into_par_iter()
@@ -136,7 +137,8 @@ struct Base<'o> {
     promises: Promises<'o>,
     scored: Scored<'o>,
     near: bool,
-    turbulent: bool,
+    /// Whether turbulence may explain what is left over.
+    may_be_turbulent: bool,
     /// Its cost on the few readings.
     coarse_cost: f64,
 }
@@ -144,16 +146,18 @@ struct Base<'o> {
 impl<'o> Base<'o> {
     fn of(
         tried: &'o Tried,
+        noise_is_settled: bool,
         observations: &'o Observations,
         coarse: &Observations,
         context: &'o Context,
     ) -> Self {
+        let near = is_near(&tried.fit, observations);
         Self {
             tried,
             promises: Promises::of(observations, context, &tried.fit),
             scored: Scored::of(&tried.fit, observations, context),
-            near: is_near(&tried.fit, observations),
-            turbulent: observations.are_turbulent(),
+            near,
+            may_be_turbulent: observations.are_turbulent() || near && noise_is_settled,
             coarse_cost: cost_on(coarse, &tried.fit, context),
         }
     }
@@ -165,8 +169,8 @@ impl<'o> Base<'o> {
         coarse: &Observations,
         context: &Context,
     ) -> Option<Fit> {
-        // What the repeats do not ask for must not make up for what is not yet explained.
-        if effect.id() == "turbulence" && !self.near && !self.turbulent {
+        // What the repeats do not ask for must not make up for what is not yet explained, nor for a noise misjudged.
+        if effect.id() == "turbulence" && !self.may_be_turbulent {
             return None;
         }
         // Far from the readings a slope says little, and every effect is followed to where it leads.

@@ -10,20 +10,23 @@ use super::fit::{Fit, SEARCH, Start, fit, fit_any, refined};
 use super::observations::Observations;
 use super::search::extended;
 
-/// Sets that are extended by one effect more.
+/// Sets that are extended by one effect more: single effects, and larger sets. What two do not bring near the readings a
+/// third seldom does.
 const EXTENDED: usize = 3;
+const EXTENDED_LARGER: usize = 1;
 
 /// Excess cost over that of the best above which a set far from the readings is not extended.
 const FAR_BEHIND: f64 = 3.0;
 
-/// Most effects in a set.
-const MOST_EFFECTS: usize = 4;
+/// Most effects in a set, the simulator's own defects not counted.
+const MOST_EFFECTS: usize = 3;
 
 /// Nats that a larger set must gain over the best of the smaller ones before it is extended in its turn.
 const WORTH_MORE: f64 = 2.0;
 
-/// Rounds in which effects of the best set are exchanged for others.
+/// Rounds in which effects of the best set are exchanged for others, if it is near the readings and if it is not.
 const MOST_EXCHANGES: usize = 3;
+const EXCHANGES_FROM_AFAR: usize = 1;
 
 /// Share of the gap, in chi-square, that another effect must close: formulas are no better than that.
 const MATERIAL: f64 = 3e-4;
@@ -59,13 +62,15 @@ pub(super) struct Pursuit {
     pub tried: Vec<Tried>,
     /// Ids, sorted, of the sets that were seen to lead nowhere.
     given_up: Vec<Vec<&'static str>>,
+    /// Whether the noise was judged by what a fit leaves over.
+    noise_is_settled: bool,
 }
 
 impl Pursuit {
     /// Searches from the believed set-up.
     pub fn begin(observations: &Observations, context: &Context) -> Self {
         let tried = vec![believed(observations, context)];
-        let mut pursuit = Self { tried, given_up: Vec::new() };
+        let mut pursuit = Self { tried, given_up: Vec::new(), noise_is_settled: false };
         let size = pursuit.mend_simulator(observations, context);
         pursuit.go_on(size, observations, context);
         pursuit
@@ -73,7 +78,7 @@ impl Pursuit {
 
     /// Goes on after the noise was judged anew: what was hopeful is fitted anew, and the best goes on.
     pub fn again(self, observations: &Observations, context: &Context) -> Self {
-        let Self { tried, mut given_up } = self;
+        let Self { tried, mut given_up, .. } = self;
         let best = best_log_evidence(&tried);
         let hopeful: Vec<Vec<&str>> = tried
             .iter()
@@ -92,7 +97,7 @@ impl Pursuit {
             .collect();
         sort(&mut tried);
         let size = tried[0].fit.instances.len();
-        let mut pursuit = Self { tried, given_up };
+        let mut pursuit = Self { tried, given_up, noise_is_settled: true };
         pursuit.go_on(size, observations, context);
         pursuit
     }
@@ -127,9 +132,15 @@ impl Pursuit {
         }
         let size = mended.fit.instances.len();
         // What else was tried with as many would be searched on from as well.
-        self.tried
-            .retain(|tried| tried.fit.instances.len() < size || tried.fit.ids() == mended.fit.ids());
+        self.tried.retain(|tried| {
+            tried.fit.instances.len() < size || tried.fit.ids() == mended.fit.ids()
+        });
         size
+    }
+
+    /// Whether the best leaves little more than noise.
+    pub fn is_near(&self, observations: &Observations) -> bool {
+        is_near(&self.tried[0].fit, observations)
     }
 
     /// Goes on from the best sets of a size.
@@ -138,11 +149,16 @@ impl Pursuit {
         let of_size = |tried: &&Tried| tried.fit.instances.len() == size;
         let mut frontier: Vec<Tried> = self.tried.iter().filter(of_size).cloned().collect();
         let gap = self.tried.iter().map(|t| t.fit.cost).fold(0.0, f64::max) - n;
-        for _ in 0..MOST_EFFECTS {
+        loop {
             sort(&mut frontier);
             let best = frontier[0].clone();
-            frontier.truncate(EXTENDED);
-            frontier.retain(|tried| match is_near(&best.fit, observations) {
+            let effects = best.fit.instances.iter().filter(|i| !i.effect.is_defect()).count();
+            if effects == MOST_EFFECTS {
+                break;
+            }
+            let near = is_near(&best.fit, observations);
+            frontier.truncate(if near || effects < 2 { EXTENDED } else { EXTENDED_LARGER });
+            frontier.retain(|tried| match near {
                 true => tried.log_evidence >= best.log_evidence - RIVALS,
                 false => tried.fit.cost - n <= FAR_BEHIND * (best.fit.cost - n),
             });
@@ -169,7 +185,8 @@ impl Pursuit {
             frontier = grown;
         }
         sort(&mut self.tried);
-        for _ in 0..MOST_EXCHANGES {
+        let near = is_near(&self.tried[0].fit, observations);
+        for _ in 0..if near { MOST_EXCHANGES } else { EXCHANGES_FROM_AFAR } {
             let best = self.tried[0].fit.ids();
             self.exchange(observations, context);
             if self.tried[0].fit.ids() == best {
@@ -218,7 +235,7 @@ impl Pursuit {
         context: &Context,
     ) -> Vec<Tried> {
         let Extension { fitted, given_up } =
-            Extension::of(frontier, self.known(), observations, context);
+            Extension::of(frontier, self.known(), self.noise_is_settled, observations, context);
         self.given_up.extend(given_up);
         fitted
     }

@@ -172,7 +172,7 @@ fn grids(region: &Region) -> Vec<PlaneGrid> {
 }
 
 fn simulate(simulation: &Simulation, focus: usize, grid: &PlaneGrid) -> SimulatedPlane {
-    let values = simulation.magnitudes(&grid.points());
+    let values = simulation.magnitudes_on(grid);
     let map = PlaneMap::new(grid.x_m.clone(), grid.y_m.clone(), values)
         .expect("a grid's axes rise and its points are all simulated");
     let convention = match simulation.simulator {

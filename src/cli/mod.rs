@@ -15,6 +15,7 @@ mod rig;
 mod run;
 mod scan;
 mod simulate;
+mod simulate_volume;
 mod stop;
 mod virtual_ports;
 

@@ -7,6 +7,7 @@
 //! | read a plan and walk through its points | [`Plan`], [`Plan::visits`] |
 //! | keep a scan while it runs, and take it up again | [`Journal`] |
 //! | bring in what was measured elsewhere | [`import`] |
+//! | keep a field that is larger than memory | [`VolumeFile`] |
 //!
 //! `scan.toml`, the plan and the rig file share sections: [`ArraySection`], [`MediumSection`], [`FocusSection`]. Each is
 //! read in two steps: a table of optional keys, which serde checks one by one, and then a section in which the keys
@@ -31,8 +32,11 @@ mod samples_csv;
 mod section;
 mod setup;
 mod table;
+mod transducer_file;
+mod volume_file;
 
 pub use array_section::ArraySection;
+pub(crate) use array_section::TRANSDUCER_BESIDE;
 pub use array_table::ArrayTable;
 pub use elements_csv::{read_elements, write_elements};
 pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};
@@ -49,3 +53,5 @@ pub use repeats::{Repeat, RepeatNoise, SAME_POINT_MM, repeat_noise, repeats};
 pub use sample::{Sample, Spread};
 pub use samples_csv::{Columns, UnwritableSample, read_samples, write_samples};
 pub use setup::{ScanSetup, UnwritableSetup};
+pub use transducer_file::TransducerFile;
+pub use volume_file::{VolumeError, VolumeFile};

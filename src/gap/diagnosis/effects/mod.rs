@@ -141,9 +141,14 @@ pub(super) trait Effect: Sync {
         Search::Smooth
     }
 
+    /// Where it does nothing.
+    fn neutral(&self) -> Vec<f64> {
+        self.parameters().iter().map(|parameter| parameter.neutral).collect()
+    }
+
     /// Where a search begins; as many numbers as parameters.
-    fn starts(&self) -> Vec<Vec<f64>> {
-        vec![self.parameters().iter().map(|parameter| parameter.neutral).collect()]
+    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
+        vec![self.neutral()]
     }
 
     /// What may be chosen besides, all of it tried.
@@ -185,6 +190,8 @@ pub(super) struct Context {
     pub unit: String,
     /// The highest point, m.
     pub highest_m: f64,
+    /// The floor that silence shows, in the reading's unit; zero for none.
+    pub silent_floor: f64,
 }
 
 /// Every effect of the catalogue, in its order.

@@ -59,6 +59,8 @@ pub(super) struct Near<T> {
     /// Phase at the tile's middle, half turns, -1 to 1.
     half_turns: T,
     lobe: usize,
+    /// What the near field makes a path longer by on the axis, times its length, halved, m².
+    near_field: T,
 }
 
 /// What is summed over a tile, point by point.
@@ -137,6 +139,9 @@ impl<'k, T: Real> Prepared<'k, T> {
                 rise: T::of(rise_m),
                 half_turns: T::of(half_turns - 2.0 * (0.5 * half_turns).round()),
                 lobe: source.lobes,
+                near_field: T::of(
+                    kernel.near_field * kernel.lobes[source.lobes].radius_m.powi(2) / 8.0,
+                ),
             }
         }));
     }
@@ -296,6 +301,9 @@ fn sum_bundle<T: Real, const W: usize, const FUSED: bool, const PLAIN: bool, con
             (distance, inverse, excess(source, step, distance, inverse, sum_of_ends))
         };
         if !PLAIN {
+            let square = cosine_of_angle.square();
+            let beside_axis = square + square + square - T::ONE;
+            longer = (beside_axis * source.near_field).mul_add(inverse, longer);
             if let Some(air) = &prepared.air {
                 longer = path.mul_add(air.delay(source.centre, along, inverse), longer);
                 magnitude = magnitude * air.transmission(distance);

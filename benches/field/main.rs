@@ -17,7 +17,7 @@ use fieldgap::acoustics::{
     Precision, Vec3,
 };
 
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 30;
 
 /// One of the cases that programs of this kind are compared by.
 struct Case {

@@ -386,10 +386,9 @@ fn excess<T: Real, const W: usize, const FUSED: bool>(
     if !T::REFINED {
         return rough;
     }
-    let mut squares = Lanes::splat(source.lacking);
-    for axis in 0..3 {
-        squares = step[axis].mul_add(sum_of_ends[axis], squares);
-    }
+    let [x, y, z] = step;
+    let [sx, sy, sz] = sum_of_ends;
+    let squares = x.mul_add(sx, y.mul_add(sy, z.mul_add(sz, Lanes::splat(source.lacking))));
     let missing = squares - rough * (rough + (source.path + source.path));
     let half = T::of(0.5);
     // Where the path is much shorter than that to the middle, the difference has all the digits it needs.

@@ -226,9 +226,9 @@ impl FieldKernel {
         (0..self.elements).into_par_iter().map(|n| self.of_element(n).at(points_m)).collect()
     }
 
-    /// Whether the air is still, even and clear, the receiver hears alike from everywhere, and faces are far.
+    /// Whether the air is still, even and clear, and the receiver hears alike from everywhere.
     fn is_plain(&self) -> bool {
-        self.propagation.is_none() && self.reception.is_none() && self.near_field == 0.0
+        self.propagation.is_none() && self.reception.is_none()
     }
 
     fn sum<O: Send>(
@@ -257,15 +257,21 @@ impl FieldKernel {
             |(sums, near), (out, points_m)| {
                 prepared.near(points_m, near);
                 let prepared = &prepared;
-                if plain {
-                    self.instructions.run(SumTile::<T, true, 0> { prepared, near, points_m, sums });
-                } else {
-                    self.instructions.run(SumTile::<T, false, 0> {
-                        prepared,
-                        near,
-                        points_m,
-                        sums,
-                    });
+                let instructions = self.instructions;
+                macro_rules! run {
+                    ($plain:literal, $near:literal) => {
+                        instructions.run(SumTile::<T, $plain, $near, 0> {
+                            prepared,
+                            near,
+                            points_m,
+                            sums,
+                        })
+                    };
+                }
+                match (plain, self.near_field != 0.0) {
+                    (true, false) => run!(true, false),
+                    (true, true) => run!(true, true),
+                    (false, _) => run!(false, true),
                 }
                 for (lane, out) in out.iter_mut().enumerate() {
                     *out = take(sums, lane);

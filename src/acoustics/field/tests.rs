@@ -249,3 +249,27 @@ fn contributions_of_the_elements_add_up_to_the_field() {
         assert!((sum - field).norm() < 1e-11);
     }
 }
+
+/// Far field and near field's term against the integral: what the term leaves of the phase's error is the error of the next.
+#[test]
+fn the_near_fields_term_brings_the_far_field_to_the_integral() {
+    let array = Array::from_elements(vec![Element::at(0.0, 0.0)]).expect("not empty");
+    let (k, radius_m) = (732.7, array.elements()[0].radius_m);
+    let far = FieldKernel::new(&array, &[0.0], &Piston, k, PathLengths::Observed);
+    let near = far.clone().with_near_field(1.0);
+    let rule = DiscRule::for_piston(k * radius_m, 2.0, 1e-6);
+    let piston = PistonIntegral::new(Vec3::zeros(), Vec3::z(), radius_m, &rule);
+    for degrees in [0.0, 10.0, 20.0] {
+        for distance_m in [0.05, 0.1, 0.2] {
+            let (sine, cosine) = f64::to_radians(degrees).sin_cos();
+            let at_m = distance_m * Vec3::new(sine, 0.0, cosine);
+            let truth = piston.field(at_m, k);
+            let off_rad = |kernel: &FieldKernel| (kernel.at(&[at_m])[0] * truth.conj()).arg().abs();
+            let [without, with] = [off_rad(&far), off_rad(&near)];
+            let closed_form =
+                k * radius_m.powi(2) * (3.0 * cosine * cosine - 1.0) / (8.0 * distance_m);
+            assert!((without / closed_form - 1.0).abs() < 0.1, "{at_m}: {without} {closed_form}");
+            assert!(with < 0.1 * without, "{at_m}: {with} {without}");
+        }
+    }
+}

@@ -7,6 +7,7 @@
 //! | [`input`] | reading what people write: faults located by file, line and column; quantities that cannot hold a wrong value |
 //! | [`acoustics`] | pure physics: arrays, medium, drives, simulators, the field kernel, metrics |
 //! | [`scan`] | records: recorded scans, plans, the journal of a running scan, imports |
+//! | [`study`] | how a field's figures go with any parameter of array, focus, medium or model; the thesis's studies |
 //! | [`gap`] | registration of scan to simulation, and the comparison height by height |
 //! | [`rig`] | devices, links, safety; knows no physics |
 //! | [`virtual_rig`] | firmware on pseudo-terminals with physics behind the receiver |
@@ -27,4 +28,5 @@ pub mod input;
 pub mod report;
 pub mod rig;
 pub mod scan;
+pub mod study;
 pub mod virtual_rig;

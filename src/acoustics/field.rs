@@ -142,7 +142,13 @@ impl FieldKernel {
 
     /// The field of one element alone.
     pub fn of_element(&self, element: usize) -> Self {
-        Self { sources: vec![self.sources[element]], ..self.clone() }
+        self.of_elements(&[element])
+    }
+
+    /// The field of some elements alone, in the order given.
+    pub fn of_elements(&self, elements: &[usize]) -> Self {
+        let sources = elements.iter().map(|&element| self.sources[element]).collect();
+        Self { sources, ..self.clone() }
     }
 
     /// The complex field at each point. Behind an element's face it radiates nothing.

@@ -10,6 +10,7 @@ mod excitation;
 mod field;
 mod grid;
 mod lanes;
+pub mod limits;
 mod medium;
 pub mod metrics;
 mod propagation;

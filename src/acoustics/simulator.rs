@@ -61,6 +61,14 @@ impl Simulator {
             Self::Piston => &Piston,
         }
     }
+
+    /// The root mean square, as the simulator takes it, of a pressure whose amplitude and phase are given.
+    pub fn rms(self, phasor: Complex64) -> f64 {
+        match self {
+            Self::AsWritten | Self::Corrected => rms_of_thesis(phasor),
+            Self::Piston => rms_of_sine(phasor),
+        }
+    }
 }
 
 /// A set-up to be simulated: which simulator, which array in which medium, told what.
@@ -79,10 +87,10 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// The complex field at each point, as the simulator sums it, in its own arbitrary unit.
+    /// The array, driven and ready to be summed at any points.
     ///
     /// `as-written` has no frozen height without a focus; path lengths are then taken where they are observed.
-    pub fn field(&self, points_m: &[Vec3]) -> Vec<Complex64> {
+    pub fn kernel(&self) -> FieldKernel {
         let phases_rad = self.excitation.phases_rad(&self.array, &self.medium, self.frequency_hz);
         let paths = match (self.simulator, self.excitation.focus_m()) {
             (Simulator::AsWritten, Some(focus_m)) => PathLengths::FrozenAt(focus_m.z),
@@ -90,16 +98,16 @@ impl Simulation {
         };
         let wavenumber = self.medium.wavenumber_rad_m(self.frequency_hz);
         FieldKernel::new(&self.array, &phases_rad, self.simulator.transducer(), wavenumber, paths)
-            .at(points_m)
+    }
+
+    /// The complex field at each point, as the simulator sums it, in its own arbitrary unit.
+    pub fn field(&self, points_m: &[Vec3]) -> Vec<Complex64> {
+        self.kernel().at(points_m)
     }
 
     /// The root mean square pressure at each point, zero or above, in the simulator's arbitrary unit.
     pub fn magnitudes(&self, points_m: &[Vec3]) -> Vec<f64> {
-        let rms = match self.simulator {
-            Simulator::AsWritten | Simulator::Corrected => rms_of_thesis,
-            Simulator::Piston => rms_of_sine,
-        };
-        self.field(points_m).into_iter().map(rms).collect()
+        self.field(points_m).into_iter().map(|phasor| self.simulator.rms(phasor)).collect()
     }
 }
 

@@ -16,6 +16,7 @@ mod run;
 mod scan;
 mod simulate;
 mod stop;
+mod study;
 mod virtual_ports;
 
 use std::io::IsTerminal;
@@ -54,6 +55,8 @@ enum Command {
     Diagnose(diagnose::Diagnose),
     /// Simulate a plan, or planes over a rig's array
     Simulate(simulate::Simulate),
+    /// Say how peak, focal radius and sub-peaks go with any parameter; the thesis's table and curves
+    Study(study::StudyCommand),
     /// Bring in a field that was measured elsewhere
     Import(import::Import),
     /// Keep a virtual rig open, as ports for any program
@@ -104,6 +107,7 @@ impl Command {
             Self::Compare(command) => command.run(),
             Self::Diagnose(command) => command.run(),
             Self::Simulate(command) => command.run(),
+            Self::Study(command) => command.run(),
             Self::Import(command) => command.run(),
             Self::Virtual(command) => command.run(),
             Self::Blind(command) => command.run(),

@@ -16,6 +16,7 @@ mod page;
 mod peak_distance;
 mod picture;
 mod provenance;
+mod study;
 mod tables;
 mod verdict;
 mod words;
@@ -25,6 +26,7 @@ use std::path::{Path, PathBuf};
 pub use self::context::{InputFile, ReportContext};
 pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};
 pub use self::error::{PictureError, ReportError};
+pub use self::study::{StudyFiles, write_study};
 pub use self::tables::csv;
 
 use self::figures::Figures;

@@ -9,9 +9,13 @@ mod font;
 mod height_curves;
 mod map_layout;
 mod marker;
+mod panel_row;
 mod plane_maps;
 mod raster;
 mod residual_maps;
+mod study_curves;
+mod study_field;
+mod study_surfaces;
 
 use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
@@ -23,6 +27,9 @@ pub(super) use self::canvas::Lies;
 pub(super) use self::height_curves::HeightCurves;
 pub(super) use self::plane_maps::{LEAST_SIGNED_SHARE, PlaneMaps};
 pub(super) use self::residual_maps::{LEAST_SIGNED_SIGMA, REACH_SIGMA, ResidualMaps, rms};
+pub(super) use self::study_curves::StudyCurves;
+pub(super) use self::study_field::StudyField;
+pub(super) use self::study_surfaces::StudySurfaces;
 
 use self::canvas::{Canvas, OVERSAMPLING, TextFit};
 

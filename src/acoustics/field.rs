@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use super::lanes::{Lanes, WIDTH};
 use super::propagation::{Propagation, Ray};
+use super::rayleigh::across;
 use super::series::Series;
 use super::transducer::{OnAxis, Smooth, Transducer};
 use super::{Array, Vec3};
@@ -59,6 +60,7 @@ pub struct FieldSum {
 
 #[derive(Debug, Clone, Copy)]
 struct Source {
+    element: usize,
     centre_m: Vec3,
     normal: Vec3,
     amplitude: f64,
@@ -81,7 +83,8 @@ impl FieldKernel {
             .elements()
             .iter()
             .zip(phases_rad)
-            .map(|(element, phase_rad)| {
+            .enumerate()
+            .flat_map(|(number, (element, phase_rad))| {
                 let series = radii_m
                     .iter()
                     .position(|&known| known == element.radius_m)
@@ -89,13 +92,17 @@ impl FieldKernel {
                         radii_m.push(element.radius_m);
                         radii_m.len() - 1
                     });
-                Source {
-                    centre_m: element.centre_m,
+                let (first, second) = across(element.normal);
+                let patches = transducer.patches(element.radius_m, wavenumber_rad_m);
+                patches.into_iter().map(move |patch| Source {
+                    element: number,
+                    centre_m: element.centre_m
+                        + element.radius_m * (patch.u * first + patch.v * second),
                     normal: element.normal,
-                    amplitude: element.amplitude,
+                    amplitude: element.amplitude * patch.weight,
                     phase_turns: (phase_rad + element.phase_rad) / std::f64::consts::TAU,
                     series,
-                }
+                })
             })
             .collect();
         let series = radii_m
@@ -104,6 +111,7 @@ impl FieldKernel {
                 Series::fit(SERIES_TOLERANCE, |variable| {
                     let theta_rad = match transducer.smooth() {
                         Smooth::InSineSquared => variable.sqrt().asin(),
+                        Smooth::InCosine => variable.acos(),
                         Smooth::InHalfTangent => 2.0 * variable.atan(),
                     };
                     transducer.directivity(theta_rad, radius_m, wavenumber_rad_m)
@@ -145,10 +153,10 @@ impl FieldKernel {
         self.of_elements(&[element])
     }
 
-    /// The field of some elements alone, in the order given.
+    /// The field of some elements alone.
     pub fn of_elements(&self, elements: &[usize]) -> Self {
-        let sources = elements.iter().map(|&element| self.sources[element]).collect();
-        Self { sources, ..self.clone() }
+        let of_them = self.sources.iter().filter(|source| elements.contains(&source.element));
+        Self { sources: of_them.copied().collect(), ..self.clone() }
     }
 
     /// The complex field at each point. Behind an element's face it radiates nothing.
@@ -207,6 +215,7 @@ impl FieldKernel {
                     let cosine = height.mul(inverse);
                     Lanes::splat(1.0).sub(cosine.mul(cosine))
                 }
+                Smooth::InCosine => height.mul(inverse),
                 Smooth::InHalfTangent => {
                     // ρ from its own components: d² - h² would lose half the digits near the axis.
                     let off_axis = |r: Lanes, m: Lanes| r.sub(height.mul(m));
@@ -223,6 +232,11 @@ impl FieldKernel {
                 OnAxis::Exponential { amplitude, decay_per_m } => height
                     .mul(Lanes::splat(-decay_per_m))
                     .exp::<FUSED>()
+                    .mul(Lanes::splat(source.amplitude * amplitude)),
+                OnAxis::Absorbed { amplitude, attenuation_np_m } => distance
+                    .mul(Lanes::splat(-attenuation_np_m))
+                    .exp::<FUSED>()
+                    .mul(inverse)
                     .mul(Lanes::splat(source.amplitude * amplitude)),
                 OnAxis::Power { exponent } => distance
                     .ln::<FUSED>()
@@ -315,6 +329,9 @@ mod tests {
                         amplitude * (-decay_per_m * h).exp()
                     }
                     OnAxis::Power { exponent } => d.powf(-exponent),
+                    OnAxis::Absorbed { amplitude, attenuation_np_m } => {
+                        amplitude * (-attenuation_np_m * d).exp() / d
+                    }
                 };
                 let path = match paths {
                     PathLengths::Observed => d,

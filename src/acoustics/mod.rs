@@ -4,6 +4,7 @@
 //! Lengths are metres in the array's frame: right-handed, origin at the array's centre on the plane of
 //! its faces, z into the field.
 
+mod air;
 mod array;
 mod element;
 mod excitation;
@@ -19,6 +20,7 @@ mod series;
 mod simulator;
 pub mod transducer;
 
+pub use air::Air;
 pub use array::{Array, LayoutError};
 pub use element::Element;
 pub use excitation::{Excitation, delays_s};

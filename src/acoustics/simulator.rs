@@ -1,9 +1,12 @@
-//! The named simulators: the thesis's own as it was written, the same with its slips mended, and pistons.
+//! The named simulators: the thesis's own as it was written, the same with its slips mended, and those with other
+//! transducers.
 
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use super::transducer::{MurataFit, Piston, Transducer};
+use super::transducer::{
+    MultiGaussian, MurataFit, Piston, RayleighPiston, SymmetricGaussian, Transducer,
+};
 use super::{Array, Excitation, FieldKernel, Medium, PathLengths, Vec3};
 
 /// Samples over which the thesis takes the root mean square: five periods at ten points each, both ends included.
@@ -21,6 +24,15 @@ pub enum Simulator {
     Corrected,
     /// The far field of pistons: (1/d) 2 J1(ka sin θ)/(ka sin θ).
     Piston,
+    /// The thesis's lobe made symmetric, (1/d) exp(-(θ/30.9°)²).
+    Gaussian,
+    /// Pistons as ten Gaussians each.
+    MultiGaussian,
+    /// Pistons by the integral over their faces, to a ten-thousandth from two radii off the face outwards; some fifty times
+    /// slower than the others.
+    Rayleigh,
+    /// The transducer that the array names in its file; pistons if it names none.
+    Transducer,
 }
 
 impl std::fmt::Display for Simulator {
@@ -29,13 +41,19 @@ impl std::fmt::Display for Simulator {
             Self::AsWritten => "as-written",
             Self::Corrected => "corrected",
             Self::Piston => "piston",
+            Self::Gaussian => "gaussian",
+            Self::MultiGaussian => "multi-gaussian",
+            Self::Rayleigh => "rayleigh",
+            Self::Transducer => "transducer",
         })
     }
 }
 
 /// A name that no simulator has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("no simulator is called `{0}`; there are as-written, corrected and piston")]
+#[error(
+    "no simulator is called `{0}`; there are as-written, corrected, piston, gaussian, multi-gaussian, rayleigh and transducer"
+)]
 pub struct UnknownSimulator(String);
 
 impl std::str::FromStr for Simulator {
@@ -51,14 +69,29 @@ impl std::str::FromStr for Simulator {
 
 impl Simulator {
     /// Every simulator.
-    pub const ALL: [Self; 3] = [Self::AsWritten, Self::Corrected, Self::Piston];
+    pub const ALL: [Self; 7] = [
+        Self::AsWritten,
+        Self::Corrected,
+        Self::Piston,
+        Self::Gaussian,
+        Self::MultiGaussian,
+        Self::Rayleigh,
+        Self::Transducer,
+    ];
 
-    /// The transducer it takes every element for.
-    pub fn transducer(self) -> &'static dyn Transducer {
+    /// The transducer it takes every element of an array for.
+    pub fn transducer(self, array: &Array) -> &dyn Transducer {
         match self {
             Self::AsWritten => &MurataFit::FED_METRES,
             Self::Corrected => &MurataFit::CENTIMETRES,
             Self::Piston => &Piston,
+            Self::Gaussian => &SymmetricGaussian::MURATA,
+            Self::MultiGaussian => &MultiGaussian,
+            Self::Rayleigh => &RayleighPiston::FINE,
+            Self::Transducer => match array.transducer() {
+                Some(transducer) => transducer,
+                None => &Piston,
+            },
         }
     }
 
@@ -66,7 +99,7 @@ impl Simulator {
     pub fn rms(self, phasor: Complex64) -> f64 {
         match self {
             Self::AsWritten | Self::Corrected => rms_of_thesis(phasor),
-            Self::Piston => rms_of_sine(phasor),
+            _ => rms_of_sine(phasor),
         }
     }
 }
@@ -97,7 +130,12 @@ impl Simulation {
             _ => PathLengths::Observed,
         };
         let wavenumber = self.medium.wavenumber_rad_m(self.frequency_hz);
-        FieldKernel::new(&self.array, &phases_rad, self.simulator.transducer(), wavenumber, paths)
+        FieldKernel::new(&self.array, &phases_rad, self.transducer(), wavenumber, paths)
+    }
+
+    /// The transducer that every element is taken for.
+    pub fn transducer(&self) -> &dyn Transducer {
+        self.simulator.transducer(&self.array)
     }
 
     /// The complex field at each point, as the simulator sums it, in its own arbitrary unit.

@@ -4,6 +4,7 @@
 //! did, and `resume` can finish it; 130 stopped at once by a second signal.
 
 mod blind;
+mod characterize;
 mod compare;
 mod diagnose;
 mod import;
@@ -57,6 +58,8 @@ enum Command {
     Simulate(simulate::Simulate),
     /// Say how peak, focal radius and sub-peaks go with any parameter; the thesis's table and curves
     Study(study::StudyCommand),
+    /// Find a transducer's decay, lobe and axis in a scan of it alone, and write a transducer file
+    Characterize(characterize::Characterize),
     /// Bring in a field that was measured elsewhere
     Import(import::Import),
     /// Keep a virtual rig open, as ports for any program
@@ -108,6 +111,7 @@ impl Command {
             Self::Diagnose(command) => command.run(),
             Self::Simulate(command) => command.run(),
             Self::Study(command) => command.run(),
+            Self::Characterize(command) => command.run(),
             Self::Import(command) => command.run(),
             Self::Virtual(command) => command.run(),
             Self::Blind(command) => command.run(),

@@ -9,14 +9,14 @@ use serde::Serialize;
 
 use super::output::{fresh_folder, print, print_json};
 use crate::acoustics::Simulator;
-use crate::input::{Fault, TomlSource};
+use crate::input::TomlSource;
 use crate::report::write_study;
 use crate::study::{Limits, Observation, Onset, Row, Study, StudyResult, onsets, run, text};
 
 /// The `study` command.
 #[derive(Debug, Args)]
 pub(super) struct StudyCommand {
-    /// A study of the thesis (shape, height, count, spacing), or the file of another
+    /// A study of the thesis (shape, height, count, spacing, comparison), or the file of another
     #[arg(value_name = "STUDY")]
     study: String,
     /// Whose simulator and definitions are used; without it the study's own, which in the thesis's is `corrected`
@@ -40,7 +40,7 @@ pub(super) struct StudyCommand {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum ConventionName {
+pub(super) enum ConventionName {
     /// As the thesis's listings compute, slips included
     AsWritten,
     /// With the slips mended
@@ -120,7 +120,7 @@ fn source(study: &str) -> miette::Result<TomlSource> {
     if path.extension().is_none() && !path.exists() {
         return Err(miette!(help = "or name a file, such as my-study.toml", "{unknown}"));
     }
-    Ok(TomlSource::read(path).map_err(|fault: Fault| fault)?)
+    Ok(TomlSource::read(path)?)
 }
 
 fn json<'a>(study: &'a Study, result: &'a StudyResult, onsets: &'a [Onset]) -> StudyJson<'a> {

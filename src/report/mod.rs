@@ -18,6 +18,7 @@ mod picture;
 mod provenance;
 mod study;
 mod tables;
+mod transducer;
 mod verdict;
 mod words;
 
@@ -28,6 +29,7 @@ pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};
 pub use self::error::{PictureError, ReportError};
 pub use self::study::{StudyFiles, write_study};
 pub use self::tables::csv;
+pub use self::transducer::{TransducerFiles, write_transducer};
 
 use self::figures::Figures;
 use self::folder::Folder;

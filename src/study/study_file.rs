@@ -52,16 +52,17 @@ pub struct Study {
 
 /// A name that no study of the thesis has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("the thesis has no study called `{0}`; there are shape, height, count and spacing")]
+#[error("the thesis has no study called `{0}`; there are shape, height, count, spacing and comparison")]
 pub struct UnknownStudy(String);
 
 impl Study {
     /// The studies of the thesis: names and files.
-    pub const OF_THESIS: [(&'static str, &'static str); 4] = [
+    pub const OF_THESIS: [(&'static str, &'static str); 5] = [
         ("shape", include_str!("thesis/shape.toml")),
         ("height", include_str!("thesis/height.toml")),
         ("count", include_str!("thesis/count.toml")),
         ("spacing", include_str!("thesis/spacing.toml")),
+        ("comparison", include_str!("thesis/comparison.toml")),
     ];
 
     /// The file of a study of the thesis.

@@ -5,8 +5,8 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
-use crate::gap::levenberg_marquardt::{
-    self, Linearisation, Minimum, Parameter as Unknown, Stopping, minimise,
+use crate::least_squares::{
+    Linearisation, Minimum, Parameter as Unknown, Stopping, minimise,
 };
 
 use super::effects::{Choice, Context, Effect, Parameter, Search};
@@ -513,4 +513,4 @@ fn unknown(start: f64, parameter: &Parameter) -> Unknown {
 
 /// When the search for a set of effects stops: a hundredth of a standard deviation is nothing to what is left open.
 pub(super) const SEARCH: Stopping =
-    levenberg_marquardt::Stopping { iterations: 12, step: 2e-2, fall: 1e-6 };
+    Stopping { iterations: 12, step: 2e-2, fall: 1e-6 };

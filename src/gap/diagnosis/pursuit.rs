@@ -9,7 +9,7 @@ use super::fit::{Fit, Instance, Promise, Promises, SEARCH, Start, fit, is_plausi
 use super::observations::Observations;
 use super::random_elements::{best_spread, fit_with_spread};
 use super::search::{Scored, beginnings, extended};
-use crate::gap::levenberg_marquardt::Stopping;
+use crate::least_squares::Stopping;
 
 /// Readings on which effects are first looked for.
 const COARSE: usize = 1300;

@@ -10,12 +10,15 @@ mod height_curves;
 mod map_layout;
 mod marker;
 mod panel_row;
+mod polar_lobe;
 mod plane_maps;
 mod raster;
 mod residual_maps;
+mod residual_planes;
 mod study_curves;
 mod study_field;
 mod study_surfaces;
+mod transducer_curves;
 
 use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
@@ -27,9 +30,12 @@ pub(super) use self::canvas::Lies;
 pub(super) use self::height_curves::HeightCurves;
 pub(super) use self::plane_maps::{LEAST_SIGNED_SHARE, PlaneMaps};
 pub(super) use self::residual_maps::{LEAST_SIGNED_SIGMA, REACH_SIGMA, ResidualMaps, rms};
+pub(super) use self::polar_lobe::PolarLobe;
+pub(super) use self::residual_planes::ResidualPlanes;
 pub(super) use self::study_curves::StudyCurves;
 pub(super) use self::study_field::StudyField;
 pub(super) use self::study_surfaces::StudySurfaces;
+pub(super) use self::transducer_curves::TransducerCurves;
 
 use self::canvas::{Canvas, OVERSAMPLING, TextFit};
 

@@ -1,0 +1,331 @@
+//! One law on the axis and one lobe, fitted to all readings at once.
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use super::axis_pose::{AxisPose, Place};
+use super::laws::{AxisLaw, Constant, Free, Lobe, LobeLaw};
+use super::Readings;
+use crate::least_squares::{Linearisation, Parameter, Stopping, minimise};
+
+/// Parameters ahead of those of the laws: floor, amplitude, foot and lean.
+const COMMON: usize = 6;
+/// Derivatives are differences over this share of a parameter's scale.
+const DIFFERENCE: f64 = 1e-3;
+
+/// A law on the axis times a lobe, as they fit the readings best.
+#[derive(Debug, Clone, Serialize)]
+pub struct PairFit {
+    /// The law on the axis.
+    pub axis_law: AxisLaw,
+    /// The lobe.
+    pub lobe_law: LobeLaw,
+    /// The axis.
+    pub axis: AxisPose,
+    /// Standard errors of the foot, metres, and of the lean.
+    pub axis_errors: AxisPose,
+    /// What is read where nothing arrives, the readings' unit.
+    pub floor: Constant,
+    /// Factor before the laws, the readings' unit (times metres for laws in 1/r).
+    pub amplitude: Constant,
+    /// The constants of the law on the axis.
+    pub axis_constants: Vec<Constant>,
+    /// The constants of the lobe.
+    pub lobe_constants: Vec<Constant>,
+    /// Parameters that were fitted.
+    pub parameters: usize,
+    /// Share of the readings' variance that the pair explains.
+    pub r_squared: f64,
+    /// Root mean square of what it leaves, the readings' unit.
+    pub residual_rms: f64,
+    /// Akaike's information criterion.
+    pub aic: f64,
+    /// The Bayesian information criterion (Schwarz).
+    pub bic: f64,
+    /// Whether the fit came to rest.
+    pub converged: bool,
+    #[serde(skip)]
+    pub(super) fitted: Vec<f64>,
+    #[serde(skip)]
+    pub(super) lobe: Lobe,
+}
+
+/// The readings under one pair of laws.
+struct Model<'a> {
+    readings: &'a Readings,
+    axis: AxisLaw,
+    lobe: Lobe,
+    unit: f64,
+    free: Vec<Free>,
+    axis_count: usize,
+}
+
+/// What the laws give at each reading under some parameters.
+struct Parts {
+    places: Vec<Place>,
+    thetas_rad: Vec<f64>,
+    along: Vec<f64>,
+    about: Vec<f64>,
+}
+
+impl PairFit {
+    /// Fits a pair, beginning at an axis; `None` where its parameters cannot be told apart.
+    pub(super) fn new(
+        readings: &Readings,
+        axis: AxisLaw,
+        lobe: LobeLaw,
+        start: AxisPose,
+    ) -> Option<Self> {
+        let thetas: Vec<f64> = readings.at_m.iter().map(|at| start.place(at).theta_rad).collect();
+        let lobe = Lobe::new(lobe, &thetas, readings.wavenumber_rad_m);
+        let model = Model::new(readings, axis, lobe, start)?;
+        let parameters: Vec<Parameter> = model
+            .free
+            .iter()
+            .map(|free| Parameter { start: free.start, scale: free.scale, prior: None })
+            .collect();
+        let minimum = minimise(
+            &parameters,
+            Stopping { iterations: 60, step: 1e-5, fall: 1e-11 },
+            |free| model.residuals(free),
+            |free| model.linearised(free),
+        );
+        model.described(&minimum.parameters, minimum.converged)
+    }
+
+    /// Pressure by the law on the axis at a height over the foot, the readings' unit, floor aside; `None` of a law that makes
+    /// no sense there.
+    pub fn on_axis_at(&self, height_m: f64) -> f64 {
+        let place = Place { distance_m: height_m, height_m, theta_rad: 0.0 };
+        self.amplitude.value * self.axis_law.at(self.axis_free(), &place) * self.lobe_on_axis()
+    }
+
+    /// The lobe at an angle, relative to the axis.
+    pub fn lobe_at(&self, theta_rad: f64) -> f64 {
+        let at = |theta: f64| self.lobe.at(self.lobe_free(), &[theta]).map_or(f64::NAN, |found| found[0]);
+        at(theta_rad) / at(0.0)
+    }
+
+    fn lobe_on_axis(&self) -> f64 {
+        self.lobe.at(self.lobe_free(), &[0.0]).map_or(f64::NAN, |found| found[0])
+    }
+
+    /// What the pair gives at each reading, its unit.
+    pub fn predicted(&self, readings: &Readings) -> Vec<f64> {
+        let places: Vec<Place> = readings.at_m.iter().map(|at| self.axis.place(at)).collect();
+        let thetas: Vec<f64> = places.iter().map(|place| place.theta_rad).collect();
+        let about = self.lobe.at(self.lobe_free(), &thetas).unwrap_or_default();
+        places
+            .iter()
+            .zip(about)
+            .map(|(place, about)| {
+                let along = self.axis_law.at(self.axis_free(), place);
+                self.floor.value + self.amplitude.value * along * about
+            })
+            .collect()
+    }
+
+    pub(super) fn axis_free(&self) -> &[f64] {
+        &self.fitted[COMMON..self.fitted.len() - self.lobe_constants.len()]
+    }
+
+    pub(super) fn lobe_free(&self) -> &[f64] {
+        &self.fitted[self.fitted.len() - self.lobe_constants.len()..]
+    }
+}
+
+impl<'a> Model<'a> {
+    fn new(readings: &'a Readings, axis: AxisLaw, lobe: Lobe, start: AxisPose) -> Option<Self> {
+        let unit = readings.largest();
+        let (axis_free, lobe_free) = (axis.free(), lobe.free());
+        let axis_count = axis_free.len();
+        let own = |name: &str, start: f64, scale: f64| Free {
+            name: name.to_owned(),
+            unit: "",
+            factor: 1.0,
+            start,
+            scale,
+        };
+        let mut free = vec![
+            own("floor", 0.0, 1e-3),
+            own("amplitude", 1.0, 1e-2),
+            own("x", start.foot_m[0], 1e-4),
+            own("y", start.foot_m[1], 1e-4),
+            own("lean x", start.lean[0], 1e-3),
+            own("lean y", start.lean[1], 1e-3),
+        ];
+        free.extend(axis_free);
+        free.extend(lobe_free);
+        let mut model = Self { readings, axis, lobe, unit, free, axis_count };
+        // The amplitude that fits the start best.
+        let parts = model.parts(&model.starts())?;
+        let (mut cross, mut square) = (0.0, 0.0);
+        for ((along, about), value) in parts.along.iter().zip(&parts.about).zip(&readings.values) {
+            cross += along * about * value / unit;
+            square += (along * about).powi(2);
+        }
+        let amplitude = cross / square;
+        if !(amplitude > 0.0) || !amplitude.is_finite() {
+            return None;
+        }
+        model.free[1].start = amplitude;
+        model.free[1].scale = 1e-2 * amplitude;
+        Some(model)
+    }
+
+    fn starts(&self) -> Vec<f64> {
+        self.free.iter().map(|free| free.start).collect()
+    }
+
+    fn pose(free: &[f64]) -> AxisPose {
+        AxisPose { foot_m: [free[2], free[3]], lean: [free[4], free[5]] }
+    }
+
+    fn parts(&self, free: &[f64]) -> Option<Parts> {
+        let pose = Self::pose(free);
+        let places: Vec<Place> = self.readings.at_m.iter().map(|at| pose.place(at)).collect();
+        let thetas_rad: Vec<f64> = places.iter().map(|place| place.theta_rad).collect();
+        let along = self.along(free, &places);
+        let about = self.lobe.at(self.of_lobe(free), &thetas_rad)?;
+        Some(Parts { places, thetas_rad, along, about })
+    }
+
+    fn along(&self, free: &[f64], places: &[Place]) -> Vec<f64> {
+        let of_axis = &free[COMMON..COMMON + self.axis_count];
+        places.iter().map(|place| self.axis.at(of_axis, place)).collect()
+    }
+
+    fn of_lobe<'f>(&self, free: &'f [f64]) -> &'f [f64] {
+        &free[COMMON + self.axis_count..]
+    }
+
+    fn residuals_of(&self, free: &[f64], parts: &Parts) -> Vec<f64> {
+        let values = self.readings.values.iter();
+        values
+            .zip(parts.along.iter().zip(&parts.about))
+            .map(|(value, (along, about))| free[0] + free[1] * along * about - value / self.unit)
+            .collect()
+    }
+
+    fn residuals(&self, free: &[f64]) -> Vec<f64> {
+        match self.parts(free) {
+            Some(parts) => self.residuals_of(free, &parts),
+            None => vec![f64::NAN; self.readings.values.len()],
+        }
+    }
+
+    fn linearised(&self, free: &[f64]) -> Linearisation {
+        let nowhere = || vec![f64::NAN; self.readings.values.len()];
+        let Some(parts) = self.parts(free) else {
+            return Linearisation {
+                residuals: nowhere(),
+                columns: vec![nowhere(); self.free.len()],
+            };
+        };
+        let product =
+            |along: &[f64], about: &[f64]| along.iter().zip(about).map(|(a, b)| a * b).collect::<Vec<f64>>();
+        let columns = (0..free.len())
+            .map(|index| {
+                let step = DIFFERENCE * self.free[index].scale;
+                let moved = |by: f64| {
+                    let mut moved = free.to_vec();
+                    moved[index] += by;
+                    moved
+                };
+                // The product of both laws, a little farther along one parameter: only what depends on it is computed again.
+                let shifted = |by: f64| -> Option<Vec<f64>> {
+                    let moved = moved(by);
+                    if index < COMMON {
+                        let parts = self.parts(&moved)?;
+                        Some(product(&parts.along, &parts.about))
+                    } else if index < COMMON + self.axis_count {
+                        Some(product(&self.along(&moved, &parts.places), &parts.about))
+                    } else {
+                        let about = self.lobe.at(self.of_lobe(&moved), &parts.thetas_rad)?;
+                        Some(product(&parts.along, &about))
+                    }
+                };
+                match index {
+                    0 => vec![1.0; self.readings.values.len()],
+                    1 => product(&parts.along, &parts.about),
+                    _ => match (shifted(step), shifted(-step)) {
+                        (Some(up), Some(down)) => up
+                            .iter()
+                            .zip(&down)
+                            .map(|(up, down)| free[1] * (up - down) / (2.0 * step))
+                            .collect(),
+                        _ => nowhere(),
+                    },
+                }
+            })
+            .collect();
+        Linearisation { residuals: self.residuals_of(free, &parts), columns }
+    }
+
+    fn described(self, fitted: &[f64], converged: bool) -> Option<PairFit> {
+        let linear = self.linearised(fitted);
+        let errors = self.standard_errors(&linear)?;
+        let count = linear.residuals.len() as f64;
+        let squares: f64 = linear.residuals.iter().map(|r| r * r).sum();
+        let mean = self.readings.values.iter().sum::<f64>() / count / self.unit;
+        let spread: f64 = self.readings.values.iter().map(|v| (v / self.unit - mean).powi(2)).sum();
+        let parameters = fitted.len() as f64;
+        let likelihood = count * (squares / count).ln();
+        if !likelihood.is_finite() {
+            return None;
+        }
+        let constant = |index: usize, factor: f64, unit: &'static str| Constant {
+            name: self.free[index].name.clone(),
+            unit,
+            value: fitted[index] * factor,
+            standard_error: errors[index] * factor,
+        };
+        let constants = |range: std::ops::Range<usize>| -> Vec<Constant> {
+            range.map(|index| constant(index, self.free[index].factor, self.free[index].unit)).collect()
+        };
+        let lobe_from = COMMON + self.axis_count;
+        Some(PairFit {
+            axis_law: self.axis,
+            lobe_law: self.lobe.law,
+            axis: Self::pose(fitted),
+            axis_errors: Self::pose(&errors),
+            floor: constant(0, self.unit, ""),
+            amplitude: constant(1, self.unit, ""),
+            axis_constants: constants(COMMON..lobe_from),
+            lobe_constants: constants(lobe_from..fitted.len()),
+            parameters: fitted.len(),
+            r_squared: 1.0 - squares / spread,
+            residual_rms: (squares / count).sqrt() * self.unit,
+            aic: likelihood + 2.0 * parameters,
+            bic: likelihood + parameters * count.ln(),
+            converged,
+            fitted: fitted.to_vec(),
+            lobe: self.lobe,
+        })
+    }
+
+    /// Standard errors that hold whatever the size of each reading's own noise: White's, with the small-sample factor
+    /// n/(n - p).
+    fn standard_errors(&self, linear: &Linearisation) -> Option<Vec<f64>> {
+        let (count, free) = (linear.residuals.len(), linear.columns.len());
+        let scales = DVector::from_iterator(free, self.free.iter().map(|free| free.scale));
+        let (mut bread, mut meat) = (DMatrix::zeros(free, free), DMatrix::zeros(free, free));
+        for i in 0..free {
+            for j in 0..=i {
+                let (a, b) = (&linear.columns[i], &linear.columns[j]);
+                let (mut plain, mut weighed) = (0.0, 0.0);
+                for ((a, b), residual) in a.iter().zip(b).zip(&linear.residuals) {
+                    plain += a * b;
+                    weighed += a * b * residual * residual;
+                }
+                let scale = scales[i] * scales[j];
+                (bread[(i, j)], bread[(j, i)]) = (plain * scale, plain * scale);
+                (meat[(i, j)], meat[(j, i)]) = (weighed * scale, weighed * scale);
+            }
+        }
+        let inverse: DMatrix<f64> = bread.cholesky()?.inverse();
+        let small = count as f64 / (count as f64 - free as f64).max(1.0);
+        let covariance = &inverse * meat * &inverse * small;
+        Some((0..free).map(|i| covariance[(i, i)].sqrt() * scales[i]).collect())
+    }
+}

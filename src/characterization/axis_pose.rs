@@ -74,15 +74,20 @@ impl AxisPose {
         self.lean[0].hypot(self.lean[1]).atan()
     }
 
-    pub(super) fn place(&self, at_m: &Vec3) -> Place {
+    pub(super) fn places(&self, at_m: &[Vec3]) -> Vec<Place> {
         let direction = self.direction();
-        let from_foot = at_m - Vec3::new(self.foot_m[0], self.foot_m[1], 0.0);
-        let height_m = from_foot.dot(&direction);
-        let aside_m = (from_foot - height_m * direction).norm();
-        Place {
-            distance_m: from_foot.norm(),
-            height_m,
-            theta_rad: aside_m.atan2(height_m).min(std::f64::consts::FRAC_PI_2),
-        }
+        let foot = Vec3::new(self.foot_m[0], self.foot_m[1], 0.0);
+        at_m.iter()
+            .map(|at_m| {
+                let from_foot = at_m - foot;
+                let height_m = from_foot.dot(&direction);
+                let aside_m = (from_foot - height_m * direction).norm();
+                Place {
+                    distance_m: from_foot.norm(),
+                    height_m,
+                    theta_rad: aside_m.atan2(height_m).min(std::f64::consts::FRAC_PI_2),
+                }
+            })
+            .collect()
     }
 }

@@ -1,7 +1,7 @@
 //! What one transducer does: its axis, how its pressure falls along it, and its lobe, out of a scan of it alone.
 //!
-//! Every reading is taken for `floor + amplitude · L(d, h) · D(θ)`, a law on the axis ([`AxisLaw`]) times a lobe
-//! ([`LobeLaw`]), about an axis whose foot and tilt are fitted with the rest. Each pair of laws is fitted to all readings at
+//! Every reading is taken for `sqrt(floor² + (amplitude · L(d, h) · D(θ))²)`, a law on the axis ([`AxisLaw`]) times a lobe
+//! ([`LobeLaw`]) beside what is read where nothing arrives, about an axis whose foot and tilt are fitted with the rest. Each pair of laws is fitted to all readings at
 //! once ([`PairFit`]) and weighed by its information criterion. Standard errors are those of White (Econometrica 48, 817, 1980), which
 //! hold where the noise grows with the reading.
 //!

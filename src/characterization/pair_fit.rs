@@ -12,6 +12,8 @@ use crate::least_squares::{Linearisation, Parameter, Stopping, minimise};
 const COMMON: usize = 6;
 /// Derivatives are differences over this share of a parameter's scale.
 const DIFFERENCE: f64 = 1e-3;
+/// The least that is read, relative to the largest reading: keeps the floor's derivative finite in a scan without noise.
+const LEAST: f64 = 1e-4;
 
 /// A law on the axis times a lobe, as they fit the readings best.
 #[derive(Debug, Clone, Serialize)]
@@ -24,7 +26,7 @@ pub struct PairFit {
     pub axis: AxisPose,
     /// Standard errors of the foot, metres, and of the lean.
     pub axis_errors: AxisPose,
-    /// What is read where nothing arrives, the readings' unit.
+    /// What is read where nothing arrives, the readings' unit; it adds in quadrature, as noise does to a magnitude.
     pub floor: Constant,
     /// Factor before the laws, the readings' unit (times metres for laws in 1/r).
     pub amplitude: Constant,
@@ -76,7 +78,8 @@ impl PairFit {
         lobe: LobeLaw,
         start: AxisPose,
     ) -> Option<Self> {
-        let thetas: Vec<f64> = readings.at_m.iter().map(|at| start.place(at).theta_rad).collect();
+        let thetas: Vec<f64> =
+            start.places(&readings.at_m).iter().map(|place| place.theta_rad).collect();
         let lobe = Lobe::new(lobe, &thetas, readings.wavenumber_rad_m);
         let model = Model::new(readings, axis, lobe, start)?;
         let parameters: Vec<Parameter> = model
@@ -86,7 +89,7 @@ impl PairFit {
             .collect();
         let minimum = minimise(
             &parameters,
-            Stopping { iterations: 60, step: 1e-5, fall: 1e-11 },
+            Stopping { iterations: 60, step: 1e-3, fall: 1e-9 },
             |free| model.residuals(free),
             |free| model.linearised(free),
         );
@@ -112,7 +115,7 @@ impl PairFit {
 
     /// What the pair gives at each reading, its unit.
     pub fn predicted(&self, readings: &Readings) -> Vec<f64> {
-        let places: Vec<Place> = readings.at_m.iter().map(|at| self.axis.place(at)).collect();
+        let places = self.axis.places(&readings.at_m);
         let thetas: Vec<f64> = places.iter().map(|place| place.theta_rad).collect();
         let about = self.lobe.at(self.lobe_free(), &thetas).unwrap_or_default();
         places
@@ -120,7 +123,7 @@ impl PairFit {
             .zip(about)
             .map(|(place, about)| {
                 let along = self.axis_law.at(self.axis_free(), place);
-                self.floor.value + self.amplitude.value * along * about
+                self.floor.value.hypot(self.amplitude.value * along * about)
             })
             .collect()
     }
@@ -132,6 +135,12 @@ impl PairFit {
     pub(super) fn lobe_free(&self) -> &[f64] {
         &self.fitted[self.fitted.len() - self.lobe_constants.len()..]
     }
+}
+
+/// What is read under some parameters, relative: floor and pressure in quadrature.
+fn read<'p>(free: &'p [f64], parts: &'p Parts) -> impl Iterator<Item = f64> + 'p {
+    let pressures = parts.along.iter().zip(&parts.about).map(|(along, about)| free[1] * along * about);
+    pressures.map(|pressure| (free[0] + LEAST * LEAST + pressure * pressure).sqrt())
 }
 
 impl<'a> Model<'a> {
@@ -147,7 +156,8 @@ impl<'a> Model<'a> {
             scale,
         };
         let mut free = vec![
-            own("floor", 0.0, 1e-3),
+            // Its square is what is free.
+            own("floor", 1e-4, 1e-4),
             own("amplitude", 1.0, 1e-2),
             own("x", start.foot_m[0], 1e-4),
             own("y", start.foot_m[1], 1e-4),
@@ -182,8 +192,7 @@ impl<'a> Model<'a> {
     }
 
     fn parts(&self, free: &[f64]) -> Option<Parts> {
-        let pose = Self::pose(free);
-        let places: Vec<Place> = self.readings.at_m.iter().map(|at| pose.place(at)).collect();
+        let places = Self::pose(free).places(&self.readings.at_m);
         let thetas_rad: Vec<f64> = places.iter().map(|place| place.theta_rad).collect();
         let along = self.along(free, &places);
         let about = self.lobe.at(self.of_lobe(free), &thetas_rad)?;
@@ -201,10 +210,7 @@ impl<'a> Model<'a> {
 
     fn residuals_of(&self, free: &[f64], parts: &Parts) -> Vec<f64> {
         let values = self.readings.values.iter();
-        values
-            .zip(parts.along.iter().zip(&parts.about))
-            .map(|(value, (along, about))| free[0] + free[1] * along * about - value / self.unit)
-            .collect()
+        values.zip(read(free, parts)).map(|(value, read)| read - value / self.unit).collect()
     }
 
     fn residuals(&self, free: &[f64]) -> Vec<f64> {
@@ -222,6 +228,7 @@ impl<'a> Model<'a> {
                 columns: vec![nowhere(); self.free.len()],
             };
         };
+        let reads: Vec<f64> = read(free, &parts).collect();
         let product =
             |along: &[f64], about: &[f64]| along.iter().zip(about).map(|(a, b)| a * b).collect::<Vec<f64>>();
         let columns = (0..free.len())
@@ -245,15 +252,25 @@ impl<'a> Model<'a> {
                         Some(product(&parts.along, &about))
                     }
                 };
+                // How much of the pressure's change is read, beside the floor.
+                let heard = |pressures: Vec<f64>| {
+                    let own = parts.along.iter().zip(&parts.about).zip(&reads);
+                    own.zip(pressures)
+                        .map(|(((along, about), read), change)| {
+                            free[1] * along * about / read * change
+                        })
+                        .collect()
+                };
                 match index {
-                    0 => vec![1.0; self.readings.values.len()],
-                    1 => product(&parts.along, &parts.about),
+                    0 => reads.iter().map(|read| 0.5 / read).collect(),
+                    1 => heard(product(&parts.along, &parts.about)),
                     _ => match (shifted(step), shifted(-step)) {
-                        (Some(up), Some(down)) => up
-                            .iter()
-                            .zip(&down)
-                            .map(|(up, down)| free[1] * (up - down) / (2.0 * step))
-                            .collect(),
+                        (Some(up), Some(down)) => heard(
+                            up.iter()
+                                .zip(&down)
+                                .map(|(up, down)| free[1] * (up - down) / (2.0 * step))
+                                .collect(),
+                        ),
                         _ => nowhere(),
                     },
                 }
@@ -289,7 +306,7 @@ impl<'a> Model<'a> {
             lobe_law: self.lobe.law,
             axis: Self::pose(fitted),
             axis_errors: Self::pose(&errors),
-            floor: constant(0, self.unit, ""),
+            floor: self.floor(fitted[0], errors[0]),
             amplitude: constant(1, self.unit, ""),
             axis_constants: constants(COMMON..lobe_from),
             lobe_constants: constants(lobe_from..fitted.len()),
@@ -302,6 +319,14 @@ impl<'a> Model<'a> {
             fitted: fitted.to_vec(),
             lobe: self.lobe,
         })
+    }
+
+    fn floor(&self, square: f64, error: f64) -> Constant {
+        let floor = square.max(0.0).sqrt();
+        // Near zero the square's own error says how large it may be.
+        let standard_error = error / (2.0 * floor).max(error.sqrt());
+        let [value, standard_error] = [floor, standard_error].map(|number| number * self.unit);
+        Constant { name: "floor".to_owned(), unit: "", value, standard_error }
     }
 
     /// Standard errors that hold whatever the size of each reading's own noise: White's, with the small-sample factor

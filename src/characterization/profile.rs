@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::axis_pose::Place;
 use super::{PairFit, Readings};
 
 /// The levels whose angles are read off, decibels below the axis: a half, a fifth and a tenth of its pressure.
@@ -69,9 +68,11 @@ pub struct Profile {
 impl Profile {
     /// Reads off the profile, the axis and the floor as a fit has them.
     pub(super) fn of(readings: &Readings, fit: &PairFit) -> Self {
-        let places: Vec<Place> = readings.at_m.iter().map(|at| fit.axis.place(at)).collect();
-        let predicted = fit.predicted(readings);
+        let places = fit.axis.places(&readings.at_m);
         let floor = fit.floor.value;
+        let without_floor = |reading: &f64| (reading * reading - floor * floor).max(0.0).sqrt();
+        let values: Vec<f64> = readings.values.iter().map(without_floor).collect();
+        let predicted: Vec<f64> = fit.predicted(readings).iter().map(without_floor).collect();
         let mut profile =
             Self { on_axis: Vec::new(), lobe: Vec::new(), angles: Vec::new(), relative: Vec::new() };
         for (height, &height_m) in readings.heights_m.iter().enumerate() {
@@ -86,7 +87,7 @@ impl Profile {
                 .copied()
                 .filter(|&index| fit.lobe_at(places[index].theta_rad) >= CORE)
                 .collect();
-            let Some((scale, error)) = scale(&core, &readings.values, &predicted, floor) else {
+            let Some((scale, error)) = scale(&core, &values, &predicted) else {
                 continue;
             };
             profile.on_axis.push(OnAxisPoint {
@@ -98,8 +99,8 @@ impl Profile {
                 .iter()
                 .map(|&index| {
                     let theta = places[index].theta_rad;
-                    let even = (predicted[index] - floor) / fit.lobe_at(theta) * scale;
-                    (theta, (readings.values[index] - floor) / even)
+                    let even = predicted[index] / fit.lobe_at(theta) * scale;
+                    (theta, values[index] / even)
                 })
                 .filter(|(_, value)| value.is_finite())
                 .collect();
@@ -128,11 +129,11 @@ impl Profile {
 }
 
 /// By how much the prediction has to be taken to meet some readings, and the standard error of that.
-fn scale(core: &[usize], values: &[f64], predicted: &[f64], floor: f64) -> Option<(f64, f64)> {
+fn scale(core: &[usize], values: &[f64], predicted: &[f64]) -> Option<(f64, f64)> {
     if core.len() < LEAST_IN_CORE {
         return None;
     }
-    let pairs = || core.iter().map(|&index| (values[index] - floor, predicted[index] - floor));
+    let pairs = || core.iter().map(|&index| (values[index], predicted[index]));
     let square: f64 = pairs().map(|(_, p)| p * p).sum();
     let scale = pairs().map(|(v, p)| v * p).sum::<f64>() / square;
     let left: f64 = pairs().map(|(v, p)| (v - scale * p).powi(2)).sum();

@@ -18,6 +18,9 @@
 //! | `noise`, `figures`, `agreement` | the noise, the figures of each height with their errors, correlation and residual |
 //! | `comparison`, `registration`, `table` | the result as data, as text and as CSV |
 
+// The methods of this layer name what they minimise with by its method.
+use crate::least_squares as levenberg_marquardt;
+
 mod agreement;
 mod coarse;
 mod compare;

@@ -7,7 +7,7 @@
 use nalgebra::DMatrix;
 
 use super::agreement::{best_gain, correlation, dot, rms};
-use crate::least_squares::{Linearisation, Parameter, Stopping, minimise};
+use super::levenberg_marquardt::{Linearisation, Parameter, Stopping, minimise};
 use super::pose::Pose;
 use super::readings::{Readings, SimulatedGradient};
 use super::standard_errors::Blocks;

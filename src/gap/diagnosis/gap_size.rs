@@ -1,12 +1,12 @@
 //! How large the gap is: root mean square residual over that of the scan, over all readings and over some kept out of the fit.
 
 use super::effects::Context;
+use super::fit::fit_any;
 use super::fit::{Fit, Start};
 use super::likelihood::{Nuisance, first_gain, pressures};
 use super::observations::{Observations, Visit};
-use super::pursuit::fit_any;
 use super::supposed::Supposed;
-use crate::least_squares::Stopping;
+use crate::gap::levenberg_marquardt::Stopping;
 
 /// Side of the blocks of points that are kept out together, m: beyond that neighbours know nothing of each other.
 const BLOCK_M: f64 = 8e-3;

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use super::effects::Context;
 use super::fit::{Fit, Start, fit};
 use super::observations::Observations;
-use crate::least_squares::Stopping;
+use crate::gap::levenberg_marquardt::Stopping;
 
 /// Spreads that are tried first, from a thousandth upwards, by this factor.
 const FACTOR: f64 = 1.5;

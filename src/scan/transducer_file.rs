@@ -332,7 +332,7 @@ mod tests {
                 let transducer = DescribedTransducer { on_axis, directivity: directivity.clone() };
                 let radius_m = Positive::new(4.5e-3).ok();
                 let file = TransducerFile::describing("n", "s", radius_m, transducer);
-                let again = parse(file.text()).expect(file.text());
+                let again = parse(file.text()).unwrap_or_else(|fault| panic!("{fault}"));
                 assert_eq!(again.name(), "n");
                 assert!((again.face_radius_m().expect("written") - 4.5e-3).abs() < 1e-15);
                 for theta_rad in [0.0, 0.3, 1.0] {

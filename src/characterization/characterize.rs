@@ -4,9 +4,17 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::laws::described;
+use super::pair_fit::Axis;
 use super::{AxisLaw, AxisPose, CharacterizationError, LobeLaw, PairFit, Profile, Readings};
 use crate::input::Positive;
 use crate::scan::TransducerFile;
+
+/// How many of the preferred pairs get an axis of their own.
+const FREED: usize = 4;
+
+/// Share of the readings' variance that the best pair has to explain: a transducer's field far exceeds it, noise never gets
+/// there.
+const LEAST_R_SQUARED: f64 = 0.5;
 
 /// What the readings say of a transducer.
 #[derive(Debug, Clone, Serialize)]
@@ -20,21 +28,41 @@ pub struct Characterization {
 /// Fits every law on the axis with every lobe.
 ///
 /// # Errors
-/// [`CharacterizationError::NoFit`] if none of them fits at all.
+/// [`CharacterizationError::NoFit`] if none of them explains half of the readings' variance.
 pub fn characterize(readings: &Readings) -> Result<Characterization, CharacterizationError> {
-    let start = AxisPose::guess(readings);
+    // The axis is that of the freest pair; then every pair is held against the readings about it.
+    let guess = Axis::From(AxisPose::guess(readings));
+    let freest = PairFit::new(readings, AxisLaw::Absorbed, LobeLaw::Table, guess)
+        .or_else(|| PairFit::new(readings, AxisLaw::Power, LobeLaw::Gaussian, guess))
+        .ok_or(CharacterizationError::NoFit)?;
     let laws: Vec<(AxisLaw, LobeLaw)> = AxisLaw::ALL
         .into_iter()
         .flat_map(|axis| LobeLaw::ALL.into_iter().map(move |lobe| (axis, lobe)))
         .collect();
     let mut pairs: Vec<PairFit> = laws
         .into_par_iter()
-        .filter_map(|(axis, lobe)| PairFit::new(readings, axis, lobe, start))
+        .filter_map(|(axis, lobe)| PairFit::new(readings, axis, lobe, Axis::Held(freest.axis)))
         .collect();
-    pairs.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    let best = pairs.first().ok_or(CharacterizationError::NoFit)?;
+    by_preference(&mut pairs);
+    // The nearest are fitted again with an axis of their own.
+    let near = FREED.min(pairs.len());
+    pairs[..near].par_iter_mut().for_each(|pair| {
+        let start = Axis::From(pair.axis);
+        if let Some(freed) = PairFit::new(readings, pair.axis_law, pair.lobe_law, start) {
+            *pair = freed;
+        }
+    });
+    by_preference(&mut pairs);
+    let best = pairs
+        .first()
+        .filter(|best| best.r_squared >= LEAST_R_SQUARED)
+        .ok_or(CharacterizationError::NoFit)?;
     let profile = Profile::of(readings, best);
     Ok(Characterization { pairs, profile })
+}
+
+fn by_preference(pairs: &mut [PairFit]) {
+    pairs.sort_by(|a, b| a.bic.total_cmp(&b.bic));
 }
 
 impl Characterization {
@@ -65,7 +93,7 @@ impl Characterization {
     pub fn transducer_file(&self, name: &str, source: &str) -> TransducerFile {
         let best = self.best();
         let (transducer, radius_m) =
-            described((best.axis_law, best.axis_free()), (&best.lobe, best.lobe_free()));
+            described((best.axis_law, &best.axis_free), (&best.lobe, &best.lobe_free));
         let radius_m = radius_m.and_then(|radius_m| Positive::new(radius_m).ok());
         TransducerFile::describing(name, source, radius_m, transducer)
     }

@@ -8,8 +8,10 @@ use super::laws::{AxisLaw, Constant, Free, Lobe, LobeLaw};
 use super::Readings;
 use crate::least_squares::{Linearisation, Parameter, Stopping, minimise};
 
-/// Parameters ahead of those of the laws: floor, amplitude, foot and lean.
-const COMMON: usize = 6;
+/// Parameters that come first: floor and amplitude.
+const LEVELS: usize = 2;
+/// Those that follow where the axis is free: its foot and its lean.
+const OF_AXIS: usize = 4;
 /// Derivatives are differences over this share of a parameter's scale.
 const DIFFERENCE: f64 = 1e-3;
 /// The least that is read, relative to the largest reading: keeps the floor's derivative finite in a scan without noise.
@@ -24,7 +26,7 @@ pub struct PairFit {
     pub lobe_law: LobeLaw,
     /// The axis.
     pub axis: AxisPose,
-    /// Standard errors of the foot, metres, and of the lean.
+    /// Standard errors of the foot, metres, and of the lean; not-a-number where the axis was taken from another fit.
     pub axis_errors: AxisPose,
     /// What is read where nothing arrives, the readings' unit; it adds in quadrature, as noise does to a magnitude.
     pub floor: Constant,
@@ -47,9 +49,20 @@ pub struct PairFit {
     /// Whether the fit came to rest.
     pub converged: bool,
     #[serde(skip)]
-    pub(super) fitted: Vec<f64>,
+    pub(super) axis_free: Vec<f64>,
+    #[serde(skip)]
+    pub(super) lobe_free: Vec<f64>,
     #[serde(skip)]
     pub(super) lobe: Lobe,
+}
+
+/// Where a fit takes the axis from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Axis {
+    /// Fitted with the rest, from here.
+    From(AxisPose),
+    /// As it is.
+    Held(AxisPose),
 }
 
 /// The readings under one pair of laws.
@@ -59,6 +72,8 @@ struct Model<'a> {
     lobe: Lobe,
     unit: f64,
     free: Vec<Free>,
+    /// The places under an axis that is held.
+    held: Option<(AxisPose, Vec<Place>)>,
     axis_count: usize,
 }
 
@@ -76,20 +91,12 @@ impl PairFit {
         readings: &Readings,
         axis: AxisLaw,
         lobe: LobeLaw,
-        start: AxisPose,
+        start: Axis,
     ) -> Option<Self> {
-        let thetas: Vec<f64> =
-            start.places(&readings.at_m).iter().map(|place| place.theta_rad).collect();
-        let lobe = Lobe::new(lobe, &thetas, readings.wavenumber_rad_m);
         let model = Model::new(readings, axis, lobe, start)?;
-        let parameters: Vec<Parameter> = model
-            .free
-            .iter()
-            .map(|free| Parameter { start: free.start, scale: free.scale, prior: None })
-            .collect();
         let minimum = minimise(
-            &parameters,
-            Stopping { iterations: 60, step: 1e-3, fall: 1e-9 },
+            &model.parameters()?,
+            Stopping { iterations: 60, step: 1e-4, fall: 1e-10 },
             |free| model.residuals(free),
             |free| model.linearised(free),
         );
@@ -100,40 +107,32 @@ impl PairFit {
     /// no sense there.
     pub fn on_axis_at(&self, height_m: f64) -> f64 {
         let place = Place { distance_m: height_m, height_m, theta_rad: 0.0 };
-        self.amplitude.value * self.axis_law.at(self.axis_free(), &place) * self.lobe_on_axis()
+        self.amplitude.value * self.axis_law.at(&self.axis_free, &place) * self.lobe_on_axis()
     }
 
     /// The lobe at an angle, relative to the axis.
     pub fn lobe_at(&self, theta_rad: f64) -> f64 {
-        let at = |theta: f64| self.lobe.at(self.lobe_free(), &[theta]).map_or(f64::NAN, |found| found[0]);
+        let at = |theta: f64| self.lobe.at(&self.lobe_free, &[theta]).map_or(f64::NAN, |found| found[0]);
         at(theta_rad) / at(0.0)
     }
 
     fn lobe_on_axis(&self) -> f64 {
-        self.lobe.at(self.lobe_free(), &[0.0]).map_or(f64::NAN, |found| found[0])
+        self.lobe.at(&self.lobe_free, &[0.0]).map_or(f64::NAN, |found| found[0])
     }
 
     /// What the pair gives at each reading, its unit.
     pub fn predicted(&self, readings: &Readings) -> Vec<f64> {
         let places = self.axis.places(&readings.at_m);
         let thetas: Vec<f64> = places.iter().map(|place| place.theta_rad).collect();
-        let about = self.lobe.at(self.lobe_free(), &thetas).unwrap_or_default();
+        let about = self.lobe.at(&self.lobe_free, &thetas).unwrap_or_default();
         places
             .iter()
             .zip(about)
             .map(|(place, about)| {
-                let along = self.axis_law.at(self.axis_free(), place);
+                let along = self.axis_law.at(&self.axis_free, place);
                 self.floor.value.hypot(self.amplitude.value * along * about)
             })
             .collect()
-    }
-
-    pub(super) fn axis_free(&self) -> &[f64] {
-        &self.fitted[COMMON..self.fitted.len() - self.lobe_constants.len()]
-    }
-
-    pub(super) fn lobe_free(&self) -> &[f64] {
-        &self.fitted[self.fitted.len() - self.lobe_constants.len()..]
     }
 }
 
@@ -144,7 +143,11 @@ fn read<'p>(free: &'p [f64], parts: &'p Parts) -> impl Iterator<Item = f64> + 'p
 }
 
 impl<'a> Model<'a> {
-    fn new(readings: &'a Readings, axis: AxisLaw, lobe: Lobe, start: AxisPose) -> Option<Self> {
+    fn new(readings: &'a Readings, axis: AxisLaw, lobe: LobeLaw, start: Axis) -> Option<Self> {
+        let (Axis::From(pose) | Axis::Held(pose)) = start;
+        let places = pose.places(&readings.at_m);
+        let thetas: Vec<f64> = places.iter().map(|place| place.theta_rad).collect();
+        let lobe = Lobe::new(lobe, &thetas, readings.wavenumber_rad_m);
         let unit = readings.largest();
         let (axis_free, lobe_free) = (axis.free(), lobe.free());
         let axis_count = axis_free.len();
@@ -155,18 +158,22 @@ impl<'a> Model<'a> {
             start,
             scale,
         };
-        let mut free = vec![
-            // Its square is what is free.
-            own("floor", 1e-4, 1e-4),
-            own("amplitude", 1.0, 1e-2),
-            own("x", start.foot_m[0], 1e-4),
-            own("y", start.foot_m[1], 1e-4),
-            own("lean x", start.lean[0], 1e-3),
-            own("lean y", start.lean[1], 1e-3),
-        ];
+        // The floor's square is what is free.
+        let mut free = vec![own("floor", 1e-4, 1e-4), own("amplitude", 1.0, 1e-2)];
+        let mut held = None;
+        if let Axis::Held(_) = start {
+            held = Some((pose, places));
+        } else {
+            free.extend([
+                own("x", pose.foot_m[0], 1e-4),
+                own("y", pose.foot_m[1], 1e-4),
+                own("lean x", pose.lean[0], 1e-3),
+                own("lean y", pose.lean[1], 1e-3),
+            ]);
+        }
         free.extend(axis_free);
         free.extend(lobe_free);
-        let mut model = Self { readings, axis, lobe, unit, free, axis_count };
+        let mut model = Self { readings, axis, lobe, unit, free, held, axis_count };
         // The amplitude that fits the start best.
         let parts = model.parts(&model.starts())?;
         let (mut cross, mut square) = (0.0, 0.0);
@@ -187,12 +194,39 @@ impl<'a> Model<'a> {
         self.free.iter().map(|free| free.start).collect()
     }
 
-    fn pose(free: &[f64]) -> AxisPose {
-        AxisPose { foot_m: [free[2], free[3]], lean: [free[4], free[5]] }
+    /// Each parameter in units of what it takes to change the readings by as much as the start misses them.
+    fn parameters(&self) -> Option<Vec<Parameter>> {
+        let linear = self.linearised(&self.starts());
+        let length = |column: &[f64]| column.iter().map(|value| value * value).sum::<f64>().sqrt();
+        let missed = length(&linear.residuals) / (linear.residuals.len() as f64).sqrt();
+        self.free
+            .iter()
+            .zip(&linear.columns)
+            .map(|(free, column)| {
+                let scale = missed / length(column);
+                let told = scale.is_finite() && scale > 0.0;
+                told.then_some(Parameter { start: free.start, scale, prior: None })
+            })
+            .collect()
+    }
+
+    /// Where the parameters of the law on the axis begin.
+    fn laws_from(&self) -> usize {
+        if self.held.is_some() { LEVELS } else { LEVELS + OF_AXIS }
+    }
+
+    fn pose(&self, free: &[f64]) -> AxisPose {
+        match self.held {
+            Some((pose, _)) => pose,
+            None => AxisPose { foot_m: [free[2], free[3]], lean: [free[4], free[5]] },
+        }
     }
 
     fn parts(&self, free: &[f64]) -> Option<Parts> {
-        let places = Self::pose(free).places(&self.readings.at_m);
+        let places = match &self.held {
+            Some((_, places)) => places.clone(),
+            None => self.pose(free).places(&self.readings.at_m),
+        };
         let thetas_rad: Vec<f64> = places.iter().map(|place| place.theta_rad).collect();
         let along = self.along(free, &places);
         let about = self.lobe.at(self.of_lobe(free), &thetas_rad)?;
@@ -200,12 +234,13 @@ impl<'a> Model<'a> {
     }
 
     fn along(&self, free: &[f64], places: &[Place]) -> Vec<f64> {
-        let of_axis = &free[COMMON..COMMON + self.axis_count];
+        let from = self.laws_from();
+        let of_axis = &free[from..from + self.axis_count];
         places.iter().map(|place| self.axis.at(of_axis, place)).collect()
     }
 
     fn of_lobe<'f>(&self, free: &'f [f64]) -> &'f [f64] {
-        &free[COMMON + self.axis_count..]
+        &free[self.laws_from() + self.axis_count..]
     }
 
     fn residuals_of(&self, free: &[f64], parts: &Parts) -> Vec<f64> {
@@ -242,10 +277,10 @@ impl<'a> Model<'a> {
                 // The product of both laws, a little farther along one parameter: only what depends on it is computed again.
                 let shifted = |by: f64| -> Option<Vec<f64>> {
                     let moved = moved(by);
-                    if index < COMMON {
+                    if index < self.laws_from() {
                         let parts = self.parts(&moved)?;
                         Some(product(&parts.along, &parts.about))
-                    } else if index < COMMON + self.axis_count {
+                    } else if index < self.laws_from() + self.axis_count {
                         Some(product(&self.along(&moved, &parts.places), &parts.about))
                     } else {
                         let about = self.lobe.at(self.of_lobe(&moved), &parts.thetas_rad)?;
@@ -286,7 +321,8 @@ impl<'a> Model<'a> {
         let squares: f64 = linear.residuals.iter().map(|r| r * r).sum();
         let mean = self.readings.values.iter().sum::<f64>() / count / self.unit;
         let spread: f64 = self.readings.values.iter().map(|v| (v / self.unit - mean).powi(2)).sum();
-        let parameters = fitted.len() as f64;
+        // An axis that is held was fitted once for all.
+        let parameters = (LEVELS + OF_AXIS + fitted.len() - self.laws_from()) as f64;
         let likelihood = count * (squares / count).ln();
         if !likelihood.is_finite() {
             return None;
@@ -300,23 +336,28 @@ impl<'a> Model<'a> {
         let constants = |range: std::ops::Range<usize>| -> Vec<Constant> {
             range.map(|index| constant(index, self.free[index].factor, self.free[index].unit)).collect()
         };
-        let lobe_from = COMMON + self.axis_count;
+        let (axis_from, lobe_from) = (self.laws_from(), self.laws_from() + self.axis_count);
+        let axis_errors = match self.held {
+            Some(_) => AxisPose { foot_m: [f64::NAN; 2], lean: [f64::NAN; 2] },
+            None => self.pose(&errors),
+        };
         Some(PairFit {
             axis_law: self.axis,
             lobe_law: self.lobe.law,
-            axis: Self::pose(fitted),
-            axis_errors: Self::pose(&errors),
+            axis: self.pose(fitted),
+            axis_errors,
             floor: self.floor(fitted[0], errors[0]),
             amplitude: constant(1, self.unit, ""),
-            axis_constants: constants(COMMON..lobe_from),
+            axis_constants: constants(axis_from..lobe_from),
             lobe_constants: constants(lobe_from..fitted.len()),
-            parameters: fitted.len(),
+            parameters: parameters as usize,
             r_squared: 1.0 - squares / spread,
             residual_rms: (squares / count).sqrt() * self.unit,
             aic: likelihood + 2.0 * parameters,
             bic: likelihood + parameters * count.ln(),
             converged,
-            fitted: fitted.to_vec(),
+            axis_free: fitted[axis_from..lobe_from].to_vec(),
+            lobe_free: fitted[lobe_from..].to_vec(),
             lobe: self.lobe,
         })
     }

@@ -123,7 +123,7 @@ impl Profile {
     /// Share of the relative pressures' variance that a fit's lobe explains, at its own best level.
     pub(super) fn lobe_r_squared(&self, fit: &PairFit) -> f64 {
         let thetas: Vec<f64> = self.relative.iter().map(|(theta, _)| *theta).collect();
-        let lobe = fit.lobe.at(fit.lobe_free(), &thetas).unwrap_or_default();
+        let lobe = fit.lobe.at(&fit.lobe_free, &thetas).unwrap_or_default();
         r_squared(self.relative.iter().map(|(_, value)| *value).zip(lobe))
     }
 }

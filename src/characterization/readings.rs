@@ -52,8 +52,11 @@ pub enum CharacterizationError {
     /// Every reading is alike.
     #[error("every reading is alike: nothing was heard")]
     Silent,
-    /// No pair of laws could be fitted.
-    #[error("no model could be fitted to the readings; is the transducer's axis inside the scan?")]
+    /// No pair of laws explains the readings.
+    #[error(
+        "no model explains half of the readings' variance; is there a lone transducer under the scan, and are heights \
+         counted from its face?"
+    )]
     NoFit,
 }
 

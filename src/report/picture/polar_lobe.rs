@@ -15,6 +15,8 @@ const RADIUS: f64 = 270.0;
 const SIZE: (u32, u32) = (660, 430);
 /// What the centre stands for, decibels below the axis.
 const FLOOR_DB: f64 = -40.0;
+/// What still has room outside the outer ring.
+const HIGHEST_DB: f64 = 3.0;
 
 /// The readings about the axis and the fitted lobes.
 pub(in crate::report) struct PolarLobe<'a> {
@@ -59,8 +61,9 @@ fn place(degrees: f64, level_db: f64) -> Point {
     (CENTRE.0 + reach * angle.sin(), CENTRE.1 - reach * angle.cos())
 }
 
+/// Decibels of a relative pressure, no more than fit on the sheet.
 fn decibels(relative: f64) -> f64 {
-    20.0 * relative.abs().max(1e-9).log10()
+    (20.0 * relative.abs().log10()).clamp(FLOOR_DB, HIGHEST_DB)
 }
 
 impl Picture for PolarLobe<'_> {
@@ -82,6 +85,7 @@ impl Picture for PolarLobe<'_> {
             for side in [-1.0, 1.0] {
                 let line: Vec<Point> = lobe_of(pair)
                     .into_iter()
+                    .filter(|(_, relative)| relative.is_finite())
                     .map(|(degrees, relative)| place(side * degrees, decibels(relative)))
                     .collect();
                 canvas.dashed(&line, series.dash(), pen)?;
@@ -94,7 +98,7 @@ impl Picture for PolarLobe<'_> {
                 at = (30.0, y + 24.0);
             }
         }
-        for bin in &self.found.profile.lobe {
+        for bin in self.found.profile.lobe.iter().filter(|bin| bin.value.is_finite()) {
             let degrees = bin.theta_rad.to_degrees();
             for side in [-1.0, 1.0] {
                 let at = place(side * degrees, decibels(bin.value));

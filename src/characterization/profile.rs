@@ -8,7 +8,7 @@ use super::{PairFit, Readings};
 pub const LEVELS_DB: [f64; 3] = [-6.0, -14.0, -20.0];
 
 /// Readings this far down the lobe still tell what stands on the axis.
-const CORE: f64 = 0.7;
+const CORE: f64 = 0.5;
 /// Fewest of them.
 const LEAST_IN_CORE: usize = 3;
 /// Width of the bins over which a lobe is averaged, degrees.
@@ -60,7 +60,8 @@ pub struct Profile {
     pub lobe: Vec<LobeBin>,
     /// Angles of the levels, height by height; those that a height does not reach are left out.
     pub angles: Vec<LevelAngle>,
-    /// Relative pressure of each reading and its angle, rad; of the heights that have a value on the axis.
+    /// Angle (rad) of each reading and the square of its relative pressure, which the floor may take below zero; of the
+    /// heights that have a value on the axis.
     #[serde(skip)]
     pub(super) relative: Vec<(f64, f64)>,
 }
@@ -70,9 +71,10 @@ impl Profile {
     pub(super) fn of(readings: &Readings, fit: &PairFit) -> Self {
         let places = fit.axis.places(&readings.at_m);
         let floor = fit.floor.value;
-        let without_floor = |reading: &f64| (reading * reading - floor * floor).max(0.0).sqrt();
-        let values: Vec<f64> = readings.values.iter().map(without_floor).collect();
-        let predicted: Vec<f64> = fit.predicted(readings).iter().map(without_floor).collect();
+        let square = |reading: &f64| reading * reading - floor * floor;
+        let values: Vec<f64> = readings.values.iter().map(|value| root(square(value))).collect();
+        let predicted: Vec<f64> =
+            fit.predicted(readings).iter().map(|value| root(square(value))).collect();
         let mut profile =
             Self { on_axis: Vec::new(), lobe: Vec::new(), angles: Vec::new(), relative: Vec::new() };
         for (height, &height_m) in readings.heights_m.iter().enumerate() {
@@ -100,7 +102,7 @@ impl Profile {
                 .map(|&index| {
                     let theta = places[index].theta_rad;
                     let even = predicted[index] / fit.lobe_at(theta) * scale;
-                    (theta, values[index] / even)
+                    (theta, square(&readings.values[index]) / (even * even))
                 })
                 .filter(|(_, value)| value.is_finite())
                 .collect();
@@ -124,7 +126,7 @@ impl Profile {
     pub(super) fn lobe_r_squared(&self, fit: &PairFit) -> f64 {
         let thetas: Vec<f64> = self.relative.iter().map(|(theta, _)| *theta).collect();
         let lobe = fit.lobe.at(&fit.lobe_free, &thetas).unwrap_or_default();
-        r_squared(self.relative.iter().map(|(_, value)| *value).zip(lobe))
+        r_squared(self.relative.iter().map(|(_, square)| root(*square)).zip(lobe))
     }
 }
 
@@ -141,24 +143,32 @@ fn scale(core: &[usize], values: &[f64], predicted: &[f64]) -> Option<(f64, f64)
     (square > 0.0 && scale > 0.0).then(|| (scale, (variance / square).sqrt()))
 }
 
+/// The root of a square that noise may have taken below zero, with its sign.
+fn root(square: f64) -> f64 {
+    square.abs().sqrt().copysign(square)
+}
+
+/// Bins of angles, out of angles and squares: squares are averaged, since their floor is even.
 fn bins(relative: &[(f64, f64)]) -> Vec<LobeBin> {
     let count = (90.0 / BIN_DEG) as usize + 1;
     let mut sums = vec![(0_usize, 0.0, 0.0, 0.0); count];
-    for &(theta, value) in relative {
+    for &(theta, square) in relative {
         // The first bin is half as wide, about the axis.
         let sum = &mut sums[((theta.to_degrees() / BIN_DEG).round() as usize).min(count - 1)];
-        *sum = (sum.0 + 1, sum.1 + theta, sum.2 + value, sum.3 + value * value);
+        *sum = (sum.0 + 1, sum.1 + theta, sum.2 + square, sum.3 + square * square);
     }
     sums.into_iter()
         .filter(|sum| sum.0 > 0)
-        .map(|(readings, thetas, values, squares)| {
+        .map(|(readings, thetas, squares, fourths)| {
             let number = readings as f64;
-            let mean = values / number;
-            let variance = (squares / number - mean * mean).max(0.0);
+            let mean = squares / number;
+            let variance = (fourths / number - mean * mean).max(0.0);
+            let error = (variance / (number - 1.0).max(1.0)).sqrt();
+            let value = root(mean);
             LobeBin {
                 theta_rad: thetas / number,
-                value: mean,
-                standard_error: (variance / (number - 1.0).max(1.0)).sqrt(),
+                value,
+                standard_error: error / (2.0 * value.abs()).max(error.sqrt()).max(f64::MIN_POSITIVE),
                 readings,
             }
         })
@@ -192,10 +202,11 @@ mod tests {
     fn a_falling_lobe_is_crossed_between_its_bins() {
         let relative: Vec<(f64, f64)> = (0..900)
             .map(|step| f64::from(step) / 10.0)
-            .map(|degrees: f64| (degrees.to_radians(), 1.0 - degrees / 50.0))
+            .map(|degrees: f64| (degrees.to_radians(), (1.0 - degrees / 50.0).max(0.0).powi(2)))
             .collect();
         let (angle, error) = crossing(&bins(&relative), 0.2).expect("it falls that far");
         assert!((angle.to_degrees() - 40.0).abs() < 0.05 && error > 0.0, "{}", angle.to_degrees());
         assert_eq!(crossing(&bins(&relative), -3.0), None);
+        assert_eq!(root(-4.0), -2.0);
     }
 }

@@ -15,7 +15,7 @@ use crate::characterization::{
 use crate::input::Positive;
 use crate::report::write_transducer;
 use crate::scan::RecordedScan;
-use crate::scan::import::{ThesisLog, ThesisLogSetup};
+use crate::scan::import::{ThesisLog, ThesisLogSetup, TransducerAxis};
 
 /// The `characterize` command.
 #[derive(Debug, Args)]
@@ -101,6 +101,10 @@ fn read(log: &Path, name: &str) -> miette::Result<RecordedScan> {
     if log.is_dir() {
         return Ok(RecordedScan::open(log)?);
     }
-    let recorded = jiff::Timestamp::UNIX_EPOCH;
-    Ok(ThesisLog::read(log)?.into_scan(ThesisLogSetup::of_thesis(name, recorded)))
+    // Positions stay as they were logged: where the axis stands is what is looked for.
+    let setup = ThesisLogSetup {
+        axis: TransducerAxis::At([0.0; 2]),
+        ..ThesisLogSetup::of_thesis(name, jiff::Timestamp::UNIX_EPOCH)
+    };
+    Ok(ThesisLog::read(log)?.into_scan(setup))
 }

@@ -32,7 +32,7 @@ impl<'a> PolarLobe<'a> {
     fn grid<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
         let pen = Pen { colour: GREY, width: 1.0 };
         for step in 0..4 {
-            let level_db = -10.0 * f64::from(step);
+            let level_db = 0.0 - 10.0 * f64::from(step);
             let ring: Vec<Point> =
                 (-90..=90).step_by(3).map(|angle| place(f64::from(angle), level_db)).collect();
             canvas.dashed(&ring, &[], pen)?;

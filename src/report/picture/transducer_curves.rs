@@ -26,6 +26,9 @@ impl<'a> TransducerCurves<'a> {
 
     fn on_axis<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
         let points = &self.found.profile.on_axis;
+        if points.len() < 2 {
+            return Ok(());
+        }
         let heights = || points.iter().map(|point| point.height_m * 1e3);
         let (from, to) = (
             heights().fold(f64::INFINITY, f64::min),
@@ -59,7 +62,7 @@ impl<'a> TransducerCurves<'a> {
     fn angles<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
         let profile = &self.found.profile;
         let heights: Vec<f64> = profile.on_axis.iter().map(|point| point.height_m * 1e3).collect();
-        let (first, last) = (heights[0], heights[heights.len() - 1]);
+        let (Some(&first), Some(&last)) = (heights.first(), heights.last()) else { return Ok(()) };
         let axes = panel_row::axes(2, widened(first, last), (0.0, 90.0));
         panel_row::frame(canvas, &axes, "angles of the lobe", "angle (°)")?;
         axes.x_axis(canvas, "height z (mm)")?;

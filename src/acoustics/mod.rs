@@ -12,11 +12,12 @@ mod field;
 mod grid;
 mod lanes;
 pub mod limits;
+mod lobe;
 mod medium;
 pub mod metrics;
 mod propagation;
 pub mod rayleigh;
-mod series;
+mod real;
 mod simulator;
 pub mod transducer;
 
@@ -24,7 +25,9 @@ pub use air::Air;
 pub use array::{Array, LayoutError};
 pub use element::Element;
 pub use excitation::{Excitation, delays_s};
-pub use field::{FieldKernel, FieldSum, PathLengths};
+pub use field::{
+    FieldDerivatives, FieldKernel, FieldSum, InstructionSet, Parameter, PathLengths, Precision,
+};
 pub use grid::PlaneGrid;
 pub use medium::Medium;
 pub use propagation::Propagation;

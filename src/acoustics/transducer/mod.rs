@@ -60,7 +60,7 @@ pub enum OnAxis {
 /// The variable in which a directivity is a polynomial of few terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Smooth {
-    /// sin² θ: for directivities of plane faces, which depend on ka sin θ.
+    /// sin² θ: for directivities of plane faces, which are functions of ka sin θ alone.
     InSineSquared,
     /// cos θ: for directivities that are even in θ, and so smooth across the axis.
     InCosine,
@@ -77,7 +77,7 @@ pub trait Transducer: Sync {
     fn on_axis(&self) -> OnAxis;
 
     /// The directivity at an angle from the axis, 0 to pi/2 rad, for a face of the given radius at the given
-    /// wavenumber. It may be negative beyond a null: the sign is the phase's.
+    /// wavenumber, on which it depends if it is smooth in sin² θ only. It may be negative beyond a null: the sign is the phase's.
     fn directivity(&self, theta_rad: f64, face_radius_m: f64, wavenumber_rad_m: f64) -> f64;
 
     /// Angles at which the directivity has a corner in any of its derivatives, rad, rising, between 0 and pi/2; none for

@@ -15,7 +15,11 @@ pub struct Widened<'t> {
 
 impl Transducer for Widened<'_> {
     fn smooth(&self) -> Smooth {
-        self.transducer.smooth()
+        match self.transducer.smooth() {
+            // An angle stretched is no longer at rest at a right angle, where the sine is.
+            Smooth::InSineSquared if !self.by_face => Smooth::InCosine,
+            smooth => smooth,
+        }
     }
 
     fn on_axis(&self) -> OnAxis {

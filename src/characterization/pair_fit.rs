@@ -14,8 +14,10 @@ const LEVELS: usize = 2;
 const OF_AXIS: usize = 4;
 /// Derivatives are differences over this share of a parameter's scale.
 const DIFFERENCE: f64 = 1e-3;
-/// The least that is read, relative to the largest reading: keeps the floor's derivative finite in a scan without noise.
-const LEAST: f64 = 1e-4;
+/// The floor's start, relative to the largest reading.
+const FLOOR: f64 = 1e-3;
+/// The least that is read, relative to the largest reading: divides nothing by zero in a scan without noise.
+const LEAST: f64 = 1e-6;
 
 /// A law on the axis times a lobe, as they fit the readings best.
 #[derive(Debug, Clone, Serialize)]
@@ -139,7 +141,8 @@ impl PairFit {
 /// What is read under some parameters, relative: floor and pressure in quadrature.
 fn read<'p>(free: &'p [f64], parts: &'p Parts) -> impl Iterator<Item = f64> + 'p {
     let pressures = parts.along.iter().zip(&parts.about).map(|(along, about)| free[1] * along * about);
-    pressures.map(|pressure| (free[0] + LEAST * LEAST + pressure * pressure).sqrt())
+    let floor = free[0].exp() + LEAST * LEAST;
+    pressures.map(move |pressure| (floor + pressure * pressure).sqrt())
 }
 
 impl<'a> Model<'a> {
@@ -158,8 +161,8 @@ impl<'a> Model<'a> {
             start,
             scale,
         };
-        // The floor's square is what is free.
-        let mut free = vec![own("floor", 1e-4, 1e-4), own("amplitude", 1.0, 1e-2)];
+        // The logarithm of the floor's square is what is free: a floor is never below zero.
+        let mut free = vec![own("floor", 2.0 * FLOOR.ln(), 0.1), own("amplitude", 1.0, 1e-2)];
         let mut held = None;
         if let Axis::Held(_) = start {
             held = Some((pose, places));
@@ -297,7 +300,7 @@ impl<'a> Model<'a> {
                         .collect()
                 };
                 match index {
-                    0 => reads.iter().map(|read| 0.5 / read).collect(),
+                    0 => reads.iter().map(|read| 0.5 * free[0].exp() / read).collect(),
                     1 => heard(product(&parts.along, &parts.about)),
                     _ => match (shifted(step), shifted(-step)) {
                         (Some(up), Some(down)) => heard(
@@ -362,11 +365,10 @@ impl<'a> Model<'a> {
         })
     }
 
-    fn floor(&self, square: f64, error: f64) -> Constant {
-        let floor = square.max(0.0).sqrt();
-        // Near zero the square's own error says how large it may be.
-        let standard_error = error / (2.0 * floor).max(error.sqrt());
-        let [value, standard_error] = [floor, standard_error].map(|number| number * self.unit);
+    /// The floor, from the logarithm of its square.
+    fn floor(&self, logarithm: f64, error: f64) -> Constant {
+        let value = (0.5 * logarithm).exp() * self.unit;
+        let standard_error = 0.5 * error * value;
         Constant { name: "floor".to_owned(), unit: "", value, standard_error }
     }
 
@@ -374,7 +376,14 @@ impl<'a> Model<'a> {
     /// n/(n - p).
     fn standard_errors(&self, linear: &Linearisation) -> Option<Vec<f64>> {
         let (count, free) = (linear.residuals.len(), linear.columns.len());
-        let scales = DVector::from_iterator(free, self.free.iter().map(|free| free.scale));
+        // Columns of unit length; one of nothing, a floor that is not there, tells of no other.
+        let scales = DVector::from_iterator(
+            free,
+            linear.columns.iter().map(|column| {
+                let length = column.iter().map(|value| value * value).sum::<f64>().sqrt();
+                if length > 0.0 { 1.0 / length } else { 0.0 }
+            }),
+        );
         let (mut bread, mut meat) = (DMatrix::zeros(free, free), DMatrix::zeros(free, free));
         for i in 0..free {
             for j in 0..=i {
@@ -388,6 +397,9 @@ impl<'a> Model<'a> {
                 (bread[(i, j)], bread[(j, i)]) = (plain * scale, plain * scale);
                 (meat[(i, j)], meat[(j, i)]) = (weighed * scale, weighed * scale);
             }
+        }
+        for i in (0..free).filter(|&i| scales[i] == 0.0) {
+            bread[(i, i)] = 1.0;
         }
         let inverse: DMatrix<f64> = bread.cholesky()?.inverse();
         let small = count as f64 / (count as f64 - free as f64).max(1.0);

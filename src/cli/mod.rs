@@ -18,6 +18,7 @@ mod scan;
 mod simulate;
 mod stop;
 mod study;
+mod transducers;
 mod virtual_ports;
 
 use std::io::IsTerminal;
@@ -60,6 +61,8 @@ enum Command {
     Study(study::StudyCommand),
     /// Find a transducer's decay, lobe and axis in a scan of it alone, and write a transducer file
     Characterize(characterize::Characterize),
+    /// Hold each transducer model against the integral over a vibrating face
+    Transducers(transducers::Transducers),
     /// Bring in a field that was measured elsewhere
     Import(import::Import),
     /// Keep a virtual rig open, as ports for any program
@@ -112,6 +115,7 @@ impl Command {
             Self::Simulate(command) => command.run(),
             Self::Study(command) => command.run(),
             Self::Characterize(command) => command.run(),
+            Self::Transducers(command) => command.run(),
             Self::Import(command) => command.run(),
             Self::Virtual(command) => command.run(),
             Self::Blind(command) => command.run(),

@@ -19,6 +19,7 @@ mod provenance;
 mod study;
 mod tables;
 mod transducer;
+mod transducer_models;
 mod verdict;
 mod words;
 
@@ -30,6 +31,7 @@ pub use self::error::{PictureError, ReportError};
 pub use self::study::{StudyFiles, write_study};
 pub use self::tables::csv;
 pub use self::transducer::{TransducerFiles, write_transducer};
+pub use self::transducer_models::write_transducer_models;
 
 use self::figures::Figures;
 use self::folder::Folder;

@@ -12,6 +12,7 @@
 //! | run it | [`run`] |
 //! | find where sub-peaks appear between two values | [`onsets`] |
 //! | write what was found as a table | [`csv`], [`draws_csv`], [`text`] |
+//! | see how far a transducer model can be trusted | [`models_beside_integral`] |
 
 mod documents;
 mod limits;
@@ -25,6 +26,7 @@ mod study_file;
 mod sweep;
 mod table;
 mod text;
+mod transducer_models;
 
 pub use limits::Limits;
 pub use observation::Observation;
@@ -35,3 +37,4 @@ pub use study_file::{Study, UnknownStudy};
 pub use sweep::{Sweep, SweptValue};
 pub use table::{csv, draws_csv};
 pub use text::text;
+pub use transducer_models::{LOBE_DISTANCES_M, ModelBesideIntegral, models_beside_integral};

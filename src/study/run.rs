@@ -80,10 +80,11 @@ impl Row {
 /// A [`Fault`] at the first combination of values that makes no set-up, before anything is simulated.
 pub fn run(study: &Study, keep_maps: bool) -> Result<StudyResult, Fault> {
     let combinations: Vec<Vec<usize>> = combinations(study);
-    let points: Vec<Point> = combinations
+    let read: Vec<Result<Point, Fault>> = combinations
         .par_iter()
         .map(|values| Point::read(study, &chosen(study, values)))
-        .collect::<Result<_, Fault>>()?;
+        .collect();
+    let points: Vec<Point> = read.into_iter().collect::<Result<_, Fault>>()?;
     let observed = observe(&points, keep_maps);
     let rows = combinations
         .into_iter()

@@ -18,6 +18,8 @@
 //! | [`report`] | pictures, tables and the report page |
 //! | [`blind`] | sets of scans whose causes are sealed away, and how well diagnoses find them |
 //! | [`cli`] | the commands |
+//!
+//! Two pages beside: [the thesis's tables and figures](thesis), and [when to trust which transducer model](transducer_models).
 #![warn(missing_docs)]
 
 pub mod acoustics;
@@ -34,3 +36,9 @@ pub mod rig;
 pub mod scan;
 pub mod study;
 pub mod virtual_rig;
+
+#[doc = include_str!("thesis.md")]
+pub mod thesis {}
+
+#[doc = include_str!("transducer_models.md")]
+pub mod transducer_models {}

@@ -80,14 +80,20 @@ fn a_piston_in_air_that_absorbs_is_told_from_the_thesis_s_model() {
     assert_eq!((best.axis_law, best.lobe_law), (AxisLaw::Absorbed, LobeLaw::Piston));
     assert!(pull(&best.lobe_constants[0], 5.2).abs() < 3.5, "{:?}", best.lobe_constants);
     let attenuation_db_m = 0.6 * 20.0 / std::f64::consts::LN_10;
-    assert!(pull(&best.axis_constants[0], attenuation_db_m).abs() < 3.5, "{:?}", best.axis_constants);
+    assert!(
+        pull(&best.axis_constants[0], attenuation_db_m).abs() < 3.5,
+        "{:?}",
+        best.axis_constants
+    );
     let file = found.transducer_file("mine", "a test").text().to_owned();
     assert!(file.contains("law = \"absorbed\"") && file.contains("law = \"piston\""), "{file}");
     let again = fieldgap::scan::TransducerFile::parse(&fieldgap::input::TomlSource::new(
         std::path::Path::new("mine.toml"),
         file,
     ));
-    assert!((again.expect("reads back").face_radius_m().expect("a radius") - 5.2e-3).abs() < 0.1e-3);
+    assert!(
+        (again.expect("reads back").face_radius_m().expect("a radius") - 5.2e-3).abs() < 0.1e-3
+    );
 }
 
 #[test]

@@ -1,6 +1,9 @@
 //! The studies of the thesis against figures computed by running its own listings, to the digits given.
 
-use fieldgap::study::{Row, Study, run};
+use std::path::Path;
+
+use fieldgap::input::{Fault, TomlSource};
+use fieldgap::study::{Figure, Row, Study, csv, draws_csv, onsets, run, text};
 
 /// Focal radius (mm, four decimals), peak (six decimals), sub-peaks.
 type Figures = (f64, f64, usize);
@@ -27,7 +30,10 @@ fn check(known: &Known, convention: &str, expected: &[Figures]) {
     for (row, &(radius_mm, peak, sub_peaks)) in known_rows.iter().zip(expected) {
         let found = row.first();
         let said = format!("{} {convention} {:?}: {found:?}", known.study, row.values);
-        assert!((found.focal_radius_mm.expect("inside the map") - radius_mm).abs() < 0.6e-4, "{said}");
+        assert!(
+            (found.focal_radius_mm.expect("inside the map") - radius_mm).abs() < 0.6e-4,
+            "{said}"
+        );
         assert!((found.peak - peak).abs() < 0.6e-6, "{said}");
         assert_eq!(found.sub_peaks, sub_peaks, "{said}");
     }
@@ -41,6 +47,110 @@ fn every_study_gives_the_figures_of_the_listings_as_written() {
 #[test]
 fn every_study_gives_the_corrected_figures() {
     KNOWN.iter().for_each(|known| check(known, "corrected", known.corrected));
+}
+
+#[test]
+fn sub_peaks_appear_where_the_field_has_them_and_not_where_the_formula_says() {
+    let study = study("spacing");
+    let result = run(&study, false).expect("a set-up at every value");
+    let found = onsets(&study, &result);
+    assert_eq!(found.len(), 1);
+    assert!(found[0].appear && found[0].from >= 7.0 && found[0].to <= 8.0, "{found:?}");
+    assert!(found[0].to - found[0].from <= 1e-3, "{found:?}");
+    // Just below there are none, from there on there are.
+    for (gap, there) in [(found[0].from, false), (found[0].to, true)] {
+        let text = study.source().text().replace("from = 0\n", &format!("from = {gap:?}\n"));
+        let text = text.replace("to = 20\n", &format!("to = {gap:?}\n"));
+        let narrow = Study::read(TomlSource::new(Path::new("s.toml"), text)).expect("good");
+        let rows = run(&narrow, false).expect("a set-up").rows;
+        assert_eq!((rows.len(), rows[0].first().sub_peaks > 0), (1, there), "at {gap}");
+    }
+    let said = text(&study, &result, &found);
+    assert!(said.contains("the thesis does: 6.03 mm"), "{said}");
+    assert!(said.contains("from centre to centre"), "{said}");
+    assert!(said.contains("2.4 mm from its face"), "{said}");
+}
+
+#[test]
+fn random_arrays_are_distributed_and_follow_their_seeds() {
+    let study = study("shape").with("draws", "30").expect("a count");
+    let result = run(&study, false).expect("a set-up at every value");
+    let random = &result.rows[0];
+    assert_eq!(random.draws.len(), 30);
+    let seeds: Vec<Option<u32>> = random.draws.iter().map(|(seed, _)| *seed).collect();
+    assert_eq!(seeds, (1..=30).map(Some).collect::<Vec<_>>());
+    let peak = random.figure(Figure::Peak).expect("every map has a peak");
+    assert!(peak.p05 < peak.median && peak.median < peak.p95 && peak.standard_deviation > 0.0);
+    let again = run(&study, false).expect("a set-up at every value");
+    assert_eq!(draws_csv(&study, &result), draws_csv(&study, &again));
+    assert_eq!(draws_csv(&study, &result).lines().count(), 1 + 3 * 30);
+    assert_eq!(csv(&study, &result).lines().count(), 1 + 4 * 3);
+}
+
+/// A study of two sweeps over a rig's array, beside a rig file.
+fn steering(folder: &Path, change: impl Fn(&str) -> String) -> Result<Vec<Row>, Fault> {
+    let rig = "name = \"r\"\n[array]\nfrequency_hz = 40000.0\nlayout = \"square\"\ncolumns = 4\nrows = 4\n\
+               element_diameter_mm = 10.5\nspacing_mm = 0.0\n[medium]\nspeed_of_sound_m_s = 343.0\n";
+    std::fs::write(folder.join("r.toml"), rig).expect("written");
+    let study = "name = \"steering\"\nrig = \"r.toml\"\n[simulator]\nmodel = \"piston\"\n\
+                 [focus]\nx_mm = 0.0\ny_mm = 0.0\nz_mm = 80.0\n[map]\nstep_mm = 2.0\n\
+                 [[sweep]]\nparameter = \"focus.x_mm\"\nvalues = [0, 20.5]\n\
+                 [[sweep]]\nparameter = [\"array.columns\", \"array.rows\"]\nfrom = 2\nto = 4\nstep = 1\n";
+    let source = TomlSource::new(&folder.join("s.toml"), change(study));
+    Ok(run(&Study::read(source)?, false)?.rows)
+}
+
+#[test]
+fn any_two_parameters_of_a_rig_are_swept_together() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rows = steering(folder.path(), str::to_owned).expect("good");
+    let seen: Vec<(Vec<usize>, usize)> =
+        rows.iter().map(|row| (row.values.clone(), row.elements)).collect();
+    let expected = [
+        (vec![0, 0], 4),
+        (vec![0, 1], 9),
+        (vec![0, 2], 16),
+        (vec![1, 0], 4),
+        (vec![1, 1], 9),
+        (vec![1, 2], 16),
+    ];
+    assert_eq!(seen, expected);
+    // The peak of a large array goes with its focus, as far as its lobes let it; a small one's stays back.
+    assert!(rows[2].first().peak_x_mm.abs() < 1.0 && rows[5].first().peak_x_mm > 14.0);
+    assert!(rows.iter().all(|row| row.z_mm == 80.0));
+}
+
+#[test]
+fn faults_of_a_study_stand_at_their_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let cases = [
+        (
+            "\"focus.x_mm\"",
+            "\"focus.radius_mm\"",
+            "s.toml (focus.radius_mm = 0, array",
+            "radius_mm",
+        ),
+        (
+            "from = 2",
+            "from = 0",
+            "r.toml (focus.x_mm = 0, array.columns = array.rows = 0)",
+            "nonzero",
+        ),
+        ("\"focus.x_mm\"", "\"name.x\"", "s.toml:", "`name.x` is no key"),
+        ("\"piston\"", "\"cylinder\"", "s.toml (focus.x_mm = 0", "cylinder"),
+        ("r.toml", "q.toml", "s.toml:2:", "q.toml: cannot be read"),
+        ("step_mm = 2.0", "step_mm = 200.0", "s.toml (", "too few or too many points"),
+        ("rig = \"r.toml\"", "rig = \"r.toml\"\ndrawn = 3", "s.toml:3:", "drawn"),
+        ("[map]", "[medium]\nspeed_of_sound_m_s = 3.0\n[map]", "s.toml:9:", "[medium] already"),
+    ];
+    for (from, to, place, said) in cases {
+        let fault = steering(folder.path(), |text| text.replacen(from, to, 1)).expect_err(to);
+        assert!(fault.to_string().contains(place), "{to}: {fault}");
+        assert!(fault.problem().contains(said), "{to}: {fault}");
+    }
+    let three = "\n[[sweep]]\nparameter = \"focus.y_mm\"\nvalues = [0]\n";
+    let fault = steering(folder.path(), |text| format!("{text}{three}")).expect_err("three");
+    assert!(fault.problem().contains("3 sweeps"), "{fault}");
 }
 
 const KNOWN: [Known; 5] = [

@@ -187,11 +187,7 @@ impl FieldKernel {
     /// The field of some elements alone, each named once.
     pub fn of_elements(&self, elements: &[usize]) -> Self {
         let of_them = self.sources.iter().filter(|source| elements.contains(&source.element));
-        Self {
-            sources: of_them.copied().collect(),
-            elements: elements.len(),
-            ..self.clone()
-        }
+        Self { sources: of_them.copied().collect(), elements: elements.len(), ..self.clone() }
     }
 
     /// The complex field at each point. Behind an element's face it radiates nothing.

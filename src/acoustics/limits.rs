@@ -41,7 +41,8 @@ mod tests {
         let limit_m = near_field_limit_m(radius_m, wavelength_m);
         let last_m = limit_m - wavelength_m / 4.0;
         assert!(level(last_m) > level(last_m * 0.98) && level(last_m) > level(last_m * 1.02));
-        let beyond: Vec<f64> = (0..20).map(|step| level(limit_m * (1.0 + f64::from(step)))).collect();
+        let beyond: Vec<f64> =
+            (0..20).map(|step| level(limit_m * (1.0 + f64::from(step)))).collect();
         assert!(beyond.windows(2).all(|pair| pair[1] < pair[0]));
     }
 

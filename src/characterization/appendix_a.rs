@@ -67,7 +67,8 @@ pub fn appendix_a(scan: &RecordedScan) -> Result<AppendixA, CharacterizationErro
         let above = plane.samples.iter().find(|sample| {
             (sample.position_mm.x - x0).hypot(sample.position_mm.y - y0) < SAME_HEIGHT_MM
         });
-        let Some(above) = above.map(|sample| sample.reading - noise).filter(|&on_axis| on_axis > 0.0)
+        let Some(above) =
+            above.map(|sample| sample.reading - noise).filter(|&on_axis| on_axis > 0.0)
         else {
             continue;
         };
@@ -127,26 +128,18 @@ fn averaged_in_pairs(sorted: &[(f64, f64)]) -> (Vec<(f64, f64)>, [Option<f64>; 3
 fn exponential(points: &[(f64, f64)]) -> Fitted {
     let (first, last) = (points[0], points[points.len() - 1]);
     let decay = (last.1 / first.1).ln() / (last.0 - first.0);
-    fitted(
-        points,
-        [("a", "", 1.0), ("b", "1/cm", decay)],
-        |free, z| {
-            let e = (free[1] * z).exp();
-            (free[0] * e, [e, free[0] * z * e])
-        },
-    )
+    fitted(points, [("a", "", 1.0), ("b", "1/cm", decay)], |free, z| {
+        let e = (free[1] * z).exp();
+        (free[0] * e, [e, free[0] * z * e])
+    })
 }
 
 fn gaussian(points: &[(f64, f64)]) -> Fitted {
-    fitted(
-        points,
-        [("a", "", 1.0), ("b", "°", -2.0), ("c", "°", 35.0)],
-        |free, angle| {
-            let u = (angle - free[1]) / free[2];
-            let e = (-u * u).exp();
-            (free[0] * e, [e, free[0] * e * 2.0 * u / free[2], free[0] * e * 2.0 * u * u / free[2]])
-        },
-    )
+    fitted(points, [("a", "", 1.0), ("b", "°", -2.0), ("c", "°", 35.0)], |free, angle| {
+        let u = (angle - free[1]) / free[2];
+        let e = (-u * u).exp();
+        (free[0] * e, [e, free[0] * e * 2.0 * u / free[2], free[0] * e * 2.0 * u * u / free[2]])
+    })
 }
 
 /// Least squares without weights; standard errors take the noise to be alike everywhere.
@@ -160,16 +153,16 @@ fn fitted<const N: usize>(
         scale: 0.01 * start.abs().max(1e-3),
         prior: None,
     });
-    let left = |free: &[f64]| -> Vec<f64> {
-        points.iter().map(|&(x, y)| curve(free, x).0 - y).collect()
-    };
-    let minimum = minimise(&parameters, Stopping { iterations: 100, ..Stopping::default() }, left, |free| {
-        let slopes: Vec<[f64; N]> = points.iter().map(|&(x, _)| curve(free, x).1).collect();
-        Linearisation {
-            residuals: left(free),
-            columns: (0..N).map(|n| slopes.iter().map(|slope| slope[n]).collect()).collect(),
-        }
-    });
+    let left =
+        |free: &[f64]| -> Vec<f64> { points.iter().map(|&(x, y)| curve(free, x).0 - y).collect() };
+    let minimum =
+        minimise(&parameters, Stopping { iterations: 100, ..Stopping::default() }, left, |free| {
+            let slopes: Vec<[f64; N]> = points.iter().map(|&(x, _)| curve(free, x).1).collect();
+            Linearisation {
+                residuals: left(free),
+                columns: (0..N).map(|n| slopes.iter().map(|slope| slope[n]).collect()).collect(),
+            }
+        });
     let mean = points.iter().map(|(_, y)| y).sum::<f64>() / points.len() as f64;
     let spread: f64 = points.iter().map(|(_, y)| (y - mean).powi(2)).sum();
     let variance = minimum.cost / (points.len() - N).max(1) as f64;
@@ -204,8 +197,10 @@ mod tests {
 
     #[test]
     fn curves_of_their_own_kind_come_back() {
-        let points: Vec<(f64, f64)> =
-            (1..=20).map(|step| f64::from(step) * 2.5).map(|z| (z, 1.115436 * (-0.052927 * z).exp())).collect();
+        let points: Vec<(f64, f64)> = (1..=20)
+            .map(|step| f64::from(step) * 2.5)
+            .map(|z| (z, 1.115436 * (-0.052927 * z).exp()))
+            .collect();
         let found = exponential(&points);
         assert!((found.constants[0].value - 1.115436).abs() < 1e-6, "{found:?}");
         assert!((found.constants[1].value + 0.052927).abs() < 1e-8 && found.r_squared > 0.999_999);

@@ -104,7 +104,9 @@ impl AxisLaw {
 
     fn on_axis(self, free: &[f64]) -> OnAxis {
         match self {
-            Self::Exponential => OnAxis::Exponential { amplitude: 1.0, decay_per_m: rounded(free[0]) },
+            Self::Exponential => {
+                OnAxis::Exponential { amplitude: 1.0, decay_per_m: rounded(free[0]) }
+            }
             // Air adds nothing to a wave: less than no absorption is none.
             Self::Absorbed if free[0] > 0.0 => {
                 let attenuation_np_m = rounded(free[0] * DB_PER_NP) / DB_PER_NP;
@@ -158,9 +160,8 @@ impl Lobe {
     /// A law for readings at some angles from the axis, rad.
     pub fn new(law: LobeLaw, thetas_rad: &[f64], wavenumber_rad_m: f64) -> Self {
         let about = |angle_deg: f64| {
-            let near = |theta: &&f64| {
-                (theta.to_degrees() - angle_deg).abs() <= TABLE_STEP_DEG / 2.0
-            };
+            let near =
+                |theta: &&f64| (theta.to_degrees() - angle_deg).abs() <= TABLE_STEP_DEG / 2.0;
             thetas_rad.iter().filter(near).count()
         };
         let angles_deg = (0..=18)
@@ -207,7 +208,9 @@ impl Lobe {
 
     fn exactly_at(&self, free: &[f64], thetas_rad: &[f64]) -> Option<Vec<f64>> {
         let k = self.wavenumber_rad_m;
-        let each = |pressure: &dyn Fn(f64) -> f64| thetas_rad.iter().map(|&theta| pressure(theta)).collect();
+        let each = |pressure: &dyn Fn(f64) -> f64| {
+            thetas_rad.iter().map(|&theta| pressure(theta)).collect()
+        };
         let gaussian =
             |centre: f64, width: f64| each(&|theta| (-((theta - centre) / width).powi(2)).exp());
         Some(match self.law {
@@ -216,7 +219,9 @@ impl Lobe {
             LobeLaw::MultiGaussian if free[0] > 0.0 => {
                 each(&|theta| MultiGaussian.directivity(theta, free[0], k))
             }
-            LobeLaw::Piston if free[0] > 0.0 => each(&|theta| Piston.directivity(theta, free[0], k)),
+            LobeLaw::Piston if free[0] > 0.0 => {
+                each(&|theta| Piston.directivity(theta, free[0], k))
+            }
             LobeLaw::Table => {
                 let table = self.table(free)?;
                 each(&|theta| table.at(theta))
@@ -244,7 +249,9 @@ impl Lobe {
             LobeLaw::Piston => Directivity::Piston,
             LobeLaw::Table => {
                 let pressures: Vec<f64> = free.iter().map(|&pressure| rounded(pressure)).collect();
-                Directivity::Table(self.table(&pressures).expect("its angles rise and its numbers are finite"))
+                Directivity::Table(
+                    self.table(&pressures).expect("its angles rise and its numbers are finite"),
+                )
             }
         }
     }
@@ -285,7 +292,8 @@ mod tests {
 
     #[test]
     fn many_angles_are_as_right_as_few() {
-        let thetas: Vec<f64> = (0..=5000).map(|step| FRAC_PI_2 * f64::from(step) / 5000.0).collect();
+        let thetas: Vec<f64> =
+            (0..=5000).map(|step| FRAC_PI_2 * f64::from(step) / 5000.0).collect();
         for law in LobeLaw::ALL {
             let lobe = Lobe::new(law, &thetas, 732.7);
             let free: Vec<f64> = lobe.free().iter().map(|free| free.start).collect();

@@ -3,9 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
+use super::Readings;
 use super::axis_pose::{AxisPose, Place};
 use super::laws::{AxisLaw, Constant, Free, Lobe, LobeLaw};
-use super::Readings;
 use crate::least_squares::{Linearisation, Parameter, Stopping, minimise};
 
 /// Parameters that come first: floor and amplitude.
@@ -114,7 +114,8 @@ impl PairFit {
 
     /// The lobe at an angle, relative to the axis.
     pub fn lobe_at(&self, theta_rad: f64) -> f64 {
-        let at = |theta: f64| self.lobe.at(&self.lobe_free, &[theta]).map_or(f64::NAN, |found| found[0]);
+        let at =
+            |theta: f64| self.lobe.at(&self.lobe_free, &[theta]).map_or(f64::NAN, |found| found[0]);
         at(theta_rad) / at(0.0)
     }
 
@@ -140,7 +141,8 @@ impl PairFit {
 
 /// What is read under some parameters, relative: floor and pressure in quadrature.
 fn read<'p>(free: &'p [f64], parts: &'p Parts) -> impl Iterator<Item = f64> + 'p {
-    let pressures = parts.along.iter().zip(&parts.about).map(|(along, about)| free[1] * along * about);
+    let pressures =
+        parts.along.iter().zip(&parts.about).map(|(along, about)| free[1] * along * about);
     let floor = free[0].exp() + LEAST * LEAST;
     pressures.map(move |pressure| (floor + pressure * pressure).sqrt())
 }
@@ -185,7 +187,7 @@ impl<'a> Model<'a> {
             square += (along * about).powi(2);
         }
         let amplitude = cross / square;
-        if !(amplitude > 0.0) || !amplitude.is_finite() {
+        if amplitude <= 0.0 || !amplitude.is_finite() {
             return None;
         }
         model.free[1].start = amplitude;
@@ -267,8 +269,9 @@ impl<'a> Model<'a> {
             };
         };
         let reads: Vec<f64> = read(free, &parts).collect();
-        let product =
-            |along: &[f64], about: &[f64]| along.iter().zip(about).map(|(a, b)| a * b).collect::<Vec<f64>>();
+        let product = |along: &[f64], about: &[f64]| {
+            along.iter().zip(about).map(|(a, b)| a * b).collect::<Vec<f64>>()
+        };
         let columns = (0..free.len())
             .map(|index| {
                 let step = DIFFERENCE * self.free[index].scale;
@@ -337,7 +340,9 @@ impl<'a> Model<'a> {
             standard_error: errors[index] * factor,
         };
         let constants = |range: std::ops::Range<usize>| -> Vec<Constant> {
-            range.map(|index| constant(index, self.free[index].factor, self.free[index].unit)).collect()
+            range
+                .map(|index| constant(index, self.free[index].factor, self.free[index].unit))
+                .collect()
         };
         let (axis_from, lobe_from) = (self.laws_from(), self.laws_from() + self.axis_count);
         let axis_errors = match self.held {

@@ -75,8 +75,12 @@ impl Profile {
         let values: Vec<f64> = readings.values.iter().map(|value| root(square(value))).collect();
         let predicted: Vec<f64> =
             fit.predicted(readings).iter().map(|value| root(square(value))).collect();
-        let mut profile =
-            Self { on_axis: Vec::new(), lobe: Vec::new(), angles: Vec::new(), relative: Vec::new() };
+        let mut profile = Self {
+            on_axis: Vec::new(),
+            lobe: Vec::new(),
+            angles: Vec::new(),
+            relative: Vec::new(),
+        };
         for (height, &height_m) in readings.heights_m.iter().enumerate() {
             let own: Vec<usize> = (0..readings.values.len())
                 .filter(|&index| readings.height_of[index] == height)
@@ -109,7 +113,12 @@ impl Profile {
             let bins = bins(&relative);
             profile.angles.extend(LEVELS_DB.into_iter().filter_map(|level_db| {
                 let (angle_rad, standard_error_rad) = crossing(&bins, 10f64.powf(level_db / 20.0))?;
-                Some(LevelAngle { height_m: axis_height_m, level_db, angle_rad, standard_error_rad })
+                Some(LevelAngle {
+                    height_m: axis_height_m,
+                    level_db,
+                    angle_rad,
+                    standard_error_rad,
+                })
             }));
             profile.relative.extend(relative);
         }
@@ -168,7 +177,8 @@ fn bins(relative: &[(f64, f64)]) -> Vec<LobeBin> {
             LobeBin {
                 theta_rad: thetas / number,
                 value,
-                standard_error: error / (2.0 * value.abs()).max(error.sqrt()).max(f64::MIN_POSITIVE),
+                standard_error: error
+                    / (2.0 * value.abs()).max(error.sqrt()).max(f64::MIN_POSITIVE),
                 readings,
             }
         })

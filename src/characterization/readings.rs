@@ -36,7 +36,9 @@ pub struct Readings {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CharacterizationError {
     /// An array was scanned.
-    #[error("the scan is of an array of {0} elements; a transducer is characterized by a scan of it alone")]
+    #[error(
+        "the scan is of an array of {0} elements; a transducer is characterized by a scan of it alone"
+    )]
     NotAlone(usize),
     /// Too few planes.
     #[error(

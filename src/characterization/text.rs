@@ -175,7 +175,9 @@ pub fn text_of_appendix_a(found: &AppendixA) -> String {
 
 /// Every pair of laws with its constants, a row a constant.
 pub fn csv(found: &Characterization) -> String {
-    let mut text = "on_axis,lobe,r_squared,residual_rms,aic,bic,constant,unit,value,standard_error\n".to_owned();
+    let mut text =
+        "on_axis,lobe,r_squared,residual_rms,aic,bic,constant,unit,value,standard_error\n"
+            .to_owned();
     for pair in &found.pairs {
         let constants = [&pair.floor, &pair.amplitude];
         let laws = pair.axis_constants.iter().chain(&pair.lobe_constants);

@@ -55,7 +55,11 @@ impl Characterize {
         if let ConventionName::AsWritten = self.convention {
             let found = appendix_a(&scan)
                 .map_err(|refused| miette!("{}: {refused}", self.log.display()))?;
-            if self.json { print_json(&found)? } else { print(&text_of_appendix_a(&found))? }
+            if self.json {
+                print_json(&found)?
+            } else {
+                print(&text_of_appendix_a(&found))?
+            }
             return Ok(ExitCode::SUCCESS);
         }
         if let Some(file) = self.transducer.as_ref().filter(|file| file.exists()) {
@@ -84,7 +88,8 @@ impl Characterize {
             self.log.file_name().map_or_else(String::new, |name| name.to_string_lossy().into())
         );
         let file = found.transducer_file(&name, &source);
-        let folder = self.out.clone().unwrap_or_else(|| fresh_folder(&format!("transducer-{name}")));
+        let folder =
+            self.out.clone().unwrap_or_else(|| fresh_folder(&format!("transducer-{name}")));
         let files = write_transducer(&folder, &found, &readings, &file, &text).into_diagnostic()?;
         eprintln!("transducer file: {}", files.transducer.display());
         if let Some(path) = &self.transducer {

@@ -88,8 +88,7 @@ impl StudyCommand {
         }
         let text = text(&study, &result, &onsets);
         print(&text)?;
-        let folder =
-            self.out.unwrap_or_else(|| fresh_folder(&format!("study-{}", study.name)));
+        let folder = self.out.unwrap_or_else(|| fresh_folder(&format!("study-{}", study.name)));
         let files = write_study(&folder, &study, &result, &text).into_diagnostic()?;
         eprintln!("tables and {} pictures: {}", files.pictures.len(), folder.display());
         Ok(ExitCode::SUCCESS)

@@ -9,7 +9,11 @@ use super::{Fault, TomlSource};
 ///
 /// # Errors
 /// A [`Fault`] at the name.
-pub fn file_name(name: &Spanned<String>, names: &str, source: &TomlSource) -> Result<String, Fault> {
+pub fn file_name(
+    name: &Spanned<String>,
+    names: &str,
+    source: &TomlSource,
+) -> Result<String, Fault> {
     let text = name.get_ref();
     let fit = |letter: char| letter.is_alphanumeric() || "-_.+ ".contains(letter);
     if text.chars().all(fit) && text.chars().any(char::is_alphanumeric) {

@@ -64,6 +64,8 @@ fn field(study: &Study, number: usize, row: &Row) -> Result<Option<Figure>, Pict
             format!("{} = {}", names.join(" = "), sweep.values[value].label)
         })
         .collect();
-    let Some(picture) = StudyField::new(title.join(", "), map) else { return Ok(None) };
+    let Some(picture) = StudyField::new(title.join(", "), map, row.focus_m) else {
+        return Ok(None);
+    };
     Ok(Some(Figure::new(format!("field-{:03}", number + 1), Drawn::new(&picture)?)))
 }

@@ -45,8 +45,10 @@ impl Limits {
             steering_deg: steering.map(f64::to_degrees),
             critical_pitch_mm: steering.map(|angle| critical_pitch_m(wavelength_m, angle) * 1e3),
             element_near_field_mm: near_field_limit_m(face_m, wavelength_m) * 1e3,
-            array_near_field_mm: near_field_limit_m(half_size_m[0].max(half_size_m[1]), wavelength_m)
-                * 1e3,
+            array_near_field_mm: near_field_limit_m(
+                half_size_m[0].max(half_size_m[1]),
+                wavelength_m,
+            ) * 1e3,
         }
     }
 }

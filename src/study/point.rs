@@ -120,9 +120,11 @@ impl Point {
             Layout::Random { seed: first, .. } => {
                 for draw in 0..study.draws {
                     let seed = first.wrapping_add(draw);
-                    documents.set("array.seed", Value::from(i64::from(seed))).map_err(|nowhere| {
-                        Fault::of_file(rig_source.path(), nowhere.to_string(), "write [array]")
-                    })?;
+                    documents.set("array.seed", Value::from(i64::from(seed))).map_err(
+                        |nowhere| {
+                            Fault::of_file(rig_source.path(), nowhere.to_string(), "write [array]")
+                        },
+                    )?;
                     let source = documents.rig_source(&format!("{said}, seed {seed}"));
                     let rig: RigPart = source.parse()?;
                     let drawn = ArraySection::read(&rig.array, &source)?;
@@ -144,11 +146,7 @@ impl Point {
     }
 }
 
-fn grid(
-    table: &MapTable,
-    focus_z_m: Option<f64>,
-    source: &TomlSource,
-) -> Result<PlaneGrid, Fault> {
+fn grid(table: &MapTable, focus_z_m: Option<f64>, source: &TomlSource) -> Result<PlaneGrid, Fault> {
     let z_m = table.z_mm.map(|z_mm| z_mm.get() * 1e-3).or(focus_z_m).ok_or_else(|| {
         Fault::of_file(
             source.path(),
@@ -162,10 +160,12 @@ fn grid(
     let (size_mm, step_mm) = (get(&table.size_mm, 100.0), get(&table.step_mm, 1.0));
     let steps = (0.5 * size_mm / step_mm + 1e-9).floor();
     let place = table.step_mm.as_ref().or(table.size_mm.as_ref()).map(Spanned::span);
-    if !(steps >= 1.0) || (2.0 * steps + 1.0).powi(2) > MOST_MAP_POINTS {
+    if steps < 1.0 || (2.0 * steps + 1.0).powi(2) > MOST_MAP_POINTS {
         return Err(source.fault(
             place.unwrap_or(0..0),
-            format!("a map of {size_mm} mm in steps of {step_mm} mm has too few or too many points"),
+            format!(
+                "a map of {size_mm} mm in steps of {step_mm} mm has too few or too many points"
+            ),
             "let it have 3 to 5000 points along each side",
         ));
     }

@@ -55,7 +55,10 @@ mod tests {
     #[test]
     fn ranks_are_shared_out_between_neighbours() {
         let found = Quantiles::of((0..=20).rev().map(f64::from)).expect("some");
-        assert_eq!([found.p05, found.p25, found.median, found.p75, found.p95], [1.0, 5.0, 10.0, 15.0, 19.0]);
+        assert_eq!(
+            [found.p05, found.p25, found.median, found.p75, found.p95],
+            [1.0, 5.0, 10.0, 15.0, 19.0]
+        );
         // The variance of 0..=20 is 21 * 22 / 12.
         assert!((found.standard_deviation.powi(2) - 38.5).abs() < 1e-12 && found.mean == 10.0);
         let lone = Quantiles::of([3.0]).expect("one");

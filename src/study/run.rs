@@ -6,8 +6,8 @@ use serde::Serialize;
 use super::point::Point;
 use super::shared_sums::shared_magnitudes;
 use super::{Limits, Observation, Quantiles, Study, SweptValue};
-use crate::acoustics::Simulator;
 use crate::acoustics::metrics::PlaneMap;
+use crate::acoustics::{Simulator, Vec3};
 use crate::input::Fault;
 
 /// What a study found.
@@ -26,6 +26,8 @@ pub struct Row {
     pub simulator: Simulator,
     /// Elements of the array.
     pub elements: usize,
+    /// The focus, metres, where there is one.
+    pub focus_m: Option<Vec3>,
     /// Height at which the field was observed, millimetres.
     pub z_mm: f64,
     /// What theory says.
@@ -80,10 +82,8 @@ impl Row {
 /// A [`Fault`] at the first combination of values that makes no set-up, before anything is simulated.
 pub fn run(study: &Study, keep_maps: bool) -> Result<StudyResult, Fault> {
     let combinations: Vec<Vec<usize>> = combinations(study);
-    let read: Vec<Result<Point, Fault>> = combinations
-        .par_iter()
-        .map(|values| Point::read(study, &chosen(study, values)))
-        .collect();
+    let read: Vec<Result<Point, Fault>> =
+        combinations.par_iter().map(|values| Point::read(study, &chosen(study, values))).collect();
     let points: Vec<Point> = read.into_iter().collect::<Result<_, Fault>>()?;
     let observed = observe(&points, keep_maps);
     let rows = combinations
@@ -97,6 +97,7 @@ pub fn run(study: &Study, keep_maps: bool) -> Result<StudyResult, Fault> {
                 values,
                 simulator: first.simulator,
                 elements: first.array.len(),
+                focus_m: first.excitation.focus_m(),
                 z_mm: point.grid.z_m * 1e3,
                 limits: point.limits,
                 draws: seeds.zip(draws).collect(),
@@ -131,12 +132,13 @@ fn observe(points: &[Point], keep_maps: bool) -> Vec<(Vec<Observation>, Option<P
         .collect();
     let owner: Vec<&Point> =
         points.iter().flat_map(|point| point.draws.iter().map(move |_| point)).collect();
-    let mut observed: Vec<(Observation, Option<PlaneMap>)> = shared_magnitudes(&jobs, |job, values| {
-        let (point, grid) = (owner[job], jobs[job].1);
-        let map = PlaneMap::new(grid.x_m.clone(), grid.y_m.clone(), values)
-            .expect("a grid's axes rise and its points are all simulated");
-        (Observation::of(&map, point.threshold, point.convention), keep_maps.then_some(map))
-    });
+    let mut observed: Vec<(Observation, Option<PlaneMap>)> =
+        shared_magnitudes(&jobs, |job, values| {
+            let (point, grid) = (owner[job], jobs[job].1);
+            let map = PlaneMap::new(grid.x_m.clone(), grid.y_m.clone(), values)
+                .expect("a grid's axes rise and its points are all simulated");
+            (Observation::of(&map, point.threshold, point.convention), keep_maps.then_some(map))
+        });
     let mut rest = observed.drain(..);
     points
         .iter()

@@ -24,15 +24,17 @@ pub(super) fn shared_magnitudes<T: Send>(
         .par_iter()
         .flat_map_iter(|chain| {
             let mut begun: Option<Begun<'_>> = None;
-            chain.iter().map(|&job| {
-                let (simulation, grid) = jobs[job];
-                let field = continued(simulation, grid, begun.take());
-                let rms = |phasor: &Complex64| simulation.simulator.rms(*phasor);
-                let values = field.iter().map(rms).collect();
-                begun = Some(Begun { simulation, field });
-                (job, read(job, values))
-            })
-            .collect::<Vec<_>>()
+            chain
+                .iter()
+                .map(|&job| {
+                    let (simulation, grid) = jobs[job];
+                    let field = continued(simulation, grid, begun.take());
+                    let rms = |phasor: &Complex64| simulation.simulator.rms(*phasor);
+                    let values = field.iter().map(rms).collect();
+                    begun = Some(Begun { simulation, field });
+                    (job, read(job, values))
+                })
+                .collect::<Vec<_>>()
         })
         .collect();
     made.sort_by_key(|(job, _)| *job);
@@ -138,7 +140,10 @@ mod tests {
         for simulator in Simulator::ALL {
             let squares: Vec<Simulation> = (1..=9)
                 .map(|side| Array::square(side, side, 10.5e-3).expect("not empty"))
-                .chain([Array::square(3, 3, 11e-3).expect("not empty"), Array::hexagonal(2, 10.5e-3)])
+                .chain([
+                    Array::square(3, 3, 11e-3).expect("not empty"),
+                    Array::hexagonal(2, 10.5e-3),
+                ])
                 .map(|array| simulation(array, simulator))
                 .collect();
             let jobs: Vec<Job<'_>> = squares.iter().map(|square| (square, &grid)).collect();

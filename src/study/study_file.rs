@@ -52,7 +52,9 @@ pub struct Study {
 
 /// A name that no study of the thesis has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("the thesis has no study called `{0}`; there are shape, height, count, spacing and comparison")]
+#[error(
+    "the thesis has no study called `{0}`; there are shape, height, count, spacing and comparison"
+)]
 pub struct UnknownStudy(String);
 
 impl Study {
@@ -97,7 +99,11 @@ impl Study {
                 let folder = source.path().parent().unwrap_or(Path::new(""));
                 let path = folder.join(rig.get_ref());
                 Some(TomlSource::read(&path).map_err(|fault| {
-                    source.fault(rig.span(), fault.to_string(), "name a rig file, from this file's folder")
+                    source.fault(
+                        rig.span(),
+                        fault.to_string(),
+                        "name a rig file, from this file's folder",
+                    )
                 })?)
             }
         };

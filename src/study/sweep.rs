@@ -103,7 +103,11 @@ impl Sweep {
             }
             (None, Some(from), Some(to)) => ranged(from, to, keys, source)?,
             _ => {
-                return Err(source.fault(table.span(), "does not say which values it takes", ONE_OF));
+                return Err(source.fault(
+                    table.span(),
+                    "does not say which values it takes",
+                    ONE_OF,
+                ));
             }
         };
         if values.is_empty() {
@@ -129,7 +133,8 @@ impl Sweep {
 
     /// The numbers, if every value is one and they rise.
     pub fn rising_numbers(&self) -> Option<Vec<f64>> {
-        let numbers: Vec<f64> = self.values.iter().map(|value| value.number).collect::<Option<_>>()?;
+        let numbers: Vec<f64> =
+            self.values.iter().map(|value| value.number).collect::<Option<_>>()?;
         numbers.windows(2).all(|pair| pair[0] < pair[1]).then_some(numbers)
     }
 }
@@ -247,7 +252,8 @@ mod tests {
 
     #[test]
     fn whole_numbers_stay_whole() {
-        let sweep = read("parameter = [\"a.b\", \"a.c\"]\nfrom = 1\nto = 3\nstep = 1").expect("good");
+        let sweep =
+            read("parameter = [\"a.b\", \"a.c\"]\nfrom = 1\nto = 3\nstep = 1").expect("good");
         assert!(sweep.values.iter().all(|value| value.value.is_integer()));
         assert_eq!(sweep.name(), "a.b = a.c");
         assert_eq!(sweep.rising_numbers(), Some(vec![1.0, 2.0, 3.0]));

@@ -51,7 +51,8 @@ pub fn csv(study: &Study, result: &StudyResult) -> String {
 pub fn draws_csv(study: &Study, result: &StudyResult) -> String {
     let mut header: Vec<String> = study.sweeps.iter().map(|sweep| sweep.name()).collect();
     header.extend(
-        ["seed", "focal_radius_mm", "peak", "peak_x_mm", "peak_y_mm", "sub_peaks"].map(str::to_owned),
+        ["seed", "focal_radius_mm", "peak", "peak_x_mm", "peak_y_mm", "sub_peaks"]
+            .map(str::to_owned),
     );
     let rows = result.rows.iter().flat_map(|row| {
         row.draws.iter().filter_map(|(seed, observed)| {
@@ -96,7 +97,8 @@ fn figures(row: &Row) -> [String; 16] {
     };
     // Where a single map of many has its peak says nothing of the rest.
     let of_one = |text: String| if lone { text } else { String::new() };
-    let optional = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
+    let optional =
+        |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
     let limits = row.limits;
     [
         row.simulator.to_string(),

@@ -79,9 +79,10 @@ fn short(millimetres: f64) -> f64 {
 fn limits(study: &Study, result: &StudyResult) -> String {
     let range = |read: &dyn Fn(&Limits) -> Option<f64>| {
         let values = result.rows.iter().filter_map(|row| read(&row.limits));
-        let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| {
-            (least.min(value), most.max(value))
-        });
+        let (least, most) = values
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| {
+                (least.min(value), most.max(value))
+            });
         if !least.is_finite() {
             return None;
         }
@@ -151,7 +152,8 @@ fn sub_peaks(study: &Study, result: &StudyResult, onsets: &[Onset]) -> String {
     let single = study.sweeps.len() == 1 && study.sweeps[0].rising_numbers().is_some();
     if onsets.is_empty() && single {
         let there = result.rows.iter().all(|row| row.first().sub_peaks > 0);
-        let _ = writeln!(text, "sub-peaks: {}", if there { "at every value" } else { "at no value" });
+        let _ =
+            writeln!(text, "sub-peaks: {}", if there { "at every value" } else { "at no value" });
     }
     text
 }

@@ -27,7 +27,8 @@ pub fn log(axis: Axis, noise: f64, seed: u64, field: impl Fn(f64, f64, f64) -> f
     for column in -12..=12 {
         for row in -12..=12 {
             for level in 0..=20 {
-                let (x, y, z) = (2.0 * f64::from(column), 2.0 * f64::from(row), 2.5 * f64::from(level));
+                let (x, y, z) =
+                    (2.0 * f64::from(column), 2.0 * f64::from(row), 2.5 * f64::from(level));
                 let foot = Vec3::new(axis.foot_mm[0], axis.foot_mm[1], 0.0) * 1e-3;
                 let r = Vec3::new(x, y, z) * 1e-2 - foot;
                 let height = r.dot(&direction);

@@ -85,7 +85,7 @@ impl Picture for ModelCurves<'_> {
         let left = panel_row::axes(2, (0.0, 1.0), (0.0, 1.0)).corner.0;
         for (number, distance_m) in LOBE_DISTANCES_M.into_iter().enumerate() {
             let words = format!("{:.0} mm", distance_m * 1e3);
-            entry(canvas, (left + 110.0 * number as f64, y), number + 1, &words)?;
+            entry(canvas, (left - 48.0 + 112.0 * number as f64, y), number + 1, &words)?;
         }
         Ok(())
     }

@@ -31,9 +31,8 @@ impl ResidualPlanes {
             .filter(|(_, map)| map.x_m().len() == x.len() && map.y_m().len() == y.len())
             .collect();
         let panels = alike.len().min(MOST);
-        let chosen: Vec<usize> = (0..panels)
-            .map(|panel| panel * (alike.len() - 1) / (panels - 1).max(1))
-            .collect();
+        let chosen: Vec<usize> =
+            (0..panels).map(|panel| panel * (alike.len() - 1) / (panels - 1).max(1)).collect();
         let planes = chosen.into_iter().map(|index| alike[index].clone()).collect();
         Some(Self { planes, layout: MapLayout::new(&x, &y)? })
     }
@@ -61,6 +60,11 @@ impl Picture for ResidualPlanes {
         let label = "reading \u{2212} model (rms of what is left)";
         self.layout.colour_bar(canvas, self.planes.len() - 1, (-REACH, REACH), label, colour)?;
         let at = (self.layout.panel(0).corner.0, f64::from(self.size().1) - 18.0);
-        canvas.text("+ reading louder, \u{2212} quieter, by more than 3", at, LABEL_TEXT, Lies::Right)
+        canvas.text(
+            "+ reading louder, \u{2212} quieter, by more than 3",
+            at,
+            LABEL_TEXT,
+            Lies::Right,
+        )
     }
 }

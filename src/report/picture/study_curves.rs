@@ -73,7 +73,8 @@ impl<'a> StudyCurves<'a> {
         figure: Figure,
     ) -> Result<(), PictureError> {
         let curves = self.curves();
-        let reach = |row: &&Row| row.figure(figure).map_or(0.0, |found| found.p95.max(found.median));
+        let reach =
+            |row: &&Row| row.figure(figure).map_or(0.0, |found| found.p95.max(found.median));
         let top = curves.iter().flatten().map(reach).fold(0.0, f64::max);
         let axes = panel_row::axes(index, self.range(), (0.0, panel_row::a_little_above(top)));
         let (title, label) = titles(figure);
@@ -106,7 +107,9 @@ impl<'a> StudyCurves<'a> {
         };
         let found: Vec<_> = rows
             .iter()
-            .filter_map(|row| Some((self.along.at(row.values[0]) + aside, *row, row.figure(figure)?)))
+            .filter_map(|row| {
+                Some((self.along.at(row.values[0]) + aside, *row, row.figure(figure)?))
+            })
             .collect();
         if let Along::Numbers(_) = self.along {
             let line: Vec<Point> =
@@ -202,7 +205,8 @@ pub(super) fn axis_label(parameters: &[String]) -> String {
     let words: Vec<String> =
         keys.iter().map(|key| key.trim_end_matches(ending).replace('_', " ")).collect();
     let words = words.join(" = ");
-    let named = if section.is_empty() { words } else { format!("{}: {words}", section.replace('.', " ")) };
+    let named =
+        if section.is_empty() { words } else { format!("{}: {words}", section.replace('.', " ")) };
     unit.map_or(named.clone(), |(_, unit)| format!("{named} ({unit})"))
 }
 
@@ -212,7 +216,9 @@ mod tests {
 
     #[test]
     fn keys_become_labels_with_their_units() {
-        let label = |keys: &[&str]| axis_label(&keys.iter().map(|key| (*key).to_owned()).collect::<Vec<_>>());
+        let label = |keys: &[&str]| {
+            axis_label(&keys.iter().map(|key| (*key).to_owned()).collect::<Vec<_>>())
+        };
         assert_eq!(label(&["array.spacing_mm"]), "array: spacing (mm)");
         assert_eq!(label(&["array.columns", "array.rows"]), "array: columns = rows");
         assert_eq!(label(&["medium.speed_of_sound_m_s"]), "medium: speed of sound (m/s)");

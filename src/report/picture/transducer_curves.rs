@@ -30,10 +30,8 @@ impl<'a> TransducerCurves<'a> {
             return Ok(());
         }
         let heights = || points.iter().map(|point| point.height_m * 1e3);
-        let (from, to) = (
-            heights().fold(f64::INFINITY, f64::min),
-            heights().fold(f64::NEG_INFINITY, f64::max),
-        );
+        let (from, to) =
+            (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
         let top = points.iter().map(|point| point.value).fold(0.0, f64::max);
         let axes = panel_row::axes(0, widened(from, to), (0.0, panel_row::a_little_above(top)));
         panel_row::frame(canvas, &axes, "on the axis", &reading_label(self.unit))?;
@@ -80,7 +78,12 @@ impl<'a> TransducerCurves<'a> {
             }
             let Some(&(x, y)) = own.last() else { continue };
             let at = axes.place(x, y);
-            canvas.text(&format!("{level} dB"), (at.0 - 8.0, at.1 - 14.0), LABEL_TEXT, Lies::Left)?;
+            canvas.text(
+                &format!("{level} dB"),
+                (at.0 - 8.0, at.1 - 14.0),
+                LABEL_TEXT,
+                Lies::Left,
+            )?;
         }
         Ok(())
     }
@@ -120,7 +123,8 @@ impl Picture for TransducerCurves<'_> {
         self.angles(canvas)?;
         let bottom = f64::from(self.size().1);
         let axis_laws = self.found.axis_laws();
-        let names: Vec<String> = axis_laws.iter().map(|(pair, _)| pair.axis_law.to_string()).collect();
+        let names: Vec<String> =
+            axis_laws.iter().map(|(pair, _)| pair.axis_law.to_string()).collect();
         self.legend(canvas, &names, (panel_row::LEFT_ROOM, bottom - 40.0))?;
         let lobes = self.found.lobe_laws();
         let names: Vec<String> = lobes.iter().map(|(pair, _)| pair.lobe_law.to_string()).collect();

@@ -14,6 +14,9 @@
 
 mod derivatives;
 mod instruction_set;
+mod lattice;
+mod plane;
+mod resample;
 mod tile;
 
 use num_complex::Complex64;
@@ -22,6 +25,7 @@ use rayon::prelude::*;
 use derivatives::Slopes;
 pub use derivatives::{FieldDerivatives, Parameter};
 pub use instruction_set::InstructionSet;
+pub use plane::{PLANE_TOLERANCE, PlaneMethod, PlaneSum};
 
 use super::lobe::{DOUBLE_TOLERANCE, Fit};
 use super::propagation::Propagation;
@@ -29,7 +33,7 @@ use super::rayleigh::across;
 use super::real::Real;
 use super::transducer::{OnAxis, Smooth, Transducer};
 use super::{Array, Vec3};
-use tile::{Prepared, Sums};
+use tile::{Prepared, SumTile, Sums};
 
 /// Points that one task computes: small enough to share out a plane, large enough to pay for itself.
 const TILE: usize = 512;
@@ -244,10 +248,16 @@ impl FieldKernel {
             || (Sums::default(), Vec::new()),
             |(sums, near), (out, points_m)| {
                 prepared.near(points_m, near);
+                let prepared = &prepared;
                 if plain {
-                    self.instructions.sum::<T, true, 0>(&prepared, near, points_m, sums);
+                    self.instructions.run(SumTile::<T, true, 0> { prepared, near, points_m, sums });
                 } else {
-                    self.instructions.sum::<T, false, 0>(&prepared, near, points_m, sums);
+                    self.instructions.run(SumTile::<T, false, 0> {
+                        prepared,
+                        near,
+                        points_m,
+                        sums,
+                    });
                 }
                 for (lane, out) in out.iter_mut().enumerate() {
                     *out = take(sums, lane);

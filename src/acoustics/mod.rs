@@ -26,7 +26,8 @@ pub use array::{Array, LayoutError};
 pub use element::Element;
 pub use excitation::{Excitation, delays_s};
 pub use field::{
-    FieldDerivatives, FieldKernel, FieldSum, InstructionSet, Parameter, PathLengths, Precision,
+    FieldDerivatives, FieldKernel, FieldSum, InstructionSet, PLANE_TOLERANCE, Parameter,
+    PathLengths, PlaneMethod, PlaneSum, Precision,
 };
 pub use grid::PlaneGrid;
 pub use medium::Medium;

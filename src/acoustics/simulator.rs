@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::transducer::{
     MultiGaussian, MurataFit, Piston, RayleighPiston, SymmetricGaussian, Transducer,
 };
-use super::{Array, Excitation, FieldKernel, Medium, PathLengths, Vec3};
+use super::{Array, Excitation, FieldKernel, Medium, PathLengths, PlaneGrid, Vec3};
 
 /// Samples over which the thesis takes the root mean square: five periods at ten points each, both ends included.
 const SAMPLES_OF_THESIS: f64 = 51.0;
@@ -94,14 +94,6 @@ impl Simulator {
             },
         }
     }
-
-    /// The root mean square, as the simulator takes it, of a pressure whose amplitude and phase are given.
-    pub fn rms(self, phasor: Complex64) -> f64 {
-        match self {
-            Self::AsWritten | Self::Corrected => rms_of_thesis(phasor),
-            _ => rms_of_sine(phasor),
-        }
-    }
 }
 
 /// A set-up to be simulated: which simulator, which array in which medium, told what.
@@ -145,7 +137,20 @@ impl Simulation {
 
     /// The root mean square pressure at each point, zero or above, in the simulator's arbitrary unit.
     pub fn magnitudes(&self, points_m: &[Vec3]) -> Vec<f64> {
-        self.field(points_m).into_iter().map(|phasor| self.simulator.rms(phasor)).collect()
+        self.field(points_m).into_iter().map(self.rms()).collect()
+    }
+
+    /// The same at every point of a plane's grid, row by row, by the way that takes least ([`FieldKernel::on_plane`]).
+    pub fn magnitudes_on(&self, grid: &PlaneGrid) -> Vec<f64> {
+        self.kernel().on_plane(grid).field.into_iter().map(self.rms()).collect()
+    }
+
+    /// What the simulator makes of a complex field.
+    pub fn rms(&self) -> fn(Complex64) -> f64 {
+        match self.simulator {
+            Simulator::AsWritten | Simulator::Corrected => rms_of_thesis,
+            _ => rms_of_sine,
+        }
     }
 }
 

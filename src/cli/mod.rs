@@ -16,6 +16,7 @@ mod rig;
 mod run;
 mod scan;
 mod simulate;
+mod simulate_volume;
 mod stop;
 mod study;
 mod transducers;

@@ -29,8 +29,7 @@ pub(super) fn shared_magnitudes<T: Send>(
                 .map(|&job| {
                     let (simulation, grid) = jobs[job];
                     let field = continued(simulation, grid, begun.take());
-                    let rms = |phasor: &Complex64| simulation.simulator.rms(*phasor);
-                    let values = field.iter().map(rms).collect();
+                    let values = field.iter().copied().map(simulation.rms()).collect();
                     begun = Some(Begun { simulation, field });
                     (job, read(job, values))
                 })

@@ -6,7 +6,7 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::tile::{Geometry, Prepared, Sums};
+use super::tile::{Geometry, Prepared, SumTile, Sums};
 use super::{FieldKernel, TILE, fit};
 use crate::acoustics::Vec3;
 use crate::acoustics::lanes::Lanes;
@@ -88,7 +88,9 @@ impl FieldKernel {
             || (Sums::default(), Vec::new()),
             |(sums, near), (out, points_m)| {
                 prepared.near(points_m, near);
-                self.instructions.sum::<f64, true, AT_ONCE>(&prepared, near, points_m, sums);
+                let prepared = &prepared;
+                let tile = SumTile::<f64, true, AT_ONCE> { prepared, near, points_m, sums };
+                self.instructions.run(tile);
                 for (point, out) in out.iter_mut().enumerate() {
                     out.field = sums.field(point);
                     out.by = sums.derivatives(point);

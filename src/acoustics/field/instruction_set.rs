@@ -1,8 +1,4 @@
-//! Which vector instructions the processor has, and the kernel compiled for each.
-
-use super::tile::{Near, Prepared, Sums, sum_tile};
-use crate::acoustics::Vec3;
-use crate::acoustics::real::Real;
+//! Which vector instructions the processor has, and code compiled for each.
 
 /// A set of vector instructions that the kernel is compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +11,13 @@ pub enum InstructionSet {
     /// AVX-512: 64 bytes.
     #[cfg(target_arch = "x86_64")]
     Avx512,
+}
+
+/// Work that is compiled once for each instruction set. Everything in it must be `#[inline(always)]`, so that it is compiled
+/// where the set is switched on.
+pub(super) trait Vectorised {
+    /// Does the work, `WIDTH` numbers at a time; `FUSED` says whether the processor multiplies and adds at once.
+    fn run<const WIDTH: usize, const FUSED: bool>(self);
 }
 
 impl InstructionSet {
@@ -49,48 +52,32 @@ impl InstructionSet {
         }
     }
 
-    /// Sums a tile with these instructions.
-    pub(super) fn sum<T: Real, const PLAIN: bool, const N: usize>(
-        self,
-        prepared: &Prepared<T>,
-        near: &[Near<T>],
-        points_m: &[Vec3],
-        sums: &mut Sums,
-    ) {
+    /// Does work with these instructions. The widths are those at which each set's registers are full.
+    pub(super) fn run(self, work: impl Vectorised) {
         match self {
             // NEON multiplies and adds at once; SSE2 does not.
             #[cfg(target_arch = "aarch64")]
-            Self::Baseline => sum_tile::<T, 16, true, PLAIN, N>(prepared, near, points_m, sums),
+            Self::Baseline => work.run::<16, true>(),
             #[cfg(not(target_arch = "aarch64"))]
-            Self::Baseline => sum_tile::<T, 8, false, PLAIN, N>(prepared, near, points_m, sums),
+            Self::Baseline => work.run::<8, false>(),
             // SAFETY: a kernel takes an instruction set only where the processor has it.
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => unsafe { avx2::<T, PLAIN, N>(prepared, near, points_m, sums) },
+            Self::Avx2 => unsafe { avx2(work) },
             // SAFETY: likewise.
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => unsafe { avx512::<T, PLAIN, N>(prepared, near, points_m, sums) },
+            Self::Avx512 => unsafe { avx512(work) },
         }
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn avx2<T: Real, const PLAIN: bool, const N: usize>(
-    prepared: &Prepared<T>,
-    near: &[Near<T>],
-    points_m: &[Vec3],
-    sums: &mut Sums,
-) {
-    sum_tile::<T, 16, true, PLAIN, N>(prepared, near, points_m, sums);
+fn avx2(work: impl Vectorised) {
+    work.run::<16, true>();
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-fn avx512<T: Real, const PLAIN: bool, const N: usize>(
-    prepared: &Prepared<T>,
-    near: &[Near<T>],
-    points_m: &[Vec3],
-    sums: &mut Sums,
-) {
-    sum_tile::<T, 32, true, PLAIN, N>(prepared, near, points_m, sums);
+fn avx512(work: impl Vectorised) {
+    work.run::<32, true>();
 }

@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 
 use super::derivatives::{AT_ONCE, Slopes, variable_by_cosine};
+use super::instruction_set::Vectorised;
 use super::{FieldKernel, PathLengths, TILE};
 use crate::acoustics::Vec3;
 use crate::acoustics::lanes::Lanes;
@@ -150,40 +151,38 @@ fn middle(points_m: &[Vec3]) -> Vec3 {
     0.5 * (low + high)
 }
 
-/// The sums at every point of a tile. It is compiled for each instruction set by inlining it where that is switched on.
-#[inline(always)]
-pub(super) fn sum_tile<
-    T: Real,
-    const W: usize,
-    const FUSED: bool,
-    const PLAIN: bool,
-    const N: usize,
->(
-    prepared: &Prepared<T>,
-    near: &[Near<T>],
-    points_m: &[Vec3],
-    sums: &mut Sums,
-) {
-    let middle_m = middle(points_m);
-    for first in (0..points_m.len()).step_by(W) {
-        let points_m = &points_m[first..points_m.len().min(first + W)];
-        let mut step = [Lanes::<T, W, FUSED>::zero(); 3];
-        for (lane, point_m) in points_m.iter().enumerate() {
-            for axis in 0..3 {
-                step[axis].0[lane] = T::of(point_m[axis] - middle_m[axis]);
+/// The sums at every point of a tile, with derivatives by `N` parameters.
+pub(super) struct SumTile<'t, T, const PLAIN: bool, const N: usize> {
+    pub prepared: &'t Prepared<'t, T>,
+    pub near: &'t [Near<T>],
+    pub points_m: &'t [Vec3],
+    pub sums: &'t mut Sums,
+}
+
+impl<T: Real, const PLAIN: bool, const N: usize> Vectorised for SumTile<'_, T, PLAIN, N> {
+    #[inline(always)]
+    fn run<const W: usize, const FUSED: bool>(self) {
+        let Self { prepared, near, points_m, sums } = self;
+        let middle_m = middle(points_m);
+        for first in (0..points_m.len()).step_by(W) {
+            let points_m = &points_m[first..points_m.len().min(first + W)];
+            let mut step = [Lanes::<T, W, FUSED>::zero(); 3];
+            for (lane, point_m) in points_m.iter().enumerate() {
+                for axis in 0..3 {
+                    step[axis].0[lane] = T::of(point_m[axis] - middle_m[axis]);
+                }
             }
-        }
-        let bundle = sum_bundle::<T, W, FUSED, PLAIN, N>(prepared, near, step);
-        for lane in 0..points_m.len() {
-            let point = first + lane;
-            sums.real[point] = bundle.real.0[lane].to_f64();
-            sums.imaginary[point] = bundle.imaginary.0[lane].to_f64();
-            if !PLAIN {
-                sums.power[point] = bundle.power.0[lane].to_f64();
-            }
-            for (slopes, slope) in sums.slopes.iter_mut().zip(&bundle.slopes) {
-                for (part, lanes) in slopes.iter_mut().zip(slope) {
-                    part[point] = lanes.0[lane].to_f64();
+            let bundle = sum_bundle::<T, W, FUSED, PLAIN, N>(prepared, near, step);
+            for lane in 0..points_m.len() {
+                let point = first + lane;
+                sums.real[point] = bundle.real.0[lane].to_f64();
+                sums.imaginary[point] = bundle.imaginary.0[lane].to_f64();
+                if !PLAIN {
+                    sums.power[point] = bundle.power.0[lane].to_f64();
+                }
+                for (slopes, slope) in sums.slopes.iter_mut().zip(&bundle.slopes) {
+                    slopes[0][point] = slope[0].0[lane].to_f64();
+                    slopes[1][point] = slope[1].0[lane].to_f64();
                 }
             }
         }

@@ -17,8 +17,11 @@ impl Effect for NoiseFloor {
         &[Parameter { neutral: 0.0, scale: 1e-05, least: 0.0, most: 1.0 }]
     }
 
-    fn starts(&self) -> Vec<Vec<f64>> {
-        vec![vec![1e-7], vec![1e-6], vec![1e-4], vec![1e-2]]
+    fn starts(&self, context: &Context) -> Vec<Vec<f64>> {
+        match (context.silent_floor / context.largest_reading).powi(2) {
+            0.0 => vec![vec![1e-7], vec![1e-6], vec![1e-4], vec![1e-2]],
+            in_silence => vec![vec![in_silence]],
+        }
     }
 
     fn suppose(

@@ -18,7 +18,7 @@ impl Effect for Saturation {
         &[Parameter { neutral: 0.0, scale: 0.02, least: 0.0, most: 400.0 }]
     }
 
-    fn starts(&self) -> Vec<Vec<f64>> {
+    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![0.05], vec![1.0]]
     }
 

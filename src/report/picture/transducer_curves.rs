@@ -76,14 +76,10 @@ impl<'a> TransducerCurves<'a> {
             for &(x, y) in &own {
                 series.mark_on_curve(canvas, axes.place(x, y), true)?;
             }
-            let Some(&(x, y)) = own.last() else { continue };
+            let Some(&(x, y)) = own.first() else { continue };
             let at = axes.place(x, y);
-            canvas.text(
-                &format!("{level} dB"),
-                (at.0 - 8.0, at.1 - 14.0),
-                LABEL_TEXT,
-                Lies::Left,
-            )?;
+            let above = (at.0 - 6.0, at.1 - 8.0);
+            canvas.text(&format!("{level} dB"), above, LABEL_TEXT, Lies::AboveRight)?;
         }
         Ok(())
     }

@@ -18,6 +18,7 @@ mod lattice;
 mod plane;
 mod resample;
 mod tile;
+mod transfer;
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -26,6 +27,7 @@ use derivatives::Slopes;
 pub use derivatives::{FieldDerivatives, Parameter};
 pub use instruction_set::InstructionSet;
 pub use plane::{PLANE_TOLERANCE, PlaneMethod, PlaneSum};
+pub use transfer::Transfer;
 
 use super::lobe::{DOUBLE_TOLERANCE, Fit};
 use super::propagation::Propagation;
@@ -213,7 +215,7 @@ impl FieldKernel {
         sums_at
     }
 
-    /// What each element adds to the field at each point, element by element: the matrix that turns drives into fields.
+    /// What each element adds to the field at each point, element by element.
     pub fn contributions_at(&self, points_m: &[Vec3]) -> Vec<Vec<Complex64>> {
         (0..self.elements).into_par_iter().map(|n| self.of_element(n).at(points_m)).collect()
     }

@@ -161,7 +161,19 @@ pub(super) struct SumTile<'t, T, const PLAIN: bool, const N: usize> {
 
 impl<T: Real, const PLAIN: bool, const N: usize> Vectorised for SumTile<'_, T, PLAIN, N> {
     #[inline(always)]
-    fn run<const W: usize, const FUSED: bool>(self) {
+    fn run<const DOUBLE: usize, const SINGLE: usize, const FUSED: bool>(self) {
+        if T::REFINED {
+            self.sum::<SINGLE, FUSED>();
+        } else {
+            self.sum::<DOUBLE, FUSED>();
+        }
+    }
+}
+
+impl<T: Real, const PLAIN: bool, const N: usize> SumTile<'_, T, PLAIN, N> {
+    /// The sums at `W` points at a time.
+    #[inline(always)]
+    fn sum<const W: usize, const FUSED: bool>(self) {
         let Self { prepared, near, points_m, sums } = self;
         let middle_m = middle(points_m);
         for first in (0..points_m.len()).step_by(W) {

@@ -23,13 +23,20 @@ fn text(bytes: &[u8]) -> String {
 #[test]
 fn a_study_leaves_tables_pictures_and_its_own_file() {
     let folder = tempfile::tempdir().expect("a folder");
-    let arguments = ["study", "height", "--set", "map.step_mm=5", "--maps", "--convention", "as-written"];
+    let arguments =
+        ["study", "height", "--set", "map.step_mm=5", "--maps", "--convention", "as-written"];
     for run in ["out/study-height", "out/study-height-2"] {
         let output = fieldgap(folder.path(), &arguments);
         assert!(output.status.success(), "{}", text(&output.stderr));
-        assert!(text(&output.stdout).contains("sub-peaks: at no value"), "{}", text(&output.stdout));
+        assert!(
+            text(&output.stdout).contains("sub-peaks: at no value"),
+            "{}",
+            text(&output.stdout)
+        );
         let made = folder.path().join(run);
-        for file in ["study.csv", "study.txt", "study.toml", "study.png", "study.svg", "field-019.png"] {
+        for file in
+            ["study.csv", "study.txt", "study.toml", "study.png", "study.svg", "field-019.png"]
+        {
             assert!(made.join(file).exists(), "{run}/{file}");
         }
     }
@@ -52,12 +59,26 @@ fn a_measured_transducer_is_simulated_by_its_name() {
     std::fs::create_dir(folder.path().join("transducers")).expect("a folder");
     let characterized = fieldgap(
         folder.path(),
-        &["characterize", "log_19v_murata.csv", "--name", "mine", "--transducer", "transducers/mine.toml"],
+        &[
+            "characterize",
+            "log_19v_murata.csv",
+            "--name",
+            "mine",
+            "--transducer",
+            "transducers/mine.toml",
+        ],
     );
     assert!(characterized.status.success(), "{}", text(&characterized.stderr));
     let said = text(&characterized.stdout);
     assert!(said.contains("the readings prefer 1/r on the axis and Gaussian about it"), "{said}");
-    for file in ["curves.png", "polar.svg", "residuals.png", "models.csv", "profile.json", "transducer.toml"] {
+    for file in [
+        "curves.png",
+        "polar.svg",
+        "residuals.png",
+        "models.csv",
+        "profile.json",
+        "transducer.toml",
+    ] {
         assert!(folder.path().join("out/transducer-mine").join(file).exists(), "{file}");
     }
     let shown = fieldgap(folder.path(), &["study", "spacing", "--show"]);

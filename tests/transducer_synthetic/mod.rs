@@ -15,20 +15,20 @@ pub struct Axis {
     pub lean: [f64; 2],
 }
 
-/// The text of a log over a box of 50 cm: 2 cm apart sideways, 2.5 cm in height, 13,500 points; noise of one standard
+/// The text of a log over a box of 50 cm: 3 cm apart sideways, 2.5 cm in height, 6,000 points; noise of one standard
 /// deviation, readings never below zero.
 ///
 /// `field` gives the reading at a distance (m), a height along the axis (m) and an angle from it (degrees).
 pub fn log(axis: Axis, noise: f64, seed: u64, field: impl Fn(f64, f64, f64) -> f64) -> String {
     let mut chance = ChaCha8Rng::seed_from_u64(seed);
     let normal = Normal::new(0.0, noise).expect("a standard deviation");
-    let mut text = "x,y,z,mag,unused\n-25,-25,0\n50,50,50\n2,2,2.5\n".to_owned();
+    let mut text = "x,y,z,mag,unused\n-24,-24,0\n48,48,50\n3,3,2.5\n".to_owned();
     let direction = Vec3::new(axis.lean[0], axis.lean[1], 1.0).normalize();
-    for column in -12..=12 {
-        for row in -12..=12 {
+    for column in -8..=8 {
+        for row in -8..=8 {
             for level in 0..=20 {
                 let (x, y, z) =
-                    (2.0 * f64::from(column), 2.0 * f64::from(row), 2.5 * f64::from(level));
+                    (3.0 * f64::from(column), 3.0 * f64::from(row), 2.5 * f64::from(level));
                 let foot = Vec3::new(axis.foot_mm[0], axis.foot_mm[1], 0.0) * 1e-3;
                 let r = Vec3::new(x, y, z) * 1e-2 - foot;
                 let height = r.dot(&direction);

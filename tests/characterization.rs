@@ -7,7 +7,15 @@ use fieldgap::characterization::{
 };
 use fieldgap::scan::RecordedScan;
 use fieldgap::scan::import::{ThesisLog, ThesisLogSetup, TransducerAxis};
-use transducer_synthetic::{Axis, log, thesis_field, write};
+use transducer_synthetic::{Axis, log, write};
+
+/// The thesis's own fits, z in centimetres and θ in degrees.
+fn thesis_field(_distance_m: f64, height_m: f64, angle_deg: f64) -> f64 {
+    1.115436
+        * (-0.052927 * height_m * 100.0).exp()
+        * 1.071272
+        * (-((angle_deg + 4.108851) / 35.458904).powi(2)).exp()
+}
 
 fn scan(text: &str) -> RecordedScan {
     let folder = tempfile::tempdir().expect("a folder");

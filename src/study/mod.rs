@@ -11,7 +11,7 @@
 //! | read a study, or one of the thesis's | [`Study::read`], [`Study::of_thesis`] |
 //! | run it | [`run`] |
 //! | find where sub-peaks appear between two values | [`onsets`] |
-//! | write what was found as a table | [`csv`], [`draws_csv`], [`text`] |
+//! | write what was found as a table | [`csv()`], [`draws_csv`], [`text()`] |
 //! | see how far a transducer model can be trusted | [`models_beside_integral`] |
 
 mod documents;

@@ -42,14 +42,6 @@ pub fn log(axis: Axis, noise: f64, seed: u64, field: impl Fn(f64, f64, f64) -> f
     text
 }
 
-/// The thesis's own fits, z in centimetres and θ in degrees.
-pub fn thesis_field(_distance_m: f64, height_m: f64, angle_deg: f64) -> f64 {
-    1.115436
-        * (-0.052927 * height_m * 100.0).exp()
-        * 1.071272
-        * (-((angle_deg + 4.108851) / 35.458904).powi(2)).exp()
-}
-
 /// Writes a log into a folder.
 pub fn write(folder: &Path, text: &str) -> std::path::PathBuf {
     let path = folder.join("log_19v_murata.csv");

@@ -5,8 +5,11 @@
 //! | module | what it holds |
 //! |---|---|
 //! | [`input`] | reading what people write: faults located by file, line and column; quantities that cannot hold a wrong value |
+//! | [`least_squares`] | nonlinear least squares with priors |
 //! | [`acoustics`] | pure physics: arrays, medium, drives, simulators, the field kernel, metrics |
 //! | [`scan`] | records: recorded scans, plans, the journal of a running scan, imports |
+//! | [`study`] | how a field's figures go with any parameter of array, focus, medium or model; the thesis's studies |
+//! | [`characterization`] | one transducer's decay, lobe and axis out of a scan of it |
 //! | [`gap`] | registration of scan to simulation, and the comparison height by height |
 //! | [`rig`] | devices, links, safety; knows no physics |
 //! | [`virtual_rig`] | firmware on pseudo-terminals with physics behind the receiver |
@@ -15,16 +18,27 @@
 //! | [`report`] | pictures, tables and the report page |
 //! | [`blind`] | sets of scans whose causes are sealed away, and how well diagnoses find them |
 //! | [`cli`] | the commands |
+//!
+//! Two pages beside: [the thesis's tables and figures](thesis), and [when to trust which transducer model](transducer_models).
 #![warn(missing_docs)]
 
 pub mod acoustics;
 pub mod blind;
 pub mod campaign;
+pub mod characterization;
 pub mod cli;
 pub mod correction;
 pub mod gap;
 pub mod input;
+pub mod least_squares;
 pub mod report;
 pub mod rig;
 pub mod scan;
+pub mod study;
 pub mod virtual_rig;
+
+#[doc = include_str!("thesis.md")]
+pub mod thesis {}
+
+#[doc = include_str!("transducer_models.md")]
+pub mod transducer_models {}

@@ -198,8 +198,13 @@ impl FieldKernel {
 
     /// The field of one element alone.
     pub fn of_element(&self, element: usize) -> Self {
-        let of_it = self.sources.iter().filter(|source| source.element == element);
-        Self { sources: of_it.copied().collect(), elements: 1, ..self.clone() }
+        self.of_elements(&[element])
+    }
+
+    /// The field of some elements alone, each named once.
+    pub fn of_elements(&self, elements: &[usize]) -> Self {
+        let of_them = self.sources.iter().filter(|source| elements.contains(&source.element));
+        Self { sources: of_them.copied().collect(), elements: elements.len(), ..self.clone() }
     }
 
     /// The complex field at each point. Behind an element's face it radiates nothing.

@@ -11,6 +11,7 @@ mod excitation;
 mod field;
 mod grid;
 mod lanes;
+pub mod limits;
 mod lobe;
 mod medium;
 pub mod metrics;

@@ -4,6 +4,7 @@
 //! did, and `resume` can finish it; 130 stopped at once by a second signal.
 
 mod blind;
+mod characterize;
 mod compare;
 mod diagnose;
 mod import;
@@ -17,6 +18,8 @@ mod scan;
 mod simulate;
 mod simulate_volume;
 mod stop;
+mod study;
+mod transducers;
 mod virtual_ports;
 
 use std::io::IsTerminal;
@@ -55,6 +58,12 @@ enum Command {
     Diagnose(diagnose::Diagnose),
     /// Simulate a plan, or planes over a rig's array
     Simulate(simulate::Simulate),
+    /// Say how peak, focal radius and sub-peaks go with any parameter; the thesis's table and curves
+    Study(study::StudyCommand),
+    /// Find a transducer's decay, lobe and axis in a scan of it alone, and write a transducer file
+    Characterize(characterize::Characterize),
+    /// Hold each transducer model against the integral over a vibrating face
+    Transducers(transducers::Transducers),
     /// Bring in a field that was measured elsewhere
     Import(import::Import),
     /// Keep a virtual rig open, as ports for any program
@@ -105,6 +114,9 @@ impl Command {
             Self::Compare(command) => command.run(),
             Self::Diagnose(command) => command.run(),
             Self::Simulate(command) => command.run(),
+            Self::Study(command) => command.run(),
+            Self::Characterize(command) => command.run(),
+            Self::Transducers(command) => command.run(),
             Self::Import(command) => command.run(),
             Self::Virtual(command) => command.run(),
             Self::Blind(command) => command.run(),

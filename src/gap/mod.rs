@@ -12,11 +12,14 @@
 //! | `readings` | lays the driven readings beside what the simulator is asked for them |
 //! | `register` | chooses between the coordinates as recorded and another pose |
 //! | `coarse`, `pose_search` | find a pose from nothing: a coarse grid, then rounds of refinement |
-//! | `refine`, `levenberg_marquardt` | the least-squares fit of a [`Pose`], the gain solved for at each step |
+//! | `refine` | the least-squares fit of a [`Pose`], the gain solved for at each step |
 //! | `receiver_face` | lets the gain fall off with the angle of arrival, where that explains what a pose cannot |
 //! | `identifiability`, `standard_errors` | what the readings fix, how well, and what they leave open |
 //! | `noise`, `figures`, `agreement` | the noise, the figures of each height with their errors, correlation and residual |
 //! | `comparison`, `registration`, `table` | the result as data, as text and as CSV |
+
+// The methods of this layer name what they minimise with by its method.
+use crate::least_squares as levenberg_marquardt;
 
 mod agreement;
 mod coarse;
@@ -25,7 +28,6 @@ mod comparison;
 pub mod diagnosis;
 mod figures;
 mod identifiability;
-mod levenberg_marquardt;
 mod noise;
 mod pose;
 mod pose_search;

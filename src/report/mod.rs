@@ -16,7 +16,10 @@ mod page;
 mod peak_distance;
 mod picture;
 mod provenance;
+mod study;
 mod tables;
+mod transducer;
+mod transducer_models;
 mod verdict;
 mod words;
 
@@ -25,7 +28,10 @@ use std::path::{Path, PathBuf};
 pub use self::context::{InputFile, ReportContext};
 pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};
 pub use self::error::{PictureError, ReportError};
+pub use self::study::{StudyFiles, write_study};
 pub use self::tables::csv;
+pub use self::transducer::{TransducerFiles, write_transducer};
+pub use self::transducer_models::write_transducer_models;
 
 use self::figures::Figures;
 use self::folder::Folder;

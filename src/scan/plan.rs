@@ -16,7 +16,7 @@ use self::region::{LineTable, PlaneTable, PointsTable, Reader, VolumeTable};
 pub use self::visits::{Visit, VisitKind};
 use super::focus_section::{FocusSection, FocusTable};
 use crate::acoustics::{Simulator, Vec3};
-use crate::input::{Fault, Finite, TomlSource};
+use crate::input::{Fault, Finite, TomlSource, file_name};
 
 /// Most visits of a plan: at ten a second, two weeks.
 const MAX_VISITS: usize = 10_000_000;
@@ -150,7 +150,7 @@ impl Plan {
     /// As [`Plan::read`].
     pub fn parse(source: TomlSource) -> Result<Self, Fault> {
         let file: PlanFile = source.parse()?;
-        let name = file_name(&file.name, &source)?;
+        let name = file_name(&file.name, "the folder of the scan", &source)?;
         let foci = FocusSection::read_all(&file.focus, &source)?;
         let reader = Reader { source: &source, foci: foci.len() };
         let regions = file
@@ -256,19 +256,6 @@ impl Plan {
         }
         Ok(())
     }
-}
-
-fn file_name(name: &Spanned<String>, source: &TomlSource) -> Result<String, Fault> {
-    let text = name.get_ref();
-    let fit = |letter: char| letter.is_alphanumeric() || "-_.+ ".contains(letter);
-    if text.chars().all(fit) && text.chars().any(char::is_alphanumeric) {
-        return Ok(text.clone());
-    }
-    Err(source.fault(
-        name.span(),
-        format!("`{text}` cannot name the folder of the scan"),
-        "use letters, digits, `-`, `_`, `.`, `+` and blanks",
-    ))
 }
 
 fn reference(table: &ReferenceTable, reader: &Reader<'_>) -> Result<Reference, Fault> {

@@ -64,6 +64,23 @@ impl Axes {
         canvas.text(label, (middle, bottom + 26.0), LABEL_TEXT, Lies::Below)
     }
 
+    /// Names below the frame, at 0, 1, 2, ... along x, and the label.
+    pub fn x_names<B: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<B>,
+        names: &[String],
+        label: &str,
+    ) -> Result<(), PictureError> {
+        let bottom = self.corner.1 + self.height;
+        for (index, name) in names.iter().enumerate() {
+            let (x, _) = self.place(index as f64, self.y.0);
+            canvas.line((x, bottom), (x, bottom + TICK_LENGTH), FRAME_PEN)?;
+            canvas.text(name, (x, bottom + TICK_LENGTH + 3.0), TICK_TEXT, Lies::Below)?;
+        }
+        let middle = self.corner.0 + self.width / 2.0;
+        canvas.text(label, (middle, bottom + 26.0), LABEL_TEXT, Lies::Below)
+    }
+
     /// Ticks, their numbers and the label left of the frame.
     pub fn y_axis<B: DrawingBackend>(
         &self,

@@ -6,16 +6,9 @@ use super::axes::{Axes, LABEL_TEXT};
 use super::canvas::{Canvas, GREY, Lies, Pen, Point};
 use super::marker::Series;
 use super::plane_maps::reading_label;
-use super::{Picture, PictureError};
+use super::{Picture, PictureError, panel_row};
 use crate::gap::{Comparison, FieldFigures, PlaneComparison, Uncertain};
 use crate::report::peak_distance::peak_distance_m;
-
-const PANEL: (f64, f64) = (285.0, 250.0);
-const LEFT_ROOM: f64 = 84.0;
-const TOP_ROOM: f64 = 34.0;
-const BOTTOM_ROOM: f64 = 86.0;
-const PANEL_GAP: f64 = 82.0;
-const RIGHT_ROOM: f64 = 16.0;
 
 /// The curves of one drive over its heights.
 pub(in crate::report) struct HeightCurves {
@@ -108,22 +101,14 @@ impl HeightCurves {
         panel: &Panel,
     ) -> Result<(), PictureError> {
         let margin = 0.06 * (self.heights_mm.1 - self.heights_mm.0);
-        let axes = Axes {
-            corner: (LEFT_ROOM + index as f64 * (PANEL.0 + PANEL_GAP), TOP_ROOM),
-            width: PANEL.0,
-            height: PANEL.1,
-            x: (self.heights_mm.0 - margin, self.heights_mm.1 + margin),
-            y: (0.0, panel.top()),
-        };
+        let x = (self.heights_mm.0 - margin, self.heights_mm.1 + margin);
+        let axes = panel_row::axes(index, x, (0.0, panel.top()));
         if let Some(z) = self.focus_height_mm.filter(|&z| axes.holds(z, 0.0)) {
             let line = [axes.place(z, axes.y.0), axes.place(z, axes.y.1)];
             canvas.dashed(&line, &[1.0, 4.0], Pen { colour: GREY, width: 1.25 })?;
         }
-        axes.frame(canvas)?;
+        panel_row::frame(canvas, &axes, panel.title, &panel.label)?;
         axes.x_axis(canvas, "height z (mm)")?;
-        axes.y_axis(canvas, &panel.label)?;
-        let title_at = (axes.corner.0, axes.corner.1 - 6.0);
-        canvas.text(panel.title, title_at, LABEL_TEXT + 1.0, Lies::AboveRight)?;
         // The scan last, on top.
         panel
             .curves
@@ -134,7 +119,7 @@ impl HeightCurves {
 
     fn legend<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
         let y = f64::from(self.size().1) - 18.0;
-        let mut x = LEFT_ROOM;
+        let mut x = panel_row::LEFT_ROOM;
         for series in &self.series {
             let pen = Pen { colour: series.colour(), width: 1.75 };
             canvas.dashed(&[(x, y), (x + 40.0, y)], series.dash(), pen)?;
@@ -159,15 +144,13 @@ impl Panel {
         };
         let largest = self.curves.iter().flat_map(|(_, points)| points.iter().map(reach));
         let top = largest.filter(|value| value.is_finite()).fold(0.0, f64::max);
-        if top > 0.0 { 1.08 * top } else { 1.0 }
+        panel_row::a_little_above(top)
     }
 }
 
 impl Picture for HeightCurves {
     fn size(&self) -> (u32, u32) {
-        let panels = self.panels.len() as f64;
-        let width = LEFT_ROOM + panels * PANEL.0 + (panels - 1.0) * PANEL_GAP + RIGHT_ROOM;
-        (width.ceil() as u32, (TOP_ROOM + PANEL.1 + BOTTOM_ROOM).ceil() as u32)
+        panel_row::size(self.panels.len())
     }
 
     fn description(&self) -> String {

@@ -14,6 +14,8 @@ use super::canvas::{BLACK, Canvas, Pen, Point, Rgb, WHITE};
 pub(super) enum Series {
     Scan,
     Simulated(Simulator),
+    /// Of any number of series, counted from 0; five look different.
+    Numbered(usize),
 }
 
 /// How a series is drawn.
@@ -57,6 +59,7 @@ impl Series {
         match self {
             Self::Scan => "scan".to_owned(),
             Self::Simulated(simulator) => format!("simulation ({simulator})"),
+            Self::Numbered(number) => format!("{}", number + 1),
         }
     }
 
@@ -67,6 +70,10 @@ impl Series {
                 let place = Simulator::ALL.iter().position(|&other| other == simulator);
                 &SIMULATED[place.unwrap_or(0) % SIMULATED.len()]
             }
+            Self::Numbered(number) => match number % (SIMULATED.len() + 1) {
+                0 => &SCAN,
+                more => &SIMULATED[more - 1],
+            },
         }
     }
 

@@ -9,9 +9,17 @@ mod font;
 mod height_curves;
 mod map_layout;
 mod marker;
+mod model_beside_integral;
+mod panel_row;
 mod plane_maps;
+mod polar_lobe;
 mod raster;
 mod residual_maps;
+mod residual_planes;
+mod study_curves;
+mod study_field;
+mod study_surfaces;
+mod transducer_curves;
 
 use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
@@ -21,8 +29,15 @@ use plotters::prelude::DrawingBackend;
 pub(super) use self::bar_chart::{Bar, BarChart, Weight};
 pub(super) use self::canvas::Lies;
 pub(super) use self::height_curves::HeightCurves;
+pub(super) use self::model_beside_integral::ModelCurves;
 pub(super) use self::plane_maps::{LEAST_SIGNED_SHARE, PlaneMaps};
+pub(super) use self::polar_lobe::PolarLobe;
 pub(super) use self::residual_maps::{LEAST_SIGNED_SIGMA, REACH_SIGMA, ResidualMaps, rms};
+pub(super) use self::residual_planes::ResidualPlanes;
+pub(super) use self::study_curves::StudyCurves;
+pub(super) use self::study_field::StudyField;
+pub(super) use self::study_surfaces::StudySurfaces;
+pub(super) use self::transducer_curves::TransducerCurves;
 
 use self::canvas::{Canvas, OVERSAMPLING, TextFit};
 

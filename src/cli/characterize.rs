@@ -1,0 +1,115 @@
+//! `fieldgap characterize`: a transducer's decay, lobe and axis out of a scan of it alone.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use miette::{IntoDiagnostic, WrapErr, miette};
+
+use super::output::{fresh_folder, print, print_json};
+use super::simulate::positive;
+use super::study::ConventionName;
+use crate::characterization::{
+    CharacterizationError, Readings, appendix_a, characterize, text, text_of_appendix_a,
+};
+use crate::input::Positive;
+use crate::report::write_transducer;
+use crate::scan::RecordedScan;
+use crate::scan::import::{ThesisLog, ThesisLogSetup, TransducerAxis};
+
+/// The `characterize` command.
+#[derive(Debug, Args)]
+pub(super) struct Characterize {
+    /// A log of the thesis's robot, or the folder of a recorded scan of one transducer
+    log: PathBuf,
+    /// `as-written` does as the thesis's script does, and writes nothing
+    #[arg(long, value_enum, value_name = "CONVENTION", default_value = "corrected")]
+    convention: ConventionName,
+    /// What the transducer is called; without it, as the log
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Leave out readings lower than this over the face
+    #[arg(long, value_name = "MM", default_value = "20", value_parser = positive)]
+    from_mm: Positive,
+    /// The folder for tables, pictures and the transducer file; without it out/NAME
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Put the transducer file here as well, such as rigs/transducers/NAME.toml; a file that is there is not touched
+    #[arg(long, value_name = "FILE")]
+    transducer: Option<PathBuf>,
+    /// Print what was found as JSON, and write nothing
+    #[arg(long, conflicts_with_all = ["out", "transducer"])]
+    json: bool,
+}
+
+impl Characterize {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let name = match &self.name {
+            Some(name) => name.clone(),
+            None => self
+                .log
+                .file_stem()
+                .map_or_else(|| "transducer".to_owned(), |stem| stem.to_string_lossy().into()),
+        };
+        let scan = read(&self.log, &name)?;
+        if let ConventionName::AsWritten = self.convention {
+            let found = appendix_a(&scan)
+                .map_err(|refused| miette!("{}: {refused}", self.log.display()))?;
+            if self.json {
+                print_json(&found)?
+            } else {
+                print(&text_of_appendix_a(&found))?
+            }
+            return Ok(ExitCode::SUCCESS);
+        }
+        if let Some(file) = self.transducer.as_ref().filter(|file| file.exists()) {
+            return Err(miette!(
+                help = "name another file, or take that one away",
+                "{} is there already",
+                file.display()
+            ));
+        }
+        let of_log = |refused: CharacterizationError| {
+            let help = "a scan of one transducer has at least four heights of nine points; --from-mm says from which on";
+            miette!(help = help, "{}: {refused}", self.log.display())
+        };
+        let readings = Readings::of(&scan, self.from_mm.get()).map_err(of_log)?;
+        let found = characterize(&readings).map_err(of_log)?;
+        if self.json {
+            print_json(&found)?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        let text = text(&found, &readings);
+        print(&text)?;
+        let source = format!(
+            "fitted by fieldgap {} to {} readings of {}",
+            env!("CARGO_PKG_VERSION"),
+            readings.values.len(),
+            self.log.file_name().map_or_else(String::new, |name| name.to_string_lossy().into())
+        );
+        let file = found.transducer_file(&name, &source);
+        let folder =
+            self.out.clone().unwrap_or_else(|| fresh_folder(&format!("transducer-{name}")));
+        let files = write_transducer(&folder, &found, &readings, &file, &text).into_diagnostic()?;
+        eprintln!("transducer file: {}", files.transducer.display());
+        if let Some(path) = &self.transducer {
+            let cannot = || format!("cannot write {}", path.display());
+            std::fs::write(path, file.text()).into_diagnostic().wrap_err_with(cannot)?;
+            eprintln!("transducer file: {}", path.display());
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// A folder is a recorded scan, a file a log.
+fn read(log: &Path, name: &str) -> miette::Result<RecordedScan> {
+    if log.is_dir() {
+        return Ok(RecordedScan::open(log)?);
+    }
+    // Positions stay as they were logged: where the axis stands is what is looked for.
+    let setup = ThesisLogSetup {
+        axis: TransducerAxis::At([0.0; 2]),
+        ..ThesisLogSetup::of_thesis(name, jiff::Timestamp::UNIX_EPOCH)
+    };
+    Ok(ThesisLog::read(log)?.into_scan(setup))
+}

@@ -1,0 +1,160 @@
+//! `fieldgap study`: how peak, focal radius and sub-peaks go with any parameter; the thesis's table and Figs. 13 to 15.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use miette::{IntoDiagnostic, miette};
+use serde::Serialize;
+
+use super::output::{fresh_folder, print, print_json};
+use crate::acoustics::Simulator;
+use crate::input::TomlSource;
+use crate::report::write_study;
+use crate::study::{Limits, Observation, Onset, Row, Study, StudyResult, onsets, run, text};
+
+/// The `study` command.
+#[derive(Debug, Args)]
+pub(super) struct StudyCommand {
+    /// A study of the thesis (shape, height, count, spacing, comparison), or the file of another
+    #[arg(value_name = "STUDY")]
+    study: String,
+    /// Whose simulator and definitions are used; without it the study's own, which in the thesis's is `corrected`
+    #[arg(long, value_enum, value_name = "CONVENTION")]
+    convention: Option<ConventionName>,
+    /// Change a key of the study, as `array.columns=8`, `map.step_mm=0.5`, `draws=1000`; may be given again
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
+    set: Vec<(String, String)>,
+    /// Draw the field of every combination of values
+    #[arg(long)]
+    maps: bool,
+    /// The folder for tables and pictures; without it out/study-NAME
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the figures as JSON, and write nothing
+    #[arg(long, conflicts_with_all = ["out", "maps"])]
+    json: bool,
+    /// Print the study's file, to start one of your own from
+    #[arg(long, conflicts_with_all = ["out", "maps", "json"])]
+    show: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum ConventionName {
+    /// As the thesis's listings compute, slips included
+    AsWritten,
+    /// With the slips mended
+    Corrected,
+}
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct StudyJson<'a> {
+    study: &'a str,
+    rows: Vec<RowJson<'a>>,
+    onsets: &'a [Onset],
+}
+
+#[derive(Debug, Serialize)]
+struct RowJson<'a> {
+    values: serde_json::Map<String, serde_json::Value>,
+    simulator: Simulator,
+    elements: usize,
+    z_mm: f64,
+    limits: &'a Limits,
+    draws: Vec<DrawJson<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct DrawJson<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seed: Option<u32>,
+    #[serde(flatten)]
+    observation: &'a Observation,
+}
+
+impl StudyCommand {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let study = self.read()?;
+        if self.show {
+            print(study.source().text())?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        let result = run(&study, self.maps)?;
+        let onsets = onsets(&study, &result);
+        if self.json {
+            print_json(&json(&study, &result, &onsets))?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        let text = text(&study, &result, &onsets);
+        print(&text)?;
+        let folder = self.out.unwrap_or_else(|| fresh_folder(&format!("study-{}", study.name)));
+        let files = write_study(&folder, &study, &result, &text).into_diagnostic()?;
+        eprintln!("tables and {} pictures: {}", files.pictures.len(), folder.display());
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn read(&self) -> miette::Result<Study> {
+        let mut study = Study::read(source(&self.study)?)?;
+        if let Some(convention) = self.convention {
+            study = study.with_simulator(match convention {
+                ConventionName::AsWritten => Simulator::AsWritten,
+                ConventionName::Corrected => Simulator::Corrected,
+            })?;
+        }
+        for (key, value) in &self.set {
+            study = study.with(key, value)?;
+        }
+        Ok(study)
+    }
+}
+
+/// A name is a study of the thesis; what looks like a file is one.
+fn source(study: &str) -> miette::Result<TomlSource> {
+    let path = Path::new(study);
+    let unknown = match Study::of_thesis(study) {
+        Ok(source) => return Ok(source),
+        Err(unknown) => unknown,
+    };
+    if path.extension().is_none() && !path.exists() {
+        return Err(miette!(help = "or name a file, such as my-study.toml", "{unknown}"));
+    }
+    Ok(TomlSource::read(path)?)
+}
+
+fn json<'a>(study: &'a Study, result: &'a StudyResult, onsets: &'a [Onset]) -> StudyJson<'a> {
+    let row = |row: &'a Row| RowJson {
+        values: study
+            .sweeps
+            .iter()
+            .zip(&row.values)
+            .map(|(sweep, &index)| {
+                let value = &sweep.values[index];
+                let shown = value.number.map_or_else(
+                    || serde_json::Value::from(value.label.as_str()),
+                    serde_json::Value::from,
+                );
+                (sweep.name(), shown)
+            })
+            .collect(),
+        simulator: row.simulator,
+        elements: row.elements,
+        z_mm: row.z_mm,
+        limits: &row.limits,
+        draws: row
+            .draws
+            .iter()
+            .map(|(seed, observation)| DrawJson { seed: *seed, observation })
+            .collect(),
+    };
+    StudyJson { study: &study.name, rows: result.rows.iter().map(row).collect(), onsets }
+}
+
+fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => {
+            Ok((key.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err("a key and its value are needed, as array.columns=8".to_owned()),
+    }
+}

@@ -1,0 +1,82 @@
+//! `fieldgap transducers`: how far each transducer model can be trusted, beside the integral over a vibrating face.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use miette::IntoDiagnostic;
+
+use super::output::{print, print_json};
+use super::simulate::positive;
+use crate::acoustics::Medium;
+use crate::input::Positive;
+use crate::report::write_transducer_models;
+use crate::study::{LOBE_DISTANCES_M, ModelBesideIntegral, models_beside_integral};
+
+/// The `transducers` command.
+#[derive(Debug, Args)]
+pub(super) struct Transducers {
+    /// Radius of the vibrating face
+    #[arg(long, value_name = "MM", default_value = "4.5", value_parser = positive)]
+    radius_mm: Positive,
+    /// Frequency
+    #[arg(long, value_name = "HZ", default_value = "40000", value_parser = positive)]
+    frequency_hz: Positive,
+    /// Speed of sound
+    #[arg(long, value_name = "M/S", default_value = "343", value_parser = positive)]
+    speed_of_sound_m_s: Positive,
+    /// Draw a picture of each model into this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the curves as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Transducers {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let medium = Medium { speed_of_sound_m_s: self.speed_of_sound_m_s.get() };
+        let radius_m = self.radius_mm.get() * 1e-3;
+        let models = models_beside_integral(radius_m, medium, self.frequency_hz.get());
+        if self.json {
+            print_json(&models)?;
+        } else {
+            print(&table(&models))?;
+        }
+        if let Some(folder) = &self.out {
+            let pictures = write_transducer_models(folder, &models).into_diagnostic()?;
+            eprintln!("{} pictures: {}", pictures.len(), folder.display());
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Largest errors, percent.
+fn table(models: &[ModelBesideIntegral]) -> String {
+    let mut text = format!(
+        "largest error beside the integral over the face, alike on the axis at 100 mm, in percent\n{:>15} {:>16} {:>16}",
+        "model", "axis 30-300 mm", "axis 10-30 mm"
+    );
+    for distance_m in LOBE_DISTANCES_M {
+        let _ = write!(text, " {:>16}", format!("{:.0} mm, 30/60°", distance_m * 1e3));
+    }
+    text.push('\n');
+    for model in models {
+        let percent = |error: f64| format!("{:.2}", 100.0 * error);
+        let _ = write!(
+            text,
+            "{:>15} {:>16} {:>16}",
+            model.simulator.to_string(),
+            percent(model.on_axis_error(0.03, 0.3)),
+            percent(model.on_axis_error(0.01, 0.03))
+        );
+        for distance in 0..LOBE_DISTANCES_M.len() {
+            let [near, wide] = [30f64, 60f64]
+                .map(|within| percent(model.lobe_error(distance, within.to_radians())));
+            let _ = write!(text, " {:>16}", format!("{near} / {wide}"));
+        }
+        text.push('\n');
+    }
+    text
+}

@@ -37,7 +37,7 @@ fn it_says_who_it_is() {
     let (mut firmware, _) = powered_up();
     assert_eq!(
         tell(&mut firmware, "7 hello"),
-        "7 ok thesis-array 1 elements=36 clock_hz=10240000 period_steps=256"
+        "7 ok thesis-array 1 elements=36 clock_hz=10240000 period_steps=256 frames=4096 levels=4096 sensors=4"
     );
 }
 

@@ -6,6 +6,7 @@
 mod blind;
 mod compare;
 mod diagnose;
+mod focus;
 mod import;
 mod output;
 mod progress;
@@ -14,7 +15,9 @@ mod resume;
 mod rig;
 mod run;
 mod scan;
+mod sense;
 mod simulate;
+mod simulate_display;
 mod stop;
 mod virtual_ports;
 
@@ -52,8 +55,12 @@ enum Command {
     Compare(compare::Compare),
     /// Say why a recorded scan and its simulation differ
     Diagnose(diagnose::Diagnose),
-    /// Simulate a plan, or planes over a rig's array
+    /// Simulate a plan, planes over a rig's array, or a display
     Simulate(simulate::Simulate),
+    /// Play a display: foci that stand, move and alternate, so that a hand feels them
+    Focus(focus::Focus),
+    /// Tell swipes of a hand from what four elements hear
+    Sense(sense::Sense),
     /// Bring in a field that was measured elsewhere
     Import(import::Import),
     /// Keep a virtual rig open, as ports for any program
@@ -104,6 +111,8 @@ impl Command {
             Self::Compare(command) => command.run(),
             Self::Diagnose(command) => command.run(),
             Self::Simulate(command) => command.run(),
+            Self::Focus(command) => command.run(),
+            Self::Sense(command) => command.run(),
             Self::Import(command) => command.run(),
             Self::Virtual(command) => command.run(),
             Self::Blind(command) => command.run(),

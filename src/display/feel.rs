@@ -45,9 +45,9 @@ pub struct FeltFocus {
     pub force_mn: f64,
     /// The mean over the thesis's threshold.
     pub of_threshold: f64,
-    /// Radiation pressure on skin that stays at its first place, the mean over time, Pa.
+    /// Radiation pressure on skin that stays at one of its places, the mean over time, Pa: at the place where it swings most.
     pub steady_pa: f64,
-    /// What of it swings at the modulation's frequency, amplitude, Pa; `None` for a continuous wave.
+    /// What of it swings at the modulation's frequency there, amplitude, Pa; `None` for a continuous wave.
     pub swinging_pa: Option<f64>,
 }
 
@@ -98,7 +98,11 @@ fn felt_at(
         .step_by(every)
         .map(|(frame, at_m, _)| peak_off_m(playback, *frame, *at_m))
         .collect();
-    let (steady_pa, swinging_pa) = course(composed, playback, skin, carrier_hz, first_m);
+    let (steady_pa, swinging_pa) = places
+        .iter()
+        .step_by(every)
+        .map(|(_, at_m, _)| course(composed, playback, skin, carrier_hz, *at_m))
+        .max_by(|(_, one), (_, other)| one.unwrap_or(0.0).total_cmp(&other.unwrap_or(0.0)))?;
     Some(FeltFocus {
         focus,
         frames: places.len(),

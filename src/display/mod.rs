@@ -33,6 +33,7 @@ mod file;
 mod modulation;
 mod path;
 mod playback;
+mod session;
 pub mod timeline;
 pub mod track;
 
@@ -43,3 +44,4 @@ pub use file::{DisplayFile, Foci, FocusSection, Output, Picture};
 pub use modulation::{Modulation, Waveform};
 pub use path::{FieldPoint, Path};
 pub use playback::Playback;
+pub use session::{Ended, play};

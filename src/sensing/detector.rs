@@ -33,9 +33,9 @@ const LONGEST_S: f64 = 12.0;
 /// The shortest passage, s.
 const SHORTEST_S: f64 = 0.03;
 
-/// How far apart the sides must be, as a share of how long the hand was there. It does not depend on the hand's speed: for a hand
-/// twice as broad as the sides are apart it is about a third.
-const APART: f64 = 0.06;
+/// How far apart the sides must be, as a share of how long the hand was there, which does not depend on the hand's speed. Of a
+/// hand twice as broad as the sides are apart it is about a tenth; echo and leakage scatter it by a third of that.
+const APART: f64 = 0.02;
 
 /// Shares of a side's whole departure whose times are compared with the other side's.
 const QUANTILES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
@@ -206,7 +206,8 @@ impl Passage {
 
     /// When shares of what a side departed in all have come together; each of its elements counts alike.
     fn side_s(&self, kept: usize, elements: [usize; 2]) -> Option<[f64; 5]> {
-        let beyond = |departure: f64| (departure - NOTHING).max(0.0);
+        // The root keeps the few instants when echo and leakage add to their most from outweighing all others.
+        let beyond = |departure: f64| (departure - NOTHING).max(0.0).sqrt();
         let whole =
             elements.map(|n| self.departures[..kept].iter().map(|all| beyond(all[n])).sum::<f64>());
         let heard: Vec<usize> = (0..2).filter(|&place| whole[place] > 0.0).collect();

@@ -7,6 +7,8 @@
 mod channel;
 mod detector;
 mod section;
+mod session;
 
 pub use detector::{Direction, Swipe, SwipeDetector};
 pub use section::SensingSection;
+pub use session::SensingSession;

@@ -63,7 +63,6 @@ fn told(firmware: &mut ArrayFirmware, until_s: f64) -> Vec<Swipe> {
 /// How the swipes of a hand were told.
 #[derive(Debug, Default)]
 struct Rates {
-    gestures: usize,
     right: usize,
     missed: usize,
     wrong_way: usize,
@@ -80,7 +79,7 @@ fn rates(from: &str, to: &str, seed: u64, gestures: usize) -> Rates {
     let truth: Vec<_> = world.swipes_until(until_s).into_iter().take(gestures).collect();
     let last_s = truth.last().expect("there are some").ends_s + 0.7;
     let swipes = told(&mut firmware, last_s);
-    let mut rates = Rates { gestures: truth.len(), ..Rates::default() };
+    let mut rates = Rates::default();
     let mut matched = vec![false; swipes.len()];
     for gesture in &truth {
         let way = match gesture.way {
@@ -99,24 +98,41 @@ fn rates(from: &str, to: &str, seed: u64, gestures: usize) -> Rates {
                 if swipes[n].direction == way { rates.right += 1 } else { rates.wrong_way += 1 }
             }
         }
-        if std::env::var_os("SWIPES").is_some()
-            && first.is_none_or(|n| Some(swipes[n].direction) != way)
-        {
-            eprintln!("{gesture:?}: {:?}", first.map(|n| swipes[n]));
-        }
-    }
-    if std::env::var_os("SWIPES").is_some() {
-        for (swipe, _) in swipes.iter().zip(&matched).filter(|(_, matched)| !**matched) {
-            eprintln!("false: {swipe:?}");
-        }
     }
     rates.false_ones = matched.iter().filter(|matched| !**matched).count();
     rates
 }
 
+/// The figures that the README states, of one set; another set keeps within the same bounds.
 #[test]
-fn a_thousand_swipes_are_told_nearly_all_and_right() {
+fn of_a_thousand_swipes_nearly_all_are_told_and_told_right() {
     let rates = rates("tilt_deg = 8.0", "tilt_deg = 8.0", 2026, 1000);
     println!("{rates:?}");
-    assert_eq!(rates.gestures, 1000);
+    assert_eq!(rates.right + rates.missed + rates.wrong_way, 1000);
+    assert!(rates.missed <= 15 && rates.wrong_way <= 2 && rates.false_ones <= 2, "{rates:?}");
+}
+
+#[test]
+fn slow_and_fast_swipes_are_told_alike() {
+    for (speed, seed) in [("speed_m_s = [0.1, 0.12]", 11), ("speed_m_s = [0.9, 1.0]", 12)] {
+        let rates = rates("speed_m_s = [0.1, 1.0]", speed, seed, 100);
+        println!("{speed}: {rates:?}");
+        assert!(
+            rates.missed <= 4 && rates.wrong_way <= 1 && rates.false_ones <= 1,
+            "{speed}: {rates:?}"
+        );
+    }
+}
+
+#[test]
+fn without_a_hand_nothing_is_told() {
+    let (mut firmware, _) = display("pause_s = [0.8, 4.0]", "pause_s = [4000.0, 4000.0]", 3);
+    assert_eq!(told(&mut firmware, 1800.0), [], "in half an hour");
+}
+
+#[test]
+fn a_hand_that_only_comes_down_is_seldom_taken_for_a_swipe() {
+    let rates = rates("drift = 0.05", "drift = 0.05\npushes = 1.0", 5, 150);
+    println!("pushes: {rates:?}");
+    assert!(rates.false_ones <= 18, "{rates:?}");
 }

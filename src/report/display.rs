@@ -125,6 +125,10 @@ impl<'a> Film<'a> {
                 ways_mm[*focus].push((at_m.x * 1e3, at_m.y * 1e3));
             }
         }
+        for way in &mut ways_mm {
+            // Every way ends where it begins.
+            way.extend(way.first().copied());
+        }
         let loop_s = whole as f64 / shown.carrier_hz;
         Self { shown, grid, periods, loop_s, by_envelope, ways_mm }
     }
@@ -198,7 +202,10 @@ impl<'a> Film<'a> {
         let z_mm = self.grid.z_m * 1e3;
         let maps = vec![
             Shown {
-                title: format!("{}, largest at z = {z_mm:.0} mm", self.shown.display.name),
+                title: format!(
+                    "{}, the largest over time at z = {z_mm:.0} mm",
+                    self.shown.display.name
+                ),
                 label: "sound pressure (Pa rms)".to_owned(),
                 top: top(&largest),
                 values: largest,

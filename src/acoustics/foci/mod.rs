@@ -16,11 +16,12 @@
 //!
 //! | solver | uniformity, mean | worst | efficiency, mean | worst |
 //! |---|---|---|---|---|
-//! | naive | - | - | - | - |
-//! | gerchberg-saxton | - | - | - | - |
-//! | weighted | - | - | - | - |
+//! | naive | 0.57 | 0.18 | 0.70 | 0.56 |
+//! | gerchberg-saxton | 0.65 | 0.23 | 0.80 | 0.70 |
+//! | weighted | 0.97 | 0.22 | 0.77 | 0.63 |
 //!
-//! Uniformity is 1 - (max - min)/(max + min) of the intensities over the wanted ones (Di Leonardo et al., eq. 8); efficiency
+//! The worst are foci nearer to each other than the array resolves, 14 mm at this height (λ z over its width): no drive serves
+//! them evenly. Uniformity is 1 - (max - min)/(max + min) of the intensities over the wanted ones (Di Leonardo et al., eq. 8); efficiency
 //! the sum of the intensities over the largest that any drive of the same power could give, the largest eigenvalue of H H†.
 
 mod solve;

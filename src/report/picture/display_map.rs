@@ -2,7 +2,8 @@
 
 use plotters::backend::DrawingBackend;
 
-use super::canvas::{Canvas, Pen, Point, WHITE};
+use super::axes::LABEL_TEXT;
+use super::canvas::{Canvas, Lies, Pen, Point, WHITE};
 use super::colour_scale::ColourScale;
 use super::map_layout::MapLayout;
 use super::marker::focus_on_map;
@@ -70,6 +71,11 @@ impl Picture for DisplayMap {
             let range = (0.0, scale.top);
             self.layout
                 .colour_bar(canvas, index, range, &map.label, |value| scale.colour(value))?;
+        }
+        if self.maps.iter().any(|map| !map.foci_mm.is_empty()) {
+            let at = (self.layout.panel(0).corner.0 + 8.0, f64::from(self.size().1) - 18.0);
+            focus_on_map(canvas, at)?;
+            canvas.text("focus", (at.0 + 17.0, at.1), LABEL_TEXT, Lies::Right)?;
         }
         Ok(())
     }

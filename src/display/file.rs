@@ -88,9 +88,15 @@ impl Default for Output {
     }
 }
 
+/// Points of a picture's plane, at most: more than it has pixels show nothing.
+const MOST_POINTS: f64 = 500_000.0;
+
+/// Pictures of a loop, at most: a film of more is larger than anybody looks at.
+const MOST_PICTURES: u32 = 400;
+
 /// `[picture]`: the plane that is drawn, and how often.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(try_from = "PictureKeys")]
 pub struct Picture {
     /// Height of the plane, mm; absent: that of the first focus where it begins.
     pub z_mm: Option<Positive>,
@@ -102,7 +108,16 @@ pub struct Picture {
     pub frames: NonZeroU32,
 }
 
-impl Default for Picture {
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct PictureKeys {
+    z_mm: Option<Positive>,
+    size_mm: Positive,
+    step_mm: Positive,
+    frames: NonZeroU32,
+}
+
+impl Default for PictureKeys {
     fn default() -> Self {
         let positive = |value| Positive::new(value).expect("a literal above zero");
         Self {
@@ -111,6 +126,31 @@ impl Default for Picture {
             step_mm: positive(1.0),
             frames: NonZeroU32::new(40).expect("above zero"),
         }
+    }
+}
+
+impl Default for Picture {
+    fn default() -> Self {
+        PictureKeys::default().try_into().expect("the defaults are small")
+    }
+}
+
+impl TryFrom<PictureKeys> for Picture {
+    type Error = String;
+    fn try_from(keys: PictureKeys) -> Result<Self, String> {
+        let PictureKeys { z_mm, size_mm, step_mm, frames } = keys;
+        let points = (size_mm.get() / step_mm.get() + 1.0).powi(2);
+        if points > MOST_POINTS {
+            return Err(format!(
+                "a picture of {points:.3e} points is too fine; {MOST_POINTS} are the most: take a larger step_mm"
+            ));
+        }
+        if frames.get() > MOST_PICTURES {
+            return Err(format!(
+                "{frames} pictures of a loop are too many; {MOST_PICTURES} are the most"
+            ));
+        }
+        Ok(Self { z_mm, size_mm, step_mm, frames })
     }
 }
 

@@ -81,6 +81,8 @@ fn what_contradicts_itself_is_shown_at_its_line() {
         format!("[modulation.spatiotemporal]\nfrequency_hz = 200\n{still}"),
         format!("[modulation.spatiotemporal]\nfrequency_hz = 200\n{circle}\nspeed_mm_s = 3"),
         "focus = []".to_owned(),
+        format!("{still}\n[picture]\nstep_mm = 0.001"),
+        format!("{still}\n[picture]\nframes = 5000"),
     ]
     .iter()
     .map(|text| display(&format!("{HEAD}{text}\n")).expect_err(text).to_string())

@@ -14,7 +14,7 @@ use super::likelihood::pressures;
 use super::maps::{Drawn, maps};
 use super::next_measurement::next_measurement;
 use super::observations::Observations;
-use super::pursuit::{Tried, believed, pursue, pursue_again};
+use super::pursuit::{Pursuit, Tried, believed};
 use super::residual_tests::z_scores;
 use super::supposed::Supposed;
 use super::{Candidate, Diagnosis, FittedParameter, ResidualTest, Verdict, WaterfallStep};
@@ -106,40 +106,39 @@ fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {
     }
 }
 
-/// Searches once with the noise that repeats and silence tell, and once more if what was found tells of another.
+/// Searches with the noise that repeats and silence tell, and goes on with the noise that what was found tells of.
 fn searched(observations: &mut Observations, context: &Context) -> Vec<Tried> {
-    /// Relative change of the noise that asks for another search.
+    /// Relative change of the noise that is worth a change.
     const CHANGED: f64 = 0.04;
     /// Relative change at which the first search was misled.
     const MISJUDGED: f64 = 0.75;
     let nothing = Fit::of_nothing(as_believed(observations));
     settle_scatter(observations, &nothing, context, false);
-    let tried = pursue(observations, context);
-    let before: Vec<_> = observations.scans.iter().map(|scan| scan.scatter.clone()).collect();
-    // Turbulence that only the residual asks for may be noise that was judged too low.
-    let steady = tried.iter().find(|tried| tried.fit.value_of("turbulence").is_none());
-    let turbulent = observations.are_turbulent();
-    let best = if turbulent { &tried[0] } else { steady.unwrap_or(&tried[0]) };
-    settle_scatter(observations, &best.fit, context, true);
-    let changed = observations.scans.iter().zip(&before).any(|(scan, before)| {
-        let off = |now: f64, before: f64| (now / before - 1.0).abs() > CHANGED;
-        off(scan.scatter.share, before.share) || off(scan.scatter.additive, before.additive)
-    });
-    let wrong = observations.scans.iter().zip(&before).any(|(scan, before)| {
-        !(MISJUDGED..1.0 / MISJUDGED).contains(&(scan.scatter.share / before.share))
-            || (scan.scatter.turbulence > 0.0) != (before.turbulence > 0.0)
-    });
-    match changed {
-        true if wrong => pursue(observations, context),
-        true => pursue_again(tried, observations, context),
-        false => {
-            // The same noise for all that was tried.
-            for (scan, before) in observations.scans.iter_mut().zip(before) {
-                scan.set_scatter(before);
-            }
-            tried
-        }
+    let mut pursuit = Pursuit::begin(observations, context);
+    let noise_is_told = observations.scans.iter().all(|scan| scan.scatter.is_told_by_repeats());
+    if noise_is_told && !pursuit.is_near(observations) {
+        // What is far from the readings says nothing of their noise.
+        return pursuit.tried;
     }
+    let before: Vec<_> = observations.scans.iter().map(|scan| scan.scatter.clone()).collect();
+    settle_scatter(observations, &pursuit.tried[0].fit, context, true);
+    let pairs = || observations.scans.iter().map(|scan| &scan.scatter).zip(&before);
+    let changed = pairs().any(|(scatter, before)| {
+        let off = |now: f64, before: f64| (now / before - 1.0).abs() > CHANGED;
+        off(scatter.share, before.share) || off(scatter.additive, before.additive)
+    });
+    let wrong = pairs().any(|(scatter, before)| {
+        !(MISJUDGED..1.0 / MISJUDGED).contains(&(scatter.share / before.share))
+            || (scatter.turbulence > 0.0) != (before.turbulence > 0.0)
+    });
+    if !changed {
+        for (scan, before) in observations.scans.iter_mut().zip(before) {
+            scan.set_scatter(before);
+        }
+    } else if wrong {
+        pursuit = Pursuit::begin(observations, context);
+    }
+    pursuit.again(observations, context).tried
 }
 
 fn scaled(observations: &Observations, fit: &Fit, context: &Context) -> Vec<f64> {

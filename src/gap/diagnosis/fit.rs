@@ -12,6 +12,7 @@ use crate::gap::levenberg_marquardt::{
 use super::effects::{Choice, Context, Effect, Parameter, Search};
 use super::likelihood::{Nuisance, Pressures, Residuals, first_gain, pressures};
 use super::observations::Observations;
+use super::random_elements::fit_with_spread;
 use super::supposed::Supposed;
 
 /// An effect with what was chosen for it.
@@ -514,3 +515,32 @@ fn unknown(start: f64, parameter: &Parameter) -> Unknown {
 /// When the search for a set of effects stops: a hundredth of a standard deviation is nothing to what is left open.
 pub(super) const SEARCH: Stopping =
     levenberg_marquardt::Stopping { iterations: 12, step: 2e-2, fall: 1e-6 };
+
+/// The cost of a fit on other readings.
+pub(super) fn cost_on(observations: &Observations, fit: &Fit, context: &Context) -> f64 {
+    let supposed = fit.supposed(context);
+    let pressures = pressures(observations, &supposed, &fit.nuisance);
+    supposed.residuals(observations, &pressures, &fit.nuisance).cost()
+}
+
+/// The same set on other readings, from where a fit ended.
+pub(super) fn refined(fit: Fit, observations: &Observations, context: &Context) -> Fit {
+    let Fit { instances, values, spreads, nuisance, .. } = fit;
+    let start = Start { instances, values, spreads, nuisance: Some(nuisance) };
+    fit_any(observations, context, start, SEARCH)
+}
+
+/// Fits a set, finding the spread of elements where one is random.
+pub(super) fn fit_any(
+    observations: &Observations,
+    context: &Context,
+    start: Start,
+    stopping: Stopping,
+) -> Fit {
+    let random =
+        start.instances.iter().rposition(|instance| instance.effect.search() == Search::Random);
+    match random {
+        Some(number) => fit_with_spread(observations, context, start, number, stopping),
+        None => fit(observations, context, start, stopping),
+    }
+}

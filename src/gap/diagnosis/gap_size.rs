@@ -1,10 +1,10 @@
 //! How large the gap is: root mean square residual over that of the scan, over all readings and over some kept out of the fit.
 
 use super::effects::Context;
+use super::fit::fit_any;
 use super::fit::{Fit, Start};
 use super::likelihood::{Nuisance, first_gain, pressures};
 use super::observations::{Observations, Visit};
-use super::pursuit::fit_any;
 use super::supposed::Supposed;
 use crate::gap::levenberg_marquardt::Stopping;
 

@@ -8,6 +8,7 @@ mod diagnosis;
 mod effects;
 mod element_order;
 mod evidence;
+mod extension;
 mod fit;
 mod gap_size;
 mod judgement;

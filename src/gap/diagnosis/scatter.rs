@@ -48,6 +48,11 @@ impl Default for Scatter {
 const LEAST_SHARE: f64 = 1e-4;
 
 impl Scatter {
+    /// Whether there are repeats enough to tell it, whatever the readings should have been.
+    pub fn is_told_by_repeats(&self) -> bool {
+        self.pairs.len() >= ENOUGH
+    }
+
     /// Standard deviation at a level.
     pub fn at(&self, level: f64) -> f64 {
         let share = self.share * level;

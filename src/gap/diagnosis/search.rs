@@ -44,10 +44,11 @@ pub(super) struct Beginning {
 const SHORT_BY: f64 = 4.0;
 
 /// The beginnings of an effect that is to be added to a fit: its own, or the best of all that were scored, if they promise
-/// to be worth a fit.
+/// to be worth a fit. Where the slope at nothing leads to the minimum, it is the only start.
 pub(super) fn beginnings(
     effect: &'static dyn Effect,
     scored: &Scored<'_>,
+    slope_leads: bool,
     context: &Context,
 ) -> Vec<Beginning> {
     let plain = |values| Beginning { choice: Choice::None, values };
@@ -59,7 +60,8 @@ pub(super) fn beginnings(
             .into_iter()
             .flat_map(|choice| {
                 let begin = move |values| Beginning { choice: choice.clone(), values };
-                effect.starts().into_iter().map(begin)
+                let starts = if slope_leads { vec![effect.neutral()] } else { effect.starts() };
+                starts.into_iter().map(begin)
             })
             .collect(),
         Search::Random => vec![plain(vec![0.0; elements])],
@@ -261,12 +263,16 @@ impl<'o> Scored<'o> {
         let mut scored: Vec<(f64, f64)> = Vec::new();
         let mut height_m = context.highest_m + step_m;
         while height_m < context.highest_m + HEIGHTS_M {
-            let (gain, _, _) = self.reflected((self.stride / 4).max(1), height_m);
+            let (gain, _, _) = self.reflected(self.stride, height_m);
             scored.push((-gain, height_m));
             height_m += step_m;
         }
         let ways = scored.len() as f64;
-        let all = best_of(scored, 8).into_iter().map(|height_m| {
+        let finer = best_of(scored, 100).into_iter().map(|height_m| {
+            let (gain, _, _) = self.reflected((self.stride / 4).max(1), height_m);
+            (-gain, height_m)
+        });
+        let all = best_of(finer.collect(), 8).into_iter().map(|height_m| {
             let (gain, re, im) = self.reflected(1, height_m);
             (-gain, vec![1e3 * height_m, re, im])
         });

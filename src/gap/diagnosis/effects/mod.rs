@@ -141,9 +141,14 @@ pub(super) trait Effect: Sync {
         Search::Smooth
     }
 
+    /// Where it does nothing.
+    fn neutral(&self) -> Vec<f64> {
+        self.parameters().iter().map(|parameter| parameter.neutral).collect()
+    }
+
     /// Where a search begins; as many numbers as parameters.
     fn starts(&self) -> Vec<Vec<f64>> {
-        vec![self.parameters().iter().map(|parameter| parameter.neutral).collect()]
+        vec![self.neutral()]
     }
 
     /// What may be chosen besides, all of it tried.

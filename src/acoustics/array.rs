@@ -3,9 +3,12 @@
 //! Every lattice takes the diameter of an element's housing and the gap between neighbouring rims; their
 //! sum is the pitch. Elements are numbered from 0 in the order given with each layout.
 
+use std::sync::Arc;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::transducer::DescribedTransducer;
 use super::{Element, Vec3};
 
 /// Draws of one element's place before a random array is begun anew: the first few may have left no place.
@@ -40,6 +43,7 @@ pub enum LayoutError {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array {
     elements: Vec<Element>,
+    transducer: Option<Arc<DescribedTransducer>>,
 }
 
 impl Array {
@@ -48,7 +52,11 @@ impl Array {
     /// # Errors
     /// [`LayoutError::Empty`] if there are none.
     pub fn from_elements(elements: Vec<Element>) -> Result<Self, LayoutError> {
-        if elements.is_empty() { Err(LayoutError::Empty) } else { Ok(Self { elements }) }
+        if elements.is_empty() {
+            Err(LayoutError::Empty)
+        } else {
+            Ok(Self { elements, transducer: None })
+        }
     }
 
     /// A rectangular lattice, row by row from the top left (largest y, smallest x).
@@ -95,7 +103,7 @@ impl Array {
                 }));
             }
         }
-        Self { elements }
+        Self { elements, transducer: None }
     }
 
     /// The hexagon as the thesis's listing builds it, in its order: its third ring lies on a circle between the
@@ -124,7 +132,7 @@ impl Array {
                 elements.push(Element::at(distance * angle.cos(), distance * angle.sin()));
             }
         }
-        Ok(Self { elements })
+        Ok(Self { elements, transducer: None })
     }
 
     /// Elements thrown at random, without overlap, into a square of side `count` times half the pitch.
@@ -152,6 +160,16 @@ impl Array {
         let elements =
             (0..BEGINNINGS).find_map(|_| place_all()).ok_or(LayoutError::Crowded { count })?;
         Self::from_elements(elements)
+    }
+
+    /// The same array, made of transducers that are known.
+    pub fn made_of(self, transducer: Arc<DescribedTransducer>) -> Self {
+        Self { transducer: Some(transducer), ..self }
+    }
+
+    /// The transducer that it is made of, where that is known.
+    pub fn transducer(&self) -> Option<&DescribedTransducer> {
+        self.transducer.as_deref()
     }
 
     /// The elements, in their numbered order; at least one.

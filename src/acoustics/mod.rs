@@ -4,6 +4,7 @@
 //! Lengths are metres in the array's frame: right-handed, origin at the array's centre on the plane of
 //! its faces, z into the field.
 
+mod air;
 mod array;
 mod element;
 mod excitation;
@@ -11,19 +12,24 @@ mod field;
 pub mod foci;
 mod grid;
 mod lanes;
+mod lobe;
 mod medium;
 pub mod metrics;
 mod propagation;
 pub mod radiation;
 pub mod rayleigh;
-mod series;
+mod real;
 mod simulator;
 pub mod transducer;
 
+pub use air::Air;
 pub use array::{Array, LayoutError};
 pub use element::Element;
 pub use excitation::{Excitation, delays_s};
-pub use field::{FieldKernel, FieldSum, PathLengths};
+pub use field::{
+    FieldDerivatives, FieldKernel, FieldSum, InstructionSet, PLANE_TOLERANCE, Parameter,
+    PathLengths, PlaneMethod, PlaneSum, Precision,
+};
 pub use grid::PlaneGrid;
 pub use medium::Medium;
 pub use propagation::Propagation;

@@ -138,10 +138,7 @@ pub struct Piston {
 impl Piston {
     /// The piston of a radius with its centre and (unit) normal anywhere.
     pub fn new(centre_m: Vec3, normal: Vec3, radius_m: f64, rule: &DiscRule) -> Self {
-        // Any two directions across the normal do: start from the axis that it is least along.
-        let aside = Vec3::ith(normal.iamin(), 1.0);
-        let first = normal.cross(&aside).normalize();
-        let second = normal.cross(&first);
+        let (first, second) = across(normal);
         let patches_m = rule
             .patches
             .iter()
@@ -165,6 +162,14 @@ impl Piston {
         }
         sum
     }
+}
+
+/// Two directions across a (unit) normal and each other.
+pub(super) fn across(normal: Vec3) -> (Vec3, Vec3) {
+    // Any two do: start from the axis that the normal is least along.
+    let aside = Vec3::ith(normal.iamin(), 1.0);
+    let first = normal.cross(&aside).normalize();
+    (first, normal.cross(&first))
 }
 
 /// Nodes and weights on (0, 1): the roots of the Legendre polynomial by Newton's method from Tricomi's estimate.

@@ -1,10 +1,13 @@
-//! The named simulators: the thesis's own as it was written, the same with its slips mended, and pistons.
+//! The named simulators: the thesis's own as it was written, the same with its slips mended, and those with other
+//! transducers.
 
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use super::transducer::{MurataFit, Piston, Transducer};
-use super::{Array, Excitation, FieldKernel, Medium, PathLengths, Vec3};
+use super::transducer::{
+    MultiGaussian, MurataFit, Piston, RayleighPiston, SymmetricGaussian, Transducer,
+};
+use super::{Array, Excitation, FieldKernel, Medium, PathLengths, PlaneGrid, Vec3};
 
 /// Samples over which the thesis takes the root mean square: five periods at ten points each, both ends included.
 const SAMPLES_OF_THESIS: f64 = 51.0;
@@ -21,6 +24,15 @@ pub enum Simulator {
     Corrected,
     /// The far field of pistons: (1/d) 2 J1(ka sin θ)/(ka sin θ).
     Piston,
+    /// The thesis's lobe made symmetric, (1/d) exp(-(θ/30.9°)²).
+    Gaussian,
+    /// Pistons as ten Gaussians each.
+    MultiGaussian,
+    /// Pistons by the integral over their faces, to a ten-thousandth from two radii off the face outwards; some fifty times
+    /// slower than the others.
+    Rayleigh,
+    /// The transducer that the array names in its file; pistons if it names none.
+    Transducer,
 }
 
 impl std::fmt::Display for Simulator {
@@ -29,13 +41,19 @@ impl std::fmt::Display for Simulator {
             Self::AsWritten => "as-written",
             Self::Corrected => "corrected",
             Self::Piston => "piston",
+            Self::Gaussian => "gaussian",
+            Self::MultiGaussian => "multi-gaussian",
+            Self::Rayleigh => "rayleigh",
+            Self::Transducer => "transducer",
         })
     }
 }
 
 /// A name that no simulator has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("no simulator is called `{0}`; there are as-written, corrected and piston")]
+#[error(
+    "no simulator is called `{0}`; there are as-written, corrected, piston, gaussian, multi-gaussian, rayleigh and transducer"
+)]
 pub struct UnknownSimulator(String);
 
 impl std::str::FromStr for Simulator {
@@ -51,14 +69,29 @@ impl std::str::FromStr for Simulator {
 
 impl Simulator {
     /// Every simulator.
-    pub const ALL: [Self; 3] = [Self::AsWritten, Self::Corrected, Self::Piston];
+    pub const ALL: [Self; 7] = [
+        Self::AsWritten,
+        Self::Corrected,
+        Self::Piston,
+        Self::Gaussian,
+        Self::MultiGaussian,
+        Self::Rayleigh,
+        Self::Transducer,
+    ];
 
-    /// The transducer it takes every element for.
-    pub fn transducer(self) -> &'static dyn Transducer {
+    /// The transducer it takes every element of an array for.
+    pub fn transducer(self, array: &Array) -> &dyn Transducer {
         match self {
             Self::AsWritten => &MurataFit::FED_METRES,
             Self::Corrected => &MurataFit::CENTIMETRES,
             Self::Piston => &Piston,
+            Self::Gaussian => &SymmetricGaussian::MURATA,
+            Self::MultiGaussian => &MultiGaussian,
+            Self::Rayleigh => &RayleighPiston::FINE,
+            Self::Transducer => match array.transducer() {
+                Some(transducer) => transducer,
+                None => &Piston,
+            },
         }
     }
 }
@@ -79,27 +112,45 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// The complex field at each point, as the simulator sums it, in its own arbitrary unit.
+    /// The array, driven and ready to be summed at any points.
     ///
     /// `as-written` has no frozen height without a focus; path lengths are then taken where they are observed.
-    pub fn field(&self, points_m: &[Vec3]) -> Vec<Complex64> {
+    pub fn kernel(&self) -> FieldKernel {
         let phases_rad = self.excitation.phases_rad(&self.array, &self.medium, self.frequency_hz);
         let paths = match (self.simulator, self.excitation.focus_m()) {
             (Simulator::AsWritten, Some(focus_m)) => PathLengths::FrozenAt(focus_m.z),
             _ => PathLengths::Observed,
         };
         let wavenumber = self.medium.wavenumber_rad_m(self.frequency_hz);
-        FieldKernel::new(&self.array, &phases_rad, self.simulator.transducer(), wavenumber, paths)
-            .at(points_m)
+        FieldKernel::new(&self.array, &phases_rad, self.transducer(), wavenumber, paths)
+    }
+
+    /// The transducer that every element is taken for.
+    pub fn transducer(&self) -> &dyn Transducer {
+        self.simulator.transducer(&self.array)
+    }
+
+    /// The complex field at each point, as the simulator sums it, in its own arbitrary unit.
+    pub fn field(&self, points_m: &[Vec3]) -> Vec<Complex64> {
+        self.kernel().at(points_m)
     }
 
     /// The root mean square pressure at each point, zero or above, in the simulator's arbitrary unit.
     pub fn magnitudes(&self, points_m: &[Vec3]) -> Vec<f64> {
-        let rms = match self.simulator {
+        self.field(points_m).into_iter().map(self.rms()).collect()
+    }
+
+    /// The same at every point of a plane's grid, row by row, by the way that takes least ([`FieldKernel::on_plane`]).
+    pub fn magnitudes_on(&self, grid: &PlaneGrid) -> Vec<f64> {
+        self.kernel().on_plane(grid).field.into_iter().map(self.rms()).collect()
+    }
+
+    /// What the simulator makes of a complex field.
+    pub fn rms(&self) -> fn(Complex64) -> f64 {
+        match self.simulator {
             Simulator::AsWritten | Simulator::Corrected => rms_of_thesis,
-            Simulator::Piston => rms_of_sine,
-        };
-        self.field(points_m).into_iter().map(rms).collect()
+            _ => rms_of_sine,
+        }
     }
 }
 

@@ -15,7 +15,7 @@ use crate::scan::{Plan, RecordedScan};
 /// How scans are compared, here and for `run` and `replay`.
 #[derive(Debug, Args)]
 pub(super) struct ComparisonArgs {
-    /// The simulators: as-written, corrected, piston; without them, those that the scan was made for
+    /// The simulators (see `simulate --help`); without them, those that the scan was made for
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     simulator: Vec<Simulator>,
     /// How the scan is brought to the simulation's coordinates and unit

@@ -31,7 +31,8 @@ pub(super) struct Simulate {
     /// The rig file; without it the one that the plan names
     #[arg(long, value_name = "FILE", required_unless_present_any = ["plan", "display"])]
     rig: Option<PathBuf>,
-    /// The simulator: as-written, corrected or piston; without it the plan's, or corrected
+    /// The simulator: as-written, corrected, piston, gaussian, multi-gaussian, rayleigh or transducer (the rig's own);
+    /// without it the plan's, or corrected
     #[arg(long, value_name = "NAME")]
     simulator: Option<Simulator>,
     /// The focus, as x,y,z
@@ -185,12 +186,12 @@ fn grids(region: &Region) -> Vec<PlaneGrid> {
 }
 
 fn simulate(simulation: &Simulation, focus: usize, grid: &PlaneGrid) -> SimulatedPlane {
-    let values = simulation.magnitudes(&grid.points());
+    let values = simulation.magnitudes_on(grid);
     let map = PlaneMap::new(grid.x_m.clone(), grid.y_m.clone(), values)
         .expect("a grid's axes rise and its points are all simulated");
     let convention = match simulation.simulator {
         Simulator::AsWritten => Convention::AsWritten,
-        Simulator::Corrected | Simulator::Piston => Convention::Corrected,
+        _ => Convention::Corrected,
     };
     let top = peak(&map).expect("every point is simulated");
     let radius =

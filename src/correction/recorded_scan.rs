@@ -12,7 +12,7 @@ use super::{Corrected, CorrectionError, write_new};
 use crate::acoustics::{Simulator, delays_s};
 use crate::gap::diagnosis::Diagnosis;
 use crate::input::TomlSource;
-use crate::scan::{FocusSection, Layout, ScanSetup, write_elements};
+use crate::scan::{FocusSection, Layout, ScanSetup, TRANSDUCER_BESIDE, write_elements};
 
 /// Where the elements of a corrected scan stand.
 const ELEMENTS: &str = "elements.csv";
@@ -98,6 +98,12 @@ pub fn correct_recorded_scan(
         let mut bytes = Vec::new();
         write_elements(&mut bytes, &elements).map_err(CorrectionError::writing(&path))?;
         write_new(&path, &bytes)?;
+        files.push(path);
+    }
+    if let Some(transducer) = setup.array.transducer_file() {
+        let path = out.join(TRANSDUCER_BESIDE);
+        write_new(&path, transducer.text().as_bytes())?;
+        set(document.section("array"), "transducer", TRANSDUCER_BESIDE.into(), "");
         files.push(path);
     }
     // Last: a folder that has it, has all.

@@ -69,11 +69,20 @@ pub fn correct_rig_file(
             }
         }
     }
+    let rig_folder = rig.parent().unwrap_or(Path::new(""));
+    if let Some(transducer) = lab.array.transducer_path()
+        && rig.parent() != out.parent()
+    {
+        let transducer = rig_folder.join(transducer);
+        let transducer = std::path::absolute(&transducer).unwrap_or(transducer);
+        let named = transducer.display().to_string();
+        set(document.section("array"), "transducer", named.into(), "");
+    }
     if let Some(config) = &lab.virtual_rig
         && rig.parent() != out.parent()
     {
         // What is named from the rig file's folder has to be found from the new one.
-        let truth = config.truth_path(rig.parent().unwrap_or(Path::new("")));
+        let truth = config.truth_path(rig_folder);
         let truth = std::path::absolute(&truth).unwrap_or(truth);
         set(document.section("virtual"), "truth", truth.display().to_string().into(), "");
     }

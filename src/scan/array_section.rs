@@ -1,17 +1,22 @@
 //! `[array]`: the elements, and the frequency at which they are driven.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use toml::Spanned;
 
 use super::array_table::ArrayTable;
 use super::elements_csv::read_elements;
 use super::layout::Layout;
+use super::transducer_file::TransducerFile;
 use crate::acoustics::{Array, Element, LayoutError};
 use crate::input::{Fault, Positive, TomlSource};
 
 /// Most elements an array may have: a hundred times the largest known display, and still quickly computed.
 const MAX_ELEMENTS: u64 = 100_000;
+
+/// What a transducer file is called beside a record.
+pub(crate) const TRANSDUCER_BESIDE: &str = "transducer.toml";
 
 /// An array that can be built and has been.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +24,14 @@ pub struct ArraySection {
     frequency_hz: Positive,
     layout: Layout,
     array: Array,
+    transducer: Option<NamedTransducer>,
+}
+
+/// A transducer file, and what it is called in the section.
+#[derive(Debug, Clone, PartialEq)]
+struct NamedTransducer {
+    name: String,
+    file: TransducerFile,
 }
 
 impl ArraySection {
@@ -40,15 +53,34 @@ impl ArraySection {
                 layout.elements()
             )));
         }
+        let folder = source.path().parent().unwrap_or(Path::new(""));
         let array = match &layout {
-            Layout::Elements { file } => {
-                let folder = source.path().parent().unwrap_or(Path::new(""));
-                Array::from_elements(read_elements(&folder.join(file))?)
-            }
+            Layout::Elements { file } => Array::from_elements(read_elements(&folder.join(file))?),
             lattice => lattice.build(),
         };
         let array = array.map_err(|error| at_layout(error.to_string()))?;
-        Ok(Self { frequency_hz: table.frequency_hz(), layout, array })
+        let section = Self { frequency_hz: table.frequency_hz(), layout, array, transducer: None };
+        let Some(name) = table.transducer() else { return Ok(section) };
+        let file = folder.join(transducer_path(name.get_ref()));
+        if !file.exists() {
+            return Err(source.fault(
+                name.span(),
+                format!("there is no transducer file {}", file.display()),
+                "name a file of the folder `transducers` beside this one, without .toml, or a path that ends in .toml",
+            ));
+        }
+        Ok(section.made_of(name.get_ref(), TransducerFile::read(&file)?))
+    }
+
+    /// The same array, made of the transducers that a file describes; `name` is what the section calls it.
+    pub fn made_of(self, name: &str, file: TransducerFile) -> Self {
+        let mut array = self.array;
+        if let Some(radius_m) = file.face_radius_m() {
+            let faced = array.elements().iter().map(|&element| Element { radius_m, ..element });
+            array = Array::from_elements(faced.collect()).expect("as many elements as before");
+        }
+        let array = array.made_of(Arc::clone(file.transducer()));
+        Self { array, transducer: Some(NamedTransducer { name: name.to_owned(), file }), ..self }
     }
 
     /// A lattice, or elements at random.
@@ -58,7 +90,7 @@ impl ArraySection {
     /// [`ArraySection::of_elements`] knows.
     pub fn of_layout(frequency_hz: Positive, layout: Layout) -> Result<Self, LayoutError> {
         let array = layout.build()?;
-        Ok(Self { frequency_hz, layout, array })
+        Ok(Self { frequency_hz, layout, array, transducer: None })
     }
 
     /// Any elements, which go into the file `elements.csv` wherever the section is written.
@@ -70,7 +102,8 @@ impl ArraySection {
         elements: Vec<Element>,
     ) -> Result<Self, LayoutError> {
         let layout = Layout::Elements { file: "elements.csv".to_owned() };
-        Ok(Self { frequency_hz, layout, array: Array::from_elements(elements)? })
+        let array = Array::from_elements(elements)?;
+        Ok(Self { frequency_hz, layout, array, transducer: None })
     }
 
     /// Drive frequency, Hz.
@@ -90,16 +123,39 @@ impl ArraySection {
 
     /// As it is written.
     pub(crate) fn table(&self) -> ArrayTable {
-        ArrayTable::of(self.frequency_hz, &self.layout)
+        let transducer = self.transducer.as_ref().map(|named| named.name.as_str());
+        ArrayTable::of(self.frequency_hz, &self.layout, transducer)
     }
 
-    /// The same array, its elements, if they are in a file, to be found in `elements.csv` beside the section.
+    /// Where that file stands, from the folder of the section.
+    pub(crate) fn transducer_path(&self) -> Option<PathBuf> {
+        self.transducer.as_ref().map(|named| transducer_path(&named.name))
+    }
+
+    /// The file of the transducer that the array is made of, if it is named.
+    pub fn transducer_file(&self) -> Option<&TransducerFile> {
+        self.transducer.as_ref().map(|named| &named.file)
+    }
+
+    /// The same array, its elements and its transducer, if they are in files, to be found in `elements.csv` and
+    /// `transducer.toml` beside the section.
     pub(crate) fn with_file_beside(mut self) -> Self {
         if let Layout::Elements { file } = &mut self.layout {
             "elements.csv".clone_into(file);
         }
+        if let Some(named) = &mut self.transducer {
+            TRANSDUCER_BESIDE.clone_into(&mut named.name);
+        }
         self
     }
+}
+
+/// Where a section finds its transducer: by a path of its own, or by its name among those beside it.
+fn transducer_path(name: &str) -> PathBuf {
+    if name.ends_with(".toml") {
+        return PathBuf::from(name);
+    }
+    Path::new("transducers").join(format!("{name}.toml"))
 }
 
 #[cfg(test)]

@@ -24,6 +24,7 @@ pub struct ArrayTable {
     file: Key<String>,
     element_diameter_mm: Key<Positive>,
     spacing_mm: Key<NonNegative>,
+    transducer: Key<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -111,8 +112,13 @@ impl ArrayTable {
         self.layout.span()
     }
 
-    /// A layout as it is written.
-    pub(crate) fn of(frequency_hz: Positive, layout: &Layout) -> Self {
+    /// The transducer that the array is made of, if it is named.
+    pub(crate) fn transducer(&self) -> &Key<String> {
+        &self.transducer
+    }
+
+    /// A layout as it is written, and the transducer's name.
+    pub(crate) fn of(frequency_hz: Positive, layout: &Layout, transducer: Option<&str>) -> Self {
         let blank = |name, rims: Option<Rims>| Self {
             frequency_hz,
             layout: Spanned::new(0..0, name),
@@ -124,6 +130,7 @@ impl ArrayTable {
             file: None,
             element_diameter_mm: rims.and_then(|rims| written(rims.diameter_mm)),
             spacing_mm: rims.and_then(|rims| written(rims.spacing_mm)),
+            transducer: transducer.and_then(|name| written(name.to_owned())),
         };
         match *layout {
             Layout::Square { columns, rows, rims } => Self {

@@ -31,8 +31,10 @@ mod samples_csv;
 mod section;
 mod setup;
 mod table;
+mod transducer_file;
 
 pub use array_section::ArraySection;
+pub(crate) use array_section::TRANSDUCER_BESIDE;
 pub use array_table::ArrayTable;
 pub use elements_csv::{read_elements, write_elements};
 pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};
@@ -49,3 +51,4 @@ pub use repeats::{Repeat, RepeatNoise, SAME_POINT_MM, repeat_noise, repeats};
 pub use sample::{Sample, Spread};
 pub use samples_csv::{Columns, UnwritableSample, read_samples, write_samples};
 pub use setup::{ScanSetup, UnwritableSetup};
+pub use transducer_file::TransducerFile;

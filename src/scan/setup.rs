@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use toml::Spanned;
 use toml::value::Datetime;
 
-use super::array_section::ArraySection;
+use super::array_section::{ArraySection, TRANSDUCER_BESIDE};
 use super::array_table::ArrayTable;
 use super::elements_csv::write_elements;
 use super::focus_section::{FocusSection, FocusTable};
@@ -125,8 +125,8 @@ impl ScanSetup {
         toml::to_string(&file).map_err(|error| UnwritableSetup(error.to_string()))
     }
 
-    /// The files that hold the set-up, by name: the elements first, if the layout keeps them in a file, `scan.toml`
-    /// last, as it names the other.
+    /// The files that hold the set-up, by name: elements and transducer first, if they are kept in files, `scan.toml`
+    /// last, as it names the others.
     ///
     /// # Errors
     /// As [`ScanSetup::to_toml`].
@@ -138,6 +138,9 @@ impl ScanSetup {
             write_elements(&mut bytes, self.array.array().elements())
                 .map_err(|error| UnwritableSetup(error.to_string()))?;
             files.push(("elements.csv", bytes));
+        }
+        if let Some(transducer) = self.array.transducer_file() {
+            files.push((TRANSDUCER_BESIDE, transducer.text().as_bytes().to_vec()));
         }
         files.push(("scan.toml", beside.to_toml()?.into_bytes()));
         Ok(files)

@@ -1,14 +1,35 @@
 //! How one transducer radiates: a law on its axis times a directivity.
 //!
+//! | model | on the axis | about it | trust it |
+//! |---|---|---|---|
+//! | [`MurataFit`] | fitted exponential | fitted Gaussian, off its axis | between 20 and 200 mm, where it was fitted |
+//! | [`SymmetricGaussian`] | 1/d | Gaussian | within its half-pressure angle |
+//! | [`MultiGaussian`] | 1/d | ten Gaussians for a piston | as a piston, to 1 % of the axis, for ka sin θ up to 12 |
+//! | [`Piston`] | 1/d | Bessel | beyond about ten times a²/λ (25 mm at 40 kHz for a = 4.5 mm) |
+//! | [`RayleighPiston`] | the integral over the face | the same | from two radii off the face outwards |
+//! | [`MeasuredTable`] | any law | what was measured | between its angles |
+//!
 //! A new model is one file here, and one line where [`super::Simulator`] names its transducer.
 
+mod described;
+mod gaussian;
+mod multi_gaussian;
 mod murata_fit;
 mod piston;
+mod rayleigh_piston;
+mod table;
 mod widened;
 
+pub use described::{DescribedTransducer, Directivity};
+pub use gaussian::SymmetricGaussian;
+pub use multi_gaussian::{MultiGaussian, multi_gaussian_beam};
 pub use murata_fit::MurataFit;
 pub use piston::Piston;
+pub use rayleigh_piston::RayleighPiston;
+pub use table::{MeasuredTable, TableError};
 pub use widened::Widened;
+
+use super::rayleigh::Patch;
 
 /// How the amplitude on the axis falls with distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,13 +48,22 @@ pub enum OnAxis {
         /// The exponent.
         exponent: f64,
     },
+    /// `amplitude * exp(-attenuation_np_m * d) / d`: spherical in air that absorbs.
+    Absorbed {
+        /// Amplitude at a metre, were there no absorption.
+        amplitude: f64,
+        /// Attenuation, nepers a metre.
+        attenuation_np_m: f64,
+    },
 }
 
 /// The variable in which a directivity is a polynomial of few terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Smooth {
-    /// sin² θ: for directivities that are smooth across the axis, as those of plane faces are.
+    /// sin² θ: for directivities of plane faces, which are functions of ka sin θ alone.
     InSineSquared,
+    /// cos θ: for directivities that are even in θ, and so smooth across the axis.
+    InCosine,
     /// tan(θ/2), from 0 on the axis to 1 at a right angle: for those with a corner on the axis.
     InHalfTangent,
 }
@@ -47,6 +77,17 @@ pub trait Transducer: Sync {
     fn on_axis(&self) -> OnAxis;
 
     /// The directivity at an angle from the axis, 0 to pi/2 rad, for a face of the given radius at the given
-    /// wavenumber. It may be negative beyond a null: the sign is the phase's.
+    /// wavenumber, on which it depends if it is smooth in sin² θ only. It may be negative beyond a null: the sign is the phase's.
     fn directivity(&self, theta_rad: f64, face_radius_m: f64, wavenumber_rad_m: f64) -> f64;
+
+    /// Angles at which the directivity has a corner in any of its derivatives, rad, rising, between 0 and pi/2; none for
+    /// most models.
+    fn corners_rad(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// The patches of the face that radiate, each by itself as the model says; one, in the middle, for most models.
+    fn patches(&self, _face_radius_m: f64, _wavenumber_rad_m: f64) -> Vec<Patch> {
+        vec![Patch { u: 0.0, v: 0.0, weight: 1.0 }]
+    }
 }

@@ -1,6 +1,7 @@
 //! A transducer whose lobes are wider or narrower than another's.
 
 use super::{OnAxis, Smooth, Transducer};
+use crate::acoustics::rayleigh::Patch;
 
 /// Another transducer with every angle of its directivity stretched.
 pub struct Widened<'t> {
@@ -14,7 +15,11 @@ pub struct Widened<'t> {
 
 impl Transducer for Widened<'_> {
     fn smooth(&self) -> Smooth {
-        self.transducer.smooth()
+        match self.transducer.smooth() {
+            // An angle stretched is no longer at rest at a right angle, where the sine is.
+            Smooth::InSineSquared if !self.by_face => Smooth::InCosine,
+            smooth => smooth,
+        }
     }
 
     fn on_axis(&self) -> OnAxis {
@@ -28,6 +33,26 @@ impl Transducer for Widened<'_> {
         }
         let theta_rad = theta_rad / self.ratio;
         self.transducer.directivity(theta_rad, face_radius_m, wavenumber_rad_m)
+    }
+
+    fn corners_rad(&self) -> Vec<f64> {
+        let stretched = self
+            .transducer
+            .corners_rad()
+            .into_iter()
+            .map(|corner_rad| if self.by_face { corner_rad } else { corner_rad * self.ratio });
+        stretched.filter(|&corner_rad| corner_rad < std::f64::consts::FRAC_PI_2).collect()
+    }
+
+    fn patches(&self, face_radius_m: f64, wavenumber_rad_m: f64) -> Vec<Patch> {
+        // Lobes of a face are stretched by making the face smaller, whichever way is asked for.
+        let smaller_m = face_radius_m / self.ratio;
+        let mut patches = self.transducer.patches(smaller_m, wavenumber_rad_m);
+        for patch in &mut patches {
+            patch.u /= self.ratio;
+            patch.v /= self.ratio;
+        }
+        patches
     }
 }
 

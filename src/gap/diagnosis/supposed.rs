@@ -223,7 +223,7 @@ impl Supposed {
         let wavenumber = self.wavenumber_rad_m(believed);
         let nominal: &dyn Transducer = match believed.simulator {
             Simulator::AsWritten if self.decay_mended => &MurataFit::CENTIMETRES,
-            simulator => simulator.transducer(),
+            _ => believed.transducer(),
         };
         let widened =
             Widened { transducer: nominal, ratio: self.width_ratio, by_face: self.widened_by_face };

@@ -33,8 +33,9 @@ struct Look {
 /// Circle, solid.
 const SCAN: Look = Look { corners: 32, turn: 0.0, reach: 1.0, colour: BLACK, dash: &[] };
 
-/// Of the simulators, in the order of [`Simulator::ALL`]: square, diamond, triangle, hexagon.
-const SIMULATED: [Look; 4] = [
+/// Of the simulators, in the order of [`Simulator::ALL`]: square, diamond, triangle, hexagon, triangle on its
+/// corner, pentagon, octagon.
+const SIMULATED: [Look; 7] = [
     Look { corners: 4, turn: FRAC_PI_4, reach: 1.25, colour: (213, 94, 0), dash: &[8.0, 4.0] },
     Look { corners: 4, turn: 0.0, reach: 1.35, colour: (0, 114, 178), dash: &[2.0, 3.0] },
     Look {
@@ -45,6 +46,9 @@ const SIMULATED: [Look; 4] = [
         dash: &[9.0, 3.0, 2.0, 3.0],
     },
     Look { corners: 6, turn: 0.0, reach: 1.1, colour: (204, 121, 167), dash: &[4.0, 2.0] },
+    Look { corners: 3, turn: FRAC_PI_2, reach: 1.45, colour: (150, 105, 0), dash: &[12.0, 3.0] },
+    Look { corners: 5, turn: -FRAC_PI_2, reach: 1.15, colour: (86, 180, 233), dash: &[6.0, 6.0] },
+    Look { corners: 8, turn: 0.0, reach: 1.05, colour: (110, 110, 110), dash: &[2.0, 6.0] },
 ];
 
 impl Series {

@@ -83,3 +83,22 @@ fn keys_that_do_not_belong_or_are_missing_are_named() {
         read("layout = \"linear\"\ncount = 3\nspacing_mm = 0.0\n").expect_err("no diameter");
     assert!(fault.problem().contains("`element_diameter_mm`"), "{fault}");
 }
+
+#[test]
+fn a_transducer_is_found_by_its_name_or_by_its_path_and_lends_its_face() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = "name = \"t\"\nradius_mm = 3.0\n[directivity]\nlaw = \"even\"\n";
+    std::fs::create_dir(folder.path().join("transducers")).expect("made");
+    std::fs::write(folder.path().join("transducers/t.toml"), text).expect("written");
+    let array = format!("layout = \"linear\"\ncount = 2\n{RIMS}");
+    for name in ["t", "transducers/t.toml"] {
+        let section =
+            read_in(folder.path(), &format!("{array}transducer = \"{name}\"\n")).expect("good");
+        assert_eq!(section.transducer_file().expect("named").name(), "t");
+        assert!(section.array().transducer().is_some());
+        assert!(section.array().elements().iter().all(|element| element.radius_m == 3e-3));
+    }
+    let fault = read_in(folder.path(), &format!("{array}transducer = \"u\"\n")).expect_err("none");
+    assert_eq!(fault.line_column(), Some((7, 14)));
+    assert!(fault.problem().contains("u.toml"), "{fault}");
+}

@@ -3,7 +3,7 @@
 //! It stands in the place of the simulator's own law, fitted or spherical.
 
 use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::acoustics::Simulator;
+use crate::acoustics::transducer::OnAxis;
 use crate::gap::diagnosis::supposed::Supposed;
 
 /// The effect.
@@ -19,7 +19,7 @@ impl Effect for Spreading {
     }
 
     fn begins_flat(&self, believed: &Context) -> bool {
-        believed.believed.simulator != Simulator::Piston
+        believed.believed.transducer().on_axis() != OnAxis::Spherical
     }
 
     fn suppose(

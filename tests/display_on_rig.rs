@@ -44,7 +44,7 @@ fn sounding<'a>(lab: &'a Lab, display: &DisplayFile) -> SoundingArray<'a> {
         array: lab.believed_array(),
         medium: lab.believed_medium(),
         frequency_hz: lab.array.frequency_hz(),
-        transducer: display.output.simulator.transducer(),
+        transducer: display.output.simulator.transducer(lab.believed_array()),
     }
 }
 

@@ -72,7 +72,7 @@ pub struct Output {
     /// Level of one element on its axis 300 mm away, dB re 20 µPa rms. The default is the data sheet's of the thesis's
     /// transducer (Murata MA40S4S: 120 dB at 10 V rms); 20 lg(V/10) more at another voltage.
     pub element_db_at_300_mm: Finite,
-    /// How an element radiates.
+    /// How an element radiates; path lengths are those to where it is observed, also for `as-written`.
     pub simulator: Simulator,
     /// Of the air, kg/m³.
     pub air_density_kg_m3: Positive,

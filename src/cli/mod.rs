@@ -18,6 +18,7 @@ mod scan;
 mod sense;
 mod simulate;
 mod simulate_display;
+mod simulate_volume;
 mod stop;
 mod virtual_ports;
 

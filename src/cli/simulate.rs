@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::output::{print, print_json};
 use super::simulate_display::SimulateDisplay;
+use super::simulate_volume::{Heights, simulate_volume};
 use crate::acoustics::metrics::{
     Convention, PlaneMap, THESIS_THRESHOLD, focal_radius, peak, sub_peaks,
 };
@@ -26,7 +27,7 @@ pub(super) struct Simulate {
     /// The plan whose planes are simulated; without it, give --rig, --focus-mm and --z-mm
     plan: Option<PathBuf>,
     /// A display file, such as scans/display-circle.toml: what skin feels of it; with --out, its pictures
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["plan", "focus_mm", "z_mm"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["plan", "focus_mm", "z_mm", "size_mm", "step_mm", "volume_mm"])]
     display: Option<PathBuf>,
     /// The rig file; without it the one that the plan names
     #[arg(long, value_name = "FILE", required_unless_present_any = ["plan", "display"])]
@@ -47,7 +48,11 @@ pub(super) struct Simulate {
     /// Step of the planes
     #[arg(long, value_name = "MM", default_value = "1", value_parser = positive, conflicts_with = "plan")]
     step_mm: Positive,
-    /// Write the field as simulation.csv into this folder
+    /// Heights of a volume, as from,to, a plane every --step-mm: it is written into the folder --out plane by plane, and gone on
+    /// with if the same command was stopped before
+    #[arg(long, value_name = "FROM,TO", conflicts_with_all = ["plan", "z_mm", "json"], requires = "out")]
+    volume_mm: Option<Heights>,
+    /// Write the field as simulation.csv (of a volume as volume.npy and volume.toml) into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print the figures as JSON
@@ -86,6 +91,10 @@ impl Simulate {
             }
             .run();
         }
+        if let (Some(heights), Some(folder)) = (self.volume_mm, &self.out) {
+            self.volume(heights, folder)?;
+            return Ok(ExitCode::SUCCESS);
+        }
         let planes = self.planes()?;
         if let Some(folder) = &self.out {
             write_field(folder, &planes).into_diagnostic()?;
@@ -97,6 +106,34 @@ impl Simulate {
             print(&table(&planes))?;
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    fn volume(&self, heights: Heights, folder: &Path) -> miette::Result<()> {
+        let lab = self.lab()?;
+        let simulation = self.simulation_of_flags(&lab)?;
+        let grid = PlaneGrid::square(self.half_m(), self.step_mm.get() * 1e-3, 0.0);
+        simulate_volume(&lab, &simulation, &grid, heights, self.step_mm.get(), folder)
+    }
+
+    fn lab(&self) -> miette::Result<Lab> {
+        Ok(Lab::read(self.rig.as_deref().expect("clap asks for a plan or a rig"))?)
+    }
+
+    /// Half of the planes' side, a whole number of steps.
+    fn half_m(&self) -> f64 {
+        let steps = (0.5 * self.size_mm.get() / self.step_mm.get()).floor();
+        steps * self.step_mm.get() * 1e-3
+    }
+
+    fn simulation_of_flags(&self, lab: &Lab) -> miette::Result<Simulation> {
+        let Some(focus_mm) = self.focus_mm else {
+            return Err(miette!(
+                help = "for example --focus-mm 0,0,100 --z-mm 50,100,150",
+                "without a plan, --focus-mm is needed"
+            ));
+        };
+        let simulator = self.simulator.unwrap_or(Simulator::Corrected);
+        Ok(simulation(lab, simulator, Excitation::Focus(focus_mm * 1e-3)))
     }
 
     fn planes(&self) -> miette::Result<Vec<SimulatedPlane>> {
@@ -130,25 +167,22 @@ impl Simulate {
     }
 
     fn planes_of_flags(&self) -> miette::Result<Vec<SimulatedPlane>> {
-        let rig = self.rig.as_deref().expect("clap asks for a plan or a rig");
-        let lab = Lab::read(rig)?;
-        let (Some(focus_mm), false) = (self.focus_mm, self.z_mm.is_empty()) else {
+        let lab = self.lab()?;
+        let simulation = self.simulation_of_flags(&lab)?;
+        if self.z_mm.is_empty() {
             return Err(miette!(
-                help = "for example --focus-mm 0,0,100 --z-mm 50,100,150",
-                "without a plan, both --focus-mm and --z-mm are needed"
+                help = "for example --z-mm 50,100,150, or --volume-mm 50,150",
+                "without a plan, --z-mm or --volume-mm is needed"
             ));
-        };
-        let simulator = self.simulator.unwrap_or(Simulator::Corrected);
-        let simulation = simulation(&lab, simulator, Excitation::Focus(focus_mm * 1e-3));
-        let half_m = 0.5e-3 * self.size_mm.get();
-        let steps = (half_m / (self.step_mm.get() * 1e-3)).floor();
+        }
+        let half_m = self.half_m();
+        let steps = half_m / (self.step_mm.get() * 1e-3);
         if (2.0 * steps + 1.0).powi(2) * self.z_mm.len() as f64 > MOST_POINTS {
             return Err(miette!(
-                help = "take a larger --step-mm or a smaller --size-mm",
+                help = "take a larger --step-mm or a smaller --size-mm, or --volume-mm, which goes to disk",
                 "that would be more than {MOST_POINTS:e} points"
             ));
         }
-        let half_m = steps * self.step_mm.get() * 1e-3;
         Ok(self
             .z_mm
             .iter()

@@ -7,6 +7,7 @@
 //! | read a plan and walk through its points | [`Plan`], [`Plan::visits`] |
 //! | keep a scan while it runs, and take it up again | [`Journal`] |
 //! | bring in what was measured elsewhere | [`import`] |
+//! | keep a field that is larger than memory | [`VolumeFile`] |
 //!
 //! `scan.toml`, the plan and the rig file share sections: [`ArraySection`], [`MediumSection`], [`FocusSection`]. Each is
 //! read in two steps: a table of optional keys, which serde checks one by one, and then a section in which the keys
@@ -32,6 +33,7 @@ mod section;
 mod setup;
 mod table;
 mod transducer_file;
+mod volume_file;
 
 pub use array_section::ArraySection;
 pub(crate) use array_section::TRANSDUCER_BESIDE;
@@ -52,3 +54,4 @@ pub use sample::{Sample, Spread};
 pub use samples_csv::{Columns, UnwritableSample, read_samples, write_samples};
 pub use setup::{ScanSetup, UnwritableSetup};
 pub use transducer_file::TransducerFile;
+pub use volume_file::{VolumeError, VolumeFile};

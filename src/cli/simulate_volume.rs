@@ -1,0 +1,125 @@
+//! A volume simulated plane by plane onto disk, however much larger than memory it is.
+
+use std::path::Path;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use miette::{IntoDiagnostic, miette};
+use serde::Serialize;
+
+use crate::acoustics::{Excitation, PlaneGrid, Simulation};
+use crate::campaign::Lab;
+use crate::scan::{ArrayTable, VolumeFile};
+
+/// Most points of a plane. A plane takes at most 400 bytes a point while it is summed, so that the whole stays below 2 GiB.
+const MOST_POINTS_OF_A_PLANE: usize = 4_000_000;
+
+/// Heights of a volume, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Heights {
+    from_mm: f64,
+    to_mm: f64,
+}
+
+impl std::str::FromStr for Heights {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Option<Vec<f64>> =
+            text.split(',').map(|part| part.trim().parse().ok()).collect();
+        match numbers.as_deref() {
+            Some(&[from_mm, to_mm]) if 0.0 < from_mm && from_mm <= to_mm && to_mm.is_finite() => {
+                Ok(Self { from_mm, to_mm })
+            }
+            _ => Err("two heights above zero are needed, the lower one first, as from,to".into()),
+        }
+    }
+}
+
+/// What `volume.toml` says.
+#[derive(Serialize)]
+struct Description {
+    values: &'static str,
+    simulator: String,
+    speed_of_sound_m_s: f64,
+    focus_mm: Option<[f64; 3]>,
+    /// Of all numbers of all elements and of the transducer: a volume is not gone on with by another array.
+    array_crc32: u32,
+    first_mm: [f64; 3],
+    step_mm: f64,
+    shape: [usize; 3],
+    array: ArrayTable,
+}
+
+/// Simulates planes of `grid`'s points from height to height into a folder, or goes on where it was left.
+pub(super) fn simulate_volume(
+    lab: &Lab,
+    simulation: &Simulation,
+    grid: &PlaneGrid,
+    heights: Heights,
+    step_mm: f64,
+    folder: &Path,
+) -> miette::Result<()> {
+    let (columns, rows) = (grid.x_m.len(), grid.y_m.len());
+    if columns * rows > MOST_POINTS_OF_A_PLANE {
+        return Err(miette!(
+            help = "take a larger --step-mm or a smaller --size-mm",
+            "a plane of {columns} x {rows} points is more than {MOST_POINTS_OF_A_PLANE}, which memory is bounded for"
+        ));
+    }
+    let planes = ((heights.to_mm - heights.from_mm) / step_mm + 1e-9).floor() as usize + 1;
+    let shape = [planes, rows, columns];
+    let focus_m = match simulation.excitation {
+        Excitation::Focus(focus_m) => Some(focus_m),
+        _ => None,
+    };
+    let whole = format!("{:?} {:?}", simulation.array, simulation.frequency_hz);
+    let description = Description {
+        values: "root mean square pressure in the simulator's unit, float32; planes (z), rows (y), columns (x)",
+        simulator: simulation.simulator.to_string(),
+        speed_of_sound_m_s: simulation.medium.speed_of_sound_m_s,
+        focus_mm: focus_m.map(|focus_m| (focus_m * 1e3).into()),
+        array_crc32: crc32fast::hash(whole.as_bytes()),
+        first_mm: [grid.x_m[0] * 1e3, grid.y_m[0] * 1e3, heights.from_mm],
+        step_mm,
+        shape,
+        array: lab.array.table(),
+    };
+    let description = toml::to_string(&description).into_diagnostic()?;
+    let mut volume = VolumeFile::open(folder, &description, shape)?;
+
+    let bar = ProgressBar::new(planes as u64).with_position(volume.done() as u64);
+    let style =
+        ProgressStyle::with_template("{elapsed_precise} [{bar:30}] {pos}/{len} planes, {eta} left")
+            .expect("the template is well formed");
+    bar.set_style(style.progress_chars("=> "));
+    bar.reset_eta();
+    let kernel = simulation.kernel();
+    let rms = simulation.rms();
+    for plane in volume.done()..planes {
+        let z_m = (heights.from_mm + plane as f64 * step_mm) * 1e-3;
+        let field = kernel.on_plane(&PlaneGrid { z_m, ..grid.clone() }).field;
+        let values: Vec<f32> = field.into_iter().map(|value| rms(value) as f32).collect();
+        volume.append(&values)?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    eprintln!(
+        "volume: {} ({planes} planes of {rows} rows of {columns} values, float32)",
+        volume.path().display()
+    );
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heights_rise_from_above_zero() {
+        let heights = |text: &str| text.parse::<Heights>();
+        assert_eq!(heights("20, 30.5"), Ok(Heights { from_mm: 20.0, to_mm: 30.5 }));
+        for wrong in ["20", "30,20", "0,10", "a,b", "1,2,3", "10,inf"] {
+            assert!(heights(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -7,7 +7,7 @@
 //!                               modulation ───────┘        └── Playback: the field of what was sent
 //! ```
 //!
-//! A [track](track) is the path of one focus cut into pieces that last; the [timeline](timeline) joins the tracks into slots
+//! A [`track`] is the path of one focus cut into pieces that last; the [`timeline`] joins the tracks into slots
 //! of whole periods of the carrier; each slot becomes a [`DriveFrame`](crate::rig::focus_array::DriveFrame) of delays and levels
 //! that the controller can make. A [`Playback`] is made from what was decoded from the wire and from nothing else, so
 //! that its field has in it all that the controller rounds.

@@ -172,7 +172,7 @@ impl Modulation {
 
     /// The envelope that a controller of `most` levels makes of it.
     ///
-    /// Its loop holds as few cycles as bring it within a millionth of the frequency; see [`achieved_hz`].
+    /// Its loop holds as few cycles as bring it within a millionth of the frequency; see [`Modulation::achieved_hz`].
     ///
     /// # Errors
     /// [`DisplayError::TooFast`] above an eighth of the carrier.

@@ -75,7 +75,7 @@ fn text(composed: &Composed, controller: &ArrayIdentity, felt: &Felt) -> String 
         );
     }
     text += &format!(
-        "\n{:>5} {:>6} {:>7} {:>12} {:>6} {:>9} {:>8} {:>9} {:>9} {:>8} {:>9}\n",
+        "\n{:>5} {:>6} {:>7} {:>12} {:>6} {:>9} {:>8} {:>9} {:>9} {:>9} {:>9}\n",
         "focus",
         "frames",
         "Pa rms",
@@ -92,7 +92,7 @@ fn text(composed: &Composed, controller: &ArrayIdentity, felt: &Felt) -> String 
         let off = focus.peak_off_mm.map_or("-".to_owned(), |off_mm| format!("{off_mm:.2} mm"));
         let swings = focus.swinging_pa.map_or("-".to_owned(), |pa| format!("{pa:.2} Pa"));
         text += &format!(
-            "{:>5} {:>6} {:>7.0} {:>12} {:>6.1} {:>9} {:>8} {:>9} {:>9} {:>8} {:>9}\n",
+            "{:>5} {:>6} {:>7.0} {:>12} {:>6.1} {:>9} {:>8} {:>9} {:>9} {:>9} {:>9}\n",
             focus.focus,
             focus.frames,
             focus.rms_pa,

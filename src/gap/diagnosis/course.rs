@@ -16,6 +16,7 @@ use super::next_measurement::next_measurement;
 use super::observations::Observations;
 use super::pursuit::{Pursuit, Tried, believed};
 use super::residual_tests::z_scores;
+use super::scatter::of_silence;
 use super::supposed::Supposed;
 use super::{Candidate, Diagnosis, FittedParameter, ResidualTest, Verdict, WaterfallStep};
 use crate::acoustics::Simulator;
@@ -98,11 +99,14 @@ fn is_in_other_coordinates(registration: &Registration) -> bool {
 fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {
     let drives = || observations.scans.iter().flat_map(|scan| &scan.drives);
     let highest = drives().flat_map(|drive| &drive.visits).map(|visit| visit.at_m.z);
+    let silence = observations.scans.iter().filter_map(|scan| of_silence(&scan.silent));
+    let floors = silence.map(|(_, floor, _)| floor);
     Context {
         believed: observations.first().believed.clone(),
         largest_reading: observations.readings().into_iter().fold(0.0, f64::max),
         unit: scans[0].setup.unit.clone(),
         highest_m: highest.fold(0.0, f64::max),
+        silent_floor: floors.fold(0.0, f64::max),
     }
 }
 

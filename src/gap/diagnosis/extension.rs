@@ -178,7 +178,10 @@ impl<'o> Base<'o> {
             return None;
         }
         let before = &self.tried.fit;
-        let slope_leads = self.near && !effect.begins_flat(context);
+        // What begins elsewhere than at nothing is not the same problem there: it changes how readings scatter, too.
+        let neutral = effect.neutral();
+        let begins_there = effect.starts(context).contains(&neutral);
+        let slope_leads = self.near && begins_there && !effect.begins_flat(context);
         beginnings(effect, &self.scored, slope_leads, context)
             .into_iter()
             .filter(|beginning| {

@@ -98,7 +98,8 @@ pub(super) fn pressures(
 }
 
 impl Supposed {
-    /// What the receiver reads of a pressure: gain, drift, noise, compression, floor, full scale, in this order.
+    /// What the receiver reads of a pressure: gain, drift, quadrature noise, compression, floor, noise in proportion (or that
+    /// before compression and floor), full scale, in this order.
     pub fn expected(
         &self,
         pressure: &Pressure,
@@ -117,7 +118,11 @@ impl Supposed {
         if !self.changes_scatter() {
             return Expected { reading: reading.min(self.full_scale), variance_ratio: 1.0 };
         }
-        let mut deviation = (scatter.share * reading).hypot(quadrature);
+        let share_after = !self.share_before_receiver;
+        let mut deviation = match share_after {
+            true => quadrature,
+            false => (scatter.share * reading).hypot(quadrature),
+        };
         if self.saturation.is_finite() {
             let compressed = 1.0 / (1.0 + (reading / self.saturation).powi(2)).sqrt();
             reading *= compressed;
@@ -127,6 +132,9 @@ impl Supposed {
             let raised = reading.hypot(self.floor);
             deviation *= reading / raised;
             reading = raised;
+        }
+        if share_after {
+            deviation = deviation.hypot(scatter.share * reading);
         }
         let ratio = (deviation * scatter.slope(reading)).powi(2);
         Expected { reading: reading.min(self.full_scale), variance_ratio: ratio.max(LEAST_RATIO) }

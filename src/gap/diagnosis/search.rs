@@ -60,7 +60,8 @@ pub(super) fn beginnings(
             .into_iter()
             .flat_map(|choice| {
                 let begin = move |values| Beginning { choice: choice.clone(), values };
-                let starts = if slope_leads { vec![effect.neutral()] } else { effect.starts() };
+                let starts =
+                    if slope_leads { vec![effect.neutral()] } else { effect.starts(context) };
                 starts.into_iter().map(begin)
             })
             .collect(),

@@ -73,6 +73,8 @@ pub(super) struct Supposed {
     pub saturation: f64,
     /// Floor added in power.
     pub floor: f64,
+    /// Whether noise in proportion to the level comes in before compression and floor, and not behind them.
+    pub share_before_receiver: bool,
     /// Full scale of the converter.
     pub full_scale: f64,
     /// A plane parallel to the array: its height, m, and its reflection coefficient.
@@ -115,6 +117,7 @@ impl Default for Supposed {
             face_radius_m: 0.0,
             saturation: f64::INFINITY,
             floor: 0.0,
+            share_before_receiver: false,
             full_scale: f64::INFINITY,
             mirror: None,
             standing: Complex64::ZERO,
@@ -337,7 +340,8 @@ impl Sources {
 impl Supposed {
     /// What concerns the field alone, and not what the receiver makes of it.
     pub fn field_alone(&self) -> Self {
-        let Self { drift, saturation, floor, full_scale, .. } = Self::default();
-        Self { drift, saturation, floor, full_scale, ..self.clone() }
+        let Self { drift, saturation, floor, share_before_receiver, full_scale, .. } =
+            Self::default();
+        Self { drift, saturation, floor, share_before_receiver, full_scale, ..self.clone() }
     }
 }

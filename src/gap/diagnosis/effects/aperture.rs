@@ -18,7 +18,7 @@ impl Effect for Aperture {
         &[Parameter { neutral: 0.0, scale: 0.5, least: 0.0, most: 150.0 }]
     }
 
-    fn starts(&self) -> Vec<Vec<f64>> {
+    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![1.0], vec![16.0]]
     }
 

@@ -15,7 +15,7 @@ impl Effect for Backlash {
         &[Parameter { neutral: 0.0, scale: 0.02, least: -4.0, most: 4.0 }]
     }
 
-    fn starts(&self) -> Vec<Vec<f64>> {
+    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![0.3], vec![-0.3]]
     }
 

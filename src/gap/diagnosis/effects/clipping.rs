@@ -17,7 +17,7 @@ impl Effect for Clipping {
         &[Parameter { neutral: 1.2, scale: 0.005, least: 0.05, most: 1.2 }]
     }
 
-    fn starts(&self) -> Vec<Vec<f64>> {
+    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![0.999], vec![0.9]]
     }
 

@@ -22,7 +22,7 @@ impl Effect for Directivity {
         vec![Choice::Law(0), Choice::Law(1)]
     }
 
-    fn starts(&self) -> Vec<Vec<f64>> {
+    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![1.0], vec![0.8], vec![1.3]]
     }
 

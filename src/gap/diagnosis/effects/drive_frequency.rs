@@ -18,7 +18,7 @@ impl Effect for DriveFrequency {
         &[Parameter { neutral: 1.0, scale: 0.001, least: 0.9, most: 1.1 }]
     }
 
-    fn starts(&self) -> Vec<Vec<f64>> {
+    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![1.0], vec![0.98], vec![1.02]]
     }
 

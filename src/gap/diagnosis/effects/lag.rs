@@ -17,7 +17,7 @@ impl Effect for Lag {
         &[Parameter { neutral: 0.0, scale: 0.001, least: 0.0, most: 1.0 }]
     }
 
-    fn starts(&self) -> Vec<Vec<f64>> {
+    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![5e-3], vec![2.5e-2]]
     }
 

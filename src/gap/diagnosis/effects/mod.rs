@@ -147,7 +147,7 @@ pub(super) trait Effect: Sync {
     }
 
     /// Where a search begins; as many numbers as parameters.
-    fn starts(&self) -> Vec<Vec<f64>> {
+    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![self.neutral()]
     }
 
@@ -190,6 +190,8 @@ pub(super) struct Context {
     pub unit: String,
     /// The highest point, m.
     pub highest_m: f64,
+    /// The floor that silence shows, in the reading's unit; zero for none.
+    pub silent_floor: f64,
 }
 
 /// Every effect of the catalogue, in its order.

@@ -15,7 +15,7 @@ impl Effect for Pitch {
         &[Parameter { neutral: 1.0, scale: 0.001, least: 0.85, most: 1.18 }]
     }
 
-    fn starts(&self) -> Vec<Vec<f64>> {
+    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![1.0], vec![0.95], vec![1.05]]
     }
 

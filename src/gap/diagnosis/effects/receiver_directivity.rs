@@ -18,7 +18,7 @@ impl Effect for ReceiverDirectivity {
         &[Parameter { neutral: 0.0, scale: 0.02, least: 0.0, most: 60.0 }]
     }
 
-    fn starts(&self) -> Vec<Vec<f64>> {
+    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![0.1], vec![2.0]]
     }
 

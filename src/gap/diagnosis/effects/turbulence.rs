@@ -20,7 +20,7 @@ impl Effect for Turbulence {
         &[Parameter { neutral: 0.0, scale: 0.05, least: 0.0, most: 6.0 }]
     }
 
-    fn starts(&self) -> Vec<Vec<f64>> {
+    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         // Its square acts: at zero there is no slope to follow.
         vec![vec![0.05], vec![0.2], vec![1.0]]
     }

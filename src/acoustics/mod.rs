@@ -28,7 +28,7 @@ pub use element::Element;
 pub use excitation::{Excitation, delays_s};
 pub use field::{
     FieldDerivatives, FieldKernel, FieldSum, InstructionSet, PLANE_TOLERANCE, Parameter,
-    PathLengths, PlaneMethod, PlaneSum, Precision,
+    PathLengths, PlaneMethod, PlaneSum, Precision, Transfer,
 };
 pub use grid::PlaneGrid;
 pub use medium::Medium;

@@ -105,7 +105,7 @@ fn inputs(folder: &Path, scan: &RecordedScan) -> miette::Result<Vec<InputFile>> 
         Layout::Elements { file } => Some(file.as_str()),
         _ => None,
     };
-    ["scan.toml", "samples.csv", "plan.toml", "rig.toml"]
+    ["scan.toml", "samples.csv", "transducer.toml", "plan.toml", "rig.toml"]
         .into_iter()
         .chain(elements)
         .filter(|name| folder.join(name).is_file())

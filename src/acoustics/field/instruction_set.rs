@@ -16,8 +16,9 @@ pub enum InstructionSet {
 /// Work that is compiled once for each instruction set. Everything in it must be `#[inline(always)]`, so that it is compiled
 /// where the set is switched on.
 pub(super) trait Vectorised {
-    /// Does the work, `WIDTH` numbers at a time; `FUSED` says whether the processor multiplies and adds at once.
-    fn run<const WIDTH: usize, const FUSED: bool>(self);
+    /// Does the work, `DOUBLE` or `SINGLE` numbers at a time by their precision; `FUSED` says whether the processor multiplies and adds
+    /// at once.
+    fn run<const DOUBLE: usize, const SINGLE: usize, const FUSED: bool>(self);
 }
 
 impl InstructionSet {
@@ -57,9 +58,9 @@ impl InstructionSet {
         match self {
             // NEON multiplies and adds at once; SSE2 does not.
             #[cfg(target_arch = "aarch64")]
-            Self::Baseline => work.run::<16, true>(),
+            Self::Baseline => work.run::<16, 32, true>(),
             #[cfg(not(target_arch = "aarch64"))]
-            Self::Baseline => work.run::<8, false>(),
+            Self::Baseline => work.run::<8, 16, false>(),
             // SAFETY: a kernel takes an instruction set only where the processor has it.
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => unsafe { avx2(work) },
@@ -73,11 +74,11 @@ impl InstructionSet {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn avx2(work: impl Vectorised) {
-    work.run::<16, true>();
+    work.run::<16, 32, true>();
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
 fn avx512(work: impl Vectorised) {
-    work.run::<32, true>();
+    work.run::<32, 64, true>();
 }

@@ -61,9 +61,17 @@ impl Map {
 
     /// Real and imaginary parts of each row, to be filled.
     pub fn rows_mut(&mut self) -> impl IndexedParallelIterator<Item = (&mut [f64], &mut [f64])> {
-        let (columns, all) = (self.columns.max(1), self.rows * self.columns);
-        let real = self.real[..all].par_chunks_mut(columns);
-        real.zip(self.imaginary[..all].par_chunks_mut(columns))
+        self.parts_mut(self.columns)
+    }
+
+    /// The same of stretches of all values, of a length.
+    pub fn parts_mut(
+        &mut self,
+        length: usize,
+    ) -> impl IndexedParallelIterator<Item = (&mut [f64], &mut [f64])> {
+        let (length, all) = (length.max(1), self.rows * self.columns);
+        let real = self.real[..all].par_chunks_mut(length);
+        real.zip(self.imaginary[..all].par_chunks_mut(length))
     }
 
     pub fn transposed(&self) -> Self {
@@ -152,7 +160,7 @@ pub(super) struct WeightedSum<'w> {
 
 impl Vectorised for WeightedSum<'_> {
     #[inline(always)]
-    fn run<const W: usize, const F: bool>(self) {
+    fn run<const W: usize, const SINGLE: usize, const F: bool>(self) {
         let columns = self.real.len();
         for first in (0..columns).step_by(W) {
             let width = (columns - first).min(W);

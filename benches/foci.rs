@@ -1,11 +1,20 @@
-//! What a frame of several foci costs, by solver: each against the naive sum in the same run.
+//! What a frame of several foci costs, by solver, each over the naive sum in the same run: `cargo bench --bench foci`.
+//!
+//! Each figure is the best of several runs, the solvers in turn, so that whatever else the machine does falls on all.
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use std::hint::black_box;
+use std::time::Instant;
+
 use fieldgap::acoustics::foci::{Solver, Transfer};
 use fieldgap::acoustics::transducer::Piston;
 use fieldgap::acoustics::{Array, Medium, Vec3};
 
-fn solvers(criterion: &mut Criterion) {
+const RUNS: usize = 200;
+
+/// Rounds of the solvers, as a display has them by default.
+const ROUNDS: usize = 50;
+
+fn main() {
     let array = Array::square(6, 6, 10.5e-3).expect("not empty");
     let wavenumber = Medium { speed_of_sound_m_s: 343.0 }.wavenumber_rad_m(40e3);
     let places: Vec<Vec3> = (0..4)
@@ -13,14 +22,16 @@ fn solvers(criterion: &mut Criterion) {
         .map(|angle: f64| Vec3::new(0.018 * angle.cos(), 0.018 * angle.sin(), 0.1))
         .collect();
     let transfer = Transfer::new(&array, &Piston, wavenumber, &places);
-    let mut group = criterion.benchmark_group("four foci, 6 x 6 elements, 50 rounds");
-    for solver in Solver::ALL {
-        group.bench_function(solver.to_string(), |bencher| {
-            bencher.iter(|| transfer.solve(solver, &[1.0; 4], 50))
-        });
+    let mut best_s = Solver::ALL.map(|_| f64::INFINITY);
+    for _ in 0..RUNS {
+        for (best_s, solver) in best_s.iter_mut().zip(Solver::ALL) {
+            let start = Instant::now();
+            black_box(transfer.solve(solver, black_box(&[1.0; 4]), ROUNDS));
+            *best_s = best_s.min(start.elapsed().as_secs_f64());
+        }
     }
-    group.finish();
+    println!("four foci, 6 x 6 elements, {ROUNDS} rounds");
+    for (solver, seconds) in Solver::ALL.into_iter().zip(best_s) {
+        println!("{solver:>17} {:>9.1} us {:>7.1} times naive", seconds * 1e6, seconds / best_s[0]);
+    }
 }
-
-criterion_group!(benches, solvers);
-criterion_main!(benches);

@@ -12,6 +12,8 @@
 //! | [`characterization`] | one transducer's decay, lobe and axis out of a scan of it |
 //! | [`gap`] | registration of scan to simulation, and the comparison height by height |
 //! | [`rig`] | devices, links, safety; knows no physics |
+//! | [`display`] | tactile displays: paths, modulations, several foci, what the controller is told, what skin feels |
+//! | [`sensing`] | swipes of a hand told from what four elements hear; knows no physics |
 //! | [`virtual_rig`] | firmware on pseudo-terminals with physics behind the receiver |
 //! | [`campaign`] | a plan run on a rig, the record kept safe |
 //! | [`correction`] | set-up files corrected by what a diagnosis found |
@@ -28,12 +30,14 @@ pub mod campaign;
 pub mod characterization;
 pub mod cli;
 pub mod correction;
+pub mod display;
 pub mod gap;
 pub mod input;
 pub mod least_squares;
 pub mod report;
 pub mod rig;
 pub mod scan;
+pub mod sensing;
 pub mod study;
 pub mod virtual_rig;
 

@@ -90,7 +90,7 @@ impl Laboratory {
                 let told = FocusSection::Point(*focus_mm).excitation();
                 let delays_s = delays_s(&told, self.elements(), &self.medium(), FREQUENCY_HZ);
                 let delays_s = delays_s.into_iter().map(Some).collect();
-                Drive { emitting: true, delays_s, duty: 1.0 }
+                Drive { emitting: true, delays_s, ..Drive::silent(self.elements().len()) }
             })
             .collect()
     }

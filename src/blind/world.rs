@@ -147,7 +147,7 @@ impl Known {
 }
 
 fn weights(field: &TrueField, drive: &Drive, causes: &Causes) -> Vec<Complex64> {
-    let mut weights = field.weights(drive);
+    let mut weights = field.weights(&drive.outputs());
     if let Some(cause) = causes.outside() {
         cause.emit(&mut weights, &field.array().elements);
     }

@@ -9,6 +9,7 @@ use crate::acoustics::{Array, Medium};
 use crate::input::{Fault, TomlSource};
 use crate::rig::{FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
 use crate::scan::{ArraySection, ArrayTable, MediumSection, MediumTable};
+use crate::sensing::SensingSection;
 use crate::virtual_rig::VirtualConfig;
 
 #[derive(Debug, Deserialize)]
@@ -20,6 +21,7 @@ struct LabFile {
     motion: MotionConfig,
     receiver: ReceiverConfig,
     focus_array: FocusArrayConfig,
+    sensing: Option<Spanned<SensingSection>>,
     #[serde(rename = "virtual")]
     virtual_rig: Option<VirtualConfig>,
 }
@@ -35,6 +37,8 @@ pub struct Lab {
     pub medium: MediumSection,
     /// The devices.
     pub rig: RigConfig,
+    /// The elements that listen for a hand, where some do.
+    pub sensing: Option<SensingSection>,
     /// The firmware and the physics behind them, where the rig is a virtual one.
     pub virtual_rig: Option<VirtualConfig>,
     source: TomlSource,
@@ -55,15 +59,27 @@ impl Lab {
     /// As [`Lab::read`].
     pub fn parse(source: TomlSource) -> Result<Self, Fault> {
         let file: LabFile = source.parse()?;
+        let array = ArraySection::read(&file.array, &source)?;
+        if let Some(sensing) = &file.sensing {
+            let elements = array.array().len();
+            if let Some(n) = sensing.get_ref().elements().into_iter().find(|&n| n >= elements) {
+                return Err(source.fault(
+                    sensing.span(),
+                    format!("element {n} cannot listen: the array has {elements}"),
+                    "elements are numbered from 0",
+                ));
+            }
+        }
         Ok(Self {
             name: file.name,
-            array: ArraySection::read(&file.array, &source)?,
+            array,
             medium: MediumSection::read(&file.medium, &source)?,
             rig: RigConfig {
                 motion: file.motion,
                 receiver: file.receiver,
                 focus_array: file.focus_array,
             },
+            sensing: file.sensing.map(Spanned::into_inner),
             virtual_rig: file.virtual_rig,
             source,
         })

@@ -7,6 +7,7 @@ mod blind;
 mod characterize;
 mod compare;
 mod diagnose;
+mod focus;
 mod import;
 mod output;
 mod progress;
@@ -15,7 +16,9 @@ mod resume;
 mod rig;
 mod run;
 mod scan;
+mod sense;
 mod simulate;
+mod simulate_display;
 mod simulate_volume;
 mod stop;
 mod study;
@@ -56,7 +59,7 @@ enum Command {
     Compare(compare::Compare),
     /// Say why a recorded scan and its simulation differ
     Diagnose(diagnose::Diagnose),
-    /// Simulate a plan, or planes over a rig's array
+    /// Simulate a plan, planes over a rig's array, or a display
     Simulate(simulate::Simulate),
     /// Say how peak, focal radius and sub-peaks go with any parameter; the thesis's table and curves
     Study(study::StudyCommand),
@@ -64,6 +67,10 @@ enum Command {
     Characterize(characterize::Characterize),
     /// Hold each transducer model against the integral over a vibrating face
     Transducers(transducers::Transducers),
+    /// Play a display: foci that stand, move and alternate, so that a hand feels them
+    Focus(focus::Focus),
+    /// Tell swipes of a hand from what four elements hear
+    Sense(sense::Sense),
     /// Bring in a field that was measured elsewhere
     Import(import::Import),
     /// Keep a virtual rig open, as ports for any program
@@ -117,6 +124,8 @@ impl Command {
             Self::Study(command) => command.run(),
             Self::Characterize(command) => command.run(),
             Self::Transducers(command) => command.run(),
+            Self::Focus(command) => command.run(),
+            Self::Sense(command) => command.run(),
             Self::Import(command) => command.run(),
             Self::Virtual(command) => command.run(),
             Self::Blind(command) => command.run(),

@@ -8,6 +8,7 @@ use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
 use super::output::{print, print_json};
+use super::simulate_display::SimulateDisplay;
 use super::simulate_volume::{Heights, simulate_volume};
 use crate::acoustics::metrics::{
     Convention, PlaneMap, THESIS_THRESHOLD, focal_radius, peak, sub_peaks,
@@ -25,8 +26,11 @@ const MOST_POINTS: f64 = 3e7;
 pub(super) struct Simulate {
     /// The plan whose planes are simulated; without it, give --rig, --focus-mm and --z-mm
     plan: Option<PathBuf>,
+    /// A display file, such as scans/display-circle.toml: what skin feels of it; with --out, its pictures
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["plan", "focus_mm", "z_mm", "size_mm", "step_mm", "volume_mm"])]
+    display: Option<PathBuf>,
     /// The rig file; without it the one that the plan names
-    #[arg(long, value_name = "FILE", required_unless_present = "plan")]
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["plan", "display"])]
     rig: Option<PathBuf>,
     /// The simulator: as-written, corrected, piston, gaussian, multi-gaussian, rayleigh or transducer (the rig's own);
     /// without it the plan's, or corrected
@@ -77,6 +81,16 @@ struct SimulatedPlane {
 
 impl Simulate {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
+        if let Some(display) = &self.display {
+            return SimulateDisplay {
+                display,
+                rig: self.rig.as_deref(),
+                simulator: self.simulator,
+                out: self.out.as_deref(),
+                json: self.json,
+            }
+            .run();
+        }
         if let (Some(heights), Some(folder)) = (self.volume_mm, &self.out) {
             self.volume(heights, folder)?;
             return Ok(ExitCode::SUCCESS);

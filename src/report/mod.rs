@@ -5,6 +5,7 @@
 
 mod context;
 mod diagnosis;
+mod display;
 mod error;
 mod figure;
 mod figures;
@@ -27,6 +28,7 @@ use std::path::{Path, PathBuf};
 
 pub use self::context::{InputFile, ReportContext};
 pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};
+pub use self::display::{DisplayFiles, DisplayShown, write_display};
 pub use self::error::{PictureError, ReportError};
 pub use self::study::{StudyFiles, write_study};
 pub use self::tables::csv;

@@ -134,6 +134,23 @@ pub enum Cause {
         /// Its delay, s.
         delay_s: f64,
     },
+    /// A display that the controller cannot play.
+    #[error("it cannot play the display: {0}")]
+    Display(#[source] super::focus_array::ProgramFault),
+    /// A controller without memory for displays.
+    #[error("it plays no displays")]
+    NoDisplays,
+    /// A controller whose elements only sound.
+    #[error("its elements cannot listen")]
+    NoSensors,
+    /// More listeners than the controller has converters for.
+    #[error("it listens with at most {most} elements at a time, and {asked} were asked for")]
+    TooManySensors {
+        /// Elements at a time.
+        most: usize,
+        /// Elements asked for.
+        asked: usize,
+    },
     /// Not one reading came of a point.
     #[error("of {asked} readings asked for, none came that could be used")]
     NoReadings {
@@ -192,6 +209,15 @@ impl Cause {
             }
             Self::ElementCount { .. } => "make [array] in the rig file the array that is connected",
             Self::BadDelay { .. } => "check focus and array of the plan",
+            Self::Display(_) => {
+                "take a longer `step_mm` or a shorter path; `fieldgap simulate --display` shows it without a rig"
+            }
+            Self::NoDisplays => {
+                "a display needs a controller whose answer to `hello` has `frames=` (src/rig/focus_array/protocol.rs)"
+            }
+            Self::NoSensors | Self::TooManySensors { .. } => {
+                "listening needs a controller whose answer to `hello` has `sensors=` (src/rig/focus_array/protocol.rs)"
+            }
             Self::NoReadings { .. } => {
                 "check the receiver's cable; run `fieldgap rig check` to see its rate and its gaps"
             }

@@ -21,14 +21,15 @@ mod space;
 use std::time::Duration;
 
 use async_trait::async_trait;
+use tokio::time::Instant;
 
 pub use config::{FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
 pub use device::{Device, Role};
 pub use error::{Cause, RigError};
-pub use focus_array::{ArrayIdentity, ElementDelay};
+pub use focus_array::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
 pub use motion::travel::{Envelope, PathFault};
 pub use receiver::{Reading, ReceiverIdentity};
-pub use safety::{Ports, SafeRig, SafetyReport, open};
+pub use safety::{Ports, SafeRig, SafetyReport, open, open_array};
 pub use space::{Feed, Frame, RobotPosition};
 
 /// A robot that carries the receiver along straight paths.
@@ -93,4 +94,39 @@ pub trait FocusArray: Send {
 
     /// Emits with the delays last set.
     async fn emit(&mut self) -> Result<(), RigError>;
+
+    /// Ends all emission and takes a display to be played.
+    async fn load(&mut self, _display: &DriveProgram) -> Result<(), RigError> {
+        Err(unable(self.device(), "loading a display", Cause::NoDisplays))
+    }
+
+    /// Plays the display last loaded so many times (0: for ever). It falls silent by itself after the last, and where
+    /// nothing is heard of the host for as long as `lease`.
+    async fn play(
+        &mut self,
+        _display: &DriveProgram,
+        _loops: u32,
+        _lease: Duration,
+    ) -> Result<(), RigError> {
+        Err(unable(self.device(), "starting a display", Cause::NoDisplays))
+    }
+
+    /// Whether a display still plays. Asking renews the lease.
+    async fn is_playing(&mut self) -> Result<bool, RigError> {
+        Ok(false)
+    }
+
+    /// Listens with some elements, which are silent from now on, so many times a second.
+    async fn listen(&mut self, _elements: &[usize], _rate_hz: f64) -> Result<(), RigError> {
+        Err(unable(self.device(), "starting to listen", Cause::NoSensors))
+    }
+
+    /// The next sample of the elements that listen, or `None` when `until` has come.
+    async fn heard(&mut self, _until: Instant) -> Result<Option<Sensed>, RigError> {
+        Err(unable(self.device(), "listening", Cause::NoSensors))
+    }
+}
+
+fn unable(device: &Device, attempt: &str, cause: Cause) -> RigError {
+    RigError::new(device.clone(), attempt, cause, None)
 }

@@ -39,6 +39,17 @@ pub async fn open(config: &RigConfig, ports: &Ports) -> Result<SafeRig, RigError
     Ok(SafeRig { array, receiver, motion })
 }
 
+/// Opens the focus array alone, which is silent from then on.
+///
+/// # Errors
+/// That it cannot be opened.
+pub async fn open_array(
+    config: &RigConfig,
+    ports: &Ports,
+) -> Result<Box<dyn FocusArray>, RigError> {
+    config.focus_array.open(ports.focus_array.as_deref()).await
+}
+
 /// Opens the robot, behind its guard.
 pub(super) async fn open_motion(
     config: &MotionConfig,

@@ -9,6 +9,7 @@
 //!  clock ── marlin_firmware ── trajectory ─┐
 //!    │                                     ├─ world ── true_field ── effects
 //!    ├───── array_firmware ──── drive ─────┤
+//!    │            └─ listens ── hand ──────┤
 //!    └───── receiver_firmware ── converter ┘
 //! ```
 //! Firmware is [bytes in, bytes out](firmware), and a board puts it behind a pseudo-terminal, so drivers
@@ -23,6 +24,7 @@ pub mod drive;
 pub mod effects;
 pub mod faults;
 pub mod firmware;
+pub mod hand;
 pub mod luck;
 pub mod marlin_firmware;
 pub mod planner;

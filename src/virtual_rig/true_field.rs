@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use super::drive::Drive;
+use super::drive::Output;
 use super::effects::{Effect, Path, TrueArray};
 use super::luck::Luck;
 use super::trajectory::Carriage;
@@ -118,24 +118,24 @@ impl TrueField {
         self.effects.iter().map(|effect| effect.lag_s()).sum()
     }
 
-    /// The amplitude with which each element sounds under a drive.
+    /// The amplitude with which each element sounds where the channels send `outputs`.
     ///
     /// A delay τ turns the phase by +ωτ, as the time convention is exp(-iωt).
-    pub fn weights(&self, drive: &Drive) -> Vec<Complex64> {
+    pub fn weights(&self, outputs: &[Option<Output>]) -> Vec<Complex64> {
         let omega = std::f64::consts::TAU * self.frequency_hz;
         self.array
             .elements
             .iter()
             .zip(&self.array.channels)
             .map(|(element, &channel)| {
-                let Some(Some(delay_s)) = drive.delays_s.get(channel).filter(|_| drive.emitting)
-                else {
+                let Some(Some(output)) = outputs.get(channel) else {
                     return Complex64::ZERO;
                 };
-                let delay_s = self.effects.iter().fold(*delay_s, |delay_s, effect| {
+                let delay_s = self.effects.iter().fold(output.delay_s, |delay_s, effect| {
                     effect.delay_s(delay_s, self.nominal_frequency_hz)
                 });
-                element.amplitude * Complex64::from_polar(1.0, element.phase_rad + omega * delay_s)
+                let amplitude = element.amplitude * output.amplitude;
+                amplitude * Complex64::from_polar(1.0, element.phase_rad + omega * delay_s)
             })
             .collect()
     }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::effects::{Effect, EffectTables};
+use super::hand::HandTruth;
 use crate::input::{Fault, NonNegative, Positive, TomlSource};
 
 /// The physical world of a virtual rig.
@@ -20,6 +21,8 @@ pub struct Truth {
     pub noise: NoiseTruth,
     /// The causes at work, with their ids.
     pub effects: Vec<(&'static str, Box<dyn Effect>)>,
+    /// A hand that swipes over the array, where there is one.
+    pub hand: Option<HandTruth>,
     path: PathBuf,
 }
 
@@ -93,6 +96,7 @@ struct TruthFile {
     microphone: MicrophoneTruth,
     noise: NoiseTruth,
     effects: EffectTables,
+    hand: Option<HandTruth>,
 }
 
 impl Truth {
@@ -109,12 +113,13 @@ impl Truth {
     /// # Errors
     /// As [`Truth::read`].
     pub fn from_source(source: &TomlSource) -> Result<Self, Fault> {
-        let TruthFile { source: elements, microphone, noise, effects } = source.parse()?;
+        let TruthFile { source: elements, microphone, noise, effects, hand } = source.parse()?;
         Ok(Self {
             source: elements,
             microphone,
             noise,
             effects: effects.into_effects(),
+            hand,
             path: source.path().to_owned(),
         })
     }

@@ -6,13 +6,20 @@ use num_complex::Complex64;
 
 use super::clock::Clock;
 use super::converter::Converter;
-use super::drive::{Drive, DriveHistory};
+use super::drive::{Drive, DriveHistory, Played};
+use super::hand::{Listening, Swipe, Swipes};
 use super::luck::Luck;
 use super::trajectory::Trajectory;
 use super::true_field::{Contributions, TrueField};
 use super::truth::Truth;
 use crate::acoustics::{Array, Medium, Vec3};
 use crate::input::Fault;
+
+/// How much of what was is still in a reading, s: the receiver's smoothing, a period of the modulations that skin feels best.
+const SMOOTHED_S: f64 = 5e-3;
+
+/// How slowly what leaks from element to element drifts, s.
+const DRIFTS_S: f64 = 20.0;
 
 /// What the laboratory believes of its set-up, and what the truth's effects start from.
 #[derive(Debug, Clone)]
@@ -35,6 +42,10 @@ pub struct World {
     multiplicative_noise: f64,
     additive_noise_v: f64,
     noise: Luck,
+    /// Chance of the elements that listen.
+    hiss: Luck,
+    hand: Option<Swipes>,
+    drift: f64,
     field: TrueField,
     drives: Mutex<DriveHistory>,
     heard: Mutex<Heard>,
@@ -78,6 +89,9 @@ impl World {
             multiplicative_noise: truth.noise.multiplicative.get(),
             additive_noise_v: truth.noise.additive_v.get(),
             noise: luck.stream("noise"),
+            hiss: luck.stream("listening"),
+            hand: truth.hand.map(|hand| Swipes::new(hand, luck)),
+            drift: truth.hand.map_or(0.0, |hand| hand.drift.get()),
             field,
             drives: Mutex::new(DriveHistory::new(Drive::silent(believed.array.len()))),
             heard: Mutex::default(),
@@ -100,6 +114,16 @@ impl World {
         lock(&self.drives).push(time_s, drive);
     }
 
+    /// How the array is driven at `time_s`.
+    pub fn drive_at(&self, time_s: f64) -> Drive {
+        lock(&self.drives).at(time_s).1.clone()
+    }
+
+    /// The gestures of the hand that have begun until `time_s`; none where there is no hand.
+    pub fn swipes_until(&self, time_s: f64) -> Vec<Swipe> {
+        self.hand.as_ref().map(|hand| hand.until(time_s)).unwrap_or_default()
+    }
+
     /// Where the nozzle truly is at `time_s`, array's frame, m.
     pub fn nozzle_m(&self, time_s: f64) -> Vec3 {
         let carriage = lock(&self.trajectory).at(time_s);
@@ -118,6 +142,49 @@ impl World {
         in_phase_v.hypot(self.additive_noise_v * normal(2))
     }
 
+    /// The rectified and smoothed signal of each element that listens at `time_s`, V, with the noise of the `sample`th sample.
+    ///
+    /// An element hears the others straight away, which drifts slowly, and the hand's echo. While a display plays, it hears
+    /// the frame of that instant at the mean level of the stretch that is smoothed.
+    pub fn sensed_v(&self, time_s: f64, sample: u64) -> Vec<f64> {
+        let drive = self.drive_at(time_s);
+        let outputs = match &drive.display {
+            Some(played) => {
+                let stretches = played.stretches(time_s - SMOOTHED_S, time_s);
+                let last = stretches.last().map(|&(_, frame, level)| played.outputs(frame, level));
+                last.unwrap_or_default()
+            }
+            None => drive.outputs(),
+        };
+        let weights = self.field.weights(&outputs);
+        let elements = &self.field.array().elements;
+        let air = Listening { wavenumber_rad_m: self.field.wavenumber_rad_m() };
+        let plate = self.hand.as_ref().and_then(|hand| hand.at(time_s).plate(time_s));
+        let hears = |place: usize, listens: &usize| {
+            let hiss = self.hiss.of_thing(place as u64);
+            let turns = time_s / DRIFTS_S + hiss.uniform(u64::MAX);
+            let drifted = 1.0 + self.drift * (std::f64::consts::TAU * turns).sin();
+            let Some(sensor) = elements.get(*listens) else { return 0.0 };
+            let pressure: Complex64 = elements
+                .iter()
+                .zip(&weights)
+                .enumerate()
+                .filter(|(n, (_, weight))| n != listens && **weight != Complex64::ZERO)
+                .map(|(_, (emitter, weight))| {
+                    let echo =
+                        plate.map_or(Complex64::ZERO, |plate| air.echo(emitter, sensor, &plate));
+                    weight * (air.leak(emitter, sensor) * drifted + echo)
+                })
+                .sum();
+            let level_v = pressure.norm() * self.volts * drive.duty;
+            let normal = |part: u64| hiss.normal(3 * sample + part);
+            let in_phase_v = level_v * (1.0 + self.multiplicative_noise * normal(0))
+                + self.additive_noise_v * normal(1);
+            in_phase_v.hypot(self.additive_noise_v * normal(2))
+        };
+        drive.listening.iter().enumerate().map(|(place, listens)| hears(place, listens)).collect()
+    }
+
     /// The level without noise, V.
     fn level_v(&self, time_s: f64) -> f64 {
         let (number, drive) = {
@@ -131,12 +198,15 @@ impl World {
         let at_m = self.nozzle_m(time_s - self.field.lag_s());
         let mut heard = lock(&self.heard);
         let heard = &mut *heard;
-        if heard.weights.as_ref().is_none_or(|(known, _)| *known != number) {
-            heard.weights = Some((number, self.field.weights(&drive)));
-            heard.magnitude = None;
-        }
         if heard.contributions.as_ref().is_none_or(|(known_m, _)| *known_m != at_m) {
             heard.contributions = Some((at_m, self.field.contributions(at_m)));
+            heard.magnitude = None;
+        }
+        if let (Some(played), Some((_, contributions))) = (&drive.display, &heard.contributions) {
+            return self.played_v(played, contributions, time_s);
+        }
+        if heard.weights.as_ref().is_none_or(|(known, _)| *known != number) {
+            heard.weights = Some((number, self.field.weights(&drive.outputs())));
             heard.magnitude = None;
         }
         let (Some((_, weights)), Some((_, contributions))) = (&heard.weights, &heard.contributions)
@@ -149,6 +219,18 @@ impl World {
         };
         heard.magnitude = Some(magnitude);
         magnitude * self.volts * drive.duty
+    }
+
+    /// The level of a display, the mean over what is smoothed, V.
+    fn played_v(&self, played: &Played, contributions: &Contributions, time_s: f64) -> f64 {
+        played
+            .stretches(time_s - SMOOTHED_S, time_s)
+            .into_iter()
+            .map(|(share, frame, level)| {
+                let weights = self.field.weights(&played.outputs(frame, level));
+                share * self.field.magnitude(contributions, &weights, time_s) * self.volts
+            })
+            .sum()
     }
 }
 

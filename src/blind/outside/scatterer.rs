@@ -72,7 +72,7 @@ mod tests {
         let scattered = World::new(&laboratory, &causes, 1.0, Luck::new(1));
         let at_m = Vec3::new(-0.02, 0.015, 0.15);
         let field = plain.field();
-        let weights = field.weights(&laboratory.drives()[0]);
+        let weights = field.weights(&laboratory.drives()[0].outputs());
         let mut heard = field.contributions(at_m);
         let r_m = (at_m - scatterer.at_m).norm();
         let wave = Complex64::from_polar(3e-3 / r_m, field.wavenumber_rad_m() * r_m);

@@ -1,9 +1,11 @@
-//! The pictures of a report, drawn once and kept as PNG and as SVG.
+//! The pictures of a report, drawn once and kept as PNG and as SVG; and pictures that move.
 
+mod animation;
 mod axes;
 mod bar_chart;
 mod canvas;
 mod colour_scale;
+mod display_map;
 mod diverging_scale;
 mod font;
 mod height_curves;
@@ -26,8 +28,10 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use plotters::backend::{BitMapBackend, SVGBackend};
 use plotters::prelude::DrawingBackend;
 
+pub(super) use self::animation::animated;
 pub(super) use self::bar_chart::{Bar, BarChart, Weight};
 pub(super) use self::canvas::Lies;
+pub(super) use self::display_map::{DisplayMap, Shown};
 pub(super) use self::height_curves::HeightCurves;
 pub(super) use self::model_beside_integral::ModelCurves;
 pub(super) use self::plane_maps::{LEAST_SIGNED_SHARE, PlaneMaps};
@@ -53,6 +57,9 @@ pub enum PictureError {
     /// The pixels could not be encoded.
     #[error("encoding a picture as PNG failed")]
     Encoding(#[from] image::ImageError),
+    /// The pictures of an animation could not be encoded.
+    #[error("encoding an animated picture as PNG failed")]
+    Animating(#[from] png::EncodingError),
 }
 
 /// Something to draw.
@@ -92,6 +99,16 @@ impl Drawn {
 }
 
 fn png(picture: &impl Picture) -> Result<Vec<u8>, PictureError> {
+    let small = pixels(picture, PNG_DENSITY)?;
+    let mut file = Vec::new();
+    // Cells of one colour compress best as they are.
+    PngEncoder::new_with_quality(&mut file, CompressionType::Default, FilterType::NoFilter)
+        .write_image(small.as_raw(), small.width(), small.height(), image::ColorType::Rgb8)?;
+    Ok(file)
+}
+
+/// A picture in so many pixels to a CSS pixel, drawn large and made smaller, so that its edges are smooth.
+fn pixels(picture: &impl Picture, density: u32) -> Result<image::RgbImage, PictureError> {
     let (width, height) = picture.size();
     let (large_width, large_height) = (width * OVERSAMPLING, height * OVERSAMPLING);
     let mut pixels = vec![255; 3 * large_width as usize * large_height as usize];
@@ -101,12 +118,7 @@ fn png(picture: &impl Picture) -> Result<Vec<u8>, PictureError> {
     }
     let large = image::RgbImage::from_raw(large_width, large_height, pixels)
         .expect("as many bytes as pixels times three");
-    let small = image::imageops::thumbnail(&large, width * PNG_DENSITY, height * PNG_DENSITY);
-    let mut file = Vec::new();
-    // Cells of one colour compress best as they are.
-    PngEncoder::new_with_quality(&mut file, CompressionType::Default, FilterType::NoFilter)
-        .write_image(small.as_raw(), small.width(), small.height(), image::ColorType::Rgb8)?;
-    Ok(file)
+    Ok(image::imageops::thumbnail(&large, width * density, height * density))
 }
 
 fn svg(picture: &impl Picture) -> Result<String, PictureError> {

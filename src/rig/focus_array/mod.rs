@@ -1,13 +1,22 @@
 //! Phased arrays: what their controllers are told, and the drivers.
 
 mod config;
+mod frame;
+mod program;
 pub mod protocol;
+mod sensed;
 mod thesis;
 #[cfg(test)]
 mod thesis_tests;
 
 pub use config::ThesisConfig;
+pub use frame::{Channel, DriveFrame, FULL_LEVEL, FrameFault, Fundamental, Pulse};
+pub use program::{DriveProgram, Envelope, ProgramFault};
+pub use sensed::Sensed;
 pub use thesis::{Modulation, ThesisArray};
+
+/// What the thesis's controller calls itself, with the version of its protocol.
+pub const THESIS_NAME: &str = "thesis-array 1";
 
 /// When an element emits.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,4 +38,36 @@ pub struct ArrayIdentity {
     pub clock_hz: f64,
     /// Clock steps in one period of the carrier: delays are taken modulo this.
     pub period_steps: u32,
+    /// Frames of a display that it holds; 0: it plays none.
+    pub most_frames: usize,
+    /// Levels of a display's envelope that it holds.
+    pub most_levels: usize,
+    /// Elements that it can listen with at a time; 0: with none.
+    pub most_sensors: usize,
+}
+
+impl ArrayIdentity {
+    /// The carrier that its clock makes, Hz.
+    pub fn carrier_hz(&self) -> f64 {
+        self.clock_hz / f64::from(self.period_steps)
+    }
+
+    /// The thesis's controller for so many elements and a carrier: 256 clock steps in its period, and memory for displays.
+    pub fn of_thesis(elements: usize, carrier_hz: f64) -> Self {
+        Self {
+            name: THESIS_NAME.to_owned(),
+            elements,
+            clock_hz: carrier_hz * 256.0,
+            period_steps: 256,
+            most_frames: 4096,
+            most_levels: 4096,
+            most_sensors: 4,
+        }
+    }
+
+    /// A controller of the kind that the protocol's page shows.
+    #[cfg(test)]
+    pub(crate) fn for_tests(elements: usize) -> Self {
+        Self::of_thesis(elements, 40e3)
+    }
 }

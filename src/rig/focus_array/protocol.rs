@@ -12,13 +12,37 @@
 //!
 //! | command | answer | effect |
 //! |---|---|---|
-//! | `hello` | `ok thesis-array 1 elements=36 clock_hz=10240000 period_steps=256` | |
-//! | `off`, `on` | `ok` | emission; off at power-up |
-//! | `delays <d0> <d1> …` | `ok` | for each element its delay in clock steps, 0 to `period_steps` - 1, or `-` = silent; at once |
-//! | `modulate <hz> <duty_percent>` | `ok` | `0 100` = a continuous wave |
-//! | `state` | `ok off`, `ok on` | |
+//! | `hello` | `ok thesis-array 1 elements=36 clock_hz=10240000 period_steps=256 frames=4096 levels=4096 sensors=4` | |
+//! | `off`, `on` | `ok` | emission; off at power-up. `off` also ends a display |
+//! | `delays <d0> <d1> …` | `ok` | for each element its delay in clock steps, 0 to `period_steps` - 1, or `-` = silent; at once. Ends a display |
+//! | `modulate <hz> <duty_percent>` | `ok` | `0 100` = a continuous wave; not for displays, which have their envelope |
+//! | `state` | `ok off`, `ok on`, `ok playing` | |
+//!
+//! # Displays
+//! A controller that says `frames` above 0 holds a display: frames that follow each other in a loop, and an envelope, a loop
+//! of levels that scale all channels. Both loops begin together and do not wait for each other.
+//!
+//! | command | answer | effect |
+//! |---|---|---|
+//! | `frame <n> <hold> <c0> <c1> …` | `ok` | the frame of this number, held for so many periods of the carrier. A channel is `-` = silent, `<delay>`, or `<delay>:<level>` with a level of 0 to 255 |
+//! | `envelope <first> <l0> <l1> …` | `ok` | levels of 0 to 255, from this place of the envelope on |
+//! | `play <frames> <levels> <hold> <loops> <lease_ms>` | `ok` | plays the first frames under the first levels, each level held for `hold` periods of the carrier; `loops` = 0: for ever. Falls silent after the last loop, and where no line comes from the host for `lease_ms`. Sent twice, it begins anew |
+//!
+//! While a display plays, `frame` and `envelope` are refused with error 4. A channel of level l under a level e of the envelope sends
+//! pulses of w = P/π asin(l e / 255²) clock steps (P = `period_steps`), to the nearest step, in the middle of the half
+//! period that a full pulse would fill: [`super::Channel::pulse`].
+//!
+//! # Listening
+//! A controller that says `sensors` above 0 can listen with some of its elements, which are then silent.
+//!
+//! | command | answer | effect |
+//! |---|---|---|
+//! | `sense <rate_hz> <e0> <e1> …` | `ok` | from now on, at this rate, a line `sensed <n> <t_us> <v0> <v1> …*<crc>`: number of the sample from 0, µs since power-up, the rectified and smoothed signal of each element in volts |
+//! | `sense 0` | `ok` | ends it |
+//!
+//! A sample of four elements is a line of up to 80 bytes: 250 a second need 230400 baud.
 
-use super::ArrayIdentity;
+use super::{ArrayIdentity, THESIS_NAME};
 
 /// The error code of a line that arrived damaged.
 pub const CODE_CHECKSUM: u16 = 1;
@@ -71,7 +95,7 @@ pub fn decode(line: &str) -> Option<Reply> {
 
 /// Reads the answer to `hello`; `None` if it is another controller or another version.
 pub fn parse_identity(args: &str) -> Option<ArrayIdentity> {
-    let settings = args.strip_prefix("thesis-array 1 ")?;
+    let settings = args.strip_prefix(THESIS_NAME)?.strip_prefix(' ')?;
     let setting = |key: &str| {
         settings
             .split(' ')
@@ -79,14 +103,19 @@ pub fn parse_identity(args: &str) -> Option<ArrayIdentity> {
             .find(|(k, _)| *k == key)
             .map(|(_, v)| v)
     };
+    // Controllers without displays do not speak of them.
+    let capacity = |key: &str| setting(key).map_or(Some(0), |value| value.parse().ok());
     Some(ArrayIdentity {
-        name: "thesis-array 1".to_owned(),
+        name: THESIS_NAME.to_owned(),
         elements: setting("elements")?.parse().ok().filter(|count| *count > 0)?,
         clock_hz: setting("clock_hz")?
             .parse()
             .ok()
             .filter(|hz: &f64| hz.is_finite() && *hz > 0.0)?,
         period_steps: setting("period_steps")?.parse().ok().filter(|steps| *steps > 0)?,
+        most_frames: capacity("frames")?,
+        most_levels: capacity("levels")?,
+        most_sensors: capacity("sensors")?,
     })
 }
 
@@ -130,6 +159,14 @@ mod tests {
             (identity.elements, identity.clock_hz, identity.period_steps),
             (36, 10_240_000.0, 256)
         );
+        assert_eq!((identity.most_frames, identity.most_levels, identity.most_sensors), (0, 0, 0));
+        let display = format!("{hello} frames=4096 levels=1024 sensors=4");
+        let identity = parse_identity(&display).expect("valid");
+        assert_eq!(
+            (identity.most_frames, identity.most_levels, identity.most_sensors),
+            (4096, 1024, 4)
+        );
+        assert_eq!(parse_identity(&format!("{hello} frames=many")), None);
         assert_eq!(parse_identity(&hello.replace("array 1", "array 2")), None);
         assert_eq!(parse_identity(&hello.replace("period_steps=256", "period_steps=0")), None);
         assert_eq!(parse_identity("thesis-array 1 "), None);

@@ -1,5 +1,6 @@
 //! The thesis's controller: programmable logic that counts each element's delay in steps of its clock.
 
+use std::collections::VecDeque;
 use std::fmt::Write as _;
 use std::time::Duration;
 
@@ -8,7 +9,7 @@ use tokio::time::Instant;
 
 use super::config::ThesisConfig;
 use super::protocol::{CODE_CHECKSUM, Reply, decode, encode, parse_identity};
-use super::{ArrayIdentity, ElementDelay};
+use super::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
 use crate::rig::FocusArray;
 use crate::rig::config::FocusArrayConfig;
 use crate::rig::device::{Device, Role};
@@ -23,6 +24,12 @@ const TRIES: u32 = 3;
 
 /// How often at the start, when the controller may still be loading its logic.
 const TRIES_AT_START: u32 = 10;
+
+/// Levels of an envelope in one line.
+const LEVELS_A_LINE: usize = 256;
+
+/// Samples that are kept while nobody takes them: the oldest are given up first.
+const KEPT_SAMPLES: usize = 65_536;
 
 /// How the carrier is modulated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,6 +48,7 @@ pub struct ThesisArray<L: ByteLink> {
     wire: Wire<L>,
     identity: ArrayIdentity,
     seq: u16,
+    sensed: VecDeque<Sensed>,
 }
 
 impl ThesisConfig {
@@ -64,9 +72,16 @@ impl<L: ByteLink> ThesisArray<L> {
     /// # Errors
     /// That nothing answers, or not by this protocol.
     pub async fn begin(wire: Wire<L>, modulation: Modulation) -> Result<Self, RigError> {
-        let unknown =
-            ArrayIdentity { name: String::new(), elements: 0, clock_hz: 0.0, period_steps: 1 };
-        let mut array = Self { wire, identity: unknown, seq: 0 };
+        let unknown = ArrayIdentity {
+            name: String::new(),
+            elements: 0,
+            clock_hz: 0.0,
+            period_steps: 1,
+            most_frames: 0,
+            most_levels: 0,
+            most_sensors: 0,
+        };
+        let mut array = Self { wire, identity: unknown, seq: 0, sensed: VecDeque::new() };
         array.wire.attempting("silencing it before anything else");
         array.command("off", TRIES_AT_START).await?;
         array.wire.attempting("asking the controller what it is");
@@ -109,6 +124,10 @@ impl<L: ByteLink> ThesisArray<L> {
     async fn answer(&mut self) -> Result<Option<Reply>, RigError> {
         let until = Instant::now() + ANSWER_WITHIN;
         while let Some(line) = self.wire.line(until).await? {
+            if Sensed::is_sample(&line) {
+                self.keep(&line);
+                continue;
+            }
             match decode(&line) {
                 Some(Reply::Ok { seq, args }) if seq == self.seq => {
                     return Ok(Some(Reply::Ok { seq, args }));
@@ -122,6 +141,16 @@ impl<L: ByteLink> ThesisArray<L> {
             }
         }
         Ok(None)
+    }
+
+    /// Keeps a sample that came whole.
+    fn keep(&mut self, line: &str) {
+        if let Some(sample) = Sensed::decode(line) {
+            if self.sensed.len() == KEPT_SAMPLES {
+                self.sensed.pop_front();
+            }
+            self.sensed.push_back(sample);
+        }
     }
 }
 
@@ -155,6 +184,74 @@ impl<L: ByteLink> FocusArray for ThesisArray<L> {
     async fn emit(&mut self) -> Result<(), RigError> {
         self.wire.attempting("starting emission");
         self.command("on", TRIES).await.map(drop)
+    }
+
+    async fn load(&mut self, display: &DriveProgram) -> Result<(), RigError> {
+        self.wire.attempting("loading a display");
+        display.fits(&self.identity).map_err(|fault| self.wire.error(Cause::Display(fault)))?;
+        // What plays cannot be overwritten.
+        self.command("off", TRIES).await?;
+        for (number, frame) in display.frames().iter().enumerate() {
+            self.command(&format!("frame {number} {}", frame.encode()), TRIES).await?;
+        }
+        let levels = display.envelope().levels();
+        for (number, part) in levels.chunks(LEVELS_A_LINE).enumerate() {
+            let mut command = format!("envelope {}", number * LEVELS_A_LINE);
+            for level in part {
+                write!(command, " {level}").expect("a string takes all");
+            }
+            self.command(&command, TRIES).await?;
+        }
+        Ok(())
+    }
+
+    async fn play(
+        &mut self,
+        display: &DriveProgram,
+        loops: u32,
+        lease: Duration,
+    ) -> Result<(), RigError> {
+        self.wire.attempting("starting a display");
+        let envelope = display.envelope();
+        let command = format!(
+            "play {} {} {} {loops} {}",
+            display.frames().len(),
+            envelope.levels().len(),
+            envelope.hold_periods(),
+            lease.as_millis()
+        );
+        self.command(&command, TRIES).await.map(drop)
+    }
+
+    async fn is_playing(&mut self) -> Result<bool, RigError> {
+        self.wire.attempting("asking whether the display still plays");
+        Ok(self.command("state", TRIES).await? == "playing")
+    }
+
+    async fn listen(&mut self, elements: &[usize], rate_hz: f64) -> Result<(), RigError> {
+        self.wire.attempting("starting to listen");
+        let (most, asked) = (self.identity.most_sensors, elements.len());
+        if asked > most {
+            return Err(self.wire.error(Cause::TooManySensors { most, asked }));
+        }
+        let mut command = format!("sense {rate_hz}");
+        for element in elements {
+            write!(command, " {element}").expect("a string takes all");
+        }
+        self.sensed.clear();
+        self.command(&command, TRIES).await.map(drop)
+    }
+
+    async fn heard(&mut self, until: Instant) -> Result<Option<Sensed>, RigError> {
+        self.wire.attempting("listening");
+        while self.sensed.is_empty() {
+            match self.wire.line(until).await? {
+                Some(line) if Sensed::is_sample(&line) => self.keep(&line),
+                Some(_) => {}
+                None => return Ok(None),
+            }
+        }
+        Ok(self.sensed.pop_front())
     }
 }
 

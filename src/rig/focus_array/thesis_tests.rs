@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex};
 
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, DuplexStream, duplex};
 
-use super::ElementDelay;
 use super::protocol::encode;
 use super::thesis::{Modulation, ThesisArray};
+use super::{ArrayIdentity, DriveFrame, DriveProgram, ElementDelay, Envelope, Sensed};
 use crate::rig::FocusArray;
 use crate::rig::device::{Device, Role};
 use crate::rig::error::{Cause, RigError};
@@ -24,6 +24,9 @@ enum Fault {
     /// It is refused.
     Refuse,
 }
+
+const HELLO: &str =
+    "ok thesis-array 1 elements=4 clock_hz=10240000 period_steps=256 frames=2 levels=600 sensors=2";
 
 type Obeyed = Arc<Mutex<Vec<String>>>;
 
@@ -53,7 +56,8 @@ async fn controller(far: DuplexStream, obeyed: Obeyed, mut faults: Vec<(&'static
         obeyed.lock().expect("not poisoned").push(command.to_owned());
         let answer = match command {
             _ if fault == Some(Fault::Refuse) => "error 3 not today",
-            "hello" => "ok thesis-array 1 elements=4 clock_hz=10240000 period_steps=256",
+            "hello" => HELLO,
+            "state" => "ok playing",
             _ => "ok",
         };
         let mut answer = encode(seq, answer).into_bytes();
@@ -63,7 +67,26 @@ async fn controller(far: DuplexStream, obeyed: Obeyed, mut faults: Vec<(&'static
             _ => {}
         }
         let _ = link.get_mut().write_all(&answer).await;
+        if command.starts_with("sense ") {
+            for number in 0..3 {
+                let sample =
+                    Sensed { number, t_us: 4000 * u64::from(number), volts: vec![0.25, 0.5] };
+                let _ = link.get_mut().write_all(sample.encode().as_bytes()).await;
+            }
+        }
     }
+}
+
+/// A display of so many frames of one period under so many levels.
+fn display(frames: usize, levels: usize) -> DriveProgram {
+    let once = std::num::NonZeroU32::MIN;
+    let controller = ArrayIdentity::for_tests(4);
+    let frame = |n: usize| {
+        let drives = (0..4).map(|element| ((n + element) as f64, 1.0));
+        DriveFrame::nearest(&controller, drives, once).expect("fits")
+    };
+    let envelope = Envelope::new(vec![9; levels], once).expect("not empty");
+    DriveProgram::new((0..frames).map(frame).collect(), envelope).expect("valid")
 }
 
 async fn bench(
@@ -167,4 +190,48 @@ async fn a_call_cancelled_in_its_middle_does_not_confuse_the_next() {
     }
     array.silence().await.expect("acknowledged");
     assert_eq!(heard(&obeyed)[3..], ["on", "off"]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_display_is_sent_frame_by_frame_to_an_array_that_is_silent() {
+    let (array, obeyed) = bench(&[("frame 1", Fault::GarbleAnswer)]).await;
+    let mut array = array.expect("opens");
+    let display = display(2, 600);
+    array.load(&display).await.expect("acknowledged");
+    array.play(&display, 7, std::time::Duration::from_secs(2)).await.expect("acknowledged");
+    assert!(array.is_playing().await.expect("acknowledged"));
+    let heard = heard(&obeyed);
+    let frame = display.frames()[1].encode();
+    assert_eq!(heard[3], "off");
+    assert_eq!(heard[5..7], [format!("frame 1 {frame}"), format!("frame 1 {frame}")]);
+    assert!(heard[7].starts_with("envelope 0 9 9 ") && heard[9].starts_with("envelope 512 9 "));
+    assert_eq!(heard[10..], ["play 2 600 1 7 2000", "state"]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_display_that_the_controller_cannot_hold_is_not_sent() {
+    let (array, obeyed) = bench(&[]).await;
+    let mut array = array.expect("opens");
+    for too_much in [display(3, 1), display(1, 601)] {
+        let error = array.load(&too_much).await.expect_err("too much");
+        assert!(matches!(error.cause(), Cause::Display(_)), "{error}");
+    }
+    let error = array.listen(&[0, 1, 2], 250.0).await.expect_err("two converters");
+    assert!(matches!(error.cause(), Cause::TooManySensors { most: 2, asked: 3 }), "{error}");
+    assert_eq!(heard(&obeyed).len(), 3);
+}
+
+#[tokio::test(start_paused = true)]
+async fn samples_between_answers_are_kept() {
+    let (array, obeyed) = bench(&[]).await;
+    let mut array = array.expect("opens");
+    array.listen(&[3, 0], 250.0).await.expect("acknowledged");
+    array.emit().await.expect("acknowledged, with samples before the answer");
+    assert_eq!(heard(&obeyed)[3..], ["sense 250 3 0", "on"]);
+    let soon = tokio::time::Instant::now() + std::time::Duration::from_secs(1);
+    for number in 0..3 {
+        let sample = array.heard(soon).await.expect("open").expect("it came");
+        assert_eq!((sample.number, sample.volts), (number, vec![0.25, 0.5]));
+    }
+    assert_eq!(array.heard(soon).await.expect("open"), None);
 }

@@ -1,5 +1,6 @@
 //! The true field against closed forms, against the simulators, and under each effect that acts on it.
 
+use super::super::drive::Drive;
 use super::super::truth::Truth;
 use super::*;
 use crate::acoustics::rayleigh::on_axis;
@@ -21,7 +22,11 @@ fn thesis_array() -> Array {
 
 fn focused(array: &Array, focus_m: Vec3) -> Drive {
     let delays_s = delays_s(&Excitation::Focus(focus_m), array, &AIR, F_HZ);
-    Drive { emitting: true, delays_s: delays_s.into_iter().map(Some).collect(), duty: 1.0 }
+    Drive {
+        emitting: true,
+        delays_s: delays_s.into_iter().map(Some).collect(),
+        ..Drive::silent(array.len())
+    }
 }
 
 fn unfocused(array: &Array) -> Drive {
@@ -29,7 +34,7 @@ fn unfocused(array: &Array) -> Drive {
 }
 
 fn magnitude(field: &TrueField, drive: &Drive, at_m: Vec3) -> f64 {
-    field.magnitude(&field.contributions(at_m), &field.weights(drive), 0.0)
+    field.magnitude(&field.contributions(at_m), &field.weights(&drive.outputs()), 0.0)
 }
 
 fn mm(x: f64, y: f64, z: f64) -> Vec3 {
@@ -141,7 +146,12 @@ fn a_dead_element_is_missed_and_a_reversed_one_twice() {
     let pressure = |effects: &str| {
         let field = field(&array, effects);
         let heard = field.contributions(at_m);
-        heard.pressures.iter().zip(field.weights(&drive)).map(|(p, w)| p * w).sum::<Complex64>()
+        heard
+            .pressures
+            .iter()
+            .zip(field.weights(&drive.outputs()))
+            .map(|(p, w)| p * w)
+            .sum::<Complex64>()
     };
     let whole = pressure("");
     let dead = pressure("[effects.dead-elements]\nelements = [7]\n");
@@ -195,7 +205,7 @@ fn turbulence_takes_from_the_focus_what_it_gives_to_speckle() {
     let still = field(&array, "");
     let turbulent = field(&array, "[effects.turbulence]\nrad_per_sqrt_m = 2.0\n");
     let heard = turbulent.contributions(focus_m);
-    let weights = turbulent.weights(&drive);
+    let weights = turbulent.weights(&drive.outputs());
     let n = 2000;
     let mean_square: f64 = (0..n)
         .map(|i| turbulent.magnitude(&heard, &weights, f64::from(i) * 0.11).powi(2))

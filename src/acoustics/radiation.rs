@@ -1,0 +1,111 @@
+//! From sound pressure to what skin feels: radiation pressure, force, and the threshold.
+
+use super::Medium;
+
+/// Reference of sound pressure levels in air, Pa rms (ISO 1683).
+pub const REFERENCE_PA: f64 = 20e-6;
+
+/// Density of dry air at 20 °C and 101.325 kPa, kg/m³: p M/(R T) with 28.965 g/mol (ISO 2533).
+pub const AIR_DENSITY_KG_M3: f64 = 1.204;
+
+/// Characteristic impedance of skin, Pa s/m: 1150 kg/m³ times 1540 m/s, the mean of soft tissues (F. A. Duck, *Physical
+/// Properties of Tissue*, 1990). It enters only as far as it is large against that of air.
+pub const SKIN_IMPEDANCE_PA_S_M: f64 = 1150.0 * 1540.0;
+
+/// Sound pressure at the focus from which skin feels it, Pa rms: “about 8 kPa” (H. W. Park's thesis, chapter 4, after its
+/// reference 21 on micro-machined arrays). The thesis does not say of which kind; it is read as the rms value at the
+/// carrier, as are all pressures of its simulator. As a radiation pressure no array of 36 elements comes near it.
+pub const SKIN_THRESHOLD_PA: f64 = 8000.0;
+
+/// Level of a sound pressure in air, dB re 20 µPa.
+pub fn level_db(rms_pa: f64) -> f64 {
+    20.0 * (rms_pa / REFERENCE_PA).log10()
+}
+
+/// The sound pressure of a level, Pa rms.
+pub fn of_level_pa(level_db: f64) -> f64 {
+    REFERENCE_PA * 10f64.powf(level_db / 20.0)
+}
+
+/// What becomes of sound that meets skin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SkinInAir {
+    density_kg_m3: f64,
+    speed_of_sound_m_s: f64,
+}
+
+impl SkinInAir {
+    /// Skin in air of a density, kg/m³.
+    pub fn new(medium: Medium, density_kg_m3: f64) -> Self {
+        Self { density_kg_m3, speed_of_sound_m_s: medium.speed_of_sound_m_s }
+    }
+
+    /// Share of the amplitude that skin throws back at normal incidence: (Z - ρc)/(Z + ρc).
+    pub fn reflection(&self) -> f64 {
+        let air = self.density_kg_m3 * self.speed_of_sound_m_s;
+        (SKIN_IMPEDANCE_PA_S_M - air) / (SKIN_IMPEDANCE_PA_S_M + air)
+    }
+
+    /// Steady pressure on skin under sound of `rms_pa` before it was reflected, Pa: (1 + R²) p²/(ρ c²).
+    ///
+    /// Source: J. Awatani, J. Acoust. Soc. Am. 27, 278 (1955), as Iwamoto, Tatezono and Shinoda (EuroHaptics 2008) and Hoshi et al.
+    /// (IEEE Trans. Haptics 3, 155, 2010) use it: p² α/(ρ c²), α between 1 (all absorbed) and 2 (all reflected), plane waves at
+    /// normal incidence. At a focus, where waves come from all over the array, it is too large by the mean of cos² of
+    /// their angles.
+    pub fn radiation_pressure_pa(&self, rms_pa: f64) -> f64 {
+        let energy_density =
+            rms_pa * rms_pa / (self.density_kg_m3 * self.speed_of_sound_m_s.powi(2));
+        (1.0 + self.reflection().powi(2)) * energy_density
+    }
+
+    /// Force on skin over cells of some area, m², one sound pressure each, Pa rms: N.
+    pub fn force_n(&self, rms_pa: impl IntoIterator<Item = f64>, cell_m2: f64) -> f64 {
+        rms_pa.into_iter().map(|rms_pa| self.radiation_pressure_pa(rms_pa)).sum::<f64>() * cell_m2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SKIN: SkinInAir =
+        SkinInAir { density_kg_m3: AIR_DENSITY_KG_M3, speed_of_sound_m_s: 343.2 };
+
+    #[test]
+    fn levels_are_those_of_the_standard() {
+        // 1 Pa is 94 dB; the data sheet's 120 dB are 20 Pa.
+        assert!((level_db(1.0) - 93.979).abs() < 1e-3);
+        assert!((of_level_pa(120.0) - 20.0).abs() < 1e-9);
+        assert!((level_db(of_level_pa(57.3)) - 57.3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn skin_throws_nearly_everything_back() {
+        // Iwamoto et al. state 99.9 % of the energy.
+        assert!(SKIN.reflection().powi(2) > 0.999 && SKIN.reflection() < 1.0);
+    }
+
+    #[test]
+    fn the_radiation_pressure_is_twice_the_energy_density() {
+        // A plane wave of intensity I carries I/c a volume; all of it turned back gives 2 I/c.
+        let rms_pa = 2000.0;
+        let intensity = rms_pa * rms_pa / (AIR_DENSITY_KG_M3 * 343.2);
+        let all_reflected = 2.0 * intensity / 343.2;
+        let ours = SKIN.radiation_pressure_pa(rms_pa);
+        assert!(ours < all_reflected && ours > 0.998 * all_reflected, "{ours} {all_reflected}");
+    }
+
+    #[test]
+    fn the_force_of_a_gaussian_spot_is_its_closed_form() {
+        // p = p0 exp(-r²/w²): the radiation pressure is P0 exp(-2 r²/w²), whose integral is P0 π w²/2.
+        let (top_pa, waist_m, cell_m) = (2500.0, 6e-3, 0.25e-3);
+        let along = || (-200..=200).map(|step| f64::from(step) * cell_m);
+        let field = along().flat_map(|y| {
+            along().map(move |x| top_pa * (-(x * x + y * y) / (waist_m * waist_m)).exp())
+        });
+        let closed =
+            SKIN.radiation_pressure_pa(top_pa) * std::f64::consts::PI * waist_m.powi(2) / 2.0;
+        let ours = SKIN.force_n(field, cell_m * cell_m);
+        assert!((ours / closed - 1.0).abs() < 1e-9, "{ours} {closed}");
+    }
+}

@@ -1,0 +1,124 @@
+//! `fieldgap focus`: a display on a rig.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use miette::{IntoDiagnostic, miette};
+
+use super::output::{print, print_json};
+use super::simulate::positive;
+use super::stop::StopRequests;
+use crate::campaign::{Lab, open_virtual};
+use crate::display::{Composed, DisplayFile, Ended, SoundingArray, compose, play};
+use crate::input::Positive;
+use crate::rig::{ArrayIdentity, open_array};
+use crate::virtual_rig::VirtualRig;
+
+/// The `focus` command.
+#[derive(Debug, Args)]
+pub(super) struct Focus {
+    /// The display file
+    display: PathBuf,
+    /// The rig file; without it the one that the display names
+    #[arg(long, value_name = "FILE")]
+    rig: Option<PathBuf>,
+    /// How long it plays; without it as the display says, or until it is stopped
+    #[arg(long, value_name = "S", value_parser = positive)]
+    seconds: Option<Positive>,
+    /// Print what was played as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Focus {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let display = DisplayFile::read(&self.display)?;
+        let mut lab = Lab::read(&self.rig.clone().unwrap_or_else(|| display.rig_path()))?;
+        if let Some(config) = &mut lab.virtual_rig {
+            // A display lasts as long as somebody feels it.
+            config.keep_wall_clock();
+        }
+        let firmware = open_virtual(&lab)?;
+        let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
+        let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
+        let seconds = self.seconds.or(display.seconds).map(Positive::get);
+        runtime.block_on(async {
+            let stop = StopRequests::listen().into_diagnostic()?;
+            let mut array = open_array(&lab.rig, &ports).await?;
+            let identity = array.identity().clone();
+            let believed = lab.believed_array().len();
+            if believed != identity.elements {
+                return Err(miette!(
+                    help = "make [array] in the rig file the array that is connected",
+                    "{} drives {} elements, and the rig file has {believed}",
+                    array.device(),
+                    identity.elements
+                ));
+            }
+            let composed = compose(&display, &sounding(&lab, &display), &identity)?;
+            if !self.json {
+                let length = match seconds {
+                    Some(seconds) => format!("for {seconds} s"),
+                    None => "until it is stopped (Ctrl-C)".to_owned(),
+                };
+                print(&format!(
+                    "{}\nplays on {} {length}\n",
+                    summary(&composed, &identity),
+                    array.device()
+                ))?;
+            }
+            let ended = play(array.as_mut(), &composed.program, seconds, stop.first()).await?;
+            let how = match ended {
+                Ended::Played => "played",
+                Ended::Stopped(who) => who,
+            };
+            if self.json {
+                print_json(&serde_json::json!({
+                    "display": display.name,
+                    "frames": composed.program.frames().len(),
+                    "loop_s": composed.program.loop_periods() as f64 / identity.carrier_hz(),
+                    "modulation_hz": composed.modulation_hz,
+                    "ended": how,
+                    "silent": true,
+                }))?;
+            } else {
+                print(&format!("{how}; the array is silent\n"))?;
+            }
+            Ok(ExitCode::SUCCESS)
+        })
+    }
+}
+
+/// The array of a rig file, radiating as a display file says.
+pub(super) fn sounding<'a>(lab: &'a Lab, display: &DisplayFile) -> SoundingArray<'a> {
+    SoundingArray {
+        array: lab.believed_array(),
+        medium: lab.believed_medium(),
+        frequency_hz: lab.array.frequency_hz(),
+        transducer: display.output.simulator.transducer(lab.believed_array()),
+    }
+}
+
+/// What is sent, in a few words.
+pub(super) fn summary(composed: &Composed, controller: &ArrayIdentity) -> String {
+    let program = &composed.program;
+    let loop_ms = program.loop_periods() as f64 / controller.carrier_hz() * 1e3;
+    let frames = match program.frames().len() {
+        1 => "1 frame".to_owned(),
+        count => {
+            format!("{count} frames in a loop of {loop_ms:.3} ms ({:.3} a second)", 1e3 / loop_ms)
+        }
+    };
+    let modulation = match composed.modulation_hz {
+        Some(hz) if program.envelope().levels().len() > 1 => format!(
+            "modulated at {hz:.4} Hz by {} levels of {} periods",
+            program.envelope().levels().len(),
+            program.envelope().hold_periods()
+        ),
+        Some(hz) => format!("moved at {hz:.4} Hz"),
+        None => "not modulated".to_owned(),
+    };
+    let steps = controller.period_steps;
+    format!("{frames}, {modulation}; delays in {steps} steps of the carrier's period")
+}

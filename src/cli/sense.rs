@@ -1,0 +1,97 @@
+//! `fieldgap sense`: swipes of a hand, as they come.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use miette::{IntoDiagnostic, miette};
+
+use super::output::print;
+use super::simulate::positive;
+use super::stop::StopRequests;
+use crate::campaign::{Lab, open_virtual};
+use crate::input::Positive;
+use crate::rig::open_array;
+use crate::sensing::{SensingSession, Swipe};
+use crate::virtual_rig::VirtualRig;
+
+/// The `sense` command.
+#[derive(Debug, Args)]
+pub(super) struct Sense {
+    /// A rig file with a [sensing] section, such as rigs/swipe.toml
+    rig: PathBuf,
+    /// How long to listen, on the controller's clock; without it until it is stopped
+    #[arg(long, value_name = "S", value_parser = positive)]
+    seconds: Option<Positive>,
+    /// Print each swipe as a line of JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Sense {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let mut lab = Lab::read(&self.rig)?;
+        let section = lab.sensing.ok_or_else(|| {
+            miette!(
+                help = "add a [sensing] section with the elements `left` and `right`, as in rigs/swipe.toml",
+                "{} does not say which elements listen",
+                self.rig.display()
+            )
+        })?;
+        if let Some(config) = &mut lab.virtual_rig {
+            // The hand moves by itself.
+            config.keep_wall_clock();
+        }
+        let firmware = open_virtual(&lab)?;
+        let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
+        let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
+        runtime.block_on(async {
+            let stop = StopRequests::listen().into_diagnostic()?.first();
+            tokio::pin!(stop);
+            let mut array = open_array(&lab.rig, &ports).await?;
+            let [a, b, c, d] = section.elements();
+            if !self.json {
+                print(&format!(
+                    "elements {a} and {b} on the left, {c} and {d} on the right listen on {} at {} Hz\n",
+                    array.device(),
+                    section.rate_hz()
+                ))?;
+            }
+            let mut session = SensingSession::begin(array.as_mut(), section).await?;
+            let mut begun_s = None;
+            loop {
+                let heard = tokio::select! {
+                    _ = &mut stop => break,
+                    heard = session.next() => heard?,
+                };
+                if let Some(swipe) = heard.swipe {
+                    print(&self.line(&swipe)?)?;
+                }
+                let begun_s = *begun_s.get_or_insert(heard.time_s);
+                if self.seconds.is_some_and(|seconds| heard.time_s - begun_s >= seconds.get()) {
+                    break;
+                }
+            }
+            let (samples, lost) = session.tally();
+            session.end().await?;
+            if !self.json {
+                let lost = if lost > 0 { format!(" and {lost} were lost") } else { String::new() };
+                print(&format!("{samples} samples came{lost}; the array is silent\n"))?;
+            }
+            Ok(ExitCode::SUCCESS)
+        })
+    }
+
+    fn line(&self, swipe: &Swipe) -> miette::Result<String> {
+        if self.json {
+            return Ok(serde_json::to_string(swipe).into_diagnostic()? + "\n");
+        }
+        Ok(format!(
+            "{:>9.2} s  {:<5}  there for {:.2} s, the sides {:.0} ms apart\n",
+            swipe.went_s,
+            swipe.direction.to_string(),
+            swipe.went_s - swipe.came_s,
+            swipe.lag_s * 1e3
+        ))
+    }
+}

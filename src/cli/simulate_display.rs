@@ -1,0 +1,112 @@
+//! `fieldgap simulate --display`: what skin feels of a display, and pictures of it, without a rig.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use miette::IntoDiagnostic;
+
+use super::focus::{sounding, summary};
+use super::output::{print, print_json};
+use crate::acoustics::Simulator;
+use crate::acoustics::radiation::SkinInAir;
+use crate::campaign::Lab;
+use crate::display::{Composed, DisplayFile, Felt, Playback, compose, felt};
+use crate::report::{DisplayShown, write_display};
+use crate::rig::ArrayIdentity;
+
+/// The arguments of `simulate` that a display has.
+pub(super) struct SimulateDisplay<'a> {
+    pub display: &'a Path,
+    pub rig: Option<&'a Path>,
+    pub simulator: Option<Simulator>,
+    pub out: Option<&'a Path>,
+    pub json: bool,
+}
+
+impl SimulateDisplay<'_> {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let mut display = DisplayFile::read(self.display)?;
+        if let Some(simulator) = self.simulator {
+            display.output.simulator = simulator;
+        }
+        let lab = Lab::read(&self.rig.map_or_else(|| display.rig_path(), Path::to_owned))?;
+        let sounding = sounding(&lab, &display);
+        let controller = ArrayIdentity::of_thesis(sounding.array.len(), sounding.frequency_hz);
+        let composed = compose(&display, &sounding, &controller)?;
+        let element_db = display.output.element_db_at_300_mm.get();
+        let playback = Playback::new(&composed.program, sounding, &controller, element_db);
+        let skin = SkinInAir::new(sounding.medium, display.output.air_density_kg_m3.get());
+        let felt = felt(&composed, &playback, skin, controller.carrier_hz());
+        if let Some(folder) = self.out {
+            let shown = DisplayShown {
+                display: &display,
+                composed: &composed,
+                playback: &playback,
+                skin,
+                carrier_hz: controller.carrier_hz(),
+            };
+            let files = write_display(folder, &shown).into_diagnostic()?;
+            for file in [files.animation, files.still, files.frames] {
+                eprintln!("{}", file.display());
+            }
+        }
+        if self.json {
+            print_json(&serde_json::json!({
+                "display": display.name,
+                "frames": composed.program.frames().len(),
+                "loop_s": composed.program.loop_periods() as f64 / controller.carrier_hz(),
+                "modulation_hz": composed.modulation_hz,
+                "quality": composed.quality,
+                "felt": felt,
+            }))?;
+        } else {
+            print(&text(&composed, &controller, &felt))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+fn text(composed: &Composed, controller: &ArrayIdentity, felt: &Felt) -> String {
+    let mut text = summary(composed, controller) + "\n";
+    if let Some(quality) = composed.quality {
+        text += &format!(
+            "foci at once: uniformity {:.3}, efficiency {:.3}\n",
+            quality.uniformity, quality.efficiency
+        );
+    }
+    text += &format!(
+        "\n{:>5} {:>6} {:>7} {:>12} {:>6} {:>9} {:>8} {:>9} {:>9} {:>9} {:>9}\n",
+        "focus",
+        "frames",
+        "Pa rms",
+        "(least-most)",
+        "dB",
+        "peak off",
+        "of 8 kPa",
+        "force",
+        "pressure",
+        "in place",
+        "swinging"
+    );
+    for focus in &felt.foci {
+        let off = focus.peak_off_mm.map_or("-".to_owned(), |off_mm| format!("{off_mm:.2} mm"));
+        let swings = focus.swinging_pa.map_or("-".to_owned(), |pa| format!("{pa:.2} Pa"));
+        text += &format!(
+            "{:>5} {:>6} {:>7.0} {:>12} {:>6.1} {:>9} {:>8} {:>9} {:>9} {:>9} {:>9}\n",
+            focus.focus,
+            focus.frames,
+            focus.rms_pa,
+            format!("({:.0}-{:.0})", focus.least_pa, focus.most_pa),
+            focus.level_db,
+            off,
+            format!("{:.0} %", focus.of_threshold * 100.0),
+            format!("{:.2} mN", focus.force_mn),
+            format!("{:.2} Pa", focus.radiation_pa),
+            format!("{:.2} Pa", focus.steady_pa),
+            swings,
+        );
+    }
+    text += "\nforce: radiation on a disc of 10 mm radius under the whole envelope; pressure: radiation at the focus; in place: its mean \
+             over time\nwhere skin feels it swing most; 8 kPa: the threshold of skin as the thesis gives it\n";
+    text
+}

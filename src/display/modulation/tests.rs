@@ -1,0 +1,113 @@
+//! Envelopes against the spectra of their closed forms.
+
+use num_complex::Complex64;
+use proptest::prelude::*;
+
+use super::*;
+
+fn am(frequency_hz: f64, depth: f64, waveform: Waveform, of: Of) -> Modulation {
+    Modulation::Am(Am {
+        frequency_hz: Positive::new(frequency_hz).expect("above zero"),
+        depth: Fraction::new(depth).expect("in range"),
+        waveform,
+        of,
+    })
+}
+
+/// The amplitudes of the `harmonic`th harmonic of the envelope's levels to a power, its loop holding one cycle.
+fn harmonic(envelope: &Envelope, power: i32, harmonic: usize) -> f64 {
+    let levels = envelope.levels();
+    let sum: Complex64 = levels
+        .iter()
+        .enumerate()
+        .map(|(n, &level)| {
+            let turns = harmonic as f64 * (n as f64 + 0.5) / levels.len() as f64;
+            (f64::from(level) / 255.0).powi(power)
+                * Complex64::from_polar(1.0, -std::f64::consts::TAU * turns)
+        })
+        .sum();
+    let scale = if harmonic == 0 { 1.0 } else { 2.0 };
+    scale * sum.norm() / levels.len() as f64
+}
+
+proptest! {
+    #[test]
+    fn any_rate_is_met(frequency_hz in prop_oneof![0.2..20.0f64, 20.0..1500.0f64]) {
+        let modulation = am(frequency_hz, 1.0, Waveform::Sine, Of::Pressure);
+        let achieved = modulation.achieved_hz(40e3, 4096).expect("slow enough");
+        prop_assert!((achieved / frequency_hz - 1.0).abs() < 2e-4, "{} for {}", achieved, frequency_hz);
+        let envelope = modulation.envelope(40e3, 4096).expect("slow enough");
+        prop_assert!(envelope.levels().len() <= 4096);
+        // Cycles in the loop, counted by where it crosses its mean upwards, and the loop's length give the same rate.
+        let above: Vec<bool> = envelope.levels().iter().map(|&level| level > 127).collect();
+        let rises = above.iter().zip(above.iter().cycle().skip(1)).filter(|(a, b)| !**a && **b).count();
+        let counted = rises as f64 * 40e3 / envelope.loop_periods() as f64;
+        prop_assert!((counted / achieved - 1.0).abs() < 1e-9, "{} {}", counted, achieved);
+    }
+
+    #[test]
+    fn the_spectrum_of_am_is_its_closed_form(depth in 0.0..1.0f64) {
+        // (1 + m sin)/(1 + m): 1/(1 + m) at rest and m/(1 + m) at the frequency, so side bands of m/2 of the carrier.
+        let envelope = am(200.0, depth, Waveform::Sine, Of::Pressure).envelope(40e3, 4096).expect("slow");
+        prop_assert_eq!(envelope.loop_periods(), 200);
+        prop_assert!((harmonic(&envelope, 1, 0) - 1.0 / (1.0 + depth)).abs() < 2e-3);
+        prop_assert!((harmonic(&envelope, 1, 1) - depth / (1.0 + depth)).abs() < 2e-3);
+        prop_assert!(harmonic(&envelope, 1, 2) < 2e-3);
+        // The force goes with its square: 2 m and m²/2, over (1 + m)².
+        let scale = (1.0 + depth).powi(2);
+        prop_assert!((harmonic(&envelope, 2, 1) - 2.0 * depth / scale).abs() < 3e-3);
+        prop_assert!((harmonic(&envelope, 2, 2) - 0.5 * depth * depth / scale).abs() < 3e-3);
+    }
+
+    #[test]
+    fn a_force_that_is_shaped_has_no_second_harmonic(depth in 0.0..1.0f64) {
+        let envelope = am(200.0, depth, Waveform::Sine, Of::Force).envelope(40e3, 4096).expect("slow");
+        prop_assert!((harmonic(&envelope, 2, 1) - depth / (1.0 + depth)).abs() < 3e-3);
+        prop_assert!(harmonic(&envelope, 2, 2) < 3e-3);
+    }
+
+    #[test]
+    fn a_pulse_train_has_the_spectrum_of_its_duty(percent in 1u32..100) {
+        let duty = f64::from(percent) / 100.0;
+        let pwm = Modulation::Pwm(Pwm {
+            frequency_hz: Positive::new(200.0).expect("above zero"),
+            duty_percent: Percent::try_from(f64::from(percent)).expect("in range"),
+        });
+        let envelope = pwm.envelope(40e3, 4096).expect("slow");
+        prop_assert!((harmonic(&envelope, 1, 0) - duty).abs() < 1e-9);
+        for n in 1..5usize {
+            let closed = 2.0 / (std::f64::consts::PI * n as f64) * (std::f64::consts::PI * n as f64 * duty).sin().abs();
+            prop_assert!((harmonic(&envelope, 1, n) - closed).abs() < 1e-3, "{}", n);
+        }
+    }
+}
+
+#[test]
+fn waveforms_have_the_harmonics_of_their_series() {
+    let pi = std::f64::consts::PI;
+    // At full depth (1 + w)/2 halves the harmonics of w.
+    for (waveform, series) in [
+        (Waveform::Square, [4.0 / pi, 0.0, 4.0 / (3.0 * pi)]),
+        (Waveform::Triangle, [8.0 / (pi * pi), 0.0, 8.0 / (9.0 * pi * pi)]),
+        (Waveform::Sawtooth, [2.0 / pi, 1.0 / pi, 2.0 / (3.0 * pi)]),
+    ] {
+        let envelope = am(100.0, 1.0, waveform, Of::Pressure).envelope(40e3, 4096).expect("slow");
+        for (n, value) in series.into_iter().enumerate() {
+            let ours = harmonic(&envelope, 1, n + 1);
+            assert!((ours - value / 2.0).abs() < 2e-3, "{waveform:?} {}: {ours}", n + 1);
+        }
+    }
+}
+
+#[test]
+fn what_the_envelope_cannot_follow_is_refused() {
+    let fast = am(10e3, 1.0, Waveform::Sine, Of::Pressure).envelope(40e3, 4096);
+    insta::assert_snapshot!(fast.expect_err("four periods"));
+}
+
+#[test]
+fn movements_leave_the_amplitude_alone() {
+    let frequency_hz = Positive::new(200.0).expect("above zero");
+    let modulation = Modulation::Spatiotemporal(Spatiotemporal { frequency_hz });
+    assert_eq!(modulation.envelope(40e3, 4096), Ok(Envelope::continuous()));
+}

@@ -1,0 +1,91 @@
+//! One element that listens: what it hears at rest, how noisy that is, and how far from it it is now.
+
+/// Time constant of what is taken for rest, s.
+const REST_S: f64 = 0.4;
+
+/// Time constant of the noise, s.
+const NOISE_S: f64 = 2.0;
+
+/// The least noise that is believed in, as a share of the level at rest.
+const LEAST_NOISE: f64 = 2e-3;
+
+/// What one element hears, against its own past.
+#[derive(Debug, Clone)]
+pub(super) struct Channel {
+    period_s: f64,
+    rest: f64,
+    /// Mean square of the difference between neighbouring samples, which a moving hand hardly changes.
+    roughness: f64,
+    last: f64,
+    samples: u64,
+}
+
+impl Channel {
+    pub fn new(rate_hz: f64) -> Self {
+        Self { period_s: 1.0 / rate_hz, rest: 0.0, roughness: 0.0, last: 0.0, samples: 0 }
+    }
+
+    /// Takes a reading; `at_rest` says that there is no hand.
+    pub fn take(&mut self, volts: f64, at_rest: bool) {
+        if self.samples == 0 {
+            (self.rest, self.last) = (volts, volts);
+        }
+        self.samples += 1;
+        let step = volts - self.last;
+        self.last = volts;
+        if at_rest {
+            // At first every sample counts alike; later only what is as old as the time constants.
+            let share =
+                |constant_s: f64| (self.period_s / constant_s).max(1.0 / self.samples as f64);
+            let (rest, noise) = (share(REST_S), share(NOISE_S));
+            self.rest += rest * (volts - self.rest);
+            self.roughness += noise * (step * step - self.roughness);
+        }
+    }
+
+    /// Standard deviation of its noise. Of independent samples, differences have twice the variance.
+    pub fn noise(&self) -> f64 {
+        (0.5 * self.roughness).sqrt().max(LEAST_NOISE * self.rest.abs())
+    }
+
+    /// How far a reading is from rest, in deviations of the noise.
+    pub fn departure(&self, volts: f64) -> f64 {
+        let noise = self.noise();
+        if noise > 0.0 { (volts - self.rest).abs() / noise } else { 0.0 }
+    }
+
+    /// Takes what it hears now for rest.
+    pub fn settle(&mut self, volts: f64) {
+        self.rest = volts;
+        self.last = volts;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rest_and_noise_are_learnt() {
+        let mut channel = Channel::new(250.0);
+        // Deviation 0.01 about 0.3, by a sequence without pattern.
+        let mut state = 1u64;
+        for _ in 0..2000 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let even = (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+            channel.take(0.3 + 0.01 * 12f64.sqrt() * even, true);
+        }
+        assert!((channel.noise() / 0.01 - 1.0).abs() < 0.15, "{}", channel.noise());
+        assert!((channel.departure(0.35) - 5.0).abs() < 1.2, "{}", channel.departure(0.35));
+    }
+
+    #[test]
+    fn a_hand_is_not_taken_for_rest() {
+        let mut channel = Channel::new(250.0);
+        (0..500).for_each(|n| channel.take(0.3 + 1e-3 * f64::from(n % 2), true));
+        (0..500).for_each(|_| channel.take(0.6, false));
+        assert!(channel.departure(0.6) > 50.0);
+        channel.settle(0.6);
+        assert_eq!(channel.departure(0.6), 0.0);
+    }
+}

@@ -17,6 +17,7 @@ use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use plotters::backend::{BitMapBackend, SVGBackend};
 use plotters::prelude::DrawingBackend;
+use rayon::prelude::*;
 
 pub(super) use self::bar_chart::{Bar, BarChart, Weight};
 pub(super) use self::canvas::Lies;
@@ -84,14 +85,36 @@ fn png(picture: &impl Picture) -> Result<Vec<u8>, PictureError> {
         let mut backend = BitMapBackend::with_buffer(&mut pixels, (large_width, large_height));
         picture.draw(&mut Canvas::new(&mut backend, TextFit::BITMAP)?)?;
     }
-    let large = image::RgbImage::from_raw(large_width, large_height, pixels)
-        .expect("as many bytes as pixels times three");
-    let small = image::imageops::thumbnail(&large, width * PNG_DENSITY, height * PNG_DENSITY);
+    let small = averaged(&pixels, large_width as usize);
+    let (width, height) = (width * PNG_DENSITY, height * PNG_DENSITY);
     let mut file = Vec::new();
     // Cells of one colour compress best as they are.
     PngEncoder::new_with_quality(&mut file, CompressionType::Default, FilterType::NoFilter)
-        .write_image(small.as_raw(), small.width(), small.height(), image::ColorType::Rgb8)?;
+        .write_image(&small, width, height, image::ColorType::Rgb8)?;
     Ok(file)
+}
+
+/// Each pixel of the file as the mean of the square that was drawn for it; colours of three bytes, rows of `width` pixels.
+fn averaged(pixels: &[u8], width: usize) -> Vec<u8> {
+    const SIDE: usize = (OVERSAMPLING / PNG_DENSITY) as usize;
+    const _: () = assert!(OVERSAMPLING.is_multiple_of(PNG_DENSITY), "whole squares");
+    let area = (SIDE * SIDE) as u32;
+    pixels
+        .par_chunks(3 * width * SIDE)
+        .flat_map_iter(|rows| {
+            let mut sums = vec![0u32; 3 * width / SIDE];
+            for row in rows.chunks(3 * width) {
+                for (square, sums) in row.chunks(3 * SIDE).zip(sums.chunks_mut(3)) {
+                    for pixel in square.chunks(3) {
+                        for (sum, &channel) in sums.iter_mut().zip(pixel) {
+                            *sum += u32::from(channel);
+                        }
+                    }
+                }
+            }
+            sums.into_iter().map(move |sum| ((sum + area / 2) / area) as u8)
+        })
+        .collect()
 }
 
 fn svg(picture: &impl Picture) -> Result<String, PictureError> {
@@ -107,4 +130,29 @@ fn svg(picture: &impl Picture) -> Result<String, PictureError> {
     let large = format!("width=\"{large_width}\" height=\"{large_height}\"");
     let true_size = format!("width=\"{width}\" height=\"{height}\"");
     Ok(file.replacen(&large, &true_size, 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn squares_become_their_means() {
+        let side = (OVERSAMPLING / PNG_DENSITY) as usize;
+        // Two squares beside each other: red with one black pixel, and green.
+        let mut pixels = Vec::new();
+        for row in 0..side {
+            for column in 0..2 * side {
+                let black = row == 0 && column == 0;
+                pixels.extend(match (black, column < side) {
+                    (true, _) => [0, 0, 0],
+                    (_, true) => [200, 0, 0],
+                    (_, false) => [0, 100, 0],
+                });
+            }
+        }
+        let area = (side * side) as f64;
+        let red = (200.0 * (area - 1.0) / area).round() as u8;
+        assert_eq!(averaged(&pixels, 2 * side), [red, 0, 0, 0, 100, 0]);
+    }
 }

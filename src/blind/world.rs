@@ -99,24 +99,24 @@ impl<'a> World<'a> {
 
     /// What is read of a level without any noise, V.
     pub fn noiseless_v(&self, stop: &Stop, level_v: f64) -> f64 {
-        self.received_v(stop, level_v)
+        self.received_v(stop, level_v, 1.0)
     }
 
     /// What is read of a level with the noise of the `n`th reading, V.
     ///
-    /// Noise adds to the carrier, both quadratures alike, before its magnitude is taken; what the receiver does to a level
-    /// it does to this one.
+    /// Noise adds to the carrier, both quadratures alike, before its magnitude is taken; noise in proportion to the level comes
+    /// in behind the detector, before the converter.
     pub fn reading_v(&self, n: usize, stop: &Stop, level_v: f64) -> f64 {
         let noise = self.laboratory.noise();
         let normal = |part: u64| self.noise.normal(3 * n as u64 + part);
-        let in_phase_v =
-            level_v * (1.0 + noise.multiplicative * normal(0)) + noise.additive_v * normal(1);
-        self.received_v(stop, in_phase_v.hypot(noise.additive_v * normal(2)))
+        let in_phase_v = level_v + noise.additive_v * normal(1);
+        let heard_v = in_phase_v.hypot(noise.additive_v * normal(2));
+        self.received_v(stop, heard_v, 1.0 + noise.multiplicative * normal(0))
     }
 
-    fn received_v(&self, stop: &Stop, level_v: f64) -> f64 {
+    fn received_v(&self, stop: &Stop, level_v: f64, noise: f64) -> f64 {
         let (_, epoch) = self.epoch(stop);
-        let received_v = epoch.field.level_v(level_v, stop.time_s);
+        let received_v = epoch.field.level_v(level_v, stop.time_s) * noise;
         let converted_v = received_v.min(epoch.field.full_scale_v(f64::INFINITY));
         self.causes.outside().map_or(converted_v, |cause| cause.read_v(converted_v))
     }

@@ -66,8 +66,8 @@ impl FieldKernel {
     /// The field and its derivatives by up to four parameters at each point; `transducer` is the one that the kernel was made
     /// with.
     ///
-    /// They agree with differences of fields to the differences' own accuracy. In air that is not still, even and clear, or with a
-    /// receiver that does not hear alike from everywhere, there is `None`.
+    /// They agree with differences of fields to the differences' own accuracy. In air that is not still, even and clear, with a
+    /// receiver that does not hear alike from everywhere, or with a near field, there is `None`.
     ///
     /// # Panics
     /// For more than four parameters.
@@ -78,7 +78,7 @@ impl FieldKernel {
         points_m: &[Vec3],
     ) -> Option<Vec<FieldDerivatives>> {
         assert!(parameters.len() <= AT_ONCE, "{AT_ONCE} parameters at once");
-        if !self.is_plain() {
+        if !self.is_plain() || self.near_field != 0.0 {
             return None;
         }
         let prepared = Prepared::new(self, Slopes::<f64>::new(self, transducer, parameters));
@@ -89,7 +89,7 @@ impl FieldKernel {
             |(sums, near), (out, points_m)| {
                 prepared.near(points_m, near);
                 let prepared = &prepared;
-                let tile = SumTile::<f64, true, AT_ONCE> { prepared, near, points_m, sums };
+                let tile = SumTile::<f64, true, false, AT_ONCE> { prepared, near, points_m, sums };
                 self.instructions.run(tile);
                 for (point, out) in out.iter_mut().enumerate() {
                     out.field = sums.field(point);

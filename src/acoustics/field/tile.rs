@@ -61,6 +61,8 @@ pub(super) struct Near<T> {
     /// Phase at the tile's middle, half turns, -1 to 1.
     half_turns: T,
     lobe: usize,
+    /// What the near field makes a path longer by on the axis, times its length, halved, m².
+    near_field: T,
 }
 
 /// What is summed over a tile, point by point.
@@ -140,6 +142,9 @@ impl<'k, T: Real> Prepared<'k, T> {
                 rise: T::of(rise_m),
                 half_turns: T::of(half_turns - 2.0 * (0.5 * half_turns).round()),
                 lobe: source.lobes,
+                near_field: T::of(
+                    kernel.near_field * kernel.lobes[source.lobes].radius_m.powi(2) / 8.0,
+                ),
             }
         }));
     }
@@ -154,18 +159,28 @@ fn middle(points_m: &[Vec3]) -> Vec3 {
     0.5 * (low + high)
 }
 
+/// Points at a time where there is more to a pair than the plain sum.
+const NARROW: usize = 8;
+
 /// The sums at every point of a tile, with derivatives by `N` parameters.
-pub(super) struct SumTile<'t, T, const PLAIN: bool, const N: usize> {
+/// `NEAR` says whether faces have a near field, `PLAIN` that the air is still, even and clear and the receiver hears alike from
+/// everywhere.
+pub(super) struct SumTile<'t, T, const PLAIN: bool, const NEAR: bool, const N: usize> {
     pub prepared: &'t Prepared<'t, T>,
     pub near: &'t [Near<T>],
     pub points_m: &'t [Vec3],
     pub sums: &'t mut Sums,
 }
 
-impl<T: Real, const PLAIN: bool, const N: usize> Vectorised for SumTile<'_, T, PLAIN, N> {
+impl<T: Real, const PLAIN: bool, const NEAR: bool, const N: usize> Vectorised
+    for SumTile<'_, T, PLAIN, NEAR, N>
+{
     #[inline(always)]
     fn run<const DOUBLE: usize, const SINGLE: usize, const FUSED: bool>(self) {
-        if T::REFINED {
+        // With air and reception beside, the registers of several bundles would not do.
+        if !PLAIN {
+            self.sum::<NARROW, FUSED>();
+        } else if T::REFINED {
             self.sum::<SINGLE, FUSED>();
         } else {
             self.sum::<DOUBLE, FUSED>();
@@ -173,7 +188,7 @@ impl<T: Real, const PLAIN: bool, const N: usize> Vectorised for SumTile<'_, T, P
     }
 }
 
-impl<T: Real, const PLAIN: bool, const N: usize> SumTile<'_, T, PLAIN, N> {
+impl<T: Real, const PLAIN: bool, const NEAR: bool, const N: usize> SumTile<'_, T, PLAIN, NEAR, N> {
     /// The sums at `W` points at a time.
     #[inline(always)]
     fn sum<const W: usize, const FUSED: bool>(self) {
@@ -187,7 +202,7 @@ impl<T: Real, const PLAIN: bool, const N: usize> SumTile<'_, T, PLAIN, N> {
                     step[axis].0[lane] = T::of(point_m[axis] - middle_m[axis]);
                 }
             }
-            let bundle = sum_bundle::<T, W, FUSED, PLAIN, N>(prepared, near, step);
+            let bundle = sum_bundle::<T, W, FUSED, PLAIN, NEAR, N>(prepared, near, step);
             for lane in 0..points_m.len() {
                 let point = first + lane;
                 sums.real[point] = bundle.real.0[lane].to_f64();
@@ -254,7 +269,14 @@ impl<T: Real> Law<T> {
 
 /// The sum over all sources at points that lie `step` from the tile's middle.
 #[inline(always)]
-fn sum_bundle<T: Real, const W: usize, const FUSED: bool, const PLAIN: bool, const N: usize>(
+fn sum_bundle<
+    T: Real,
+    const W: usize,
+    const FUSED: bool,
+    const PLAIN: bool,
+    const NEAR: bool,
+    const N: usize,
+>(
     prepared: &Prepared<T>,
     near: &[Near<T>],
     step: [Lanes<T, W, FUSED>; 3],
@@ -300,6 +322,10 @@ fn sum_bundle<T: Real, const W: usize, const FUSED: bool, const PLAIN: bool, con
             let sum_of_ends = Lanes::moved(along, source.offset);
             (distance, inverse, excess(source, step, distance, inverse, sum_of_ends))
         };
+        if NEAR {
+            let beside_axis = cosine_of_angle.square() * T::of(3.0) - T::ONE;
+            longer = (beside_axis * source.near_field).mul_add(inverse, longer);
+        }
         if !PLAIN {
             if let Some(air) = &prepared.air {
                 longer = path.mul_add(air.delay(source.centre, along, inverse), longer);

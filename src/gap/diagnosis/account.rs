@@ -142,7 +142,8 @@ fn kinds(
         let gain = nuisance[part.scan].log_gain.exp();
         let beside = [0, 1, 2].map(|axis| {
             let shift_m = crate::acoustics::Vec3::ith(axis, DIFFERENCE_M);
-            let pressures = Supposed::default().pressures(&part.drive.believed, &visits, shift_m);
+            let shifted = Nuisance { shift_m, ..nuisance[part.scan] };
+            let pressures = Supposed::default().pressures(&part.drive.believed, &visits, &shifted);
             pressures.iter().map(|p| gain * p.coherent.norm()).collect::<Vec<f64>>()
         });
         let columns = DMatrix::from_fn(visits.len(), 4, |i, j| match j {

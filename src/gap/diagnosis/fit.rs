@@ -31,6 +31,12 @@ pub(super) const SHIFT_M: f64 = 2e-4;
 /// A change of the shift that matters, m.
 const SHIFT_SCALE_M: f64 = 2e-5;
 
+/// What is known of the elements' near field beforehand, mean and standard deviation: nothing of it, or a piston's.
+const NEAR_FIELD: (f64, f64) = (0.5, 0.5);
+
+/// A change of it that matters.
+const NEAR_FIELD_SCALE: f64 = 0.05;
+
 /// Steps for which the derivatives by the shifts are kept: they only point the way, which every step is tested on.
 const KEPT: usize = 4;
 
@@ -294,7 +300,7 @@ impl Problem<'_> {
                     true => drive.visits.iter().copied().chain(otherwise).collect(),
                     false => drive.visits.clone(),
                 };
-                supposed.contributions(&drive.believed, &visits, nuisance.shift_m)
+                supposed.contributions(&drive.believed, &visits, nuisance)
             })
             .collect()
     }
@@ -417,6 +423,8 @@ fn unknowns(
         let prior = Some((0.0, SHIFT_M));
         let shifts = nuisance.shift_m.iter().map(|&start| (start, SHIFT_SCALE_M));
         unknowns.extend(shifts.map(|(start, scale)| Unknown { start, scale, prior }));
+        let (start, prior) = (nuisance.near_field, Some(NEAR_FIELD));
+        unknowns.push(Unknown { start, scale: NEAR_FIELD_SCALE, prior });
     }
     for ((instance, values), spread) in instances.iter().zip(values).zip(spreads) {
         if instance.effect.search() == Search::Random {

@@ -5,7 +5,7 @@ use super::fit::Fit;
 use super::gap_size::expected;
 use super::likelihood::pressures;
 use super::observations::{Observations, ObservedDrive};
-use super::scatter::{Level, judge, settled, without_floor};
+use super::scatter::{Level, judge, settled};
 use super::supposed::{Pressure, Supposed};
 
 /// Judges the scatter of every scan anew, by what a fit says that readings should have been; where it has `fitted` them,
@@ -36,9 +36,8 @@ fn levels(observations: &Observations, fit: &Fit, context: &Context) -> Vec<Vec<
         let unit = (nuisance.log_gain.exp() / PROBE).powi(2);
         let mut of_drive = |(drive, stirred): (&ObservedDrive, &Vec<Pressure>)| {
             let visits = readings.by_ref().take(drive.visits.len()).zip(stirred);
-            let level = |(reading, stirred): (f64, &Pressure)| Level {
-                steady: without_floor(reading, scan.scatter.floor),
-                speckle: stirred.speckle * unit,
+            let level = |(reading, stirred): (f64, &Pressure)| {
+                Level::new(reading, scan.scatter.floor, stirred.speckle * unit)
             };
             visits.map(level).collect()
         };

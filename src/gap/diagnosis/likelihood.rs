@@ -13,22 +13,25 @@ use super::observations::{Observations, ObservedDrive, ObservedScan, Visit};
 use super::scatter::{Scatter, without_floor};
 use super::supposed::{Pressure, Supposed};
 
-/// What setting up leaves open in every scan, whatever is supposed: the gain, and a small shift.
+/// What is open in every scan, whatever is supposed: the gain, a small shift, and how near the near field is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Nuisance {
     /// Logarithm of the reading per unit of the simulation.
     pub log_gain: f64,
     /// Shift of the scan's coordinates, m.
     pub shift_m: Vector3<f64>,
+    /// How much of a piston's near field the elements show: simulators leave it out.
+    pub near_field: f64,
 }
 
 impl Nuisance {
     /// Numbers in it.
-    pub const COUNT: usize = 4;
+    pub const COUNT: usize = 5;
 
-    /// From its numbers: log gain, then x, y, z.
+    /// From its numbers: log gain, then x, y, z, then the near field.
     pub fn from_slice(numbers: &[f64]) -> Self {
-        Self { log_gain: numbers[0], shift_m: Vec3::new(numbers[1], numbers[2], numbers[3]) }
+        let shift_m = Vec3::new(numbers[1], numbers[2], numbers[3]);
+        Self { log_gain: numbers[0], shift_m, near_field: numbers[4] }
     }
 }
 
@@ -83,9 +86,7 @@ pub(super) fn pressures(
         .zip(nuisance)
         .map(|(scan, nuisance)| {
             let of_drive = |drive: &ObservedDrive| {
-                let at = |visits: &[Visit]| {
-                    supposed.pressures(&drive.believed, visits, nuisance.shift_m)
-                };
+                let at = |visits: &[Visit]| supposed.pressures(&drive.believed, visits, nuisance);
                 if !supposed.minds_the_way() {
                     return at(&drive.visits);
                 }
@@ -98,7 +99,8 @@ pub(super) fn pressures(
 }
 
 impl Supposed {
-    /// What the receiver reads of a pressure: gain, drift, noise, compression, floor, full scale, in this order.
+    /// What the receiver reads of a pressure: gain, drift, quadrature noise, compression, floor, noise in proportion (or that
+    /// before compression and floor), full scale, in this order.
     pub fn expected(
         &self,
         pressure: &Pressure,
@@ -117,7 +119,11 @@ impl Supposed {
         if !self.changes_scatter() {
             return Expected { reading: reading.min(self.full_scale), variance_ratio: 1.0 };
         }
-        let mut deviation = (scatter.share * reading).hypot(quadrature);
+        let share_after = !self.share_before_receiver;
+        let mut deviation = match share_after {
+            true => quadrature,
+            false => (scatter.share * reading).hypot(quadrature),
+        };
         if self.saturation.is_finite() {
             let compressed = 1.0 / (1.0 + (reading / self.saturation).powi(2)).sqrt();
             reading *= compressed;
@@ -127,6 +133,9 @@ impl Supposed {
             let raised = reading.hypot(self.floor);
             deviation *= reading / raised;
             reading = raised;
+        }
+        if share_after {
+            deviation = deviation.hypot(scatter.share * reading);
         }
         let ratio = (deviation * scatter.slope(reading)).powi(2);
         Expected { reading: reading.min(self.full_scale), variance_ratio: ratio.max(LEAST_RATIO) }
@@ -210,7 +219,7 @@ fn best_log_gain(scan: &ObservedScan, pressures: &[Vec<Pressure>]) -> f64 {
 
 /// No shift, and the gain that fits best.
 pub(super) fn first_gain(observations: &Observations, supposed: &Supposed) -> Vec<Nuisance> {
-    let none = Nuisance { log_gain: 0.0, shift_m: Vector3::zeros() };
+    let none = Nuisance { log_gain: 0.0, shift_m: Vector3::zeros(), near_field: 0.0 };
     let at_rest = vec![none; observations.scans.len()];
     let pressures = pressures(observations, supposed, &at_rest);
     observations

@@ -1,8 +1,8 @@
 //! How readings scatter about their mean: from silence and from points that were visited again.
 //!
-//! The noise is taken to enter before the receiver's detector: a level m reads |m (1 + a n₀) + b (n₁ + i n₂)| with standard
-//! normal n, so that silence reads Rayleigh's distribution and a strong signal scatters by √(a² m² + b²). A floor that
-//! the detector adds in power makes √(reading² + floor²) of it.
+//! A level m reads |m + b (n₁ + i n₂)| (1 + a n₀) with standard normal n, so that silence reads Rayleigh's distribution and a
+//! strong signal scatters by √(a² m² + b²). A floor that the detector adds in power makes √(reading² + floor²) of it before
+//! the share in proportion comes in: quadrature noise is the smaller beside a floor, and the share is not.
 
 use std::sync::Arc;
 
@@ -59,10 +59,10 @@ impl Scatter {
         (share * share + self.additive * self.additive).sqrt()
     }
 
-    /// The scale on which readings scatter by one everywhere: ∫ dm / √(a² m² + b²) = asinh(a m / b) / a.
+    /// The scale on which readings scatter by one everywhere, but for a floor: ∫ dm / √(a² m² + b²) = asinh(a m / b) / a.
     pub fn stabilised(&self, reading: f64) -> f64 {
         let share = self.share.max(LEAST_SHARE);
-        let x = share * without_floor(reading, self.floor) / self.additive;
+        let x = share * reading / self.additive;
         // asinh of what is not negative; the library's minds the last digits near zero, at twice the time.
         (x + (x * x + 1.0).sqrt()).ln() / share
     }
@@ -86,11 +86,9 @@ impl Scatter {
         Self { most_turbulence, ..self }
     }
 
-    /// Slope of that scale at a reading above the floor.
+    /// Slope of that scale.
     pub fn slope(&self, reading: f64) -> f64 {
-        let level = without_floor(reading, self.floor);
-        let beside_floor = if level > 0.0 { reading / level } else { 1.0 };
-        beside_floor / self.at(level)
+        1.0 / self.at(reading)
     }
 
     /// Mean reading of a level with quadrature noise of standard deviation `quadrature`: between Rayleigh's mean at no
@@ -150,13 +148,23 @@ pub(super) fn without_floor(reading: f64, floor: f64) -> f64 {
     (reading * reading - floor * floor).max(0.0).sqrt()
 }
 
-/// A steady level and what turbulence of one rad over √m would scatter of it, at one reading.
+/// What a reading should have been, and what turbulence of one rad over √m would scatter of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Level {
-    /// In the reading's unit.
-    pub steady: f64,
+    /// In the reading's unit, any floor included.
+    pub reading: f64,
+    /// What it changes by for a change of what the floor was added to: one without a floor.
+    pub beside_floor: f64,
     /// Mean square, in the unit squared.
     pub speckle: f64,
+}
+
+impl Level {
+    /// Of a reading that holds a floor.
+    pub fn new(reading: f64, floor: f64, speckle: f64) -> Self {
+        let beside_floor = without_floor(reading, floor) / reading.max(f64::MIN_POSITIVE);
+        Self { reading, beside_floor, speckle }
+    }
 }
 
 /// What two visits of one point differ by beyond what they should.
@@ -176,8 +184,8 @@ pub(super) fn judge(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
         Some((additive, floor, evidence)) => (Some(additive), floor, evidence),
         None => (None, 0.0, 0.0),
     };
-    let pairs = pairs(scan, levels, floor);
-    let rough = roughness(scan, levels, floor);
+    let pairs = pairs(scan, levels);
+    let rough = roughness(scan, levels);
     let additive = additive.unwrap_or(rough.1).max(f64::MIN_POSITIVE);
     let scatter = Scatter {
         share: rough.0,
@@ -223,7 +231,7 @@ pub(super) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     for (drive, levels) in scan.drives.iter().zip(levels) {
         for (reading, level) in drive.readings.iter().zip(levels) {
             // A reading scatters by half of what a difference of two does.
-            let difference = 2f64.sqrt() * (without_floor(*reading, judged.floor) - level.steady);
+            let difference = 2f64.sqrt() * (reading - level.reading);
             told.push(Pair { level: *level, difference });
         }
     }
@@ -246,7 +254,7 @@ pub(super) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     Scatter { share, additive, ..judged }.with_most_turbulence()
 }
 
-fn pairs(scan: &ObservedScan, levels: &[Vec<Level>], floor: f64) -> Vec<Pair> {
+fn pairs(scan: &ObservedScan, levels: &[Vec<Level>]) -> Vec<Pair> {
     /// Nanometres within which two visits are of one point.
     const SAME_NM: f64 = 1e4;
     let mut pairs = Vec::new();
@@ -255,7 +263,7 @@ fn pairs(scan: &ObservedScan, levels: &[Vec<Level>], floor: f64) -> Vec<Pair> {
         for (index, visit) in drive.visits.iter().enumerate() {
             let cell: [i64; 3] = visit.at_m.map(|m| (m * 1e9 / SAME_NM).round() as i64).into();
             if let Some(before) = seen.insert(cell, index) {
-                let beyond = |i: usize| without_floor(drive.readings[i], floor) - levels[i].steady;
+                let beyond = |i: usize| drive.readings[i] - levels[i].reading;
                 pairs.push(Pair {
                     level: levels[index],
                     difference: beyond(index) - beyond(before),
@@ -271,13 +279,12 @@ fn cost(pairs: &[Pair], share: f64, additive: f64, turbulence: f64) -> f64 {
     pairs
         .iter()
         .map(|pair| {
-            let (m2, q2) = (
-                pair.level.steady * pair.level.steady,
-                additive * additive + 0.5 * turbulence * turbulence * pair.level.speckle,
-            );
+            let Level { reading, beside_floor, speckle } = pair.level;
+            let (m2, beside2) = (reading * reading, beside_floor * beside_floor);
+            let q2 = additive * additive + 0.5 * turbulence * turbulence * speckle;
             // Near a null the magnitude scatters less than its quadratures do.
-            let quadrature = q2 * (1.0 - 0.5708 / (1.0 + 0.434 * m2 / q2));
-            let variance = 2.0 * (share * share * m2 + quadrature);
+            let quadrature = q2 * (1.0 - 0.5708 / (1.0 + 0.434 * beside2 * m2 / q2));
+            let variance = 2.0 * (share * share * m2 + beside2 * quadrature);
             0.5 * (variance.ln() + pair.difference * pair.difference / variance)
         })
         .sum()
@@ -307,10 +314,10 @@ fn least(from: f64, to: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
 
 /// Share and additive part as the residual's third differences along evenly spaced visits tell them: their square is 20
 /// times the variance of white noise.
-fn roughness(scan: &ObservedScan, levels: &[Vec<Level>], floor: f64) -> (f64, f64) {
+fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
     let mut told: Vec<(f64, f64)> = Vec::new();
     for (drive, levels) in scan.drives.iter().zip(levels) {
-        let beyond = |i: usize| without_floor(drive.readings[i], floor) - levels[i].steady;
+        let beyond = |i: usize| drive.readings[i] - levels[i].reading;
         for i in 0..drive.visits.len().saturating_sub(3) {
             let even = (i + 2..i + 4).all(|j| {
                 let (a, b) = (&drive.visits[j], &drive.visits[i + 1]);
@@ -318,7 +325,7 @@ fn roughness(scan: &ObservedScan, levels: &[Vec<Level>], floor: f64) -> (f64, f6
             });
             if even {
                 let third = beyond(i + 3) - 3.0 * beyond(i + 2) + 3.0 * beyond(i + 1) - beyond(i);
-                let level = 0.5 * (levels[i + 1].steady + levels[i + 2].steady);
+                let level = 0.5 * (levels[i + 1].reading + levels[i + 2].reading);
                 told.push((level * level, third * third / 20.0));
             }
         }

@@ -109,13 +109,13 @@ impl<'o> Scored<'o> {
         let mut drives = Vec::new();
         for (scan_number, scan) in observations.scans.iter().enumerate() {
             for (number, drive) in scan.drives.iter().enumerate() {
-                let shift_m = fit.nuisance[scan_number].shift_m;
+                let nuisance = &fit.nuisance[scan_number];
                 drives.push(ScoredDrive {
                     number: drives.len(),
                     scan: scan_number,
                     drive: number,
                     pressures: pressures[scan_number][number].clone(),
-                    contributions: supposed.contributions(&drive.believed, &drive.visits, shift_m),
+                    contributions: supposed.contributions(&drive.believed, &drive.visits, nuisance),
                     phases_rad: supposed.phases_rad(&drive.believed),
                 });
             }
@@ -295,7 +295,7 @@ impl<'o> Scored<'o> {
                 .step_by(stride)
                 .map(|visit| self.supposed.place(visit) + nuisance.shift_m)
                 .collect();
-            let images = self.supposed.images(&observed.believed, height_m, &points_m);
+            let images = self.supposed.images(&observed.believed, height_m, &points_m, nuisance);
             let gain = nuisance.log_gain.exp();
             for (image, i) in images.iter().zip((0..observed.visits.len()).step_by(stride)) {
                 let pressure = &drive.pressures[i];

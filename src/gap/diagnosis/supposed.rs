@@ -10,6 +10,7 @@ use crate::acoustics::{
     Vec3, delays_s,
 };
 
+use super::likelihood::Nuisance;
 use super::observations::Visit;
 
 /// A supposition. The default is the believed set-up.
@@ -73,6 +74,8 @@ pub(super) struct Supposed {
     pub saturation: f64,
     /// Floor added in power.
     pub floor: f64,
+    /// Whether noise in proportion to the level comes in before compression and floor, and not behind them.
+    pub share_before_receiver: bool,
     /// Full scale of the converter.
     pub full_scale: f64,
     /// A plane parallel to the array: its height, m, and its reflection coefficient.
@@ -115,6 +118,7 @@ impl Default for Supposed {
             face_radius_m: 0.0,
             saturation: f64::INFINITY,
             floor: 0.0,
+            share_before_receiver: false,
             full_scale: f64::INFINITY,
             mirror: None,
             standing: Complex64::ZERO,
@@ -145,19 +149,25 @@ impl Supposed {
         at_m + self.offset_m
     }
 
-    /// The pressure at each visit of one drive, shifted by `shift_m`.
+    /// Where the receiver truly is at each visit, array's frame, m.
+    pub fn places(&self, visits: &[Visit], nuisance: &Nuisance) -> Vec<Vec3> {
+        visits.iter().map(|visit| self.place(visit) + nuisance.shift_m).collect()
+    }
+
+    /// The pressure at each visit of one drive, with the shift and the near field of its scan.
     pub fn pressures(
         &self,
         believed: &Simulation,
         visits: &[Visit],
-        shift_m: Vec3,
+        nuisance: &Nuisance,
     ) -> Vec<Pressure> {
-        let points_m: Vec<Vec3> = visits.iter().map(|visit| self.place(visit) + shift_m).collect();
+        let points_m = self.places(visits, nuisance);
         let sources = self.sources(believed);
         let wavenumber = self.wavenumber_rad_m(believed);
-        let mut pressures = self.heard(believed, &self.kernel(believed, &sources), &points_m);
+        let mut pressures =
+            self.heard(believed, &self.kernel(believed, &sources, nuisance), &points_m);
         if let Some((height_m, coefficient)) = self.mirror {
-            let image = self.images(believed, height_m, &points_m);
+            let image = self.images(believed, height_m, &points_m, nuisance);
             for (pressure, image) in pressures.iter_mut().zip(image) {
                 pressure.coherent += coefficient * image;
             }
@@ -176,10 +186,10 @@ impl Supposed {
         &self,
         believed: &Simulation,
         visits: &[Visit],
-        shift_m: Vec3,
+        nuisance: &Nuisance,
     ) -> Vec<Vec<Complex64>> {
-        let points_m: Vec<Vec3> = visits.iter().map(|visit| self.place(visit) + shift_m).collect();
-        let kernel = self.kernel(believed, &self.sources(believed));
+        let points_m = self.places(visits, nuisance);
+        let kernel = self.kernel(believed, &self.sources(believed), nuisance);
         (0..believed.array.len()).map(|n| kernel.of_element(n).at(&points_m)).collect()
     }
 
@@ -219,7 +229,7 @@ impl Supposed {
         }
     }
 
-    fn kernel(&self, believed: &Simulation, sources: &Sources) -> FieldKernel {
+    fn kernel(&self, believed: &Simulation, sources: &Sources, nuisance: &Nuisance) -> FieldKernel {
         let wavenumber = self.wavenumber_rad_m(believed);
         let nominal: &dyn Transducer = match believed.simulator {
             Simulator::AsWritten if self.decay_mended => &MurataFit::CENTIMETRES,
@@ -238,7 +248,7 @@ impl Supposed {
         if let Some(exponent) = self.spreading {
             kernel = kernel.with_on_axis(OnAxis::Power { exponent });
         }
-        kernel = kernel.through(self.air(believed));
+        kernel = kernel.through(self.air(believed)).with_near_field(nuisance.near_field);
         if self.reception_half_rad.is_finite() || self.face_radius_m > 0.0 {
             kernel = kernel.heard_with(|angle_rad| self.reception(angle_rad, wavenumber));
         }
@@ -261,8 +271,9 @@ impl Supposed {
         believed: &Simulation,
         height_m: f64,
         points_m: &[Vec3],
+        nuisance: &Nuisance,
     ) -> Vec<Complex64> {
-        self.kernel(believed, &self.sources(believed).mirrored(height_m)).at(points_m)
+        self.kernel(believed, &self.sources(believed).mirrored(height_m), nuisance).at(points_m)
     }
 
     /// What each element is driven with, rad.
@@ -337,7 +348,8 @@ impl Sources {
 impl Supposed {
     /// What concerns the field alone, and not what the receiver makes of it.
     pub fn field_alone(&self) -> Self {
-        let Self { drift, saturation, floor, full_scale, .. } = Self::default();
-        Self { drift, saturation, floor, full_scale, ..self.clone() }
+        let Self { drift, saturation, floor, share_before_receiver, full_scale, .. } =
+            Self::default();
+        Self { drift, saturation, floor, share_before_receiver, full_scale, ..self.clone() }
     }
 }

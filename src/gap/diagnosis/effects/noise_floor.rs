@@ -17,6 +17,11 @@ impl Effect for NoiseFloor {
         &[Parameter { neutral: 0.0, scale: 1e-05, least: 0.0, most: 1.0 }]
     }
 
+    /// Noise in proportion to the level behind the detector, or before it: nothing else tells which.
+    fn choices(&self) -> Vec<Choice> {
+        vec![Choice::Law(0), Choice::Law(1)]
+    }
+
     fn starts(&self, context: &Context) -> Vec<Vec<f64>> {
         match (context.silent_floor / context.largest_reading).powi(2) {
             0.0 => vec![vec![1e-7], vec![1e-6], vec![1e-4], vec![1e-2]],
@@ -24,13 +29,8 @@ impl Effect for NoiseFloor {
         }
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        context: &Context,
-        supposed: &mut Supposed,
-    ) {
+    fn suppose(&self, values: &[f64], choice: &Choice, context: &Context, supposed: &mut Supposed) {
+        supposed.share_before_receiver = *choice == Choice::Law(1);
         supposed.floor = context.largest_reading * values[0].max(0.0).sqrt();
     }
 

@@ -18,17 +18,17 @@ impl Effect for Saturation {
         &[Parameter { neutral: 0.0, scale: 0.02, least: 0.0, most: 400.0 }]
     }
 
+    /// Noise in proportion to the level behind the detector, or before it: nothing else tells which.
+    fn choices(&self) -> Vec<Choice> {
+        vec![Choice::Law(0), Choice::Law(1)]
+    }
+
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![0.05], vec![1.0]]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        context: &Context,
-        supposed: &mut Supposed,
-    ) {
+    fn suppose(&self, values: &[f64], choice: &Choice, context: &Context, supposed: &mut Supposed) {
+        supposed.share_before_receiver = *choice == Choice::Law(1);
         supposed.saturation = context.largest_reading / values[0].max(0.0).sqrt();
     }
 

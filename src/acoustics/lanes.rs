@@ -67,6 +67,15 @@ impl<T: Real, const W: usize, const FUSED: bool> Lanes<T, W, FUSED> {
         self
     }
 
+    /// `from - self * factor`.
+    #[inline(always)]
+    pub fn mul_sub_from(mut self, factor: Self, from: Self) -> Self {
+        for lane in 0..W {
+            self.0[lane] = -self.0[lane];
+        }
+        self.mul_add(factor, from)
+    }
+
     /// `self * factor + addend`, the factor alike in all lanes.
     #[inline(always)]
     pub fn scale_add(self, factor: T, addend: Self) -> Self {
@@ -101,10 +110,10 @@ impl<T: Real, const W: usize, const FUSED: bool> Lanes<T, W, FUSED> {
         let half = Self::splat(T::of(0.5));
         let mut root = self.map(T::reciprocal_root_guess);
         for _ in 0..T::HALLEY_STEPS {
-            let left = one - self * root * root;
+            let left = (self * root).mul_sub_from(root, one);
             root = (root * left).mul_add(left.scale_add(T::of(0.375), half), root);
         }
-        let left = one - self * root * root;
+        let left = (self * root).mul_sub_from(root, one);
         (root * left).mul_add(half, root)
     }
 

@@ -103,7 +103,7 @@ impl<T: Real> Lobe<T> {
     pub fn at<const W: usize, const F: bool>(&self, t: Lanes<T, W, F>) -> Lanes<T, W, F> {
         match self {
             Self::Polynomial(pairs) => {
-                let x = t + t - T::ONE;
+                let x = t.scale_add(T::of(2.0), Lanes::splat(-T::ONE));
                 let square = x.square();
                 let [mut even, mut odd] = [Lanes::zero(); 2];
                 for &pair in pairs.iter().rev() {
@@ -124,7 +124,7 @@ impl<T: Real> Lobe<T> {
     ) -> [Lanes<T, W, F>; 2] {
         match self {
             Self::Polynomial(pairs) => {
-                let x = t + t - T::ONE;
+                let x = t.scale_add(T::of(2.0), Lanes::splat(-T::ONE));
                 let square = x.square();
                 let [mut even, mut odd, mut even_slope, mut odd_slope] = [Lanes::zero(); 4];
                 for &pair in pairs.iter().rev() {

@@ -1,6 +1,6 @@
 //! The two precisions of the field kernel, and what its arithmetic needs to know of each.
 
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// `f32` or `f64`.
 pub(super) trait Real:
@@ -12,6 +12,7 @@ pub(super) trait Real:
     + Sub<Output = Self>
     + Mul<Output = Self>
     + Div<Output = Self>
+    + Neg<Output = Self>
     + 'static
 {
     const ZERO: Self;

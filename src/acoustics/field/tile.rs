@@ -27,6 +27,8 @@ pub(super) struct Prepared<'k, T> {
     half_turns_per_m: T,
     on_axis: Law<T>,
     frozen: bool,
+    /// Whether all sources look along z.
+    upright: bool,
     slopes: Slopes<T>,
 }
 
@@ -104,6 +106,7 @@ impl<'k, T: Real> Prepared<'k, T> {
                 }
             },
             frozen: kernel.paths != PathLengths::Observed,
+            upright: kernel.sources.iter().all(|source| source.normal == Vec3::z()),
             slopes,
         }
     }
@@ -287,12 +290,14 @@ fn sum_bundle<
         let square = z.mul_add(z, across_square);
         let inverse = square.reciprocal_root();
         let distance = square * inverse;
-        let height = Lanes::dot_add(along, source.normal, zero);
+        let height = if prepared.upright { z } else { Lanes::dot_add(along, source.normal, zero) };
         let cosine_of_angle = height * inverse;
 
         let variable = match prepared.kernel.smooth {
             Smooth::InCosine => cosine_of_angle,
-            Smooth::InSineSquared => Lanes::splat(T::ONE) - cosine_of_angle.square(),
+            Smooth::InSineSquared => {
+                cosine_of_angle.mul_sub_from(cosine_of_angle, Lanes::splat(T::ONE))
+            }
             Smooth::InHalfTangent => half_tangent(along, source.normal, distance, height),
         };
         let lobe = &prepared.lobes[source.lobe];
@@ -407,7 +412,7 @@ fn excess<T: Real, const W: usize, const FUSED: bool>(
     let [x, y, z] = step;
     let [sx, sy, sz] = sum_of_ends;
     let squares = x.mul_add(sx, y.mul_add(sy, z.mul_add(sz, Lanes::splat(source.lacking))));
-    let missing = squares - rough * (rough + (source.path + source.path));
+    let missing = rough.mul_sub_from(rough + (source.path + source.path), squares);
     let half = T::of(0.5);
     // Where the path is much shorter than that to the middle, the difference has all the digits it needs.
     let limit = half * source.path;

@@ -27,6 +27,7 @@ use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use plotters::backend::{BitMapBackend, SVGBackend};
 use plotters::prelude::DrawingBackend;
+use rayon::prelude::*;
 
 pub(super) use self::animation::animated;
 pub(super) use self::bar_chart::{Bar, BarChart, Weight};
@@ -116,9 +117,30 @@ fn pixels(picture: &impl Picture, density: u32) -> Result<image::RgbImage, Pictu
         let mut backend = BitMapBackend::with_buffer(&mut pixels, (large_width, large_height));
         picture.draw(&mut Canvas::new(&mut backend, TextFit::BITMAP)?)?;
     }
-    let large = image::RgbImage::from_raw(large_width, large_height, pixels)
-        .expect("as many bytes as pixels times three");
-    Ok(image::imageops::thumbnail(&large, width * density, height * density))
+    let small = averaged(&pixels, large_width as usize, (OVERSAMPLING / density) as usize);
+    Ok(image::RgbImage::from_raw(width * density, height * density, small)
+        .expect("as many bytes as pixels times three"))
+}
+
+/// Each pixel as the mean of the square of `side` that was drawn for it; colours of three bytes, rows of `width` pixels.
+fn averaged(pixels: &[u8], width: usize, side: usize) -> Vec<u8> {
+    let area = (side * side) as u32;
+    pixels
+        .par_chunks(3 * width * side)
+        .flat_map_iter(|rows| {
+            let mut sums = vec![0u32; 3 * width / side];
+            for row in rows.chunks(3 * width) {
+                for (square, sums) in row.chunks(3 * side).zip(sums.chunks_mut(3)) {
+                    for pixel in square.chunks(3) {
+                        for (sum, &channel) in sums.iter_mut().zip(pixel) {
+                            *sum += u32::from(channel);
+                        }
+                    }
+                }
+            }
+            sums.into_iter().map(move |sum| ((sum + area / 2) / area) as u8)
+        })
+        .collect()
 }
 
 fn svg(picture: &impl Picture) -> Result<String, PictureError> {
@@ -134,4 +156,29 @@ fn svg(picture: &impl Picture) -> Result<String, PictureError> {
     let large = format!("width=\"{large_width}\" height=\"{large_height}\"");
     let true_size = format!("width=\"{width}\" height=\"{height}\"");
     Ok(file.replacen(&large, &true_size, 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn squares_become_their_means() {
+        let side = (OVERSAMPLING / PNG_DENSITY) as usize;
+        // Two squares beside each other: red with one black pixel, and green.
+        let mut pixels = Vec::new();
+        for row in 0..side {
+            for column in 0..2 * side {
+                let black = row == 0 && column == 0;
+                pixels.extend(match (black, column < side) {
+                    (true, _) => [0, 0, 0],
+                    (_, true) => [200, 0, 0],
+                    (_, false) => [0, 100, 0],
+                });
+            }
+        }
+        let area = (side * side) as f64;
+        let red = (200.0 * (area - 1.0) / area).round() as u8;
+        assert_eq!(averaged(&pixels, 2 * side), [red, 0, 0, 0, 100, 0]);
+    }
 }

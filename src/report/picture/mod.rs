@@ -179,6 +179,6 @@ mod tests {
         }
         let area = (side * side) as f64;
         let red = (200.0 * (area - 1.0) / area).round() as u8;
-        assert_eq!(averaged(&pixels, 2 * side), [red, 0, 0, 0, 100, 0]);
+        assert_eq!(averaged(&pixels, 2 * side, side), [red, 0, 0, 0, 100, 0]);
     }
 }

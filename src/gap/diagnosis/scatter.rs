@@ -47,6 +47,9 @@ impl Default for Scatter {
 /// Below this the scatter's share is not told from none, and the transform below loses digits.
 const LEAST_SHARE: f64 = 1e-4;
 
+/// The additive part is taken for no less than this of the largest reading: what is lower is below any converter's step.
+const LEAST_ADDITIVE: f64 = 1e-4;
+
 impl Scatter {
     /// Whether there are repeats enough to tell it, whatever the readings should have been.
     pub fn is_told_by_repeats(&self) -> bool {
@@ -186,7 +189,10 @@ pub(super) fn judge(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
     };
     let pairs = pairs(scan, levels);
     let rough = roughness(scan, levels);
-    let additive = additive.unwrap_or(rough.1).max(f64::MIN_POSITIVE);
+    // A converter with coarse steps reads silence as nothing at all.
+    let largest = scan.drives.iter().flat_map(|d| &d.readings).fold(0.0f64, |a, r| a.max(*r));
+    let lowest = (LEAST_ADDITIVE * largest).max(f64::MIN_POSITIVE);
+    let additive = additive.unwrap_or(rough.1).max(lowest);
     let scatter = Scatter {
         share: rough.0,
         additive,

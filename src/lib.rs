@@ -6,6 +6,7 @@
 //! |---|---|
 //! | [`input`] | reading what people write: faults located by file, line and column; quantities that cannot hold a wrong value |
 //! | [`least_squares`] | nonlinear least squares with priors |
+//! | `cipher` | bytes locked away under a key |
 //! | [`acoustics`] | pure physics: arrays, medium, drives, simulators, the field kernel, metrics |
 //! | [`scan`] | records: recorded scans, plans, the journal of a running scan, imports |
 //! | [`study`] | how a field's figures go with any parameter of array, focus, medium or model; the thesis's studies |
@@ -28,6 +29,7 @@ pub mod acoustics;
 pub mod blind;
 pub mod campaign;
 pub mod characterization;
+mod cipher;
 pub mod cli;
 pub mod correction;
 pub mod display;

@@ -30,6 +30,13 @@ fn the_thesis_plan_scans_four_planes_of_36_by_36_points() {
 }
 
 #[test]
+fn the_withheld_effect_is_scanned_at_four_heights_and_diagnosed() {
+    let plan = plan("withheld-effect.toml");
+    assert!(plan.diagnose);
+    assert!(plan.visits().len() < 1000);
+}
+
+#[test]
 fn the_quick_look_is_small() {
     assert!(plan("quick-look.toml").visits().len() < 200);
 }

@@ -18,6 +18,14 @@ pub enum BlindError {
     #[error("{} exists already; it may be the only key to another set", .0.display())]
     #[diagnostic(help("name another file with --key, or take that one away"))]
     KeyExists(PathBuf),
+    /// A sealed file would be written over another.
+    #[error("{} exists already and stays as it is", .0.display())]
+    #[diagnostic(help("name another file with --out, or take that one away"))]
+    SealedExists(PathBuf),
+    /// A name that is not read as that of a sealed file.
+    #[error("{} would not be known for a sealed file by its name", .0.display())]
+    #[diagnostic(help("let the name end in .sealed"))]
+    NotASealedName(PathBuf),
     /// A scan could not be kept.
     #[error(transparent)]
     Record(#[from] RecordError),
@@ -46,8 +54,8 @@ pub enum BlindError {
         source: io::Error,
     },
     /// The system gave no random numbers for a key.
-    #[error("the system gave no random key: {0}")]
-    #[diagnostic(help("without one the answers cannot be sealed; try again"))]
+    #[error("no key could be drawn: {0}")]
+    #[diagnostic(help("without one nothing can be sealed; try again"))]
     NoKey(String),
     /// A key file that holds no key.
     #[error("{} holds no key: 64 hexadecimal digits are expected", .0.display())]

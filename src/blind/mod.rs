@@ -9,6 +9,8 @@
 //! | [`Run`] | diagnoses every scan; it never opens the seal |
 //! | [`Seal::open`], [`Score`] | compares the diagnoses with the answers, beside targets and 95 % intervals |
 //!
+//! Beside these, [`seal_truth()`] withholds what is true behind a virtual rig from whoever scans it.
+//!
 //! The scans come from vibrating pistons, summed by their Rayleigh integrals with the virtual rig's effects, so the
 //! model that diagnoses is not the one that made them. Effects are as often as one another; their sizes are uniform in the
 //! logarithm of the gap that they leave. The simulator's own defects (`phase-plane`, `on-axis-unit`) are in no set: no world
@@ -29,6 +31,7 @@ mod run;
 mod said;
 mod score;
 mod seal;
+mod seal_truth;
 mod sizing;
 mod survey;
 mod world;
@@ -44,3 +47,4 @@ pub use score::{
     VerdictRow,
 };
 pub use seal::{Seal, fresh_seed};
+pub use seal_truth::seal_truth;

@@ -13,19 +13,16 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use chacha20poly1305::aead::{Aead, Generate, KeyInit, Payload};
-use chacha20poly1305::{Key, XChaCha20Poly1305, XNonce};
 use sha2::{Digest, Sha256};
 
 use super::answer::Answers;
 use super::error::BlindError;
+use crate::cipher::{Key, NoChance, fresh_number, hex};
 
 const LIST: &str = "scans.sha256";
 const SEALED: &str = "answers.sealed";
 const KEY: &str = "answers.key";
 const COMMITMENT: &str = "commitment";
-
-const NONCE_BYTES: usize = 24;
 
 const NOT_A_SET: &str = "name a folder that `fieldgap blind make` has made";
 
@@ -34,12 +31,13 @@ const NOT_A_SET: &str = "name a folder that `fieldgap blind make` has made";
 /// # Errors
 /// [`BlindError::NoKey`] if the system gives no random numbers.
 pub fn fresh_seed() -> Result<u64, BlindError> {
-    let key: Key = random()?;
-    Ok(key.iter().take(8).fold(0, |seed, &byte| seed << 8 | u64::from(byte)))
+    Ok(fresh_number()?)
 }
 
-fn random<T: Generate>() -> Result<T, BlindError> {
-    T::try_generate().map_err(|error| BlindError::NoKey(error.to_string()))
+impl From<NoChance> for BlindError {
+    fn from(none: NoChance) -> Self {
+        Self::NoKey(none.to_string())
+    }
 }
 
 /// Where a set and its key are.
@@ -77,17 +75,13 @@ impl Seal {
     pub fn close(&self, answers: &Answers) -> Result<String, BlindError> {
         let names: Vec<&str> = answers.answers.iter().map(|answer| answer.name.as_str()).collect();
         let list = list(&self.set, &names)?;
-        let key: Key = random()?;
-        let nonce: XNonce = random()?;
+        let key = Key::draw()?;
         let plain = serde_json::to_vec(answers).expect("answers are plain data");
-        let cipher = XChaCha20Poly1305::new(&key);
-        let payload = Payload { msg: &plain, aad: list.as_bytes() };
-        let mut sealed = nonce.to_vec();
-        sealed.extend(cipher.encrypt(&nonce, payload).expect("answers fit into memory"));
+        let sealed = key.seal(&plain, list.as_bytes())?;
         let commitment = commitment(&list, &sealed, &key);
         self.write(&self.set.join(LIST), list.as_bytes())?;
         self.write(&self.set.join(SEALED), &sealed)?;
-        self.write(&self.key, (hex(&key) + "\n").as_bytes())?;
+        self.write(&self.key, key.text().as_bytes())?;
         self.write(&self.set.join(COMMITMENT), (commitment.clone() + "\n").as_bytes())?;
         Ok(commitment)
     }
@@ -120,13 +114,9 @@ impl Seal {
         if found != expected {
             return Err(BlindError::NotCommitted { expected, found });
         }
-        let does_not_open = || BlindError::DoesNotOpen(sealed_path.clone());
-        let (nonce, cipher_text) =
-            sealed.split_at_checked(NONCE_BYTES).ok_or_else(does_not_open)?;
-        let nonce = XNonce::try_from(nonce).map_err(|_| does_not_open())?;
-        let payload = Payload { msg: cipher_text, aad: list.as_bytes() };
-        let plain =
-            XChaCha20Poly1305::new(&key).decrypt(&nonce, payload).map_err(|_| does_not_open())?;
+        let plain = key
+            .open(&sealed, list.as_bytes())
+            .ok_or_else(|| BlindError::DoesNotOpen(sealed_path.clone()))?;
         serde_json::from_slice(&plain).map_err(|source| BlindError::Json {
             path: sealed_path,
             source,
@@ -136,14 +126,7 @@ impl Seal {
 
     fn key(&self) -> Result<Key, BlindError> {
         let bytes = self.read(&self.key)?;
-        let text = String::from_utf8_lossy(&bytes);
-        let digits = text.trim().as_bytes();
-        let bytes: Option<Vec<u8>> = digits
-            .chunks(2)
-            .map(|pair| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok())
-            .collect();
-        let key = bytes.and_then(|bytes| Key::try_from(bytes.as_slice()).ok());
-        key.ok_or_else(|| BlindError::BadKey(self.key.clone()))
+        Key::parse(&bytes).ok_or_else(|| BlindError::BadKey(self.key.clone()))
     }
 
     fn read(&self, path: &Path) -> Result<Vec<u8>, BlindError> {
@@ -177,7 +160,7 @@ fn list(set: &Path, names: &[&str]) -> Result<String, BlindError> {
 
 fn commitment(list: &str, sealed: &[u8], key: &Key) -> String {
     let mut digest = Sha256::new();
-    for part in [list.as_bytes(), sealed, key.as_slice()] {
+    for part in [list.as_bytes(), sealed, key.bytes()] {
         digest.update(Sha256::digest(part));
     }
     hex(&digest.finalize())
@@ -185,10 +168,6 @@ fn commitment(list: &str, sealed: &[u8], key: &Key) -> String {
 
 fn sha256_hex(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

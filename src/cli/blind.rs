@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{print, print_json};
 use crate::acoustics::Simulator;
-use crate::blind::{Run, Score, Seal, SetToMake, Shares, fresh_seed};
+use crate::blind::{Run, Score, Seal, SetToMake, Shares, fresh_seed, seal_truth};
 use crate::gap::diagnosis::diagnose;
 use crate::input::Fraction;
 
@@ -33,6 +33,8 @@ enum Step {
     Score(ScoreSet),
     /// Open the seal and print what is true, as JSON
     Open(Open),
+    /// Seal a truth file, so that the cause behind a virtual rig is read by nobody who scans it
+    SealTruth(SealTruth),
 }
 
 #[derive(Debug, Args)]
@@ -105,6 +107,17 @@ struct Sealed {
     commitment: Option<String>,
 }
 
+/// The key lies beside the sealed file, as the virtual rig has to open it: this keeps a cause from eyes and from the
+/// diagnosis, not from somebody who cheats.
+#[derive(Debug, Args)]
+struct SealTruth {
+    /// The truth file
+    plain: PathBuf,
+    /// The sealed file, FILE.sealed, for `truth` of a rig file; its key becomes FILE.key
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+}
+
 impl Blind {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         match self.step {
@@ -112,6 +125,7 @@ impl Blind {
             Step::Run(run) => run.run(),
             Step::Score(score) => score.run(),
             Step::Open(open) => open.run(),
+            Step::SealTruth(seal) => seal.run(),
         }
     }
 }
@@ -183,6 +197,14 @@ impl ScoreSet {
 impl Open {
     fn run(self) -> miette::Result<ExitCode> {
         print_json(&self.sealed.answers()?)?;
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+impl SealTruth {
+    fn run(self) -> miette::Result<ExitCode> {
+        let key = seal_truth(&self.plain, &self.out)?;
+        eprintln!("sealed: {}\nits key: {}", self.out.display(), key.display());
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -101,8 +101,17 @@ impl ComparisonArgs {
     ) -> miette::Result<Vec<Comparison>> {
         self.simulators(folder, scan)?
             .into_iter()
-            .map(|simulator| gap::compare(scan, simulator, self.register.into()).into_diagnostic())
+            .map(|simulator| self.compare_with(scan, simulator))
             .collect()
+    }
+
+    /// Compares a scan with one simulator.
+    pub(super) fn compare_with(
+        &self,
+        scan: &RecordedScan,
+        simulator: Simulator,
+    ) -> miette::Result<Comparison> {
+        gap::compare(scan, simulator, self.register.into()).into_diagnostic()
     }
 
     /// Those asked for; else the scan's own, and those that its plan, where it is kept, names beside it.

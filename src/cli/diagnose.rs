@@ -1,6 +1,6 @@
 //! `fieldgap diagnose`: why a recorded scan and its simulation differ.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
@@ -10,7 +10,7 @@ use super::output::{print, print_json};
 use super::replay::context;
 use crate::acoustics::Simulator;
 use crate::correction::{Corrected, correct_recorded_scan, correct_rig_file};
-use crate::gap::diagnosis::diagnose;
+use crate::gap::diagnosis::{Diagnosis, diagnose};
 use crate::report::{self, ReportContext};
 use crate::scan::RecordedScan;
 
@@ -57,12 +57,8 @@ impl Diagnose {
             print(&diagnosis.to_text())?;
         }
         if let Some(out) = &self.report {
-            let context = context_of_all(&self.folders, &scans)?;
-            let files = report::write_diagnosis(out, &context, &diagnosis).into_diagnostic()?;
-            for warning in &context.warnings {
-                eprintln!("{warning}");
-            }
-            eprintln!("report: {}", files.index.display());
+            let page = write_page(out, &self.folders, &scans, &diagnosis)?;
+            eprintln!("report: {}", page.display());
         }
         if let (Some(set_up), Some(out)) = (&self.apply, &self.out) {
             let scanned = &scans[0].setup;
@@ -77,8 +73,23 @@ impl Diagnose {
     }
 }
 
+/// Writes the diagnosis of the scans in `folders` as a page into the folder `out`; gives the page.
+pub(super) fn write_page(
+    out: &Path,
+    folders: &[PathBuf],
+    scans: &[RecordedScan],
+    diagnosis: &Diagnosis,
+) -> miette::Result<PathBuf> {
+    let context = context_of_all(folders, scans)?;
+    let files = report::write_diagnosis(out, &context, diagnosis).into_diagnostic()?;
+    for warning in &context.warnings {
+        eprintln!("{warning}");
+    }
+    Ok(files.index)
+}
+
 /// Says what a corrected set-up holds, what it does not, and where it is.
-fn tell(corrected: &Corrected) {
+pub(super) fn tell(corrected: &Corrected) {
     for found in &corrected.written {
         eprintln!("corrected for {found}");
     }

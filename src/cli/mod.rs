@@ -5,6 +5,7 @@
 
 mod blind;
 mod characterize;
+mod closing;
 mod compare;
 mod diagnose;
 mod focus;
@@ -47,7 +48,7 @@ FIELDGAP_LOG=debug shows what is said on every line.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Scan a plan on a rig, compare it with the simulation, and write the report
+    /// Scan a plan on a rig, compare it with the simulation, and write the report; diagnose and correct if the plan says so
     Run(run::Run),
     /// Scan a plan on a rig and keep the record
     Scan(scan::Scan),

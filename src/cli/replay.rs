@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use super::compare::ComparisonArgs;
 use super::output::print_json;
 use crate::gap::Comparison;
-use crate::report::{self, InputFile, ReportContext};
+use crate::report::{self, InputFile, ReportContext, ReportFiles};
 use crate::scan::{EventKind, Layout, RecordedScan, SAME_HEIGHT_MM, ScanState, read_events};
 
 /// The `replay` command.
@@ -47,16 +47,27 @@ pub(super) fn report_on(
 ) -> miette::Result<Vec<Comparison>> {
     let scan = RecordedScan::open(folder)?;
     let comparisons = comparison.compare(folder, &scan)?;
-    let context = context(folder, &scan)?;
-    let files = report::write(out, &context, &comparisons).into_diagnostic()?;
-    for warning in &context.warnings {
-        eprintln!("{warning}");
-    }
+    let files = write_report(folder, &scan, &comparisons, out)?;
     for comparison in &comparisons {
         eprintln!("\n{}", comparison.to_text());
     }
     eprintln!("report: {}", files.index.display());
     Ok(comparisons)
+}
+
+/// Writes the report of a scan's comparisons; says what a reader has to know before believing them.
+pub(super) fn write_report(
+    folder: &Path,
+    scan: &RecordedScan,
+    comparisons: &[Comparison],
+    out: &Path,
+) -> miette::Result<ReportFiles> {
+    let context = context(folder, scan)?;
+    let files = report::write(out, &context, comparisons).into_diagnostic()?;
+    for warning in &context.warnings {
+        eprintln!("{warning}");
+    }
+    Ok(files)
 }
 
 /// Where the data in a folder are from, for a report.

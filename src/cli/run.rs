@@ -1,12 +1,14 @@
-//! `fieldgap run`: a plan scanned on a rig, compared with its simulation, the report written.
+//! `fieldgap run`: a plan scanned on a rig, compared with its simulation, the report written; where the plan asks for it, diagnosed and corrected.
 
 use std::process::ExitCode;
 
 use clap::Args;
 
+use super::closing::close_gap;
 use super::compare::ComparisonArgs;
 use super::replay::report_on;
 use super::scan::{ScanArgs, Scanned, told};
+use crate::campaign::Ending;
 
 /// The `run` command.
 #[derive(Debug, Args)]
@@ -19,10 +21,19 @@ pub(super) struct Run {
 
 impl Run {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let Scanned::Done { folder, ending } = self.scan.scan()? else {
+        let Scanned::Done { folder, ending, diagnose } = self.scan.scan()? else {
             return Ok(ExitCode::SUCCESS);
         };
-        report_on(&folder, &self.comparison, &folder.join("report"))?;
+        let report = folder.join("report");
+        report_on(&folder, &self.comparison, &report)?;
+        if diagnose {
+            match ending {
+                Ending::Complete => close_gap(&folder, &self.comparison, &report)?,
+                Ending::Partial { .. } => {
+                    eprintln!("not diagnosed: the scan ended before its plan did");
+                }
+            }
+        }
         Ok(told(&folder, &ending))
     }
 }

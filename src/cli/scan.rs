@@ -42,15 +42,15 @@ pub(super) struct Scan {
 pub(super) enum Scanned {
     /// It was only checked.
     Checked,
-    /// It was done; the record is in the folder.
-    Done { folder: PathBuf, ending: Ending },
+    /// It was done; the record is in the folder. `diagnose` is what the plan says of it.
+    Done { folder: PathBuf, ending: Ending, diagnose: bool },
 }
 
 impl Scan {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         match self.args.scan()? {
             Scanned::Checked => Ok(ExitCode::SUCCESS),
-            Scanned::Done { folder, ending } => Ok(told(&folder, &ending)),
+            Scanned::Done { folder, ending, .. } => Ok(told(&folder, &ending)),
         }
     }
 }
@@ -69,8 +69,9 @@ impl ScanArgs {
             return Ok(Scanned::Checked);
         }
         let folder = self.out.clone().unwrap_or_else(|| fresh_folder(campaign.name()));
+        let diagnose = campaign.plan().diagnose;
         let ending = conduct(Session::begin(campaign, &folder), self.json)?;
-        Ok(Scanned::Done { folder, ending })
+        Ok(Scanned::Done { folder, ending, diagnose })
     }
 }
 

@@ -17,11 +17,13 @@
 //! | `identifiability`, `standard_errors` | what the readings fix, how well, and what they leave open |
 //! | `noise`, `figures`, `agreement` | the noise, the figures of each height with their errors, correlation and residual |
 //! | `comparison`, `registration`, `table` | the result as data, as text and as CSV |
+//! | `closing` | how the gap shrinks once a set-up is corrected |
 
 // The methods of this layer name what they minimise with by its method.
 use crate::least_squares as levenberg_marquardt;
 
 mod agreement;
+mod closing;
 mod coarse;
 mod compare;
 mod comparison;
@@ -39,6 +41,7 @@ mod registration;
 mod standard_errors;
 mod table;
 
+pub use closing::{Closing, Gaps, PlaneClosing};
 pub use compare::{Incomparable, compare};
 pub use comparison::{
     Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, FocalRadiusFigure, Noise,

@@ -28,6 +28,8 @@ struct PlanFile {
     rig: Option<Spanned<String>>,
     #[serde(default)]
     order: Order,
+    #[serde(default)]
+    diagnose: bool,
     simulator: SimulatorTable,
     #[serde(default)]
     focus: Vec<Spanned<FocusTable>>,
@@ -105,6 +107,8 @@ pub struct Plan {
     pub rig: Option<PathBuf>,
     /// How the rows of a plane follow one another.
     pub order: Order,
+    /// Whether a run is to name the cause of the gap too, correct the set-up by it, and compare once more.
+    pub diagnose: bool,
     /// The simulator whose gap to the scan is in question.
     pub simulator: Simulator,
     /// Further simulators to compare with; neither `simulator` nor one twice.
@@ -180,6 +184,7 @@ impl Plan {
             name,
             rig: file.rig.as_ref().map(|rig| beside.join(rig.get_ref())),
             order: file.order,
+            diagnose: file.diagnose,
             simulator: file.simulator.model,
             also,
             foci,

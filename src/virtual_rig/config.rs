@@ -17,7 +17,7 @@ pub struct VirtualConfig {
     pub seed: u64,
     /// How virtual time passes.
     pub pace: Pace,
-    /// The truth file, relative to the rig file.
+    /// The truth file, plain or sealed, relative to the rig file.
     pub truth: PathBuf,
     /// The robot's mechanics and firmware.
     #[serde(default)]

@@ -30,6 +30,7 @@ pub mod marlin_firmware;
 pub mod planner;
 mod pty;
 pub mod receiver_firmware;
+pub mod sealed_truth;
 #[cfg(test)]
 mod testing;
 pub mod trajectory;

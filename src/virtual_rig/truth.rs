@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use super::effects::{Effect, EffectTables};
 use super::hand::HandTruth;
+use super::sealed_truth;
 use crate::input::{Fault, NonNegative, Positive, TomlSource};
 
 /// The physical world of a virtual rig.
@@ -100,12 +101,20 @@ struct TruthFile {
 }
 
 impl Truth {
-    /// Reads a truth file.
+    /// Reads a truth file, which may be [sealed](super::sealed_truth).
     ///
     /// # Errors
-    /// A [`Fault`] at the line of an unknown effect or parameter, or of a value out of range.
+    /// A [`Fault`] at the line of an unknown effect or parameter, or of a value out of range; of a sealed file, one that
+    /// does not say what is in it.
     pub fn read(path: &Path) -> Result<Self, Fault> {
-        Self::from_source(&TomlSource::read(path)?)
+        if !sealed_truth::is_sealed(path) {
+            return Self::from_source(&TomlSource::read(path)?);
+        }
+        let source = TomlSource::new(path, sealed_truth::open(path)?);
+        Self::from_source(&source).map_err(|_| {
+            let remedy = "seal it anew by this version (`fieldgap blind seal-truth`), which shows what is wrong";
+            Fault::of_file(path, "what is sealed in it is no truth file", remedy)
+        })
     }
 
     /// Parses a truth file's text.
@@ -132,6 +141,10 @@ impl Truth {
         for (id, effect) in &self.effects {
             effect.check(elements).map_err(|why| {
                 let remedy = "elements are numbered from 0, row by row from the top left";
+                if sealed_truth::is_sealed(&self.path) {
+                    let problem = "what is sealed in it does not fit the array";
+                    return Fault::of_file(&self.path, problem, remedy);
+                }
                 Fault::of_file(&self.path, format!("effect `{id}`: {why}"), remedy)
             })?;
         }

@@ -30,5 +30,6 @@ pub use diagnosis::{
     Region, RegionShare, ResidualTest, Verdict, WaterfallStep, Where,
 };
 pub use text::Standing;
+pub(super) use text::{percent, table};
 
 pub use course::diagnose;

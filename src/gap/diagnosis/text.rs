@@ -6,8 +6,10 @@ mod standing;
 
 pub use standing::Standing;
 
-use self::layout::{paragraph, table};
-use self::parameter::{fixed, percent, significant};
+use self::layout::paragraph;
+pub(in crate::gap) use self::layout::table;
+pub(in crate::gap) use self::parameter::percent;
+use self::parameter::{fixed, significant};
 use super::super::comparison::{Noise, NoiseSource};
 use super::diagnosis::{Candidate, Diagnosis, PlaneShare, Region, Verdict};
 

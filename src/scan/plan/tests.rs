@@ -35,6 +35,14 @@ fn a_serpentine_goes_there_and_back_and_up() {
 }
 
 #[test]
+fn a_diagnosis_is_asked_for_or_not() {
+    assert!(!parse(&format!("{HEAD}{PLANE}")).expect("good").diagnose);
+    assert!(parse(&format!("diagnose = true\n{HEAD}{PLANE}")).expect("good").diagnose);
+    let fault = parse(&format!("diagnose = \"yes\"\n{HEAD}{PLANE}")).expect_err("no truth value");
+    assert_eq!(fault.line_column(), Some((1, 12)));
+}
+
+#[test]
 fn a_raster_runs_every_row_alike() {
     let plan = parse(&format!("order = \"raster\"\n{HEAD}{PLANE}")).expect("good");
     let visits = positions_mm(&plan);

@@ -31,7 +31,7 @@ pub(super) fn paragraph(words: &str, indent: usize, hang: usize) -> String {
 }
 
 /// Rows in columns two blanks apart and indented by two: the first column to the left, the others to the right.
-pub(super) fn table<const COLUMNS: usize>(rows: &[[String; COLUMNS]]) -> String {
+pub(in crate::gap) fn table<const COLUMNS: usize>(rows: &[[String; COLUMNS]]) -> String {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
     let widths: Vec<usize> = (0..COLUMNS).map(|column| width(column).unwrap_or(0)).collect();
     let line = |row: &[String; COLUMNS]| {

@@ -89,7 +89,7 @@ pub(super) fn fixed(value: f64, decimals: usize) -> String {
 }
 
 /// A ratio as a percentage: three digits, two decimals at most; a no-break space before the sign.
-pub(super) fn percent(ratio: f64) -> String {
+pub(in crate::gap) fn percent(ratio: f64) -> String {
     let percent = 100.0 * ratio;
     let decimals = if percent.abs() < 10.0 { 2 } else { 1 };
     match fixed(percent, decimals) {

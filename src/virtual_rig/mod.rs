@@ -2,8 +2,8 @@
 //!
 //! The robot plans and runs moves that take their time, the array controller sets delays, and the receiver
 //! hears the field where the nozzle really is at that instant of [virtual time](clock). The field is not the
-//! simulator's: every element's vibrating face is summed by its Rayleigh integral, in the air, with the array and
-//! on the robot that the [truth file](truth) describes.
+//! simulator's: every element's vibrating face is summed by its Rayleigh integral, or radiates as its transducer file has it,
+//! in the air, with the array and on the robot that the [truth file](truth) describes.
 //!
 //! ```text
 //!  clock ── marlin_firmware ── trajectory ─┐
@@ -29,6 +29,7 @@ pub mod luck;
 pub mod marlin_firmware;
 pub mod planner;
 mod pty;
+mod radiator;
 pub mod receiver_firmware;
 pub mod sealed_truth;
 #[cfg(test)]

@@ -74,7 +74,27 @@ impl Conductor {
         Ok(Measurement { sample, clipped: reading.clipped, lost: reading.gaps })
     }
 
-    async fn excite(&mut self, rig: &mut SafeRig, focus: Option<usize>) -> Result<(), RigError> {
+    /// How the array lies in the robot's axes.
+    pub(super) fn frame(&self) -> Frame {
+        self.frame
+    }
+
+    /// The speed of moves between points.
+    pub(super) fn feed(&self) -> Feed {
+        self.feed
+    }
+
+    /// The scan's time of an instant on the receiver's clock, s.
+    pub(super) fn time_s(&mut self, receiver_s: f64) -> f64 {
+        self.clock.at(receiver_s)
+    }
+
+    /// Drives a focus, or none.
+    pub(super) async fn excite(
+        &mut self,
+        rig: &mut SafeRig,
+        focus: Option<usize>,
+    ) -> Result<(), RigError> {
         let wanted = focus.map_or(Emission::Silent, Emission::Drive);
         if wanted == self.emitting {
             return Ok(());

@@ -1,5 +1,6 @@
 //! What keeps a campaign from beginning or going on.
 
+use super::fly::FlightFault;
 use super::references::Moved;
 use crate::input::Fault;
 use crate::rig::RigError;
@@ -42,6 +43,10 @@ pub enum CampaignError {
         "bring back the elements file that the rig file named then, or begin a new scan"
     ))]
     OtherSetUp,
+    /// A row cannot be flown as the plan says.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Flight(#[from] FlightFault),
     /// On resuming, the rig is not as it was.
     #[error("the scan cannot go on as if nothing had happened: {0}")]
     #[diagnostic(help(

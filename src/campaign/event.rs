@@ -28,6 +28,13 @@ pub enum Event {
         /// How far the robot reports to be from where it reported then, mm.
         moved_mm: f64,
     },
+    /// A row was flown there and back to see how far the readings lag behind the robot.
+    LagFound {
+        /// The lag, ms.
+        lag_ms: f64,
+        /// Its standard error, ms.
+        standard_error_ms: f64,
+    },
     /// A point was measured and is on disk.
     Measured {
         /// Its row in `samples.csv`, from 0.

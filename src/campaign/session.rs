@@ -11,12 +11,14 @@ use super::clock::{ScanClock, begins, goes_on_at_s};
 use super::conductor::{Conductor, Measurement, distance_mm};
 use super::dry_run::{dry_run, room_for};
 use super::event::{Event, Watch};
+use super::fly::{Flight, Flights};
 use super::lab::Lab;
 use super::open::OpenRig;
 use super::plan_on_rig::Campaign;
 use super::references::{compare, reference_rows};
+use super::rows::{Leg, Line, legs};
 use crate::input::{TomlSource, toml_file};
-use crate::scan::{Columns, EventKind, Journal, Sample, ScanSetup, ScanState, Visit};
+use crate::scan::{Columns, EventKind, Journal, JournalError, Sample, ScanSetup, ScanState, Visit};
 
 /// The plan and the rig file as they were when the scan was begun, kept beside it.
 const PLAN_COPY: &str = "plan.toml";
@@ -192,25 +194,85 @@ impl Session {
         };
         let mut conductor = Conductor::new(&self.campaign.lab, &self.campaign.plan.foci, clock);
         self.check_references(&mut conductor, &mut *watch).await?;
-        for row in self.journal.visits_done()..self.campaign.visits.len() {
-            let visit = &self.campaign.visits[row];
-            let Measurement { sample, clipped, lost } =
-                conductor.measure(self.open.rig(), visit).await?;
-            if clipped || lost > 0 {
-                // Kept before the row: a row without a word about it is a good one, whenever the process dies.
-                let text = spoilt(row, clipped, lost);
-                self.journal.record(Timestamp::now(), EventKind::DeviceFault, &text)?;
-            }
-            self.journal.append(&sample)?;
-            watch(&Event::Measured {
-                row,
-                of: self.campaign.visits.len(),
-                focus: sample.focus.map_or(-1, |focus| focus as i64),
-                at_mm: sample.position_mm.into(),
-                reading: sample.reading,
-                clipped,
-            });
+        let plan = &self.campaign.plan;
+        let mut flights = plan.fly.map(|fly| Flights::new(Flight::new(&fly, &self.campaign.lab)));
+        let legs = legs(&self.campaign.visits, self.journal.visits_done(), flights.is_some());
+        if let Some(flights) = flights.as_mut().filter(|flights| flights.want_lag()) {
+            self.find_lag(flights, &mut conductor, &legs, &mut *watch).await?;
         }
+        for leg in legs {
+            match (leg, &mut flights) {
+                (Leg::Row(row), Some(flights)) => {
+                    let visits = &self.campaign.visits[row.clone()];
+                    let measured = flights.measure(&mut conductor, self.open.rig(), visits).await?;
+                    for (row, measurement) in row.zip(measured) {
+                        self.keep(row, &measurement, &mut *watch)?;
+                    }
+                }
+                (Leg::Row(row), None) => unreachable!("{row:?} is only flown by a plan that flies"),
+                (Leg::Stop(row), _) => {
+                    let visit = &self.campaign.visits[row];
+                    let measurement = conductor.measure(self.open.rig(), visit).await?;
+                    self.keep(row, &measurement, &mut *watch)?;
+                }
+            }
+        }
+        if let Some(text) = flights.and_then(|flights| flights.evenness()) {
+            self.journal.record(Timestamp::now(), EventKind::Flown, &text)?;
+        }
+        Ok(())
+    }
+
+    /// Finds how far the readings of flown rows lag behind, from the row that passes nearest to its focus.
+    async fn find_lag(
+        &mut self,
+        flights: &mut Flights,
+        conductor: &mut Conductor,
+        legs: &[Leg],
+        watch: Watch<'_>,
+    ) -> Result<(), Stopped> {
+        let visits = &self.campaign.visits;
+        let rows = legs.iter().filter_map(|leg| match leg {
+            Leg::Row(row) => Some(&visits[row.clone()]),
+            Leg::Stop(_) => None,
+        });
+        let from_focus_m = |row: &[Visit]| {
+            let focus = row[0].focus.map(|focus| self.campaign.plan.foci[focus].excitation());
+            let focus_m = focus.and_then(|excitation| excitation.focus_m());
+            Line::of(row).distance_m(focus_m.unwrap_or_default())
+        };
+        let nearest = rows.min_by(|a, b| from_focus_m(a).total_cmp(&from_focus_m(b)));
+        let Some(row) = nearest else { return Ok(()) };
+        let lag = flights.find_lag(conductor, self.open.rig(), row).await?;
+        let (lag_ms, standard_error_ms) = (lag.lag_s * 1e3, lag.standard_error_s * 1e3);
+        let text = format!("readings lag {lag_ms:.3} ± {standard_error_ms:.3} ms behind the robot");
+        self.journal.record(Timestamp::now(), EventKind::Flown, &text)?;
+        watch(&Event::LagFound { lag_ms, standard_error_ms });
+        Ok(())
+    }
+
+    /// Puts a measurement on disk, and tells of it.
+    fn keep(
+        &mut self,
+        row: usize,
+        measurement: &Measurement,
+        watch: Watch<'_>,
+    ) -> Result<(), JournalError> {
+        let Measurement { sample, clipped, lost } = measurement;
+        if *clipped || *lost > 0 {
+            // Kept before the row: a row without a word about it is a good one, whenever the process dies.
+            let text = spoilt(row, *clipped, *lost);
+            self.journal.record(Timestamp::now(), EventKind::DeviceFault, &text)?;
+        }
+        self.journal.append(sample)?;
+        watch(&Event::Measured {
+            row,
+            of: self.campaign.visits.len(),
+            focus: sample.focus.map_or(-1, |focus| focus as i64),
+            at_mm: sample.position_mm.into(),
+            reading: sample.reading,
+            clipped: *clipped,
+        });
         Ok(())
     }
 

@@ -91,6 +91,13 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
             );
             bar.suspend(|| say(&again));
         }
+        Event::LagFound { lag_ms, standard_error_ms } => {
+            bar.suspend(|| {
+                say(&format!(
+                    "readings lag {lag_ms:.2} ± {standard_error_ms:.2} ms behind the robot"
+                ))
+            });
+        }
         Event::Measured { row, focus, at_mm: [x, y, z], reading, clipped, .. } => {
             bar.set_position(*row as u64 + 1);
             let what = if *focus < 0 { "silent".to_owned() } else { format!("focus {focus}") };

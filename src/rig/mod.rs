@@ -28,7 +28,7 @@ pub use device::{Device, Role};
 pub use error::{Cause, RigError};
 pub use focus_array::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
 pub use motion::travel::{Envelope, PathFault};
-pub use receiver::{Reading, ReceiverIdentity};
+pub use receiver::{Meanwhile, Reading, ReceiverIdentity, Recording, TimedSample};
 pub use safety::{Ports, SafeRig, SafetyReport, open, open_array};
 pub use space::{Feed, Frame, RobotPosition};
 
@@ -72,6 +72,13 @@ pub trait Receiver: Send {
     /// Waits `settle` on the receiver's own clock, counted from now, and averages the `count` readings
     /// that follow. No reading is from before the call.
     async fn read_point(&mut self, settle: Duration, count: usize) -> Result<Reading, RigError>;
+
+    /// Samples without a pause while something goes on, which begins once the receiver is sampling.
+    ///
+    /// Where this fails or is cancelled, what goes on is dropped in its middle.
+    async fn record(&mut self, _meanwhile: Meanwhile<'_>) -> Result<Recording, RigError> {
+        Err(unable(self.device(), "recording without a pause", Cause::NoRecording))
+    }
 }
 
 /// A phased array with a delay for each element.

@@ -89,6 +89,11 @@ impl SafeRig {
         &mut *self.receiver
     }
 
+    /// The robot and the receiver, to be heard while it moves.
+    pub fn motion_and_receiver(&mut self) -> (&mut dyn Motion, &mut dyn Receiver) {
+        (&mut *self.motion, &mut *self.receiver)
+    }
+
     /// The focus array.
     pub fn array(&mut self) -> &mut dyn FocusArray {
         &mut *self.array

@@ -45,7 +45,9 @@ pub use journal::{
 };
 pub use layout::{Layout, Rims};
 pub use medium_section::{MediumSection, MediumTable};
-pub use plan::{Axis, Dark, Layers, Order, Part, Plan, Reference, Region, Shape, Visit, VisitKind};
+pub use plan::{
+    Axis, Dark, Fly, Layers, Order, Part, Plan, Reference, Region, Shape, Visit, VisitKind,
+};
 pub use plane_map::{MappedPlane, NotAGrid, OFF_LINE_MM, plane_map};
 pub use planes::{Plane, SAME_HEIGHT_MM, planes};
 pub use recorded::{RecordError, RecordedScan};

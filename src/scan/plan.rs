@@ -1,5 +1,6 @@
 //! The plan of a scan: which foci, which points, in what order.
 
+mod fly;
 mod one_or_many;
 mod region;
 mod visits;
@@ -11,6 +12,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
+pub use self::fly::Fly;
 pub use self::region::{Axis, Layers, Region, Shape};
 use self::region::{LineTable, PlaneTable, PointsTable, Reader, VolumeTable};
 pub use self::visits::{Visit, VisitKind};
@@ -30,6 +32,7 @@ struct PlanFile {
     order: Order,
     #[serde(default)]
     diagnose: bool,
+    fly: Option<Fly>,
     simulator: SimulatorTable,
     #[serde(default)]
     focus: Vec<Spanned<FocusTable>>,
@@ -109,6 +112,8 @@ pub struct Plan {
     pub order: Order,
     /// Whether a run is to name the cause of the gap too, correct the set-up by it, and compare once more.
     pub diagnose: bool,
+    /// How rows are flown over, where the robot is not to stop at each point.
+    pub fly: Option<Fly>,
     /// The simulator whose gap to the scan is in question.
     pub simulator: Simulator,
     /// Further simulators to compare with; neither `simulator` nor one twice.
@@ -185,6 +190,7 @@ impl Plan {
             rig: file.rig.as_ref().map(|rig| beside.join(rig.get_ref())),
             order: file.order,
             diagnose: file.diagnose,
+            fly: file.fly,
             simulator: file.simulator.model,
             also,
             foci,

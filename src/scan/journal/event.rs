@@ -31,6 +31,8 @@ pub enum EventKind {
     Homed,
     /// Reference points were revisited, and what they read.
     ReferenceChecked,
+    /// How far the readings of flown rows lag behind the robot, and how evenly the rows were flown.
+    Flown,
     /// A device failed, lost or spoilt a reading, or was lost.
     DeviceFault,
     /// The scan was taken up again.

@@ -27,6 +27,14 @@ pub enum CampaignError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     VirtualRig(#[from] VirtualRigError),
+    /// The process that silences the array should this one be killed does not start.
+    #[error(
+        "the watchdog, which silences the array should this program be killed, does not start: {0}"
+    )]
+    #[diagnostic(help(
+        "it is this program itself in a second process; see what the system says of it"
+    ))]
+    Watchdog(#[source] std::io::Error),
     /// The array's controller drives another number of elements than the rig file says.
     #[error("the array's controller drives {controller} elements; the rig file says {believed}")]
     #[diagnostic(help("correct [array] of the rig file, or connect the array that it describes"))]

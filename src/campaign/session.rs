@@ -1,7 +1,12 @@
 //! One scan from its first move to its safe end, and the return to one that ended early.
 
-use std::future::Future;
+use std::any::Any;
+use std::future::{Future, poll_fn};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::pin::pin;
+use std::process::Command;
+use std::task::Poll;
 
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
@@ -23,6 +28,9 @@ const PLAN_COPY: &str = "plan.toml";
 const RIG_COPY: &str = "rig.toml";
 /// Where the two were read from: what they name is looked for from there.
 const ORIGIN: &str = "origin.toml";
+
+/// Where the watchdog writes what it did, where it had to.
+const WATCHDOG_LOG: &str = "watchdog.log";
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -133,10 +141,20 @@ impl Session {
         self.journal.visits_done()
     }
 
+    /// Has the rig guarded from now on by a process of its own, which writes `watchdog.log` beside the record should it have to
+    /// act: see [`OpenRig::guard`].
+    ///
+    /// # Errors
+    /// [`CampaignError::Watchdog`] if it does not start.
+    pub fn guard(&mut self, program: Command) -> Result<(), CampaignError> {
+        let log = self.journal.folder().join(WATCHDOG_LOG);
+        self.open.guard(program, Some(&log))
+    }
+
     /// Runs the scan to its end. Each reading is on disk, and synced, before the next move.
     ///
-    /// When `stop` resolves (with who asked), when a device fails or the disk refuses: the array is silenced, the robot
-    /// stopped, the record closed as partial.
+    /// When `stop` resolves (with who asked), when a device fails, the disk refuses or this program itself panics: the array
+    /// is silenced, the robot stopped, the record closed as partial.
     ///
     /// # Errors
     /// [`CampaignError::Moved`] if, on resuming, the rig is not as it was; [`CampaignError::Journal`] if the end could not be
@@ -149,7 +167,7 @@ impl Session {
         let stopped = tokio::select! {
             biased;
             who = stop => Err(Stopped::Asked(who)),
-            ended = self.conduct(&mut *watch) => ended,
+            ended = unless_panicking(self.conduct(&mut *watch)) => ended.unwrap_or_else(Err),
         };
         let reason = match &stopped {
             Ok(()) => self.open.rig().array().silence().await.err().map(|error| error.to_string()),
@@ -169,7 +187,13 @@ impl Session {
                 reason
             }
         };
-        watch(&Event::Ended { rows, of, reason: reason.clone() });
+        let ended = Event::Ended { rows, of, reason: reason.clone() };
+        if matches!(stopped, Err(Stopped::Panicked(_))) {
+            // Whoever watches may be the one who panics; the record is closed already.
+            let _ = catch_unwind(AssertUnwindSafe(|| watch(&ended)));
+        } else {
+            watch(&ended);
+        }
         match stopped {
             Err(Stopped::Failed(error @ CampaignError::Moved(_))) => Err(error),
             _ => Ok(reason.map_or(Ending::Complete, |reason| Ending::Partial { reason })),
@@ -281,10 +305,30 @@ enum Stopped {
     Asked(&'static str),
     #[error("{0}")]
     Failed(CampaignError),
+    #[error("the program itself failed: {0}")]
+    Panicked(String),
 }
 
 impl<E: Into<CampaignError>> From<E> for Stopped {
     fn from(error: E) -> Self {
         Self::Failed(error.into())
     }
+}
+
+/// Runs a future to its end, or to a panic within it, whose words are given.
+async fn unless_panicking<T>(work: impl Future<Output = T>) -> Result<T, Stopped> {
+    let mut work = pin!(work);
+    poll_fn(|context| {
+        let polled = catch_unwind(AssertUnwindSafe(|| work.as_mut().poll(context)));
+        match polled {
+            Ok(polled) => polled.map(Ok),
+            Err(panic) => Poll::Ready(Err(Stopped::Panicked(words_of(&*panic)))),
+        }
+    })
+    .await
+}
+
+fn words_of(panic: &(dyn Any + Send)) -> String {
+    let literal = panic.downcast_ref::<&str>().map(|words| (*words).to_owned());
+    literal.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default()
 }

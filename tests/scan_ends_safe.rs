@@ -5,6 +5,7 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
+use fieldgap::campaign::{Campaign, Ending, Event, Session};
 use fieldgap::scan::RecordedScan;
 
 const PLAN: &str = r#"
@@ -119,6 +120,31 @@ fn a_scan_whose_disk_is_full_ends_safe_and_can_be_finished() {
     let resumed = fieldgap().arg("resume").arg(&folder).output().expect("the program runs");
     assert!(resumed.status.success(), "{}", String::from_utf8_lossy(&resumed.stderr));
     assert_eq!(RecordedScan::open(&folder).expect("whole").samples.len(), 441);
+}
+
+#[tokio::test]
+async fn a_scan_whose_program_panics_ends_safe_and_can_be_finished() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
+    std::fs::write(&plan, PLAN).expect("the plan is written");
+    let campaign =
+        Campaign::read(&plan, Some(&here("rigs/virtual.toml"))).expect("a plan and a rig");
+    let session = Session::begin(campaign, &folder).await.expect("it begins");
+    let mut panics = |event: &Event| {
+        assert!(!matches!(event, Event::Measured { row: 7, .. }), "a defect of the display");
+    };
+    let ended = session.run(&mut panics, std::future::pending()).await.expect("it ends");
+    let Ending::Partial { reason } = ended else { panic!("it is not complete") };
+    for words in [
+        "the program itself failed: a defect of the display",
+        "the array is silent, the robot stands still",
+    ] {
+        assert!(reason.contains(words), "no `{words}` in {reason}");
+    }
+    assert_eq!(RecordedScan::open(&folder).expect("whole").samples.len(), 8);
+    let resumed = Session::resume(&folder).await.expect("it can be taken up");
+    let ended = resumed.run(&mut |_| (), std::future::pending()).await.expect("it ends");
+    assert_eq!(ended, Ending::Complete);
 }
 
 /// Every file of a folder, by name.

@@ -50,6 +50,22 @@ pub enum CampaignError {
         "bring back the elements file that the rig file named then, or begin a new scan"
     ))]
     OtherSetUp,
+    /// On resuming, the truth file of a virtual rig is another.
+    #[error("what is true behind the virtual rig was changed since the scan was begun: {} is another file", .0.display())]
+    #[diagnostic(help("bring the truth file back as it was, or begin a new scan"))]
+    OtherTruth(std::path::PathBuf),
+    /// On resuming, the rig file says something else than it did.
+    #[error("{} was changed since the scan was begun: {}", path.display(), changes.join("; "))]
+    #[diagnostic(help(
+        "take the changes back (ports and their speeds may be others), or begin a new scan; the file as it was is rig.toml in \
+         the scan's folder"
+    ))]
+    OtherRig {
+        /// The rig file.
+        path: std::path::PathBuf,
+        /// Each key that changed, with what it was and is.
+        changes: Vec<String>,
+    },
     /// On resuming, the rig is not as it was.
     #[error("the scan cannot go on as if nothing had happened: {0}")]
     #[diagnostic(help(

@@ -8,6 +8,7 @@ mod error;
 mod event;
 mod lab;
 mod open;
+mod origin;
 mod plan_on_rig;
 mod references;
 mod session;

@@ -3,13 +3,14 @@
 use std::any::Any;
 use std::future::{Future, poll_fn};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::pin::pin;
 use std::process::Command;
 use std::task::Poll;
+use std::time::Duration;
 
 use jiff::Timestamp;
-use serde::{Deserialize, Serialize};
+use tokio::time::{Instant, sleep};
 
 use super::CampaignError;
 use super::clock::{ScanClock, begins, goes_on_at_s};
@@ -18,26 +19,21 @@ use super::dry_run::{dry_run, room_for};
 use super::event::{Event, Watch};
 use super::lab::Lab;
 use super::open::OpenRig;
+use super::origin::{self, Origin};
 use super::plan_on_rig::Campaign;
-use super::references::{compare, reference_rows};
+use super::references::{Moved, compare, reference_rows};
 use crate::input::{TomlSource, toml_file};
-use crate::scan::{Columns, EventKind, Journal, Sample, ScanSetup, ScanState, Visit};
+use crate::scan::{Columns, EventKind, Journal, JournalError, Sample, ScanSetup, ScanState, Visit};
 
 /// The plan and the rig file as they were when the scan was begun, kept beside it.
 const PLAN_COPY: &str = "plan.toml";
 const RIG_COPY: &str = "rig.toml";
-/// Where the two were read from: what they name is looked for from there.
-const ORIGIN: &str = "origin.toml";
+
+/// How often it is looked whether there is room again.
+const LOOK_FOR_ROOM_EVERY: Duration = Duration::from_secs(1);
 
 /// Where the watchdog writes what it did, where it had to.
 const WATCHDOG_LOG: &str = "watchdog.log";
-
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Origin {
-    plan: PathBuf,
-    rig: PathBuf,
-}
 
 /// A scan that is about to run.
 pub struct Session {
@@ -81,49 +77,43 @@ impl Session {
             simulator: plan.simulator,
             foci: plan.foci.clone(),
         };
-        let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let origin = Origin { plan: absolute(plan.path()), rig: absolute(lab.source().path()) };
-        let origin = toml::to_string(&origin).expect("two paths are TOML");
+        let origin = Origin::of(plan, lab)?.to_toml();
         let copies = [
             (PLAN_COPY, plan.text().as_bytes()),
             (RIG_COPY, lab.source().text().as_bytes()),
-            (ORIGIN, origin.as_bytes()),
+            (origin::FILE, origin.as_bytes()),
         ];
         let columns = Columns::WithSpread;
         let journal = Journal::create(folder, &setup, columns, &copies, Timestamp::now())?;
         Ok(Self { campaign, open, journal, setup, kept: Vec::new() })
     }
 
-    /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig.
+    /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig. Ports may be
+    /// others by now: they are taken from the rig file as it stands.
     ///
     /// # Errors
     /// [`CampaignError`] if the folder holds no scan, or a complete one, or one that another process is at; if what is left
     /// of the plan cannot be done; or if the rig cannot be opened. What was measured stays as it is.
     pub async fn resume(folder: &Path) -> Result<Self, CampaignError> {
         let resumed = Journal::resume(folder, Timestamp::now())?;
-        let kept = |name: &str, origin: &Path| {
-            let copy = TomlSource::read(&folder.join(name))?;
-            Ok::<_, CampaignError>(TomlSource::new(origin, copy.text()))
-        };
+        let kept: Vec<Sample> = resumed.records.iter().map(|record| record.sample).collect();
+        let copy = |name: &str| TomlSource::read(&folder.join(name));
         let opened = async {
-            let origin: Origin = toml_file(&folder.join(ORIGIN))?;
+            let origin: Origin = toml_file(&folder.join(origin::FILE))?;
             let campaign =
-                Campaign::parse(kept(PLAN_COPY, &origin.plan)?, kept(RIG_COPY, &origin.rig)?)?;
+                Campaign::parse(origin.plan(&copy(PLAN_COPY)?), origin.rig(&copy(RIG_COPY)?)?)?;
+            origin.same_truth(&campaign.lab)?;
             same_set_up(&campaign.lab, &resumed.setup)?;
-            let way = way_of_resume(&campaign, &resumed.samples);
+            let way = way_of_resume(&campaign, &kept);
             let check = dry_run(&campaign.plan, &campaign.lab, &way)?;
             room_for(check.bytes, folder)?;
             let open = OpenRig::open(&campaign.lab).await?;
             Ok((campaign, open))
         };
         match opened.await {
-            Ok((campaign, open)) => Ok(Self {
-                campaign,
-                open,
-                journal: resumed.journal,
-                setup: resumed.setup,
-                kept: resumed.samples,
-            }),
+            Ok((campaign, open)) => {
+                Ok(Self { campaign, open, journal: resumed.journal, setup: resumed.setup, kept })
+            }
             Err(error) => {
                 end(resumed.journal, Some(&CampaignError::to_string(&error)))?;
                 Err(error)
@@ -153,7 +143,9 @@ impl Session {
 
     /// Runs the scan to its end. Each reading is on disk, and synced, before the next move.
     ///
-    /// When `stop` resolves (with who asked), when a device fails, the disk refuses or this program itself panics: the array
+    /// Where the disk has no room left, the array is silenced and the scan waits until there is.
+    ///
+    /// When `stop` resolves (with who asked), when a device fails, the disk fails or this program itself panics: the array
     /// is silenced, the robot stopped, the record closed as partial.
     ///
     /// # Errors
@@ -217,15 +209,19 @@ impl Session {
         let mut conductor = Conductor::new(&self.campaign.lab, &self.campaign.plan.foci, clock);
         self.check_references(&mut conductor, &mut *watch).await?;
         for row in self.journal.visits_done()..self.campaign.visits.len() {
-            let visit = &self.campaign.visits[row];
+            let visit = self.campaign.visits[row];
             let Measurement { sample, clipped, lost } =
-                conductor.measure(self.open.rig(), visit).await?;
+                conductor.measure(self.open.rig(), &visit).await?;
             if clipped || lost > 0 {
                 // Kept before the row: a row without a word about it is a good one, whenever the process dies.
                 let text = spoilt(row, clipped, lost);
-                self.journal.record(Timestamp::now(), EventKind::DeviceFault, &text)?;
+                let fault = |journal: &mut Journal| {
+                    journal.record(Timestamp::now(), EventKind::DeviceFault, &text)
+                };
+                self.keep(fault, &mut conductor, &mut *watch).await?;
             }
-            self.journal.append(&sample)?;
+            let point = |journal: &mut Journal| journal.append(&sample, visit.position_m);
+            self.keep(point, &mut conductor, &mut *watch).await?;
             watch(&Event::Measured {
                 row,
                 of: self.campaign.visits.len(),
@@ -238,12 +234,48 @@ impl Session {
         Ok(())
     }
 
+    /// Keeps something; where there is no room for it, silences the array and waits until there is.
+    async fn keep(
+        &mut self,
+        mut keep: impl FnMut(&mut Journal) -> Result<(), JournalError>,
+        conductor: &mut Conductor,
+        watch: Watch<'_>,
+    ) -> Result<(), Stopped> {
+        match keep(&mut self.journal) {
+            Err(error) if error.is_no_room() => {
+                conductor.silence(self.open.rig()).await?;
+                watch(&Event::Waiting { reason: error.to_string() });
+            }
+            kept => return Ok(kept?),
+        }
+        let since = Instant::now();
+        loop {
+            sleep(LOOK_FOR_ROOM_EVERY).await;
+            match keep(&mut self.journal) {
+                Err(error) if error.is_no_room() => {}
+                kept => {
+                    kept?;
+                    break;
+                }
+            }
+        }
+        let waited_s = since.elapsed().as_secs_f64();
+        let text = format!("there was no room on the disk for {waited_s:.0} s");
+        watch(&Event::WentOn { waited_s });
+        // Where this finds no room again, the next reading waits.
+        match self.journal.record(Timestamp::now(), EventKind::Waited, &text) {
+            Err(error) if !error.is_no_room() => Err(error.into()),
+            _ => Ok(()),
+        }
+    }
+
     /// Measures kept points again, and refuses to go on where the rig is not as it was.
     async fn check_references(
         &mut self,
         conductor: &mut Conductor,
         watch: Watch<'_>,
     ) -> Result<(), Stopped> {
+        let mut found = Vec::new();
         for row in reference_rows(&self.kept, &self.campaign.visits) {
             let kept = &self.kept[row];
             let now = conductor.measure(self.open.rig(), &self.campaign.visits[row]).await?.sample;
@@ -253,15 +285,15 @@ impl Session {
                 now: now.reading,
                 moved_mm: distance_mm(kept.position_m(), now.position_m()),
             });
-            let verdict = compare(row, kept, &now);
+            let verdict = compare(row, kept, &now, self.campaign.plan.resume);
             let text = match &verdict {
                 Ok(()) => format!("row {row}: {} where {} was kept", now.reading, kept.reading),
                 Err(moved) => moved.to_string(),
             };
             self.journal.record(Timestamp::now(), EventKind::ReferenceChecked, &text)?;
-            verdict.map_err(CampaignError::from)?;
+            found.extend(verdict.err());
         }
-        Ok(())
+        Ok(Moved::of(found).map_err(CampaignError::from)?)
     }
 }
 

@@ -12,6 +12,8 @@ mod origin;
 mod plan_on_rig;
 mod references;
 mod session;
+#[cfg(test)]
+mod troubled_tests;
 
 pub use dry_run::{DryRun, dry_run, room_for};
 pub use error::CampaignError;

@@ -104,6 +104,12 @@ pub trait FocusArray: Send {
     /// Emits with the delays last set.
     async fn emit(&mut self) -> Result<(), RigError>;
 
+    /// Makes sure that the array still emits, or is silent, as it was told: one that restarted since is not what a reading is of.
+    /// Controllers that cannot be asked are believed.
+    async fn confirm(&mut self, _emits: bool) -> Result<(), RigError> {
+        Ok(())
+    }
+
     /// Ends all emission and takes a display to be played.
     async fn load(&mut self, _display: &DriveProgram) -> Result<(), RigError> {
         Err(unable(self.device(), "loading a display", Cause::NoDisplays))

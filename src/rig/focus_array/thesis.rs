@@ -207,6 +207,16 @@ impl<L: ByteLink> FocusArray for ThesisArray<L> {
         self.command("on", TRIES).await.map(drop)
     }
 
+    async fn confirm(&mut self, emits: bool) -> Result<(), RigError> {
+        self.wire.attempting("asking whether it still does what it was told");
+        let state = self.command("state", TRIES).await?;
+        if state == if emits { "on" } else { "off" } {
+            Ok(())
+        } else {
+            Err(self.wire.error(Cause::Reset))
+        }
+    }
+
     async fn load(&mut self, display: &DriveProgram) -> Result<(), RigError> {
         self.wire.attempting("loading a display");
         display.fits(&self.identity).map_err(|fault| self.wire.error(Cause::Display(fault)))?;

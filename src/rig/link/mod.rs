@@ -4,6 +4,7 @@
 //! for ever, is in [`Wire`].
 
 mod serial;
+pub mod trouble;
 mod wire;
 
 use std::fmt;

@@ -14,8 +14,8 @@ use crate::input::Fault;
 use crate::rig::{Feed, RobotPosition};
 use crate::scan::{Part, Plan, Visit, VisitKind};
 
-/// Room that a row of `samples.csv` takes, with its share of the journal, bytes.
-const BYTES_A_ROW: u64 = 160;
+/// Room that a point takes in `samples.csv`, the journal and its share of the events, bytes.
+const BYTES_A_ROW: u64 = 320;
 
 /// Room that is left free for whatever else runs on the machine, bytes.
 const ROOM_LEFT_FREE: u64 = 64 << 20;

@@ -50,6 +50,16 @@ pub enum Event {
         /// Whether the converter was at its limit.
         clipped: bool,
     },
+    /// There is no room for a reading. The array is silent, and the scan waits until there is.
+    Waiting {
+        /// What was refused, and what to do.
+        reason: String,
+    },
+    /// There is room again, and the scan goes on.
+    WentOn {
+        /// How long it waited, s.
+        waited_s: f64,
+    },
     /// The scan ended.
     Ended {
         /// Rows on disk.

@@ -10,10 +10,13 @@ mod flight;
 mod fly;
 mod lab;
 mod open;
+mod origin;
 mod plan_on_rig;
 mod references;
 mod rows;
 mod session;
+#[cfg(test)]
+mod troubled_tests;
 
 pub use dry_run::{DryRun, dry_run, room_for};
 pub use error::CampaignError;

@@ -104,6 +104,13 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
             let clip = if *clipped { ", clipped" } else { "" };
             bar.set_message(format!("{what} at ({x:.1}, {y:.1}, {z:.1}) mm: {reading:.4}{clip}"));
         }
+        Event::Waiting { reason } => {
+            bar.suspend(|| say(&format!("waiting, the array silent: {reason}")));
+            bar.set_message("waiting for room on the disk");
+        }
+        Event::WentOn { waited_s } => {
+            bar.suspend(|| say(&format!("went on after {waited_s:.0} s")));
+        }
         Event::Ended { rows, of, reason } => {
             bar.finish_and_clear();
             match reason {

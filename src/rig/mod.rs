@@ -10,6 +10,7 @@
 pub mod check;
 pub mod config;
 mod device;
+mod emergency;
 mod error;
 pub mod focus_array;
 pub mod link;
@@ -17,6 +18,7 @@ pub mod motion;
 pub mod receiver;
 mod safety;
 mod space;
+pub mod watchdog;
 
 use std::time::Duration;
 
@@ -25,6 +27,7 @@ use tokio::time::Instant;
 
 pub use config::{FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
 pub use device::{Device, Role};
+pub use emergency::{Emergency, SpareHandle};
 pub use error::{Cause, RigError};
 pub use focus_array::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
 pub use motion::travel::{Envelope, PathFault};
@@ -58,6 +61,9 @@ pub trait Motion: Send {
 
     /// Stops at once. The position is unknown afterwards.
     async fn stop(&mut self) -> Result<(), RigError>;
+
+    /// What another process sends to stop the robot should this one be gone: `self.wire.emergency(bytes)`.
+    fn emergency(&self) -> Option<Emergency>;
 }
 
 /// A receiver whose reading is the magnitude of the field where it stands.
@@ -93,6 +99,9 @@ pub trait FocusArray: Send {
     /// Ends all emission.
     async fn silence(&mut self) -> Result<(), RigError>;
 
+    /// What another process sends to silence the array should this one be gone: `self.wire.emergency(bytes)`.
+    fn emergency(&self) -> Option<Emergency>;
+
     /// Sets the delay of each element, numbered as in the scan. Does not start emission.
     async fn set_delays(&mut self, delays: &[ElementDelay]) -> Result<(), RigError>;
 
@@ -101,6 +110,12 @@ pub trait FocusArray: Send {
 
     /// Emits with the delays last set.
     async fn emit(&mut self) -> Result<(), RigError>;
+
+    /// Makes sure that the array still emits, or is silent, as it was told: one that restarted since is not what a reading is of.
+    /// Controllers that cannot be asked are believed.
+    async fn confirm(&mut self, _emits: bool) -> Result<(), RigError> {
+        Ok(())
+    }
 
     /// Ends all emission and takes a display to be played.
     async fn load(&mut self, _display: &DriveProgram) -> Result<(), RigError> {

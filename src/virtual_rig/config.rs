@@ -8,6 +8,7 @@ use super::clock::Pace;
 use super::marlin_firmware::MarlinSettings;
 use super::receiver_firmware::ReceiverSettings;
 use crate::input::Positive;
+use crate::rig::link::trouble::TroubleRates;
 
 /// `[virtual]`: the rig is not there, and this takes its place.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -25,6 +26,9 @@ pub struct VirtualConfig {
     /// The receiver.
     #[serde(default)]
     pub receiver: ReceiverSettings,
+    /// Trouble on the three devices' lines, shares of all lines; drawn from the seed.
+    #[serde(default)]
+    pub faults: TroubleRates,
 }
 
 impl VirtualConfig {

@@ -27,6 +27,8 @@ pub mod firmware;
 pub mod hand;
 pub mod luck;
 pub mod marlin_firmware;
+#[cfg(test)]
+pub(crate) mod memory;
 pub mod planner;
 mod pty;
 mod radiator;
@@ -52,7 +54,7 @@ use tokio_util::sync::CancellationToken;
 use crate::acoustics::{Array, Medium};
 use crate::rig::{Frame, Ports};
 use array_firmware::ArrayFirmware;
-use board::Order;
+use board::{Order, WireTrouble};
 pub use clock::{Clock, Pace};
 pub use config::VirtualConfig;
 pub use faults::{Fault, LineFault};
@@ -152,17 +154,8 @@ impl VirtualRig {
             return Err(VirtualRigError::FreeRunningInLockstep);
         }
         let clock = Arc::new(Clock::new(config.pace));
-        let parked_mm = Vector3::from(config.robot.parked_mm.map(f64::from));
-        let travel_mm = Vector3::from(config.robot.travel_mm.map(f64::from));
-        let trajectory = Arc::new(Mutex::new(Trajectory::new(parked_mm, travel_mm)));
-        let world = World::new(believed, truth, config.seed, trajectory.clone(), clock.clone())?;
-        let world = Arc::new(world);
         let homing_jam = Arc::new(AtomicBool::new(false));
-        let devices = Devices {
-            robot: MarlinFirmware::new(config.robot, trajectory, homing_jam.clone()),
-            receiver: ReceiverFirmware::new(config.receiver, world.clone()),
-            array: ArrayFirmware::new(believed.array.len(), believed.frequency_hz, world.clone()),
-        };
+        let (devices, world) = Devices::new(config, truth, believed, &clock, &homing_jam)?;
 
         let (robot_orders, robot) = unbounded_channel();
         let (receiver_orders, receiver) = unbounded_channel();
@@ -171,7 +164,8 @@ impl VirtualRig {
         let (opened, wait_for_ports) = mpsc::sync_channel(1);
         let thread = std::thread::Builder::new().name("virtual-rig".to_owned()).spawn({
             let (clock, stop) = (clock.clone(), stop.clone());
-            move || run(devices, [robot, receiver, array], &clock, &stop, &opened)
+            let trouble = [0, 1, 2].map(|n| WireTrouble::new(config.faults, config.seed, n));
+            move || run(devices, [robot, receiver, array], trouble, &clock, &stop, &opened)
         })?;
         let ports = wait_for_ports.recv().unwrap_or_else(|_| {
             Err(VirtualRigError::Thread(std::io::Error::other("it ended before it had begun")))
@@ -234,10 +228,34 @@ struct Devices {
     array: ArrayFirmware,
 }
 
+impl Devices {
+    /// The three, in a world of their own.
+    fn new(
+        config: &VirtualConfig,
+        truth: Truth,
+        believed: &Believed,
+        clock: &Arc<Clock>,
+        homing_jam: &Arc<AtomicBool>,
+    ) -> Result<(Self, Arc<World>), VirtualRigError> {
+        let parked_mm = Vector3::from(config.robot.parked_mm.map(f64::from));
+        let travel_mm = Vector3::from(config.robot.travel_mm.map(f64::from));
+        let trajectory = Arc::new(Mutex::new(Trajectory::new(parked_mm, travel_mm)));
+        let world = World::new(believed, truth, config.seed, trajectory.clone(), clock.clone())?;
+        let world = Arc::new(world);
+        let devices = Self {
+            robot: MarlinFirmware::new(config.robot, trajectory, homing_jam.clone()),
+            receiver: ReceiverFirmware::new(config.receiver, world.clone()),
+            array: ArrayFirmware::new(believed.array.len(), believed.frequency_hz, world.clone()),
+        };
+        Ok((devices, world))
+    }
+}
+
 /// The rig's thread: opens the ports, says which they are, and runs the three devices until it is told to stop.
 fn run(
     devices: Devices,
     orders: [UnboundedReceiver<Order>; 3],
+    trouble: [WireTrouble; 3],
     clock: &Arc<Clock>,
     stop: &CancellationToken,
     opened: &mpsc::SyncSender<Result<Ports, VirtualRigError>>,
@@ -266,14 +284,15 @@ fn run(
             return;
         }
         let [robot_orders, receiver_orders, array_orders] = orders;
+        let [trouble_1, trouble_2, trouble_3] = trouble;
         let shared = || (clock.clone(), stop.clone());
         let (clock_1, stop_1) = shared();
         let (clock_2, stop_2) = shared();
         let (clock_3, stop_3) = shared();
         tokio::join!(
-            board::run(devices.robot, robot, clock_1, robot_orders, stop_1),
-            board::run(devices.receiver, receiver, clock_2, receiver_orders, stop_2),
-            board::run(devices.array, array, clock_3, array_orders, stop_3),
+            board::run(devices.robot, robot, trouble_1, clock_1, robot_orders, stop_1),
+            board::run(devices.receiver, receiver, trouble_2, clock_2, receiver_orders, stop_2),
+            board::run(devices.array, array, trouble_3, clock_3, array_orders, stop_3),
         );
     });
 }

@@ -4,7 +4,10 @@
 //! for ever, is in [`Wire`].
 
 mod serial;
+pub mod trouble;
 mod wire;
+
+use std::fmt;
 
 use tokio::io::{AsyncRead, AsyncWrite};
 
@@ -15,3 +18,9 @@ pub use wire::Wire;
 pub trait ByteLink: AsyncRead + AsyncWrite + Unpin + Send + 'static {}
 
 impl<L: AsyncRead + AsyncWrite + Unpin + Send + 'static> ByteLink for L {}
+
+impl fmt::Debug for dyn ByteLink {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a link")
+    }
+}

@@ -35,6 +35,8 @@ pub enum EventKind {
     Flown,
     /// A device failed, lost or spoilt a reading, or was lost.
     DeviceFault,
+    /// There was no room for a reading; the scan waited until there was.
+    Waited,
     /// The scan was taken up again.
     Resumed,
     /// A line that was cut off by the end of an earlier run was taken out of `samples.csv`; the text is what stood

@@ -58,7 +58,8 @@ impl Lab {
     /// # Errors
     /// As [`Lab::read`].
     pub fn parse(source: TomlSource) -> Result<Self, Fault> {
-        let file: LabFile = source.parse()?;
+        let mut file: LabFile = source.parse()?;
+        file.focus_array.beside(source.path().parent().unwrap_or(Path::new("")));
         let array = ArraySection::read(&file.array, &source)?;
         if let Some(sensing) = &file.sensing {
             let elements = array.array().len();

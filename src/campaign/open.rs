@@ -47,8 +47,11 @@ impl OpenRig {
                 receiver.rate_hz, receiver.full_scale, receiver.unit
             ),
             array: format!(
-                "{}, {} elements, {} steps a period",
-                array.name, array.elements, array.period_steps
+                "{}, {} elements, {} steps a period{}",
+                array.name,
+                array.elements,
+                array.period_steps,
+                if array.acknowledges { "" } else { ", never answers" }
             ),
         }
     }

@@ -178,7 +178,17 @@ async fn check_array(
         });
     }
     let latency = Latency::of(times);
-    latency.judge(Role::FocusArray, findings);
+    if identity.acknowledges {
+        latency.judge(Role::FocusArray, findings);
+    } else {
+        findings.push(Finding {
+            device: Role::FocusArray,
+            severity: Severity::Warning,
+            problem: "it never answers, so nothing shows that it hears".to_owned(),
+            remedy: "hold the receiver over it: a scan's readings must differ from its dark ones"
+                .to_owned(),
+        });
+    }
     Ok(ArrayCheck { port: array.device().port.clone(), identity, latency })
 }
 

@@ -3,11 +3,13 @@
 //! What a driver needs stands in a table of its own (`[motion.marlin]`), and a section has exactly one such
 //! table. **A new driver is one file and one line here**, in the list of its section.
 
+use std::path::Path;
 use std::time::Duration;
 
 use nalgebra::Vector3;
 use serde::Deserialize;
 
+use super::focus_array::Modulation;
 use super::motion::travel::{AxisBox, Envelope, KeepOut};
 use super::space::{Feed, Frame};
 use super::{FocusArray, Motion, Receiver, RigError};
@@ -150,6 +152,32 @@ section! {
     FocusArrayDriver opens FocusArray {
         /// The thesis's controller: programmable logic behind a serial port.
         "thesis" => Thesis(super::focus_array::ThesisConfig),
+        /// One or two SonicSurface boards of 256 channels.
+        "sonic_surface" => SonicSurface(super::focus_array::SonicSurfaceConfig),
+        /// Ultraino's boards: MEGA of 64 channels, also in a chain, Nano, DriverNano16.
+        "ultraino" => Ultraino(super::focus_array::UltrainoConfig),
+        /// A file that says what would be sent, for a program of the lab's own.
+        "file" => File(super::focus_array::FileSinkConfig),
+    }
+}
+
+impl FocusArrayConfig {
+    /// Takes the paths of files that it names from `folder`, which is the rig file's.
+    pub fn beside(&mut self, folder: &Path) {
+        match &mut self.driver {
+            FocusArrayDriver::Thesis(_) => {}
+            FocusArrayDriver::SonicSurface(board) => board.wiring.beside(folder),
+            FocusArrayDriver::Ultraino(board) => board.wiring.beside(folder),
+            FocusArrayDriver::File(file) => file.beside(folder),
+        }
+    }
+
+    /// How the emission is modulated.
+    pub(super) fn modulation(&self) -> Modulation {
+        Modulation {
+            frequency_hz: self.modulation_hz.get(),
+            duty_percent: self.modulation_duty_percent.get(),
+        }
     }
 }
 
@@ -275,8 +303,6 @@ impl TryFrom<f64> for Percent {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::input::{Fault, toml_text};
 

@@ -151,6 +151,22 @@ pub enum Cause {
         /// Elements asked for.
         asked: usize,
     },
+    /// A modulation that the controller does not make.
+    #[error("it cannot modulate at {asked_hz} Hz, {asked_percent} % of the time: {offers}")]
+    NoModulation {
+        /// Frequency asked for, Hz.
+        asked_hz: f64,
+        /// Share of the time asked for, percent.
+        asked_percent: f64,
+        /// What it does make.
+        offers: &'static str,
+    },
+    /// A wiring that does not fit the board.
+    #[error("the wiring in the rig file does not fit: {0}")]
+    Wiring(#[source] super::focus_array::WiringFault),
+    /// A file that stands for a device cannot be written.
+    #[error("the file cannot be written: {0}")]
+    Unwritable(#[source] std::io::Error),
     /// Not one reading came of a point.
     #[error("of {asked} readings asked for, none came that could be used")]
     NoReadings {
@@ -218,6 +234,11 @@ impl Cause {
             Self::NoSensors | Self::TooManySensors { .. } => {
                 "listening needs a controller whose answer to `hello` has `sensors=` (src/rig/focus_array/protocol.rs)"
             }
+            Self::NoModulation { .. } => {
+                "set `modulation_hz` and `modulation_duty_percent` in [focus_array] to what the board makes; scans are made without"
+            }
+            Self::Wiring(_) => "correct [focus_array.….wiring] in the rig file",
+            Self::Unwritable(_) => "check the path in the rig file, and that there is room",
             Self::NoReadings { .. } => {
                 "check the receiver's cable; run `fieldgap rig check` to see its rate and its gaps"
             }

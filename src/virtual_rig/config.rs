@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::array_boards::ArraySettings;
 use super::clock::Pace;
 use super::marlin_firmware::MarlinSettings;
 use super::receiver_firmware::ReceiverSettings;
@@ -25,6 +26,9 @@ pub struct VirtualConfig {
     /// The receiver.
     #[serde(default)]
     pub receiver: ReceiverSettings,
+    /// The array's controller.
+    #[serde(default)]
+    pub array: ArraySettings,
 }
 
 impl VirtualConfig {

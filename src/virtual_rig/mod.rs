@@ -15,6 +15,7 @@
 //! Firmware is [bytes in, bytes out](firmware), and a board puts it behind a pseudo-terminal, so drivers
 //! talk to it as they would to the real device, and so does anybody's G-code sender.
 
+pub mod array_boards;
 pub mod array_firmware;
 mod board;
 pub mod clock;
@@ -50,11 +51,11 @@ use tokio_util::sync::CancellationToken;
 
 use crate::acoustics::{Array, Medium};
 use crate::rig::{Frame, Ports};
-use array_firmware::ArrayFirmware;
 use board::Order;
 pub use clock::{Clock, Pace};
 pub use config::VirtualConfig;
 pub use faults::{Fault, LineFault};
+use firmware::Firmware;
 use marlin_firmware::MarlinFirmware;
 use pty::PseudoTerminal;
 use receiver_firmware::{Mode, ReceiverFirmware};
@@ -160,7 +161,12 @@ impl VirtualRig {
         let devices = Devices {
             robot: MarlinFirmware::new(config.robot, trajectory, homing_jam.clone()),
             receiver: ReceiverFirmware::new(config.receiver, world.clone()),
-            array: ArrayFirmware::new(believed.array.len(), believed.frequency_hz, world.clone()),
+            array: array_boards::firmware(
+                &config.array,
+                believed.array.len(),
+                believed.frequency_hz,
+                world.clone(),
+            ),
         };
 
         let (robot_orders, robot) = unbounded_channel();
@@ -230,7 +236,7 @@ impl Drop for VirtualRig {
 struct Devices {
     robot: MarlinFirmware,
     receiver: ReceiverFirmware,
-    array: ArrayFirmware,
+    array: Box<dyn Firmware>,
 }
 
 /// The rig's thread: opens the ports, says which they are, and runs the three devices until it is told to stop.

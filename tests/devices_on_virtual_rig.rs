@@ -1,0 +1,194 @@
+//! Scans with each kind of device that can be driven, on a virtual rig that has its counterpart.
+
+use std::path::Path;
+
+use fieldgap::campaign::{Campaign, Ending, Event, Session};
+use fieldgap::scan::RecordedScan;
+
+const PLAN: &str = r#"
+name = "devices"
+rig = "rig.toml"
+[simulator]
+model = "piston"
+[[focus]]
+x_mm = 5.0
+y_mm = -5.0
+z_mm = 60.0
+[dark]
+before = 2
+after = 0
+[[plane]]
+z_mm = 60.0
+centre_mm = [5.0, -5.0]
+size_mm = [12.0, 12.0]
+step_mm = 6.0
+"#;
+
+/// A rig file: the thesis's array under the robot of the virtual rig, with these devices.
+fn rig(receiver: &str, focus_array: &str, virtual_devices: &str) -> String {
+    format!(
+        r#"
+name = "devices"
+[array]
+frequency_hz = 40000.0
+layout = "square"
+columns = 6
+rows = 6
+element_diameter_mm = 10.5
+spacing_mm = 0.0
+[medium]
+speed_of_sound_m_s = 343.0
+[motion]
+origin_mm = [150.0, 150.0, -20.0]
+travel_mm = {{ x = [0.0, 300.0], y = [0.0, 300.0], z = [0.0, 250.0] }}
+feed_mm_s = 80.0
+position_tolerance_mm = 0.05
+[motion.marlin]
+[receiver]
+settle_ms = 5.0
+samples = 4
+{receiver}
+[focus_array]
+modulation_hz = 0.0
+modulation_duty_percent = 100.0
+{focus_array}
+[virtual]
+seed = 3
+pace = "lockstep"
+truth = "truth.toml"
+{virtual_devices}
+"#
+    )
+}
+
+const STREAM: &str = "[receiver.stream]";
+const THESIS: &str = "[focus_array.thesis]";
+
+/// A receiver that is not driven to its limit, and no noise.
+const QUIET: &str = "[microphone]\nsensitivity_v_pa = 0.001\n";
+
+/// Runs the plan on a rig, in a folder of its own.
+async fn scan(folder: &Path, rig: &str, truth: &str) -> (RecordedScan, Vec<Event>) {
+    std::fs::write(folder.join("rig.toml"), rig).expect("written");
+    std::fs::write(folder.join("truth.toml"), truth).expect("written");
+    std::fs::write(folder.join("plan.toml"), PLAN).expect("written");
+    let campaign = Campaign::read(&folder.join("plan.toml"), None).expect("a valid plan");
+    let out = folder.join("scan");
+    let session = Session::begin(campaign, &out).await.expect("the rig opens");
+    let mut events = Vec::new();
+    let mut watch = |event: &Event| events.push(event.clone());
+    let ended = session.run(&mut watch, std::future::pending()).await.expect("it is kept");
+    assert_eq!(ended, Ending::Complete);
+    (RecordedScan::open(&out).expect("the record is whole"), events)
+}
+
+/// The readings of a scan on a rig: two dark ones, then nine around the focus.
+async fn readings(rig: &str, truth: &str) -> Vec<f64> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (record, _) = scan(folder.path(), rig, truth).await;
+    record.samples.iter().map(|sample| sample.reading).collect()
+}
+
+/// Holds the readings of a board against those of the thesis's controller, whose slots are 16 times finer and more. Each
+/// phase errs by half a slot at most, evenly, so that the field at the focus loses 1 - sinc(1/slots) of itself; elsewhere
+/// the errors of 36 elements add at random to a few percent of the level at the focus.
+async fn is_like_the_thesis(focus_array: &str, virtual_array: &str, slots: f64) {
+    let board = readings(&rig(STREAM, focus_array, virtual_array), QUIET).await;
+    let thesis = readings(&rig(STREAM, THESIS, ""), QUIET).await;
+    assert_eq!((board.len(), thesis.len()), (11, 11));
+    assert_eq!(board[..2], [0.0, 0.0], "it was silenced after its power-up");
+    let peak = thesis.iter().copied().fold(0.0, f64::max);
+    assert!(peak > 0.1, "{thesis:?}");
+    let half_slot_rad = std::f64::consts::PI / slots;
+    // Standard deviation of an even error, over the square root of the elements, at four sigma; and the loss.
+    let allowed = 4.0 * half_slot_rad / 3f64.sqrt() / 6.0 + half_slot_rad.powi(2) / 6.0 + 0.002;
+    for (board, thesis) in board[2..].iter().zip(&thesis[2..]) {
+        assert!((board - thesis).abs() < allowed * peak, "{board} {thesis}, {allowed} of {peak}");
+    }
+}
+
+/// Channels of a board for 36 elements, in no order.
+fn scattered(of: usize) -> Vec<usize> {
+    (0..36).map(|element| element * 29 % of).collect()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_sonic_surface_is_driven() {
+    let channels = scattered(256);
+    let driver = format!("[focus_array.sonic_surface.wiring]\nchannels = {channels:?}");
+    let truth = format!("[virtual.array]\ncontroller = \"sonic-surface\"\nchannels = {channels:?}");
+    is_like_the_thesis(&driver, &truth, 32.0).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn two_chained_sonic_surfaces_are_driven() {
+    let channels = scattered(509);
+    let driver = format!("[focus_array.sonic_surface]\nboards = 2\nwiring.channels = {channels:?}");
+    let truth = format!(
+        "[virtual.array]\ncontroller = \"sonic-surface\"\nboards = 2\nchannels = {channels:?}"
+    );
+    is_like_the_thesis(&driver, &truth, 32.0).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_chain_of_ultraino_megas_is_driven() {
+    let channels = scattered(127);
+    let driver = format!(
+        "[focus_array.ultraino]\nboards = 2\nstarts_within_s = 0.0\nexpects_echo = true\nwiring.channels = {channels:?}"
+    );
+    let truth = format!(
+        "[virtual.array]\ncontroller = \"ultraino-mega\"\nboards = 2\nchannels = {channels:?}"
+    );
+    is_like_the_thesis(&driver, &truth, 10.0).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_polarity_that_is_known_is_made_up_for_in_the_host() {
+    let channels = scattered(256);
+    let wired = |more: &str| {
+        let driver = format!("[focus_array.sonic_surface.wiring]\nchannels = {channels:?}\n{more}");
+        let array =
+            format!("[virtual.array]\ncontroller = \"sonic-surface\"\nchannels = {channels:?}");
+        rig(STREAM, &driver, &array)
+    };
+    let inverted =
+        "[microphone]\nsensitivity_v_pa = 0.001\n[effects.polarity]\nelements = [3, 14, 15, 20]\n";
+    let right = readings(&wired(""), QUIET).await;
+    let wrong = readings(&wired(""), inverted).await;
+    let mended = readings(&wired("inverted = [3, 14, 15, 20]"), inverted).await;
+    // Point 5 of the plane is the focus.
+    assert!(wrong[6] < 0.85 * right[6], "{wrong:?} {right:?}");
+    assert_eq!(mended, right, "half a period is sixteen slots, without any rounding");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_file_is_told_what_would_be_sent() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let sink = "[focus_array.file]\npath = \"delays.csv\"\nelements = 36";
+    let (record, events) = scan(folder.path(), &rig(STREAM, sink, ""), QUIET).await;
+    assert_eq!(record.samples.len(), 11);
+    let never = |event: &Event| matches!(event, Event::Opened { array, .. } if array.contains("never answers"));
+    assert!(events.iter().any(never), "{events:?}");
+    let told =
+        std::fs::read_to_string(folder.path().join("delays.csv")).expect("beside the rig file");
+    let states: Vec<Vec<&str>> =
+        told.lines().skip(1).map(|line| line.split(',').skip(1).collect()).collect();
+    let emitting: Vec<&str> = states.iter().map(|state| state[0]).collect();
+    assert_eq!(emitting.iter().filter(|state| **state == "true").count(), 1);
+    assert_eq!(emitting.last(), Some(&"false"));
+    // The delays at the focus: the farthest element's path less each one's own, at 343 m/s.
+    let emits = states.iter().find(|state| state[0] == "true").expect("it emits");
+    let path = |element: usize| {
+        let x = (element % 6) as f64 * 10.5 - 26.25 - 5.0;
+        let y = 26.25 - (element / 6) as f64 * 10.5 + 5.0;
+        (x * x + y * y + 3600.0).sqrt()
+    };
+    let farthest = (0..36).map(path).fold(0.0, f64::max);
+    for element in 0..36 {
+        let told_us: f64 = emits[3 + element].parse().expect("a delay");
+        assert!(
+            (told_us - (farthest - path(element)) / 0.343).abs() < 6e-4,
+            "{element}: {told_us}"
+        );
+    }
+}

@@ -192,3 +192,40 @@ async fn a_file_is_told_what_would_be_sent() {
         );
     }
 }
+
+/// Holds a receiver's readings against those of the stream's, at the same points of the same field.
+async fn reads_as_the_stream(receiver: &str, virtual_receiver: &str, tolerance: f64) {
+    let told = readings(&rig(receiver, THESIS, virtual_receiver), QUIET).await;
+    let stream = readings(&rig(STREAM, THESIS, ""), QUIET).await;
+    assert_eq!((told.len(), stream.len()), (11, 11));
+    let peak = stream.iter().copied().fold(0.0, f64::max);
+    for (told, stream) in told.iter().zip(&stream) {
+        assert!((told - stream).abs() < tolerance * peak, "{told} {stream}, peak {peak}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_oscilloscope_is_read_over_a_network_socket() {
+    // 24.24 cycles in a record, and one step of its 8 bits is 1.6 % of the range.
+    let scope = "[receiver.scpi]\nsetup = [\":CHAN1:SCAL 0.5\", \":TIM:MAIN:SCAL 50.5e-6\"]";
+    reads_as_the_stream(scope, "[virtual.receiver]\nmode = \"scpi\"", 2e-3).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_analog_pin_of_marlin_is_read() {
+    let pin = "[receiver.marlin_pin]\npin = 57";
+    reads_as_the_stream(pin, "[virtual.receiver]\nmode = \"marlin-pin\"", 2e-3).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_logger_that_only_prints_numbers_is_read() {
+    let logger = "[receiver.free-running]\nlines = \"value\"\nrate_hz = 1000.0\nunit = \"V\"\nfull_scale = 5.0\nlatency_ms = 10.0";
+    let told = rig(logger, THESIS, "[virtual.receiver]\nmode = \"numbers\"")
+        .replace("pace = \"lockstep\"", "pace = { times = 4.0 }");
+    let told = readings(&told, QUIET).await;
+    let stream = readings(&rig(STREAM, THESIS, ""), QUIET).await;
+    let peak = stream.iter().copied().fold(0.0, f64::max);
+    for (told, stream) in told.iter().zip(&stream) {
+        assert!((told - stream).abs() < 2e-3 * peak, "{told} {stream}, peak {peak}");
+    }
+}

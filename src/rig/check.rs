@@ -204,7 +204,7 @@ async fn check_receiver(
     }
     let silent = receiver.read_point(Duration::ZERO, NOISE_READINGS).await?;
     let identity = receiver.identity().clone();
-    let measured_rate_hz = measured_rate_hz(&silent);
+    let measured_rate_hz = measured_rate_hz(&silent).filter(|_| identity.own_clock);
     findings.extend(receiver_findings(&identity, &silent, measured_rate_hz));
     let latency = Latency::of(times);
     latency.judge(Role::Receiver, findings);
@@ -398,7 +398,7 @@ mod tests {
     use super::*;
 
     fn identity() -> ReceiverIdentity {
-        ReceiverIdentity { rate_hz: 1000.0, full_scale: 5.0, unit: "V".into() }
+        ReceiverIdentity { rate_hz: 1000.0, full_scale: 5.0, unit: "V".into(), own_clock: true }
     }
 
     fn reading() -> Reading {

@@ -137,6 +137,10 @@ section! {
         "stream" => Stream(super::receiver::StreamConfig),
         /// A receiver that streams without being asked and takes no commands.
         "free-running" => FreeRunning(super::receiver::FreeRunningConfig),
+        /// An oscilloscope that speaks SCPI.
+        "scpi" => Scpi(super::receiver::ScpiConfig),
+        /// An analog pin of a board with Marlin's firmware.
+        "marlin_pin" => MarlinPin(super::receiver::MarlinPinConfig),
     }
 }
 

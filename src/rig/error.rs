@@ -46,6 +46,9 @@ pub enum Cause {
     /// The operating system refused to read or write.
     #[error("the port failed: {0}")]
     Io(#[source] std::io::Error),
+    /// Nothing listens at a network address.
+    #[error("nothing listens at this address")]
+    NoListener,
     /// Nothing fitting came in time.
     #[error("no answer within {:.1} s", waited.as_secs_f64())]
     Silent {
@@ -167,6 +170,9 @@ pub enum Cause {
     /// A file that stands for a device cannot be written.
     #[error("the file cannot be written: {0}")]
     Unwritable(#[source] std::io::Error),
+    /// A record of samples that cannot show the carrier.
+    #[error("{0}")]
+    Record(#[source] super::receiver::RecordFault),
     /// Not one reading came of a point.
     #[error("of {asked} readings asked for, none came that could be used")]
     NoReadings {
@@ -192,6 +198,12 @@ impl Cause {
                 "check that your user may open serial ports (on Linux, be in the group `dialout`) and that the device takes this baud rate"
             }
             Self::Disconnected => "check cable and power of the device, then `resume` the scan",
+            Self::NoListener => {
+                "check address and port number in the rig file, that the instrument is switched on, and that its network socket is enabled"
+            }
+            Self::Record(_) => {
+                "set the instrument's time base so that its record holds some ten cycles of the carrier, by hand or by `setup` in the rig file"
+            }
             Self::Io(_) => "check cable and power of the device",
             Self::Silent { .. } => {
                 "check cable and power, that port and baud rate in the rig file are the device's, and that no other device answers there"

@@ -28,10 +28,13 @@ pub mod firmware;
 pub mod hand;
 pub mod luck;
 pub mod marlin_firmware;
+pub mod pin_firmware;
 pub mod planner;
 mod pty;
 pub mod receiver_firmware;
+pub mod scope_firmware;
 pub mod sealed_truth;
+mod tcp_bridge;
 #[cfg(test)]
 mod testing;
 pub mod trajectory;
@@ -58,7 +61,7 @@ pub use faults::{Fault, LineFault};
 use firmware::Firmware;
 use marlin_firmware::MarlinFirmware;
 use pty::PseudoTerminal;
-use receiver_firmware::{Mode, ReceiverFirmware};
+use receiver_firmware::Mode;
 use trajectory::Trajectory;
 pub use truth::Truth;
 pub use world::{Believed, World};
@@ -148,7 +151,7 @@ impl VirtualRig {
         truth: Truth,
         believed: &Believed,
     ) -> Result<Self, VirtualRigError> {
-        if config.receiver.mode == Mode::FreeRunning && config.pace == Pace::Lockstep {
+        if config.receiver.mode.runs_freely() && config.pace == Pace::Lockstep {
             return Err(VirtualRigError::FreeRunningInLockstep);
         }
         let clock = Arc::new(Clock::new(config.pace));
@@ -160,7 +163,8 @@ impl VirtualRig {
         let homing_jam = Arc::new(AtomicBool::new(false));
         let devices = Devices {
             robot: MarlinFirmware::new(config.robot, trajectory, homing_jam.clone()),
-            receiver: ReceiverFirmware::new(config.receiver, world.clone()),
+            receiver: receiver_firmware::of(config.receiver, world.clone()),
+            receiver_has_socket: config.receiver.mode == Mode::Scpi,
             array: array_boards::firmware(
                 &config.array,
                 believed.array.len(),
@@ -235,7 +239,8 @@ impl Drop for VirtualRig {
 
 struct Devices {
     robot: MarlinFirmware,
-    receiver: ReceiverFirmware,
+    receiver: Box<dyn Firmware>,
+    receiver_has_socket: bool,
     array: Box<dyn Firmware>,
 }
 
@@ -262,9 +267,17 @@ fn run(
             Ok(wires) => wires,
             Err(error) => return drop(opened.send(Err(error))),
         };
+        let socket = match devices.receiver_has_socket {
+            true => match tcp_bridge::listen().await {
+                Ok(socket) => Some(socket),
+                Err(error) => return drop(opened.send(Err(error.into()))),
+            },
+            false => None,
+        };
+        let address = socket.as_ref().map(|(_, address)| address.clone());
         let ports = Ports {
             motion: Some(robot.path().to_owned()),
-            receiver: Some(receiver.path().to_owned()),
+            receiver: Some(address.unwrap_or_else(|| receiver.path().to_owned())),
             focus_array: Some(array.path().to_owned()),
         };
         if opened.send(Ok(ports)).is_err() {
@@ -272,6 +285,10 @@ fn run(
         }
         let [robot_orders, receiver_orders, array_orders] = orders;
         let shared = || (clock.clone(), stop.clone());
+        if let Some((listener, _)) = socket {
+            let bridge = tcp_bridge::serve(listener, receiver.path().to_owned(), stop.clone());
+            tokio::spawn(bridge);
+        }
         let (clock_1, stop_1) = shared();
         let (clock_2, stop_2) = shared();
         let (clock_3, stop_3) = shared();

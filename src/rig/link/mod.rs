@@ -4,11 +4,13 @@
 //! for ever, is in [`Wire`].
 
 mod serial;
+mod tcp;
 mod wire;
 
 use tokio::io::{AsyncRead, AsyncWrite};
 
 pub use serial::open_serial;
+pub use tcp::open_tcp;
 pub use wire::Wire;
 
 /// Anything that carries bytes both ways: a serial port, or one end of [`tokio::io::duplex`].

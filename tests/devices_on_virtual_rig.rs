@@ -229,3 +229,75 @@ async fn a_logger_that_only_prints_numbers_is_read() {
         assert!((told - stream).abs() < 2e-3 * peak, "{told} {stream}, peak {peak}");
     }
 }
+
+/// A rig with a sensor of the air that is asked.
+fn airy(environment: &str, sensor: &str) -> String {
+    let mut rig = rig(STREAM, THESIS, sensor);
+    let at = rig.find("[virtual]").expect("it has a virtual part");
+    rig.insert_str(at, environment);
+    rig
+}
+
+const ASKED: &str =
+    "[environment.lines]\npattern = \"T={temperature_c} RH={humidity_percent}\"\nask = \"R\"\n";
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_air_is_kept_beside_the_readings_and_gives_the_speed_of_sound() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let environment = format!("[environment]\nevery_s = 0.5\nsound_speed = true\n{ASKED}");
+    let sensor = "[virtual.environment]\ntemperature_c = 26.0\nhumidity_percent = 40.0\nwarms_c_per_h = 360.0";
+    // Cramer's formula at 26 °C and 40 % is what the record must have; the field goes by the same air.
+    let speed = fieldgap::acoustics::Medium::air(26.0, 40.0, 101.325).speed_of_sound_m_s;
+    let truth = format!("{QUIET}[effects.sound-speed]\nc_m_s = {speed}\n");
+    let (record, _) = scan(folder.path(), &airy(&environment, sensor), &truth).await;
+    assert!((record.setup.medium.medium().speed_of_sound_m_s - speed).abs() < 0.02);
+    assert!((speed - 343.0).abs() > 3.0, "{speed}");
+    // All waves reach the focus together only if the delays were made for that air: it is the peak.
+    let levels: Vec<f64> = record.samples.iter().map(|sample| sample.reading).collect();
+    assert!(levels[2..].iter().all(|level| *level <= levels[6]), "{levels:?}");
+    let kept =
+        std::fs::read_to_string(folder.path().join("scan").join(fieldgap::campaign::AIR_FILE))
+            .expect("it is kept");
+    let rows: Vec<Vec<f64>> = kept
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').filter_map(|word| word.parse().ok()).collect())
+        .collect();
+    assert!(rows.len() > 2 && rows.is_sorted_by(|a, b| a[0] + 0.5 <= b[0]), "{kept}");
+    for row in &rows {
+        // It gets warmer by a tenth of a degree a second, from the power-up on.
+        assert!(row[1] >= 26.0 + 0.1 * row[0] - 0.01 && row[2] == 40.0, "{kept}");
+    }
+    let last_s = record.samples.last().expect("eleven").time_s;
+    assert!(rows.iter().all(|row| row[0] <= last_s));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn without_being_asked_to_the_air_changes_nothing_of_the_record() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let sensor = "[virtual.environment]\ntemperature_c = 26.0\nhumidity_percent = 40.0\n";
+    let (record, _) = scan(folder.path(), &airy(ASKED, sensor), QUIET).await;
+    assert_eq!(record.setup.medium.medium().speed_of_sound_m_s, 343.0);
+    assert!(folder.path().join("scan/environment.csv").is_file());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_sensor_that_says_something_else_is_told_of_before_anything_moves() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let pattern = ASKED.replace("RH=", "H=") + "line_within_s = 0.2\n";
+    let sensor = "[virtual.environment]\ntemperature_c = 26.0\nhumidity_percent = 40.0\n";
+    for (name, text) in [
+        ("rig.toml", airy(&pattern, sensor)),
+        ("truth.toml", String::new()),
+        ("plan.toml", PLAN.to_owned()),
+    ] {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    }
+    let campaign = Campaign::read(&folder.path().join("plan.toml"), None).expect("a valid plan");
+    let refused = Session::begin(campaign, &folder.path().join("scan")).await;
+    let error = refused.err().expect("it says `RH`").to_string();
+    assert!(
+        error.starts_with("environment sensor on /dev/pts/") && error.contains("T=26.00"),
+        "{error}"
+    );
+}

@@ -1,6 +1,7 @@
 //! The rig of a rig file, opened: behind real ports, or behind those of a virtual rig made for it.
 
 use super::CampaignError;
+use super::air_log::AirLog;
 use super::event::Event;
 use super::lab::Lab;
 use crate::rig::{self, SafeRig};
@@ -10,6 +11,7 @@ use crate::virtual_rig::VirtualRig;
 pub struct OpenRig {
     // Dropped in this order: the drivers let go of the ports before the firmware behind them ends.
     rig: SafeRig,
+    air: Option<AirLog>,
     _firmware: Option<VirtualRig>,
 }
 
@@ -27,12 +29,21 @@ impl OpenRig {
         if believed != controller {
             return Err(CampaignError::OtherArray { believed, controller });
         }
-        Ok(Self { rig, _firmware: firmware })
+        let sensor = rig::open_air_sensor(&lab.rig, &ports).await?;
+        let air = sensor
+            .zip(lab.rig.environment.as_ref())
+            .map(|(sensor, config)| AirLog::new(sensor, config));
+        Ok(Self { rig, air, _firmware: firmware })
     }
 
     /// The devices.
     pub fn rig(&mut self) -> &mut SafeRig {
         &mut self.rig
+    }
+
+    /// What the environment sensor says, where there is one.
+    pub(super) fn air(&mut self) -> Option<&mut AirLog> {
+        self.air.as_mut()
     }
 
     /// Who answered.

@@ -1,4 +1,4 @@
-//! The sections `[motion]`, `[receiver]` and `[focus_array]` of a rig file, and the registry of drivers.
+//! The sections `[motion]`, `[receiver]`, `[focus_array]` and `[environment]` of a rig file, and the registry of drivers.
 //!
 //! What a driver needs stands in a table of its own (`[motion.marlin]`), and a section has exactly one such
 //! table. **A new driver is one file and one line here**, in the list of its section.
@@ -12,7 +12,7 @@ use serde::Deserialize;
 use super::focus_array::Modulation;
 use super::motion::travel::{AxisBox, Envelope, KeepOut};
 use super::space::{Feed, Frame};
-use super::{FocusArray, Motion, Receiver, RigError};
+use super::{AirSensor, FocusArray, Motion, Receiver, RigError};
 use crate::input::{Finite, Fraction, NonNegative, Positive};
 
 /// The three devices of a rig, as its file describes them.
@@ -24,6 +24,8 @@ pub struct RigConfig {
     pub receiver: ReceiverConfig,
     /// `[focus_array]`
     pub focus_array: FocusArrayConfig,
+    /// `[environment]`, where there is one.
+    pub environment: Option<EnvironmentConfig>,
 }
 
 /// Declares one section: its common keys, its drivers, how it is read and how its driver is opened.
@@ -163,6 +165,41 @@ section! {
         /// A file that says what would be sent, for a program of the lab's own.
         "file" => File(super::focus_array::FileSinkConfig),
     }
+}
+
+section! {
+    /// `[environment]`: how the air is watched during a scan.
+    EnvironmentConfig {
+        /// Time between two rows of `environment.csv`, s.
+        [default = "ten_seconds"]
+        every_s: Positive,
+        /// Whether a scan's medium is what the sensor says at its beginning, in place of `[medium]`.
+        [default = "bool::default"]
+        sound_speed: bool,
+        /// Relative humidity where the sensor does not say it, percent.
+        [default = "usual_humidity"]
+        humidity_percent: Percent,
+        /// Pressure where the sensor does not say it, kPa.
+        [default = "standard_pressure"]
+        pressure_kpa: Positive,
+    }
+    /// The sensors that can be read.
+    EnvironmentDriver opens AirSensor {
+        /// Lines of text on a serial port.
+        "lines" => Lines(super::air_sensor::AirLinesConfig),
+    }
+}
+
+fn ten_seconds() -> Positive {
+    Positive::new(10.0).expect("a literal above zero")
+}
+
+fn usual_humidity() -> Percent {
+    Percent::try_from(50.0).expect("a literal from 0 to 100")
+}
+
+fn standard_pressure() -> Positive {
+    Positive::new(101.325).expect("a literal above zero")
 }
 
 impl FocusArrayConfig {

@@ -7,6 +7,7 @@
 //!
 //! This layer knows no physics: it takes delays and gives readings.
 
+pub mod air_sensor;
 pub mod check;
 pub mod config;
 mod device;
@@ -23,13 +24,14 @@ use std::time::Duration;
 use async_trait::async_trait;
 use tokio::time::Instant;
 
-pub use config::{FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
+pub use air_sensor::AirReading;
+pub use config::{EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
 pub use device::{Device, Role};
 pub use error::{Cause, RigError};
 pub use focus_array::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
 pub use motion::travel::{Envelope, PathFault};
 pub use receiver::{Reading, ReceiverIdentity};
-pub use safety::{Ports, SafeRig, SafetyReport, open, open_array};
+pub use safety::{Ports, SafeRig, SafetyReport, open, open_air_sensor, open_array};
 pub use space::{Feed, Frame, RobotPosition};
 
 /// A robot that carries the receiver along straight paths.
@@ -72,6 +74,16 @@ pub trait Receiver: Send {
     /// Waits `settle` on the receiver's own clock, counted from now, and averages the `count` readings
     /// that follow. No reading is from before the call.
     async fn read_point(&mut self, settle: Duration, count: usize) -> Result<Reading, RigError>;
+}
+
+/// A sensor of the air.
+#[async_trait]
+pub trait AirSensor: Send {
+    /// Which device this is, for messages.
+    fn device(&self) -> &Device;
+
+    /// The newest that it has said.
+    async fn air(&mut self) -> Result<AirReading, RigError>;
 }
 
 /// A phased array with a delay for each element.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::air_firmware::AirSettings;
 use super::array_boards::ArraySettings;
 use super::clock::Pace;
 use super::marlin_firmware::MarlinSettings;
@@ -26,6 +27,8 @@ pub struct VirtualConfig {
     /// The receiver.
     #[serde(default)]
     pub receiver: ReceiverSettings,
+    /// The sensor of the air, where there is one.
+    pub environment: Option<AirSettings>,
     /// The array's controller.
     #[serde(default)]
     pub array: ArraySettings,

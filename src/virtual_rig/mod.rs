@@ -15,6 +15,7 @@
 //! Firmware is [bytes in, bytes out](firmware), and a board puts it behind a pseudo-terminal, so drivers
 //! talk to it as they would to the real device, and so does anybody's G-code sender.
 
+pub mod air_firmware;
 pub mod array_boards;
 pub mod array_firmware;
 mod board;
@@ -54,6 +55,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::acoustics::{Array, Medium};
 use crate::rig::{Frame, Ports};
+use air_firmware::AirFirmware;
 use board::Order;
 pub use clock::{Clock, Pace};
 pub use config::VirtualConfig;
@@ -164,6 +166,7 @@ impl VirtualRig {
         let devices = Devices {
             robot: MarlinFirmware::new(config.robot, trajectory, homing_jam.clone()),
             receiver: receiver_firmware::of(config.receiver, world.clone()),
+            environment: config.environment.map(AirFirmware::new),
             receiver_has_socket: config.receiver.mode == Mode::Scpi,
             array: array_boards::firmware(
                 &config.array,
@@ -240,6 +243,7 @@ impl Drop for VirtualRig {
 struct Devices {
     robot: MarlinFirmware,
     receiver: Box<dyn Firmware>,
+    environment: Option<AirFirmware>,
     receiver_has_socket: bool,
     array: Box<dyn Firmware>,
 }
@@ -267,6 +271,12 @@ fn run(
             Ok(wires) => wires,
             Err(error) => return drop(opened.send(Err(error))),
         };
+        let environment =
+            devices.environment.map(|firmware| Ok((firmware, wire("environment sensor")?)));
+        let environment = match environment.transpose() {
+            Ok(environment) => environment,
+            Err(error) => return drop(opened.send(Err(error))),
+        };
         let socket = match devices.receiver_has_socket {
             true => match tcp_bridge::listen().await {
                 Ok(socket) => Some(socket),
@@ -279,6 +289,7 @@ fn run(
             motion: Some(robot.path().to_owned()),
             receiver: Some(address.unwrap_or_else(|| receiver.path().to_owned())),
             focus_array: Some(array.path().to_owned()),
+            environment: environment.as_ref().map(|(_, wire)| wire.path().to_owned()),
         };
         if opened.send(Ok(ports)).is_err() {
             return;
@@ -292,7 +303,15 @@ fn run(
         let (clock_1, stop_1) = shared();
         let (clock_2, stop_2) = shared();
         let (clock_3, stop_3) = shared();
+        // Nobody injects faults into the air.
+        let (_, no_orders) = unbounded_channel();
+        let air = async {
+            if let Some((firmware, wire)) = environment {
+                board::run(firmware, wire, clock.clone(), no_orders, stop.clone()).await;
+            }
+        };
         tokio::join!(
+            air,
             board::run(devices.robot, robot, clock_1, robot_orders, stop_1),
             board::run(devices.receiver, receiver, clock_2, receiver_orders, stop_2),
             board::run(devices.array, array, clock_3, array_orders, stop_3),

@@ -2,8 +2,12 @@
 
 use std::path::Path;
 
-use fieldgap::campaign::{Campaign, Ending, Event, Session};
+use fieldgap::campaign::{Campaign, Ending, Event, Lab, Session, open_virtual};
+use fieldgap::input::TomlSource;
+use fieldgap::rig::check::check;
+use fieldgap::rig::{Cause, ElementDelay, open, open_array};
 use fieldgap::scan::RecordedScan;
+use fieldgap::virtual_rig::{Fault, LineFault, Part, VirtualRig};
 
 const PLAN: &str = r#"
 name = "devices"
@@ -300,4 +304,79 @@ async fn a_sensor_that_says_something_else_is_told_of_before_anything_moves() {
         error.starts_with("environment sensor on /dev/pts/") && error.contains("T=26.00"),
         "{error}"
     );
+}
+
+/// A rig file's laboratory and its virtual rig, for what is done to a device from outside.
+fn laboratory(rig: &str) -> (tempfile::TempDir, Lab, VirtualRig) {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("truth.toml"), QUIET).expect("written");
+    let lab = Lab::parse(TomlSource::new(&folder.path().join("rig.toml"), rig)).expect("valid");
+    let firmware = open_virtual(&lab).expect("it opens").expect("it is virtual");
+    (folder, lab, firmware)
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_board_that_emits_from_its_power_up_or_a_reset_is_put_right() {
+    let channels = scattered(256);
+    let driver = format!("[focus_array.sonic_surface.wiring]\nchannels = {channels:?}");
+    let truth = format!("[virtual.array]\ncontroller = \"sonic-surface\"\nchannels = {channels:?}");
+    let (_folder, lab, firmware) = laboratory(&rig(STREAM, &driver, &truth));
+    let sounding = || firmware.world().drive_at(f64::MAX).outputs().into_iter().flatten().count();
+    assert_eq!(sounding(), 36, "it powers up at full drive");
+    let mut array = open_array(&lab.rig, &firmware.ports()).await.expect("it opens");
+    assert!(!array.identity().acknowledges);
+    assert_eq!(sounding(), 0, "opening silences it");
+    let mut delays = vec![ElementDelay::Silent; 36];
+    delays[7] = ElementDelay::Seconds(6.25e-6);
+    array.set_delays(&delays).await.expect("36");
+    array.emit().await.expect("open");
+    let output = firmware.world().drive_at(f64::MAX).outputs()[7].expect("it sounds");
+    assert!((output.delay_s - 6.25e-6).abs() < 1e-12 && sounding() == 1);
+    assert!(firmware.inject(Part::Array, Fault::Reset));
+    assert_eq!(sounding(), 36, "a brown-out");
+    array.refresh().await.expect("open");
+    assert_eq!(sounding(), 1, "the next point is right again");
+    assert!(firmware.inject(Part::Array, Fault::Unplug));
+    let error = array.silence().await.expect_err("it is unplugged");
+    assert!(matches!(error.cause(), Cause::Disconnected), "{error}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_oscilloscope_that_is_reset_or_unplugged_is_told() {
+    let scope = "[receiver.scpi]\nanswer_within_s = 0.5\n";
+    let (_folder, lab, firmware) =
+        laboratory(&rig(scope, THESIS, "[virtual.receiver]\nmode = \"scpi\""));
+    let mut rig = open(&lab.rig, &firmware.ports()).await.expect("it opens");
+    let settle = std::time::Duration::from_millis(1);
+    assert_eq!(rig.receiver().read_point(settle, 2).await.expect("it answers").count, 2);
+    // The answer to one question is lost: the call ends in time, and the next one is in step again.
+    assert!(firmware.inject(Part::Receiver, Fault::OnLines(LineFault::LoseAll)));
+    let error = rig.receiver().read_point(settle, 1).await.expect_err("no answer");
+    assert!(matches!(error.cause(), Cause::Silent { .. } | Cause::Unreadable { .. }), "{error}");
+    assert_eq!(rig.receiver().read_point(settle, 2).await.expect("it answers").count, 2);
+    assert!(firmware.inject(Part::Receiver, Fault::Reset));
+    assert!(rig.receiver().read_point(settle, 1).await.is_ok(), "its settings are the same");
+    assert!(firmware.inject(Part::Receiver, Fault::Unplug));
+    let error = rig.receiver().read_point(settle, 1).await.expect_err("it is unplugged");
+    assert!(matches!(error.cause(), Cause::Disconnected), "{error}");
+    assert!(error.to_string().starts_with("receiver on 127.0.0.1:"), "{error}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_check_tells_what_each_device_says_of_itself() {
+    let sink = "[focus_array.file]\npath = \"delays.csv\"\nelements = 36";
+    let pin = "[receiver.marlin_pin]\npin = 57";
+    let mut text = rig(
+        pin,
+        sink,
+        "[virtual.receiver]\nmode = \"marlin-pin\"\n[virtual.environment]\ntemperature_c = 21.3\nhumidity_percent = 45.0",
+    );
+    text.insert_str(text.find("[virtual]").expect("it has a virtual part"), ASKED);
+    let (_folder, lab, firmware) = laboratory(&text);
+    let report = check(&lab.rig, &firmware.ports(), 36).await;
+    assert!(report.can_scan(), "{report}");
+    let said = report.to_string();
+    for words in ["21.3 °C, 45 %", "it never answers", "a file, 36 elements"] {
+        assert!(said.contains(words), "no `{words}` in {said}");
+    }
 }

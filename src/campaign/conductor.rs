@@ -77,7 +77,7 @@ impl Conductor {
     async fn excite(&mut self, rig: &mut SafeRig, focus: Option<usize>) -> Result<(), RigError> {
         let wanted = focus.map_or(Emission::Silent, Emission::Drive);
         if wanted == self.emitting {
-            return Ok(());
+            return rig.array().refresh().await;
         }
         match wanted {
             Emission::Silent => rig.array().silence().await?,

@@ -10,8 +10,8 @@ use super::config::RigConfig;
 use super::device::Role;
 use super::error::RigError;
 use super::receiver::Reading;
-use super::safety::{Ports, open_motion};
-use super::{ArrayIdentity, FocusArray, Motion, Receiver, ReceiverIdentity};
+use super::safety::{Ports, open_air_sensor, open_motion};
+use super::{AirReading, AirSensor, ArrayIdentity, FocusArray, Motion, Receiver, ReceiverIdentity};
 
 /// Queries of which the reply latency is taken.
 const QUERIES: usize = 20;
@@ -37,6 +37,8 @@ pub struct CheckReport {
     pub receiver: Section<ReceiverCheck>,
     /// The robot.
     pub motion: Section<MotionCheck>,
+    /// The environment sensor; empty also where the rig file has none.
+    pub environment: Section<AirCheck>,
     /// What is not as it should be.
     pub findings: Vec<Finding>,
 }
@@ -81,6 +83,15 @@ pub struct MotionCheck {
     pub position_mm: [f64; 3],
     /// How fast it answers.
     pub latency: Latency,
+}
+
+/// What the environment sensor said.
+#[derive(Debug, Serialize)]
+pub struct AirCheck {
+    /// Its port.
+    pub port: String,
+    /// The newest that it said.
+    pub air: AirReading,
 }
 
 /// Reply latency over several queries, ms.
@@ -150,7 +161,19 @@ pub async fn check(config: &RigConfig, ports: &Ports, elements: usize) -> CheckR
         Err(error) => Err(error),
     };
     let motion = note(motion, Role::Robot, &mut findings);
-    CheckReport { focus_array, receiver, motion, findings }
+    let environment = match open_air_sensor(config, ports).await {
+        Ok(None) => None,
+        Ok(Some(mut sensor)) => {
+            note(check_air(&mut *sensor).await, Role::Environment, &mut findings)
+        }
+        Err(error) => note(Err(error), Role::Environment, &mut findings),
+    };
+    CheckReport { focus_array, receiver, motion, environment, findings }
+}
+
+async fn check_air(sensor: &mut dyn AirSensor) -> Result<AirCheck, RigError> {
+    let air = sensor.air().await?;
+    Ok(AirCheck { port: sensor.device().port.clone(), air })
 }
 
 fn note<T>(result: Result<T, RigError>, role: Role, findings: &mut Vec<Finding>) -> Option<T> {
@@ -378,6 +401,16 @@ impl fmt::Display for CheckReport {
         {
             writeln!(f, "robot        {port}: {firmware}")?;
             writeln!(f, "             says ({x:.2}, {y:.2}, {z:.2}) mm; replies in {latency}")?;
+        }
+        if let Some(AirCheck { port, air }) = &self.environment {
+            write!(f, "environment  {port}: {:.1} °C", air.temperature_c)?;
+            if let Some(percent) = air.humidity_percent {
+                write!(f, ", {percent:.0} %")?;
+            }
+            if let Some(kpa) = air.pressure_kpa {
+                write!(f, ", {kpa:.1} kPa")?;
+            }
+            writeln!(f)?;
         }
         for finding in &self.findings {
             let mark = match finding.severity {

@@ -107,6 +107,11 @@ pub trait FocusArray: Send {
     /// Emits with the delays last set.
     async fn emit(&mut self) -> Result<(), RigError>;
 
+    /// Tells the array again what it was told last, where nothing would show that it has forgotten. Before each point.
+    async fn refresh(&mut self) -> Result<(), RigError> {
+        Ok(())
+    }
+
     /// Ends all emission and takes a display to be played.
     async fn load(&mut self, _display: &DriveProgram) -> Result<(), RigError> {
         Err(unable(self.device(), "loading a display", Cause::NoDisplays))

@@ -17,7 +17,7 @@ use crate::input::Positive;
 pub use pattern::LinePattern;
 
 /// What a sensor says of the air.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct AirReading {
     /// Temperature, °C.
     pub temperature_c: f64,

@@ -222,6 +222,15 @@ impl<L: ByteLink, B: OneWayBoard + Sync> FocusArray for OneWayArray<L, B> {
         self.emitting = true;
         self.show(&self.slots.clone()).await
     }
+
+    /// A board that was reset emits on all channels, and says nothing of it.
+    async fn refresh(&mut self) -> Result<(), RigError> {
+        self.wire.attempting("telling it once more what it emits");
+        match self.emitting {
+            true => self.show(&self.slots.clone()).await,
+            false => self.show(&vec![None; self.board.channels()]).await,
+        }
+    }
 }
 
 impl<L: ByteLink, B: OneWayBoard> Drop for OneWayArray<L, B> {
@@ -306,8 +315,12 @@ mod tests {
         assert_eq!(said(&mut far).await, "<b->", "delays alone do not make it sound");
         array.set_delays(&[ElementDelay::Silent, ElementDelay::Seconds(0.0)]).await.expect("two");
         assert_eq!(said(&mut far).await, "<-a>", "while it emits they are shown at once");
+        array.refresh().await.expect("open");
+        assert_eq!(said(&mut far).await, "<-a>");
         array.silence().await.expect("open");
         assert_eq!(said(&mut far).await, "<--><-->");
+        array.refresh().await.expect("open");
+        assert_eq!(said(&mut far).await, "<-->");
         drop(array);
         assert_eq!(said(&mut far).await, "<--><-->");
     }

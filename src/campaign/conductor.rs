@@ -109,7 +109,7 @@ impl Conductor {
     ) -> Result<(), RigError> {
         let wanted = focus.map_or(Emission::Silent, Emission::Drive);
         if wanted == self.emitting {
-            return Ok(());
+            return rig.array().refresh().await;
         }
         match wanted {
             Emission::Silent => rig.array().silence().await?,

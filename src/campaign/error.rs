@@ -45,6 +45,21 @@ pub enum CampaignError {
         /// What the controller says.
         controller: usize,
     },
+    /// The sensor says that the air is such that its sound cannot be computed.
+    #[error(
+        "the environment sensor says {temperature_c} °C, {humidity_percent} % and {pressure_kpa} kPa, where the speed of sound cannot be computed"
+    )]
+    #[diagnostic(help(
+        "look at the sensor, or set `sound_speed = false` in [environment] of the rig file"
+    ))]
+    NoMedium {
+        /// Temperature, °C.
+        temperature_c: f64,
+        /// Relative humidity, percent.
+        humidity_percent: f64,
+        /// Pressure, kPa.
+        pressure_kpa: f64,
+    },
     /// On resuming, a file that the rig file names describes another array.
     #[error("the array is not the one that the scan was begun with")]
     #[diagnostic(help(

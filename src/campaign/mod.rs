@@ -1,6 +1,7 @@
 //! A plan run on a rig, its record kept safe: the rig file, the check before anything moves, the conductor that
 //! drives the three devices point by point, and the return to a scan that ended early.
 
+mod air_log;
 mod clock;
 mod conductor;
 mod dry_run;
@@ -18,6 +19,7 @@ mod session;
 #[cfg(test)]
 mod troubled_tests;
 
+pub use air_log::FILE as AIR_FILE;
 pub use dry_run::{DryRun, dry_run, room_for};
 pub use error::CampaignError;
 pub use event::{Event, Watch};

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use super::CampaignError;
+use super::air_log::AirLog;
 use super::event::Event;
 use super::lab::Lab;
 use crate::rig::watchdog::Watchdog;
@@ -15,6 +16,7 @@ pub struct OpenRig {
     // Dropped in this order: the drivers let go of the ports before the firmware behind them ends.
     rig: SafeRig,
     watchdog: Option<Watchdog>,
+    air: Option<AirLog>,
     firmware: Option<VirtualRig>,
 }
 
@@ -32,7 +34,11 @@ impl OpenRig {
         if believed != controller {
             return Err(CampaignError::OtherArray { believed, controller });
         }
-        Ok(Self { rig, watchdog: None, firmware })
+        let sensor = rig::open_air_sensor(&lab.rig, &ports).await?;
+        let air = sensor
+            .zip(lab.rig.environment.as_ref())
+            .map(|(sensor, config)| AirLog::new(sensor, config));
+        Ok(Self { rig, watchdog: None, air, firmware })
     }
 
     /// Has the rig guarded by a process of its own from now on: `program`, which calls
@@ -54,6 +60,11 @@ impl OpenRig {
         &mut self.rig
     }
 
+    /// What the environment sensor says, where there is one.
+    pub(super) fn air(&mut self) -> Option<&mut AirLog> {
+        self.air.as_mut()
+    }
+
     /// Who answered.
     pub(super) fn greeting(&mut self) -> Event {
         let robot = self.rig.motion().firmware().to_owned();
@@ -66,8 +77,11 @@ impl OpenRig {
                 receiver.rate_hz, receiver.full_scale, receiver.unit
             ),
             array: format!(
-                "{}, {} elements, {} steps a period",
-                array.name, array.elements, array.period_steps
+                "{}, {} elements, {} steps a period{}",
+                array.name,
+                array.elements,
+                array.period_steps,
+                if array.acknowledges { "" } else { ", never answers" }
             ),
         }
     }

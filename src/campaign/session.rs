@@ -13,6 +13,7 @@ use jiff::Timestamp;
 use tokio::time::{Instant, sleep};
 
 use super::CampaignError;
+use super::air_log::Polled;
 use super::clock::{ScanClock, begins, goes_on_at_s};
 use super::conductor::{Conductor, Measurement, distance_mm};
 use super::dry_run::{dry_run, room_for};
@@ -65,10 +66,15 @@ impl Session {
     /// # Errors
     /// [`CampaignError`] if the plan cannot be done, the rig cannot be opened, or the folder holds a scan already or
     /// cannot be written.
-    pub async fn begin(campaign: Campaign, folder: &Path) -> Result<Self, CampaignError> {
+    pub async fn begin(mut campaign: Campaign, folder: &Path) -> Result<Self, CampaignError> {
         let check = dry_run(&campaign.plan, &campaign.lab, &campaign.visits)?;
         room_for(check.bytes, folder)?;
         let mut open = OpenRig::open(&campaign.lab).await?;
+        if let Some((air, config)) = open.air().zip(campaign.lab.rig.environment.as_ref())
+            && config.sound_speed
+        {
+            campaign.lab.medium = air.medium(config).await?;
+        }
         let (plan, lab) = (&campaign.plan, &campaign.lab);
         let setup = ScanSetup {
             name: plan.name.clone(),
@@ -87,6 +93,9 @@ impl Session {
         ];
         let columns = Columns::WithSpread;
         let journal = Journal::create(folder, &setup, columns, &copies, Timestamp::now())?;
+        if let Some(air) = open.air() {
+            air.write_to(folder)?;
+        }
         Ok(Self { campaign, open, journal, setup, kept: Vec::new() })
     }
 
@@ -102,14 +111,19 @@ impl Session {
         let copy = |name: &str| TomlSource::read(&folder.join(name));
         let opened = async {
             let origin: Origin = toml_file(&folder.join(origin::FILE))?;
-            let campaign =
+            let mut campaign =
                 Campaign::parse(origin.plan(&copy(PLAN_COPY)?), origin.rig(&copy(RIG_COPY)?)?)?;
             origin.same_truth(&campaign.lab)?;
             same_set_up(&campaign.lab, &resumed.setup)?;
             let way = way_of_resume(&campaign, &kept);
             let check = dry_run(&campaign.plan, &campaign.lab, &way)?;
             room_for(check.bytes, folder)?;
-            let open = OpenRig::open(&campaign.lab).await?;
+            // What was measured at its beginning, where the rig file asks for that: one scan, one medium.
+            campaign.lab.medium = resumed.setup.medium;
+            let mut open = OpenRig::open(&campaign.lab).await?;
+            if let Some(air) = open.air() {
+                air.write_to(folder)?;
+            }
             Ok((campaign, open))
         };
         match opened.await {
@@ -295,6 +309,7 @@ impl Session {
             reading: sample.reading,
             clipped: *clipped,
         });
+        self.watch_the_air(sample.time_s).await;
         Ok(())
     }
 
@@ -331,6 +346,19 @@ impl Session {
             Err(error) if !error.is_no_room() => Err(error.into()),
             _ => Ok(()),
         }
+    }
+
+    /// Keeps what the environment sensor says; one that fails ends no scan, and is told of.
+    async fn watch_the_air(&mut self, time_s: f64) {
+        let Some(air) = self.open.air() else { return };
+        let text = match air.poll(time_s).await {
+            Polled::Kept => return,
+            Polled::Lost(reason) => reason,
+            Polled::Back => "the environment sensor is back".to_owned(),
+        };
+        tracing::warn!("{text}");
+        // Where the disk is full, the next reading tells of it.
+        let _ = self.journal.record(Timestamp::now(), EventKind::DeviceFault, &text);
     }
 
     /// Measures kept points again, and refuses to go on where the rig is not as it was.

@@ -9,7 +9,7 @@ use super::config::{MotionConfig, RigConfig};
 use super::device::Device;
 use super::error::{Cause, RigError};
 use super::motion::guarded::Guarded;
-use super::{Emergency, FocusArray, Motion, Receiver};
+use super::{AirSensor, Emergency, FocusArray, Motion, Receiver};
 
 /// How long making the rig safe may take.
 const SAFE_WITHIN: Duration = Duration::from_millis(500);
@@ -23,6 +23,22 @@ pub struct Ports {
     pub receiver: Option<String>,
     /// The focus array's.
     pub focus_array: Option<String>,
+    /// The environment sensor's.
+    pub environment: Option<String>,
+}
+
+/// Opens the environment sensor, where the rig file has one.
+///
+/// # Errors
+/// That it cannot be opened.
+pub async fn open_air_sensor(
+    config: &RigConfig,
+    ports: &Ports,
+) -> Result<Option<Box<dyn AirSensor>>, RigError> {
+    match &config.environment {
+        Some(environment) => Ok(Some(environment.open(ports.environment.as_deref()).await?)),
+        None => Ok(None),
+    }
 }
 
 /// Opens the three devices: the array first, which is silent from then on. Nothing moves.

@@ -103,6 +103,11 @@ impl TrueField {
         std::f64::consts::TAU * self.frequency_hz / self.speed_m_s
     }
 
+    /// The carrier that is truly emitted, Hz.
+    pub fn carrier_hz(&self) -> f64 {
+        self.frequency_hz
+    }
+
     /// Where the nozzle truly is, array's frame, if the robot believes it to be at `believed_m`.
     pub fn place(&self, believed_m: Vec3, carriage: &Carriage) -> Vec3 {
         let mut at_m = believed_m;

@@ -4,6 +4,7 @@
 //! for ever, is in [`Wire`].
 
 mod serial;
+mod tcp;
 pub mod trouble;
 mod wire;
 
@@ -12,6 +13,7 @@ use std::fmt;
 use tokio::io::{AsyncRead, AsyncWrite};
 
 pub use serial::open_serial;
+pub use tcp::open_tcp;
 pub use wire::Wire;
 
 /// Anything that carries bytes both ways: a serial port, or one end of [`tokio::io::duplex`].

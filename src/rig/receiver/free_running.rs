@@ -1,6 +1,7 @@
 //! The receiver that streams without being asked.
 //!
-//! It sends lines `<t_us> <value>`, with ` !` behind it where it clipped, for ever, and takes no commands. A line that
+//! It sends lines `<t_us> <value>`, with ` !` behind it where it clipped, or plain numbers, or frames, for ever, and takes no
+//! commands. A line that
 //! arrives now may have been waiting in buffers since before the robot stood still. So what has already
 //! arrived is thrown away, and of what follows, as much as `latency_ms` says may still have been under way.
 
@@ -9,7 +10,9 @@ use std::time::Duration;
 use async_trait::async_trait;
 use tokio::time::Instant;
 
-use super::config::FreeRunningConfig;
+use super::binary::FrameDecoder;
+use super::config::{FreeRunningConfig, Lines};
+use super::protocol::Event;
 use super::reading::{Reading, ReceiverIdentity, Tally};
 use super::recording::{Meanwhile, Recording, TimedSample};
 use crate::rig::Receiver;
@@ -39,6 +42,11 @@ pub struct FreeRunningReceiver<L> {
     wire: Wire<L>,
     identity: ReceiverIdentity,
     latency: Duration,
+    lines: Lines,
+    column: usize,
+    frames: FrameDecoder,
+    /// Samples without a time of their own that were read so far.
+    counted: u64,
 }
 
 impl FreeRunningConfig {
@@ -64,8 +72,13 @@ impl<L: ByteLink> FreeRunningReceiver<L> {
                 rate_hz: config.rate_hz.get(),
                 full_scale: config.full_scale.get(),
                 unit: config.unit.clone(),
+                own_clock: config.lines != Lines::Value,
             },
             latency: Duration::try_from_secs_f64(config.latency_ms.get() * 1e-3).unwrap_or(QUIET),
+            lines: config.lines,
+            column: config.column.get(),
+            frames: FrameDecoder::default(),
+            counted: 0,
         };
         receiver.wire.attempting("waiting for the first sample");
         receiver.next_sample(Instant::now() + QUIET).await?;
@@ -80,16 +93,58 @@ impl<L: ByteLink> FreeRunningReceiver<L> {
                 break;
             }
         }
+        if self.lines == Lines::Frames {
+            // A frame that lost its beginning is passed over by its decoder.
+            self.frames = FrameDecoder::default();
+            return Ok(());
+        }
         // The first line may have lost its beginning.
         self.wire.line(Instant::now() + QUIET).await.map(drop)
     }
 
+    async fn next_frame(&mut self, until: Instant) -> Result<Sample, RigError> {
+        loop {
+            if let Some(event) = self.frames.next_event() {
+                let Event::Sample(sample) = event else { continue };
+                if sample.value.is_finite() {
+                    let clipped = sample.clipped || sample.value.abs() >= self.identity.full_scale;
+                    return Ok(Sample { t_us: sample.t_us, value: sample.value, clipped });
+                }
+            } else {
+                let bytes = self.wire.bytes(until.min(Instant::now() + QUIET)).await?;
+                if bytes.is_empty() {
+                    return Err(self.wire.error(Cause::Silent { waited: QUIET }));
+                }
+                self.frames.push(&bytes);
+            }
+            if Instant::now() >= until {
+                let seen = "no frame among the bytes".to_owned();
+                return Err(self.wire.error(Cause::Unreadable { seen }));
+            }
+        }
+    }
+
+    /// Makes sense of a line.
+    fn sample_in(&mut self, line: &str) -> Option<Sample> {
+        let full_scale = self.identity.full_scale;
+        if self.lines == Lines::TimeAndValue {
+            return parse(line, full_scale);
+        }
+        let value = number_in(line, self.column)?;
+        self.counted += 1;
+        let t_us = (self.counted as f64 * 1e6 / self.identity.rate_hz).round() as u64;
+        Some(Sample { t_us, value, clipped: value.abs() >= full_scale })
+    }
+
     async fn next_sample(&mut self, until: Instant) -> Result<Sample, RigError> {
+        if self.lines == Lines::Frames {
+            return self.next_frame(until).await;
+        }
         let mut line_until = until;
         loop {
             line_until = line_until.min(Instant::now() + QUIET);
             match self.wire.line(line_until).await? {
-                Some(line) => match parse(&line, self.identity.full_scale) {
+                Some(line) => match self.sample_in(&line) {
                     Some(sample) => return Ok(sample),
                     None if Instant::now() >= until => {
                         return Err(self.wire.error(Cause::Unreadable { seen: line }));
@@ -225,6 +280,14 @@ fn parse(line: &str, full_scale: f64) -> Option<Sample> {
     })
 }
 
+/// The number at a place, from 1, among those of a line; what is no number beside them is passed over.
+fn number_in(line: &str, column: usize) -> Option<f64> {
+    line.split([',', ';', ':', '=', ' ', '\t'])
+        .filter_map(|word| word.parse().ok())
+        .filter(|value: &f64| value.is_finite())
+        .nth(column - 1)
+}
+
 /// Time from one stamp to a later one, µs. Clocks of 32 bits wrap after 72 minutes.
 fn elapsed_us(from_us: u64, to_us: u64) -> f64 {
     match (u32::try_from(from_us), u32::try_from(to_us)) {
@@ -245,6 +308,8 @@ mod tests {
         FreeRunningConfig {
             port: None,
             baud: 115_200,
+            lines: Lines::TimeAndValue,
+            column: std::num::NonZeroUsize::MIN,
             rate_hz: Positive::new(1000.0).expect("positive"),
             unit: "V".into(),
             full_scale: Positive::new(5.0).expect("positive"),
@@ -319,6 +384,58 @@ mod tests {
         );
     }
 
+    /// Streams what `sample` makes of each number, one each millisecond.
+    async fn logger(
+        lines: Lines,
+        column: usize,
+        sample: impl Fn(u64) -> Vec<u8> + Send + 'static,
+    ) -> FreeRunningReceiver<tokio::io::DuplexStream> {
+        let (near, mut far) = duplex(64 * 1024);
+        tokio::spawn(async move {
+            for k in 0.. {
+                tokio::time::sleep(Duration::from_millis(1)).await;
+                if far.write_all(&sample(k)).await.is_err() {
+                    return;
+                }
+            }
+        });
+        let column = std::num::NonZeroUsize::new(column).expect("from 1");
+        let full_scale = Positive::new(1e9).expect("positive");
+        let config = FreeRunningConfig { lines, column, full_scale, ..config() };
+        FreeRunningReceiver::begin(Wire::new(near, Device::new(Role::Receiver, "memory")), &config)
+            .await
+            .expect("samples come")
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_logger_that_only_prints_numbers_is_read() {
+        let line = |k: u64| format!("A0: {k}, A1: 7\r\n").into_bytes();
+        let mut receiver = logger(Lines::Value, 1, line).await;
+        tokio::time::sleep(Duration::from_millis(500)).await;
+        let reading =
+            receiver.read_point(Duration::from_millis(20), 16).await.expect("samples come");
+        assert!(reading.mean >= 530.0, "{reading:?}");
+        assert!((reading.last_t_s - reading.first_t_s - 0.015).abs() < 1e-9);
+        assert_eq!((reading.count, receiver.identity().own_clock), (16, false));
+        let mut second = logger(Lines::Value, 2, line).await;
+        assert_eq!(second.read_point(Duration::ZERO, 3).await.expect("samples come").mean, 7.0);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn frames_that_nobody_asked_for_are_read() {
+        use super::super::binary::tests::frame;
+        let sample = |k: u64| match k % 7 {
+            // One in seven is damaged.
+            3 => frame(1, 0, k as u32, k * 1000, k as f32)[5..].to_vec(),
+            _ => frame(1, 0, k as u32, k * 1000, k as f32),
+        };
+        let mut receiver = logger(Lines::Frames, 1, sample).await;
+        tokio::time::sleep(Duration::from_millis(500)).await;
+        let reading =
+            receiver.read_point(Duration::from_millis(20), 16).await.expect("samples come");
+        assert!(reading.mean >= 530.0 && reading.gaps > 3, "{reading:?}");
+    }
+
     #[tokio::test(start_paused = true)]
     async fn lost_lines_are_gaps() {
         let mut receiver = bench(0, 20..24).await;
@@ -359,6 +476,7 @@ mod tests {
         #[test]
         fn no_line_makes_the_parser_panic(line in "\\PC{0,40}") {
             let _ = parse(&line, 5.0);
+            let _ = number_in(&line, 2);
         }
     }
 }

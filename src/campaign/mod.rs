@@ -12,6 +12,7 @@ mod plan_on_rig;
 mod references;
 mod session;
 
+pub use conductor::element_delays;
 pub use dry_run::{DryRun, dry_run, room_for};
 pub use error::CampaignError;
 pub use event::{Event, Watch};

@@ -7,6 +7,7 @@
 //!
 //! This layer knows no physics: it takes delays and gives readings.
 
+mod by_hand;
 pub mod check;
 pub mod config;
 mod device;
@@ -23,6 +24,7 @@ use std::time::Duration;
 use async_trait::async_trait;
 use tokio::time::Instant;
 
+pub use by_hand::{ByHand, MadeSafe, Wanted};
 pub use config::{FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
 pub use device::{Device, Role};
 pub use error::{Cause, RigError};

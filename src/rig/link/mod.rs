@@ -3,11 +3,13 @@
 //! Drivers are generic over [`ByteLink`]; what they share, lines with a bounded length and reads that never wait
 //! for ever, is in [`Wire`].
 
+mod holder;
 mod serial;
 mod wire;
 
 use tokio::io::{AsyncRead, AsyncWrite};
 
+pub use holder::{Holder, holder_of};
 pub use serial::open_serial;
 pub use wire::Wire;
 

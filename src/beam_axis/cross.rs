@@ -24,6 +24,8 @@ pub struct Cross {
     pub y_m: Estimate,
     /// The level there, in the receiver's unit.
     pub level: f64,
+    /// Whether the converter was at its limit in some of its readings, which were left out.
+    pub clipped: bool,
 }
 
 /// Why the axis was not found.
@@ -69,6 +71,15 @@ pub enum AxisError {
     },
 }
 
+/// One reading on an arm.
+#[derive(Debug, Clone, Copy)]
+struct ArmReading {
+    /// Where the robot says it is along the arm, m.
+    at_m: f64,
+    level: f64,
+    clipped: bool,
+}
+
 /// Which way an arm goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Arm {
@@ -97,11 +108,11 @@ impl Stride {
     ) -> Result<Vec3, AxisError> {
         for arm in [Arm::X, Arm::Y, Arm::X] {
             let readings = self.measure(rig, middle_m, arm, reach_m, steps).await?;
-            let (at_m, _) = readings
-                .into_iter()
-                .max_by(|a, b| a.1.total_cmp(&b.1))
+            let strongest = readings
+                .iter()
+                .max_by(|a, b| a.level.total_cmp(&b.level))
                 .expect("an arm has readings");
-            middle_m[arm as usize] = at_m;
+            middle_m[arm as usize] = strongest.at_m;
         }
         Ok(middle_m)
     }
@@ -118,9 +129,17 @@ impl Stride {
         for _ in 0..MOST_CROSSES {
             let mut missed_m = 0.0_f64;
             let mut lobes = [None; 2];
+            let mut clipped = false;
             for arm in [Arm::X, Arm::Y] {
                 let readings = self.measure(rig, middle_m, arm, half_m, steps).await?;
-                let lobe: Lobe = fit_lobe(&readings).map_err(|fault| AxisError::NoBeam {
+                // A lobe whose top is cut off has its middle where its flanks say.
+                let whole: Vec<(f64, f64)> = readings
+                    .iter()
+                    .filter(|reading| !reading.clipped)
+                    .map(|reading| (reading.at_m, reading.level))
+                    .collect();
+                clipped |= whole.len() < readings.len();
+                let lobe: Lobe = fit_lobe(&whole).map_err(|fault| AxisError::NoBeam {
                     z_mm,
                     arm: if arm == Arm::X { 'x' } else { 'y' },
                     fault,
@@ -139,13 +158,14 @@ impl Stride {
                     x_m: centre(x),
                     y_m: centre(y),
                     level: y.level,
+                    clipped,
                 });
             }
         }
         Err(AxisError::Unsteady { z_mm })
     }
 
-    /// Readings along an arm through a middle, as (place reported along the arm in m, level).
+    /// Readings along an arm through a middle.
     async fn measure(
         &self,
         rig: &mut ByHand,
@@ -153,14 +173,18 @@ impl Stride {
         arm: Arm,
         half_m: f64,
         steps: usize,
-    ) -> Result<Vec<(f64, f64)>, RigError> {
+    ) -> Result<Vec<ArmReading>, RigError> {
         let mut readings = Vec::with_capacity(steps + 1);
         for step in 0..=steps {
             let mut at_m = middle_m;
             at_m[arm as usize] += half_m * (2.0 * step as f64 / steps as f64 - 1.0);
             let reported = rig.robot().move_to(self.frame.to_robot(at_m), self.feed).await?;
             let reading = rig.receiver().read_point(self.settle, self.readings).await?;
-            readings.push((self.frame.to_array(reported)[arm as usize], reading.mean));
+            readings.push(ArmReading {
+                at_m: self.frame.to_array(reported)[arm as usize],
+                level: reading.mean,
+                clipped: reading.clipped,
+            });
         }
         Ok(readings)
     }

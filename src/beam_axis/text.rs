@@ -60,6 +60,11 @@ pub fn in_words(report: &AxisReport, unit: &str) -> String {
             format!("{:.4} {unit}", cross.level)
         ));
     }
+    if axis.crosses.iter().any(|cross| cross.clipped) {
+        line(format_args!(
+            "  the converter was at its limit in places, which were left out: lower its gain, or go higher"
+        ));
+    }
     line(format_args!(
         "the axis meets the array's face at x {} mm, y {} mm",
         mm(axis.x_m),
@@ -120,6 +125,7 @@ mod tests {
             x_m: estimate(x_mm),
             y_m: estimate(-0.01),
             level: 2.5,
+            clipped: z_mm < 80.0,
         };
         BeamAxis::through(vec![cross(60.0), cross(100.0), cross(140.0)])
     }

@@ -102,10 +102,7 @@ impl Jogging<'_> {
             };
             match act {
                 Act::Quit => return Ok(()),
-                Act::Stop => {
-                    rig.robot().stop().await?;
-                    self.view.lost("stopped");
-                }
+                Act::Stop => self.stop(rig).await?,
                 Act::Emit(true) => {
                     rig.array().emit().await?;
                     self.view.emits(true);
@@ -184,10 +181,19 @@ impl Jogging<'_> {
             }
         };
         if interrupted == Some(Act::Stop) {
-            rig.robot().stop().await?;
-            self.view.lost("stopped");
+            self.stop(rig).await?;
         }
         Ok(interrupted)
+    }
+
+    /// Whoever presses stop wants all of it to end: the array first, then the robot.
+    async fn stop(&mut self, rig: &mut ByHand) -> miette::Result<()> {
+        let made = rig.make_safe("stopped").await;
+        if made.array.is_some() {
+            self.view.emits(false);
+        }
+        self.view.lost(made.to_string());
+        Ok(())
     }
 
     fn view_takes(&mut self, press: Press) -> Option<Act> {

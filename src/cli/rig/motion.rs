@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Args;
-use miette::IntoDiagnostic;
+use miette::miette;
 use serde_json::json;
 
 use super::RigFile;
@@ -14,7 +14,7 @@ use crate::cli::output::{print, print_json};
 use crate::cli::simulate::{millimetres, positive};
 use crate::input::Positive;
 use crate::rig::motion::route::route;
-use crate::rig::{Feed, Frame, RobotPosition, Wanted};
+use crate::rig::{Feed, Frame, PathFault, RobotPosition, Wanted};
 
 const ROBOT: Wanted = Wanted { robot: true, array: false, receiver: false };
 
@@ -91,18 +91,25 @@ impl Go {
             false => motion.frame().to_robot(self.to_mm * 1e-3),
         };
         let envelope = motion.envelope();
-        envelope.check_target(target).into_diagnostic()?;
+        envelope.check_target(target).map_err(not_allowed)?;
         may_home(self.yes)?;
         let feed = self.feed_mm_s.map_or(motion.feed(), Feed::from_mm_s);
         hands_on(&lab, ROBOT, A_TASK, async |rig| {
             let mut at = rig.robot().home().await?;
-            for place in route(&envelope, at, target).into_diagnostic()? {
+            for place in route(&envelope, at, target).map_err(not_allowed)? {
                 at = rig.robot().move_to(place, feed).await?;
             }
             tell(&lab, at, true, self.json)?;
             Ok(Ended::Done)
         })
     }
+}
+
+fn not_allowed(fault: PathFault) -> miette::Report {
+    miette!(
+        help = "`travel_mm` and `[[motion.keep_out]]` of the rig file say where the robot may go",
+        "{fault}"
+    )
 }
 
 /// Says where the robot is, in both frames.

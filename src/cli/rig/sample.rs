@@ -83,7 +83,6 @@ impl Sample {
                     break;
                 }
             }
-            shown.end()?;
             Ok(Ended::Enough)
         })
     }
@@ -121,16 +120,20 @@ impl Shown {
         self.write(&line)
     }
 
-    fn end(&self) -> miette::Result<bool> {
-        if self.in_place { self.write("\n") } else { Ok(true) }
-    }
-
     fn write(&self, text: &str) -> miette::Result<bool> {
         let mut out = std::io::stdout().lock();
         match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
             Ok(()) => Ok(true),
             Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
             Err(error) => Err(error).into_diagnostic(),
+        }
+    }
+}
+
+impl Drop for Shown {
+    fn drop(&mut self) {
+        if self.in_place {
+            let _ = self.write("\n");
         }
     }
 }

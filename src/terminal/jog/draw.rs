@@ -14,12 +14,12 @@ const TRACK: usize = 31;
 
 /// What each key does.
 const KEYS: [(&str, &str); 8] = [
-    ("← →", "x"),
-    ("↓ ↑", "y"),
+    ("←→", "x"),
+    ("↓↑", "y"),
     ("PgDn PgUp", "z"),
     ("- +", "step"),
     ("h", "home"),
-    ("f", "focus on/off"),
+    ("f", "focus"),
     ("space", "stop"),
     ("q", "quit"),
 ];
@@ -112,7 +112,7 @@ fn state_lines(jog: &Jog) -> Vec<Line<'static>> {
 
 fn key_line() -> Line<'static> {
     let spans = KEYS.iter().flat_map(|(key, what)| {
-        [Span::from(format!(" {key} ")).reversed(), Span::from(format!(" {what}  "))]
+        [Span::from((*key).to_owned()).reversed(), Span::from(format!(" {what}  "))]
     });
     Line::from(spans.collect::<Vec<_>>())
 }

@@ -74,6 +74,11 @@ impl Conductor {
         Ok(Measurement { sample, clipped: reading.clipped, lost: reading.gaps })
     }
 
+    /// Silences the array; the next measurement sets its drive again.
+    pub(super) async fn silence(&mut self, rig: &mut SafeRig) -> Result<(), RigError> {
+        self.excite(rig, None).await
+    }
+
     async fn excite(&mut self, rig: &mut SafeRig, focus: Option<usize>) -> Result<(), RigError> {
         let wanted = focus.map_or(Emission::Silent, Emission::Drive);
         if wanted == self.emitting {

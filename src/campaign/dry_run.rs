@@ -39,6 +39,8 @@ pub struct DryRun {
     pub way_m: f64,
     /// About how long it takes on the robot's clock, s.
     pub about_s: f64,
+    /// About how long its slowest point takes, s.
+    pub slowest_s: f64,
     /// Room the record needs, bytes.
     pub bytes: u64,
 }
@@ -62,7 +64,8 @@ pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault
     foci_within_travel(plan, lab)?;
     let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
     let mut from = RobotPosition::from_axes_m(envelope.travel.least_m);
-    let (mut way_m, mut moving_s) = (0.0, 0.0);
+    reference_within_travel(plan, lab)?;
+    let (mut way_m, mut moving_s, mut slowest_s) = (0.0, 0.0, 0.0_f64);
     for visit in visits {
         let to = frame.to_robot(visit.position_m);
         envelope.check_path(from, to).map_err(|path_fault| {
@@ -78,7 +81,9 @@ pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault
         })?;
         let distance_m = from.distance_m(to);
         way_m += distance_m;
-        moving_s += move_s(distance_m, lab.rig.motion.feed().m_s());
+        let move_s = move_s(distance_m, lab.rig.motion.feed().m_s());
+        moving_s += move_s;
+        slowest_s = slowest_s.max(move_s);
         from = to;
     }
     let settle_s = lab.rig.receiver.settle().as_secs_f64();
@@ -90,6 +95,7 @@ pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault
         references: of_kind(VisitKind::Reference),
         way_m,
         about_s: moving_s + reading_s * visits.len() as f64,
+        slowest_s: slowest_s + reading_s,
         bytes: BYTES_A_ROW * visits.len() as u64,
     })
 }
@@ -116,6 +122,20 @@ fn foci_within_travel(plan: &Plan, lab: &Lab) -> Result<(), Fault> {
         }
     }
     Ok(())
+}
+
+/// A reference point that is visited by time alone is on nobody's way: it is looked at by itself.
+fn reference_within_travel(plan: &Plan, lab: &Lab) -> Result<(), Fault> {
+    let reference = &plan.reference;
+    let (Some(at_mm), true) = (reference.at_mm, reference.is_given()) else { return Ok(()) };
+    let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
+    envelope.check_target(frame.to_robot(at_mm / 1e3)).map_err(|fault| {
+        plan.fault(
+            Part::Reference,
+            format!("the robot cannot stand at the reference point: {fault}"),
+            "choose another one, or leave at_mm out: it is then the focus's place",
+        )
+    })
 }
 
 /// Time of a move from standstill to standstill, s: a trapezoid of speed, or a triangle where it is too short.

@@ -8,7 +8,7 @@ use toml::Spanned;
 use crate::acoustics::{Array, Medium};
 use crate::input::{Fault, TomlSource};
 use crate::rig::{FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
-use crate::scan::{ArraySection, ArrayTable, MediumSection, MediumTable};
+use crate::scan::{ArraySection, ArrayTable, Hooks, MediumSection, MediumTable};
 use crate::sensing::SensingSection;
 use crate::virtual_rig::VirtualConfig;
 
@@ -22,6 +22,8 @@ struct LabFile {
     receiver: ReceiverConfig,
     focus_array: FocusArrayConfig,
     sensing: Option<Spanned<SensingSection>>,
+    #[serde(default)]
+    hooks: Hooks,
     #[serde(rename = "virtual")]
     virtual_rig: Option<VirtualConfig>,
 }
@@ -39,6 +41,8 @@ pub struct Lab {
     pub rig: RigConfig,
     /// The elements that listen for a hand, where some do.
     pub sensing: Option<SensingSection>,
+    /// Who is told of what happens to a scan, where its plan does not say.
+    pub hooks: Hooks,
     /// The firmware and the physics behind them, where the rig is a virtual one.
     pub virtual_rig: Option<VirtualConfig>,
     source: TomlSource,
@@ -80,6 +84,7 @@ impl Lab {
                 focus_array: file.focus_array,
             },
             sensing: file.sensing.map(Spanned::into_inner),
+            hooks: file.hooks,
             virtual_rig: file.virtual_rig,
             source,
         })

@@ -3,11 +3,13 @@
 
 mod clock;
 mod conductor;
+mod drift;
 mod dry_run;
 mod error;
 mod event;
 mod lab;
 mod open;
+mod pause;
 mod plan_on_rig;
 mod references;
 mod session;
@@ -18,6 +20,7 @@ pub use error::CampaignError;
 pub use event::{Event, Watch};
 pub use lab::Lab;
 pub use open::{OpenRig, open_virtual};
+pub use pause::{Pause, PauseSwitch};
 pub use plan_on_rig::Campaign;
 pub use references::Moved;
 pub use session::{Ending, Session};

@@ -69,14 +69,16 @@ pub(super) fn compare(row: usize, kept: &Sample, now: &Sample) -> Result<(), Mov
     if moved_mm > PLACE_TOLERANCE_MM {
         return Err(Moved::Robot { row, moved_mm });
     }
-    let variance = |sample: &Sample| {
-        sample.spread.map_or(0.0, |spread| spread.std.powi(2) / f64::from(spread.count))
-    };
-    let noise = STANDARD_ERRORS * (variance(kept) + variance(now)).sqrt();
+    let noise = STANDARD_ERRORS * standard_error(kept).hypot(standard_error(now));
     if (now.reading - kept.reading).abs() > LEVEL_TOLERANCE * kept.reading + noise {
         return Err(Moved::Level { row, kept: kept.reading, now: now.reading });
     }
     Ok(())
+}
+
+/// Standard error of a sample's mean, in the record's unit; zero where its spread is not known.
+pub(super) fn standard_error(sample: &Sample) -> f64 {
+    sample.spread.map_or(0.0, |spread| spread.std / f64::from(spread.count).sqrt())
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! One scan from its first move to its safe end, and the return to one that ended early.
 
+mod attended;
+
 use std::future::Future;
 use std::path::{Path, PathBuf};
 
@@ -9,10 +11,12 @@ use serde::{Deserialize, Serialize};
 use super::CampaignError;
 use super::clock::{ScanClock, begins, goes_on_at_s};
 use super::conductor::{Conductor, Measurement, distance_mm};
+use super::drift::Drift;
 use super::dry_run::{dry_run, room_for};
 use super::event::{Event, Watch};
 use super::lab::Lab;
 use super::open::OpenRig;
+use super::pause::Pause;
 use super::plan_on_rig::Campaign;
 use super::references::{compare, reference_rows};
 use crate::input::{TomlSource, toml_file};
@@ -38,6 +42,8 @@ pub struct Session {
     journal: Journal,
     setup: ScanSetup,
     kept: Vec<Sample>,
+    about_s: f64,
+    pause: Pause,
 }
 
 /// How a scan ended; its record is on disk either way, and the rig is safe.
@@ -83,7 +89,15 @@ impl Session {
         ];
         let columns = Columns::WithSpread;
         let journal = Journal::create(folder, &setup, columns, &copies, Timestamp::now())?;
-        Ok(Self { campaign, open, journal, setup, kept: Vec::new() })
+        Ok(Self {
+            campaign,
+            open,
+            journal,
+            setup,
+            kept: Vec::new(),
+            about_s: check.about_s,
+            pause: Pause::never(),
+        })
     }
 
     /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig.
@@ -106,15 +120,17 @@ impl Session {
             let check = dry_run(&campaign.plan, &campaign.lab, &way)?;
             room_for(check.bytes, folder)?;
             let open = OpenRig::open(&campaign.lab).await?;
-            Ok((campaign, open))
+            Ok((campaign, open, check.about_s))
         };
         match opened.await {
-            Ok((campaign, open)) => Ok(Self {
+            Ok((campaign, open, about_s)) => Ok(Self {
                 campaign,
                 open,
                 journal: resumed.journal,
                 setup: resumed.setup,
                 kept: resumed.samples,
+                about_s,
+                pause: Pause::never(),
             }),
             Err(error) => {
                 end(resumed.journal, Some(&CampaignError::to_string(&error)))?;
@@ -131,6 +147,11 @@ impl Session {
     /// Readings that are on disk already.
     pub fn done(&self) -> usize {
         self.journal.visits_done()
+    }
+
+    /// Lets `pause` say when the scan waits.
+    pub fn paused_by(&mut self, pause: Pause) {
+        self.pause = pause;
     }
 
     /// Runs the scan to its end. Each reading is on disk, and synced, before the next move.
@@ -192,16 +213,27 @@ impl Session {
         };
         let mut conductor = Conductor::new(&self.campaign.lab, &self.campaign.plan.foci, clock);
         self.check_references(&mut conductor, &mut *watch).await?;
+        let (plan, visits) = (&self.campaign.plan, &self.campaign.visits);
+        let mut drift = Drift::of(plan, visits, self.about_s, &self.kept);
+        let mut last = self.kept.last().copied();
         for row in self.journal.visits_done()..self.campaign.visits.len() {
-            let visit = &self.campaign.visits[row];
+            let visit = self.campaign.visits[row];
+            self.revisit(&mut conductor, drift.as_mut(), last.as_ref(), &visit, &mut *watch)
+                .await?;
             let Measurement { sample, clipped, lost } =
-                conductor.measure(self.open.rig(), visit).await?;
+                self.measure(&mut conductor, &visit, &mut *watch).await?;
+            last = Some(sample);
             if clipped || lost > 0 {
                 // Kept before the row: a row without a word about it is a good one, whenever the process dies.
                 let text = spoilt(row, clipped, lost);
                 self.journal.record(Timestamp::now(), EventKind::DeviceFault, &text)?;
+                watch(&Event::Spoilt { row, text });
             }
             self.journal.append(&sample)?;
+            if let Some(drifted) = drift.as_mut().and_then(|drift| drift.measured(&visit, &sample))
+            {
+                self.tell_drift(drifted, &mut *watch)?;
+            }
             watch(&Event::Measured {
                 row,
                 of: self.campaign.visits.len(),

@@ -91,6 +91,19 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
             );
             bar.suspend(|| say(&again));
         }
+        Event::ReferenceRevisited { first, now, .. } => {
+            let drift = (now / first - 1.0) * 100.0;
+            bar.suspend(|| {
+                say(&format!("reference point: {now:.5}, {drift:+.2} % since the first"))
+            });
+        }
+        Event::Spoilt { text, .. } => bar.suspend(|| say(text)),
+        Event::Paused => bar.set_message("waits; the array is silent"),
+        Event::Continued { waited_s } => {
+            bar.suspend(|| say(&format!("went on after {waited_s:.0} s")));
+        }
+        Event::Question { text } => bar.suspend(|| say(&format!("ATTENTION: {text}"))),
+        Event::HookFailed { text } => bar.suspend(|| say(text)),
         Event::Measured { row, focus, at_mm: [x, y, z], reading, clipped, .. } => {
             bar.set_position(*row as u64 + 1);
             let what = if *focus < 0 { "silent".to_owned() } else { format!("focus {focus}") };

@@ -7,6 +7,7 @@ pub mod jog;
 mod keys;
 pub mod level;
 mod screen;
+pub mod watch;
 
 pub use keys::{KeyPresses, Press};
 pub use screen::Screen;

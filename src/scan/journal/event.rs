@@ -31,6 +31,12 @@ pub enum EventKind {
     Homed,
     /// Reference points were revisited, and what they read.
     ReferenceChecked,
+    /// The scan was asked to wait.
+    Paused,
+    /// It went on.
+    Continued,
+    /// A person was wanted.
+    Question,
     /// A device failed, lost or spoilt a reading, or was lost.
     DeviceFault,
     /// The scan was taken up again.

@@ -1,12 +1,14 @@
 //! A plan run on a rig, its record kept safe: the rig file, the check before anything moves, the conductor that
 //! drives the three devices point by point, and the return to a scan that ended early.
 
+mod attendant;
 mod clock;
 mod conductor;
 mod drift;
 mod dry_run;
 mod error;
 mod event;
+mod hook;
 mod lab;
 mod open;
 mod pause;
@@ -14,6 +16,7 @@ mod plan_on_rig;
 mod references;
 mod session;
 
+pub use attendant::Attendant;
 pub use conductor::element_delays;
 pub use dry_run::{DryRun, dry_run, room_for};
 pub use error::CampaignError;

@@ -9,10 +9,11 @@ use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
 use super::CampaignError;
+use super::attendant::Attendant;
 use super::clock::{ScanClock, begins, goes_on_at_s};
 use super::conductor::{Conductor, Measurement, distance_mm};
 use super::drift::Drift;
-use super::dry_run::{dry_run, room_for};
+use super::dry_run::{DryRun, dry_run, room_for};
 use super::event::{Event, Watch};
 use super::lab::Lab;
 use super::open::OpenRig;
@@ -20,6 +21,7 @@ use super::pause::Pause;
 use super::plan_on_rig::Campaign;
 use super::references::{compare, reference_rows};
 use crate::input::{TomlSource, toml_file};
+use crate::rig::ReceiverIdentity;
 use crate::scan::{Columns, EventKind, Journal, Sample, ScanSetup, ScanState, Visit};
 
 /// The plan and the rig file as they were when the scan was begun, kept beside it.
@@ -42,7 +44,7 @@ pub struct Session {
     journal: Journal,
     setup: ScanSetup,
     kept: Vec<Sample>,
-    about_s: f64,
+    check: DryRun,
     pause: Pause,
 }
 
@@ -89,15 +91,7 @@ impl Session {
         ];
         let columns = Columns::WithSpread;
         let journal = Journal::create(folder, &setup, columns, &copies, Timestamp::now())?;
-        Ok(Self {
-            campaign,
-            open,
-            journal,
-            setup,
-            kept: Vec::new(),
-            about_s: check.about_s,
-            pause: Pause::never(),
-        })
+        Ok(Self { campaign, open, journal, setup, kept: Vec::new(), check, pause: Pause::never() })
     }
 
     /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig.
@@ -120,16 +114,16 @@ impl Session {
             let check = dry_run(&campaign.plan, &campaign.lab, &way)?;
             room_for(check.bytes, folder)?;
             let open = OpenRig::open(&campaign.lab).await?;
-            Ok((campaign, open, check.about_s))
+            Ok((campaign, open, check))
         };
         match opened.await {
-            Ok((campaign, open, about_s)) => Ok(Self {
+            Ok((campaign, open, check)) => Ok(Self {
                 campaign,
                 open,
                 journal: resumed.journal,
                 setup: resumed.setup,
                 kept: resumed.samples,
-                about_s,
+                check,
                 pause: Pause::never(),
             }),
             Err(error) => {
@@ -147,6 +141,26 @@ impl Session {
     /// Readings that are on disk already.
     pub fn done(&self) -> usize {
         self.journal.visits_done()
+    }
+
+    /// What was measured before, sample k of visit k of the plan.
+    pub fn kept(&self) -> &[Sample] {
+        &self.kept
+    }
+
+    /// The plan and the rig.
+    pub fn campaign(&self) -> &Campaign {
+        &self.campaign
+    }
+
+    /// What the receiver says of itself.
+    pub fn receiver(&mut self) -> &ReceiverIdentity {
+        self.open.rig().receiver().identity()
+    }
+
+    /// Somebody to stay with the scan.
+    pub fn attendant(&self) -> Attendant {
+        Attendant::new(&self.campaign, self.journal.folder(), self.check.slowest_s)
     }
 
     /// Lets `pause` say when the scan waits.
@@ -214,7 +228,7 @@ impl Session {
         let mut conductor = Conductor::new(&self.campaign.lab, &self.campaign.plan.foci, clock);
         self.check_references(&mut conductor, &mut *watch).await?;
         let (plan, visits) = (&self.campaign.plan, &self.campaign.visits);
-        let mut drift = Drift::of(plan, visits, self.about_s, &self.kept);
+        let mut drift = Drift::of(plan, visits, self.check.about_s, &self.kept);
         let mut last = self.kept.last().copied();
         for row in self.journal.visits_done()..self.campaign.visits.len() {
             let visit = self.campaign.visits[row];

@@ -1,5 +1,7 @@
 //! `[hooks]` and `[alarm]` of a plan or a rig file: who is told, and when.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use crate::input::Positive;
@@ -46,6 +48,22 @@ impl Hooks {
             HookKind::Failure => self.on_failure.as_ref(),
             HookKind::Finish => self.on_finish.as_ref(),
             HookKind::Question => self.on_question.as_ref(),
+        }
+    }
+
+    /// These, their programs looked for from a folder where they are given as relative paths.
+    pub fn beside(&self, folder: &Path) -> Self {
+        let beside = |command: &Option<HookCommand>| {
+            let mut command = command.clone()?;
+            if command.program.contains('/') {
+                command.program = folder.join(&command.program).to_string_lossy().into_owned();
+            }
+            Some(command)
+        };
+        Self {
+            on_failure: beside(&self.on_failure),
+            on_finish: beside(&self.on_finish),
+            on_question: beside(&self.on_question),
         }
     }
 
@@ -120,8 +138,6 @@ pub struct Alarm {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::input::{Fault, toml_text};
 
@@ -149,6 +165,17 @@ mod tests {
             assert_eq!(fault.line_column().map(|(line, _)| line), Some(2), "{fault}");
         }
         assert!(hooks("on_failre = \"x\"\n").is_err());
+    }
+
+    #[test]
+    fn a_path_is_looked_for_from_its_file_and_a_name_as_a_shell_would() {
+        let hooks =
+            hooks("on_finish = './tell.sh x'\non_failure = 'mail'\non_question = '/bin/x'\n");
+        let hooks = hooks.expect("valid").beside(Path::new("scans"));
+        let program = |kind| hooks.command(kind).expect("given").program();
+        assert_eq!(program(HookKind::Finish), "scans/./tell.sh");
+        assert_eq!(program(HookKind::Failure), "mail");
+        assert_eq!(program(HookKind::Question), "/bin/x");
     }
 
     #[test]

@@ -55,7 +55,7 @@ fn heading(view: &ScanView, now: Duration) -> Line<'static> {
         Span::from(" fieldgap ").reversed(),
         Span::from(format!(" {}  ", view.name)).bold(),
         Span::styled(word, Style::new().fg(colour).bold()),
-        Span::from(format!("  since {}", clock(now))).dim(),
+        Span::from(format!("  for {}", clock(now))).dim(),
     ])
 }
 
@@ -102,14 +102,14 @@ fn figure_lines(view: &ScanView, now: Duration) -> Vec<Line<'static>> {
     let axes = view.at_mm.map(|at_mm| at_mm.map(|mm| format!("{mm:.2} mm")));
     let [x, y, z] = axes.unwrap_or_else(|| ["…", "…", "…"].map(str::to_owned));
     lines.extend([named("x", x), named("y", y), named("z", z), Line::default()]);
-    let drift = match view.drift {
-        None => "not measured yet".to_owned(),
-        Some(drift) => {
-            let ago = now.saturating_sub(drift.at);
-            format!("{:+.2} % {} ago", drift.percent(), clock(ago))
-        }
+    let (drift, ago) = match view.drift {
+        None => ("no reference yet".to_owned(), String::new()),
+        Some(drift) => (
+            format!("{:+.2} %", drift.percent()),
+            format!("{} ago", clock(now.saturating_sub(drift.at))),
+        ),
     };
-    lines.push(named("drift", drift));
+    lines.extend([named("drift", drift), named("", ago)]);
     let faults = named("faults", view.faults.to_string());
     lines.push(if view.faults > 0 { faults.fg(Color::Red) } else { faults });
     lines

@@ -200,6 +200,11 @@ impl ScanView {
         self.notes.push_back(Note { at, text, alarming });
     }
 
+    /// How far the scan is.
+    pub fn stage(&self) -> &Stage {
+        &self.stage
+    }
+
     /// Takes a key.
     pub fn key(&mut self, key: KeyEvent) -> Option<Wish> {
         if key.modifiers.contains(KeyModifiers::CONTROL) {

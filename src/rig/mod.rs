@@ -8,6 +8,7 @@
 //! This layer knows no physics: it takes delays and gives readings.
 
 pub mod air_sensor;
+mod by_hand;
 pub mod check;
 pub mod config;
 mod device;
@@ -27,6 +28,7 @@ use async_trait::async_trait;
 use tokio::time::Instant;
 
 pub use air_sensor::AirReading;
+pub use by_hand::{ByHand, MadeSafe, Wanted};
 pub use config::{EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
 pub use device::{Device, Role};
 pub use emergency::{Emergency, SpareHandle};

@@ -44,6 +44,7 @@ struct PlanFile {
     reference: Option<ReferenceTable>,
     #[serde(default)]
     resume: Tolerances,
+    #[serde(default)]
     hooks: Hooks,
     #[serde(default)]
     alarm: Alarm,

@@ -11,6 +11,7 @@ mod open;
 mod origin;
 mod plan_on_rig;
 mod references;
+mod replay_wire;
 mod session;
 #[cfg(test)]
 mod troubled_tests;
@@ -22,4 +23,5 @@ pub use lab::Lab;
 pub use open::{OpenRig, open_virtual};
 pub use plan_on_rig::Campaign;
 pub use references::Moved;
+pub use replay_wire::replay_wire;
 pub use session::{Ending, Session};

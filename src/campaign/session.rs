@@ -23,14 +23,18 @@ use super::origin::{self, Origin};
 use super::plan_on_rig::Campaign;
 use super::references::{Moved, compare, reference_rows};
 use crate::input::{TomlSource, toml_file};
+use crate::rig::call::Call;
 use crate::scan::{Columns, EventKind, Journal, JournalError, Sample, ScanSetup, ScanState, Visit};
 
 /// The plan and the rig file as they were when the scan was begun, kept beside it.
 const PLAN_COPY: &str = "plan.toml";
-const RIG_COPY: &str = "rig.toml";
+pub(super) const RIG_COPY: &str = "rig.toml";
 
 /// How often it is looked whether there is room again.
 const LOOK_FOR_ROOM_EVERY: Duration = Duration::from_secs(1);
+
+/// The folder of all that was said on the wires.
+pub(super) const WIRE_LOGS: &str = "wire";
 
 /// Where the watchdog writes what it did, where it had to.
 const WATCHDOG_LOG: &str = "watchdog.log";
@@ -85,6 +89,7 @@ impl Session {
         ];
         let columns = Columns::WithSpread;
         let journal = Journal::create(folder, &setup, columns, &copies, Timestamp::now())?;
+        open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
         Ok(Self { campaign, open, journal, setup, kept: Vec::new() })
     }
 
@@ -108,6 +113,7 @@ impl Session {
             let check = dry_run(&campaign.plan, &campaign.lab, &way)?;
             room_for(check.bytes, folder)?;
             let open = OpenRig::open(&campaign.lab).await?;
+            open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
             Ok((campaign, open))
         };
         match opened.await {
@@ -162,7 +168,9 @@ impl Session {
             ended = unless_panicking(self.conduct(&mut *watch)) => ended.unwrap_or_else(Err),
         };
         let reason = match &stopped {
-            Ok(()) => self.open.rig().array().silence().await.err().map(|error| error.to_string()),
+            Ok(()) => {
+                self.open.rig().perform(Call::Silence).await.err().map(|error| error.to_string())
+            }
             Err(stopped) => Some(stopped.to_string()),
         };
         let reason = match reason {
@@ -194,8 +202,8 @@ impl Session {
 
     async fn conduct(&mut self, watch: Watch<'_>) -> Result<(), Stopped> {
         watch(&self.open.greeting());
-        self.open.rig().array().continuous_wave().await?;
-        self.open.rig().motion().home().await?;
+        self.open.rig().perform(Call::ContinuousWave).await?;
+        self.open.rig().perform(Call::Home).await?;
         self.journal.record(Timestamp::now(), EventKind::Homed, "")?;
         watch(&Event::Homed);
         let clock = match self.kept.last() {

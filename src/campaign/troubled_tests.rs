@@ -192,7 +192,8 @@ impl Troubled {
         visit: &Visit,
         sample: &crate::scan::Sample,
     ) {
-        let (world, now_s) = (&memory.world, memory.clock.now_s());
+        // At its last sample: what restarts later has no part in it.
+        let (world, now_s) = (&memory.world, memory.clock.now_s() - 1e-3);
         let off_m = (world.nozzle_m(now_s) - visit.position_m).norm();
         assert!(off_m < 0.1e-3, "the nozzle is {} mm off at {visit:?}", off_m * 1e3);
         let drive = world.drive_at(now_s);

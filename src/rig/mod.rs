@@ -7,6 +7,7 @@
 //!
 //! This layer knows no physics: it takes delays and gives readings.
 
+pub mod call;
 pub mod check;
 pub mod config;
 mod device;
@@ -16,6 +17,7 @@ pub mod focus_array;
 pub mod link;
 pub mod motion;
 pub mod receiver;
+pub mod replay;
 mod safety;
 mod space;
 pub mod watchdog;

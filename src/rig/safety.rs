@@ -5,9 +5,11 @@ use std::time::Duration;
 
 use tokio::time::{Instant, timeout_at};
 
+use super::call::{Call, Devices, Outcome};
 use super::config::{MotionConfig, RigConfig};
-use super::device::Device;
+use super::device::{Device, Role};
 use super::error::{Cause, RigError};
+use super::link::WireLogs;
 use super::motion::guarded::Guarded;
 use super::{Emergency, FocusArray, Motion, Receiver};
 
@@ -33,7 +35,7 @@ pub async fn open(config: &RigConfig, ports: &Ports) -> Result<SafeRig, RigError
     let array = config.focus_array.open(ports.focus_array.as_deref()).await?;
     let receiver = config.receiver.open(ports.receiver.as_deref()).await?;
     let motion = open_motion(&config.motion, ports).await?;
-    Ok(SafeRig { array, receiver, motion })
+    Ok(SafeRig::new(motion, receiver, array))
 }
 
 /// Opens the focus array alone, which is silent from then on.
@@ -64,6 +66,7 @@ pub struct SafeRig {
     array: Box<dyn FocusArray>,
     motion: Box<dyn Motion>,
     receiver: Box<dyn Receiver>,
+    logs: Option<WireLogs>,
 }
 
 impl SafeRig {
@@ -73,7 +76,35 @@ impl SafeRig {
         receiver: Box<dyn Receiver>,
         array: Box<dyn FocusArray>,
     ) -> Self {
-        Self { array, motion, receiver }
+        Self { array, motion, receiver, logs: None }
+    }
+
+    /// Notes what is asked of the devices in the logs of their wires, from now on.
+    pub fn noting_calls(self, logs: WireLogs) -> Self {
+        Self { logs: Some(logs), ..self }
+    }
+
+    /// Does something, and notes it in the log of the device's wire.
+    ///
+    /// # Errors
+    /// The device's.
+    pub async fn perform(&mut self, call: Call) -> Result<Outcome, RigError> {
+        self.note_call(&call);
+        let outcome = match call.role() {
+            Role::Robot => call.perform(Devices::robot(&mut *self.motion)).await,
+            Role::Receiver => call.perform(Devices::receiver(&mut *self.receiver)).await,
+            Role::FocusArray => call.perform(Devices::array(&mut *self.array)).await,
+        };
+        if let Some(logs) = &self.logs {
+            logs.note(call.role(), ':', &Outcome::in_words(&outcome));
+        }
+        outcome
+    }
+
+    fn note_call(&self, call: &Call) {
+        if let Some(logs) = &self.logs {
+            logs.note(call.role(), '=', &call.encode());
+        }
     }
 
     /// The robot.
@@ -102,6 +133,7 @@ impl SafeRig {
     /// is unknown afterwards.
     pub async fn make_safe(&mut self, reason: impl Into<String>) -> SafetyReport {
         let until = Instant::now() + SAFE_WITHIN;
+        [Call::Silence, Call::Stop].iter().for_each(|call| self.note_call(call));
         let (silencing, stopping) = tokio::join!(
             biased;
             timeout_at(until, self.array.silence()),

@@ -3,9 +3,11 @@
 //! Drivers are generic over [`ByteLink`]; what they share, lines with a bounded length and reads that never wait
 //! for ever, is in [`Wire`].
 
+pub(in crate::rig) mod replayed;
 mod serial;
 pub mod trouble;
 mod wire;
+mod wire_log;
 
 use std::fmt;
 
@@ -13,6 +15,7 @@ use tokio::io::{AsyncRead, AsyncWrite};
 
 pub use serial::open_serial;
 pub use wire::Wire;
+pub use wire_log::{WireLogs, read_wire_log};
 
 /// Anything that carries bytes both ways: a serial port, or one end of [`tokio::io::duplex`].
 pub trait ByteLink: AsyncRead + AsyncWrite + Unpin + Send + 'static {}

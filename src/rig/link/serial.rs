@@ -6,7 +6,7 @@ use std::path::Path;
 
 use tokio_serial::SerialStream;
 
-use super::{ByteLink, Wire};
+use super::{ByteLink, Wire, replayed};
 use crate::rig::device::{Device, Role};
 use crate::rig::emergency::SpareHandle;
 use crate::rig::error::{Cause, RigError};
@@ -31,6 +31,10 @@ pub fn open_serial(
         return Err(RigError::new(Device::new(role, ""), attempt, Cause::NoPort, None));
     };
     let device = Device::new(role, port);
+    if let Some(link) = replayed::take() {
+        let link: Box<dyn ByteLink> = Box::new(link);
+        return Ok(Wire::new(link, device));
+    }
     let builder = serialport::new(port, baud).exclusive(true);
     let failed = |cause| RigError::new(device.clone(), attempt, cause, None);
     let stream =

@@ -10,6 +10,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::time::{Instant, timeout_at};
 
 use super::ByteLink;
+use super::wire_log::WireLog;
 use crate::rig::device::Device;
 use crate::rig::emergency::{Emergency, SpareHandle};
 use crate::rig::error::{Cause, RigError};
@@ -33,6 +34,7 @@ pub struct Wire<L> {
     link: L,
     device: Device,
     spare: Option<SpareHandle>,
+    log: Option<WireLog>,
     attempt: String,
     last_heard: Option<String>,
     incoming: Vec<u8>,
@@ -40,10 +42,11 @@ pub struct Wire<L> {
 }
 
 impl<L: ByteLink> Wire<L> {
-    /// Takes `link` as the way to `device`.
+    /// Takes `link` as the way to `device`. Within [`WireLogs::around`](super::WireLogs::around) it is logged.
     pub fn new(link: L, device: Device) -> Self {
         Self {
             link,
+            log: WireLog::opened(&device),
             device,
             spare: None,
             attempt: "opening".to_owned(),
@@ -92,7 +95,10 @@ impl<L: ByteLink> Wire<L> {
         while !self.outgoing.is_empty() {
             match timeout_at(until, self.link.write(&self.outgoing)).await {
                 Ok(Ok(0)) => return Err(self.error(Cause::Disconnected)),
-                Ok(Ok(written)) => drop(self.outgoing.drain(..written)),
+                Ok(Ok(written)) => {
+                    self.log.iter().for_each(|log| log.sent(&self.outgoing[..written]));
+                    self.outgoing.drain(..written);
+                }
                 Ok(Err(error)) => return Err(self.error(port_fault(error))),
                 Err(_) => return Err(self.error(Cause::Silent { waited: WRITE_WITHIN })),
             }
@@ -171,6 +177,7 @@ impl<L: ByteLink> Wire<L> {
             Poll::Ready(())
         })));
         let _ = writing.poll(&mut Context::from_waker(Waker::noop()));
+        self.log.iter().for_each(|log| log.sent(&self.outgoing[..written]));
         self.outgoing.clear();
     }
 
@@ -181,6 +188,7 @@ impl<L: ByteLink> Wire<L> {
             // On a pseudo-terminal this is how unplugging reads.
             Ok(Ok(0)) => Err(self.error(Cause::Disconnected)),
             Ok(Ok(count)) => {
+                self.log.iter().for_each(|log| log.heard(&buffer[..count]));
                 self.incoming.extend_from_slice(&buffer[..count]);
                 Ok(true)
             }

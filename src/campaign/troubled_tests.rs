@@ -61,6 +61,7 @@ struct Troubled {
     config: VirtualConfig,
     rates: TroubleRates,
     power_ups: u64,
+    openings: u16,
     tally: Tally,
 }
 
@@ -85,7 +86,10 @@ impl Troubled {
     /// Opens the rig and homes it, as a scan does at its beginning.
     async fn open(&mut self, memory: &MemoryRig) -> Result<SafeRig, RigError> {
         let [robot, receiver, array] = memory.plugs();
-        let wire = |plug, role| Wire::new(plug, Device::new(role, "memory"));
+        // As different as openings a second apart are.
+        self.openings = self.openings.wrapping_add(1000);
+        let opening = self.openings;
+        let wire = |plug, role| Wire::numbered(plug, Device::new(role, "memory"), opening);
         let modulation = Modulation { frequency_hz: 200.0, duty_percent: 50.0 };
         let array = ThesisArray::begin(wire(array, Role::FocusArray), modulation).await?;
         let receiver =
@@ -222,7 +226,8 @@ async fn in_trouble(rate: f64, lines: u64) -> Tally {
     let lab = lab();
     let config = lab.virtual_rig.clone().expect("it is virtual");
     let rates = TroubleRates::even(rate).expect("a rate");
-    let mut troubled = Troubled { lab, config, rates, power_ups: 0, tally: Tally::default() };
+    let mut troubled =
+        Troubled { lab, config, rates, power_ups: 0, openings: 0, tally: Tally::default() };
     troubled.run(lines).await;
     println!("each trouble at {rate}: {:?}", troubled.tally);
     troubled.tally

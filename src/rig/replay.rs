@@ -88,7 +88,7 @@ struct Entry {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Kind {
-    Opened { port: String },
+    Opened { port: String, opening: u16 },
     Call { call: Call },
     Sent(Vec<u8>),
     Heard(Vec<u8>),
@@ -112,7 +112,7 @@ pub async fn replay(config: &RigConfig, role: Role, log: &str) -> Result<Replaye
     let mut replayed =
         Replayed { device: role, sessions: 0, calls: 0, bytes: 0, skipped, differences: vec![] };
     let mut rest = &entries[skipped..];
-    while let Some(((first, after), Kind::Opened { port })) =
+    while let Some(((first, after), Kind::Opened { port, opening })) =
         rest.split_first().map(|(first, after)| ((first, after), &first.kind))
     {
         let (session, later) = after.split_at(after.iter().position(opened).unwrap_or(after.len()));
@@ -120,7 +120,8 @@ pub async fn replay(config: &RigConfig, role: Role, log: &str) -> Result<Replaye
         // What was lost of the log cannot be asked for.
         let whole = session.iter().position(|entry| entry.kind == Kind::Lost);
         let session = &session[..whole.unwrap_or(session.len())];
-        let difference = run_session(config, role, port, first.at_s, session, &mut replayed).await;
+        let opened = Opened { port, opening: *opening, at_s: first.at_s };
+        let difference = run_session(config, role, opened, session, &mut replayed).await;
         replayed.differences.extend(difference);
         rest = later;
     }
@@ -175,19 +176,26 @@ struct Session<'a> {
     progress: &'a watch::Sender<Progress>,
 }
 
+/// How a session was opened.
+struct Opened<'a> {
+    port: &'a str,
+    opening: u16,
+    at_s: f64,
+}
+
 /// Runs one session again; its first difference, if there is one.
 async fn run_session(
     config: &RigConfig,
     role: Role,
-    port: &str,
-    opened_s: f64,
+    opened: Opened<'_>,
     entries: &[Entry],
     replayed: &mut Replayed,
 ) -> Option<Difference> {
     let (near, far) = duplex(CAPACITY);
     let progress = watch::Sender::new(Progress::default());
+    let Opened { port, opening, at_s: opened_s } = opened;
     let session = Session { entries, opened_s, begun: Instant::now(), progress: &progress };
-    let driver = replayed::through(near, Driver::open(config, role, port));
+    let driver = replayed::through(near, opening, Driver::open(config, role, port));
     let calling = async {
         let found = session.call(driver, &mut replayed.calls).await;
         // The driver is gone by now, and its last words are said.
@@ -350,7 +358,11 @@ fn parse(line: &str) -> Option<Entry> {
     let at_s: f64 = seconds.parse().ok().filter(|at_s: &f64| at_s.is_finite())?;
     let (mark, text) = rest.split_once(' ')?;
     let kind = match mark {
-        "@" => Kind::Opened { port: text.rsplit_once(' ')?.0.to_owned() },
+        "@" => {
+            let mut words = text.rsplitn(3, ' ');
+            let opening = words.next()?.parse().ok()?;
+            Kind::Opened { port: words.nth(1)?.to_owned(), opening }
+        }
         "=" => Kind::Call { call: serde_json::from_str(text).ok()? },
         ">" => Kind::Sent(unescape(text)?),
         "<" => Kind::Heard(unescape(text)?),

@@ -88,7 +88,8 @@ impl<L: ByteLink> ThesisArray<L> {
             most_levels: 0,
             most_sensors: 0,
         };
-        let mut array = Self { wire, identity: unknown, seq: 0, sensed: VecDeque::new() };
+        let seq = wire.opening();
+        let mut array = Self { wire, identity: unknown, seq, sensed: VecDeque::new() };
         array.wire.attempting("silencing it before anything else");
         array.command("off", TRIES_AT_START).await?;
         array.wire.attempting("asking the controller what it is");

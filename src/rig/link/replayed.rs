@@ -5,15 +5,19 @@ use std::cell::RefCell;
 use tokio::io::DuplexStream;
 
 tokio::task_local! {
-    static LINK: RefCell<Option<DuplexStream>>;
+    static LINK: RefCell<Option<(DuplexStream, u16)>>;
 }
 
-/// Does some work, in which the first port that is opened is `link`.
-pub(in crate::rig) async fn through<T>(link: DuplexStream, work: impl Future<Output = T>) -> T {
-    LINK.scope(RefCell::new(Some(link)), work).await
+/// Does some work, in which the first port that is opened is `link`, under the number that it was opened with then.
+pub(in crate::rig) async fn through<T>(
+    link: DuplexStream,
+    opening: u16,
+    work: impl Future<Output = T>,
+) -> T {
+    LINK.scope(RefCell::new(Some((link, opening))), work).await
 }
 
-/// The link that takes the place of a port, once.
-pub(super) fn take() -> Option<DuplexStream> {
+/// The link that takes the place of a port, and its number, once.
+pub(super) fn take() -> Option<(DuplexStream, u16)> {
     LINK.try_with(RefCell::take).ok().flatten()
 }

@@ -35,6 +35,7 @@ pub struct Wire<L> {
     device: Device,
     spare: Option<SpareHandle>,
     log: Option<WireLog>,
+    opening: u16,
     attempt: String,
     last_heard: Option<String>,
     incoming: Vec<u8>,
@@ -44,9 +45,15 @@ pub struct Wire<L> {
 impl<L: ByteLink> Wire<L> {
     /// Takes `link` as the way to `device`. Within [`WireLogs::around`](super::WireLogs::around) it is logged.
     pub fn new(link: L, device: Device) -> Self {
+        Self::numbered(link, device, 0)
+    }
+
+    /// As [`Wire::new`], with a number of this opening.
+    pub fn numbered(link: L, device: Device, opening: u16) -> Self {
         Self {
             link,
-            log: WireLog::opened(&device),
+            log: WireLog::opened(&device, opening),
+            opening,
             device,
             spare: None,
             attempt: "opening".to_owned(),
@@ -65,6 +72,11 @@ impl<L: ByteLink> Wire<L> {
     pub fn emergency(&self, bytes: impl Into<Vec<u8>>) -> Option<Emergency> {
         let spare = self.spare.clone()?;
         Some(Emergency { device: self.device.clone(), bytes: bytes.into(), spare })
+    }
+
+    /// A number that tells this opening from those just before it: answers to these may still be under way.
+    pub fn opening(&self) -> u16 {
+        self.opening
     }
 
     /// The device at the other end.

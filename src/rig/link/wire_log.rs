@@ -4,7 +4,7 @@
 //!
 //! | mark | text |
 //! |---|---|
-//! | `@` | the device was opened: its port, and the calendar's time |
+//! | `@` | the device was opened: its port, the calendar's time, the number of the opening |
 //! | `=` | what the program asked of the driver ([`Call`](crate::rig::call::Call), JSON) |
 //! | `>` | bytes sent, unprintable ones escaped |
 //! | `<` | bytes heard, the same |
@@ -103,9 +103,9 @@ impl WireLogs {
 
 impl WireLog {
     /// The log for a wire that is being opened, where it is to be logged.
-    pub(super) fn opened(device: &Device) -> Option<Self> {
+    pub(super) fn opened(device: &Device, opening: u16) -> Option<Self> {
         let log = LOGS.try_with(|logs| logs.of(device.role)).ok()?;
-        log.entry('@', &format!("{} {}", device.port, Timestamp::now()));
+        log.entry('@', &format!("{} {} {opening}", device.port, Timestamp::now()));
         Some(log)
     }
 

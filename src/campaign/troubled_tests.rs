@@ -108,8 +108,12 @@ impl Troubled {
     fn note(&mut self, error: &RigError) {
         let said = error.to_string();
         assert!(said.contains(" on memory, ") && !error.attempt().is_empty(), "{said}");
-        let heard_nothing = matches!(error.cause(), Cause::Silent { .. } | Cause::Disconnected);
-        assert!(error.last_heard().is_some() || heard_nothing, "{said}");
+        // Where nothing was ever heard there is no last reply; a robot that stands elsewhere has its own in the cause.
+        let without = matches!(
+            error.cause(),
+            Cause::Silent { .. } | Cause::Disconnected | Cause::Elsewhere { .. }
+        );
+        assert!(error.last_heard().is_some() || without, "{said}");
         let kind = match error.cause() {
             Cause::Disconnected => "disconnected",
             Cause::Silent { .. } => "silent",
@@ -245,7 +249,7 @@ async fn no_trouble_on_the_lines_makes_a_wrong_reading_pass() {
 #[tokio::test(start_paused = true)]
 #[ignore = "minutes: cargo test --release --lib -- --ignored --nocapture a_million_lines"]
 async fn a_million_lines_in_trouble_make_no_wrong_reading_pass() {
-    for percent in [0.1, 0.5, 2.0, 5.0] {
+    for percent in [5.0, 2.0, 0.5, 0.1] {
         let tally = in_trouble(percent / 100.0 / 6.0, 250_000).await;
         assert!(tally.points > 10_000, "{tally:?}");
     }

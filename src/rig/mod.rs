@@ -9,6 +9,7 @@
 
 pub mod air_sensor;
 mod by_hand;
+pub mod call;
 pub mod check;
 pub mod config;
 mod device;
@@ -18,6 +19,7 @@ pub mod focus_array;
 pub mod link;
 pub mod motion;
 pub mod receiver;
+pub mod replay;
 mod safety;
 mod space;
 pub mod watchdog;

@@ -21,7 +21,9 @@ impl Screen {
     /// # Errors
     /// That the terminal refuses it.
     pub fn open() -> io::Result<Self> {
-        Ok(Self { terminal: ratatui::try_init()? })
+        let mut screen = Self { terminal: ratatui::try_init()? };
+        screen.terminal.clear()?;
+        Ok(screen)
     }
 
     /// Draws a picture of the whole screen.

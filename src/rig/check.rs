@@ -374,7 +374,7 @@ impl fmt::Display for Latency {
         let Self { min_ms, median_ms, max_ms, queries, distribution } = self;
         write!(
             f,
-            "{median_ms:.1} ms (of {queries}: {min_ms:.1} ▕{}▏ {max_ms:.1}; 95 % within {:.1})",
+            "{median_ms:.2} ms (of {queries}: {min_ms:.2} ▕{}▏ {max_ms:.2}; 95 % within {:.2})",
             distribution.columns(),
             distribution.p95_ms
         )
@@ -431,7 +431,7 @@ impl fmt::Display for CheckReport {
             )?;
             writeln!(
                 f,
-                "             means of a point scatter by {:.5} {unit} ({:.5} {unit} if it is white)",
+                "             means of a point scatter by {:.5} {unit} (white noise: {:.5} {unit})",
                 noise.of_means, noise.of_means_if_white
             )?;
             writeln!(f, "             a reading in {latency}")?;

@@ -147,14 +147,14 @@ fn a_watched_scan_waits_in_silence_goes_on_and_ends_when_it_is_told() {
     let mut command = scan(&plan, &rig, &folder);
     command.arg("--watch");
     let mut terminal = OnTerminal::begin(command);
-    terminal.until_shown("scanning");
+    terminal.until_shown("pause");
     terminal.press("p");
     terminal.until_shown("WAITS");
     assert!(terminal.last_order().contains(" off*"), "{}", terminal.last_order());
     let rows_then =
         std::fs::read_to_string(folder.join("samples.csv")).expect("kept").lines().count();
     terminal.press("r");
-    terminal.until_shown("scanning");
+    terminal.until_shown("pause");
     terminal.press("ay");
     let status = terminal.child.wait().expect("it ends");
     assert_eq!(status.code(), Some(3));

@@ -4,6 +4,8 @@ use std::io::{self, IsTerminal};
 
 use ratatui::DefaultTerminal;
 use ratatui::Frame;
+use ratatui::crossterm::execute;
+use ratatui::crossterm::terminal::{Clear, ClearType};
 
 /// The whole terminal, until it is dropped. A panic gives it back before it says what it has to say.
 pub struct Screen {
@@ -21,8 +23,9 @@ impl Screen {
     /// # Errors
     /// That the terminal refuses it.
     pub fn open() -> io::Result<Self> {
-        let mut screen = Self { terminal: ratatui::try_init()? };
-        screen.terminal.clear()?;
+        let screen = Self { terminal: ratatui::try_init()? };
+        // Some terminals show the same screen again. (Clearing through the backend would wait for an answer of the terminal.)
+        execute!(io::stdout(), Clear(ClearType::All))?;
         Ok(screen)
     }
 

@@ -27,6 +27,7 @@ pub use config::{FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
 pub use device::{Device, Role};
 pub use error::{Cause, RigError};
 pub use focus_array::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
+pub use motion::Advice;
 pub use motion::travel::{Envelope, PathFault};
 pub use receiver::{Reading, ReceiverIdentity};
 pub use safety::{Ports, SafeRig, SafetyReport, open, open_array};
@@ -40,6 +41,11 @@ pub trait Motion: Send {
 
     /// What the firmware calls itself, as it was heard when the device was opened.
     fn firmware(&self) -> &str;
+
+    /// What the driver has found in the device that makes scans poorer than they need be.
+    fn advice(&self) -> &[Advice] {
+        &[]
+    }
 
     /// Finds the origin of the robot's axes by its end switches and returns where it then stands.
     ///

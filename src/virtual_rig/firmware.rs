@@ -29,3 +29,21 @@ pub trait Firmware: Send {
     /// When to step again if no byte comes in.
     fn wake(&self) -> Option<Wake>;
 }
+
+impl Firmware for Box<dyn Firmware> {
+    fn power_up(&mut self, now_s: f64, out: &mut Vec<u8>) {
+        (**self).power_up(now_s, out);
+    }
+
+    fn receive(&mut self, byte: u8, now_s: f64) {
+        (**self).receive(byte, now_s);
+    }
+
+    fn step(&mut self, now_s: f64, out: &mut Vec<u8>) {
+        (**self).step(now_s, out);
+    }
+
+    fn wake(&self) -> Option<Wake> {
+        (**self).wake()
+    }
+}

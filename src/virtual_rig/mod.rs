@@ -6,7 +6,7 @@
 //! on the robot that the [truth file](truth) describes.
 //!
 //! ```text
-//!  clock ── marlin_firmware ── trajectory ─┐
+//!  clock ── robot's firmware ─ trajectory ─┐
 //!    │                                     ├─ world ── true_field ── effects
 //!    ├───── array_firmware ──── drive ─────┤
 //!    │            └─ listens ── hand ──────┤
@@ -24,12 +24,14 @@ pub mod drive;
 pub mod effects;
 pub mod faults;
 pub mod firmware;
+pub mod grbl_firmware;
 pub mod hand;
 pub mod luck;
 pub mod marlin_firmware;
 pub mod planner;
 mod pty;
 pub mod receiver_firmware;
+pub mod robot;
 pub mod sealed_truth;
 #[cfg(test)]
 mod testing;
@@ -55,7 +57,7 @@ use board::Order;
 pub use clock::{Clock, Pace};
 pub use config::VirtualConfig;
 pub use faults::{Fault, LineFault};
-use marlin_firmware::MarlinFirmware;
+use firmware::Firmware;
 use pty::PseudoTerminal;
 use receiver_firmware::{Mode, ReceiverFirmware};
 use trajectory::Trajectory;
@@ -151,14 +153,18 @@ impl VirtualRig {
             return Err(VirtualRigError::FreeRunningInLockstep);
         }
         let clock = Arc::new(Clock::new(config.pace));
-        let parked_mm = Vector3::from(config.robot.parked_mm.map(f64::from));
-        let travel_mm = Vector3::from(config.robot.travel_mm.map(f64::from));
+        let parked_mm = Vector3::from(config.robot.parked_mm().map(f64::from));
+        let travel_mm = Vector3::from(config.robot.travel_mm().map(f64::from));
         let trajectory = Arc::new(Mutex::new(Trajectory::new(parked_mm, travel_mm)));
+        // The world counts from the switches, the laboratory from the robot's zero.
+        let mut believed = believed.clone();
+        believed.array_origin_m += Vector3::from(config.robot.zero_mm()) * 1e-3;
+        let believed = &believed;
         let world = World::new(believed, truth, config.seed, trajectory.clone(), clock.clone())?;
         let world = Arc::new(world);
         let homing_jam = Arc::new(AtomicBool::new(false));
         let devices = Devices {
-            robot: MarlinFirmware::new(config.robot, trajectory, homing_jam.clone()),
+            robot: config.robot.firmware(trajectory, homing_jam.clone()),
             receiver: ReceiverFirmware::new(config.receiver, world.clone()),
             array: ArrayFirmware::new(believed.array.len(), believed.frequency_hz, world.clone()),
         };
@@ -228,7 +234,7 @@ impl Drop for VirtualRig {
 }
 
 struct Devices {
-    robot: MarlinFirmware,
+    robot: Box<dyn Firmware>,
     receiver: ReceiverFirmware,
     array: ArrayFirmware,
 }

@@ -1,5 +1,10 @@
 //! Robots: what every driver is held to ([`guarded`], [`travel`]), and the drivers.
 
+mod advice;
+pub mod auto;
+pub mod grbl;
 pub mod guarded;
 pub mod marlin;
 pub mod travel;
+
+pub use advice::Advice;

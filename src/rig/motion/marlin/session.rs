@@ -22,6 +22,7 @@ use super::line::numbered;
 use super::reply::Reply;
 use crate::rig::error::{Cause, RigError};
 use crate::rig::link::{ByteLink, Wire};
+use crate::rig::motion::grbl::is_grbl;
 use crate::rig::space::RobotPosition;
 
 /// Silence after which something is taken for lost. The firmware says that it is busy every 2 s.
@@ -108,6 +109,11 @@ impl<L: ByteLink> Session<L> {
         while Instant::now() < until {
             self.wire.send(opening.as_bytes()).await?;
             while let Some(line) = self.wire.line(until.min(Instant::now() + START_QUIET)).await? {
+                if is_grbl(&line) {
+                    return Err(self
+                        .wire
+                        .error(Cause::OtherFirmware { named: "Marlin", heard: line }));
+                }
                 match Reply::parse(&line) {
                     Reply::Ok { .. } => {
                         // Several openings may have been answered; the report settles every `ok` of theirs.

@@ -50,6 +50,7 @@ struct Build {
     knows_no_m114_r: bool,
     never_says_busy: bool,
     chatters: bool,
+    knows_no_m118: bool,
 }
 
 /// What the firmware did, for the tests to look at.
@@ -181,6 +182,7 @@ impl Firmware {
                 says.push(format!("X:{x:.2} Y:{y:.2} Z:{z:.2} E:0.00 Count X:0 Y:0 Z:0"));
             }
             "M115" => says.push("FIRMWARE_NAME:Marlin 2.1.2.1 PROTOCOL_VERSION:1.0".to_owned()),
+            "M118" if !self.build.knows_no_m118 => says.push(command[5..].to_owned()),
             "M84" | "M113" | "M110" | "G90" => {}
             _ => says.push(format!("echo:Unknown command: \"{command}\"")),
         }
@@ -294,7 +296,10 @@ async fn fails_in_a_move(fault: Fault) -> (Bench, RigError) {
 async fn a_session_opens_with_the_motors_kept_on_and_nothing_moved() {
     let bench = Bench::new(Build::default(), &[]).await.expect("opens");
     let commands = bench.done.lock().expect("not poisoned").commands.clone();
-    assert_eq!(commands, ["M110 N0", "M114 R", "M115", "M84 S0", "M113 S2", "G21", "G90"]);
+    assert_eq!(
+        commands,
+        ["M110 N0", "M118 fieldgap-1", "M114 R", "M115", "M84 S0", "M113 S2", "G21", "G90"]
+    );
     assert_eq!(bench.robot.firmware(), "Marlin 2.1.2.1");
 }
 
@@ -318,6 +323,7 @@ async fn every_build_is_understood() {
     survives(Build { knows_no_m114_r: true, ..Build::default() }, &[]).await;
     survives(Build { never_says_busy: true, ..Build::default() }, &[]).await;
     survives(Build { chatters: true, ..Build::default() }, &[("G1", Fault::LoseOk)]).await;
+    survives(Build { knows_no_m118: true, ..Build::default() }, &[("G1", Fault::LoseOk)]).await;
 }
 
 #[tokio::test(start_paused = true)]
@@ -430,21 +436,22 @@ proptest! {
             ),
             0..8,
         ),
-        // One at most: a firmware that stands still for seconds again and again cannot be told from one whose answers
-        // are lost.
-        freeze in prop::option::of((
-            any::<prop::sample::Index>(),
-            prop::sample::select(vec!["", "G1", "M400", "M114"]),
-            prop::sample::select(vec![Fault::Freeze(6), Fault::Freeze(12)]),
-        )),
+        freezes in proptest::collection::vec(
+            (
+                any::<prop::sample::Index>(),
+                prop::sample::select(vec!["", "G1", "M400", "M114", "M118"]),
+                prop::sample::select(vec![Fault::Freeze(6), Fault::Freeze(12), Fault::Freeze(19)]),
+            ),
+            0..4,
+        ),
     ) {
         let mut faults = faults;
-        if let Some((at, command, freeze)) = freeze {
+        for (at, command, freeze) in freezes {
             faults.insert(at.index(faults.len() + 1), (command, freeze));
         }
         let (omits_empty_ok, says_which_ok, knows_no_m114_r, never_says_busy) = build;
         let build =
-            Build { omits_empty_ok, says_which_ok, knows_no_m114_r, never_says_busy, chatters: false };
+            Build { omits_empty_ok, says_which_ok, knows_no_m114_r, never_says_busy, ..Build::default() };
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_time().start_paused(true).build().expect("a runtime");
         runtime.block_on(async {

@@ -11,6 +11,7 @@ use crate::rig::config::MotionConfig;
 use crate::rig::device::{Device, Role};
 use crate::rig::error::RigError;
 use crate::rig::link::{ByteLink, Wire, open_serial};
+use crate::rig::motion::Advice;
 use crate::rig::space::{Feed, RobotPosition};
 
 /// How long the firmware may take to put one command into its queue.
@@ -28,11 +29,14 @@ const MOVE_SLACK: Duration = Duration::from_secs(60);
 /// How long a move may take when it is not known where it starts.
 const LONGEST_MOVE: Duration = Duration::from_secs(600);
 
+/// Idle motors would let go after two minutes in most builds.
+const KEEP_MOTORS_ON: &str = "M84 S0";
+
 /// Said once at the start; builds without one of them do without.
 ///
 /// Motors stay on (an overnight scan must not lose its position), the firmware says that it is busy, lengths are
 /// millimetres, coordinates absolute.
-const SETTINGS: [&str; 4] = ["M84 S0", "M113 S2", "G21", "G90"];
+const SETTINGS: [&str; 4] = [KEEP_MOTORS_ON, "M113 S2", "G21", "G90"];
 
 /// A robot behind a Marlin firmware.
 ///
@@ -44,6 +48,7 @@ pub struct Marlin<L> {
     firmware: String,
     home: Vec<HomeLine>,
     home_within: Duration,
+    advice: Vec<Advice>,
     at: Option<RobotPosition>,
 }
 
@@ -70,6 +75,7 @@ impl<L: ByteLink> Marlin<L> {
             home: config.home.clone(),
             home_within: Duration::try_from_secs_f64(config.home_within_s.get())
                 .unwrap_or(LONGEST_MOVE),
+            advice: Vec::new(),
             at: None,
         };
         robot.set_up().await?;
@@ -81,9 +87,23 @@ impl<L: ByteLink> Marlin<L> {
         self.session.begin().await?;
         let answer = self.session.command("M115", TAKEN_WITHIN).await?;
         self.firmware = firmware_name(&answer.lines);
+        self.advice.clear();
+        if answer.lines.iter().any(|line| line == "Cap:EMERGENCY_PARSER:0") {
+            self.advice.push(Advice {
+                problem: "its build has no emergency parser: a stop waits for the end of the move under way".to_owned(),
+                remedy: "build the firmware with EMERGENCY_PARSER, and keep a hand near the switch until then",
+            });
+        }
         for setting in SETTINGS {
-            if let Some(reply) = self.session.command(setting, TAKEN_WITHIN).await?.unknown {
-                tracing::debug!(device = %self.session.wire.device(), "does without {setting}: {reply}");
+            let Some(reply) = self.session.command(setting, TAKEN_WITHIN).await?.unknown else {
+                continue;
+            };
+            tracing::debug!(device = %self.session.wire.device(), "does without {setting}: {reply}");
+            if setting == KEEP_MOTORS_ON {
+                self.advice.push(Advice {
+                    problem: "its motors let go when they are idle, and it does not know `M84 S0`".to_owned(),
+                    remedy: "build the firmware so that its steppers stay on: an axis that sags in a pause loses its place",
+                });
             }
         }
         Ok(())
@@ -113,6 +133,10 @@ impl<L: ByteLink> Motion for Marlin<L> {
 
     fn firmware(&self) -> &str {
         &self.firmware
+    }
+
+    fn advice(&self) -> &[Advice] {
+        &self.advice
     }
 
     async fn home(&mut self) -> Result<RobotPosition, RigError> {

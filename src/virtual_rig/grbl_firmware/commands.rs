@@ -46,6 +46,7 @@ impl GrblFirmware {
             }
             "C" if self.mode == Mode::Check => {
                 say(out, "[MSG:Disabled]");
+                self.intake.clear();
                 self.reset_requested = true;
             }
             "C" => {

@@ -32,6 +32,8 @@ enum Damage {
     PowerCycle,
     /// Somebody presses hold as the line arrives.
     Hold,
+    /// A second after the line has arrived the firmware runs out of steps.
+    Starve,
 }
 
 /// The firmware behind a line that is damaged now and then.
@@ -40,6 +42,7 @@ struct Board {
     link: DuplexStream,
     damage: VecDeque<(&'static str, Damage)>,
     begun: Instant,
+    starves: Option<Instant>,
     lines: Arc<Mutex<Vec<String>>>,
 }
 
@@ -70,6 +73,10 @@ impl Board {
                     }
                     _ => return,
                 },
+                () = sleep_until(self.starves.unwrap_or_else(Instant::now)), if self.starves.is_some() => {
+                    self.starves = None;
+                    self.firmware.starve(self.now_s());
+                }
                 () = sleep_until(until.unwrap_or_else(Instant::now)), if until.is_some() => {}
             }
         }
@@ -96,6 +103,7 @@ impl Board {
                 line[middle] = b'#';
             }
             Some(Damage::PowerCycle) => return self.firmware.power_up(now_s, out),
+            Some(Damage::Starve) => self.starves = Some(Instant::now() + Duration::from_secs(1)),
             Some(Damage::Hold) => self.firmware.receive(b'!', now_s),
             _ => {}
         }
@@ -159,6 +167,7 @@ fn board(
         link: far,
         damage: damage.iter().copied().collect(),
         begun: Instant::now(),
+        starves: None,
         lines: Arc::default(),
     };
     (Wire::new(near, Device::new(Role::Robot, "memory")), board)
@@ -271,6 +280,11 @@ async fn lines_that_are_lost_or_damaged_are_sent_again() {
     for line in ["$I", "$$", "$1=255"] {
         survives(&[(line, Damage::Garble), (line, Damage::LoseLine)]).await;
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_move_that_ended_in_its_middle_is_finished() {
+    survives(&[("G4P0", Damage::Starve)]).await;
 }
 
 #[tokio::test(start_paused = true)]
@@ -427,6 +441,7 @@ proptest! {
                     Damage::LoseLine, Damage::LoseTail, Damage::Garble, Damage::LoseAnswer("ok"),
                     Damage::LoseAnswer("<"), Damage::GarbleAnswer("<"), Damage::GarbleAnswer("ok"),
                     Damage::LoseAnswer("error"), Damage::PowerCycle, Damage::Hold,
+                    Damage::Starve,
                 ]),
             ),
             0..10,

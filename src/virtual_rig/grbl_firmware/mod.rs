@@ -174,7 +174,6 @@ impl GrblFirmware {
 
     /// What a reset and a power-up have in common: greeting, and lock.
     fn start(&mut self, locked: bool, now_s: f64, out: &mut Vec<u8>) {
-        self.intake.clear();
         self.modal = POWER_ON;
         self.work_offset_mm = Vector3::zeros();
         self.feed_override_percent = 100;
@@ -230,6 +229,7 @@ impl GrblFirmware {
                 if !self.is_hal() {
                     say(out, "ok");
                 }
+                self.intake.clear();
                 self.start(true, now_s, out);
                 return true;
             }
@@ -372,6 +372,12 @@ impl GrblFirmware {
             })
     }
 
+    /// The steps run out: the move ends in its middle, and nobody is told.
+    #[cfg(test)]
+    fn starve(&mut self, now_s: f64) {
+        self.machine.flush(now_s);
+    }
+
     fn change_override(&mut self, change: Override) {
         self.feed_override_percent = match change {
             Override::Normal => 100,
@@ -384,6 +390,7 @@ impl GrblFirmware {
 impl Firmware for GrblFirmware {
     fn power_up(&mut self, now_s: f64, out: &mut Vec<u8>) {
         self.alive = true;
+        self.intake.clear();
         self.machine.power_up(now_s);
         self.homed = false;
         self.deaf_until_s = now_s;
@@ -400,7 +407,11 @@ impl Firmware for GrblFirmware {
         let Some(acts) = self.intake.receive(byte) else { return };
         let moves = !matches!(self.mode, Mode::Alarm | Mode::Critical | Mode::Sleep | Mode::Homing);
         match acts {
-            Realtime::Reset => self.reset_requested = true,
+            // What comes behind it is kept: a line end is then answered behind the greeting.
+            Realtime::Reset => {
+                self.intake.clear();
+                self.reset_requested = true;
+            }
             Realtime::Report => self.report_requested = true,
             Realtime::Hold if moves && self.machine.jogs_until_s().is_some() => {
                 self.machine.cancel_jog(now_s);

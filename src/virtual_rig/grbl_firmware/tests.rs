@@ -226,7 +226,7 @@ fn a_reset_in_motion_loses_the_position_and_one_at_rest_keeps_it() {
         "it ran on uncounted: {said}"
     );
     let mut bench = Bench::homed(Dialect::Grbl);
-    assert_eq!(bench.tell("\x18"), GREETING, "neither alarm nor lock");
+    assert_eq!(bench.tell("G4P5\x18\n"), format!("{GREETING}ok\r\n"), "neither alarm nor lock");
     assert!(bench.tell("?").starts_with("<Idle|MPos:-298.000,"));
 }
 

@@ -204,6 +204,12 @@ impl<L: ByteLink> Grbl<L> {
         at.is_within(self.settings.resolution_mm() * 1e-3, target)
     }
 
+    /// Whether a place is on the straight path from `start` to `target`, ends included.
+    fn is_between(&self, at: RobotPosition, start: RobotPosition, target: RobotPosition) -> bool {
+        let detour_m = start.distance_m(at) + at.distance_m(target) - start.distance_m(target);
+        detour_m <= self.settings.resolution_mm() * 1e-3
+    }
+
     /// The distance over the slowest speed, and the time to reach it and to stop.
     fn longest_for(&self, target: RobotPosition, feed: Feed) -> Duration {
         let slowest = || {
@@ -279,8 +285,10 @@ impl<L: ByteLink> Motion for Grbl<L> {
                 Outcome::Refused(code) => return Err(self.session.refused(code)),
             }
             let at = self.stand_still(target, deadline).await?;
-            let has_not_moved = start.is_some_and(|start| self.is_at(at, start));
-            if self.is_at(at, target) || !has_not_moved {
+            // Not executed, or ended in its middle, as where the firmware's steps ran out: what is left is on the way
+            // that was found free, and may be gone.
+            let is_on_its_way = start.is_some_and(|start| self.is_between(at, start, target));
+            if self.is_at(at, target) || !is_on_its_way {
                 self.at = Some(at);
                 return Ok(at);
             }

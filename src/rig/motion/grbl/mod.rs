@@ -7,6 +7,8 @@
 //! - There are no line numbers and no checksums. What a damaged line made of a move shows in where the robot then is;
 //!   what a lost one made of it, in that the robot did not move. Each move says all that it means (units,
 //!   absolute, machine coordinates, feed), so that it may be sent again.
+//! - Steps that run out end a move in its middle, and the state is `Idle` (seen on a loaded machine). What is left of
+//!   the same straight path is gone then.
 //! - `ok` means planned. Arrived means that `G4 P0` came back, that the state is `Idle`, and that the position is the
 //!   target: `Idle` alone also shows between moves and during a dwell.
 //! - Where an `ok` stays out and the robot stands still, the firmware is reset (`0x18`): at standstill the position

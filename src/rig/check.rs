@@ -296,6 +296,12 @@ async fn check_motion(
                 .to_owned(),
         });
     }
+    findings.extend(motion.advice().iter().map(|advice| Finding {
+        device: Role::Robot,
+        severity: Severity::Warning,
+        problem: advice.problem.clone(),
+        remedy: advice.remedy.to_owned(),
+    }));
     Ok(MotionCheck {
         port: motion.device().port.clone(),
         firmware: motion.firmware().to_owned(),

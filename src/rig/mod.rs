@@ -36,6 +36,7 @@ pub use device::{Device, Role};
 pub use emergency::{Emergency, SpareHandle};
 pub use error::{Cause, RigError};
 pub use focus_array::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
+pub use motion::Advice;
 pub use motion::travel::{Envelope, PathFault};
 pub use receiver::{Meanwhile, Reading, ReceiverIdentity, Recording, TimedSample};
 pub use safety::{Ports, SafeRig, SafetyReport, open, open_air_sensor, open_array};
@@ -49,6 +50,11 @@ pub trait Motion: Send {
 
     /// What the firmware calls itself, as it was heard when the device was opened.
     fn firmware(&self) -> &str;
+
+    /// What the driver has found in the device that makes scans poorer than they need be.
+    fn advice(&self) -> &[Advice] {
+        &[]
+    }
 
     /// Finds the origin of the robot's axes by its end switches and returns where it then stands.
     ///

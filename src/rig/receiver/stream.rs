@@ -24,7 +24,10 @@ const START_WITHIN: Duration = Duration::from_secs(10);
 const ASK_AGAIN_AFTER: Duration = Duration::from_secs(1);
 
 /// Silence after which an answer or the rest of a run is taken for lost.
-const QUIET: Duration = Duration::from_secs(5);
+const QUIET: Duration = Duration::from_secs(2);
+
+/// Silence after which nothing older is under way.
+const CAUGHT_UP_AFTER: Duration = Duration::from_millis(250);
 
 /// How often a point is asked for before it is given up.
 const TRIES: u32 = 3;
@@ -38,10 +41,8 @@ pub struct StreamReceiver<L> {
     wire: Wire<L>,
     identity: ReceiverIdentity,
     encoding: Encoding,
-    /// False while a run may be under way, also after a cancelled one.
+    /// False while answers or a run may be under way: during a call, and after one that was cancelled or missed something.
     idle: bool,
-    /// Questions for the time that are not answered yet: only the last answer is of now.
-    times_due: u32,
 }
 
 impl StreamConfig {
@@ -84,31 +85,37 @@ impl<L: ByteLink> StreamReceiver<L> {
             }
             Some(_) => {}
         }
-        Ok(Self { wire, identity, encoding, idle: true, times_due: 0 })
+        // What was asked before the port was opened may still be answered.
+        Ok(Self { wire, identity, encoding, idle: false })
     }
 
-    /// The answer to the last `T`; `None` where it was lost.
-    async fn time_of_last_question(&mut self) -> Result<Option<u64>, RigError> {
+    /// Ends whatever is under way, and takes in all that was: answers to earlier questions come before the answer to this,
+    /// and one that came late would be taken for the answer to the next. False where none came.
+    async fn catch_up(&mut self) -> Result<bool, RigError> {
         let until = Instant::now() + QUIET;
-        loop {
-            let answer = find_answer(&mut self.wire, &["time "], until).await?;
-            self.times_due = if answer.is_some() { self.times_due.saturating_sub(1) } else { 0 };
-            if self.times_due == 0 {
-                return Ok(answer.as_deref().and_then(parse_time));
+        if ask(&mut self.wire, "X\nT\n", &["time "], QUIET).await?.is_none() {
+            return Ok(false);
+        }
+        while Instant::now() < until + QUIET {
+            if self.wire.bytes(Instant::now() + CAUGHT_UP_AFTER).await?.is_empty() {
+                return Ok(true);
             }
         }
+        Ok(false)
     }
 
     /// One run of samples; `None` where nothing usable came of it.
     async fn run(&mut self, settle: Duration, count: usize) -> Result<Option<Reading>, RigError> {
         let rate_hz = self.identity.rate_hz;
         let samples = Run::samples_for(settle, count, rate_hz);
-        let stop = if self.idle { "" } else { "X\n" };
+        if !self.idle && !self.catch_up().await? {
+            return Ok(None);
+        }
         self.idle = false;
         // The receiver's time goes before the run, so that nothing older can be taken for part of it.
-        self.times_due += 1;
-        self.wire.send(format!("{stop}T\nS {samples}\n").as_bytes()).await?;
-        let Some(asked_at_us) = self.time_of_last_question().await? else {
+        let question = format!("T\nS {samples}\n");
+        let time = ask(&mut self.wire, &question, &["time "], QUIET).await?;
+        let Some(asked_at_us) = time.as_deref().and_then(parse_time) else {
             return Ok(None);
         };
         let mut run = Run::new(asked_at_us, settle, count, samples, rate_hz);

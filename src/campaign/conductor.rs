@@ -78,6 +78,21 @@ impl Conductor {
         Ok(Measurement { sample, clipped: reading.clipped, lost: reading.gaps })
     }
 
+    /// How the array lies in the robot's axes.
+    pub(super) fn frame(&self) -> Frame {
+        self.frame
+    }
+
+    /// The speed of moves between points.
+    pub(super) fn feed(&self) -> Feed {
+        self.feed
+    }
+
+    /// The scan's time of an instant on the receiver's clock, s.
+    pub(super) fn time_s(&mut self, receiver_s: f64) -> f64 {
+        self.clock.at(receiver_s)
+    }
+
     /// Silences the array; the next measurement sets its drive again.
     pub(super) async fn silence(&mut self, rig: &mut SafeRig) -> Result<(), RigError> {
         self.excite(rig, None).await
@@ -89,10 +104,15 @@ impl Conductor {
         &self.delays[drive]
     }
 
-    async fn excite(&mut self, rig: &mut SafeRig, focus: Option<usize>) -> Result<(), RigError> {
+    /// Drives a focus, or none.
+    pub(super) async fn excite(
+        &mut self,
+        rig: &mut SafeRig,
+        focus: Option<usize>,
+    ) -> Result<(), RigError> {
         let wanted = focus.map_or(Emission::Silent, Emission::Drive);
         if wanted == self.emitting {
-            return Ok(());
+            return rig.perform(Call::Refresh).await.map(drop);
         }
         match wanted {
             Emission::Silent => rig.perform(Call::Silence).await?,
@@ -106,8 +126,8 @@ impl Conductor {
     }
 }
 
-/// The delay of each element; an element without amplitude is left silent.
-fn element_delays(lab: &Lab, excitation: &Excitation) -> Vec<ElementDelay> {
+/// The delay of each element of a rig's array for a drive; an element without amplitude is left silent.
+pub fn element_delays(lab: &Lab, excitation: &Excitation) -> Vec<ElementDelay> {
     let (array, frequency_hz) = (lab.believed_array(), lab.array.frequency_hz());
     delays_s(excitation, array, &lab.believed_medium(), frequency_hz)
         .into_iter()

@@ -1,5 +1,6 @@
 //! What keeps a campaign from beginning or going on.
 
+use super::fly::FlightFault;
 use super::references::Moved;
 use crate::input::Fault;
 use crate::rig::RigError;
@@ -44,12 +45,31 @@ pub enum CampaignError {
         /// What the controller says.
         controller: usize,
     },
+    /// The sensor says that the air is such that its sound cannot be computed.
+    #[error(
+        "the environment sensor says {temperature_c} °C, {humidity_percent} % and {pressure_kpa} kPa, where the speed of sound cannot be computed"
+    )]
+    #[diagnostic(help(
+        "look at the sensor, or set `sound_speed = false` in [environment] of the rig file"
+    ))]
+    NoMedium {
+        /// Temperature, °C.
+        temperature_c: f64,
+        /// Relative humidity, percent.
+        humidity_percent: f64,
+        /// Pressure, kPa.
+        pressure_kpa: f64,
+    },
     /// On resuming, a file that the rig file names describes another array.
     #[error("the array is not the one that the scan was begun with")]
     #[diagnostic(help(
         "bring back the elements file that the rig file named then, or begin a new scan"
     ))]
     OtherSetUp,
+    /// A row cannot be flown as the plan says.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Flight(#[from] FlightFault),
     /// On resuming, the truth file of a virtual rig is another.
     #[error("what is true behind the virtual rig was changed since the scan was begun: {} is another file", .0.display())]
     #[diagnostic(help("bring the truth file back as it was, or begin a new scan"))]

@@ -7,8 +7,8 @@ use toml::Spanned;
 
 use crate::acoustics::{Array, Medium};
 use crate::input::{Fault, TomlSource};
-use crate::rig::{FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
-use crate::scan::{ArraySection, ArrayTable, MediumSection, MediumTable};
+use crate::rig::{EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
+use crate::scan::{ArraySection, ArrayTable, Hooks, MediumSection, MediumTable};
 use crate::sensing::SensingSection;
 use crate::virtual_rig::VirtualConfig;
 
@@ -21,7 +21,10 @@ struct LabFile {
     motion: MotionConfig,
     receiver: ReceiverConfig,
     focus_array: FocusArrayConfig,
+    environment: Option<EnvironmentConfig>,
     sensing: Option<Spanned<SensingSection>>,
+    #[serde(default)]
+    hooks: Hooks,
     #[serde(rename = "virtual")]
     virtual_rig: Option<VirtualConfig>,
 }
@@ -39,6 +42,8 @@ pub struct Lab {
     pub rig: RigConfig,
     /// The elements that listen for a hand, where some do.
     pub sensing: Option<SensingSection>,
+    /// Who is told of what happens to a scan, where its plan does not say.
+    pub hooks: Hooks,
     /// The firmware and the physics behind them, where the rig is a virtual one.
     pub virtual_rig: Option<VirtualConfig>,
     source: TomlSource,
@@ -58,7 +63,8 @@ impl Lab {
     /// # Errors
     /// As [`Lab::read`].
     pub fn parse(source: TomlSource) -> Result<Self, Fault> {
-        let file: LabFile = source.parse()?;
+        let mut file: LabFile = source.parse()?;
+        file.focus_array.beside(source.path().parent().unwrap_or(Path::new("")));
         let array = ArraySection::read(&file.array, &source)?;
         if let Some(sensing) = &file.sensing {
             let elements = array.array().len();
@@ -78,8 +84,10 @@ impl Lab {
                 motion: file.motion,
                 receiver: file.receiver,
                 focus_array: file.focus_array,
+                environment: file.environment,
             },
             sensing: file.sensing.map(Spanned::into_inner),
+            hooks: file.hooks,
             virtual_rig: file.virtual_rig,
             source,
         })

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use super::CampaignError;
+use super::air_log::AirLog;
 use super::event::Event;
 use super::lab::Lab;
 use crate::rig::link::WireLogs;
@@ -18,6 +19,7 @@ pub struct OpenRig {
     rig: SafeRig,
     logs: WireLogs,
     watchdog: Option<Watchdog>,
+    air: Option<AirLog>,
     firmware: Option<VirtualRig>,
 }
 
@@ -37,7 +39,11 @@ impl OpenRig {
         if believed != controller {
             return Err(CampaignError::OtherArray { believed, controller });
         }
-        Ok(Self { rig, logs, watchdog: None, firmware })
+        let sensor = logs.around(rig::open_air_sensor(&lab.rig, &ports)).await?;
+        let air = sensor
+            .zip(lab.rig.environment.as_ref())
+            .map(|(sensor, config)| AirLog::new(sensor, config));
+        Ok(Self { rig, logs, watchdog: None, air, firmware })
     }
 
     /// Keeps all that is said on the wires in a folder, what was said since they were opened included.
@@ -69,6 +75,11 @@ impl OpenRig {
         &mut self.rig
     }
 
+    /// What the environment sensor says, where there is one.
+    pub(super) fn air(&mut self) -> Option<&mut AirLog> {
+        self.air.as_mut()
+    }
+
     /// Who answered.
     pub(super) fn greeting(&mut self) -> Event {
         let robot = self.rig.motion().firmware().to_owned();
@@ -81,8 +92,11 @@ impl OpenRig {
                 receiver.rate_hz, receiver.full_scale, receiver.unit
             ),
             array: format!(
-                "{}, {} elements, {} steps a period",
-                array.name, array.elements, array.period_steps
+                "{}, {} elements, {} steps a period{}",
+                array.name,
+                array.elements,
+                array.period_steps,
+                if array.acknowledges { "" } else { ", never answers" }
             ),
         }
     }

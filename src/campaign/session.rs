@@ -1,5 +1,9 @@
 //! One scan from its first move to its safe end, and the return to one that ended early.
 
+mod attended;
+mod course;
+mod keeping;
+
 use std::any::Any;
 use std::future::{Future, poll_fn};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -7,31 +11,28 @@ use std::path::Path;
 use std::pin::pin;
 use std::process::Command;
 use std::task::Poll;
-use std::time::Duration;
 
 use jiff::Timestamp;
-use tokio::time::{Instant, sleep};
 
 use super::CampaignError;
-use super::clock::{ScanClock, begins, goes_on_at_s};
-use super::conductor::{Conductor, Measurement, distance_mm};
-use super::dry_run::{dry_run, room_for};
+use super::attendant::Attendant;
+use super::clock::begins;
+use super::dry_run::{DryRun, dry_run, room_for};
 use super::event::{Event, Watch};
 use super::lab::Lab;
 use super::open::OpenRig;
 use super::origin::{self, Origin};
+use super::pause::Pause;
 use super::plan_on_rig::Campaign;
-use super::references::{Moved, compare, reference_rows};
+use super::references::reference_rows;
 use crate::input::{TomlSource, toml_file};
+use crate::rig::ReceiverIdentity;
 use crate::rig::call::Call;
-use crate::scan::{Columns, EventKind, Journal, JournalError, Sample, ScanSetup, ScanState, Visit};
+use crate::scan::{Columns, Journal, Sample, ScanSetup, ScanState, Visit};
 
 /// The plan and the rig file as they were when the scan was begun, kept beside it.
 const PLAN_COPY: &str = "plan.toml";
 pub(super) const RIG_COPY: &str = "rig.toml";
-
-/// How often it is looked whether there is room again.
-const LOOK_FOR_ROOM_EVERY: Duration = Duration::from_secs(1);
 
 /// The folder of all that was said on the wires.
 pub(super) const WIRE_LOGS: &str = "wire";
@@ -46,6 +47,8 @@ pub struct Session {
     journal: Journal,
     setup: ScanSetup,
     kept: Vec<Sample>,
+    check: DryRun,
+    pause: Pause,
 }
 
 /// How a scan ended; its record is on disk either way, and the rig is safe.
@@ -67,10 +70,15 @@ impl Session {
     /// # Errors
     /// [`CampaignError`] if the plan cannot be done, the rig cannot be opened, or the folder holds a scan already or
     /// cannot be written.
-    pub async fn begin(campaign: Campaign, folder: &Path) -> Result<Self, CampaignError> {
+    pub async fn begin(mut campaign: Campaign, folder: &Path) -> Result<Self, CampaignError> {
         let check = dry_run(&campaign.plan, &campaign.lab, &campaign.visits)?;
         room_for(check.bytes, folder)?;
         let mut open = OpenRig::open(&campaign.lab).await?;
+        if let Some((air, config)) = open.air().zip(campaign.lab.rig.environment.as_ref())
+            && config.sound_speed
+        {
+            campaign.lab.medium = air.medium(config).await?;
+        }
         let (plan, lab) = (&campaign.plan, &campaign.lab);
         let setup = ScanSetup {
             name: plan.name.clone(),
@@ -90,7 +98,10 @@ impl Session {
         let columns = Columns::WithSpread;
         let journal = Journal::create(folder, &setup, columns, &copies, Timestamp::now())?;
         open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
-        Ok(Self { campaign, open, journal, setup, kept: Vec::new() })
+        if let Some(air) = open.air() {
+            air.write_to(folder)?;
+        }
+        Ok(Self { campaign, open, journal, setup, kept: Vec::new(), check, pause: Pause::never() })
     }
 
     /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig. Ports may be
@@ -105,21 +116,32 @@ impl Session {
         let copy = |name: &str| TomlSource::read(&folder.join(name));
         let opened = async {
             let origin: Origin = toml_file(&folder.join(origin::FILE))?;
-            let campaign =
+            let mut campaign =
                 Campaign::parse(origin.plan(&copy(PLAN_COPY)?), origin.rig(&copy(RIG_COPY)?)?)?;
             origin.same_truth(&campaign.lab)?;
             same_set_up(&campaign.lab, &resumed.setup)?;
             let way = way_of_resume(&campaign, &kept);
             let check = dry_run(&campaign.plan, &campaign.lab, &way)?;
             room_for(check.bytes, folder)?;
-            let open = OpenRig::open(&campaign.lab).await?;
+            // What was measured at its beginning, where the rig file asks for that: one scan, one medium.
+            campaign.lab.medium = resumed.setup.medium;
+            let mut open = OpenRig::open(&campaign.lab).await?;
             open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
-            Ok((campaign, open))
+            if let Some(air) = open.air() {
+                air.write_to(folder)?;
+            }
+            Ok((campaign, open, check))
         };
         match opened.await {
-            Ok((campaign, open)) => {
-                Ok(Self { campaign, open, journal: resumed.journal, setup: resumed.setup, kept })
-            }
+            Ok((campaign, open, check)) => Ok(Self {
+                campaign,
+                open,
+                journal: resumed.journal,
+                setup: resumed.setup,
+                kept,
+                check,
+                pause: Pause::never(),
+            }),
             Err(error) => {
                 end(resumed.journal, Some(&CampaignError::to_string(&error)))?;
                 Err(error)
@@ -135,6 +157,31 @@ impl Session {
     /// Readings that are on disk already.
     pub fn done(&self) -> usize {
         self.journal.visits_done()
+    }
+
+    /// What was measured before, sample k of visit k of the plan.
+    pub fn kept(&self) -> &[Sample] {
+        &self.kept
+    }
+
+    /// The plan and the rig.
+    pub fn campaign(&self) -> &Campaign {
+        &self.campaign
+    }
+
+    /// What the receiver says of itself.
+    pub fn receiver(&mut self) -> &ReceiverIdentity {
+        self.open.rig().receiver().identity()
+    }
+
+    /// Somebody to stay with the scan.
+    pub fn attendant(&self) -> Attendant {
+        Attendant::new(&self.campaign, self.journal.folder(), self.check.slowest_s)
+    }
+
+    /// Lets `pause` say when the scan waits.
+    pub fn paused_by(&mut self, pause: Pause) {
+        self.pause = pause;
     }
 
     /// Has the rig guarded from now on by a process of its own, which writes `watchdog.log` beside the record should it have to
@@ -199,110 +246,6 @@ impl Session {
             _ => Ok(reason.map_or(Ending::Complete, |reason| Ending::Partial { reason })),
         }
     }
-
-    async fn conduct(&mut self, watch: Watch<'_>) -> Result<(), Stopped> {
-        watch(&self.open.greeting());
-        self.open.rig().perform(Call::ContinuousWave).await?;
-        self.open.rig().perform(Call::Home).await?;
-        self.journal.record(Timestamp::now(), EventKind::Homed, "")?;
-        watch(&Event::Homed);
-        let clock = match self.kept.last() {
-            None => ScanClock::from_start(),
-            Some(last) => ScanClock::from(goes_on_at_s(
-                self.setup.recorded,
-                last.time_s,
-                self.campaign.lab.virtual_rig.is_some(),
-            )),
-        };
-        let mut conductor = Conductor::new(&self.campaign.lab, &self.campaign.plan.foci, clock);
-        self.check_references(&mut conductor, &mut *watch).await?;
-        for row in self.journal.visits_done()..self.campaign.visits.len() {
-            let visit = self.campaign.visits[row];
-            let Measurement { sample, clipped, lost } =
-                conductor.measure(self.open.rig(), &visit).await?;
-            if clipped || lost > 0 {
-                // Kept before the row: a row without a word about it is a good one, whenever the process dies.
-                let text = spoilt(row, clipped, lost);
-                let fault = |journal: &mut Journal| {
-                    journal.record(Timestamp::now(), EventKind::DeviceFault, &text)
-                };
-                self.keep(fault, &mut conductor, &mut *watch).await?;
-            }
-            let point = |journal: &mut Journal| journal.append(&sample, visit.position_m);
-            self.keep(point, &mut conductor, &mut *watch).await?;
-            watch(&Event::Measured {
-                row,
-                of: self.campaign.visits.len(),
-                focus: sample.focus.map_or(-1, |focus| focus as i64),
-                at_mm: sample.position_mm.into(),
-                reading: sample.reading,
-                clipped,
-            });
-        }
-        Ok(())
-    }
-
-    /// Keeps something; where there is no room for it, silences the array and waits until there is.
-    async fn keep(
-        &mut self,
-        mut keep: impl FnMut(&mut Journal) -> Result<(), JournalError>,
-        conductor: &mut Conductor,
-        watch: Watch<'_>,
-    ) -> Result<(), Stopped> {
-        match keep(&mut self.journal) {
-            Err(error) if error.is_no_room() => {
-                conductor.silence(self.open.rig()).await?;
-                watch(&Event::Waiting { reason: error.to_string() });
-            }
-            kept => return Ok(kept?),
-        }
-        let since = Instant::now();
-        loop {
-            sleep(LOOK_FOR_ROOM_EVERY).await;
-            match keep(&mut self.journal) {
-                Err(error) if error.is_no_room() => {}
-                kept => {
-                    kept?;
-                    break;
-                }
-            }
-        }
-        let waited_s = since.elapsed().as_secs_f64();
-        let text = format!("there was no room on the disk for {waited_s:.0} s");
-        watch(&Event::WentOn { waited_s });
-        // Where this finds no room again, the next reading waits.
-        match self.journal.record(Timestamp::now(), EventKind::Waited, &text) {
-            Err(error) if !error.is_no_room() => Err(error.into()),
-            _ => Ok(()),
-        }
-    }
-
-    /// Measures kept points again, and refuses to go on where the rig is not as it was.
-    async fn check_references(
-        &mut self,
-        conductor: &mut Conductor,
-        watch: Watch<'_>,
-    ) -> Result<(), Stopped> {
-        let mut found = Vec::new();
-        for row in reference_rows(&self.kept, &self.campaign.visits) {
-            let kept = &self.kept[row];
-            let now = conductor.measure(self.open.rig(), &self.campaign.visits[row]).await?.sample;
-            watch(&Event::ReferenceChecked {
-                row,
-                kept: kept.reading,
-                now: now.reading,
-                moved_mm: distance_mm(kept.position_m(), now.position_m()),
-            });
-            let verdict = compare(row, kept, &now, self.campaign.plan.resume);
-            let text = match &verdict {
-                Ok(()) => format!("row {row}: {} where {} was kept", now.reading, kept.reading),
-                Err(moved) => moved.to_string(),
-            };
-            self.journal.record(Timestamp::now(), EventKind::ReferenceChecked, &text)?;
-            found.extend(verdict.err());
-        }
-        Ok(Moved::of(found).map_err(CampaignError::from)?)
-    }
 }
 
 fn end(journal: Journal, reason: Option<&str>) -> Result<(), CampaignError> {
@@ -328,14 +271,6 @@ fn same_set_up(lab: &Lab, setup: &ScanSetup) -> Result<(), CampaignError> {
     let same = now.len() == then.len()
         && now.iter().zip(then).all(|(now, then)| (now.centre_m - then.centre_m).norm() < SAME_M);
     if same { Ok(()) } else { Err(CampaignError::OtherSetUp) }
-}
-
-/// What is not as it should be with the readings behind a row.
-fn spoilt(row: usize, clipped: bool, lost: u32) -> String {
-    let clipped = if clipped { ", the converter was at its limit" } else { "" };
-    let lost =
-        if lost > 0 { format!(", {lost} samples were lost on their way") } else { String::new() };
-    format!("row {row}{clipped}{lost}")
 }
 
 /// Why a running scan stopped.

@@ -40,6 +40,8 @@ pub enum Call {
     SetDelays(Vec<Option<f64>>),
     /// [`FocusArray::emit`]
     Emit,
+    /// [`FocusArray::refresh`]
+    Refresh,
     /// [`FocusArray::confirm`]
     Confirm {
         /// Whether it is to emit.
@@ -121,6 +123,7 @@ impl Call {
                 array.set_delays(&delays).await
             }
             Self::Emit => array.emit().await,
+            Self::Refresh => array.refresh().await,
             Self::Confirm { emits } => array.confirm(*emits).await,
             _ => array.silence().await,
         }

@@ -12,6 +12,8 @@ pub enum Role {
     Receiver,
     /// Emits the field.
     FocusArray,
+    /// Feels the air.
+    Environment,
 }
 
 impl fmt::Display for Role {
@@ -20,6 +22,7 @@ impl fmt::Display for Role {
             Self::Robot => "robot",
             Self::Receiver => "receiver",
             Self::FocusArray => "focus array",
+            Self::Environment => "environment sensor",
         })
     }
 }

@@ -11,7 +11,7 @@ use super::device::{Device, Role};
 use super::error::{Cause, RigError};
 use super::link::WireLogs;
 use super::motion::guarded::Guarded;
-use super::{Emergency, FocusArray, Motion, Receiver};
+use super::{AirSensor, Emergency, FocusArray, Motion, Receiver};
 
 /// How long making the rig safe may take.
 const SAFE_WITHIN: Duration = Duration::from_millis(500);
@@ -25,6 +25,22 @@ pub struct Ports {
     pub receiver: Option<String>,
     /// The focus array's.
     pub focus_array: Option<String>,
+    /// The environment sensor's.
+    pub environment: Option<String>,
+}
+
+/// Opens the environment sensor, where the rig file has one.
+///
+/// # Errors
+/// That it cannot be opened.
+pub async fn open_air_sensor(
+    config: &RigConfig,
+    ports: &Ports,
+) -> Result<Option<Box<dyn AirSensor>>, RigError> {
+    match &config.environment {
+        Some(environment) => Ok(Some(environment.open(ports.environment.as_deref()).await?)),
+        None => Ok(None),
+    }
 }
 
 /// Opens the three devices: the array first, which is silent from then on. Nothing moves.
@@ -93,7 +109,9 @@ impl SafeRig {
         let outcome = match call.role() {
             Role::Robot => call.perform(Devices::robot(&mut *self.motion)).await,
             Role::Receiver => call.perform(Devices::receiver(&mut *self.receiver)).await,
-            Role::FocusArray => call.perform(Devices::array(&mut *self.array)).await,
+            Role::FocusArray | Role::Environment => {
+                call.perform(Devices::array(&mut *self.array)).await
+            }
         };
         if let Some(logs) = &self.logs {
             logs.note(call.role(), ':', &Outcome::in_words(&outcome));
@@ -115,6 +133,16 @@ impl SafeRig {
     /// The receiver.
     pub fn receiver(&mut self) -> &mut dyn Receiver {
         &mut *self.receiver
+    }
+
+    /// The robot and the receiver, to be heard while it moves.
+    pub fn motion_and_receiver(&mut self) -> (&mut dyn Motion, &mut dyn Receiver) {
+        if let Some(logs) = &self.logs {
+            // Both at once is no call that could be made again by itself.
+            logs.note(Role::Robot, '~', "both at once");
+            logs.note(Role::Receiver, '~', "both at once");
+        }
+        (&mut *self.motion, &mut *self.receiver)
     }
 
     /// The focus array.

@@ -18,6 +18,7 @@ mod array_table;
 mod durable;
 mod elements_csv;
 mod focus_section;
+mod hooks;
 pub mod import;
 mod journal;
 mod layout;
@@ -40,13 +41,15 @@ pub(crate) use array_section::TRANSDUCER_BESIDE;
 pub use array_table::ArrayTable;
 pub use elements_csv::{read_elements, write_elements};
 pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};
+pub use hooks::{Alarm, HookCommand, HookKind, Hooks};
 pub use journal::{
     BadSample, Event, EventKind, Journal, JournalError, Record, Resumed, ScanState, read_events,
 };
 pub use layout::{Layout, Rims};
 pub use medium_section::{MediumSection, MediumTable};
 pub use plan::{
-    Axis, Dark, Layers, Order, Part, Plan, Reference, Region, Shape, Tolerances, Visit, VisitKind,
+    Axis, Dark, Fly, Layers, Order, Part, Plan, Reference, Region, Shape, Tolerances, Visit,
+    VisitKind,
 };
 pub use plane_map::{MappedPlane, NotAGrid, OFF_LINE_MM, plane_map};
 pub use planes::{Plane, SAME_HEIGHT_MM, planes};

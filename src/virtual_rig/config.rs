@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::air_firmware::AirSettings;
+use super::array_boards::ArraySettings;
 use super::clock::Pace;
 use super::marlin_firmware::MarlinSettings;
 use super::receiver_firmware::ReceiverSettings;
@@ -29,6 +31,11 @@ pub struct VirtualConfig {
     /// Trouble on the three devices' lines, shares of all lines; drawn from the seed.
     #[serde(default)]
     pub faults: TroubleRates,
+    /// The sensor of the air, where there is one.
+    pub environment: Option<AirSettings>,
+    /// The array's controller.
+    #[serde(default)]
+    pub array: ArraySettings,
 }
 
 impl VirtualConfig {

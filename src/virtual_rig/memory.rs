@@ -100,7 +100,7 @@ impl MemoryRig {
             (Plug { stream: Arc::new(Mutex::new(host)), lines: Arc::clone(&lines) }, device)
         };
         let trouble = |n| WireTrouble::new(config.faults, config.seed, n);
-        let Devices { robot, receiver, array } = devices;
+        let Devices { robot, receiver, array, .. } = devices;
         let [(plug_1, end_1), (plug_2, end_2), (plug_3, end_3)] = [wire(), wire(), wire()];
         let shared = || (Arc::clone(&clock), unbounded_channel().1, stop.clone());
         let (clock_1, orders, stop_1) = shared();

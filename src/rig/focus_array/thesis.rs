@@ -47,6 +47,11 @@ pub struct Modulation {
     pub duty_percent: f64,
 }
 
+impl Modulation {
+    /// A continuous wave.
+    pub const NONE: Self = Self { frequency_hz: 0.0, duty_percent: 100.0 };
+}
+
 /// An array behind the protocol of [`super::protocol`].
 ///
 /// Silent when it is opened, and told to be silent when this is dropped, on whatever way that comes about.
@@ -68,11 +73,7 @@ impl ThesisConfig {
         port: Option<&str>,
     ) -> Result<Box<dyn FocusArray>, RigError> {
         let wire = open_serial(Role::FocusArray, port, self.port.as_deref(), self.baud)?;
-        let modulation = Modulation {
-            frequency_hz: section.modulation_hz.get(),
-            duty_percent: section.modulation_duty_percent.get(),
-        };
-        Ok(Box::new(ThesisArray::begin(wire, modulation).await?))
+        Ok(Box::new(ThesisArray::begin(wire, section.modulation()).await?))
     }
 }
 
@@ -90,6 +91,7 @@ impl<L: ByteLink> ThesisArray<L> {
             most_frames: 0,
             most_levels: 0,
             most_sensors: 0,
+            acknowledges: true,
         };
         let seq = wire.opening();
         let Modulation { frequency_hz, duty_percent } = modulation;

@@ -3,8 +3,10 @@
 //! Drivers are generic over [`ByteLink`]; what they share, lines with a bounded length and reads that never wait
 //! for ever, is in [`Wire`].
 
+mod holder;
 pub(in crate::rig) mod replayed;
 mod serial;
+mod tcp;
 pub mod trouble;
 mod wire;
 mod wire_log;
@@ -13,7 +15,9 @@ use std::fmt;
 
 use tokio::io::{AsyncRead, AsyncWrite};
 
+pub use holder::{Holder, holder_of};
 pub use serial::open_serial;
+pub use tcp::open_tcp;
 pub use wire::Wire;
 pub use wire_log::{WireLogs, read_wire_log};
 

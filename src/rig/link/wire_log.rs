@@ -9,6 +9,7 @@
 //! | `>` | bytes sent, unprintable ones escaped |
 //! | `<` | bytes heard, the same |
 //! | `:` | what came of the call: `ok` and a value, or `error` and its words; none where it was given up |
+//! | `~` | what follows was asked in a way that is no call |
 //! | `!` | so many entries were lost, for want of room on the disk |
 
 use std::fs::{self, File, OpenOptions};
@@ -38,7 +39,7 @@ tokio::task_local! {
 #[derive(Debug, Clone)]
 pub struct WireLogs {
     origin: Instant,
-    logs: [Arc<Mutex<Log>>; 3],
+    logs: [Arc<Mutex<Log>>; 4],
 }
 
 /// The log of one wire.
@@ -71,7 +72,7 @@ impl WireLogs {
     /// Logs in parts of so many bytes.
     pub fn in_parts_of(part: u64) -> Self {
         let log = || Log { place: Place::Memory(Vec::new()), part, lost: 0 };
-        Self { origin: Instant::now(), logs: [(); 3].map(|()| Arc::new(Mutex::new(log()))) }
+        Self { origin: Instant::now(), logs: [(); 4].map(|()| Arc::new(Mutex::new(log()))) }
     }
 
     /// Does some work, in which the wires that are opened are logged.
@@ -85,7 +86,7 @@ impl WireLogs {
     /// What the file system refused.
     pub fn keep_in(&self, folder: &Path) -> io::Result<()> {
         fs::create_dir_all(folder)?;
-        for role in [Role::Robot, Role::Receiver, Role::FocusArray] {
+        for role in [Role::Robot, Role::Receiver, Role::FocusArray, Role::Environment] {
             lock(&self.logs[role as usize]).keep_in(folder, file_stem(role))?;
         }
         Ok(())
@@ -230,6 +231,7 @@ fn file_stem(role: Role) -> &'static str {
         Role::Robot => "robot",
         Role::Receiver => "receiver",
         Role::FocusArray => "focus-array",
+        Role::Environment => "environment",
     }
 }
 
@@ -271,7 +273,7 @@ mod tests {
             logs.note(Role::Receiver, '=', &format!("{number:050}"));
         }
         let files = fs::read_dir(folder.path()).expect("a folder").count();
-        assert_eq!(files, 3 + PARTS_KEPT as usize);
+        assert_eq!(files, 4 + PARTS_KEPT as usize);
         let text = read_wire_log(folder.path(), Role::Receiver).expect("text");
         let numbers: Vec<u32> = text
             .lines()

@@ -126,6 +126,7 @@ impl Session {
             // What was measured at its beginning, where the rig file asks for that: one scan, one medium.
             campaign.lab.medium = resumed.setup.medium;
             let mut open = OpenRig::open(&campaign.lab).await?;
+            open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
             if let Some(air) = open.air() {
                 air.write_to(folder)?;
             }

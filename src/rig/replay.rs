@@ -43,6 +43,9 @@ pub struct Replayed {
     pub bytes: usize,
     /// Lines of the log before its first opening: their beginning was put aside long ago.
     pub skipped: usize,
+    /// Sessions that were run again only up to something that cannot be asked for again: what was lost of the log, and rows
+    /// that were flown.
+    pub cut: usize,
     /// The first difference of each session that has one.
     pub differences: Vec<Difference>,
 }
@@ -64,10 +67,13 @@ pub struct Difference {
 
 impl fmt::Display for Replayed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { device, sessions, calls, bytes, skipped, differences } = self;
+        let Self { device, sessions, calls, bytes, skipped, cut, differences } = self;
         write!(f, "{device}: {sessions} sessions, {calls} calls, {bytes} bytes sent as then")?;
         if *skipped > 0 {
             write!(f, "; {skipped} lines before the first opening left out")?;
+        }
+        if *cut > 0 {
+            write!(f, "; {cut} only up to what cannot be asked again")?;
         }
         for Difference { session, at_s, during, then, now } in differences {
             write!(
@@ -88,15 +94,21 @@ struct Entry {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Kind {
-    Opened { port: String, opening: u16 },
-    Call { call: Call },
+    Opened {
+        port: String,
+        opening: u16,
+    },
+    Call {
+        call: Call,
+    },
     Sent(Vec<u8>),
     Heard(Vec<u8>),
     Outcome(String),
-    Lost,
+    /// What follows cannot be asked for: it was lost, or is no call.
+    NotToBeAsked,
 }
 
-/// Runs a device's log again, with the drivers that `config` names.
+/// Runs the log of robot, receiver or array again, with the drivers that `config` names.
 ///
 /// # Errors
 /// The number of the first line that is no entry of a log, from 1.
@@ -109,16 +121,23 @@ pub async fn replay(config: &RigConfig, role: Role, log: &str) -> Result<Replaye
     }
     let opened = |entry: &Entry| matches!(entry.kind, Kind::Opened { .. });
     let skipped = entries.iter().position(opened).unwrap_or(entries.len());
-    let mut replayed =
-        Replayed { device: role, sessions: 0, calls: 0, bytes: 0, skipped, differences: vec![] };
+    let mut replayed = Replayed {
+        device: role,
+        sessions: 0,
+        calls: 0,
+        bytes: 0,
+        skipped,
+        cut: 0,
+        differences: vec![],
+    };
     let mut rest = &entries[skipped..];
     while let Some(((first, after), Kind::Opened { port, opening })) =
         rest.split_first().map(|(first, after)| ((first, after), &first.kind))
     {
         let (session, later) = after.split_at(after.iter().position(opened).unwrap_or(after.len()));
         replayed.sessions += 1;
-        // What was lost of the log cannot be asked for.
-        let whole = session.iter().position(|entry| entry.kind == Kind::Lost);
+        let whole = session.iter().position(|entry| entry.kind == Kind::NotToBeAsked);
+        replayed.cut += usize::from(whole.is_some());
         let session = &session[..whole.unwrap_or(session.len())];
         let opened = Opened { port, opening: *opening, at_s: first.at_s };
         let difference = run_session(config, role, opened, session, &mut replayed).await;
@@ -321,7 +340,7 @@ impl Session<'_> {
                         break;
                     }
                 }
-                Kind::Opened { .. } | Kind::Lost => {}
+                Kind::Opened { .. } | Kind::NotToBeAsked => {}
             }
         }
         self.progress.send_modify(|progress| progress.reached = usize::MAX);
@@ -369,7 +388,7 @@ fn parse(line: &str) -> Option<Entry> {
         ">" => Kind::Sent(unescape(text)?),
         "<" => Kind::Heard(unescape(text)?),
         ":" => Kind::Outcome(text.to_owned()),
-        "!" => Kind::Lost,
+        "!" | "~" => Kind::NotToBeAsked,
         _ => return None,
     };
     Some(Entry { at_s, kind })

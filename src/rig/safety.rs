@@ -147,8 +147,8 @@ impl SafeRig {
         let call = Call::move_to(target, feed);
         self.note_call(&call);
         if let Some(logs) = &self.logs {
-            // How long it listens is the robot's affair, which its own log does not tell.
-            logs.note(Role::Receiver, '!', "a row is flown; what follows is not run again");
+            // How long it listens is the robot's affair: what follows is not run again.
+            logs.note(Role::Receiver, '~', "a row is flown");
         }
         let mut arrived = None;
         let motion = &mut *self.motion;

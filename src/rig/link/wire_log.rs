@@ -9,6 +9,7 @@
 //! | `>` | bytes sent, unprintable ones escaped |
 //! | `<` | bytes heard, the same |
 //! | `:` | what came of the call: `ok` and a value, or `error` and its words; none where it was given up |
+//! | `~` | what follows was asked in a way that is no call |
 //! | `!` | so many entries were lost, for want of room on the disk |
 
 use std::fs::{self, File, OpenOptions};
@@ -272,7 +273,7 @@ mod tests {
             logs.note(Role::Receiver, '=', &format!("{number:050}"));
         }
         let files = fs::read_dir(folder.path()).expect("a folder").count();
-        assert_eq!(files, 3 + PARTS_KEPT as usize);
+        assert_eq!(files, 4 + PARTS_KEPT as usize);
         let text = read_wire_log(folder.path(), Role::Receiver).expect("text");
         let numbers: Vec<u32> = text
             .lines()

@@ -25,7 +25,10 @@ const START_WITHIN: Duration = Duration::from_secs(10);
 const ASK_AGAIN_AFTER: Duration = Duration::from_secs(1);
 
 /// Silence after which an answer or the rest of a run is taken for lost.
-const QUIET: Duration = Duration::from_secs(5);
+const QUIET: Duration = Duration::from_secs(2);
+
+/// Silence after which nothing older is under way.
+const CAUGHT_UP_AFTER: Duration = Duration::from_millis(250);
 
 /// How often a point is asked for before it is given up.
 const TRIES: u32 = 3;
@@ -39,10 +42,8 @@ pub struct StreamReceiver<L> {
     wire: Wire<L>,
     identity: ReceiverIdentity,
     encoding: Encoding,
-    /// False while a run may be under way, also after a cancelled one.
+    /// False while answers or a run may be under way: during a call, and after one that was cancelled or missed something.
     idle: bool,
-    /// Questions for the time that are not answered yet: only the last answer is of now.
-    times_due: u32,
 }
 
 impl StreamConfig {
@@ -85,28 +86,40 @@ impl<L: ByteLink> StreamReceiver<L> {
             }
             Some(_) => {}
         }
-        Ok(Self { wire, identity, encoding, idle: true, times_due: 0 })
+        // What was asked before the port was opened may still be answered.
+        Ok(Self { wire, identity, encoding, idle: false })
     }
 
-    /// The answer to the last `T`; `None` where it was lost.
-    async fn time_of_last_question(&mut self) -> Result<Option<u64>, RigError> {
+    /// Ends whatever is under way, and takes in all that was: answers to earlier questions come before the answer to this,
+    /// and one that came late would be taken for the answer to the next. False where none came.
+    async fn catch_up(&mut self) -> Result<bool, RigError> {
         let until = Instant::now() + QUIET;
-        loop {
-            let answer = find_answer(&mut self.wire, &["time "], until).await?;
-            self.times_due = if answer.is_some() { self.times_due.saturating_sub(1) } else { 0 };
-            if self.times_due == 0 {
-                return Ok(answer.as_deref().and_then(parse_time));
+        if ask(&mut self.wire, "X\nT\n", &["time "], QUIET).await?.is_none() {
+            return Ok(false);
+        }
+        while Instant::now() < until + QUIET {
+            if self.wire.bytes(Instant::now() + CAUGHT_UP_AFTER).await?.is_empty() {
+                return Ok(true);
             }
         }
+        Ok(false)
     }
 
     /// Asks for the time and for samples until further notice. The time, or `None` where the answer was lost.
     async fn begin_recording(&mut self) -> Result<Option<u64>, RigError> {
-        let stop = if self.idle { "" } else { "X\n" };
+        self.time_and_samples(0).await
+    }
+
+    /// Asks for the time and for so many samples. The time, or `None` where the answer was lost.
+    async fn time_and_samples(&mut self, samples: u32) -> Result<Option<u64>, RigError> {
+        if !self.idle && !self.catch_up().await? {
+            return Ok(None);
+        }
         self.idle = false;
-        self.times_due += 1;
-        self.wire.send(format!("{stop}T\nS 0\n").as_bytes()).await?;
-        self.time_of_last_question().await
+        // The receiver's time goes before the samples, so that nothing older can be taken for part of them.
+        let question = format!("T\nS {samples}\n");
+        let time = ask(&mut self.wire, &question, &["time "], QUIET).await?;
+        Ok(time.as_deref().and_then(parse_time))
     }
 
     /// Takes what comes while `meanwhile` runs, then stops the samples and waits for the end mark.
@@ -149,12 +162,7 @@ impl<L: ByteLink> StreamReceiver<L> {
     async fn run(&mut self, settle: Duration, count: usize) -> Result<Option<Reading>, RigError> {
         let rate_hz = self.identity.rate_hz;
         let samples = Run::samples_for(settle, count, rate_hz);
-        let stop = if self.idle { "" } else { "X\n" };
-        self.idle = false;
-        // The receiver's time goes before the run, so that nothing older can be taken for part of it.
-        self.times_due += 1;
-        self.wire.send(format!("{stop}T\nS {samples}\n").as_bytes()).await?;
-        let Some(asked_at_us) = self.time_of_last_question().await? else {
+        let Some(asked_at_us) = self.time_and_samples(samples).await? else {
             return Ok(None);
         };
         let mut run = Run::new(asked_at_us, settle, count, samples, rate_hz);
@@ -457,6 +465,7 @@ mod tests {
     async fn nothing_of_a_cancelled_run_reaches_the_next_point() {
         for encoding in [Encoding::Text, Encoding::Binary] {
             let mut receiver = bench(encoding, b"", &[]).await;
+            let before = receiver.read_point(SETTLE, 16).await.expect("reads");
             // Cancelled with the question sent and no answer read.
             let cancelled = {
                 let mut point = Box::pin(receiver.read_point(SETTLE, 16));
@@ -468,8 +477,9 @@ mod tests {
             assert!(cancelled);
             tokio::time::sleep(Duration::from_millis(1)).await;
             let reading = receiver.read_point(SETTLE, 16).await.expect("reads");
-            // The first run took 37 ms of the receiver's time from 3.00125 s on.
-            assert!(reading.first_t_s > 3.001_25 + 0.037 + 0.020, "{encoding:?}: {reading:?}");
+            // The cancelled run took 37 ms of the receiver's time.
+            let since_s = reading.first_t_s - before.last_t_s;
+            assert!(since_s > 0.037 + 0.020, "{encoding:?}: {reading:?}");
             assert_eq!((reading.count, reading.gaps), (16, 0));
         }
     }

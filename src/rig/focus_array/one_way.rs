@@ -348,7 +348,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn an_echo_that_is_promised_and_does_not_come_is_an_error() {
         let (array, far) = opened(Letters { echo: Some(b'>'), ..plain() }).await;
-        let error = array.err().expect("nobody echoes");
+        let error = array.expect_err("nobody echoes");
         let words = "focus array on memory, silencing it before anything else: no answer";
         assert!(error.to_string().starts_with(words), "{error}");
         drop(far);

@@ -62,6 +62,7 @@ impl Conductor {
         let target = self.frame.to_robot(visit.position_m);
         let reported = rig.motion().move_to(target, self.feed).await?;
         let reading = rig.receiver().read_point(self.settle, self.readings).await?;
+        rig.array().confirm(visit.focus.is_some()).await?;
         let sample = Sample::measured(
             // Its end: the middle of a reading in which the receiver's clock wraps would be hours away.
             self.clock.at(reading.last_t_s),
@@ -74,7 +75,38 @@ impl Conductor {
         Ok(Measurement { sample, clipped: reading.clipped, lost: reading.gaps })
     }
 
-    async fn excite(&mut self, rig: &mut SafeRig, focus: Option<usize>) -> Result<(), RigError> {
+    /// How the array lies in the robot's axes.
+    pub(super) fn frame(&self) -> Frame {
+        self.frame
+    }
+
+    /// The speed of moves between points.
+    pub(super) fn feed(&self) -> Feed {
+        self.feed
+    }
+
+    /// The scan's time of an instant on the receiver's clock, s.
+    pub(super) fn time_s(&mut self, receiver_s: f64) -> f64 {
+        self.clock.at(receiver_s)
+    }
+
+    /// Silences the array; the next measurement sets its drive again.
+    pub(super) async fn silence(&mut self, rig: &mut SafeRig) -> Result<(), RigError> {
+        self.excite(rig, None).await
+    }
+
+    /// What the array is told for a drive.
+    #[cfg(test)]
+    pub(super) fn delays_of(&self, drive: usize) -> &[ElementDelay] {
+        &self.delays[drive]
+    }
+
+    /// Drives a focus, or none.
+    pub(super) async fn excite(
+        &mut self,
+        rig: &mut SafeRig,
+        focus: Option<usize>,
+    ) -> Result<(), RigError> {
         let wanted = focus.map_or(Emission::Silent, Emission::Drive);
         if wanted == self.emitting {
             return rig.array().refresh().await;

@@ -7,16 +7,23 @@ mod conductor;
 mod dry_run;
 mod error;
 mod event;
+mod flight;
+mod fly;
 mod lab;
 mod open;
+mod origin;
 mod plan_on_rig;
 mod references;
+mod rows;
 mod session;
+#[cfg(test)]
+mod troubled_tests;
 
 pub use air_log::FILE as AIR_FILE;
 pub use dry_run::{DryRun, dry_run, room_for};
 pub use error::CampaignError;
 pub use event::{Event, Watch};
+pub use fly::FlightFault;
 pub use lab::Lab;
 pub use open::{OpenRig, open_virtual};
 pub use plan_on_rig::Campaign;

@@ -1,9 +1,13 @@
 //! The rig of a rig file, opened: behind real ports, or behind those of a virtual rig made for it.
 
+use std::path::Path;
+use std::process::Command;
+
 use super::CampaignError;
 use super::air_log::AirLog;
 use super::event::Event;
 use super::lab::Lab;
+use crate::rig::watchdog::Watchdog;
 use crate::rig::{self, SafeRig};
 use crate::virtual_rig::VirtualRig;
 
@@ -12,7 +16,8 @@ pub struct OpenRig {
     // Dropped in this order: the drivers let go of the ports before the firmware behind them ends.
     rig: SafeRig,
     air: Option<AirLog>,
-    _firmware: Option<VirtualRig>,
+    watchdog: Option<Watchdog>,
+    firmware: Option<VirtualRig>,
 }
 
 impl OpenRig {
@@ -33,7 +38,21 @@ impl OpenRig {
         let air = sensor
             .zip(lab.rig.environment.as_ref())
             .map(|(sensor, config)| AirLog::new(sensor, config));
-        Ok(Self { rig, air, _firmware: firmware })
+        Ok(Self { rig, air, watchdog: None, firmware })
+    }
+
+    /// Has the rig guarded by a process of its own from now on: `program`, which calls
+    /// [`rig::watchdog::guard`]. What it does is written to `log`, where there is one. A virtual rig of this process
+    /// ends with it, and needs no guard.
+    ///
+    /// # Errors
+    /// [`CampaignError::Watchdog`] if it does not start.
+    pub fn guard(&mut self, program: Command, log: Option<&Path>) -> Result<(), CampaignError> {
+        if self.firmware.is_none() {
+            let started = Watchdog::start(program, &self.rig.emergencies(), log);
+            self.watchdog = started.map_err(CampaignError::Watchdog)?;
+        }
+        Ok(())
     }
 
     /// The devices.

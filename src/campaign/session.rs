@@ -1,10 +1,16 @@
 //! One scan from its first move to its safe end, and the return to one that ended early.
 
-use std::future::Future;
-use std::path::{Path, PathBuf};
+use std::any::Any;
+use std::future::{Future, poll_fn};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::pin::pin;
+use std::process::Command;
+use std::task::Poll;
+use std::time::Duration;
 
 use jiff::Timestamp;
-use serde::{Deserialize, Serialize};
+use tokio::time::{Instant, sleep};
 
 use super::CampaignError;
 use super::air_log::Polled;
@@ -12,25 +18,25 @@ use super::clock::{ScanClock, begins, goes_on_at_s};
 use super::conductor::{Conductor, Measurement, distance_mm};
 use super::dry_run::{dry_run, room_for};
 use super::event::{Event, Watch};
+use super::fly::{Flight, Flights};
 use super::lab::Lab;
 use super::open::OpenRig;
+use super::origin::{self, Origin};
 use super::plan_on_rig::Campaign;
-use super::references::{compare, reference_rows};
+use super::references::{Moved, compare, reference_rows};
+use super::rows::{Leg, Line, legs};
 use crate::input::{TomlSource, toml_file};
-use crate::scan::{Columns, EventKind, Journal, Sample, ScanSetup, ScanState, Visit};
+use crate::scan::{Columns, EventKind, Journal, JournalError, Sample, ScanSetup, ScanState, Visit};
 
 /// The plan and the rig file as they were when the scan was begun, kept beside it.
 const PLAN_COPY: &str = "plan.toml";
 const RIG_COPY: &str = "rig.toml";
-/// Where the two were read from: what they name is looked for from there.
-const ORIGIN: &str = "origin.toml";
 
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Origin {
-    plan: PathBuf,
-    rig: PathBuf,
-}
+/// How often it is looked whether there is room again.
+const LOOK_FOR_ROOM_EVERY: Duration = Duration::from_secs(1);
+
+/// Where the watchdog writes what it did, where it had to.
+const WATCHDOG_LOG: &str = "watchdog.log";
 
 /// A scan that is about to run.
 pub struct Session {
@@ -79,13 +85,11 @@ impl Session {
             simulator: plan.simulator,
             foci: plan.foci.clone(),
         };
-        let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let origin = Origin { plan: absolute(plan.path()), rig: absolute(lab.source().path()) };
-        let origin = toml::to_string(&origin).expect("two paths are TOML");
+        let origin = Origin::of(plan, lab)?.to_toml();
         let copies = [
             (PLAN_COPY, plan.text().as_bytes()),
             (RIG_COPY, lab.source().text().as_bytes()),
-            (ORIGIN, origin.as_bytes()),
+            (origin::FILE, origin.as_bytes()),
         ];
         let columns = Columns::WithSpread;
         let journal = Journal::create(folder, &setup, columns, &copies, Timestamp::now())?;
@@ -95,23 +99,23 @@ impl Session {
         Ok(Self { campaign, open, journal, setup, kept: Vec::new() })
     }
 
-    /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig.
+    /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig. Ports may be
+    /// others by now: they are taken from the rig file as it stands.
     ///
     /// # Errors
     /// [`CampaignError`] if the folder holds no scan, or a complete one, or one that another process is at; if what is left
     /// of the plan cannot be done; or if the rig cannot be opened. What was measured stays as it is.
     pub async fn resume(folder: &Path) -> Result<Self, CampaignError> {
         let resumed = Journal::resume(folder, Timestamp::now())?;
-        let kept = |name: &str, origin: &Path| {
-            let copy = TomlSource::read(&folder.join(name))?;
-            Ok::<_, CampaignError>(TomlSource::new(origin, copy.text()))
-        };
+        let kept: Vec<Sample> = resumed.records.iter().map(|record| record.sample).collect();
+        let copy = |name: &str| TomlSource::read(&folder.join(name));
         let opened = async {
-            let origin: Origin = toml_file(&folder.join(ORIGIN))?;
+            let origin: Origin = toml_file(&folder.join(origin::FILE))?;
             let mut campaign =
-                Campaign::parse(kept(PLAN_COPY, &origin.plan)?, kept(RIG_COPY, &origin.rig)?)?;
+                Campaign::parse(origin.plan(&copy(PLAN_COPY)?), origin.rig(&copy(RIG_COPY)?)?)?;
+            origin.same_truth(&campaign.lab)?;
             same_set_up(&campaign.lab, &resumed.setup)?;
-            let way = way_of_resume(&campaign, &resumed.samples);
+            let way = way_of_resume(&campaign, &kept);
             let check = dry_run(&campaign.plan, &campaign.lab, &way)?;
             room_for(check.bytes, folder)?;
             // What was measured at its beginning, where the rig file asks for that: one scan, one medium.
@@ -123,13 +127,9 @@ impl Session {
             Ok((campaign, open))
         };
         match opened.await {
-            Ok((campaign, open)) => Ok(Self {
-                campaign,
-                open,
-                journal: resumed.journal,
-                setup: resumed.setup,
-                kept: resumed.samples,
-            }),
+            Ok((campaign, open)) => {
+                Ok(Self { campaign, open, journal: resumed.journal, setup: resumed.setup, kept })
+            }
             Err(error) => {
                 end(resumed.journal, Some(&CampaignError::to_string(&error)))?;
                 Err(error)
@@ -147,10 +147,22 @@ impl Session {
         self.journal.visits_done()
     }
 
+    /// Has the rig guarded from now on by a process of its own, which writes `watchdog.log` beside the record should it have to
+    /// act: see [`OpenRig::guard`].
+    ///
+    /// # Errors
+    /// [`CampaignError::Watchdog`] if it does not start.
+    pub fn guard(&mut self, program: Command) -> Result<(), CampaignError> {
+        let log = self.journal.folder().join(WATCHDOG_LOG);
+        self.open.guard(program, Some(&log))
+    }
+
     /// Runs the scan to its end. Each reading is on disk, and synced, before the next move.
     ///
-    /// When `stop` resolves (with who asked), when a device fails or the disk refuses: the array is silenced, the robot
-    /// stopped, the record closed as partial.
+    /// Where the disk has no room left, the array is silenced and the scan waits until there is.
+    ///
+    /// When `stop` resolves (with who asked), when a device fails, the disk fails or this program itself panics: the array
+    /// is silenced, the robot stopped, the record closed as partial.
     ///
     /// # Errors
     /// [`CampaignError::Moved`] if, on resuming, the rig is not as it was; [`CampaignError::Journal`] if the end could not be
@@ -163,7 +175,7 @@ impl Session {
         let stopped = tokio::select! {
             biased;
             who = stop => Err(Stopped::Asked(who)),
-            ended = self.conduct(&mut *watch) => ended,
+            ended = unless_panicking(self.conduct(&mut *watch)) => ended.unwrap_or_else(Err),
         };
         let reason = match &stopped {
             Ok(()) => self.open.rig().array().silence().await.err().map(|error| error.to_string()),
@@ -183,7 +195,13 @@ impl Session {
                 reason
             }
         };
-        watch(&Event::Ended { rows, of, reason: reason.clone() });
+        let ended = Event::Ended { rows, of, reason: reason.clone() };
+        if matches!(stopped, Err(Stopped::Panicked(_))) {
+            // Whoever watches may be the one who panics; the record is closed already.
+            let _ = catch_unwind(AssertUnwindSafe(|| watch(&ended)));
+        } else {
+            watch(&ended);
+        }
         match stopped {
             Err(Stopped::Failed(error @ CampaignError::Moved(_))) => Err(error),
             _ => Ok(reason.map_or(Ending::Complete, |reason| Ending::Partial { reason })),
@@ -206,25 +224,31 @@ impl Session {
         };
         let mut conductor = Conductor::new(&self.campaign.lab, &self.campaign.plan.foci, clock);
         self.check_references(&mut conductor, &mut *watch).await?;
-        for row in self.journal.visits_done()..self.campaign.visits.len() {
-            let visit = &self.campaign.visits[row];
-            let Measurement { sample, clipped, lost } =
-                conductor.measure(self.open.rig(), visit).await?;
-            if clipped || lost > 0 {
-                // Kept before the row: a row without a word about it is a good one, whenever the process dies.
-                let text = spoilt(row, clipped, lost);
-                self.journal.record(Timestamp::now(), EventKind::DeviceFault, &text)?;
+        let plan = &self.campaign.plan;
+        let mut flights = plan.fly.map(|fly| Flights::new(Flight::new(&fly, &self.campaign.lab)));
+        let legs = legs(&self.campaign.visits, self.journal.visits_done(), flights.is_some());
+        if let Some(flights) = flights.as_mut().filter(|flights| flights.want_lag()) {
+            self.find_lag(flights, &mut conductor, &legs, &mut *watch).await?;
+        }
+        for leg in legs {
+            match (leg, &mut flights) {
+                (Leg::Row(row), Some(flights)) => {
+                    let visits = &self.campaign.visits[row.clone()];
+                    let measured = flights.measure(&mut conductor, self.open.rig(), visits).await?;
+                    for (row, measurement) in row.zip(measured) {
+                        self.keep_point(row, &measurement, &mut conductor, &mut *watch).await?;
+                    }
+                }
+                (Leg::Row(row), None) => unreachable!("{row:?} is only flown by a plan that flies"),
+                (Leg::Stop(row), _) => {
+                    let visit = &self.campaign.visits[row];
+                    let measurement = conductor.measure(self.open.rig(), visit).await?;
+                    self.keep_point(row, &measurement, &mut conductor, &mut *watch).await?;
+                }
             }
-            self.journal.append(&sample)?;
-            watch(&Event::Measured {
-                row,
-                of: self.campaign.visits.len(),
-                focus: sample.focus.map_or(-1, |focus| focus as i64),
-                at_mm: sample.position_mm.into(),
-                reading: sample.reading,
-                clipped,
-            });
-            self.watch_the_air(sample.time_s).await;
+        }
+        if let Some(text) = flights.and_then(|flights| flights.evenness()) {
+            self.journal.record(Timestamp::now(), EventKind::Flown, &text)?;
         }
         Ok(())
     }
@@ -242,12 +266,108 @@ impl Session {
         let _ = self.journal.record(Timestamp::now(), EventKind::DeviceFault, &text);
     }
 
+    /// Finds how far the readings of flown rows lag behind, from the row that passes nearest to its focus.
+    async fn find_lag(
+        &mut self,
+        flights: &mut Flights,
+        conductor: &mut Conductor,
+        legs: &[Leg],
+        watch: Watch<'_>,
+    ) -> Result<(), Stopped> {
+        let visits = &self.campaign.visits;
+        let rows = legs.iter().filter_map(|leg| match leg {
+            Leg::Row(row) => Some(&visits[row.clone()]),
+            Leg::Stop(_) => None,
+        });
+        let from_focus_m = |row: &[Visit]| {
+            let focus = row[0].focus.map(|focus| self.campaign.plan.foci[focus].excitation());
+            let focus_m = focus.and_then(|excitation| excitation.focus_m());
+            Line::of(row).distance_m(focus_m.unwrap_or_default())
+        };
+        let nearest = rows.min_by(|a, b| from_focus_m(a).total_cmp(&from_focus_m(b)));
+        let Some(row) = nearest else { return Ok(()) };
+        let lag = flights.find_lag(conductor, self.open.rig(), row).await?;
+        let (lag_ms, standard_error_ms) = (lag.lag_s * 1e3, lag.standard_error_s * 1e3);
+        let text = format!("readings lag {lag_ms:.3} ± {standard_error_ms:.3} ms behind the robot");
+        self.journal.record(Timestamp::now(), EventKind::Flown, &text)?;
+        watch(&Event::LagFound { lag_ms, standard_error_ms });
+        Ok(())
+    }
+
+    /// Keeps a measurement, and tells of it.
+    async fn keep_point(
+        &mut self,
+        row: usize,
+        measurement: &Measurement,
+        conductor: &mut Conductor,
+        watch: Watch<'_>,
+    ) -> Result<(), Stopped> {
+        let Measurement { sample, clipped, lost } = measurement;
+        if *clipped || *lost > 0 {
+            // Kept before the row: a row without a word about it is a good one, whenever the process dies.
+            let text = spoilt(row, *clipped, *lost);
+            let fault = |journal: &mut Journal| {
+                journal.record(Timestamp::now(), EventKind::DeviceFault, &text)
+            };
+            self.keep(fault, conductor, &mut *watch).await?;
+        }
+        let commanded_m = self.campaign.visits[row].position_m;
+        let point = |journal: &mut Journal| journal.append(sample, commanded_m);
+        self.keep(point, conductor, &mut *watch).await?;
+        watch(&Event::Measured {
+            row,
+            of: self.campaign.visits.len(),
+            focus: sample.focus.map_or(-1, |focus| focus as i64),
+            at_mm: sample.position_mm.into(),
+            reading: sample.reading,
+            clipped: *clipped,
+        });
+        self.watch_the_air(sample.time_s).await;
+        Ok(())
+    }
+
+    /// Keeps something; where there is no room for it, silences the array and waits until there is.
+    async fn keep(
+        &mut self,
+        mut keep: impl FnMut(&mut Journal) -> Result<(), JournalError>,
+        conductor: &mut Conductor,
+        watch: Watch<'_>,
+    ) -> Result<(), Stopped> {
+        match keep(&mut self.journal) {
+            Err(error) if error.is_no_room() => {
+                conductor.silence(self.open.rig()).await?;
+                watch(&Event::Waiting { reason: error.to_string() });
+            }
+            kept => return Ok(kept?),
+        }
+        let since = Instant::now();
+        loop {
+            sleep(LOOK_FOR_ROOM_EVERY).await;
+            match keep(&mut self.journal) {
+                Err(error) if error.is_no_room() => {}
+                kept => {
+                    kept?;
+                    break;
+                }
+            }
+        }
+        let waited_s = since.elapsed().as_secs_f64();
+        let text = format!("there was no room on the disk for {waited_s:.0} s");
+        watch(&Event::WentOn { waited_s });
+        // Where this finds no room again, the next reading waits.
+        match self.journal.record(Timestamp::now(), EventKind::Waited, &text) {
+            Err(error) if !error.is_no_room() => Err(error.into()),
+            _ => Ok(()),
+        }
+    }
+
     /// Measures kept points again, and refuses to go on where the rig is not as it was.
     async fn check_references(
         &mut self,
         conductor: &mut Conductor,
         watch: Watch<'_>,
     ) -> Result<(), Stopped> {
+        let mut found = Vec::new();
         for row in reference_rows(&self.kept, &self.campaign.visits) {
             let kept = &self.kept[row];
             let now = conductor.measure(self.open.rig(), &self.campaign.visits[row]).await?.sample;
@@ -257,15 +377,15 @@ impl Session {
                 now: now.reading,
                 moved_mm: distance_mm(kept.position_m(), now.position_m()),
             });
-            let verdict = compare(row, kept, &now);
+            let verdict = compare(row, kept, &now, self.campaign.plan.resume);
             let text = match &verdict {
                 Ok(()) => format!("row {row}: {} where {} was kept", now.reading, kept.reading),
                 Err(moved) => moved.to_string(),
             };
             self.journal.record(Timestamp::now(), EventKind::ReferenceChecked, &text)?;
-            verdict.map_err(CampaignError::from)?;
+            found.extend(verdict.err());
         }
-        Ok(())
+        Ok(Moved::of(found).map_err(CampaignError::from)?)
     }
 }
 
@@ -309,10 +429,30 @@ enum Stopped {
     Asked(&'static str),
     #[error("{0}")]
     Failed(CampaignError),
+    #[error("the program itself failed: {0}")]
+    Panicked(String),
 }
 
 impl<E: Into<CampaignError>> From<E> for Stopped {
     fn from(error: E) -> Self {
         Self::Failed(error.into())
     }
+}
+
+/// Runs a future to its end, or to a panic within it, whose words are given.
+async fn unless_panicking<T>(work: impl Future<Output = T>) -> Result<T, Stopped> {
+    let mut work = pin!(work);
+    poll_fn(|context| {
+        let polled = catch_unwind(AssertUnwindSafe(|| work.as_mut().poll(context)));
+        match polled {
+            Ok(polled) => polled.map(Ok),
+            Err(panic) => Poll::Ready(Err(Stopped::Panicked(words_of(&*panic)))),
+        }
+    })
+    .await
+}
+
+fn words_of(panic: &(dyn Any + Send)) -> String {
+    let literal = panic.downcast_ref::<&str>().map(|words| (*words).to_owned());
+    literal.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default()
 }

@@ -25,6 +25,7 @@ mod stop;
 mod study;
 mod transducers;
 mod virtual_ports;
+mod watchdog;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
@@ -80,6 +81,9 @@ enum Command {
     Blind(blind::Blind),
     /// Look after a rig
     Rig(rig::Rig),
+    /// Guard the rig of the program that started this
+    #[command(hide = true)]
+    Watchdog(watchdog::Watchdog),
     /// Print the completions of a shell
     Completions {
         /// The shell
@@ -131,6 +135,7 @@ impl Command {
             Self::Virtual(command) => command.run(),
             Self::Blind(command) => command.run(),
             Self::Rig(command) => command.run(),
+            Self::Watchdog(command) => command.run(),
             Self::Completions { shell } => {
                 clap_complete::generate(
                     shell,

@@ -10,6 +10,7 @@ use super::ENDED_PARTIAL;
 use super::output::{fresh_folder, print_json};
 use super::progress::Progress;
 use super::stop::StopRequests;
+use super::watchdog::watchdog;
 use crate::campaign::{Campaign, CampaignError, DryRun, Ending, Session};
 
 /// What a scan is asked for, here and for `run`.
@@ -83,7 +84,8 @@ pub(super) fn conduct(
     let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
     let ending = runtime.block_on(async {
         let stop = StopRequests::listen().into_diagnostic()?;
-        let session = session.await?;
+        let mut session = session.await?;
+        session.guard(watchdog()?)?;
         let mut progress = Progress::new(session.visits(), session.done(), json);
         let ending = session.run(&mut |event| progress.show(event), stop.first()).await?;
         Ok(ending)

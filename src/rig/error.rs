@@ -140,6 +140,9 @@ pub enum Cause {
     /// A display that the controller cannot play.
     #[error("it cannot play the display: {0}")]
     Display(#[source] super::focus_array::ProgramFault),
+    /// A receiver that reads points only.
+    #[error("it cannot sample without a pause while the robot moves")]
+    NoRecording,
     /// A controller without memory for displays.
     #[error("it plays no displays")]
     NoDisplays,
@@ -239,6 +242,9 @@ impl Cause {
             Self::BadDelay { .. } => "check focus and array of the plan",
             Self::Display(_) => {
                 "take a longer `step_mm` or a shorter path; `fieldgap simulate --display` shows it without a rig"
+            }
+            Self::NoRecording => {
+                "leave [fly] out of the plan: the robot then stands still at each point"
             }
             Self::NoDisplays => {
                 "a display needs a controller whose answer to `hello` has `frames=` (src/rig/focus_array/protocol.rs)"

@@ -9,13 +9,10 @@ use super::config::{MotionConfig, RigConfig};
 use super::device::Device;
 use super::error::{Cause, RigError};
 use super::motion::guarded::Guarded;
-use super::{AirSensor, FocusArray, Motion, Receiver};
+use super::{AirSensor, Emergency, FocusArray, Motion, Receiver};
 
-/// How long making the rig safe may take in all.
+/// How long making the rig safe may take.
 const SAFE_WITHIN: Duration = Duration::from_millis(500);
-
-/// How much of it is the array's; the robot has the rest.
-const SILENT_WITHIN: Duration = Duration::from_millis(250);
 
 /// Ports that go before those of the rig file: a virtual rig's, or a person's choice on the command line.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -105,33 +102,44 @@ impl SafeRig {
         &mut *self.receiver
     }
 
+    /// The robot and the receiver, to be heard while it moves.
+    pub fn motion_and_receiver(&mut self) -> (&mut dyn Motion, &mut dyn Receiver) {
+        (&mut *self.motion, &mut *self.receiver)
+    }
+
     /// The focus array.
     pub fn array(&mut self) -> &mut dyn FocusArray {
         &mut *self.array
     }
 
-    /// Silences the array, then stops the robot, within half a second in all, and tells what could not be done.
+    /// What another process sends to make the rig safe should this one be gone; the array first.
+    pub fn emergencies(&self) -> Vec<Emergency> {
+        [self.array.emergency(), self.motion.emergency()].into_iter().flatten().collect()
+    }
+
+    /// Silences the array and stops the robot, both at once and within half a second, and tells what could not be done.
     ///
     /// May be called at any time, also when a call to a device was cancelled in its middle. The robot's position
     /// is unknown afterwards.
     pub async fn make_safe(&mut self, reason: impl Into<String>) -> SafetyReport {
-        let start = Instant::now();
-        let silencing = timeout_at(start + SILENT_WITHIN, self.array.silence()).await;
-        let array = silencing.unwrap_or_else(|_| {
-            Err(unconfirmed(self.array.device(), "silencing it", SILENT_WITHIN))
-        });
-        let stopping = timeout_at(start + SAFE_WITHIN, self.motion.stop()).await;
-        let robot = stopping.unwrap_or_else(|_| {
-            Err(unconfirmed(self.motion.device(), "stopping it", SAFE_WITHIN - SILENT_WITHIN))
-        });
+        let until = Instant::now() + SAFE_WITHIN;
+        let (silencing, stopping) = tokio::join!(
+            biased;
+            timeout_at(until, self.array.silence()),
+            timeout_at(until, self.motion.stop()),
+        );
+        let array =
+            silencing.unwrap_or_else(|_| Err(unconfirmed(self.array.device(), "silencing it")));
+        let robot =
+            stopping.unwrap_or_else(|_| Err(unconfirmed(self.motion.device(), "stopping it")));
         let report = SafetyReport { reason: reason.into(), array, robot };
         tracing::warn!("{report}");
         report
     }
 }
 
-fn unconfirmed(device: &Device, attempt: &str, waited: Duration) -> RigError {
-    RigError::new(device.clone(), attempt, Cause::Silent { waited }, None)
+fn unconfirmed(device: &Device, attempt: &str) -> RigError {
+    RigError::new(device.clone(), attempt, Cause::Silent { waited: SAFE_WITHIN }, None)
 }
 
 /// What was done to leave the rig safe, and what could not be.
@@ -215,6 +223,9 @@ mod tests {
         async fn stop(&mut self) -> Result<(), RigError> {
             self.asked("stop").await
         }
+        fn emergency(&self) -> Option<Emergency> {
+            None
+        }
     }
 
     #[async_trait]
@@ -240,6 +251,9 @@ mod tests {
         }
         async fn silence(&mut self) -> Result<(), RigError> {
             self.asked("silence").await
+        }
+        fn emergency(&self) -> Option<Emergency> {
+            None
         }
         async fn set_delays(&mut self, _: &[ElementDelay]) -> Result<(), RigError> {
             unreachable!("making safe only silences and stops")

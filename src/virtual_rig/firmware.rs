@@ -16,7 +16,7 @@ pub struct Wake {
 /// The firmware of one device.
 ///
 /// Times are virtual seconds since the rig was powered up and never decrease from call to call.
-pub trait Firmware: Send {
+pub trait Firmware: Send + Sync {
     /// The device is switched on, or reset: its state is lost, and what it says first goes to `out`.
     fn power_up(&mut self, now_s: f64, out: &mut Vec<u8>);
 

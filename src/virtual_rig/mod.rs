@@ -2,8 +2,8 @@
 //!
 //! The robot plans and runs moves that take their time, the array controller sets delays, and the receiver
 //! hears the field where the nozzle really is at that instant of [virtual time](clock). The field is not the
-//! simulator's: every element's vibrating face is summed by its Rayleigh integral, in the air, with the array and
-//! on the robot that the [truth file](truth) describes.
+//! simulator's: every element's vibrating face is summed by its Rayleigh integral, or radiates as its transducer file has it,
+//! in the air, with the array and on the robot that the [truth file](truth) describes.
 //!
 //! ```text
 //!  clock ── marlin_firmware ── trajectory ─┐
@@ -29,9 +29,12 @@ pub mod firmware;
 pub mod hand;
 pub mod luck;
 pub mod marlin_firmware;
+#[cfg(test)]
+pub(crate) mod memory;
 pub mod pin_firmware;
 pub mod planner;
 mod pty;
+mod radiator;
 pub mod receiver_firmware;
 pub mod scope_firmware;
 pub mod sealed_truth;
@@ -54,9 +57,10 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio_util::sync::CancellationToken;
 
 use crate::acoustics::{Array, Medium};
+use crate::rig::link::trouble::TroubleRates;
 use crate::rig::{Frame, Ports};
 use air_firmware::AirFirmware;
-use board::Order;
+use board::{Order, WireTrouble};
 pub use clock::{Clock, Pace};
 pub use config::VirtualConfig;
 pub use faults::{Fault, LineFault};
@@ -157,24 +161,8 @@ impl VirtualRig {
             return Err(VirtualRigError::FreeRunningInLockstep);
         }
         let clock = Arc::new(Clock::new(config.pace));
-        let parked_mm = Vector3::from(config.robot.parked_mm.map(f64::from));
-        let travel_mm = Vector3::from(config.robot.travel_mm.map(f64::from));
-        let trajectory = Arc::new(Mutex::new(Trajectory::new(parked_mm, travel_mm)));
-        let world = World::new(believed, truth, config.seed, trajectory.clone(), clock.clone())?;
-        let world = Arc::new(world);
         let homing_jam = Arc::new(AtomicBool::new(false));
-        let devices = Devices {
-            robot: MarlinFirmware::new(config.robot, trajectory, homing_jam.clone()),
-            receiver: receiver_firmware::of(config.receiver, world.clone()),
-            environment: config.environment.map(AirFirmware::new),
-            receiver_has_socket: config.receiver.mode == Mode::Scpi,
-            array: array_boards::firmware(
-                &config.array,
-                believed.array.len(),
-                believed.frequency_hz,
-                world.clone(),
-            ),
-        };
+        let (devices, world) = Devices::new(config, truth, believed, &clock, &homing_jam)?;
 
         let (robot_orders, robot) = unbounded_channel();
         let (receiver_orders, receiver) = unbounded_channel();
@@ -183,7 +171,8 @@ impl VirtualRig {
         let (opened, wait_for_ports) = mpsc::sync_channel(1);
         let thread = std::thread::Builder::new().name("virtual-rig".to_owned()).spawn({
             let (clock, stop) = (clock.clone(), stop.clone());
-            move || run(devices, [robot, receiver, array], &clock, &stop, &opened)
+            let trouble = [0, 1, 2].map(|n| WireTrouble::new(config.faults, config.seed, n));
+            move || run(devices, [robot, receiver, array], trouble, &clock, &stop, &opened)
         })?;
         let ports = wait_for_ports.recv().unwrap_or_else(|_| {
             Err(VirtualRigError::Thread(std::io::Error::other("it ended before it had begun")))
@@ -248,10 +237,41 @@ struct Devices {
     array: Box<dyn Firmware>,
 }
 
+impl Devices {
+    /// The devices, in a world of their own.
+    fn new(
+        config: &VirtualConfig,
+        truth: Truth,
+        believed: &Believed,
+        clock: &Arc<Clock>,
+        homing_jam: &Arc<AtomicBool>,
+    ) -> Result<(Self, Arc<World>), VirtualRigError> {
+        let parked_mm = Vector3::from(config.robot.parked_mm.map(f64::from));
+        let travel_mm = Vector3::from(config.robot.travel_mm.map(f64::from));
+        let trajectory = Arc::new(Mutex::new(Trajectory::new(parked_mm, travel_mm)));
+        let world = World::new(believed, truth, config.seed, trajectory.clone(), clock.clone())?;
+        let world = Arc::new(world);
+        let devices = Self {
+            robot: MarlinFirmware::new(config.robot, trajectory, homing_jam.clone()),
+            receiver: receiver_firmware::of(config.receiver, world.clone()),
+            receiver_has_socket: config.receiver.mode == Mode::Scpi,
+            array: array_boards::firmware(
+                &config.array,
+                believed.array.len(),
+                believed.frequency_hz,
+                world.clone(),
+            ),
+            environment: config.environment.map(AirFirmware::new),
+        };
+        Ok((devices, world))
+    }
+}
+
 /// The rig's thread: opens the ports, says which they are, and runs the three devices until it is told to stop.
 fn run(
     devices: Devices,
     orders: [UnboundedReceiver<Order>; 3],
+    trouble: [WireTrouble; 3],
     clock: &Arc<Clock>,
     stop: &CancellationToken,
     opened: &mpsc::SyncSender<Result<Ports, VirtualRigError>>,
@@ -295,6 +315,7 @@ fn run(
             return;
         }
         let [robot_orders, receiver_orders, array_orders] = orders;
+        let [trouble_1, trouble_2, trouble_3] = trouble;
         let shared = || (clock.clone(), stop.clone());
         if let Some((listener, _)) = socket {
             let bridge = tcp_bridge::serve(listener, receiver.path().to_owned(), stop.clone());
@@ -307,14 +328,15 @@ fn run(
         let (_, no_orders) = unbounded_channel();
         let air = async {
             if let Some((firmware, wire)) = environment {
-                board::run(firmware, wire, clock.clone(), no_orders, stop.clone()).await;
+                let trouble = WireTrouble::new(TroubleRates::default(), 0, 3);
+                board::run(firmware, wire, trouble, clock.clone(), no_orders, stop.clone()).await;
             }
         };
         tokio::join!(
             air,
-            board::run(devices.robot, robot, clock_1, robot_orders, stop_1),
-            board::run(devices.receiver, receiver, clock_2, receiver_orders, stop_2),
-            board::run(devices.array, array, clock_3, array_orders, stop_3),
+            board::run(devices.robot, robot, trouble_1, clock_1, robot_orders, stop_1),
+            board::run(devices.receiver, receiver, trouble_2, clock_2, receiver_orders, stop_2),
+            board::run(devices.array, array, trouble_3, clock_3, array_orders, stop_3),
         );
     });
 }

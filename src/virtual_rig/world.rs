@@ -78,14 +78,14 @@ impl World {
             &believed.array,
             believed.medium,
             believed.frequency_hz,
-            truth.source.face_radius_mm.map(|radius_mm| radius_mm.get() * 1e-3),
+            &truth.source,
             truth.effects,
             luck,
         );
         Ok(Self {
             trajectory,
             array_origin_m: believed.array_origin_m,
-            volts: truth.source.pressure_pa_at_1_m.get() * truth.microphone.sensitivity_v_pa.get(),
+            volts: truth.pressure_pa_at_1_m.get() * truth.microphone.sensitivity_v_pa.get(),
             multiplicative_noise: truth.noise.multiplicative.get(),
             additive_noise_v: truth.noise.additive_v.get(),
             noise: luck.stream("noise"),

@@ -19,10 +19,10 @@ use serde_json::json;
 
 use super::{ArrayIdentity, ElementDelay, Modulation};
 use crate::input::Positive;
-use crate::rig::FocusArray;
 use crate::rig::config::FocusArrayConfig;
 use crate::rig::device::{Device, Role};
 use crate::rig::error::{Cause, RigError};
+use crate::rig::{Emergency, FocusArray};
 
 /// `[focus_array.file]`: the file, and what stands behind it.
 #[derive(Debug, Clone, Deserialize)]
@@ -171,6 +171,11 @@ impl FocusArray for FileSink {
     async fn silence(&mut self) -> Result<(), RigError> {
         self.emitting = false;
         self.tell("silencing it")
+    }
+
+    /// Whoever reads the file sees that nothing is added any more; no port has to be held open for it.
+    fn emergency(&self) -> Option<Emergency> {
+        None
     }
 
     async fn set_delays(&mut self, delays: &[ElementDelay]) -> Result<(), RigError> {

@@ -11,10 +11,10 @@ use tokio::time::{Instant, sleep_until};
 
 use super::wiring::{Slots, Wiring};
 use super::{ArrayIdentity, ElementDelay, Modulation};
-use crate::rig::FocusArray;
 use crate::rig::device::Device;
 use crate::rig::error::{Cause, RigError};
 use crate::rig::link::{ByteLink, Wire};
+use crate::rig::{Emergency, FocusArray};
 
 /// Carrier of every board here, Hz: it is made on the board and cannot be told.
 pub(super) const CARRIER_HZ: f64 = 40e3;
@@ -198,6 +198,12 @@ impl<L: ByteLink, B: OneWayBoard + Sync> FocusArray for OneWayArray<L, B> {
         self.wire.attempting("silencing it");
         self.emitting = false;
         self.show_silence().await
+    }
+
+    fn emergency(&self) -> Option<Emergency> {
+        let silence = self.board.frame(&vec![None; self.board.channels()]);
+        // Behind a pattern that may have been broken off.
+        self.wire.emergency([self.board.wake(), silence.clone(), silence].concat())
     }
 
     async fn set_delays(&mut self, delays: &[ElementDelay]) -> Result<(), RigError> {

@@ -10,14 +10,21 @@ use tokio::time::Instant;
 use super::config::ThesisConfig;
 use super::protocol::{CODE_CHECKSUM, Reply, decode, encode, parse_identity};
 use super::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
-use crate::rig::FocusArray;
 use crate::rig::config::FocusArrayConfig;
 use crate::rig::device::{Device, Role};
 use crate::rig::error::{Cause, RigError};
 use crate::rig::link::{ByteLink, Wire, open_serial};
+use crate::rig::{Emergency, FocusArray};
 
 /// How long one answer may take before the line is sent again.
 const ANSWER_WITHIN: Duration = Duration::from_secs(1);
+
+/// How long the confirmation of silence may take before it is asked for again: several times within the half second in
+/// which a rig is made safe.
+const SILENT_WITHIN: Duration = Duration::from_millis(150);
+
+/// How often silence is asked for in all.
+const TRIES_AT_SILENCE: u32 = 10;
 
 /// How often a line is sent in all.
 const TRIES: u32 = 3;
@@ -98,12 +105,21 @@ impl<L: ByteLink> ThesisArray<L> {
 
     /// Sends a command until it is acknowledged, which is safe since every command may come twice.
     async fn command(&mut self, command: &str, tries: u32) -> Result<String, RigError> {
+        self.command_answered(command, tries, ANSWER_WITHIN).await
+    }
+
+    async fn command_answered(
+        &mut self,
+        command: &str,
+        tries: u32,
+        within: Duration,
+    ) -> Result<String, RigError> {
         self.seq = self.seq.wrapping_add(1);
         let line = encode(self.seq, command);
         let mut garbled = 0;
         for _ in 0..tries {
             self.wire.send(line.as_bytes()).await?;
-            match self.answer().await? {
+            match self.answer(within).await? {
                 Some(Reply::Ok { args, .. }) => return Ok(args),
                 Some(Reply::Error { code: CODE_CHECKSUM, .. }) => garbled += 1,
                 Some(Reply::Error { text, code, .. }) => {
@@ -117,14 +133,14 @@ impl<L: ByteLink> ThesisArray<L> {
         Err(self.wire.error(if garbled > 0 {
             Cause::KeepsGarbling { times: tries }
         } else {
-            Cause::Silent { waited: ANSWER_WITHIN * tries }
+            Cause::Silent { waited: within * tries }
         }))
     }
 
     /// The answer to the present line, or `None` if none came whole in time. Answers to earlier lines, left over from
     /// a cancelled call, are passed over.
-    async fn answer(&mut self) -> Result<Option<Reply>, RigError> {
-        let until = Instant::now() + ANSWER_WITHIN;
+    async fn answer(&mut self, within: Duration) -> Result<Option<Reply>, RigError> {
+        let until = Instant::now() + within;
         while let Some(line) = self.wire.line(until).await? {
             if Sensed::is_sample(&line) {
                 self.keep(&line);
@@ -168,7 +184,12 @@ impl<L: ByteLink> FocusArray for ThesisArray<L> {
 
     async fn silence(&mut self) -> Result<(), RigError> {
         self.wire.attempting("silencing it");
-        self.command("off", TRIES).await.map(drop)
+        self.command_answered("off", TRIES_AT_SILENCE, SILENT_WITHIN).await.map(drop)
+    }
+
+    fn emergency(&self) -> Option<Emergency> {
+        // Behind a line that may have been broken off.
+        self.wire.emergency(format!("\n{}", encode(0, "off")))
     }
 
     async fn set_delays(&mut self, delays: &[ElementDelay]) -> Result<(), RigError> {
@@ -186,6 +207,16 @@ impl<L: ByteLink> FocusArray for ThesisArray<L> {
     async fn emit(&mut self) -> Result<(), RigError> {
         self.wire.attempting("starting emission");
         self.command("on", TRIES).await.map(drop)
+    }
+
+    async fn confirm(&mut self, emits: bool) -> Result<(), RigError> {
+        self.wire.attempting("asking whether it still does what it was told");
+        let state = self.command("state", TRIES).await?;
+        if state == if emits { "on" } else { "off" } {
+            Ok(())
+        } else {
+            Err(self.wire.error(Cause::Reset))
+        }
     }
 
     async fn load(&mut self, display: &DriveProgram) -> Result<(), RigError> {

@@ -5,7 +5,10 @@
 
 mod serial;
 mod tcp;
+pub mod trouble;
 mod wire;
+
+use std::fmt;
 
 use tokio::io::{AsyncRead, AsyncWrite};
 
@@ -17,3 +20,9 @@ pub use wire::Wire;
 pub trait ByteLink: AsyncRead + AsyncWrite + Unpin + Send + 'static {}
 
 impl<L: AsyncRead + AsyncWrite + Unpin + Send + 'static> ByteLink for L {}
+
+impl fmt::Debug for dyn ByteLink {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a link")
+    }
+}

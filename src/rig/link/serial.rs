@@ -1,12 +1,14 @@
 //! Serial ports.
 
-use std::io::ErrorKind as Io;
+use std::io::{self, ErrorKind as Io};
+use std::os::fd::{AsRawFd, BorrowedFd};
 use std::path::Path;
 
 use tokio_serial::SerialStream;
 
-use super::Wire;
+use super::{ByteLink, Wire};
 use crate::rig::device::{Device, Role};
+use crate::rig::emergency::SpareHandle;
 use crate::rig::error::{Cause, RigError};
 
 /// Opens a serial port for one device alone (8 data bits, no parity, 1 stop bit, no flow control).
@@ -23,17 +25,25 @@ pub fn open_serial(
     chosen: Option<&str>,
     configured: Option<&str>,
     baud: u32,
-) -> Result<Wire<SerialStream>, RigError> {
+) -> Result<Wire<Box<dyn ByteLink>>, RigError> {
     let attempt = "opening its port";
     let Some(port) = chosen.or(configured) else {
         return Err(RigError::new(Device::new(role, ""), attempt, Cause::NoPort, None));
     };
     let device = Device::new(role, port);
     let builder = serialport::new(port, baud).exclusive(true);
-    match SerialStream::open(&builder) {
-        Ok(stream) => Ok(Wire::new(stream, device)),
-        Err(error) => Err(RigError::new(device, attempt, why_not_opened(port, error), None)),
-    }
+    let failed = |cause| RigError::new(device.clone(), attempt, cause, None);
+    let stream =
+        SerialStream::open(&builder).map_err(|error| failed(why_not_opened(port, error)))?;
+    let spare = spare_handle(&stream, baud).map_err(|error| failed(Cause::Io(error)))?;
+    let link: Box<dyn ByteLink> = Box::new(stream);
+    Ok(Wire::new(link, device).with_spare(spare))
+}
+
+fn spare_handle(stream: &SerialStream, baud: u32) -> io::Result<SpareHandle> {
+    // SAFETY: the stream owns the handle and lives throughout this call.
+    let handle = unsafe { BorrowedFd::borrow_raw(stream.as_raw_fd()) };
+    Ok(SpareHandle::new(handle.try_clone_to_owned()?, baud))
 }
 
 fn why_not_opened(port: &str, error: serialport::Error) -> Cause {

@@ -11,6 +11,7 @@ use tokio::time::{Instant, timeout_at};
 
 use super::ByteLink;
 use crate::rig::device::Device;
+use crate::rig::emergency::{Emergency, SpareHandle};
 use crate::rig::error::{Cause, RigError};
 
 /// The longest line that is taken from a device, bytes. More without a line end is noise.
@@ -31,6 +32,7 @@ const SHOWN: usize = 120;
 pub struct Wire<L> {
     link: L,
     device: Device,
+    spare: Option<SpareHandle>,
     attempt: String,
     last_heard: Option<String>,
     incoming: Vec<u8>,
@@ -43,11 +45,23 @@ impl<L: ByteLink> Wire<L> {
         Self {
             link,
             device,
+            spare: None,
             attempt: "opening".to_owned(),
             last_heard: None,
             incoming: Vec::new(),
             outgoing: Vec::new(),
         }
+    }
+
+    /// Keeps a second handle of the port, for an emergency.
+    pub fn with_spare(self, spare: SpareHandle) -> Self {
+        Self { spare: Some(spare), ..self }
+    }
+
+    /// That `bytes` make the device safe; `None` where another process cannot send them, as on a pipe in memory.
+    pub fn emergency(&self, bytes: impl Into<Vec<u8>>) -> Option<Emergency> {
+        let spare = self.spare.clone()?;
+        Some(Emergency { device: self.device.clone(), bytes: bytes.into(), spare })
     }
 
     /// The device at the other end.

@@ -1,9 +1,8 @@
 //! The receiver that streams without being asked.
 //!
 //! It sends lines `<t_us> <value>`, with ` !` behind it where it clipped, or plain numbers, or frames, for ever, and takes no
-//! commands. A line that
-//! arrives now may have been waiting in buffers since before the robot stood still. So what has already
-//! arrived is thrown away, and of what follows, as much as `latency_ms` says may still have been under way.
+//! commands. A line that arrives now may have been waiting in buffers since before the robot stood still. So what has
+//! already arrived is thrown away, and of what follows, as much as `latency_ms` says may still have been under way.
 
 use std::time::Duration;
 
@@ -14,6 +13,7 @@ use super::binary::FrameDecoder;
 use super::config::{FreeRunningConfig, Lines};
 use super::protocol::Event;
 use super::reading::{Reading, ReceiverIdentity, Tally};
+use super::recording::{Meanwhile, Recording, TimedSample};
 use crate::rig::Receiver;
 use crate::rig::config::ReceiverConfig;
 use crate::rig::device::{Device, Role};
@@ -31,6 +31,9 @@ const DRAINED_AFTER: Duration = Duration::from_millis(50);
 
 /// Two lines further apart than this many periods have a damaged time between them, or a restart.
 const MOST_PERIODS: f64 = 50.0;
+
+/// Samples in a row with a time that cannot be, after which their time is believed.
+const MOST_STRANGE: u32 = 3;
 
 /// A receiver that streams lines without being asked.
 #[derive(Debug)]
@@ -195,6 +198,66 @@ impl<L: ByteLink> Receiver for FreeRunningReceiver<L> {
         }
         tally.reading(gaps).ok_or_else(|| self.wire.error(Cause::NoReadings { asked: count }))
     }
+
+    /// Its clock is known by its samples alone, so both ends are as late as samples are under way.
+    async fn record(&mut self, mut meanwhile: Meanwhile<'_>) -> Result<Recording, RigError> {
+        self.wire.attempting("recording while the robot moves");
+        if self.lines == Lines::Value {
+            // A line that is lost would put all that follow in a wrong place.
+            return Err(self.wire.error(Cause::NoRecording));
+        }
+        self.drain().await?;
+        let first = self.next_sample(Instant::now() + QUIET).await?;
+        let mut track = Track::from(first, 1e6 / self.identity.rate_hz);
+        loop {
+            tokio::select! {
+                biased;
+                sample = self.next_sample(Instant::now() + QUIET) => track.take(sample?),
+                () = &mut meanwhile => break,
+            }
+        }
+        let (began_s, ended_s) = (track.samples[0].t_s, track.now_s());
+        let until = Instant::now() + QUIET + self.latency;
+        while track.now_s() < ended_s + self.latency.as_secs_f64() {
+            track.take(self.next_sample(until).await?);
+        }
+        Ok(Recording { began_s, ended_s, samples: track.samples })
+    }
+}
+
+/// The samples of a recording, their clock unwrapped.
+struct Track {
+    samples: Vec<TimedSample>,
+    last: Sample,
+    period_us: f64,
+    strange: u32,
+}
+
+impl Track {
+    fn from(first: Sample, period_us: f64) -> Self {
+        let Sample { t_us, value, clipped } = first;
+        let samples = vec![TimedSample { t_s: t_us as f64 * 1e-6, value, clipped }];
+        Self { samples, last: first, period_us, strange: 0 }
+    }
+
+    fn now_s(&self) -> f64 {
+        self.samples[self.samples.len() - 1].t_s
+    }
+
+    /// Takes a sample, unless its time is damaged; after a few such it is the one before that was.
+    fn take(&mut self, sample: Sample) {
+        let elapsed_us = elapsed_us(self.last.t_us, sample.t_us);
+        let plausible = (0.2..MOST_PERIODS).contains(&(elapsed_us / self.period_us));
+        if !plausible && self.strange < MOST_STRANGE {
+            self.strange += 1;
+            return;
+        }
+        let passed_us = if plausible { elapsed_us } else { self.period_us };
+        let t_s = self.now_s() + passed_us * 1e-6;
+        self.samples.push(TimedSample { t_s, value: sample.value, clipped: sample.clipped });
+        self.strange = 0;
+        self.last = sample;
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -281,6 +344,35 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
+    async fn what_is_heard_during_a_move_is_recorded_though_the_clock_wraps() {
+        let mut receiver = bench((1 << 32) - 300_000, 400..410).await;
+        let going = tokio::time::sleep(Duration::from_millis(500));
+        let recording = receiver.record(Box::pin(going)).await.expect("samples come");
+        let lasted_s = recording.ended_s - recording.began_s;
+        assert!((lasted_s - 0.5).abs() < 5e-3, "{lasted_s}");
+        let (first, last) =
+            (&recording.samples[0], &recording.samples[recording.samples.len() - 1]);
+        assert!((last.t_s - recording.ended_s - 0.010).abs() < 2e-3);
+        // A value is a sample's number: as many milliseconds have passed.
+        assert!(((last.t_s - first.t_s) * 1e3 - (last.value - first.value)).abs() < 1e-6);
+        assert_eq!(recording.samples.len(), (last.value - first.value) as usize + 1 - 10);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_damaged_time_in_a_recording_costs_that_sample() {
+        let sample = |t_us: u64| Sample { t_us, value: 1.0, clipped: false };
+        let mut track = Track::from(sample(5_000_000), 1000.0);
+        for t_us in [5_001_000, 9_002_000, 5_003_000, 5_004_000] {
+            track.take(sample(t_us));
+        }
+        let times: Vec<f64> = track.samples.iter().map(|sample| sample.t_s).collect();
+        assert!(
+            times.iter().zip([5.0, 5.001, 5.003, 5.004]).all(|(a, b)| (a - b).abs() < 1e-9),
+            "{times:?}"
+        );
+    }
+
+    #[tokio::test(start_paused = true)]
     async fn what_arrived_before_the_question_is_thrown_away() {
         let mut receiver = bench(0, 0..0).await;
         tokio::time::sleep(Duration::from_millis(500)).await;
@@ -328,6 +420,8 @@ mod tests {
         assert!(reading.mean >= 530.0, "{reading:?}");
         assert!((reading.last_t_s - reading.first_t_s - 0.015).abs() < 1e-9);
         assert_eq!((reading.count, receiver.identity().own_clock), (16, false));
+        let refused = receiver.record(Box::pin(std::future::ready(()))).await;
+        assert!(matches!(refused.expect_err("it has no times").cause(), Cause::NoRecording));
         let mut second = logger(Lines::Value, 2, line).await;
         assert_eq!(second.read_point(Duration::ZERO, 3).await.expect("samples come").mean, 7.0);
     }

@@ -1,0 +1,39 @@
+//! `fieldgap watchdog`: the second process of a program that has a rig open. It is started by that program alone.
+
+use std::process::{Command, ExitCode};
+
+use clap::Args;
+use miette::IntoDiagnostic;
+
+use crate::rig::FocusArray;
+use crate::rig::watchdog::{self, guard};
+
+/// The `watchdog` command.
+#[derive(Debug, Args)]
+pub(super) struct Watchdog {}
+
+/// This program as a watchdog.
+pub(super) fn watchdog() -> miette::Result<Command> {
+    let mut program = Command::new(std::env::current_exe().into_diagnostic()?);
+    program.arg("watchdog");
+    Ok(program)
+}
+
+/// Guards an array that is open by itself; one of a virtual rig of this process ends with it and needs no guard.
+pub(super) fn guard_array(
+    array: &dyn FocusArray,
+    is_virtual: bool,
+) -> miette::Result<Option<watchdog::Watchdog>> {
+    if is_virtual {
+        return Ok(None);
+    }
+    let emergencies: Vec<_> = array.emergency().into_iter().collect();
+    watchdog::Watchdog::start(watchdog()?, &emergencies, None).into_diagnostic()
+}
+
+impl Watchdog {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        guard(std::io::stdin()).into_diagnostic()?;
+        Ok(ExitCode::SUCCESS)
+    }
+}

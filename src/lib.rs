@@ -17,15 +17,18 @@
 //! | [`sensing`] | swipes of a hand told from what four elements hear; knows no physics |
 //! | [`virtual_rig`] | firmware on pseudo-terminals with physics behind the receiver |
 //! | [`campaign`] | a plan run on a rig, the record kept safe |
+//! | [`beam_axis`] | where the beam's axis lies: crosses scanned through it, fitted |
 //! | [`correction`] | set-up files corrected by what a diagnosis found |
 //! | [`report`] | pictures, tables and the report page |
 //! | [`blind`] | sets of scans whose causes are sealed away, and how well diagnoses find them |
+//! | [`terminal`] | full-screen views: a robot jogged by keys, a scan as it runs |
 //! | [`cli`] | the commands |
 //!
 //! Two pages beside: [the thesis's tables and figures](thesis), and [when to trust which transducer model](transducer_models).
 #![warn(missing_docs)]
 
 pub mod acoustics;
+pub mod beam_axis;
 pub mod blind;
 pub mod campaign;
 pub mod characterization;
@@ -41,6 +44,7 @@ pub mod rig;
 pub mod scan;
 pub mod sensing;
 pub mod study;
+pub mod terminal;
 pub mod virtual_rig;
 
 #[doc = include_str!("thesis.md")]

@@ -123,8 +123,8 @@ impl Conductor {
     }
 }
 
-/// The delay of each element; an element without amplitude is left silent.
-fn element_delays(lab: &Lab, excitation: &Excitation) -> Vec<ElementDelay> {
+/// The delay of each element of a rig's array for a drive; an element without amplitude is left silent.
+pub fn element_delays(lab: &Lab, excitation: &Excitation) -> Vec<ElementDelay> {
     let (array, frequency_hz) = (lab.believed_array(), lab.array.frequency_hz());
     delays_s(excitation, array, &lab.believed_medium(), frequency_hz)
         .into_iter()

@@ -42,6 +42,8 @@ pub struct DryRun {
     pub way_m: f64,
     /// About how long it takes on the robot's clock, s.
     pub about_s: f64,
+    /// About how long its slowest point takes, s.
+    pub slowest_s: f64,
     /// Room the record needs, bytes.
     pub bytes: u64,
 }
@@ -67,7 +69,8 @@ pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault
     let settle_s = lab.rig.receiver.settle().as_secs_f64();
     let reading_s = settle_s + lab.rig.receiver.count() as f64 / USUAL_RATE_HZ + TALK_S;
     let mut from = RobotPosition::from_axes_m(envelope.travel.least_m);
-    let (mut way_m, mut about_s) = (0.0, 0.0);
+    reference_within_travel(plan, lab)?;
+    let (mut way_m, mut about_s, mut slowest_s) = (0.0, 0.0, 0.0_f64);
     let mut go = |to_m: Vec3, part: Part, feed: Feed| {
         let to = frame.to_robot(to_m);
         envelope.check_path(from, to).map_err(|path_fault| {
@@ -93,12 +96,16 @@ pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault
             (Leg::Row(row), Some(flight)) => {
                 let [begins_m, ends_m] = Line::of(&visits[row.clone()]).ends_m(flight.lead_m());
                 let part = visits[row.start].part;
-                about_s += go(begins_m, part, feed)? + go(ends_m, part, flight.feed())? + TALK_S;
+                let row_s = go(begins_m, part, feed)? + go(ends_m, part, flight.feed())? + TALK_S;
+                about_s += row_s;
+                slowest_s = slowest_s.max(row_s);
             }
             (Leg::Row(row), None) => unreachable!("{row:?} is only flown by a plan that flies"),
             (Leg::Stop(visit), _) => {
                 let Visit { position_m, part, .. } = visits[visit];
-                about_s += go(position_m, part, feed)? + reading_s;
+                let point_s = go(position_m, part, feed)? + reading_s;
+                about_s += point_s;
+                slowest_s = slowest_s.max(point_s);
             }
         }
     }
@@ -109,6 +116,7 @@ pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault
         references: of_kind(VisitKind::Reference),
         way_m,
         about_s,
+        slowest_s,
         bytes: BYTES_A_ROW * visits.len() as u64,
     })
 }
@@ -135,6 +143,20 @@ fn foci_within_travel(plan: &Plan, lab: &Lab) -> Result<(), Fault> {
         }
     }
     Ok(())
+}
+
+/// A reference point that is visited by time alone is on nobody's way: it is looked at by itself.
+fn reference_within_travel(plan: &Plan, lab: &Lab) -> Result<(), Fault> {
+    let reference = &plan.reference;
+    let (Some(at_mm), true) = (reference.at_mm, reference.is_given()) else { return Ok(()) };
+    let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
+    envelope.check_target(frame.to_robot(at_mm / 1e3)).map_err(|fault| {
+        plan.fault(
+            Part::Reference,
+            format!("the robot cannot stand at the reference point: {fault}"),
+            "choose another one, or leave at_mm out: it is then the focus's place",
+        )
+    })
 }
 
 /// Time of a move from standstill to standstill, s: a trapezoid of speed, or a triangle where it is too short.

@@ -35,6 +35,41 @@ pub enum Event {
         /// Its standard error, ms.
         standard_error_ms: f64,
     },
+    /// The reference point was revisited, to see what drifts.
+    ReferenceRevisited {
+        /// Where it is, as the robot reports it, array frame, mm.
+        at_mm: [f64; 3],
+        /// The first reading there.
+        first: f64,
+        /// The reading now.
+        now: f64,
+        /// How far the robot reports to be from where it reported at the first, mm.
+        moved_mm: f64,
+    },
+    /// A reading is not as it should be: the converter was at its limit, or samples were lost.
+    Spoilt {
+        /// Its row in `samples.csv`, from 0.
+        row: usize,
+        /// What is wrong with it.
+        text: String,
+    },
+    /// The scan waits because somebody asked it to. The array is silent.
+    Paused,
+    /// It goes on; the point under way is measured anew.
+    Continued {
+        /// How long it waited, s.
+        waited_s: f64,
+    },
+    /// A person is wanted; the scan goes on where it can.
+    Question {
+        /// What was seen.
+        text: String,
+    },
+    /// A hook was started and did not do what it should. The scan goes on.
+    HookFailed {
+        /// Which, and what was seen.
+        text: String,
+    },
     /// A point was measured and is on disk.
     Measured {
         /// Its row in `samples.csv`, from 0.

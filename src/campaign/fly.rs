@@ -321,6 +321,7 @@ impl Flights {
         };
         self.talk_s = Some(talk_s);
         let (ends, recording) = heard_going(rig, to, self.flight.feed).await?;
+        rig.array().confirm(focus.is_some()).await?;
         let over_s = self.flight.over_s(&line, &recording, talk_s)?;
         let ends_m = [begins, ends].map(|end| frame.to_array(end));
         Ok(Flown { recording, ends_m, over_s })

@@ -8,7 +8,7 @@ use toml::Spanned;
 use crate::acoustics::{Array, Medium};
 use crate::input::{Fault, TomlSource};
 use crate::rig::{EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
-use crate::scan::{ArraySection, ArrayTable, MediumSection, MediumTable};
+use crate::scan::{ArraySection, ArrayTable, Hooks, MediumSection, MediumTable};
 use crate::sensing::SensingSection;
 use crate::virtual_rig::VirtualConfig;
 
@@ -23,6 +23,8 @@ struct LabFile {
     focus_array: FocusArrayConfig,
     environment: Option<EnvironmentConfig>,
     sensing: Option<Spanned<SensingSection>>,
+    #[serde(default)]
+    hooks: Hooks,
     #[serde(rename = "virtual")]
     virtual_rig: Option<VirtualConfig>,
 }
@@ -40,6 +42,8 @@ pub struct Lab {
     pub rig: RigConfig,
     /// The elements that listen for a hand, where some do.
     pub sensing: Option<SensingSection>,
+    /// Who is told of what happens to a scan, where its plan does not say.
+    pub hooks: Hooks,
     /// The firmware and the physics behind them, where the rig is a virtual one.
     pub virtual_rig: Option<VirtualConfig>,
     source: TomlSource,
@@ -83,6 +87,7 @@ impl Lab {
                 environment: file.environment,
             },
             sensing: file.sensing.map(Spanned::into_inner),
+            hooks: file.hooks,
             virtual_rig: file.virtual_rig,
             source,
         })

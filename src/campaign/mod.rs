@@ -2,16 +2,20 @@
 //! drives the three devices point by point, and the return to a scan that ended early.
 
 mod air_log;
+mod attendant;
 mod clock;
 mod conductor;
+mod drift;
 mod dry_run;
 mod error;
 mod event;
 mod flight;
 mod fly;
+mod hook;
 mod lab;
 mod open;
 mod origin;
+mod pause;
 mod plan_on_rig;
 mod references;
 mod rows;
@@ -20,12 +24,15 @@ mod session;
 mod troubled_tests;
 
 pub use air_log::FILE as AIR_FILE;
+pub use attendant::Attendant;
+pub use conductor::element_delays;
 pub use dry_run::{DryRun, dry_run, room_for};
 pub use error::CampaignError;
 pub use event::{Event, Watch};
 pub use fly::FlightFault;
 pub use lab::Lab;
 pub use open::{OpenRig, open_virtual};
+pub use pause::{Pause, PauseSwitch};
 pub use plan_on_rig::Campaign;
 pub use references::Moved;
 pub use session::{Ending, Session};

@@ -15,8 +15,8 @@ use crate::virtual_rig::VirtualRig;
 pub struct OpenRig {
     // Dropped in this order: the drivers let go of the ports before the firmware behind them ends.
     rig: SafeRig,
-    air: Option<AirLog>,
     watchdog: Option<Watchdog>,
+    air: Option<AirLog>,
     firmware: Option<VirtualRig>,
 }
 
@@ -38,7 +38,7 @@ impl OpenRig {
         let air = sensor
             .zip(lab.rig.environment.as_ref())
             .map(|(sensor, config)| AirLog::new(sensor, config));
-        Ok(Self { rig, air, watchdog: None, firmware })
+        Ok(Self { rig, watchdog: None, air, firmware })
     }
 
     /// Has the rig guarded by a process of its own from now on: `program`, which calls

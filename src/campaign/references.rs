@@ -114,14 +114,16 @@ pub(super) fn compare(
     if moved_mm > allowed_mm {
         return Err(Moved::Robot { row, moved_mm, allowed_mm });
     }
-    let variance = |sample: &Sample| {
-        sample.spread.map_or(0.0, |spread| spread.std.powi(2) / f64::from(spread.count))
-    };
-    let noise = STANDARD_ERRORS * (variance(kept) + variance(now)).sqrt();
+    let noise = STANDARD_ERRORS * standard_error(kept).hypot(standard_error(now));
     if (now.reading - kept.reading).abs() > allowed_percent / 100.0 * kept.reading + noise {
         return Err(Moved::Level { row, kept: kept.reading, now: now.reading, allowed_percent });
     }
     Ok(())
+}
+
+/// Standard error of a sample's mean, in the record's unit; zero where its spread is not known.
+pub(super) fn standard_error(sample: &Sample) -> f64 {
+    sample.spread.map_or(0.0, |spread| spread.std / f64::from(spread.count).sqrt())
 }
 
 #[cfg(test)]

@@ -20,6 +20,16 @@ pub(super) enum Leg {
     Row(Range<usize>),
 }
 
+impl Leg {
+    /// The visits that are made on it.
+    pub fn rows(&self) -> Range<usize> {
+        match self {
+            Self::Stop(visit) => *visit..visit + 1,
+            Self::Row(row) => row.clone(),
+        }
+    }
+}
+
 /// The legs of the visits from `done` on, in their order; only stops unless rows are flown.
 pub(super) fn legs(visits: &[Visit], done: usize, flown: bool) -> Vec<Leg> {
     let mut legs = Vec::new();

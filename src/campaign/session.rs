@@ -1,5 +1,9 @@
 //! One scan from its first move to its safe end, and the return to one that ended early.
 
+mod attended;
+mod course;
+mod keeping;
+
 use std::any::Any;
 use std::future::{Future, poll_fn};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -7,33 +11,27 @@ use std::path::Path;
 use std::pin::pin;
 use std::process::Command;
 use std::task::Poll;
-use std::time::Duration;
 
 use jiff::Timestamp;
-use tokio::time::{Instant, sleep};
 
 use super::CampaignError;
-use super::air_log::Polled;
-use super::clock::{ScanClock, begins, goes_on_at_s};
-use super::conductor::{Conductor, Measurement, distance_mm};
-use super::dry_run::{dry_run, room_for};
+use super::attendant::Attendant;
+use super::clock::begins;
+use super::dry_run::{DryRun, dry_run, room_for};
 use super::event::{Event, Watch};
-use super::fly::{Flight, Flights};
 use super::lab::Lab;
 use super::open::OpenRig;
 use super::origin::{self, Origin};
+use super::pause::Pause;
 use super::plan_on_rig::Campaign;
-use super::references::{Moved, compare, reference_rows};
-use super::rows::{Leg, Line, legs};
+use super::references::reference_rows;
 use crate::input::{TomlSource, toml_file};
-use crate::scan::{Columns, EventKind, Journal, JournalError, Sample, ScanSetup, ScanState, Visit};
+use crate::rig::ReceiverIdentity;
+use crate::scan::{Columns, Journal, Sample, ScanSetup, ScanState, Visit};
 
 /// The plan and the rig file as they were when the scan was begun, kept beside it.
 const PLAN_COPY: &str = "plan.toml";
 const RIG_COPY: &str = "rig.toml";
-
-/// How often it is looked whether there is room again.
-const LOOK_FOR_ROOM_EVERY: Duration = Duration::from_secs(1);
 
 /// Where the watchdog writes what it did, where it had to.
 const WATCHDOG_LOG: &str = "watchdog.log";
@@ -45,6 +43,8 @@ pub struct Session {
     journal: Journal,
     setup: ScanSetup,
     kept: Vec<Sample>,
+    check: DryRun,
+    pause: Pause,
 }
 
 /// How a scan ended; its record is on disk either way, and the rig is safe.
@@ -96,7 +96,7 @@ impl Session {
         if let Some(air) = open.air() {
             air.write_to(folder)?;
         }
-        Ok(Self { campaign, open, journal, setup, kept: Vec::new() })
+        Ok(Self { campaign, open, journal, setup, kept: Vec::new(), check, pause: Pause::never() })
     }
 
     /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig. Ports may be
@@ -124,12 +124,18 @@ impl Session {
             if let Some(air) = open.air() {
                 air.write_to(folder)?;
             }
-            Ok((campaign, open))
+            Ok((campaign, open, check))
         };
         match opened.await {
-            Ok((campaign, open)) => {
-                Ok(Self { campaign, open, journal: resumed.journal, setup: resumed.setup, kept })
-            }
+            Ok((campaign, open, check)) => Ok(Self {
+                campaign,
+                open,
+                journal: resumed.journal,
+                setup: resumed.setup,
+                kept,
+                check,
+                pause: Pause::never(),
+            }),
             Err(error) => {
                 end(resumed.journal, Some(&CampaignError::to_string(&error)))?;
                 Err(error)
@@ -145,6 +151,31 @@ impl Session {
     /// Readings that are on disk already.
     pub fn done(&self) -> usize {
         self.journal.visits_done()
+    }
+
+    /// What was measured before, sample k of visit k of the plan.
+    pub fn kept(&self) -> &[Sample] {
+        &self.kept
+    }
+
+    /// The plan and the rig.
+    pub fn campaign(&self) -> &Campaign {
+        &self.campaign
+    }
+
+    /// What the receiver says of itself.
+    pub fn receiver(&mut self) -> &ReceiverIdentity {
+        self.open.rig().receiver().identity()
+    }
+
+    /// Somebody to stay with the scan.
+    pub fn attendant(&self) -> Attendant {
+        Attendant::new(&self.campaign, self.journal.folder(), self.check.slowest_s)
+    }
+
+    /// Lets `pause` say when the scan waits.
+    pub fn paused_by(&mut self, pause: Pause) {
+        self.pause = pause;
     }
 
     /// Has the rig guarded from now on by a process of its own, which writes `watchdog.log` beside the record should it have to
@@ -207,186 +238,6 @@ impl Session {
             _ => Ok(reason.map_or(Ending::Complete, |reason| Ending::Partial { reason })),
         }
     }
-
-    async fn conduct(&mut self, watch: Watch<'_>) -> Result<(), Stopped> {
-        watch(&self.open.greeting());
-        self.open.rig().array().continuous_wave().await?;
-        self.open.rig().motion().home().await?;
-        self.journal.record(Timestamp::now(), EventKind::Homed, "")?;
-        watch(&Event::Homed);
-        let clock = match self.kept.last() {
-            None => ScanClock::from_start(),
-            Some(last) => ScanClock::from(goes_on_at_s(
-                self.setup.recorded,
-                last.time_s,
-                self.campaign.lab.virtual_rig.is_some(),
-            )),
-        };
-        let mut conductor = Conductor::new(&self.campaign.lab, &self.campaign.plan.foci, clock);
-        self.check_references(&mut conductor, &mut *watch).await?;
-        let plan = &self.campaign.plan;
-        let mut flights = plan.fly.map(|fly| Flights::new(Flight::new(&fly, &self.campaign.lab)));
-        let legs = legs(&self.campaign.visits, self.journal.visits_done(), flights.is_some());
-        if let Some(flights) = flights.as_mut().filter(|flights| flights.want_lag()) {
-            self.find_lag(flights, &mut conductor, &legs, &mut *watch).await?;
-        }
-        for leg in legs {
-            match (leg, &mut flights) {
-                (Leg::Row(row), Some(flights)) => {
-                    let visits = &self.campaign.visits[row.clone()];
-                    let measured = flights.measure(&mut conductor, self.open.rig(), visits).await?;
-                    for (row, measurement) in row.zip(measured) {
-                        self.keep_point(row, &measurement, &mut conductor, &mut *watch).await?;
-                    }
-                }
-                (Leg::Row(row), None) => unreachable!("{row:?} is only flown by a plan that flies"),
-                (Leg::Stop(row), _) => {
-                    let visit = &self.campaign.visits[row];
-                    let measurement = conductor.measure(self.open.rig(), visit).await?;
-                    self.keep_point(row, &measurement, &mut conductor, &mut *watch).await?;
-                }
-            }
-        }
-        if let Some(text) = flights.and_then(|flights| flights.evenness()) {
-            self.journal.record(Timestamp::now(), EventKind::Flown, &text)?;
-        }
-        Ok(())
-    }
-
-    /// Keeps what the environment sensor says; one that fails ends no scan, and is told of.
-    async fn watch_the_air(&mut self, time_s: f64) {
-        let Some(air) = self.open.air() else { return };
-        let text = match air.poll(time_s).await {
-            Polled::Kept => return,
-            Polled::Lost(reason) => reason,
-            Polled::Back => "the environment sensor is back".to_owned(),
-        };
-        tracing::warn!("{text}");
-        // Where the disk is full, the next reading tells of it.
-        let _ = self.journal.record(Timestamp::now(), EventKind::DeviceFault, &text);
-    }
-
-    /// Finds how far the readings of flown rows lag behind, from the row that passes nearest to its focus.
-    async fn find_lag(
-        &mut self,
-        flights: &mut Flights,
-        conductor: &mut Conductor,
-        legs: &[Leg],
-        watch: Watch<'_>,
-    ) -> Result<(), Stopped> {
-        let visits = &self.campaign.visits;
-        let rows = legs.iter().filter_map(|leg| match leg {
-            Leg::Row(row) => Some(&visits[row.clone()]),
-            Leg::Stop(_) => None,
-        });
-        let from_focus_m = |row: &[Visit]| {
-            let focus = row[0].focus.map(|focus| self.campaign.plan.foci[focus].excitation());
-            let focus_m = focus.and_then(|excitation| excitation.focus_m());
-            Line::of(row).distance_m(focus_m.unwrap_or_default())
-        };
-        let nearest = rows.min_by(|a, b| from_focus_m(a).total_cmp(&from_focus_m(b)));
-        let Some(row) = nearest else { return Ok(()) };
-        let lag = flights.find_lag(conductor, self.open.rig(), row).await?;
-        let (lag_ms, standard_error_ms) = (lag.lag_s * 1e3, lag.standard_error_s * 1e3);
-        let text = format!("readings lag {lag_ms:.3} ± {standard_error_ms:.3} ms behind the robot");
-        self.journal.record(Timestamp::now(), EventKind::Flown, &text)?;
-        watch(&Event::LagFound { lag_ms, standard_error_ms });
-        Ok(())
-    }
-
-    /// Keeps a measurement, and tells of it.
-    async fn keep_point(
-        &mut self,
-        row: usize,
-        measurement: &Measurement,
-        conductor: &mut Conductor,
-        watch: Watch<'_>,
-    ) -> Result<(), Stopped> {
-        let Measurement { sample, clipped, lost } = measurement;
-        if *clipped || *lost > 0 {
-            // Kept before the row: a row without a word about it is a good one, whenever the process dies.
-            let text = spoilt(row, *clipped, *lost);
-            let fault = |journal: &mut Journal| {
-                journal.record(Timestamp::now(), EventKind::DeviceFault, &text)
-            };
-            self.keep(fault, conductor, &mut *watch).await?;
-        }
-        let commanded_m = self.campaign.visits[row].position_m;
-        let point = |journal: &mut Journal| journal.append(sample, commanded_m);
-        self.keep(point, conductor, &mut *watch).await?;
-        watch(&Event::Measured {
-            row,
-            of: self.campaign.visits.len(),
-            focus: sample.focus.map_or(-1, |focus| focus as i64),
-            at_mm: sample.position_mm.into(),
-            reading: sample.reading,
-            clipped: *clipped,
-        });
-        self.watch_the_air(sample.time_s).await;
-        Ok(())
-    }
-
-    /// Keeps something; where there is no room for it, silences the array and waits until there is.
-    async fn keep(
-        &mut self,
-        mut keep: impl FnMut(&mut Journal) -> Result<(), JournalError>,
-        conductor: &mut Conductor,
-        watch: Watch<'_>,
-    ) -> Result<(), Stopped> {
-        match keep(&mut self.journal) {
-            Err(error) if error.is_no_room() => {
-                conductor.silence(self.open.rig()).await?;
-                watch(&Event::Waiting { reason: error.to_string() });
-            }
-            kept => return Ok(kept?),
-        }
-        let since = Instant::now();
-        loop {
-            sleep(LOOK_FOR_ROOM_EVERY).await;
-            match keep(&mut self.journal) {
-                Err(error) if error.is_no_room() => {}
-                kept => {
-                    kept?;
-                    break;
-                }
-            }
-        }
-        let waited_s = since.elapsed().as_secs_f64();
-        let text = format!("there was no room on the disk for {waited_s:.0} s");
-        watch(&Event::WentOn { waited_s });
-        // Where this finds no room again, the next reading waits.
-        match self.journal.record(Timestamp::now(), EventKind::Waited, &text) {
-            Err(error) if !error.is_no_room() => Err(error.into()),
-            _ => Ok(()),
-        }
-    }
-
-    /// Measures kept points again, and refuses to go on where the rig is not as it was.
-    async fn check_references(
-        &mut self,
-        conductor: &mut Conductor,
-        watch: Watch<'_>,
-    ) -> Result<(), Stopped> {
-        let mut found = Vec::new();
-        for row in reference_rows(&self.kept, &self.campaign.visits) {
-            let kept = &self.kept[row];
-            let now = conductor.measure(self.open.rig(), &self.campaign.visits[row]).await?.sample;
-            watch(&Event::ReferenceChecked {
-                row,
-                kept: kept.reading,
-                now: now.reading,
-                moved_mm: distance_mm(kept.position_m(), now.position_m()),
-            });
-            let verdict = compare(row, kept, &now, self.campaign.plan.resume);
-            let text = match &verdict {
-                Ok(()) => format!("row {row}: {} where {} was kept", now.reading, kept.reading),
-                Err(moved) => moved.to_string(),
-            };
-            self.journal.record(Timestamp::now(), EventKind::ReferenceChecked, &text)?;
-            found.extend(verdict.err());
-        }
-        Ok(Moved::of(found).map_err(CampaignError::from)?)
-    }
 }
 
 fn end(journal: Journal, reason: Option<&str>) -> Result<(), CampaignError> {
@@ -412,14 +263,6 @@ fn same_set_up(lab: &Lab, setup: &ScanSetup) -> Result<(), CampaignError> {
     let same = now.len() == then.len()
         && now.iter().zip(then).all(|(now, then)| (now.centre_m - then.centre_m).norm() < SAME_M);
     if same { Ok(()) } else { Err(CampaignError::OtherSetUp) }
-}
-
-/// What is not as it should be with the readings behind a row.
-fn spoilt(row: usize, clipped: bool, lost: u32) -> String {
-    let clipped = if clipped { ", the converter was at its limit" } else { "" };
-    let lost =
-        if lost > 0 { format!(", {lost} samples were lost on their way") } else { String::new() };
-    format!("row {row}{clipped}{lost}")
 }
 
 /// Why a running scan stopped.

@@ -25,6 +25,7 @@ mod stop;
 mod study;
 mod transducers;
 mod virtual_ports;
+mod watch;
 mod watchdog;
 
 use std::io::IsTerminal;

@@ -6,6 +6,7 @@ use std::thread::JoinHandle;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::watch::Watching;
 use crate::campaign::Event;
 
 /// How a running scan is shown.
@@ -14,6 +15,8 @@ pub(super) enum Progress {
     Bar(ProgressBar),
     /// One JSON object a line, on standard output.
     Json(JsonLines),
+    /// The whole terminal.
+    Screen(Watching),
 }
 
 /// Lines on standard output, written by a thread of their own: a reader that stalls must not stall a scan.
@@ -48,10 +51,13 @@ impl Drop for JsonLines {
 }
 
 impl Progress {
-    pub(super) fn new(rows: usize, done: usize, json: bool) -> Self {
-        if json {
-            return Self::Json(JsonLines::new());
-        }
+    /// Lines of JSON.
+    pub(super) fn json() -> Self {
+        Self::Json(JsonLines::new())
+    }
+
+    /// A bar, with `done` of `rows` points behind it.
+    pub(super) fn bar(rows: usize, done: usize) -> Self {
         let bar = ProgressBar::new(rows as u64).with_position(done as u64);
         let style = ProgressStyle::with_template(
             "{elapsed_precise} [{bar:30}] {pos}/{len} points, {eta} left  {msg}",
@@ -66,6 +72,13 @@ impl Progress {
     pub(super) fn show(&mut self, event: &Event) {
         match self {
             Self::Bar(bar) => show_on_bar(bar, event),
+            Self::Screen(watching) => {
+                watching.tell(event);
+                if let Event::Ended { rows, of, reason } = event {
+                    watching.close();
+                    say_end(*rows, *of, reason.as_deref());
+                }
+            }
             Self::Json(json) => {
                 let line = serde_json::to_string(event).expect("an event is plain data");
                 if let Some(lines) = &json.lines {
@@ -98,6 +111,19 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
                 ))
             });
         }
+        Event::ReferenceRevisited { first, now, .. } => {
+            let drift = (now / first - 1.0) * 100.0;
+            bar.suspend(|| {
+                say(&format!("reference point: {now:.5}, {drift:+.2} % since the first"))
+            });
+        }
+        Event::Spoilt { text, .. } => bar.suspend(|| say(text)),
+        Event::Paused => bar.set_message("waits; the array is silent"),
+        Event::Continued { waited_s } => {
+            bar.suspend(|| say(&format!("went on after {waited_s:.0} s")));
+        }
+        Event::Question { text } => bar.suspend(|| say(&format!("ATTENTION: {text}"))),
+        Event::HookFailed { text } => bar.suspend(|| say(text)),
         Event::Measured { row, focus, at_mm: [x, y, z], reading, clipped, .. } => {
             bar.set_position(*row as u64 + 1);
             let what = if *focus < 0 { "silent".to_owned() } else { format!("focus {focus}") };
@@ -113,11 +139,15 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
         }
         Event::Ended { rows, of, reason } => {
             bar.finish_and_clear();
-            match reason {
-                None => say(&format!("complete: {rows} points")),
-                Some(reason) => say(&format!("ended with {rows} of {of} points: {reason}")),
-            }
+            say_end(*rows, *of, reason.as_deref());
         }
+    }
+}
+
+fn say_end(rows: usize, of: usize, reason: Option<&str>) {
+    match reason {
+        None => say(&format!("complete: {rows} points")),
+        Some(reason) => say(&format!("ended with {rows} of {of} points: {reason}")),
     }
 }
 

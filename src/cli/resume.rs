@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::scan::{conduct, told};
+use super::scan::{Showing, conduct, told};
 use crate::campaign::Session;
 
 /// The `resume` command.
@@ -13,14 +13,14 @@ use crate::campaign::Session;
 pub(super) struct Resume {
     /// The folder of the scan
     folder: PathBuf,
-    /// Tell every event as a line of JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    showing: Showing,
 }
 
 impl Resume {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let ending = conduct(Session::resume(&self.folder), self.json)?;
+        self.showing.is_possible()?;
+        let ending = conduct(Session::resume(&self.folder), &self.showing)?;
         Ok(told(&self.folder, &ending))
     }
 }

@@ -2,16 +2,21 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::Args;
-use miette::IntoDiagnostic;
+use miette::{IntoDiagnostic, miette};
+use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 use super::ENDED_PARTIAL;
 use super::output::{fresh_folder, print_json};
 use super::progress::Progress;
 use super::stop::StopRequests;
+use super::watch::{Controls, Watching};
 use super::watchdog::watchdog;
-use crate::campaign::{Campaign, CampaignError, DryRun, Ending, Session};
+use crate::campaign::{Campaign, CampaignError, DryRun, Ending, Event, PauseSwitch, Session};
+use crate::terminal::Screen;
+use crate::terminal::watch::ScanView;
 
 /// What a scan is asked for, here and for `run`.
 #[derive(Debug, Args)]
@@ -27,6 +32,16 @@ pub(super) struct ScanArgs {
     /// Only check the plan against the rig file, and say what it comes to
     #[arg(long)]
     dry_run: bool,
+    #[command(flatten)]
+    showing: Showing,
+}
+
+/// How a running scan is shown.
+#[derive(Debug, Args)]
+pub(super) struct Showing {
+    /// Show the scan on the whole terminal: its map filling in, and keys to let it wait or end
+    #[arg(long, conflicts_with = "json")]
+    watch: bool,
     /// Tell every event as a line of JSON
     #[arg(long)]
     json: bool,
@@ -59,9 +74,10 @@ impl Scan {
 impl ScanArgs {
     /// Checks the plan, then scans it unless only the check was asked for.
     pub(super) fn scan(&self) -> miette::Result<Scanned> {
+        self.showing.is_possible()?;
         let campaign = Campaign::read(&self.plan, self.rig.as_deref())?;
         let check = campaign.dry_run()?;
-        if self.dry_run && self.json {
+        if self.dry_run && self.showing.json {
             print_json(&check)?;
             return Ok(Scanned::Checked);
         }
@@ -71,7 +87,7 @@ impl ScanArgs {
         }
         let folder = self.out.clone().unwrap_or_else(|| fresh_folder(campaign.name()));
         let diagnose = campaign.plan().diagnose;
-        let ending = conduct(Session::begin(campaign, &folder), self.json)?;
+        let ending = conduct(Session::begin(campaign, &folder), &self.showing)?;
         Ok(Scanned::Done { folder, ending, diagnose })
     }
 }
@@ -79,20 +95,81 @@ impl ScanArgs {
 /// Runs a session to its end, shown as it goes, ended safe by Ctrl-C, a closed terminal or a request to terminate.
 pub(super) fn conduct(
     session: impl Future<Output = Result<Session, CampaignError>>,
-    json: bool,
+    showing: &Showing,
 ) -> miette::Result<Ending> {
     let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
     let ending = runtime.block_on(async {
         let stop = StopRequests::listen().into_diagnostic()?;
         let mut session = session.await?;
         session.guard(watchdog()?)?;
-        let mut progress = Progress::new(session.visits(), session.done(), json);
-        let ending = session.run(&mut |event| progress.show(event), stop.first()).await?;
-        Ok(ending)
+        let (abort, mut aborted) = unbounded_channel();
+        let progress = Arc::new(Mutex::new(showing.begin(&mut session, abort.clone())?));
+        let show = {
+            let progress = Arc::clone(&progress);
+            move |event: &Event| {
+                progress.lock().unwrap_or_else(PoisonError::into_inner).show(event);
+            }
+        };
+        let (tell, told) = unbounded_channel();
+        let attendant = tokio::spawn(session.attendant().attend(told, show.clone()));
+        let asked = async {
+            tokio::select! {
+                who = stop.first() => who,
+                // Never closed: this holds an end of it.
+                Some(who) = aborted.recv() => who,
+            }
+        };
+        let watch = &mut |event: &Event| {
+            show(event);
+            let _ = tell.send(event.clone());
+        };
+        let ending = session.run(watch, asked).await;
+        drop(tell);
+        let _ = attendant.await;
+        Ok(ending?)
     });
     // Signals stay in the runtime's hands for as long as the program lives: the listener goes on.
     std::mem::forget(runtime);
     ending
+}
+
+impl Showing {
+    /// Makes sure that there is a terminal where one is needed.
+    pub(super) fn is_possible(&self) -> miette::Result<()> {
+        if self.watch && !Screen::is_possible() {
+            return Err(miette!(
+                help = "leave --watch out, or start it in a terminal",
+                "--watch needs a terminal, and there is none"
+            ));
+        }
+        Ok(())
+    }
+
+    fn begin(
+        &self,
+        session: &mut Session,
+        abort: UnboundedSender<&'static str>,
+    ) -> miette::Result<Progress> {
+        if self.json {
+            return Ok(Progress::json());
+        }
+        if !self.watch {
+            return Ok(Progress::bar(session.visits(), session.done()));
+        }
+        let receiver = session.receiver().clone();
+        let campaign = session.campaign();
+        let view = ScanView::new(
+            campaign.plan(),
+            campaign.visits(),
+            session.kept(),
+            receiver.unit,
+            receiver.full_scale,
+        );
+        let (switch, pause) = PauseSwitch::new();
+        session.paused_by(pause);
+        let watching = Watching::begin(view, Controls { pause: switch, abort });
+        Ok(Progress::Screen(watching.into_diagnostic()?))
+    }
 }
 
 /// Says where the record is and how to go on with it.

@@ -293,7 +293,7 @@ fn write_field(folder: &Path, planes: &[SimulatedPlane]) -> Result<(), csv::Erro
     Ok(writer.flush()?)
 }
 
-fn millimetres(text: &str) -> Result<Vec3, String> {
+pub(super) fn millimetres(text: &str) -> Result<Vec3, String> {
     let numbers = text
         .split(',')
         .map(|part| part.trim().parse::<f64>().map_err(|_| format!("`{part}` is not a number")))

@@ -7,7 +7,7 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::mpsc::{Receiver, channel};
 
 /// Exit code of a program that was stopped at once.
-const STOPPED_AT_ONCE: i32 = 130;
+pub(super) const STOPPED_AT_ONCE: i32 = 130;
 
 /// How long after the first request a further one is taken for an echo of it (a closing terminal hangs up and terminates):
 /// time to make the rig safe.

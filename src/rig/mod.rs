@@ -8,6 +8,7 @@
 //! This layer knows no physics: it takes delays and gives readings.
 
 pub mod air_sensor;
+mod by_hand;
 pub mod check;
 pub mod config;
 mod device;
@@ -27,6 +28,7 @@ use async_trait::async_trait;
 use tokio::time::Instant;
 
 pub use air_sensor::AirReading;
+pub use by_hand::{ByHand, MadeSafe, Wanted};
 pub use config::{EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
 pub use device::{Device, Role};
 pub use emergency::{Emergency, SpareHandle};
@@ -123,14 +125,14 @@ pub trait FocusArray: Send {
     /// Emits with the delays last set.
     async fn emit(&mut self) -> Result<(), RigError>;
 
-    /// Tells the array again what it was told last, where nothing would show that it has forgotten. Before each point.
-    async fn refresh(&mut self) -> Result<(), RigError> {
-        Ok(())
-    }
-
     /// Makes sure that the array still emits, or is silent, as it was told: one that restarted since is not what a reading is of.
     /// Controllers that cannot be asked are believed.
     async fn confirm(&mut self, _emits: bool) -> Result<(), RigError> {
+        Ok(())
+    }
+
+    /// Tells the array again what it was told last, where nothing would show that it has forgotten. Before each point.
+    async fn refresh(&mut self) -> Result<(), RigError> {
         Ok(())
     }
 

@@ -200,25 +200,37 @@ impl Journal {
     /// this returns.
     ///
     /// # Errors
-    /// [`JournalError::Sample`] if the record could not be read with it, [`JournalError::Append`] if it did not reach the
-    /// disk. Either way all points before it are safe, nothing of this one is left, and it may be tried again.
+    /// As [`Journal::append_row`].
     pub fn append(&mut self, sample: &Sample, commanded_m: Vec3) -> Result<(), JournalError> {
-        let record = Record::new(*sample, commanded_m);
-        let (record, line) = self
-            .lines(&record)
-            .map_err(|reason| JournalError::Sample { visit: self.visits_done, reason })?;
+        self.append_row(&[(*sample, commanded_m)])
+    }
+
+    /// Keeps the points of the next visits, each with where the robot was sent; all are on disk when this returns.
+    ///
+    /// # Errors
+    /// [`JournalError::Sample`] if the record could not be read with one of them, [`JournalError::Append`] if they did not
+    /// reach the disk. Either way all points before them are safe, nothing of these is left, and they may be tried again.
+    pub fn append_row(&mut self, points: &[(Sample, Vec3)]) -> Result<(), JournalError> {
+        let (mut records, mut lines) = (String::new(), String::new());
+        for (n, &(sample, commanded_m)) in points.iter().enumerate() {
+            let (record, line) = self
+                .lines(&Record::new(sample, commanded_m))
+                .map_err(|reason| JournalError::Sample { visit: self.visits_done + n, reason })?;
+            records += &record;
+            lines += &line;
+        }
         self.records
-            .append(&record)
+            .append(&records)
             .and_then(|()| {
                 // Not synced: the record is.
-                self.samples.write(&line).inspect_err(|_| self.records.forget(&record))
+                self.samples.write(&lines).inspect_err(|_| self.records.forget(&records))
             })
             .map_err(|source| JournalError::Append {
                 folder: self.folder.clone(),
                 kept: self.visits_done,
                 source,
             })?;
-        self.visits_done += 1;
+        self.visits_done += points.len();
         Ok(())
     }
 

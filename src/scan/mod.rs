@@ -18,6 +18,7 @@ mod array_table;
 mod durable;
 mod elements_csv;
 mod focus_section;
+mod hooks;
 pub mod import;
 mod journal;
 mod layout;
@@ -40,6 +41,7 @@ pub(crate) use array_section::TRANSDUCER_BESIDE;
 pub use array_table::ArrayTable;
 pub use elements_csv::{read_elements, write_elements};
 pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};
+pub use hooks::{Alarm, HookCommand, HookKind, Hooks};
 pub use journal::{
     BadSample, Event, EventKind, Journal, JournalError, Record, Resumed, ScanState, read_events,
 };

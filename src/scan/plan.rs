@@ -2,10 +2,10 @@
 
 mod fly;
 mod one_or_many;
+mod reference;
 mod region;
 mod visits;
 
-use std::num::NonZeroU32;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -13,12 +13,15 @@ use serde::Deserialize;
 use toml::Spanned;
 
 pub use self::fly::Fly;
+pub use self::reference::Reference;
+use self::reference::ReferenceTable;
 pub use self::region::{Axis, Layers, Region, Shape};
 use self::region::{LineTable, PlaneTable, PointsTable, Reader, VolumeTable};
 pub use self::visits::{Visit, VisitKind};
 use super::focus_section::{FocusSection, FocusTable};
-use crate::acoustics::{Simulator, Vec3};
-use crate::input::{Fault, Finite, Positive, TomlSource, file_name};
+use super::hooks::{Alarm, Hooks};
+use crate::acoustics::Simulator;
+use crate::input::{Fault, Positive, TomlSource, file_name};
 
 /// Most visits of a plan: at ten a second, two weeks.
 const MAX_VISITS: usize = 10_000_000;
@@ -42,6 +45,10 @@ struct PlanFile {
     #[serde(default)]
     resume: Tolerances,
     #[serde(default)]
+    hooks: Hooks,
+    #[serde(default)]
+    alarm: Alarm,
+    #[serde(default)]
     plane: Vec<Spanned<PlaneTable>>,
     #[serde(default)]
     volume: Vec<Spanned<VolumeTable>>,
@@ -57,14 +64,6 @@ struct SimulatorTable {
     model: Simulator,
     #[serde(default)]
     also: Vec<Simulator>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ReferenceTable {
-    at_mm: Spanned<[Finite; 3]>,
-    every_points: NonZeroU32,
-    focus: Option<Spanned<usize>>,
 }
 
 /// How the rows of a plane follow one another.
@@ -108,18 +107,6 @@ impl Default for Tolerances {
     }
 }
 
-/// A point that is measured again and again, to show what drifts.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Reference {
-    /// Where it is, millimetres, array frame.
-    pub at_mm: Vec3,
-    /// After how many points it is visited again. It is also the first point and the last.
-    pub every_points: NonZeroU32,
-    /// Number of the focus under which it is measured, always the same.
-    pub focus: usize,
-    place: Range<usize>,
-}
-
 /// The plan of a scan.
 #[derive(Debug, Clone)]
 pub struct Plan {
@@ -142,9 +129,13 @@ pub struct Plan {
     /// Readings in silence.
     pub dark: Dark,
     /// The point to come back to.
-    pub reference: Option<Reference>,
+    pub reference: Reference,
     /// How far the rig may be from what it was for a broken-off scan to go on.
     pub resume: Tolerances,
+    /// Who is told of what happens.
+    pub hooks: Hooks,
+    /// When a scan that does not go on is no longer taken to be slow.
+    pub alarm: Alarm,
     /// What is measured; at least one. Planes, volumes, lines, lists of points, each in the plan's order.
     pub regions: Vec<Region>,
     source: TomlSource,
@@ -198,7 +189,7 @@ impl Plan {
                 "add a [[plane]], [[volume]], [[line]] or [[points]]",
             ));
         }
-        let reference = file.reference.map(|table| reference(&table, &reader)).transpose()?;
+        let reference = Reference::read(file.reference.as_ref(), &foci, &reader)?;
         let mut also = Vec::new();
         for simulator in file.simulator.also {
             if simulator != file.simulator.model && !also.contains(&simulator) {
@@ -218,6 +209,8 @@ impl Plan {
             dark: file.dark,
             reference,
             resume: file.resume,
+            hooks: file.hooks,
+            alarm: file.alarm,
             regions,
             rig_place: file.rig.as_ref().map(Spanned::span),
             focus_places: file.focus.iter().map(Spanned::span).collect(),
@@ -249,7 +242,7 @@ impl Plan {
             Part::Rig => self.rig_place.clone(),
             Part::Focus(number) => self.focus_places.get(number).cloned(),
             Part::Region(index) => self.regions.get(index).map(|region| region.place.clone()),
-            Part::Reference => self.reference.as_ref().map(|reference| reference.place.clone()),
+            Part::Reference => self.reference.place.clone(),
         };
         match place {
             Some(place) => self.source.fault(place, problem, remedy),
@@ -289,19 +282,6 @@ impl Plan {
         }
         Ok(())
     }
-}
-
-fn reference(table: &ReferenceTable, reader: &Reader<'_>) -> Result<Reference, Fault> {
-    let focus = match &table.focus {
-        Some(number) => reader.focus(*number.get_ref(), number.span())?,
-        None => 0,
-    };
-    Ok(Reference {
-        at_mm: Vec3::from(table.at_mm.get_ref().map(Finite::get)),
-        every_points: table.every_points,
-        focus,
-        place: table.at_mm.span(),
-    })
 }
 
 #[cfg(test)]

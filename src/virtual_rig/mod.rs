@@ -57,7 +57,6 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio_util::sync::CancellationToken;
 
 use crate::acoustics::{Array, Medium};
-use crate::rig::link::trouble::TroubleRates;
 use crate::rig::{Frame, Ports};
 use air_firmware::AirFirmware;
 use board::{Order, WireTrouble};
@@ -171,7 +170,7 @@ impl VirtualRig {
         let (opened, wait_for_ports) = mpsc::sync_channel(1);
         let thread = std::thread::Builder::new().name("virtual-rig".to_owned()).spawn({
             let (clock, stop) = (clock.clone(), stop.clone());
-            let trouble = [0, 1, 2].map(|n| WireTrouble::new(config.faults, config.seed, n));
+            let trouble = [0, 1, 2, 3].map(|n| WireTrouble::new(config.faults, config.seed, n));
             move || run(devices, [robot, receiver, array], trouble, &clock, &stop, &opened)
         })?;
         let ports = wait_for_ports.recv().unwrap_or_else(|_| {
@@ -238,7 +237,7 @@ struct Devices {
 }
 
 impl Devices {
-    /// The devices, in a world of their own.
+    /// The three, in a world of their own.
     fn new(
         config: &VirtualConfig,
         truth: Truth,
@@ -254,6 +253,7 @@ impl Devices {
         let devices = Self {
             robot: MarlinFirmware::new(config.robot, trajectory, homing_jam.clone()),
             receiver: receiver_firmware::of(config.receiver, world.clone()),
+            environment: config.environment.map(AirFirmware::new),
             receiver_has_socket: config.receiver.mode == Mode::Scpi,
             array: array_boards::firmware(
                 &config.array,
@@ -261,7 +261,6 @@ impl Devices {
                 believed.frequency_hz,
                 world.clone(),
             ),
-            environment: config.environment.map(AirFirmware::new),
         };
         Ok((devices, world))
     }
@@ -271,7 +270,7 @@ impl Devices {
 fn run(
     devices: Devices,
     orders: [UnboundedReceiver<Order>; 3],
-    trouble: [WireTrouble; 3],
+    trouble: [WireTrouble; 4],
     clock: &Arc<Clock>,
     stop: &CancellationToken,
     opened: &mpsc::SyncSender<Result<Ports, VirtualRigError>>,
@@ -315,7 +314,7 @@ fn run(
             return;
         }
         let [robot_orders, receiver_orders, array_orders] = orders;
-        let [trouble_1, trouble_2, trouble_3] = trouble;
+        let [trouble_1, trouble_2, trouble_3, trouble_4] = trouble;
         let shared = || (clock.clone(), stop.clone());
         if let Some((listener, _)) = socket {
             let bridge = tcp_bridge::serve(listener, receiver.path().to_owned(), stop.clone());
@@ -328,8 +327,8 @@ fn run(
         let (_, no_orders) = unbounded_channel();
         let air = async {
             if let Some((firmware, wire)) = environment {
-                let trouble = WireTrouble::new(TroubleRates::default(), 0, 3);
-                board::run(firmware, wire, trouble, clock.clone(), no_orders, stop.clone()).await;
+                let shared = (clock.clone(), no_orders, stop.clone());
+                board::run(firmware, wire, trouble_4, shared.0, shared.1, shared.2).await;
             }
         };
         tokio::join!(

@@ -173,7 +173,7 @@ impl FocusArray for FileSink {
         self.tell("silencing it")
     }
 
-    /// Whoever reads the file sees that nothing is added any more; no port has to be held open for it.
+    /// Nothing hangs on it that could be silenced.
     fn emergency(&self) -> Option<Emergency> {
         None
     }

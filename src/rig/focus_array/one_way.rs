@@ -201,9 +201,8 @@ impl<L: ByteLink, B: OneWayBoard + Sync> FocusArray for OneWayArray<L, B> {
     }
 
     fn emergency(&self) -> Option<Emergency> {
-        let silence = self.board.frame(&vec![None; self.board.channels()]);
         // Behind a pattern that may have been broken off.
-        self.wire.emergency([self.board.wake(), silence.clone(), silence].concat())
+        self.wire.emergency([self.board.wake(), self.twice_silent()].concat())
     }
 
     async fn set_delays(&mut self, delays: &[ElementDelay]) -> Result<(), RigError> {
@@ -239,10 +238,17 @@ impl<L: ByteLink, B: OneWayBoard + Sync> FocusArray for OneWayArray<L, B> {
     }
 }
 
+impl<L: ByteLink, B: OneWayBoard> OneWayArray<L, B> {
+    /// Silence for both buffers of a board.
+    fn twice_silent(&self) -> Vec<u8> {
+        self.board.frame(&vec![None; self.board.channels()]).repeat(2)
+    }
+}
+
 impl<L: ByteLink, B: OneWayBoard> Drop for OneWayArray<L, B> {
     fn drop(&mut self) {
-        let silence = self.board.frame(&vec![None; self.board.channels()]);
-        self.wire.last_words(&[silence.clone(), silence].concat());
+        let silence = self.twice_silent();
+        self.wire.last_words(&silence);
     }
 }
 

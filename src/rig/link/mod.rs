@@ -3,6 +3,7 @@
 //! Drivers are generic over [`ByteLink`]; what they share, lines with a bounded length and reads that never wait
 //! for ever, is in [`Wire`].
 
+mod holder;
 mod serial;
 mod tcp;
 pub mod trouble;
@@ -12,6 +13,7 @@ use std::fmt;
 
 use tokio::io::{AsyncRead, AsyncWrite};
 
+pub use holder::{Holder, holder_of};
 pub use serial::open_serial;
 pub use tcp::open_tcp;
 pub use wire::Wire;

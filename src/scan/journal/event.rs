@@ -33,6 +33,12 @@ pub enum EventKind {
     ReferenceChecked,
     /// How far the readings of flown rows lag behind the robot, and how evenly the rows were flown.
     Flown,
+    /// The scan was asked to wait.
+    Paused,
+    /// It went on.
+    Continued,
+    /// A person was wanted.
+    Question,
     /// A device failed, lost or spoilt a reading, or was lost.
     DeviceFault,
     /// There was no room for a reading; the scan waited until there was.

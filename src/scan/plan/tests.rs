@@ -250,7 +250,7 @@ proptest! {
         let driven = &visits[before..visits.len() - after];
         prop_assert!(!driven.iter().any(dark));
 
-        let every = plan.reference.as_ref().expect("given").every_points.get() as usize;
+        let every = plan.reference.every_points.expect("given").get() as usize;
         let runs: Vec<usize> = driven
             .split(|visit| visit.kind == VisitKind::Reference)
             .map(<[Visit]>::len)

@@ -84,15 +84,18 @@ impl Plan {
     }
 
     fn with_references(&self, points: Vec<Visit>) -> Vec<Visit> {
-        let Some(reference) = &self.reference else { return points };
+        let reference = &self.reference;
+        let (Some(every), Some(at_mm)) = (reference.every_points, reference.at_mm) else {
+            return points;
+        };
         let revisit = Visit {
             kind: VisitKind::Reference,
             focus: Some(reference.focus),
-            position_m: reference.at_mm / 1e3,
+            position_m: at_mm / 1e3,
             part: Part::Reference,
         };
         let mut visits = vec![revisit];
-        for between in points.chunks(reference.every_points.get() as usize) {
+        for between in points.chunks(every.get() as usize) {
             visits.extend_from_slice(between);
             visits.push(revisit);
         }

@@ -1,45 +1,35 @@
-//! `fieldgap rig`: looking after a rig.
+//! `fieldgap rig check`: each device talked to.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Subcommand};
+use clap::Args;
 use miette::IntoDiagnostic;
 
-use super::output::{print, print_json};
+use super::RigFile;
 use crate::campaign::{Lab, open_virtual};
+use crate::cli::output::{print, print_json};
 use crate::rig::check::check;
 use crate::virtual_rig::VirtualRig;
 
-/// The `rig` command.
+/// The `rig check` command.
 #[derive(Debug, Args)]
-pub(super) struct Rig {
-    #[command(subcommand)]
-    task: Task,
+pub(super) struct Check {
+    #[command(flatten)]
+    file: RigFile,
+    /// Print what was found as JSON
+    #[arg(long)]
+    json: bool,
 }
 
-#[derive(Debug, Subcommand)]
-enum Task {
-    /// Talk to each device, measure latency and noise, and say what to mend; nothing moves
-    Check {
-        /// The rig file
-        rig: PathBuf,
-        /// Print what was found as JSON
-        #[arg(long)]
-        json: bool,
-    },
-}
-
-impl Rig {
+impl Check {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let Task::Check { rig, json } = self.task;
-        let lab = Lab::read(&rig)?;
+        let lab = Lab::read(&self.file.rig)?;
         let firmware = open_virtual(&lab)?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         let elements = lab.believed_array().len();
         let report = runtime.block_on(check(&lab.rig, &ports, elements));
-        if json {
+        if self.json {
             print_json(&report)?;
         } else {
             print(&format!("{report}\n"))?;

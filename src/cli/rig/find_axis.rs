@@ -1,0 +1,66 @@
+//! `fieldgap rig find-axis`: the beam's axis, by crosses scanned through it.
+
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::RigFile;
+use super::hands_on::{A_TASK, Ended, hands_on, may_home};
+use crate::beam_axis::{AxisReport, AxisSearch, find_axis, in_words};
+use crate::campaign::Lab;
+use crate::cli::output::{print, print_json};
+use crate::cli::simulate::positive;
+use crate::input::Positive;
+use crate::rig::Wanted;
+
+/// The `rig find-axis` command.
+#[derive(Debug, Args)]
+pub(super) struct FindAxis {
+    #[command(flatten)]
+    file: RigFile,
+    /// Heights of the crosses above the array's face, mm
+    #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = positive, default_value = "60,100,140")]
+    heights_mm: Vec<Positive>,
+    /// How far to either side the beam is looked for, mm
+    #[arg(long, value_name = "MM", value_parser = positive, default_value = "20")]
+    reach_mm: Positive,
+    /// Home without asking
+    #[arg(long)]
+    yes: bool,
+    /// Print the axis as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl FindAxis {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let lab = Lab::read(&self.file.rig)?;
+        let mut heights_m: Vec<f64> = self.heights_mm.iter().map(|mm| mm.get() * 1e-3).collect();
+        heights_m.sort_by(f64::total_cmp);
+        heights_m.dedup();
+        let search = AxisSearch { heights_m, reach_m: self.reach_mm.get() * 1e-3 };
+        may_home(self.yes)?;
+        let all = Wanted { array: true, robot: true, receiver: true };
+        hands_on(&lab, all, A_TASK, async |rig| {
+            rig.robot().home().await?;
+            eprintln!("homed; looking for the beam");
+            let axis = find_axis(rig, &lab, &search, |cross| {
+                eprintln!(
+                    "z = {:.1} mm: x {:+.3} mm, y {:+.3} mm",
+                    cross.z_m * 1e3,
+                    cross.x_m.value * 1e3,
+                    cross.y_m.value * 1e3
+                );
+            })
+            .await?;
+            let report = AxisReport::new(axis, lab.rig.motion.frame());
+            if self.json {
+                print_json(&report)?;
+            } else {
+                let unit = rig.receiver().identity().unit.clone();
+                print(&in_words(&report, &unit))?;
+            }
+            Ok(Ended::Done)
+        })
+    }
+}

@@ -1,0 +1,100 @@
+//! `fieldgap rig focus`, `silence`: the array by hand.
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+use miette::miette;
+
+use super::RigFile;
+use super::hands_on::{A_TASK, Ended, UNTIL_STOPPED, hands_on};
+use crate::acoustics::{Excitation, Vec3};
+use crate::campaign::{Lab, element_delays};
+use crate::cli::output::print;
+use crate::cli::simulate::{millimetres, positive};
+use crate::input::Positive;
+use crate::rig::Wanted;
+
+const ARRAY: Wanted = Wanted { array: true, robot: false, receiver: false };
+
+/// The `rig focus` command.
+#[derive(Debug, Args)]
+pub(super) struct Focus {
+    #[command(flatten)]
+    file: RigFile,
+    /// Where to, in the array's frame, mm
+    #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
+    at_mm: Vec3,
+    /// A plain carrier, to be read by a receiver; without it modulated as the rig file says, to be felt
+    #[arg(long)]
+    continuous: bool,
+    /// For how long; without it until it is stopped (Ctrl-C)
+    #[arg(long, value_name = "S", value_parser = positive)]
+    seconds: Option<Positive>,
+}
+
+/// The `rig silence` command.
+#[derive(Debug, Args)]
+pub(super) struct Silence {
+    #[command(flatten)]
+    file: RigFile,
+}
+
+impl Focus {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let mut lab = Lab::read(&self.file.rig)?;
+        if let Some(config) = &mut lab.virtual_rig {
+            config.keep_wall_clock();
+        }
+        let focus = above_the_array(self.at_mm)?;
+        hands_on(&lab, ARRAY, UNTIL_STOPPED, async |rig| {
+            if self.continuous {
+                rig.array().continuous_wave().await?;
+            }
+            rig.array().set_delays(&element_delays(&lab, &focus)).await?;
+            rig.array().emit().await?;
+            let [x, y, z]: [f64; 3] = self.at_mm.into();
+            let how = if self.continuous { "a plain carrier" } else { "modulated" };
+            let until = match self.seconds {
+                Some(seconds) => format!("for {} s", seconds.get()),
+                None => "until Ctrl-C".to_owned(),
+            };
+            print(&format!("focus at ({x}, {y}, {z}) mm, {how}, {until}\n"))?;
+            match self.seconds {
+                Some(seconds) => {
+                    let length = Duration::try_from_secs_f64(seconds.get());
+                    tokio::time::sleep(length.unwrap_or(Duration::MAX)).await;
+                }
+                None => std::future::pending().await,
+            }
+            Ok(Ended::Enough)
+        })
+    }
+}
+
+/// A focus at a place in the array's frame, mm.
+///
+/// # Errors
+/// That the place does not lie above the array.
+pub(super) fn above_the_array(at_mm: Vec3) -> miette::Result<Excitation> {
+    if at_mm.z > 0.0 {
+        Ok(Excitation::Focus(at_mm * 1e-3))
+    } else {
+        Err(miette!(
+            help = "z goes from the array's face into the field",
+            "a focus at z = {} mm does not lie above the array",
+            at_mm.z
+        ))
+    }
+}
+
+impl Silence {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let lab = Lab::read(&self.file.rig)?;
+        hands_on(&lab, ARRAY, A_TASK, async |rig| {
+            rig.array().silence().await?;
+            print(&format!("the array is silent: {} confirms it\n", rig.array().device()))?;
+            Ok(Ended::Done)
+        })
+    }
+}

@@ -1,0 +1,103 @@
+//! Devices in a person's hands: opened, used, and left safe however that ends.
+
+use std::io::{IsTerminal, Write};
+use std::process::ExitCode;
+
+use miette::{IntoDiagnostic, miette};
+
+use crate::campaign::{CampaignError, Lab, open_virtual};
+use crate::cli::stop::StopRequests;
+use crate::rig::{ByHand, Wanted};
+use crate::virtual_rig::VirtualRig;
+
+/// Whether stopping a command is how it is meant to end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct MeantToBeStopped(bool);
+
+/// A command that has something to do: stopped, it has not done it.
+pub(super) const A_TASK: MeantToBeStopped = MeantToBeStopped(false);
+
+/// A command that goes on until it is stopped.
+pub(super) const UNTIL_STOPPED: MeantToBeStopped = MeantToBeStopped(true);
+
+/// How a command by hand ended.
+pub(super) enum Ended {
+    /// By itself; the robot stands and the array is as the command left it.
+    Done,
+    /// By the person who watches it, which is how it is meant to end; the devices are to be left safe.
+    Enough,
+}
+
+/// Opens the devices and lends them to `body`. Where `body` fails or somebody asks to stop, the array is silenced, the
+/// robot stopped, and what was done is said.
+pub(super) fn hands_on(
+    lab: &Lab,
+    wanted: Wanted,
+    MeantToBeStopped(meant): MeantToBeStopped,
+    body: impl AsyncFnOnce(&mut ByHand) -> miette::Result<Ended>,
+) -> miette::Result<ExitCode> {
+    let firmware = open_virtual(lab)?;
+    let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
+    let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
+    runtime.block_on(async {
+        let stop = StopRequests::listen().into_diagnostic()?;
+        let mut rig = ByHand::open(&lab.rig, &ports, wanted).await?;
+        fits(lab, wanted, &mut rig)?;
+        let ended = tokio::select! {
+            biased;
+            who = stop.first() => Err(who),
+            ended = body(&mut rig) => Ok(ended),
+        };
+        match ended {
+            Ok(Ok(Ended::Done)) => Ok(ExitCode::SUCCESS),
+            Ok(Ok(Ended::Enough)) => {
+                let made = rig.make_safe("ended").await;
+                eprintln!("{made}");
+                Ok(if made.is_safe() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+            }
+            Ok(Err(failed)) => {
+                eprintln!("{}", rig.make_safe("it failed").await);
+                Err(failed)
+            }
+            Err(who) => {
+                let made = rig.make_safe(who).await;
+                eprintln!("{made}");
+                Ok(if meant && made.is_safe() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+            }
+        }
+    })
+}
+
+fn fits(lab: &Lab, wanted: Wanted, rig: &mut ByHand) -> Result<(), CampaignError> {
+    if !wanted.array {
+        return Ok(());
+    }
+    let (believed, controller) = (lab.believed_array().len(), rig.array().identity().elements);
+    if believed == controller {
+        Ok(())
+    } else {
+        Err(CampaignError::OtherArray { believed, controller })
+    }
+}
+
+/// Tells that the robot homes first, and asks whether it may where somebody is there to answer.
+///
+/// # Errors
+/// That the answer is no.
+pub(super) fn may_home(yes: bool) -> miette::Result<()> {
+    const WHY: &str = "The robot homes first: where it is cannot be known after its port was opened. The way of homing is its \
+firmware's own; no keep-out box is checked on it.";
+    if yes || !(std::io::stdin().is_terminal() && std::io::stderr().is_terminal()) {
+        eprintln!("{WHY}");
+        return Ok(());
+    }
+    eprint!("{WHY}\nIs the way free? [y/N] ");
+    std::io::stderr().flush().into_diagnostic()?;
+    let mut answer = String::new();
+    std::io::stdin().read_line(&mut answer).into_diagnostic()?;
+    if matches!(answer.trim().to_ascii_lowercase().as_str(), "y" | "yes") {
+        Ok(())
+    } else {
+        Err(miette!(help = "answer y, or say --yes, when its way is free", "nothing was moved"))
+    }
+}

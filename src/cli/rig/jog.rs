@@ -1,0 +1,213 @@
+//! `fieldgap rig jog`: the robot moved by keys.
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+use miette::{IntoDiagnostic, miette};
+
+use super::RigFile;
+use super::focus::above_the_array;
+use super::hands_on::{Ended, UNTIL_STOPPED, hands_on};
+use super::motion::in_both_frames;
+use crate::acoustics::Vec3;
+use crate::campaign::{Lab, element_delays};
+use crate::cli::simulate::millimetres;
+use crate::rig::{ByHand, RigError, Wanted};
+use crate::terminal::jog::{Act, Doing, Jog as View, draw};
+use crate::terminal::{KeyPresses, Press, Screen};
+
+/// Readings averaged for a level that a person follows.
+const READINGS: usize = 16;
+
+/// Pause between two of them: they are for eyes.
+const BETWEEN: Duration = Duration::from_millis(80);
+
+/// The `rig jog` command.
+#[derive(Debug, Args)]
+pub(super) struct Jog {
+    #[command(flatten)]
+    file: RigFile,
+    /// Let the array focus here, in its frame, mm (switched by the key f); without it the array is left alone
+    #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
+    focus_mm: Option<Vec3>,
+    /// Leave the receiver alone, too
+    #[arg(long)]
+    no_receiver: bool,
+}
+
+/// What interrupted a wait.
+enum Next {
+    Key(Option<Act>),
+    Heard,
+}
+
+impl Jog {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        if !Screen::is_possible() {
+            return Err(miette!(
+                help = "start it in a terminal; `fieldgap rig go` moves the robot without one",
+                "jogging takes keys from a terminal, and there is none"
+            ));
+        }
+        let mut lab = Lab::read(&self.file.rig)?;
+        if let Some(config) = &mut lab.virtual_rig {
+            config.keep_wall_clock();
+        }
+        let focus = self.focus_mm.map(above_the_array).transpose()?;
+        let wanted = Wanted { robot: true, array: focus.is_some(), receiver: !self.no_receiver };
+        let mut left_at = None;
+        let ended = hands_on(&lab, wanted, UNTIL_STOPPED, async |rig| {
+            if let Some(focus) = &focus {
+                rig.array().continuous_wave().await?;
+                rig.array().set_delays(&element_delays(&lab, focus)).await?;
+            }
+            let receiver = wanted.receiver.then(|| rig.receiver().identity().clone());
+            let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
+            let title = self.file.rig.display().to_string();
+            let view = View::new(title, envelope, frame, receiver, focus.is_some());
+            let mut jogging = Jogging {
+                lab: &lab,
+                view,
+                screen: Screen::open().into_diagnostic()?,
+                keys: KeyPresses::listen(),
+            };
+            let ended = jogging.until_quit(rig).await;
+            if let Doing::Standing(at) = jogging.view.doing() {
+                left_at = Some(at);
+            }
+            ended.map(|()| Ended::Enough)
+        });
+        if let Some(at) = left_at {
+            eprintln!("left at {}", in_both_frames(at, &lab.rig.motion.frame()));
+        }
+        ended
+    }
+}
+
+struct Jogging<'l> {
+    lab: &'l Lab,
+    view: View,
+    screen: Screen,
+    keys: KeyPresses,
+}
+
+impl Jogging<'_> {
+    async fn until_quit(&mut self, rig: &mut ByHand) -> miette::Result<()> {
+        loop {
+            self.show()?;
+            let act = match self.key_or_level(rig).await {
+                Next::Key(Some(act)) => act,
+                Next::Key(None) | Next::Heard => continue,
+            };
+            match act {
+                Act::Quit => return Ok(()),
+                Act::Stop => self.stop(rig).await?,
+                Act::Emit(true) => {
+                    rig.array().emit().await?;
+                    self.view.emits(true);
+                }
+                Act::Emit(false) => {
+                    rig.array().silence().await?;
+                    self.view.emits(false);
+                }
+                Act::Home | Act::Move(_) => {
+                    if self.under_way(rig, act).await? == Some(Act::Quit) {
+                        return Ok(());
+                    }
+                }
+            }
+        }
+    }
+
+    /// Waits for a key; meanwhile the level is read.
+    async fn key_or_level(&mut self, rig: &mut ByHand) -> Next {
+        let (_, receiver) = rig.robot_and_receiver();
+        let level = async {
+            match receiver {
+                Some(receiver) => {
+                    tokio::time::sleep(BETWEEN).await;
+                    receiver.read_point(Duration::ZERO, READINGS).await
+                }
+                None => std::future::pending().await,
+            }
+        };
+        tokio::select! {
+            biased;
+            press = self.keys.next() => Next::Key(self.view_takes(press)),
+            heard = level => {
+                self.view.heard(heard.map_err(|error| error.to_string()));
+                Next::Heard
+            }
+        }
+    }
+
+    /// Homes or moves, with the level read on the way. A stop or the end ends it at once, and is returned.
+    async fn under_way(&mut self, rig: &mut ByHand, act: Act) -> miette::Result<Option<Act>> {
+        let feed = self.lab.rig.motion.feed();
+        let interrupted = {
+            let (robot, mut receiver) = rig.robot_and_receiver();
+            let moving = async {
+                match act {
+                    Act::Move(to) => robot.move_to(to, feed).await,
+                    _ => robot.home().await,
+                }
+            };
+            tokio::pin!(moving);
+            loop {
+                self.show()?;
+                let level = async {
+                    tokio::time::sleep(BETWEEN).await;
+                    match &mut receiver {
+                        Some(receiver) => receiver.read_point(Duration::ZERO, READINGS).await,
+                        None => std::future::pending().await,
+                    }
+                };
+                tokio::select! {
+                    biased;
+                    press = self.keys.next() => match self.view_takes(press) {
+                        Some(act @ (Act::Stop | Act::Quit)) => break Some(act),
+                        _ => continue,
+                    },
+                    arrived = &mut moving => {
+                        match arrived {
+                            Ok(at) => self.view.arrived(at),
+                            Err(error) => self.view.lost(with_remedy(&error)),
+                        }
+                        break None;
+                    }
+                    heard = level => self.view.heard(heard.map_err(|error| error.to_string())),
+                }
+            }
+        };
+        if interrupted == Some(Act::Stop) {
+            self.stop(rig).await?;
+        }
+        Ok(interrupted)
+    }
+
+    /// Whoever presses stop wants all of it to end: the array first, then the robot.
+    async fn stop(&mut self, rig: &mut ByHand) -> miette::Result<()> {
+        let made = rig.make_safe("stopped").await;
+        if made.array.is_some() {
+            self.view.emits(false);
+        }
+        self.view.lost(made.to_string());
+        Ok(())
+    }
+
+    fn view_takes(&mut self, press: Press) -> Option<Act> {
+        match press {
+            Press::Key(key) => self.view.key(key),
+            Press::Resized => None,
+        }
+    }
+
+    fn show(&mut self) -> miette::Result<()> {
+        self.screen.draw(|frame| draw(&self.view, frame)).into_diagnostic()
+    }
+}
+
+fn with_remedy(error: &RigError) -> String {
+    format!("{error}. {}", error.remedy())
+}

@@ -1,0 +1,135 @@
+//! `fieldgap rig home`, `where`, `go`: the robot by hand.
+
+use std::process::ExitCode;
+
+use clap::Args;
+use miette::miette;
+use serde_json::json;
+
+use super::RigFile;
+use super::hands_on::{A_TASK, Ended, hands_on, may_home};
+use crate::acoustics::Vec3;
+use crate::campaign::Lab;
+use crate::cli::output::{print, print_json};
+use crate::cli::simulate::{millimetres, positive};
+use crate::input::Positive;
+use crate::rig::motion::route::route;
+use crate::rig::{Feed, Frame, PathFault, RobotPosition, Wanted};
+
+const ROBOT: Wanted = Wanted { robot: true, array: false, receiver: false };
+
+/// The `rig home` command.
+#[derive(Debug, Args)]
+pub(super) struct Home {
+    #[command(flatten)]
+    file: RigFile,
+    /// Print where it then stands as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The `rig where` command.
+#[derive(Debug, Args)]
+pub(super) struct Where {
+    #[command(flatten)]
+    file: RigFile,
+    /// Print it as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The `rig go` command.
+#[derive(Debug, Args)]
+pub(super) struct Go {
+    #[command(flatten)]
+    file: RigFile,
+    /// Where to, in the array's frame, mm
+    #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
+    to_mm: Vec3,
+    /// The place is given in the robot's own axes
+    #[arg(long)]
+    robot_axes: bool,
+    /// How fast, mm/s; without it as the rig file says
+    #[arg(long, value_name = "MM/S", value_parser = positive)]
+    feed_mm_s: Option<Positive>,
+    /// Home without asking
+    #[arg(long)]
+    yes: bool,
+    /// Print where it then stands as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Home {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let lab = Lab::read(&self.file.rig)?;
+        hands_on(&lab, ROBOT, A_TASK, async |rig| {
+            let at = rig.robot().home().await?;
+            tell(&lab, at, true, self.json)?;
+            Ok(Ended::Done)
+        })
+    }
+}
+
+impl Where {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let lab = Lab::read(&self.file.rig)?;
+        hands_on(&lab, ROBOT, A_TASK, async |rig| {
+            let at = rig.robot().position().await?;
+            tell(&lab, at, false, self.json)?;
+            Ok(Ended::Done)
+        })
+    }
+}
+
+impl Go {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let lab = Lab::read(&self.file.rig)?;
+        let motion = &lab.rig.motion;
+        let target = match self.robot_axes {
+            true => RobotPosition::from_axes_mm(self.to_mm.into()),
+            false => motion.frame().to_robot(self.to_mm * 1e-3),
+        };
+        let envelope = motion.envelope();
+        envelope.check_target(target).map_err(not_allowed)?;
+        may_home(self.yes)?;
+        let feed = self.feed_mm_s.map_or(motion.feed(), Feed::from_mm_s);
+        hands_on(&lab, ROBOT, A_TASK, async |rig| {
+            let mut at = rig.robot().home().await?;
+            for place in route(&envelope, at, target).map_err(not_allowed)? {
+                at = rig.robot().move_to(place, feed).await?;
+            }
+            tell(&lab, at, true, self.json)?;
+            Ok(Ended::Done)
+        })
+    }
+}
+
+fn not_allowed(fault: PathFault) -> miette::Report {
+    miette!(
+        help = "`travel_mm` and `[[motion.keep_out]]` of the rig file say where the robot may go",
+        "{fault}"
+    )
+}
+
+/// Says where the robot is, in both frames.
+fn tell(lab: &Lab, at: RobotPosition, homed: bool, as_json: bool) -> miette::Result<()> {
+    let frame = lab.rig.motion.frame();
+    let robot_mm = at.axes_mm();
+    let array_mm: [f64; 3] = (frame.to_array(at) * 1e3).into();
+    if as_json {
+        return print_json(&json!({ "robot_mm": robot_mm, "array_mm": array_mm, "homed": homed }));
+    }
+    let doubt = if homed {
+        ""
+    } else {
+        "what it says means little before homing, which opening its port makes necessary\n"
+    };
+    print(&format!("{}\n{doubt}", in_both_frames(at, &frame)))
+}
+
+/// A place in the robot's axes and in the array's frame.
+pub(super) fn in_both_frames(at: RobotPosition, frame: &Frame) -> String {
+    let [x, y, z]: [f64; 3] = (frame.to_array(at) * 1e3).into();
+    format!("robot's axes {at}, array's frame ({x:.2}, {y:.2}, {z:.2}) mm")
+}

@@ -1,0 +1,139 @@
+//! `fieldgap rig sample`: the receiver's level as it is now.
+
+use std::io::{ErrorKind, IsTerminal, Write};
+use std::num::NonZeroU32;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+use miette::IntoDiagnostic;
+use serde_json::json;
+use tokio::time::Instant;
+
+use super::RigFile;
+use super::focus::above_the_array;
+use super::hands_on::{Ended, UNTIL_STOPPED, hands_on};
+use crate::acoustics::Vec3;
+use crate::campaign::{Lab, element_delays};
+use crate::cli::simulate::{millimetres, positive};
+use crate::input::Positive;
+use crate::rig::{Reading, ReceiverIdentity, Wanted};
+use crate::terminal::level::level_line;
+
+/// Cells of the bar.
+const BAR: usize = 32;
+
+/// Shortest time from one shown level to the next: a person reads no faster.
+const SHOWN_EVERY: Duration = Duration::from_millis(100);
+
+/// The `rig sample` command.
+#[derive(Debug, Args)]
+pub(super) struct Sample {
+    #[command(flatten)]
+    file: RigFile,
+    /// Let the array focus here meanwhile, in its frame, mm; without it the array is left alone
+    #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
+    focus_mm: Option<Vec3>,
+    /// Readings averaged; without it as the rig file says
+    #[arg(long, value_name = "N")]
+    samples: Option<NonZeroU32>,
+    /// How many levels to show; without it until it is stopped
+    #[arg(long, value_name = "N")]
+    count: Option<NonZeroU32>,
+    /// For how long; without it until it is stopped
+    #[arg(long, value_name = "S", value_parser = positive)]
+    seconds: Option<Positive>,
+    /// Print each level as a line of JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Sample {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let mut lab = Lab::read(&self.file.rig)?;
+        if let Some(config) = &mut lab.virtual_rig {
+            config.keep_wall_clock();
+        }
+        let focus = self.focus_mm.map(above_the_array).transpose()?;
+        let wanted = Wanted { receiver: true, array: focus.is_some(), robot: false };
+        let readings = self.samples.map_or(lab.rig.receiver.count(), |n| n.get() as usize);
+        hands_on(&lab, wanted, UNTIL_STOPPED, async |rig| {
+            if let Some(focus) = &focus {
+                rig.array().continuous_wave().await?;
+                rig.array().set_delays(&element_delays(&lab, focus)).await?;
+                rig.array().emit().await?;
+            }
+            let identity = rig.receiver().identity().clone();
+            let mut shown = Shown::new(identity, self.json);
+            let begun = Instant::now();
+            let over = |shown: u32| {
+                self.count.is_some_and(|count| shown >= count.get())
+                    || self.seconds.is_some_and(|s| begun.elapsed().as_secs_f64() >= s.get())
+            };
+            let mut next = begun;
+            let mut levels = 0;
+            while !over(levels) {
+                let reading = rig.receiver().read_point(Duration::ZERO, readings).await?;
+                if Instant::now() < next {
+                    continue;
+                }
+                next = Instant::now() + SHOWN_EVERY;
+                levels += 1;
+                if !shown.show(&reading)? {
+                    break;
+                }
+            }
+            Ok(Ended::Enough)
+        })
+    }
+}
+
+/// Where levels are shown: one line that is written over on a terminal, a line each elsewhere.
+struct Shown {
+    identity: ReceiverIdentity,
+    json: bool,
+    in_place: bool,
+    highest: f64,
+}
+
+impl Shown {
+    fn new(identity: ReceiverIdentity, json: bool) -> Self {
+        let in_place = !json && std::io::stdout().is_terminal();
+        Self { identity, json, in_place, highest: 0.0 }
+    }
+
+    /// Shows a level; false if nobody reads any more.
+    fn show(&mut self, reading: &Reading) -> miette::Result<bool> {
+        self.highest = self.highest.max(reading.mean);
+        let line = if self.json {
+            let unit = &self.identity.unit;
+            let level = json!({ "reading": reading, "unit": unit, "highest": self.highest });
+            format!("{level}\n")
+        } else {
+            let line = level_line(reading, &self.identity, BAR);
+            let highest = format!("{:.5}", self.highest);
+            match self.in_place {
+                true => format!("\r\x1b[K{line}  highest {highest}"),
+                false => format!("{line}\n"),
+            }
+        };
+        self.write(&line)
+    }
+
+    fn write(&self, text: &str) -> miette::Result<bool> {
+        let mut out = std::io::stdout().lock();
+        match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+            Ok(()) => Ok(true),
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
+            Err(error) => Err(error).into_diagnostic(),
+        }
+    }
+}
+
+impl Drop for Shown {
+    fn drop(&mut self) {
+        if self.in_place {
+            let _ = self.write("\n");
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! A running scan on the whole terminal, drawn by a thread of its own: a terminal that stalls must not stall a scan.
+
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use ratatui::crossterm::event::{self, Event as Input, KeyEventKind};
+use tokio::sync::mpsc::UnboundedSender;
+
+use super::stop::STOPPED_AT_ONCE;
+use crate::campaign::{Event, PauseSwitch};
+use crate::terminal::Screen;
+use crate::terminal::watch::{Palette, ScanView, Stage, Wish, draw};
+
+/// Time from one picture to the next.
+const EVERY: Duration = Duration::from_millis(100);
+
+/// What a person at the view may have the scan do.
+pub(super) struct Controls {
+    /// Lets it wait and go on.
+    pub(super) pause: PauseSwitch,
+    /// Ends it.
+    pub(super) abort: UnboundedSender<&'static str>,
+}
+
+/// The view, until it is closed or dropped.
+pub(super) struct Watching {
+    tell: Option<Sender<Event>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Watching {
+    /// Takes the terminal over.
+    ///
+    /// # Errors
+    /// That the terminal refuses it.
+    pub(super) fn begin(view: ScanView, controls: Controls) -> std::io::Result<Self> {
+        let screen = Screen::open()?;
+        let (tell, told) = channel();
+        let thread = std::thread::Builder::new()
+            .name("view".to_owned())
+            .spawn(move || show(view, screen, &controls, &told))?;
+        Ok(Self { tell: Some(tell), thread: Some(thread) })
+    }
+
+    /// Tells it what happened.
+    pub(super) fn tell(&self, event: &Event) {
+        if let Some(tell) = &self.tell {
+            // A view that is gone, with its terminal, is no matter of the scan's.
+            let _ = tell.send(event.clone());
+        }
+    }
+
+    /// Gives the terminal back.
+    pub(super) fn close(&mut self) {
+        drop(self.tell.take());
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Drop for Watching {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+fn show(mut view: ScanView, mut screen: Screen, controls: &Controls, told: &Receiver<Event>) {
+    let begun = Instant::now();
+    let palette = Palette::of_environment(|name| std::env::var(name).ok());
+    let mut waits = false;
+    loop {
+        let next = Instant::now() + EVERY;
+        if !take_events(&mut view, told, begun, next) {
+            return;
+        }
+        while let Ok(true) = event::poll(Duration::ZERO) {
+            let wish = match event::read() {
+                Ok(Input::Key(key)) if key.kind != KeyEventKind::Release => view.key(key),
+                Ok(_) => None,
+                Err(_) => return,
+            };
+            match wish {
+                Some(Wish::Pause) => waits = true,
+                Some(Wish::Continue) => waits = false,
+                Some(Wish::Abort) => {
+                    let _ = controls.abort.send("aborted from the keyboard");
+                }
+                Some(Wish::Quit) => {
+                    drop(screen);
+                    std::process::exit(STOPPED_AT_ONCE);
+                }
+                None => {}
+            }
+            controls.pause.set(waits);
+        }
+        if screen.draw(|frame| draw(&view, begun.elapsed(), palette, frame)).is_err() {
+            return;
+        }
+    }
+}
+
+/// Takes what happens until an instant; false once nothing will happen any more.
+fn take_events(
+    view: &mut ScanView,
+    told: &Receiver<Event>,
+    begun: Instant,
+    until: Instant,
+) -> bool {
+    loop {
+        match told.recv_timeout(until.saturating_duration_since(Instant::now())) {
+            Ok(event) => {
+                view.take(&event, begun.elapsed());
+                if matches!(view.stage(), Stage::Ended(_)) {
+                    return false;
+                }
+            }
+            Err(RecvTimeoutError::Timeout) => return true,
+            Err(RecvTimeoutError::Disconnected) => return false,
+        }
+        if Instant::now() >= until {
+            return true;
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! A robot moved by keys.
+
+mod draw;
+mod state;
+
+pub use draw::draw;
+pub use state::{Act, Doing, Jog, STEPS_MM};

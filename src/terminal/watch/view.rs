@@ -1,0 +1,425 @@
+//! What is known of a running scan, and what a key makes of it.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+use super::sheet::Sheets;
+use crate::campaign::Event;
+use crate::scan::{Plan, Sample, Visit, VisitKind};
+
+/// Notes that are kept; older ones stand in `events.jsonl`.
+const NOTES: usize = 50;
+
+/// Points of this session after which the time left is told.
+const POINTS_TO_TELL: usize = 5;
+
+/// How far a scan is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Stage {
+    /// The devices have answered or are about to; the robot homes.
+    Homing,
+    /// Points are measured.
+    Scanning,
+    /// It is asked to wait; the point under way comes to its end.
+    Pausing,
+    /// It waits, the array silent.
+    Paused,
+    /// It is asked to end.
+    Ending,
+    /// It has ended, and why, where that was before its plan.
+    Ended(Option<String>),
+}
+
+/// What a person wants of the scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wish {
+    /// That it waits.
+    Pause,
+    /// That it goes on.
+    Continue,
+    /// That it ends; what is measured is kept.
+    Abort,
+    /// That the program ends, whatever it is at.
+    Quit,
+}
+
+/// Something that happened, as it is shown.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Note {
+    pub(super) at: Duration,
+    pub(super) text: String,
+    pub(super) alarming: bool,
+}
+
+/// A running scan as its view shows it. Instants are counted from when the view was made.
+#[derive(Debug, Clone)]
+pub struct ScanView {
+    pub(super) name: String,
+    pub(super) unit: String,
+    pub(super) full_scale: f64,
+    pub(super) sheets: Sheets,
+    references: Vec<bool>,
+    pub(super) of: usize,
+    pub(super) done: usize,
+    pub(super) stage: Stage,
+    pub(super) asks_abort: bool,
+    pub(super) focus: Option<usize>,
+    pub(super) at_mm: Option<[f64; 3]>,
+    pub(super) reading: Option<f64>,
+    pub(super) drift: Option<Drift>,
+    pub(super) notes: VecDeque<Note>,
+    pub(super) faults: usize,
+    current: usize,
+    chosen: Option<usize>,
+    begun_at: Option<Duration>,
+    done_at_begin: usize,
+    paused_since: Option<Duration>,
+    paused: Duration,
+}
+
+/// How the reference point has drifted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Drift {
+    pub(super) first: f64,
+    pub(super) now: f64,
+    pub(super) at: Duration,
+}
+
+impl Drift {
+    pub(super) fn percent(&self) -> f64 {
+        (self.now / self.first - 1.0) * 100.0
+    }
+}
+
+impl ScanView {
+    /// A scan that is about to run, of which `kept` is measured already. Readings are in `unit`, up to `full_scale`.
+    pub fn new(
+        plan: &Plan,
+        visits: &[Visit],
+        kept: &[Sample],
+        unit: impl Into<String>,
+        full_scale: f64,
+    ) -> Self {
+        let mut view = Self {
+            name: plan.name.clone(),
+            unit: unit.into(),
+            full_scale,
+            sheets: Sheets::of(plan, visits),
+            references: visits.iter().map(|visit| visit.kind == VisitKind::Reference).collect(),
+            of: visits.len(),
+            done: 0,
+            stage: Stage::Homing,
+            asks_abort: false,
+            focus: None,
+            at_mm: None,
+            reading: None,
+            drift: None,
+            notes: VecDeque::new(),
+            faults: 0,
+            current: 0,
+            chosen: None,
+            begun_at: None,
+            done_at_begin: kept.len(),
+            paused_since: None,
+            paused: Duration::ZERO,
+        };
+        for (row, sample) in kept.iter().enumerate() {
+            view.measured(row, sample.reading, Duration::ZERO);
+        }
+        view
+    }
+
+    /// Takes what happened at an instant.
+    pub fn take(&mut self, event: &Event, at: Duration) {
+        match event {
+            Event::Opened { robot, .. } => self.note(at, format!("{robot} answers"), false),
+            Event::Homed => {
+                self.stage = Stage::Scanning;
+                self.begun_at = Some(at);
+                self.note(at, "homed".to_owned(), false);
+            }
+            Event::ReferenceChecked { row, kept, now, .. } => {
+                let change = (now / kept - 1.0) * 100.0;
+                self.note(at, format!("row {row} measured again: {change:+.2} %"), false);
+            }
+            Event::ReferenceRevisited { first, now, .. } => {
+                let drift = Drift { first: *first, now: *now, at };
+                self.drift = Some(drift);
+                self.note(at, format!("reference point: {:+.2} %", drift.percent()), false);
+            }
+            Event::Spoilt { text, .. } => {
+                self.faults += 1;
+                self.note(at, text.clone(), true);
+            }
+            Event::Paused => {
+                self.stage = Stage::Paused;
+                self.paused_since = Some(at);
+                self.note(at, "waits, the array silent".to_owned(), false);
+            }
+            Event::Continued { waited_s } => {
+                self.stage = Stage::Scanning;
+                let since = self.paused_since.take();
+                self.paused += since.map_or(Duration::ZERO, |since| at.saturating_sub(since));
+                self.note(at, format!("went on after {waited_s:.0} s"), false);
+            }
+            Event::Question { text } | Event::HookFailed { text } => {
+                self.faults += 1;
+                self.note(at, text.clone(), true);
+            }
+            Event::LagFound { lag_ms, standard_error_ms } => {
+                let text = format!("readings lag {lag_ms:.2} ± {standard_error_ms:.2} ms");
+                self.note(at, text, false);
+            }
+            Event::Waiting { reason } => {
+                self.faults += 1;
+                self.note(at, format!("waits, the array silent: {reason}"), true);
+            }
+            Event::WentOn { waited_s } => {
+                self.note(at, format!("went on after {waited_s:.0} s"), false);
+            }
+            Event::Measured { row, focus, at_mm, reading, .. } => {
+                self.focus = usize::try_from(*focus).ok();
+                self.at_mm = Some(*at_mm);
+                self.reading = Some(*reading);
+                self.measured(*row, *reading, at);
+            }
+            Event::Ended { reason, .. } => {
+                self.stage = Stage::Ended(reason.clone());
+                let text = reason.clone().unwrap_or_else(|| "complete".to_owned());
+                self.note(at, text, reason.is_some());
+            }
+        }
+    }
+
+    fn measured(&mut self, row: usize, reading: f64, at: Duration) {
+        self.done = row + 1;
+        if let Some(sheet) = self.sheets.set(row, reading) {
+            self.current = sheet;
+        }
+        if self.references.get(row) == Some(&true) {
+            let first = self.drift.map_or(reading, |drift| drift.first);
+            self.drift = Some(Drift { first, now: reading, at });
+        }
+    }
+
+    fn note(&mut self, at: Duration, text: String, alarming: bool) {
+        if self.notes.len() == NOTES {
+            self.notes.pop_front();
+        }
+        self.notes.push_back(Note { at, text, alarming });
+    }
+
+    /// How far the scan is.
+    pub fn stage(&self) -> &Stage {
+        &self.stage
+    }
+
+    /// Takes a key.
+    pub fn key(&mut self, key: KeyEvent) -> Option<Wish> {
+        if key.modifiers.contains(KeyModifiers::CONTROL) {
+            return match (key.code, &self.stage) {
+                (KeyCode::Char('c'), Stage::Ending) => Some(Wish::Quit),
+                (KeyCode::Char('c'), _) => self.end(),
+                _ => None,
+            };
+        }
+        if self.asks_abort {
+            self.asks_abort = false;
+            return match key.code {
+                KeyCode::Char('y' | 'Y') => self.end(),
+                _ => None,
+            };
+        }
+        match key.code {
+            KeyCode::Char('p') if self.stage == Stage::Scanning => self.pause(),
+            KeyCode::Char('r') if self.waits() => self.go_on(),
+            KeyCode::Char(' ') if self.stage == Stage::Scanning => self.pause(),
+            KeyCode::Char(' ') if self.waits() => self.go_on(),
+            KeyCode::Char('a' | 'q') | KeyCode::Esc => {
+                self.asks_abort = !matches!(self.stage, Stage::Ending | Stage::Ended(_));
+                None
+            }
+            KeyCode::Left => self.look(|shown, _| shown.saturating_sub(1)),
+            KeyCode::Right => self.look(|shown, last| (shown + 1).min(last)),
+            KeyCode::End | KeyCode::Char('f') => {
+                self.chosen = None;
+                None
+            }
+            _ => None,
+        }
+    }
+
+    fn waits(&self) -> bool {
+        matches!(self.stage, Stage::Pausing | Stage::Paused)
+    }
+
+    fn pause(&mut self) -> Option<Wish> {
+        self.stage = Stage::Pausing;
+        Some(Wish::Pause)
+    }
+
+    fn go_on(&mut self) -> Option<Wish> {
+        // Where it had not come to wait yet, nothing will tell that it went on.
+        if self.stage == Stage::Pausing {
+            self.stage = Stage::Scanning;
+        }
+        Some(Wish::Continue)
+    }
+
+    fn end(&mut self) -> Option<Wish> {
+        if matches!(self.stage, Stage::Ending | Stage::Ended(_)) {
+            return None;
+        }
+        self.stage = Stage::Ending;
+        self.asks_abort = false;
+        Some(Wish::Abort)
+    }
+
+    fn look(&mut self, step: impl Fn(usize, usize) -> usize) -> Option<Wish> {
+        let last = self.sheets.all().len().saturating_sub(1);
+        self.chosen = Some(step(self.shown(), last));
+        None
+    }
+
+    /// The sheet that is shown: the one that is chosen, else the one that fills.
+    pub(super) fn shown(&self) -> usize {
+        self.chosen.unwrap_or(self.current)
+    }
+
+    /// About how long the rest takes, by the pace of this session without its pauses.
+    pub fn time_left(&self, now: Duration) -> Option<Duration> {
+        let begun = self.begun_at?;
+        let points = self.done.checked_sub(self.done_at_begin)?;
+        if points < POINTS_TO_TELL {
+            return None;
+        }
+        let waiting = self.paused_since.map_or(Duration::ZERO, |since| now.saturating_sub(since));
+        let busy = now.saturating_sub(begun).saturating_sub(self.paused).saturating_sub(waiting);
+        let left = busy.as_secs_f64() / points as f64 * (self.of - self.done) as f64;
+        Duration::try_from_secs_f64(left).ok()
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::input::TomlSource;
+
+    pub(in super::super) fn view() -> ScanView {
+        let text = "name = \"quick-look\"\n[simulator]\nmodel = \"corrected\"\n\
+            [[focus]]\nx_mm = 0.0\ny_mm = 0.0\nz_mm = 100.0\n\
+            [reference]\nat_mm = [0, 0, 100]\nevery_points = 30\n\
+            [[plane]]\nz_mm = [100, 150]\nsize_mm = [20, 20]\nstep_mm = 2\n";
+        let plan = Plan::parse(TomlSource::new(Path::new("p.toml"), text)).expect("good");
+        ScanView::new(&plan, &plan.visits(), &[], "V", 5.0)
+    }
+
+    pub(in super::super) fn measured(view: &mut ScanView, row: usize, reading: f64, at_s: u64) {
+        let event = Event::Measured {
+            row,
+            of: view.of,
+            focus: 0,
+            at_mm: [1.0, -2.0, 100.0],
+            reading,
+            clipped: false,
+        };
+        view.take(&event, Duration::from_secs(at_s));
+    }
+
+    fn press(code: KeyCode) -> KeyEvent {
+        KeyEvent::new(code, KeyModifiers::NONE)
+    }
+
+    fn scanning() -> ScanView {
+        let mut view = view();
+        view.take(&Event::Homed, Duration::from_secs(10));
+        view
+    }
+
+    #[test]
+    fn it_waits_and_goes_on_when_it_is_told() {
+        let mut view = view();
+        assert_eq!(view.key(press(KeyCode::Char('p'))), None, "there is nothing to wait with");
+        let mut view_2 = scanning();
+        assert_eq!(view_2.key(press(KeyCode::Char('r'))), None);
+        assert_eq!(view_2.key(press(KeyCode::Char('p'))), Some(Wish::Pause));
+        assert_eq!(view_2.stage, Stage::Pausing);
+        assert_eq!(view_2.key(press(KeyCode::Char('p'))), None);
+        view_2.take(&Event::Paused, Duration::from_secs(11));
+        assert_eq!(view_2.key(press(KeyCode::Char(' '))), Some(Wish::Continue));
+        assert_eq!(view_2.stage, Stage::Paused, "until it says that it goes on");
+        view_2.take(&Event::Continued { waited_s: 4.0 }, Duration::from_secs(15));
+        assert_eq!(view_2.stage, Stage::Scanning);
+    }
+
+    #[test]
+    fn to_end_it_takes_two_keys_or_ctrl_c() {
+        let mut view = scanning();
+        assert_eq!(view.key(press(KeyCode::Char('a'))), None);
+        assert!(view.asks_abort);
+        assert_eq!(view.key(press(KeyCode::Char('n'))), None);
+        assert_eq!(view.key(press(KeyCode::Char('y'))), None, "it was answered already");
+        view.key(press(KeyCode::Esc));
+        assert_eq!(view.key(press(KeyCode::Char('y'))), Some(Wish::Abort));
+        assert_eq!(view.key(press(KeyCode::Char('a'))), None);
+        assert!(!view.asks_abort);
+        let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
+        assert_eq!(view.key(interrupt), Some(Wish::Quit), "the second time it is meant");
+        assert_eq!(scanning().key(interrupt), Some(Wish::Abort));
+    }
+
+    #[test]
+    fn a_pause_is_no_part_of_the_pace() {
+        let mut view = scanning();
+        for row in 0..10 {
+            measured(&mut view, row, 1.0, 10 + row as u64 + 1);
+        }
+        let left_s = (view.of - 10) as u64;
+        assert_eq!(view.time_left(Duration::from_secs(20)), Some(Duration::from_secs(left_s)));
+        view.take(&Event::Paused, Duration::from_secs(20));
+        assert_eq!(view.time_left(Duration::from_secs(500)), Some(Duration::from_secs(left_s)));
+        view.take(&Event::Continued { waited_s: 480.0 }, Duration::from_secs(500));
+        assert_eq!(view.time_left(Duration::from_secs(500)), Some(Duration::from_secs(left_s)));
+    }
+
+    #[test]
+    fn the_map_follows_the_scan_until_another_is_chosen() {
+        let mut view = scanning();
+        measured(&mut view, 1, 1.0, 11);
+        assert_eq!(view.shown(), 0);
+        measured(&mut view, 130, 1.0, 12);
+        assert_eq!(view.shown(), 1);
+        view.key(press(KeyCode::Left));
+        view.key(press(KeyCode::Left));
+        assert_eq!(view.shown(), 0);
+        view.key(press(KeyCode::Right));
+        view.key(press(KeyCode::Right));
+        assert_eq!(view.shown(), 1);
+        view.key(press(KeyCode::Left));
+        view.key(press(KeyCode::Char('f')));
+        assert_eq!(view.shown(), 1);
+    }
+
+    #[test]
+    fn the_drift_is_since_the_first_visit_to_the_reference() {
+        let mut view = scanning();
+        measured(&mut view, 0, 2.0, 11);
+        measured(&mut view, 31, 1.9, 50);
+        let drift = view.drift.expect("both were the reference point's");
+        assert!((drift.percent() + 5.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn notes_are_bounded() {
+        let mut view = scanning();
+        for row in 0..1000 {
+            let text = format!("row {row}, 1 sample was lost on its way");
+            view.take(&Event::Spoilt { row, text }, Duration::from_secs(11));
+        }
+        assert_eq!((view.notes.len(), view.faults), (NOTES, 1000));
+    }
+}

@@ -326,6 +326,8 @@ async fn a_board_that_emits_from_its_power_up_or_a_reset_is_put_right() {
     let mut array = open_array(&lab.rig, &firmware.ports()).await.expect("it opens");
     assert!(!array.identity().acknowledges);
     assert_eq!(sounding(), 0, "opening silences it");
+    let last_words = array.emergency().expect("a port can be held open").bytes;
+    assert_eq!((last_words.len(), &last_words[..3]), (517, &[151, 254, 32][..]));
     let mut delays = vec![ElementDelay::Silent; 36];
     delays[7] = ElementDelay::Seconds(6.25e-6);
     array.set_delays(&delays).await.expect("36");

@@ -289,7 +289,7 @@ mod tests {
         let bad = sink.set_delays(&bad).await.expect_err("no time");
         assert!(matches!(bad.cause(), Cause::BadDelay { element: 1, .. }));
         let nowhere = FileSinkConfig { path: folder.path().join("no/folder"), ..config };
-        let error = FileSink::begin(&nowhere, Modulation::NONE).err().expect("no such folder");
+        let error = FileSink::begin(&nowhere, Modulation::NONE).expect_err("no such folder");
         assert!(error.to_string().contains("cannot be written"), "{error}");
     }
 }

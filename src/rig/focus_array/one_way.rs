@@ -201,7 +201,8 @@ impl<L: ByteLink, B: OneWayBoard + Sync> FocusArray for OneWayArray<L, B> {
     }
 
     fn emergency(&self) -> Option<Emergency> {
-        self.wire.emergency(self.twice_silent())
+        // Behind a pattern that may have been broken off.
+        self.wire.emergency([self.board.wake(), self.twice_silent()].concat())
     }
 
     async fn set_delays(&mut self, delays: &[ElementDelay]) -> Result<(), RigError> {
@@ -359,7 +360,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn an_echo_that_is_promised_and_does_not_come_is_an_error() {
         let (array, far) = opened(Letters { echo: Some(b'>'), ..plain() }).await;
-        let error = array.err().expect("nobody echoes");
+        let error = array.expect_err("nobody echoes");
         let words = "focus array on memory, silencing it before anything else: no answer";
         assert!(error.to_string().starts_with(words), "{error}");
         drop(far);

@@ -1,9 +1,8 @@
 //! The receiver that streams without being asked.
 //!
 //! It sends lines `<t_us> <value>`, with ` !` behind it where it clipped, or plain numbers, or frames, for ever, and takes no
-//! commands. A line that
-//! arrives now may have been waiting in buffers since before the robot stood still. So what has already
-//! arrived is thrown away, and of what follows, as much as `latency_ms` says may still have been under way.
+//! commands. A line that arrives now may have been waiting in buffers since before the robot stood still. So what has
+//! already arrived is thrown away, and of what follows, as much as `latency_ms` says may still have been under way.
 
 use std::time::Duration;
 
@@ -203,6 +202,10 @@ impl<L: ByteLink> Receiver for FreeRunningReceiver<L> {
     /// Its clock is known by its samples alone, so both ends are as late as samples are under way.
     async fn record(&mut self, mut meanwhile: Meanwhile<'_>) -> Result<Recording, RigError> {
         self.wire.attempting("recording while the robot moves");
+        if self.lines == Lines::Value {
+            // A line that is lost would put all that follow in a wrong place.
+            return Err(self.wire.error(Cause::NoRecording));
+        }
         self.drain().await?;
         let first = self.next_sample(Instant::now() + QUIET).await?;
         let mut track = Track::from(first, 1e6 / self.identity.rate_hz);
@@ -417,6 +420,8 @@ mod tests {
         assert!(reading.mean >= 530.0, "{reading:?}");
         assert!((reading.last_t_s - reading.first_t_s - 0.015).abs() < 1e-9);
         assert_eq!((reading.count, receiver.identity().own_clock), (16, false));
+        let refused = receiver.record(Box::pin(std::future::ready(()))).await;
+        assert!(matches!(refused.expect_err("it has no times").cause(), Cause::NoRecording));
         let mut second = logger(Lines::Value, 2, line).await;
         assert_eq!(second.read_point(Duration::ZERO, 3).await.expect("samples come").mean, 7.0);
     }

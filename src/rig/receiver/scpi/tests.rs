@@ -173,14 +173,14 @@ async fn a_signal_beyond_the_range_is_told() {
 async fn what_the_instrument_refuses_is_told_in_its_words() {
     let keys = "setup = [\":TIM:MAIN:SCAL fast\"]";
     let error =
-        opened(Fault::Unknown(":TIM:MAIN:SCAL fast"), keys).await.err().expect("it is refused");
+        opened(Fault::Unknown(":TIM:MAIN:SCAL fast"), keys).await.expect_err("it is refused");
     assert!(matches!(error.cause(), Cause::Refused { .. }));
     let said = error.to_string();
     for words in ["receiver on memory", ":TIM:MAIN:SCAL fast", "-113,\"Undefined header\""] {
         assert!(said.contains(words), "{said}");
     }
     // A question that is not known is not answered either: the instrument's word goes before its silence.
-    let error = opened(Fault::Unknown(":WAV:PRE?"), "").await.err().expect("no scale");
+    let error = opened(Fault::Unknown(":WAV:PRE?"), "").await.expect_err("no scale");
     assert!(matches!(error.cause(), Cause::Refused { .. }), "{error}");
 }
 
@@ -188,7 +188,7 @@ async fn what_the_instrument_refuses_is_told_in_its_words() {
 async fn each_wait_ends() {
     for fault in [Fault::Unknown("*IDN?"), Fault::NeverTriggers, Fault::ShortBlock] {
         let started = Instant::now();
-        let error = opened(fault, "answer_within_s = 2.0").await.err().expect("it fails");
+        let error = opened(fault, "answer_within_s = 2.0").await.expect_err("it fails");
         assert!(matches!(error.cause(), Cause::Silent { .. }), "{fault:?}: {error}");
         assert!(started.elapsed() < Duration::from_secs(12), "{fault:?} {:?}", started.elapsed());
     }
@@ -199,9 +199,9 @@ async fn each_wait_ends() {
 
 #[tokio::test(start_paused = true)]
 async fn what_is_no_block_and_a_record_that_shows_no_carrier_are_told() {
-    let error = opened(Fault::NoBlock, "").await.err().expect("no block");
+    let error = opened(Fault::NoBlock, "").await.expect_err("no block");
     assert!(matches!(error.cause(), Cause::Unreadable { .. }), "{error}");
-    let error = opened(Fault::ShortRecord, "").await.err().expect("2.4 cycles");
+    let error = opened(Fault::ShortRecord, "").await.expect_err("2.4 cycles");
     assert!(matches!(error.cause(), Cause::Record(_)), "{error}");
     assert!(error.remedy().contains("time base"));
 }

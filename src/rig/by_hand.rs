@@ -90,10 +90,7 @@ impl ByHand {
     /// Robot and receiver at once, where both are there.
     pub fn robot_and_receiver(&mut self) -> (&mut dyn Motion, Option<&mut dyn Receiver>) {
         let robot = &mut **self.robot.as_mut().expect("the robot was asked for");
-        let receiver = match &mut self.receiver {
-            Some(receiver) => Some(&mut **receiver as &mut dyn Receiver),
-            None => None,
-        };
+        let receiver = self.receiver.as_mut().map(|receiver| &mut **receiver as &mut dyn Receiver);
         (robot, receiver)
     }
 

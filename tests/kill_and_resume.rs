@@ -1,5 +1,5 @@
-//! A scan whose process is killed at random instants, 200 times, and taken up again each time: no acknowledged reading is
-//! lost or changed, none stands twice, and in the end the record is complete.
+//! A scan whose process is killed at random instants and taken up again each time: no acknowledged reading is lost or
+//! changed, none stands twice, and in the end the record is complete.
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -11,9 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustix::process::{Pid, Signal, kill_process};
 
-const KILLS: usize = 200;
-
-/// A plane of 45 x 45 points: more than the kills leave time for.
+/// A plane of 45 x 45 points: more than a few kills leave time for.
 const PLAN: &str = r#"
 name = "killed"
 [simulator]
@@ -88,31 +86,52 @@ fn run_and_kill(command: &mut Command, draws: &mut ChaCha8Rng) -> Vec<Acknowledg
 }
 
 #[test]
-fn two_hundred_kills_lose_nothing_that_was_acknowledged() {
+fn forty_kills_lose_nothing_that_was_acknowledged() {
+    kill_and_resume(PLAN, 40);
+}
+
+/// A plane of 100 x 100 points.
+#[test]
+#[ignore = "minutes: cargo test --release --test kill_and_resume -- --ignored"]
+fn a_thousand_kills_over_ten_thousand_points_lose_nothing_that_was_acknowledged() {
+    kill_and_resume(&PLAN.replace("[44.0, 44.0]", "[99.0, 99.0]"), 1000);
+}
+
+fn kill_and_resume(plan_text: &str, kills: usize) {
     let home = tempfile::tempdir().expect("a folder");
     let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
-    std::fs::write(&plan, PLAN).expect("the plan is written");
+    std::fs::write(&plan, plan_text).expect("the plan is written");
     let mut draws = ChaCha8Rng::seed_from_u64(200);
     let mut safe: Vec<f64> = Vec::new();
-    for kill in 0..KILLS {
+    for kill in 0..kills {
         for acknowledged in run_and_kill(&mut begin_or_resume(&plan, &folder), &mut draws) {
             assert!(acknowledged.row >= safe.len(), "kill {kill}: row {} again", acknowledged.row);
             // Rows on disk whose acknowledgement died with the process are not known here.
             safe.resize(acknowledged.row, f64::NAN);
             safe.push(acknowledged.reading);
         }
-        let rows = std::fs::read_to_string(folder.join("samples.csv"))
-            .map_or(0, |text| text.matches('\n').count().saturating_sub(1));
-        assert!(rows >= safe.len(), "kill {kill}: {rows} rows of {} acknowledged", safe.len());
+        for file in ["samples.csv", "journal.csv"] {
+            let rows = std::fs::read_to_string(folder.join(file))
+                .map_or(0, |text| text.matches('\n').count().saturating_sub(1));
+            let safe = safe.len();
+            assert!(rows >= safe, "kill {kill}: {rows} rows in {file} of {safe} acknowledged");
+        }
     }
-    assert!(safe.len() > KILLS, "only {} readings were acknowledged", safe.len());
+    assert!(safe.len() > kills, "only {} readings were acknowledged", safe.len());
 
     let ended = begin_or_resume(&plan, &folder).output().expect("the program runs");
     assert!(ended.status.success(), "the last resume ended with {}", ended.status);
     let record = RecordedScan::open(&folder).expect("the record is whole");
     let visits = Plan::read(&plan).expect("the plan is read").visits();
     assert_eq!(record.samples.len(), visits.len());
-    for (row, (sample, visit)) in record.samples.iter().zip(&visits).enumerate() {
+    let journal = std::fs::read_to_string(folder.join("journal.csv")).expect("the journal is kept");
+    assert_eq!(journal.lines().count(), 1 + visits.len());
+    for (row, ((sample, visit), line)) in
+        record.samples.iter().zip(&visits).zip(journal.lines().skip(1)).enumerate()
+    {
+        let to = visit.position_m.map(|m| (m * 1e9).round() / 1e6);
+        let sent = format!("{row},{:?},{:?},{:?},", to.x, to.y, to.z);
+        assert!(line.starts_with(&sent), "row {row}: {line}");
         assert_eq!(sample.focus, visit.focus, "row {row}");
         assert!((sample.position_m() - visit.position_m).norm() < 0.05e-3, "row {row}");
         if let Some(reading) = safe.get(row).filter(|reading| !reading.is_nan()) {

@@ -110,7 +110,12 @@ fn thesis_rig() -> RigConfig {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/thesis.toml");
     let file: RigFile = toml_file(&path).expect("the lab's own rig is valid");
     assert_eq!(file.name, "thesis");
-    RigConfig { motion: file.motion, receiver: file.receiver, focus_array: file.focus_array }
+    RigConfig {
+        motion: file.motion,
+        receiver: file.receiver,
+        focus_array: file.focus_array,
+        environment: None,
+    }
 }
 
 #[test]

@@ -1,11 +1,13 @@
 //! Scans whose devices or disk fail, on rigs of other processes: they end partial and safe, and can be finished; and the same
 //! seed and the same record give the same bytes.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Lines};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 
+use fieldgap::campaign::{Campaign, Ending, Event, Session};
 use fieldgap::scan::RecordedScan;
+use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, prlimit};
 
 const PLAN: &str = r#"
 name = "fails"
@@ -91,34 +93,134 @@ fn a_scan_whose_devices_are_lost_ends_partial_and_says_so() {
     assert_eq!(kept, acknowledged);
 }
 
-#[test]
-fn a_scan_whose_disk_is_full_ends_safe_and_can_be_finished() {
-    let home = tempfile::tempdir().expect("a folder");
-    let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
+/// A scan for which no file may grow beyond 16 KiB (32 blocks of 512 bytes) until more is allowed; it has measured some rows
+/// and says that it waits.
+fn waiting_for_room(home: &Path) -> (Child, Lines<BufReader<ChildStdout>>, PathBuf) {
+    let (plan, folder) = (home.join("plan.toml"), home.join("scan"));
     std::fs::write(&plan, PLAN).expect("the plan is written");
-    // No file may grow beyond 16 KiB (32 blocks of 512 bytes): about half of the readings.
-    let limited = "ulimit -f 32; trap '' XFSZ; exec \"$0\" \"$@\"";
-    let ended = Command::new("sh")
-        .args(["-c", limited, env!("CARGO_BIN_EXE_fieldgap"), "scan"])
+    let limited = "ulimit -S -f 32; trap '' XFSZ; exec \"$0\" \"$@\"";
+    let mut scan = Command::new("sh")
+        .args(["-c", limited, env!("CARGO_BIN_EXE_fieldgap"), "scan", "--json"])
         .arg(&plan)
         .arg("--rig")
         .arg(here("rigs/virtual.toml"))
         .arg("--out")
         .arg(&folder)
         .stdin(Stdio::null())
-        .output()
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
         .expect("the scan runs");
-    let said = String::from_utf8_lossy(&ended.stderr);
-    assert_eq!(ended.status.code(), Some(3), "{said}");
-    let state = state(&folder);
-    for words in ["partial", "did not reach", "the array is silent, the robot stands still"] {
-        assert!(state.contains(words), "no `{words}` in {state}");
-    }
+    let mut lines = BufReader::new(scan.stdout.take().expect("it is piped")).lines();
+    let waits = |line: &std::io::Result<String>| {
+        line.as_ref()
+            .is_ok_and(|line| line.contains("\"waiting\"") && line.contains("Free some space"))
+    };
+    assert!(lines.any(|line| waits(&line)), "it ended without waiting");
+    (scan, lines, folder)
+}
+
+#[test]
+fn a_scan_whose_disk_is_full_waits_and_goes_on_when_there_is_room() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (mut scan, lines, folder) = waiting_for_room(home.path());
     let kept = RecordedScan::open(&folder).expect("the record is whole").samples.len();
     assert!((50..441).contains(&kept), "{kept}");
+    let unlimited = Rlimit { current: None, maximum: None };
+    prlimit(Some(Pid::from_child(&scan)), Resource::Fsize, unlimited).expect("room is made");
+    let told: Vec<String> = lines.map(|line| line.expect("text")).collect();
+    assert!(scan.wait().expect("it ends").success());
+    assert!(told[0].contains("went-on"), "{}", told[0]);
+    let rows = told.iter().filter(|line| line.contains("\"measured\"")).count();
+    let record = RecordedScan::open(&folder).expect("the record is whole");
+    assert_eq!((record.samples.len(), rows), (441, 441 - kept));
+    let events = std::fs::read_to_string(folder.join("events.jsonl")).expect("events");
+    assert!(events.contains("no room on the disk"), "{events}");
+}
+
+#[test]
+fn a_scan_that_waits_for_room_can_be_ended_safe_and_finished_later() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (mut scan, lines, folder) = waiting_for_room(home.path());
+    kill_process(Pid::from_child(&scan), Signal::TERM).expect("the signal is sent");
+    drop(lines);
+    assert_eq!(scan.wait().expect("it ends").code(), Some(3));
+    let state = state(&folder);
+    for words in ["partial", "asked to terminate", "the array is silent, the robot stands still"] {
+        assert!(state.contains(words), "no `{words}` in {state}");
+    }
     let resumed = fieldgap().arg("resume").arg(&folder).output().expect("the program runs");
     assert!(resumed.status.success(), "{}", String::from_utf8_lossy(&resumed.stderr));
     assert_eq!(RecordedScan::open(&folder).expect("whole").samples.len(), 441);
+}
+
+#[test]
+fn a_rig_that_is_another_is_noticed_on_resuming() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
+    let (rig, truth) = (home.path().join("rig.toml"), home.path().join("truth.toml"));
+    std::fs::write(&plan, PLAN).expect("written");
+    let rig_then = std::fs::read_to_string(here("rigs/virtual.toml"))
+        .expect("the rig file is there")
+        .replace("truth/thesis-lab.toml", "truth.toml");
+    std::fs::write(&rig, &rig_then).expect("written");
+    std::fs::write(&truth, "[noise]\nadditive_v = 0.001\n").expect("written");
+    let mut scan = fieldgap()
+        .args(["scan", "--json"])
+        .arg(&plan)
+        .arg("--rig")
+        .arg(&rig)
+        .arg("--out")
+        .arg(&folder)
+        .spawn()
+        .expect("the scan starts");
+    let lines = BufReader::new(scan.stdout.take().expect("it is piped")).lines();
+    assert_eq!(lines.take(40).count(), 40);
+    scan.kill().expect("it can be killed");
+    scan.wait().expect("it ends");
+
+    let resume = || {
+        let ended = fieldgap().arg("resume").arg(&folder).output().expect("the program runs");
+        (ended.status.code(), String::from_utf8_lossy(&ended.stderr).into_owned())
+    };
+    std::fs::write(&truth, "[noise]\nadditive_v = 0.002\n").expect("written");
+    let (code, said) = resume();
+    assert!(
+        code == Some(1) && said.contains("what is true behind the virtual rig was changed"),
+        "{said}"
+    );
+    std::fs::write(&truth, "[noise]\nadditive_v = 0.001\n").expect("written");
+    std::fs::write(&rig, rig_then.replace("feed_mm_s = 80.0", "feed_mm_s = 60.0"))
+        .expect("written");
+    let (code, said) = resume();
+    assert!(code == Some(1) && said.contains("`motion.feed_mm_s` was 80.0 and is 60.0"), "{said}");
+    std::fs::write(&rig, rig_then).expect("written");
+    assert_eq!(resume().0, Some(0));
+}
+
+#[tokio::test]
+async fn a_scan_whose_program_panics_ends_safe_and_can_be_finished() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
+    std::fs::write(&plan, PLAN).expect("the plan is written");
+    let campaign =
+        Campaign::read(&plan, Some(&here("rigs/virtual.toml"))).expect("a plan and a rig");
+    let session = Session::begin(campaign, &folder).await.expect("it begins");
+    let mut panics = |event: &Event| {
+        assert!(!matches!(event, Event::Measured { row: 7, .. }), "a defect of the display");
+    };
+    let ended = session.run(&mut panics, std::future::pending()).await.expect("it ends");
+    let Ending::Partial { reason } = ended else { panic!("it is not complete") };
+    for words in [
+        "the program itself failed: a defect of the display",
+        "the array is silent, the robot stands still",
+    ] {
+        assert!(reason.contains(words), "no `{words}` in {reason}");
+    }
+    assert_eq!(RecordedScan::open(&folder).expect("whole").samples.len(), 8);
+    let resumed = Session::resume(&folder).await.expect("it can be taken up");
+    let ended = resumed.run(&mut |_| (), std::future::pending()).await.expect("it ends");
+    assert_eq!(ended, Ending::Complete);
 }
 
 /// Every file of a folder, by name.

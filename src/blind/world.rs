@@ -15,6 +15,7 @@ use crate::acoustics::Vec3;
 use crate::virtual_rig::drive::Drive;
 use crate::virtual_rig::luck::Luck;
 use crate::virtual_rig::true_field::{Contributions, TrueField};
+use crate::virtual_rig::truth::TrueSource;
 
 /// The true field from some time on.
 struct Epoch {
@@ -50,7 +51,7 @@ impl<'a> World<'a> {
                     laboratory.elements(),
                     laboratory.medium(),
                     super::laboratory::FREQUENCY_HZ,
-                    None,
+                    &TrueSource::default(),
                     effects,
                     luck.stream("world"),
                 );

@@ -75,6 +75,11 @@ impl Attendant {
                         Event::Question { text } => {
                             self.start(HookKind::Question, text, &mut hooks, &mut tell);
                         }
+                        Event::Waiting { reason } => {
+                            // It waits for a person, and has told that it does.
+                            alarm = None;
+                            self.start(HookKind::Question, reason, &mut hooks, &mut tell);
+                        }
                         Event::Ended { rows, of, reason } => {
                             let (kind, message) = ending(rows, of, reason);
                             self.start(kind, message, &mut hooks, &mut tell);

@@ -5,6 +5,7 @@ use std::time::Duration;
 use super::clock::ScanClock;
 use super::lab::Lab;
 use crate::acoustics::{Excitation, Vec3, delays_s};
+use crate::rig::call::Call;
 use crate::rig::{ElementDelay, Feed, Frame, RigError, SafeRig};
 use crate::scan::{FocusSection, Sample, Spread, Visit};
 
@@ -60,8 +61,11 @@ impl Conductor {
     ) -> Result<Measurement, RigError> {
         self.excite(rig, visit.focus).await?;
         let target = self.frame.to_robot(visit.position_m);
-        let reported = rig.motion().move_to(target, self.feed).await?;
-        let reading = rig.receiver().read_point(self.settle, self.readings).await?;
+        let reported = rig.perform(Call::move_to(target, self.feed)).await?.position();
+        let reported = reported.expect("a move says where the robot stands");
+        let read = Call::ReadPoint { settle: self.settle, count: self.readings };
+        let reading = rig.perform(read).await?.reading().expect("a reading is read");
+        rig.perform(Call::Confirm { emits: visit.focus.is_some() }).await?;
         let sample = Sample::measured(
             // Its end: the middle of a reading in which the receiver's clock wraps would be hours away.
             self.clock.at(reading.last_t_s),
@@ -74,23 +78,49 @@ impl Conductor {
         Ok(Measurement { sample, clipped: reading.clipped, lost: reading.gaps })
     }
 
+    /// How the array lies in the robot's axes.
+    pub(super) fn frame(&self) -> Frame {
+        self.frame
+    }
+
+    /// The speed of moves between points.
+    pub(super) fn feed(&self) -> Feed {
+        self.feed
+    }
+
+    /// The scan's time of an instant on the receiver's clock, s.
+    pub(super) fn time_s(&mut self, receiver_s: f64) -> f64 {
+        self.clock.at(receiver_s)
+    }
+
     /// Silences the array; the next measurement sets its drive again.
     pub(super) async fn silence(&mut self, rig: &mut SafeRig) -> Result<(), RigError> {
         self.excite(rig, None).await
     }
 
-    async fn excite(&mut self, rig: &mut SafeRig, focus: Option<usize>) -> Result<(), RigError> {
+    /// What the array is told for a drive.
+    #[cfg(test)]
+    pub(super) fn delays_of(&self, drive: usize) -> &[ElementDelay] {
+        &self.delays[drive]
+    }
+
+    /// Drives a focus, or none.
+    pub(super) async fn excite(
+        &mut self,
+        rig: &mut SafeRig,
+        focus: Option<usize>,
+    ) -> Result<(), RigError> {
         let wanted = focus.map_or(Emission::Silent, Emission::Drive);
         if wanted == self.emitting {
-            return Ok(());
+            return rig.perform(Call::Refresh).await.map(drop);
         }
         match wanted {
-            Emission::Silent => rig.array().silence().await?,
+            Emission::Silent => rig.perform(Call::Silence).await?,
             Emission::Drive(number) => {
-                rig.array().set_delays(&self.delays[number]).await?;
-                rig.array().emit().await?;
+                rig.perform(Call::set_delays(&self.delays[number])).await?;
+                rig.perform(Call::Emit).await?
             }
-        }
+        };
         self.emitting = wanted;
         Ok(())
     }

@@ -6,13 +6,20 @@ use std::time::Duration;
 
 use serde::Serialize;
 
+use super::fly::Flight;
 use super::lab::Lab;
+use super::rows::{Leg, Line, legs};
+use crate::acoustics::Vec3;
 use crate::input::Fault;
-use crate::rig::RobotPosition;
+use crate::rig::{Feed, RobotPosition};
 use crate::scan::{Part, Plan, Visit, VisitKind};
 
-/// Room that a row of `samples.csv` takes, with its share of the journal, bytes.
-const BYTES_A_ROW: u64 = 160;
+/// Room that a point takes in `samples.csv`, the journal and its share of the events, bytes.
+const BYTES_A_ROW: u64 = 320;
+
+/// Room that its share of the wire logs takes, bytes, and what the logs take at most.
+const WIRE_BYTES_A_ROW: u64 = 4096;
+const MOST_WIRE_BYTES: u64 = 512 << 20;
 
 /// Room that is left free for whatever else runs on the machine, bytes.
 const ROOM_LEFT_FREE: u64 = 64 << 20;
@@ -24,7 +31,7 @@ const TALK_S: f64 = 0.03;
 const USUAL_RATE_HZ: f64 = 1000.0;
 
 /// Acceleration a robot is taken to have, m/s²: what printers' firmware is usually set to.
-const USUAL_ACCELERATION_M_S2: f64 = 1.0;
+pub(super) const USUAL_ACCELERATION_M_S2: f64 = 1.0;
 
 /// What a plan comes to on a rig.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -63,15 +70,17 @@ pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault
     plan.fits_array(lab.believed_array().len())?;
     foci_within_travel(plan, lab)?;
     let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
+    let settle_s = lab.rig.receiver.settle().as_secs_f64();
+    let reading_s = settle_s + lab.rig.receiver.count() as f64 / USUAL_RATE_HZ + TALK_S;
     let mut from = RobotPosition::from_axes_m(envelope.travel.least_m);
     reference_within_travel(plan, lab)?;
-    let (mut way_m, mut moving_s, mut slowest_s) = (0.0, 0.0, 0.0_f64);
-    for visit in visits {
-        let to = frame.to_robot(visit.position_m);
+    let (mut way_m, mut about_s, mut slowest_s) = (0.0, 0.0, 0.0_f64);
+    let mut go = |to_m: Vec3, part: Part, feed: Feed| {
+        let to = frame.to_robot(to_m);
         envelope.check_path(from, to).map_err(|path_fault| {
-            let at_mm = visit.position_m * 1e3;
+            let at_mm = to_m * 1e3;
             plan.fault(
-                visit.part,
+                part,
                 format!(
                     "the robot cannot go to ({:.2}, {:.2}, {:.2}) mm: {path_fault}",
                     at_mm.x, at_mm.y, at_mm.z
@@ -81,22 +90,39 @@ pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault
         })?;
         let distance_m = from.distance_m(to);
         way_m += distance_m;
-        let move_s = move_s(distance_m, lab.rig.motion.feed().m_s());
-        moving_s += move_s;
-        slowest_s = slowest_s.max(move_s);
         from = to;
+        Ok(move_s(distance_m, feed.m_s()))
+    };
+    let feed = lab.rig.motion.feed();
+    let flight = plan.fly.as_ref().map(|fly| Flight::new(fly, lab));
+    for leg in legs(visits, 0, flight.is_some()) {
+        match (leg, &flight) {
+            (Leg::Row(row), Some(flight)) => {
+                let [begins_m, ends_m] = Line::of(&visits[row.clone()]).ends_m(flight.lead_m());
+                let part = visits[row.start].part;
+                let row_s = go(begins_m, part, feed)? + go(ends_m, part, flight.feed())? + TALK_S;
+                about_s += row_s;
+                slowest_s = slowest_s.max(row_s);
+            }
+            (Leg::Row(row), None) => unreachable!("{row:?} is only flown by a plan that flies"),
+            (Leg::Stop(visit), _) => {
+                let Visit { position_m, part, .. } = visits[visit];
+                let point_s = go(position_m, part, feed)? + reading_s;
+                about_s += point_s;
+                slowest_s = slowest_s.max(point_s);
+            }
+        }
     }
-    let settle_s = lab.rig.receiver.settle().as_secs_f64();
-    let reading_s = settle_s + lab.rig.receiver.count() as f64 / USUAL_RATE_HZ + TALK_S;
     let of_kind = |kind| visits.iter().filter(|visit| visit.kind == kind).count();
     Ok(DryRun {
         visits: visits.len(),
         dark: of_kind(VisitKind::Dark),
         references: of_kind(VisitKind::Reference),
         way_m,
-        about_s: moving_s + reading_s * visits.len() as f64,
-        slowest_s: slowest_s + reading_s,
-        bytes: BYTES_A_ROW * visits.len() as u64,
+        about_s,
+        slowest_s,
+        bytes: BYTES_A_ROW * visits.len() as u64
+            + (WIRE_BYTES_A_ROW * visits.len() as u64).min(MOST_WIRE_BYTES),
     })
 }
 

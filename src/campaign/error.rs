@@ -1,5 +1,6 @@
 //! What keeps a campaign from beginning or going on.
 
+use super::fly::FlightFault;
 use super::references::Moved;
 use crate::input::Fault;
 use crate::rig::RigError;
@@ -27,6 +28,14 @@ pub enum CampaignError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     VirtualRig(#[from] VirtualRigError),
+    /// The process that silences the array should this one be killed does not start.
+    #[error(
+        "the watchdog, which silences the array should this program be killed, does not start: {0}"
+    )]
+    #[diagnostic(help(
+        "it is this program itself in a second process; see what the system says of it"
+    ))]
+    Watchdog(#[source] std::io::Error),
     /// The array's controller drives another number of elements than the rig file says.
     #[error("the array's controller drives {controller} elements; the rig file says {believed}")]
     #[diagnostic(help("correct [array] of the rig file, or connect the array that it describes"))]
@@ -36,12 +45,47 @@ pub enum CampaignError {
         /// What the controller says.
         controller: usize,
     },
+    /// The sensor says that the air is such that its sound cannot be computed.
+    #[error(
+        "the environment sensor says {temperature_c} °C, {humidity_percent} % and {pressure_kpa} kPa, where the speed of sound cannot be computed"
+    )]
+    #[diagnostic(help(
+        "look at the sensor, or set `sound_speed = false` in [environment] of the rig file"
+    ))]
+    NoMedium {
+        /// Temperature, °C.
+        temperature_c: f64,
+        /// Relative humidity, percent.
+        humidity_percent: f64,
+        /// Pressure, kPa.
+        pressure_kpa: f64,
+    },
     /// On resuming, a file that the rig file names describes another array.
     #[error("the array is not the one that the scan was begun with")]
     #[diagnostic(help(
         "bring back the elements file that the rig file named then, or begin a new scan"
     ))]
     OtherSetUp,
+    /// A row cannot be flown as the plan says.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Flight(#[from] FlightFault),
+    /// On resuming, the truth file of a virtual rig is another.
+    #[error("what is true behind the virtual rig was changed since the scan was begun: {} is another file", .0.display())]
+    #[diagnostic(help("bring the truth file back as it was, or begin a new scan"))]
+    OtherTruth(std::path::PathBuf),
+    /// On resuming, the rig file says something else than it did.
+    #[error("{} was changed since the scan was begun: {}", path.display(), changes.join("; "))]
+    #[diagnostic(help(
+        "take the changes back (ports and their speeds may be others), or begin a new scan; the file as it was is rig.toml in \
+         the scan's folder"
+    ))]
+    OtherRig {
+        /// The rig file.
+        path: std::path::PathBuf,
+        /// Each key that changed, with what it was and is.
+        changes: Vec<String>,
+    },
     /// On resuming, the rig is not as it was.
     #[error("the scan cannot go on as if nothing had happened: {0}")]
     #[diagnostic(help(

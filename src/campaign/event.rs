@@ -28,6 +28,13 @@ pub enum Event {
         /// How far the robot reports to be from where it reported then, mm.
         moved_mm: f64,
     },
+    /// A row was flown there and back to see how far the readings lag behind the robot.
+    LagFound {
+        /// The lag, ms.
+        lag_ms: f64,
+        /// Its standard error, ms.
+        standard_error_ms: f64,
+    },
     /// The reference point was revisited, to see what drifts.
     ReferenceRevisited {
         /// Where it is, as the robot reports it, array frame, mm.
@@ -77,6 +84,16 @@ pub enum Event {
         reading: f64,
         /// Whether the converter was at its limit.
         clipped: bool,
+    },
+    /// There is no room for a reading. The array is silent, and the scan waits until there is.
+    Waiting {
+        /// What was refused, and what to do.
+        reason: String,
+    },
+    /// There is room again, and the scan goes on.
+    WentOn {
+        /// How long it waited, s.
+        waited_s: f64,
     },
     /// The scan ended.
     Ended {

@@ -7,7 +7,7 @@ use toml::Spanned;
 
 use crate::acoustics::{Array, Medium};
 use crate::input::{Fault, TomlSource};
-use crate::rig::{FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
+use crate::rig::{EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
 use crate::scan::{ArraySection, ArrayTable, Hooks, MediumSection, MediumTable};
 use crate::sensing::SensingSection;
 use crate::virtual_rig::VirtualConfig;
@@ -21,6 +21,7 @@ struct LabFile {
     motion: MotionConfig,
     receiver: ReceiverConfig,
     focus_array: FocusArrayConfig,
+    environment: Option<EnvironmentConfig>,
     sensing: Option<Spanned<SensingSection>>,
     #[serde(default)]
     hooks: Hooks,
@@ -62,7 +63,8 @@ impl Lab {
     /// # Errors
     /// As [`Lab::read`].
     pub fn parse(source: TomlSource) -> Result<Self, Fault> {
-        let file: LabFile = source.parse()?;
+        let mut file: LabFile = source.parse()?;
+        file.focus_array.beside(source.path().parent().unwrap_or(Path::new("")));
         let array = ArraySection::read(&file.array, &source)?;
         if let Some(sensing) = &file.sensing {
             let elements = array.array().len();
@@ -82,6 +84,7 @@ impl Lab {
                 motion: file.motion,
                 receiver: file.receiver,
                 focus_array: file.focus_array,
+                environment: file.environment,
             },
             sensing: file.sensing.map(Spanned::into_inner),
             hooks: file.hooks,

@@ -1,15 +1,9 @@
 //! On resuming a scan: points measured before are measured again, and the scan goes on only where both place and level
 //! are what they were.
 
-use crate::scan::{Sample, Visit, VisitKind};
+use crate::scan::{Sample, Tolerances, Visit, VisitKind};
 
 use super::conductor::distance_mm;
-
-/// How far the robot may report to be from where it reported before, mm.
-pub(super) const PLACE_TOLERANCE_MM: f64 = 0.05;
-
-/// How much the level may have changed, relative, beyond four standard errors of the two readings.
-pub(super) const LEVEL_TOLERANCE: f64 = 0.03;
 
 /// Standard errors that two readings of one level may differ by.
 const STANDARD_ERRORS: f64 = 4.0;
@@ -22,18 +16,20 @@ const REFERENCES: usize = 3;
 pub enum Moved {
     /// The robot reports another place.
     #[error(
-        "row {row}: the robot reports to be {moved_mm:.3} mm from where it reported before; {PLACE_TOLERANCE_MM} mm is allowed"
+        "row {row}: the robot reports to be {moved_mm:.3} mm from where it reported before; {allowed_mm} mm is allowed"
     )]
     Robot {
         /// Row of `samples.csv`.
         row: usize,
         /// Distance between the two reported places, mm.
         moved_mm: f64,
+        /// How much the plan allows, mm.
+        allowed_mm: f64,
     },
     /// The level there is another.
     #[error(
-        "row {row}: the level is {now:.5} where {kept:.5} was kept, {:+.1} %; {} % beyond the noise is allowed",
-        (now / kept - 1.0) * 100.0, LEVEL_TOLERANCE * 100.0
+        "row {row}: the level is {now:.5} where {kept:.5} was kept, {:+.1} %; {allowed_percent} % beyond the noise is allowed",
+        (now / kept - 1.0) * 100.0
     )]
     Level {
         /// Row of `samples.csv`.
@@ -42,7 +38,50 @@ pub enum Moved {
         kept: f64,
         /// The reading now.
         now: f64,
+        /// How much the plan allows, percent.
+        allowed_percent: f64,
     },
+    /// Several points are not what they were.
+    #[error("{}{}", listed(.0), common_cause(.0))]
+    Several(Vec<Self>),
+}
+
+impl Moved {
+    /// What was found at several points as one.
+    pub(super) fn of(mut found: Vec<Self>) -> Result<(), Self> {
+        match found.len() {
+            0 => Ok(()),
+            1 => Err(found.remove(0)),
+            _ => Err(Self::Several(found)),
+        }
+    }
+}
+
+fn listed(found: &[Moved]) -> String {
+    found.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+}
+
+/// What points that changed say together: the level is a matter of gains where all changed by one factor, and of places where
+/// they did not.
+fn common_cause(found: &[Moved]) -> &'static str {
+    /// Factors this near each other are one.
+    const ALIKE: f64 = 0.02;
+    let factors: Vec<f64> = found
+        .iter()
+        .filter_map(|moved| match moved {
+            Moved::Level { kept, now, .. } => Some(now / kept),
+            _ => None,
+        })
+        .collect();
+    let [least, most] =
+        [f64::min, f64::max].map(|of| factors.iter().copied().reduce(of).unwrap_or(f64::NAN));
+    if factors.len() < found.len() {
+        ". The robot's origin is another: look at its end switches"
+    } else if most - least <= ALIKE * most {
+        ". All changed alike, as with another supply or another gain of the receiver"
+    } else {
+        ". They changed differently: array or receiver stand elsewhere than before, or elements failed"
+    }
 }
 
 /// The rows to measure again: the last visit to the plan's reference point, where it has one, and the strongest
@@ -64,14 +103,20 @@ pub(super) fn reference_rows(kept: &[Sample], visits: &[Visit]) -> Vec<usize> {
 }
 
 /// Holds a reading against the one that was kept.
-pub(super) fn compare(row: usize, kept: &Sample, now: &Sample) -> Result<(), Moved> {
+pub(super) fn compare(
+    row: usize,
+    kept: &Sample,
+    now: &Sample,
+    allowed: Tolerances,
+) -> Result<(), Moved> {
+    let (allowed_mm, allowed_percent) = (allowed.place_mm.get(), allowed.level_percent.get());
     let moved_mm = distance_mm(kept.position_m(), now.position_m());
-    if moved_mm > PLACE_TOLERANCE_MM {
-        return Err(Moved::Robot { row, moved_mm });
+    if moved_mm > allowed_mm {
+        return Err(Moved::Robot { row, moved_mm, allowed_mm });
     }
     let noise = STANDARD_ERRORS * standard_error(kept).hypot(standard_error(now));
-    if (now.reading - kept.reading).abs() > LEVEL_TOLERANCE * kept.reading + noise {
-        return Err(Moved::Level { row, kept: kept.reading, now: now.reading });
+    if (now.reading - kept.reading).abs() > allowed_percent / 100.0 * kept.reading + noise {
+        return Err(Moved::Level { row, kept: kept.reading, now: now.reading, allowed_percent });
     }
     Ok(())
 }
@@ -85,6 +130,7 @@ pub(super) fn standard_error(sample: &Sample) -> f64 {
 mod tests {
     use super::*;
     use crate::acoustics::Vec3;
+    use crate::input::Positive;
     use crate::scan::{Part, Spread};
 
     fn sample(focus: Option<usize>, x_mm: f64, reading: f64) -> Sample {
@@ -121,14 +167,26 @@ mod tests {
     #[test]
     fn a_shift_or_another_level_is_told() {
         let kept = sample(Some(0), 1.0, 2.0);
-        assert_eq!(compare(7, &kept, &sample(Some(0), 1.04, 2.05)), Ok(()));
-        assert!(matches!(
-            compare(7, &kept, &sample(Some(0), 1.06, 2.0)),
-            Err(Moved::Robot { row: 7, .. })
-        ));
-        assert!(matches!(
-            compare(7, &kept, &sample(Some(0), 1.0, 2.1)),
-            Err(Moved::Level { row: 7, .. })
-        ));
+        let compared = |now| compare(7, &kept, &now, Tolerances::default());
+        assert_eq!(compared(sample(Some(0), 1.04, 2.05)), Ok(()));
+        assert!(matches!(compared(sample(Some(0), 1.06, 2.0)), Err(Moved::Robot { row: 7, .. })));
+        assert!(matches!(compared(sample(Some(0), 1.0, 2.1)), Err(Moved::Level { row: 7, .. })));
+        let wide = Tolerances {
+            place_mm: Positive::new(0.2).expect("above zero"),
+            level_percent: Positive::new(6.0).expect("above zero"),
+        };
+        assert_eq!(compare(7, &kept, &sample(Some(0), 1.1, 2.1), wide), Ok(()));
+    }
+
+    #[test]
+    fn what_moved_is_told_from_how_the_points_changed() {
+        let level = |row, kept, now| Moved::Level { row, kept, now, allowed_percent: 3.0 };
+        let robot = Moved::Robot { row: 1, moved_mm: 0.2, allowed_mm: 0.05 };
+        let said = |found| Moved::of(found).expect_err("moved").to_string();
+        assert_eq!(Moved::of(vec![]), Ok(()));
+        assert!(said(vec![level(3, 2.0, 1.8), level(5, 1.0, 0.9)]).contains("another gain"));
+        let shifted = said(vec![level(3, 2.0, 1.8), level(5, 1.0, 1.1)]);
+        assert!(shifted.contains("row 3") && shifted.contains("stand elsewhere"), "{shifted}");
+        assert!(said(vec![robot, level(3, 2.0, 1.8)]).contains("end switches"));
     }
 }

@@ -1,41 +1,44 @@
 //! One scan from its first move to its safe end, and the return to one that ended early.
 
 mod attended;
+mod course;
+mod keeping;
 
-use std::future::Future;
-use std::path::{Path, PathBuf};
+use std::any::Any;
+use std::future::{Future, poll_fn};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::pin::pin;
+use std::process::Command;
+use std::task::Poll;
 
 use jiff::Timestamp;
-use serde::{Deserialize, Serialize};
 
 use super::CampaignError;
 use super::attendant::Attendant;
-use super::clock::{ScanClock, begins, goes_on_at_s};
-use super::conductor::{Conductor, Measurement, distance_mm};
-use super::drift::Drift;
+use super::clock::begins;
 use super::dry_run::{DryRun, dry_run, room_for};
 use super::event::{Event, Watch};
 use super::lab::Lab;
 use super::open::OpenRig;
+use super::origin::{self, Origin};
 use super::pause::Pause;
 use super::plan_on_rig::Campaign;
-use super::references::{compare, reference_rows};
+use super::references::reference_rows;
 use crate::input::{TomlSource, toml_file};
 use crate::rig::ReceiverIdentity;
-use crate::scan::{Columns, EventKind, Journal, Sample, ScanSetup, ScanState, Visit};
+use crate::rig::call::Call;
+use crate::scan::{Columns, Journal, Sample, ScanSetup, ScanState, Visit};
 
 /// The plan and the rig file as they were when the scan was begun, kept beside it.
 const PLAN_COPY: &str = "plan.toml";
-const RIG_COPY: &str = "rig.toml";
-/// Where the two were read from: what they name is looked for from there.
-const ORIGIN: &str = "origin.toml";
+pub(super) const RIG_COPY: &str = "rig.toml";
 
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Origin {
-    plan: PathBuf,
-    rig: PathBuf,
-}
+/// The folder of all that was said on the wires.
+pub(super) const WIRE_LOGS: &str = "wire";
+
+/// Where the watchdog writes what it did, where it had to.
+const WATCHDOG_LOG: &str = "watchdog.log";
 
 /// A scan that is about to run.
 pub struct Session {
@@ -67,10 +70,15 @@ impl Session {
     /// # Errors
     /// [`CampaignError`] if the plan cannot be done, the rig cannot be opened, or the folder holds a scan already or
     /// cannot be written.
-    pub async fn begin(campaign: Campaign, folder: &Path) -> Result<Self, CampaignError> {
+    pub async fn begin(mut campaign: Campaign, folder: &Path) -> Result<Self, CampaignError> {
         let check = dry_run(&campaign.plan, &campaign.lab, &campaign.visits)?;
         room_for(check.bytes, folder)?;
         let mut open = OpenRig::open(&campaign.lab).await?;
+        if let Some((air, config)) = open.air().zip(campaign.lab.rig.environment.as_ref())
+            && config.sound_speed
+        {
+            campaign.lab.medium = air.medium(config).await?;
+        }
         let (plan, lab) = (&campaign.plan, &campaign.lab);
         let setup = ScanSetup {
             name: plan.name.clone(),
@@ -81,39 +89,47 @@ impl Session {
             simulator: plan.simulator,
             foci: plan.foci.clone(),
         };
-        let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let origin = Origin { plan: absolute(plan.path()), rig: absolute(lab.source().path()) };
-        let origin = toml::to_string(&origin).expect("two paths are TOML");
+        let origin = Origin::of(plan, lab)?.to_toml();
         let copies = [
             (PLAN_COPY, plan.text().as_bytes()),
             (RIG_COPY, lab.source().text().as_bytes()),
-            (ORIGIN, origin.as_bytes()),
+            (origin::FILE, origin.as_bytes()),
         ];
         let columns = Columns::WithSpread;
         let journal = Journal::create(folder, &setup, columns, &copies, Timestamp::now())?;
+        open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
+        if let Some(air) = open.air() {
+            air.write_to(folder)?;
+        }
         Ok(Self { campaign, open, journal, setup, kept: Vec::new(), check, pause: Pause::never() })
     }
 
-    /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig.
+    /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig. Ports may be
+    /// others by now: they are taken from the rig file as it stands.
     ///
     /// # Errors
     /// [`CampaignError`] if the folder holds no scan, or a complete one, or one that another process is at; if what is left
     /// of the plan cannot be done; or if the rig cannot be opened. What was measured stays as it is.
     pub async fn resume(folder: &Path) -> Result<Self, CampaignError> {
         let resumed = Journal::resume(folder, Timestamp::now())?;
-        let kept = |name: &str, origin: &Path| {
-            let copy = TomlSource::read(&folder.join(name))?;
-            Ok::<_, CampaignError>(TomlSource::new(origin, copy.text()))
-        };
+        let kept: Vec<Sample> = resumed.records.iter().map(|record| record.sample).collect();
+        let copy = |name: &str| TomlSource::read(&folder.join(name));
         let opened = async {
-            let origin: Origin = toml_file(&folder.join(ORIGIN))?;
-            let campaign =
-                Campaign::parse(kept(PLAN_COPY, &origin.plan)?, kept(RIG_COPY, &origin.rig)?)?;
+            let origin: Origin = toml_file(&folder.join(origin::FILE))?;
+            let mut campaign =
+                Campaign::parse(origin.plan(&copy(PLAN_COPY)?), origin.rig(&copy(RIG_COPY)?)?)?;
+            origin.same_truth(&campaign.lab)?;
             same_set_up(&campaign.lab, &resumed.setup)?;
-            let way = way_of_resume(&campaign, &resumed.samples);
+            let way = way_of_resume(&campaign, &kept);
             let check = dry_run(&campaign.plan, &campaign.lab, &way)?;
             room_for(check.bytes, folder)?;
-            let open = OpenRig::open(&campaign.lab).await?;
+            // What was measured at its beginning, where the rig file asks for that: one scan, one medium.
+            campaign.lab.medium = resumed.setup.medium;
+            let mut open = OpenRig::open(&campaign.lab).await?;
+            if let Some(air) = open.air() {
+                air.write_to(folder)?;
+            }
+            open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
             Ok((campaign, open, check))
         };
         match opened.await {
@@ -122,7 +138,7 @@ impl Session {
                 open,
                 journal: resumed.journal,
                 setup: resumed.setup,
-                kept: resumed.samples,
+                kept,
                 check,
                 pause: Pause::never(),
             }),
@@ -168,10 +184,22 @@ impl Session {
         self.pause = pause;
     }
 
+    /// Has the rig guarded from now on by a process of its own, which writes `watchdog.log` beside the record should it have to
+    /// act: see [`OpenRig::guard`].
+    ///
+    /// # Errors
+    /// [`CampaignError::Watchdog`] if it does not start.
+    pub fn guard(&mut self, program: Command) -> Result<(), CampaignError> {
+        let log = self.journal.folder().join(WATCHDOG_LOG);
+        self.open.guard(program, Some(&log))
+    }
+
     /// Runs the scan to its end. Each reading is on disk, and synced, before the next move.
     ///
-    /// When `stop` resolves (with who asked), when a device fails or the disk refuses: the array is silenced, the robot
-    /// stopped, the record closed as partial.
+    /// Where the disk has no room left, the array is silenced and the scan waits until there is.
+    ///
+    /// When `stop` resolves (with who asked), when a device fails, the disk fails or this program itself panics: the array
+    /// is silenced, the robot stopped, the record closed as partial.
     ///
     /// # Errors
     /// [`CampaignError::Moved`] if, on resuming, the rig is not as it was; [`CampaignError::Journal`] if the end could not be
@@ -184,10 +212,12 @@ impl Session {
         let stopped = tokio::select! {
             biased;
             who = stop => Err(Stopped::Asked(who)),
-            ended = self.conduct(&mut *watch) => ended,
+            ended = unless_panicking(self.conduct(&mut *watch)) => ended.unwrap_or_else(Err),
         };
         let reason = match &stopped {
-            Ok(()) => self.open.rig().array().silence().await.err().map(|error| error.to_string()),
+            Ok(()) => {
+                self.open.rig().perform(Call::Silence).await.err().map(|error| error.to_string())
+            }
             Err(stopped) => Some(stopped.to_string()),
         };
         let reason = match reason {
@@ -204,86 +234,17 @@ impl Session {
                 reason
             }
         };
-        watch(&Event::Ended { rows, of, reason: reason.clone() });
+        let ended = Event::Ended { rows, of, reason: reason.clone() };
+        if matches!(stopped, Err(Stopped::Panicked(_))) {
+            // Whoever watches may be the one who panics; the record is closed already.
+            let _ = catch_unwind(AssertUnwindSafe(|| watch(&ended)));
+        } else {
+            watch(&ended);
+        }
         match stopped {
             Err(Stopped::Failed(error @ CampaignError::Moved(_))) => Err(error),
             _ => Ok(reason.map_or(Ending::Complete, |reason| Ending::Partial { reason })),
         }
-    }
-
-    async fn conduct(&mut self, watch: Watch<'_>) -> Result<(), Stopped> {
-        watch(&self.open.greeting());
-        self.open.rig().array().continuous_wave().await?;
-        self.open.rig().motion().home().await?;
-        self.journal.record(Timestamp::now(), EventKind::Homed, "")?;
-        watch(&Event::Homed);
-        let clock = match self.kept.last() {
-            None => ScanClock::from_start(),
-            Some(last) => ScanClock::from(goes_on_at_s(
-                self.setup.recorded,
-                last.time_s,
-                self.campaign.lab.virtual_rig.is_some(),
-            )),
-        };
-        let mut conductor = Conductor::new(&self.campaign.lab, &self.campaign.plan.foci, clock);
-        self.check_references(&mut conductor, &mut *watch).await?;
-        let (plan, visits) = (&self.campaign.plan, &self.campaign.visits);
-        let mut drift = Drift::of(plan, visits, self.check.about_s, &self.kept);
-        let mut last = self.kept.last().copied();
-        for row in self.journal.visits_done()..self.campaign.visits.len() {
-            let visit = self.campaign.visits[row];
-            self.revisit(&mut conductor, drift.as_mut(), last.as_ref(), &visit, &mut *watch)
-                .await?;
-            let Measurement { sample, clipped, lost } =
-                self.measure(&mut conductor, &visit, &mut *watch).await?;
-            last = Some(sample);
-            if clipped || lost > 0 {
-                // Kept before the row: a row without a word about it is a good one, whenever the process dies.
-                let text = spoilt(row, clipped, lost);
-                self.journal.record(Timestamp::now(), EventKind::DeviceFault, &text)?;
-                watch(&Event::Spoilt { row, text });
-            }
-            self.journal.append(&sample)?;
-            if let Some(drifted) = drift.as_mut().and_then(|drift| drift.measured(&visit, &sample))
-            {
-                self.tell_drift(drifted, &mut *watch)?;
-            }
-            watch(&Event::Measured {
-                row,
-                of: self.campaign.visits.len(),
-                focus: sample.focus.map_or(-1, |focus| focus as i64),
-                at_mm: sample.position_mm.into(),
-                reading: sample.reading,
-                clipped,
-            });
-        }
-        Ok(())
-    }
-
-    /// Measures kept points again, and refuses to go on where the rig is not as it was.
-    async fn check_references(
-        &mut self,
-        conductor: &mut Conductor,
-        watch: Watch<'_>,
-    ) -> Result<(), Stopped> {
-        for row in reference_rows(&self.kept, &self.campaign.visits) {
-            let kept = &self.kept[row];
-            let now = conductor.measure(self.open.rig(), &self.campaign.visits[row]).await?.sample;
-            watch(&Event::ReferenceChecked {
-                row,
-                kept: kept.reading,
-                now: now.reading,
-                moved_mm: distance_mm(kept.position_m(), now.position_m()),
-            });
-            let verdict = compare(row, kept, &now);
-            let text = match &verdict {
-                Ok(()) => format!("row {row}: {} where {} was kept", now.reading, kept.reading),
-                Err(moved) => moved.to_string(),
-            };
-            self.journal.record(Timestamp::now(), EventKind::ReferenceChecked, &text)?;
-            verdict.map_err(CampaignError::from)?;
-        }
-        Ok(())
     }
 }
 
@@ -312,14 +273,6 @@ fn same_set_up(lab: &Lab, setup: &ScanSetup) -> Result<(), CampaignError> {
     if same { Ok(()) } else { Err(CampaignError::OtherSetUp) }
 }
 
-/// What is not as it should be with the readings behind a row.
-fn spoilt(row: usize, clipped: bool, lost: u32) -> String {
-    let clipped = if clipped { ", the converter was at its limit" } else { "" };
-    let lost =
-        if lost > 0 { format!(", {lost} samples were lost on their way") } else { String::new() };
-    format!("row {row}{clipped}{lost}")
-}
-
 /// Why a running scan stopped.
 #[derive(Debug, thiserror::Error)]
 enum Stopped {
@@ -327,10 +280,30 @@ enum Stopped {
     Asked(&'static str),
     #[error("{0}")]
     Failed(CampaignError),
+    #[error("the program itself failed: {0}")]
+    Panicked(String),
 }
 
 impl<E: Into<CampaignError>> From<E> for Stopped {
     fn from(error: E) -> Self {
         Self::Failed(error.into())
     }
+}
+
+/// Runs a future to its end, or to a panic within it, whose words are given.
+async fn unless_panicking<T>(work: impl Future<Output = T>) -> Result<T, Stopped> {
+    let mut work = pin!(work);
+    poll_fn(|context| {
+        let polled = catch_unwind(AssertUnwindSafe(|| work.as_mut().poll(context)));
+        match polled {
+            Ok(polled) => polled.map(Ok),
+            Err(panic) => Poll::Ready(Err(Stopped::Panicked(words_of(&*panic)))),
+        }
+    })
+    .await
+}
+
+fn words_of(panic: &(dyn Any + Send)) -> String {
+    let literal = panic.downcast_ref::<&str>().map(|words| (*words).to_owned());
+    literal.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default()
 }

@@ -9,6 +9,7 @@ use miette::{IntoDiagnostic, miette};
 use super::output::{print, print_json};
 use super::simulate::positive;
 use super::stop::StopRequests;
+use super::watchdog::guard_array;
 use crate::campaign::{Lab, open_virtual};
 use crate::display::{Composed, DisplayFile, Ended, SoundingArray, compose, play};
 use crate::input::Positive;
@@ -46,6 +47,7 @@ impl Focus {
         runtime.block_on(async {
             let stop = StopRequests::listen().into_diagnostic()?;
             let mut array = open_array(&lab.rig, &ports).await?;
+            let _watchdog = guard_array(&*array, firmware.is_some())?;
             let identity = array.identity().clone();
             let believed = lab.believed_array().len();
             if believed != identity.elements {

@@ -26,6 +26,7 @@ mod study;
 mod transducers;
 mod virtual_ports;
 mod watch;
+mod watchdog;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
@@ -81,6 +82,9 @@ enum Command {
     Blind(blind::Blind),
     /// Look after a rig
     Rig(rig::Rig),
+    /// Guard the rig of the program that started this
+    #[command(hide = true)]
+    Watchdog(watchdog::Watchdog),
     /// Print the completions of a shell
     Completions {
         /// The shell
@@ -132,6 +136,7 @@ impl Command {
             Self::Virtual(command) => command.run(),
             Self::Blind(command) => command.run(),
             Self::Rig(command) => command.run(),
+            Self::Watchdog(command) => command.run(),
             Self::Completions { shell } => {
                 clap_complete::generate(
                     shell,

@@ -104,6 +104,13 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
             );
             bar.suspend(|| say(&again));
         }
+        Event::LagFound { lag_ms, standard_error_ms } => {
+            bar.suspend(|| {
+                say(&format!(
+                    "readings lag {lag_ms:.2} ± {standard_error_ms:.2} ms behind the robot"
+                ))
+            });
+        }
         Event::ReferenceRevisited { first, now, .. } => {
             let drift = (now / first - 1.0) * 100.0;
             bar.suspend(|| {
@@ -122,6 +129,13 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
             let what = if *focus < 0 { "silent".to_owned() } else { format!("focus {focus}") };
             let clip = if *clipped { ", clipped" } else { "" };
             bar.set_message(format!("{what} at ({x:.1}, {y:.1}, {z:.1}) mm: {reading:.4}{clip}"));
+        }
+        Event::Waiting { reason } => {
+            bar.suspend(|| say(&format!("waiting, the array silent: {reason}")));
+            bar.set_message("waiting for room on the disk");
+        }
+        Event::WentOn { waited_s } => {
+            bar.suspend(|| say(&format!("went on after {waited_s:.0} s")));
         }
         Event::Ended { rows, of, reason } => {
             bar.finish_and_clear();

@@ -13,6 +13,7 @@ use super::output::{fresh_folder, print_json};
 use super::progress::Progress;
 use super::stop::StopRequests;
 use super::watch::{Controls, Watching};
+use super::watchdog::watchdog;
 use crate::campaign::{Campaign, CampaignError, DryRun, Ending, Event, PauseSwitch, Session};
 use crate::terminal::Screen;
 use crate::terminal::watch::ScanView;
@@ -100,6 +101,7 @@ pub(super) fn conduct(
     let ending = runtime.block_on(async {
         let stop = StopRequests::listen().into_diagnostic()?;
         let mut session = session.await?;
+        session.guard(watchdog()?)?;
         let (abort, mut aborted) = unbounded_channel();
         let progress = Arc::new(Mutex::new(showing.begin(&mut session, abort.clone())?));
         let show = {

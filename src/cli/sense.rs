@@ -9,6 +9,7 @@ use miette::{IntoDiagnostic, miette};
 use super::output::print;
 use super::simulate::positive;
 use super::stop::StopRequests;
+use super::watchdog::guard_array;
 use crate::campaign::{Lab, open_virtual};
 use crate::input::Positive;
 use crate::rig::open_array;
@@ -49,6 +50,7 @@ impl Sense {
             let stop = StopRequests::listen().into_diagnostic()?.first();
             tokio::pin!(stop);
             let mut array = open_array(&lab.rig, &ports).await?;
+            let _watchdog = guard_array(&*array, firmware.is_some())?;
             let [a, b, c, d] = section.elements();
             if !self.json {
                 print(&format!(

@@ -39,6 +39,7 @@ impl Virtual {
                 "motion": ports.motion,
                 "receiver": ports.receiver,
                 "focus_array": ports.focus_array,
+                "environment": ports.environment,
             }))?;
         } else {
             let mut text = String::new();
@@ -48,6 +49,9 @@ impl Virtual {
                 ("array", &ports.focus_array),
             ] {
                 text += &format!("{device:<15} {}\n", port.as_deref().unwrap_or("-"));
+            }
+            if let Some(port) = &ports.environment {
+                text += &format!("{:<15} {port}\n", "environment");
             }
             print(&(text + "Ctrl-C ends it.\n"))?;
         }

@@ -20,6 +20,10 @@ pub(super) enum Change {
     Reversed(Vec<usize>),
     /// These two hang on each other's outputs.
     Swapped([usize; 2]),
+    /// Each element's amplitude is the believed one times one more than this.
+    Amplitudes(Vec<f64>),
+    /// Each element's phase is the believed one and this, radians.
+    Phases(Vec<f64>),
     /// The array is turned about x, then about y, radians.
     Tilt([f64; 2]),
     /// The elements' faces are as large as believed times this, above zero.
@@ -95,6 +99,8 @@ fn change(effect: &str, named: &Candidate, simulator: Simulator) -> Result<Chang
             let two = <[usize; 2]>::try_from(elements);
             Change::Swapped(two.map_err(|_| "the diagnosis does not name two elements".to_owned())?)
         }
+        "element-gain" => Change::Amplitudes(parameters.each("departures")?),
+        "element-phase" => Change::Phases(parameters.each("departures_rad")?),
         "array-tilt" => {
             Change::Tilt([parameters.real("about_x_rad")?, parameters.real("about_y_rad")?])
         }
@@ -133,6 +139,19 @@ impl Parameters<'_> {
     fn above_zero(&self, name: &str) -> Result<f64, String> {
         let value = self.real(name)?;
         if value > 0.0 { Ok(value) } else { Err(format!("{name} came out as {value}")) }
+    }
+
+    /// A number for each element, each rounded as [`Parameters::real`] rounds.
+    fn each(&self, name: &str) -> Result<Vec<f64>, String> {
+        match self.named.parameters.get(&format!("{}.{name}", self.effect)) {
+            Some(FittedParameter::Each { value, standard_error })
+                if !value.is_empty() && value.iter().all(|value| value.is_finite()) =>
+            {
+                let errors = standard_error.iter().copied().chain(std::iter::repeat(f64::NAN));
+                Ok(value.iter().zip(errors).map(|(value, error)| rounded(*value, error)).collect())
+            }
+            _ => Err(format!("the diagnosis gives no value of {name} for each element")),
+        }
     }
 
     fn elements(&self) -> Result<Vec<usize>, String> {

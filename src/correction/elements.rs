@@ -13,6 +13,8 @@ pub(super) fn is_of_elements(change: &Change) -> bool {
         Change::Silent(_)
             | Change::Reversed(_)
             | Change::Swapped(_)
+            | Change::Amplitudes(_)
+            | Change::Phases(_)
             | Change::Tilt(_)
             | Change::Faces(_)
             | Change::Turn(_)
@@ -32,6 +34,7 @@ pub(super) fn changed(
         Some(&element) => Err(CorrectionError::NoSuchElement { element, elements: count }),
         None => Ok(()),
     };
+    let of_each = |values: &[f64]| there(&[values.len().saturating_sub(1)]);
     match change {
         Change::Silent(numbers) => {
             there(numbers)?;
@@ -47,6 +50,18 @@ pub(super) fn changed(
             there(&[*a, *b])?;
             // An element's number is that of its output.
             elements.swap(*a, *b);
+        }
+        Change::Amplitudes(departures) => {
+            of_each(departures)?;
+            for (element, departure) in elements.iter_mut().zip(departures) {
+                element.amplitude *= 1.0 + departure;
+            }
+        }
+        Change::Phases(departures_rad) => {
+            of_each(departures_rad)?;
+            for (element, departure_rad) in elements.iter_mut().zip(departures_rad) {
+                element.phase_rad += departure_rad;
+            }
         }
         Change::Tilt([about_x_rad, about_y_rad]) => {
             let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), *about_y_rad)
@@ -108,6 +123,12 @@ mod tests {
         assert_eq!((elements[0].amplitude, elements[0].centre_m.x), (0.0, 0.0));
         let elements = changed(elements, &Change::Reversed(vec![2])).expect("there");
         assert_eq!(elements[2].phase_rad, std::f64::consts::PI);
+        let elements =
+            changed(elements, &Change::Amplitudes(vec![0.1, -0.2, 0.0])).expect("all there");
+        let amplitudes: Vec<f64> = elements.iter().map(|element| element.amplitude).collect();
+        assert!((amplitudes[1] - 0.8).abs() < 1e-15 && amplitudes[2] == 1.0, "{amplitudes:?}");
+        let elements = changed(elements, &Change::Phases(vec![0.3, 0.0, 0.0])).expect("all there");
+        assert_eq!(elements[0].phase_rad, 0.3);
         let error = changed(elements, &Change::Silent(vec![3])).expect_err("not there");
         assert!(error.to_string().contains("element 3"), "{error}");
     }

@@ -33,9 +33,6 @@ pub(super) fn why(effect: &str) -> &'static str {
         "flow" | "temperature-gradient" | "turbulence" => {
             "the simulators know still air of one temperature only; keep draughts and heat away"
         }
-        "element-gain" | "element-phase" => {
-            "the diagnosis gives how much the elements differ, not the value of each"
-        }
         "axis-scale" => "correct the steps per millimetre in the robot's firmware",
         "skew" => "the set-up has square axes; square those of the robot",
         "backlash" => "take the play out of the robot, or scan with order = \"raster\"",

@@ -125,7 +125,12 @@ fn changes_drives(change: &Change) -> bool {
         | Change::Offset(_)
         | Change::Turn(_)
         | Change::Steps(_) => true,
-        Change::Silent(_) | Change::Reversed(_) | Change::Faces(_) | Change::Slips => false,
+        Change::Silent(_)
+        | Change::Reversed(_)
+        | Change::Amplitudes(_)
+        | Change::Phases(_)
+        | Change::Faces(_)
+        | Change::Slips => false,
     }
 }
 

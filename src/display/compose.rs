@@ -4,6 +4,7 @@ use num_complex::Complex64;
 
 use super::error::DisplayError;
 use super::file::DisplayFile;
+use super::modulation::Sweep;
 use super::timeline::{Slot, join};
 use crate::acoustics::foci::{Quality, Transfer};
 use crate::acoustics::transducer::Transducer;
@@ -34,6 +35,8 @@ pub struct Composed {
     pub quality: Option<Quality>,
     /// The frequency of its modulation as it is really played, Hz; `None` for a continuous wave.
     pub modulation_hz: Option<f64>,
+    /// How that goes up and down, where it does.
+    pub sweep: Option<Sweep>,
 }
 
 /// Composes a display for an array behind a controller.
@@ -70,7 +73,10 @@ pub fn compose(
         Some(modulation) => Some(modulation.achieved_hz(carrier_hz, controller.most_levels)?),
         None => None,
     };
-    Ok(Composed { program, slots, quality, modulation_hz })
+    let most = controller.most_levels;
+    let sweep =
+        display.modulation.map(|modulation| modulation.sweep(carrier_hz, most)).transpose()?;
+    Ok(Composed { program, slots, quality, modulation_hz, sweep: sweep.flatten() })
 }
 
 /// The frame of each slot, and the mean quality of those with several foci.

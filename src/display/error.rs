@@ -53,6 +53,19 @@ pub enum DisplayError {
         /// The fewest that give it a shape.
         least: f64,
     },
+    /// A rate that comes to a stand, or sweeps faster than it swells.
+    #[error(
+        "a modulation of {frequency_hz} Hz cannot go {deviation_hz} Hz to either side {sweep_hz} times a second"
+    )]
+    #[diagnostic(help("keep `deviation_hz` below `frequency_hz`, and `sweep_hz` at most as high"))]
+    Sweep {
+        /// The mean rate, Hz.
+        frequency_hz: f64,
+        /// To either side, Hz.
+        deviation_hz: f64,
+        /// Sweeps a second.
+        sweep_hz: f64,
+    },
     /// A focus below the array.
     #[error("focus {focus} comes to z = {z_mm:.2} mm, and the array radiates to z above 0")]
     #[diagnostic(help("lift the path, or tilt it less"))]

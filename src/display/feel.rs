@@ -47,7 +47,7 @@ pub struct FeltFocus {
     pub of_threshold: f64,
     /// Radiation pressure on skin that stays at one of its places, the mean over time, Pa: at the place where it swings most.
     pub steady_pa: f64,
-    /// What of it swings at the modulation's frequency there, amplitude, Pa; `None` for a continuous wave.
+    /// What of it swings at the modulation's momentary frequency there, amplitude, Pa; `None` for a continuous wave.
     pub swinging_pa: Option<f64>,
 }
 
@@ -170,11 +170,17 @@ fn course(
         .collect();
     let mean = pressures.iter().sum::<f64>() / periods as f64;
     let swinging = composed.modulation_hz.map(|hz| {
-        let turn = std::f64::consts::TAU * hz / carrier_hz;
+        // Followed through its sweep, where it has one.
+        let turns = |period: f64| match &composed.sweep {
+            Some(sweep) => sweep.turns(period),
+            None => hz / carrier_hz * period,
+        };
         let sum: Complex64 = pressures
             .iter()
             .enumerate()
-            .map(|(period, pressure)| Complex64::from_polar(*pressure, -turn * period as f64))
+            .map(|(period, pressure)| {
+                Complex64::from_polar(*pressure, -std::f64::consts::TAU * turns(period as f64))
+            })
             .sum();
         2.0 * sum.norm() / periods as f64
     });

@@ -17,11 +17,13 @@
 //! | modulation | what changes | source |
 //! |---|---|---|
 //! | [`Am`] | the amplitude of all elements, by a waveform and a depth | Iwamoto et al., EuroHaptics 2008 |
+//! | [`Fm`] | the rate of that goes up and down | named by the thesis beside AM and PWM, after its reference 15 |
 //! | [`Pwm`] | the array is on for a share of each period | the thesis's controller, 200 Hz |
 //! | [`Lateral`] | the focus swings across its place at full drive | Takahashi, Hasegawa and Shinoda, IEEE Trans. Haptics 13, 334 (2020) |
 //! | [`Spatiotemporal`] | the focus runs along its whole path so many times a second, at full drive | Frier et al., EuroHaptics 2018 |
 //!
 //! [`Am`]: Modulation::Am
+//! [`Fm`]: Modulation::Fm
 //! [`Pwm`]: Modulation::Pwm
 //! [`Lateral`]: Modulation::Lateral
 //! [`Spatiotemporal`]: Modulation::Spatiotemporal
@@ -41,7 +43,7 @@ pub use compose::{Composed, SoundingArray, compose};
 pub use error::DisplayError;
 pub use feel::{Felt, FeltFocus, felt};
 pub use file::{DisplayFile, Foci, FocusSection, Output, Picture};
-pub use modulation::{Modulation, Waveform};
+pub use modulation::{Fm, Modulation, Sweep, Waveform};
 pub use path::{FieldPoint, Path};
 pub use playback::Playback;
 pub use session::{Ended, play};

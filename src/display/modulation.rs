@@ -1,5 +1,7 @@
 //! What makes a focus felt: the envelope of the whole array, or a movement of the focus.
 
+mod fm;
+
 use std::num::NonZeroU32;
 
 use serde::{Deserialize, Serialize};
@@ -9,6 +11,7 @@ use super::path::Direction;
 use crate::input::{Fraction, Positive};
 use crate::rig::config::Percent;
 use crate::rig::focus_array::{Envelope, FULL_LEVEL};
+pub use fm::{Fm, Sweep};
 
 /// Levels in a cycle, at least: fewer make no waveform.
 const LEAST_LEVELS: f64 = 8.0;
@@ -25,6 +28,8 @@ const NEAR: f64 = 1e-6;
 pub enum Modulation {
     /// The amplitude follows a waveform.
     Am(Am),
+    /// The amplitude follows a waveform whose rate goes up and down.
+    Fm(Fm),
     /// The array is on for a share of each cycle.
     Pwm(Pwm),
     /// The focus swings across its place.
@@ -138,10 +143,11 @@ impl Waveform {
 }
 
 impl Modulation {
-    /// How often a second.
+    /// How often a second; the mean where that changes.
     pub fn frequency_hz(&self) -> f64 {
         match self {
             Self::Am(am) => am.frequency_hz.get(),
+            Self::Fm(fm) => fm.frequency_hz.get(),
             Self::Pwm(pwm) => pwm.frequency_hz.get(),
             Self::Lateral(lateral) => lateral.frequency_hz.get(),
             Self::Spatiotemporal(spatiotemporal) => spatiotemporal.frequency_hz.get(),
@@ -151,9 +157,9 @@ impl Modulation {
     /// The amplitude after a share of a cycle, 0 to 1: (1 + m w)/(1 + m) for a depth m and a waveform w. Movements leave it at 1.
     pub fn amplitude_at(&self, turns: f64) -> f64 {
         match self {
+            Self::Fm(fm) => shaped(fm.depth, fm.waveform, turns),
             Self::Am(am) => {
-                let depth = am.depth.get();
-                let shaped = (1.0 + depth * am.waveform.at(turns)) / (1.0 + depth);
+                let shaped = shaped(am.depth, am.waveform, turns);
                 match am.of {
                     Of::Pressure => shaped,
                     Of::Force => shaped.max(0.0).sqrt(),
@@ -170,22 +176,38 @@ impl Modulation {
         }
     }
 
-    /// The envelope that a controller of `most` levels makes of it.
-    ///
-    /// Its loop holds as few cycles as bring it within a millionth of the frequency; see [`Modulation::achieved_hz`].
+    /// How its rate goes up and down, where it does.
     ///
     /// # Errors
-    /// [`DisplayError::TooFast`] above an eighth of the carrier.
+    /// As [`Fm::sweep`].
+    pub fn sweep(&self, carrier_hz: f64, most: usize) -> Result<Option<Sweep>, DisplayError> {
+        match self {
+            Self::Fm(fm) => fm.sweep(carrier_hz, most).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    /// The envelope that a controller of `most` levels makes of it.
+    ///
+    /// Its loop holds as few cycles as bring it within a millionth of the frequency, or one sweep; see [`Modulation::achieved_hz`].
+    ///
+    /// # Errors
+    /// [`DisplayError::TooFast`] above an eighth of the carrier; and as [`Fm::sweep`].
     pub fn envelope(&self, carrier_hz: f64, most: usize) -> Result<Envelope, DisplayError> {
         if matches!(self, Self::Lateral(_) | Self::Spatiotemporal(_)) {
             return Ok(Envelope::continuous());
         }
+        let level = |amplitude: f64| (amplitude * f64::from(FULL_LEVEL)).round() as u8;
+        if let Some(sweep) = self.sweep(carrier_hz, most)? {
+            let middle = |n: u32| (f64::from(n) + 0.5) * f64::from(sweep.hold.get());
+            let levels = (0..sweep.levels).map(|n| self.amplitude_at(sweep.turns(middle(n))));
+            return Ok(Envelope::new(levels.map(level).collect(), sweep.hold)?);
+        }
         let rhythm = Rhythm::nearest(self.frequency_hz(), carrier_hz, most)?;
         let levels = (0..rhythm.levels)
-            .map(|level| {
-                let turns = (f64::from(level) + 0.5) / f64::from(rhythm.levels);
-                let amplitude = self.amplitude_at(turns * f64::from(rhythm.cycles));
-                (amplitude * f64::from(FULL_LEVEL)).round() as u8
+            .map(|n| {
+                let turns = (f64::from(n) + 0.5) / f64::from(rhythm.levels);
+                level(self.amplitude_at(turns * f64::from(rhythm.cycles)))
             })
             .collect();
         Ok(Envelope::new(levels, rhythm.hold)?)
@@ -200,9 +222,16 @@ impl Modulation {
             Self::Am(_) | Self::Pwm(_) => {
                 Ok(Rhythm::nearest(self.frequency_hz(), carrier_hz, most)?.frequency_hz(carrier_hz))
             }
+            Self::Fm(fm) => Ok(fm.sweep(carrier_hz, most)?.mean_hz(carrier_hz)),
             Self::Lateral(_) | Self::Spatiotemporal(_) => Ok(self.frequency_hz()),
         }
     }
+}
+
+/// (1 + m w)/(1 + m) for a depth m and a waveform w.
+fn shaped(depth: Fraction, waveform: Waveform, turns: f64) -> f64 {
+    let depth = depth.get();
+    (1.0 + depth * waveform.at(turns)) / (1.0 + depth)
 }
 
 /// Cycles in a loop of levels that are each held for some periods.

@@ -14,8 +14,8 @@ use super::config::RigConfig;
 use super::device::Role;
 use super::error::RigError;
 use super::receiver::Reading;
-use super::safety::{Ports, open_motion};
-use super::{ArrayIdentity, FocusArray, Motion, Receiver, ReceiverIdentity};
+use super::safety::{Ports, open_air_sensor, open_motion};
+use super::{AirReading, AirSensor, ArrayIdentity, FocusArray, Motion, Receiver, ReceiverIdentity};
 pub use distribution::{BINS, Distribution};
 pub use latency::Latency;
 use noise::At;
@@ -45,6 +45,8 @@ pub struct CheckReport {
     pub receiver: Section<ReceiverCheck>,
     /// The robot.
     pub motion: Section<MotionCheck>,
+    /// The environment sensor; empty also where the rig file has none.
+    pub environment: Section<AirCheck>,
     /// What is not as it should be.
     pub findings: Vec<Finding>,
 }
@@ -91,6 +93,15 @@ pub struct MotionCheck {
     pub position_mm: [f64; 3],
     /// How fast it answers.
     pub latency: Latency,
+}
+
+/// What the environment sensor said.
+#[derive(Debug, Serialize)]
+pub struct AirCheck {
+    /// Its port.
+    pub port: String,
+    /// The newest that it said.
+    pub air: AirReading,
 }
 
 /// One thing that is not as it should be.
@@ -149,7 +160,19 @@ pub async fn check(config: &RigConfig, ports: &Ports, elements: usize) -> CheckR
         Err(error) => Err(error),
     };
     let motion = note(motion, Role::Robot, &mut findings);
-    CheckReport { focus_array, receiver, motion, findings }
+    let environment = match open_air_sensor(config, ports).await {
+        Ok(None) => None,
+        Ok(Some(mut sensor)) => {
+            note(check_air(&mut *sensor).await, Role::Environment, &mut findings)
+        }
+        Err(error) => note(Err(error), Role::Environment, &mut findings),
+    };
+    CheckReport { focus_array, receiver, motion, environment, findings }
+}
+
+async fn check_air(sensor: &mut dyn AirSensor) -> Result<AirCheck, RigError> {
+    let air = sensor.air().await?;
+    Ok(AirCheck { port: sensor.device().port.clone(), air })
 }
 
 fn note<T>(result: Result<T, RigError>, role: Role, findings: &mut Vec<Finding>) -> Option<T> {
@@ -177,7 +200,17 @@ async fn check_array(
         });
     }
     let latency = Latency::of(times);
-    latency.judge(Role::FocusArray, findings);
+    if identity.acknowledges {
+        latency.judge(Role::FocusArray, findings);
+    } else {
+        findings.push(Finding {
+            device: Role::FocusArray,
+            severity: Severity::Warning,
+            problem: "it never answers, so nothing shows that it hears".to_owned(),
+            remedy: "hold the receiver over it: a scan's readings must differ from its dark ones"
+                .to_owned(),
+        });
+    }
     Ok(ArrayCheck { port: array.device().port.clone(), identity, latency })
 }
 
@@ -201,7 +234,7 @@ async fn check_receiver(
     }
     let silent = receiver.read_point(Duration::ZERO, NOISE_READINGS).await?;
     let identity = receiver.identity().clone();
-    let measured_rate_hz = measured_rate_hz(&silent);
+    let measured_rate_hz = measured_rate_hz(&silent).filter(|_| identity.own_clock);
     findings.extend(receiver_findings(&identity, &silent, measured_rate_hz));
     let noise = Noise::of(&means, count, silent.std, &singles);
     findings.extend(noise.findings(&identity.unit).into_iter().map(|(problem, remedy)| Finding {
@@ -370,6 +403,16 @@ impl fmt::Display for CheckReport {
             writeln!(f, "robot        {port}: {firmware}")?;
             writeln!(f, "             says ({x:.2}, {y:.2}, {z:.2}) mm; replies in {latency}")?;
         }
+        if let Some(AirCheck { port, air }) = &self.environment {
+            write!(f, "environment  {port}: {:.1} °C", air.temperature_c)?;
+            if let Some(percent) = air.humidity_percent {
+                write!(f, ", {percent:.0} %")?;
+            }
+            if let Some(kpa) = air.pressure_kpa {
+                write!(f, ", {kpa:.1} kPa")?;
+            }
+            writeln!(f)?;
+        }
         for finding in &self.findings {
             let mark = match finding.severity {
                 Severity::Fault => "fault",
@@ -389,7 +432,7 @@ mod tests {
     use super::*;
 
     fn identity() -> ReceiverIdentity {
-        ReceiverIdentity { rate_hz: 1000.0, full_scale: 5.0, unit: "V".into() }
+        ReceiverIdentity { rate_hz: 1000.0, full_scale: 5.0, unit: "V".into(), own_clock: true }
     }
 
     fn reading() -> Reading {

@@ -1,16 +1,18 @@
-//! The sections `[motion]`, `[receiver]` and `[focus_array]` of a rig file, and the registry of drivers.
+//! The sections `[motion]`, `[receiver]`, `[focus_array]` and `[environment]` of a rig file, and the registry of drivers.
 //!
 //! What a driver needs stands in a table of its own (`[motion.marlin]`), and a section has exactly one such
 //! table. **A new driver is one file and one line here**, in the list of its section.
 
+use std::path::Path;
 use std::time::Duration;
 
 use nalgebra::Vector3;
 use serde::Deserialize;
 
+use super::focus_array::Modulation;
 use super::motion::travel::{AxisBox, Envelope, KeepOut};
 use super::space::{Feed, Frame};
-use super::{FocusArray, Motion, Receiver, RigError};
+use super::{AirSensor, FocusArray, Motion, Receiver, RigError};
 use crate::input::{Finite, Fraction, NonNegative, Positive};
 
 /// The three devices of a rig, as its file describes them.
@@ -22,6 +24,8 @@ pub struct RigConfig {
     pub receiver: ReceiverConfig,
     /// `[focus_array]`
     pub focus_array: FocusArrayConfig,
+    /// `[environment]`, where there is one.
+    pub environment: Option<EnvironmentConfig>,
 }
 
 /// Declares one section: its common keys, its drivers, how it is read and how its driver is opened.
@@ -135,6 +139,10 @@ section! {
         "stream" => Stream(super::receiver::StreamConfig),
         /// A receiver that streams without being asked and takes no commands.
         "free-running" => FreeRunning(super::receiver::FreeRunningConfig),
+        /// An oscilloscope that speaks SCPI.
+        "scpi" => Scpi(super::receiver::ScpiConfig),
+        /// An analog pin of a board with Marlin's firmware.
+        "marlin_pin" => MarlinPin(super::receiver::MarlinPinConfig),
     }
 }
 
@@ -150,6 +158,67 @@ section! {
     FocusArrayDriver opens FocusArray {
         /// The thesis's controller: programmable logic behind a serial port.
         "thesis" => Thesis(super::focus_array::ThesisConfig),
+        /// One or two SonicSurface boards of 256 channels.
+        "sonic_surface" => SonicSurface(super::focus_array::SonicSurfaceConfig),
+        /// Ultraino's boards: MEGA of 64 channels, also in a chain, Nano, DriverNano16.
+        "ultraino" => Ultraino(super::focus_array::UltrainoConfig),
+        /// A file that says what would be sent, for a program of the lab's own.
+        "file" => File(super::focus_array::FileSinkConfig),
+    }
+}
+
+section! {
+    /// `[environment]`: how the air is watched during a scan.
+    EnvironmentConfig {
+        /// Time between two rows of `environment.csv`, s.
+        [default = "ten_seconds"]
+        every_s: Positive,
+        /// Whether a scan's medium is what the sensor says at its beginning, in place of `[medium]`.
+        [default = "bool::default"]
+        sound_speed: bool,
+        /// Relative humidity where the sensor does not say it, percent.
+        [default = "usual_humidity"]
+        humidity_percent: Percent,
+        /// Pressure where the sensor does not say it, kPa.
+        [default = "standard_pressure"]
+        pressure_kpa: Positive,
+    }
+    /// The sensors that can be read.
+    EnvironmentDriver opens AirSensor {
+        /// Lines of text on a serial port.
+        "lines" => Lines(super::air_sensor::AirLinesConfig),
+    }
+}
+
+fn ten_seconds() -> Positive {
+    Positive::new(10.0).expect("a literal above zero")
+}
+
+fn usual_humidity() -> Percent {
+    Percent::try_from(50.0).expect("a literal from 0 to 100")
+}
+
+fn standard_pressure() -> Positive {
+    Positive::new(101.325).expect("a literal above zero")
+}
+
+impl FocusArrayConfig {
+    /// Takes the paths of files that it names from `folder`, which is the rig file's.
+    pub fn beside(&mut self, folder: &Path) {
+        match &mut self.driver {
+            FocusArrayDriver::Thesis(_) => {}
+            FocusArrayDriver::SonicSurface(board) => board.wiring.beside(folder),
+            FocusArrayDriver::Ultraino(board) => board.wiring.beside(folder),
+            FocusArrayDriver::File(file) => file.beside(folder),
+        }
+    }
+
+    /// How the emission is modulated.
+    pub(super) fn modulation(&self) -> Modulation {
+        Modulation {
+            frequency_hz: self.modulation_hz.get(),
+            duty_percent: self.modulation_duty_percent.get(),
+        }
     }
 }
 
@@ -275,8 +344,6 @@ impl TryFrom<f64> for Percent {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::input::{Fault, toml_text};
 

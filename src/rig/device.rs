@@ -12,6 +12,13 @@ pub enum Role {
     Receiver,
     /// Emits the field.
     FocusArray,
+    /// Feels the air.
+    Environment,
+}
+
+impl Role {
+    /// All that a rig may have.
+    pub const ALL: [Self; 4] = [Self::Robot, Self::Receiver, Self::FocusArray, Self::Environment];
 }
 
 impl fmt::Display for Role {
@@ -20,6 +27,7 @@ impl fmt::Display for Role {
             Self::Robot => "robot",
             Self::Receiver => "receiver",
             Self::FocusArray => "focus array",
+            Self::Environment => "environment sensor",
         })
     }
 }

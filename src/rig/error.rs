@@ -46,6 +46,9 @@ pub enum Cause {
     /// The operating system refused to read or write.
     #[error("the port failed: {0}")]
     Io(#[source] std::io::Error),
+    /// Nothing listens at a network address.
+    #[error("nothing listens at this address")]
+    NoListener,
     /// Nothing fitting came in time.
     #[error("no answer within {:.1} s", waited.as_secs_f64())]
     Silent {
@@ -137,6 +140,9 @@ pub enum Cause {
     /// A display that the controller cannot play.
     #[error("it cannot play the display: {0}")]
     Display(#[source] super::focus_array::ProgramFault),
+    /// A receiver that reads points only.
+    #[error("it cannot sample without a pause while the robot moves")]
+    NoRecording,
     /// A controller without memory for displays.
     #[error("it plays no displays")]
     NoDisplays,
@@ -151,6 +157,25 @@ pub enum Cause {
         /// Elements asked for.
         asked: usize,
     },
+    /// A modulation that the controller does not make.
+    #[error("it cannot modulate at {asked_hz} Hz, {asked_percent} % of the time: {offers}")]
+    NoModulation {
+        /// Frequency asked for, Hz.
+        asked_hz: f64,
+        /// Share of the time asked for, percent.
+        asked_percent: f64,
+        /// What it does make.
+        offers: &'static str,
+    },
+    /// A wiring that does not fit the board.
+    #[error("the wiring in the rig file does not fit: {0}")]
+    Wiring(#[source] super::focus_array::WiringFault),
+    /// A file that stands for a device cannot be written.
+    #[error("the file cannot be written: {0}")]
+    Unwritable(#[source] std::io::Error),
+    /// A record of samples that cannot show the carrier.
+    #[error("{0}")]
+    Record(#[source] super::receiver::RecordFault),
     /// Not one reading came of a point.
     #[error("of {asked} readings asked for, none came that could be used")]
     NoReadings {
@@ -176,6 +201,12 @@ impl Cause {
                 "check that your user may open serial ports (on Linux, be in the group `dialout`) and that the device takes this baud rate"
             }
             Self::Disconnected => "check cable and power of the device, then `resume` the scan",
+            Self::NoListener => {
+                "check address and port number in the rig file, that the instrument is switched on, and that its network socket is enabled"
+            }
+            Self::Record(_) => {
+                "set the instrument's time base so that its record holds some ten cycles of the carrier, by hand or by `setup` in the rig file"
+            }
             Self::Io(_) => "check cable and power of the device",
             Self::Silent { .. } => {
                 "check cable and power, that port and baud rate in the rig file are the device's, and that no other device answers there"
@@ -212,12 +243,20 @@ impl Cause {
             Self::Display(_) => {
                 "take a longer `step_mm` or a shorter path; `fieldgap simulate --display` shows it without a rig"
             }
+            Self::NoRecording => {
+                "leave [fly] out of the plan: the robot then stands still at each point"
+            }
             Self::NoDisplays => {
                 "a display needs a controller whose answer to `hello` has `frames=` (src/rig/focus_array/protocol.rs)"
             }
             Self::NoSensors | Self::TooManySensors { .. } => {
                 "listening needs a controller whose answer to `hello` has `sensors=` (src/rig/focus_array/protocol.rs)"
             }
+            Self::NoModulation { .. } => {
+                "set `modulation_hz` and `modulation_duty_percent` in [focus_array] to what the board makes; scans are made without"
+            }
+            Self::Wiring(_) => "correct [focus_array.….wiring] in the rig file",
+            Self::Unwritable(_) => "check the path in the rig file, and that there is room",
             Self::NoReadings { .. } => {
                 "check the receiver's cable; run `fieldgap rig check` to see its rate and its gaps"
             }

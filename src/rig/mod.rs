@@ -7,31 +7,38 @@
 //!
 //! This layer knows no physics: it takes delays and gives readings.
 
+pub mod air_sensor;
 mod by_hand;
+pub mod call;
 pub mod check;
 pub mod config;
 mod device;
+mod emergency;
 mod error;
 pub mod focus_array;
 pub mod link;
 pub mod motion;
 pub mod receiver;
+pub mod replay;
 mod safety;
 mod space;
+pub mod watchdog;
 
 use std::time::Duration;
 
 use async_trait::async_trait;
 use tokio::time::Instant;
 
+pub use air_sensor::AirReading;
 pub use by_hand::{ByHand, MadeSafe, Wanted};
-pub use config::{FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
+pub use config::{EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
 pub use device::{Device, Role};
+pub use emergency::{Emergency, SpareHandle};
 pub use error::{Cause, RigError};
 pub use focus_array::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
 pub use motion::travel::{Envelope, PathFault};
-pub use receiver::{Reading, ReceiverIdentity};
-pub use safety::{Ports, SafeRig, SafetyReport, open, open_array};
+pub use receiver::{Meanwhile, Reading, ReceiverIdentity, Recording, TimedSample};
+pub use safety::{Ports, SafeRig, SafetyReport, open, open_air_sensor, open_array};
 pub use space::{Feed, Frame, RobotPosition};
 
 /// A robot that carries the receiver along straight paths.
@@ -60,6 +67,9 @@ pub trait Motion: Send {
 
     /// Stops at once. The position is unknown afterwards.
     async fn stop(&mut self) -> Result<(), RigError>;
+
+    /// What another process sends to stop the robot should this one be gone: `self.wire.emergency(bytes)`.
+    fn emergency(&self) -> Option<Emergency>;
 }
 
 /// A receiver whose reading is the magnitude of the field where it stands.
@@ -74,6 +84,23 @@ pub trait Receiver: Send {
     /// Waits `settle` on the receiver's own clock, counted from now, and averages the `count` readings
     /// that follow. No reading is from before the call.
     async fn read_point(&mut self, settle: Duration, count: usize) -> Result<Reading, RigError>;
+
+    /// Samples without a pause while something goes on, which begins once the receiver is sampling.
+    ///
+    /// Where this fails or is cancelled, what goes on is dropped in its middle.
+    async fn record(&mut self, _meanwhile: Meanwhile<'_>) -> Result<Recording, RigError> {
+        Err(unable(self.device(), "recording without a pause", Cause::NoRecording))
+    }
+}
+
+/// A sensor of the air.
+#[async_trait]
+pub trait AirSensor: Send {
+    /// Which device this is, for messages.
+    fn device(&self) -> &Device;
+
+    /// The newest that it has said.
+    async fn air(&mut self) -> Result<AirReading, RigError>;
 }
 
 /// A phased array with a delay for each element.
@@ -88,6 +115,9 @@ pub trait FocusArray: Send {
     /// Ends all emission.
     async fn silence(&mut self) -> Result<(), RigError>;
 
+    /// What another process sends to silence the array should this one be gone: `self.wire.emergency(bytes)`.
+    fn emergency(&self) -> Option<Emergency>;
+
     /// Sets the delay of each element, numbered as in the scan. Does not start emission.
     async fn set_delays(&mut self, delays: &[ElementDelay]) -> Result<(), RigError>;
 
@@ -96,6 +126,17 @@ pub trait FocusArray: Send {
 
     /// Emits with the delays last set.
     async fn emit(&mut self) -> Result<(), RigError>;
+
+    /// Makes sure that the array still emits, or is silent, as it was told: one that restarted since is not what a reading is of.
+    /// Controllers that cannot be asked are believed.
+    async fn confirm(&mut self, _emits: bool) -> Result<(), RigError> {
+        Ok(())
+    }
+
+    /// Tells the array again what it was told last, where nothing would show that it has forgotten. Before each point.
+    async fn refresh(&mut self) -> Result<(), RigError> {
+        Ok(())
+    }
 
     /// Ends all emission and takes a display to be played.
     async fn load(&mut self, _display: &DriveProgram) -> Result<(), RigError> {

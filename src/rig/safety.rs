@@ -5,17 +5,16 @@ use std::time::Duration;
 
 use tokio::time::{Instant, timeout_at};
 
+use super::call::{Call, Devices, Outcome};
 use super::config::{MotionConfig, RigConfig};
-use super::device::Device;
+use super::device::{Device, Role};
 use super::error::{Cause, RigError};
+use super::link::WireLogs;
 use super::motion::guarded::Guarded;
-use super::{FocusArray, Motion, Receiver};
+use super::{AirSensor, Emergency, Feed, FocusArray, Motion, Receiver, Recording, RobotPosition};
 
-/// How long making the rig safe may take in all.
+/// How long making the rig safe may take.
 const SAFE_WITHIN: Duration = Duration::from_millis(500);
-
-/// How much of it is the array's; the robot has the rest.
-const SILENT_WITHIN: Duration = Duration::from_millis(250);
 
 /// Ports that go before those of the rig file: a virtual rig's, or a person's choice on the command line.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -26,6 +25,22 @@ pub struct Ports {
     pub receiver: Option<String>,
     /// The focus array's.
     pub focus_array: Option<String>,
+    /// The environment sensor's.
+    pub environment: Option<String>,
+}
+
+/// Opens the environment sensor, where the rig file has one.
+///
+/// # Errors
+/// That it cannot be opened.
+pub async fn open_air_sensor(
+    config: &RigConfig,
+    ports: &Ports,
+) -> Result<Option<Box<dyn AirSensor>>, RigError> {
+    match &config.environment {
+        Some(environment) => Ok(Some(environment.open(ports.environment.as_deref()).await?)),
+        None => Ok(None),
+    }
 }
 
 /// Opens the three devices: the array first, which is silent from then on. Nothing moves.
@@ -36,7 +51,7 @@ pub async fn open(config: &RigConfig, ports: &Ports) -> Result<SafeRig, RigError
     let array = config.focus_array.open(ports.focus_array.as_deref()).await?;
     let receiver = config.receiver.open(ports.receiver.as_deref()).await?;
     let motion = open_motion(&config.motion, ports).await?;
-    Ok(SafeRig { array, receiver, motion })
+    Ok(SafeRig::new(motion, receiver, array))
 }
 
 /// Opens the focus array alone, which is silent from then on.
@@ -67,6 +82,7 @@ pub struct SafeRig {
     array: Box<dyn FocusArray>,
     motion: Box<dyn Motion>,
     receiver: Box<dyn Receiver>,
+    logs: Option<WireLogs>,
 }
 
 impl SafeRig {
@@ -76,7 +92,37 @@ impl SafeRig {
         receiver: Box<dyn Receiver>,
         array: Box<dyn FocusArray>,
     ) -> Self {
-        Self { array, motion, receiver }
+        Self { array, motion, receiver, logs: None }
+    }
+
+    /// Notes what is asked of the devices in the logs of their wires, from now on.
+    pub fn noting_calls(self, logs: WireLogs) -> Self {
+        Self { logs: Some(logs), ..self }
+    }
+
+    /// Does something, and notes it in the log of the device's wire.
+    ///
+    /// # Errors
+    /// The device's.
+    pub async fn perform(&mut self, call: Call) -> Result<Outcome, RigError> {
+        self.note_call(&call);
+        let outcome = match call.role() {
+            Role::Robot => call.perform(Devices::robot(&mut *self.motion)).await,
+            Role::Receiver => call.perform(Devices::receiver(&mut *self.receiver)).await,
+            Role::FocusArray | Role::Environment => {
+                call.perform(Devices::array(&mut *self.array)).await
+            }
+        };
+        if let Some(logs) = &self.logs {
+            logs.note(call.role(), ':', &Outcome::in_words(&outcome));
+        }
+        outcome
+    }
+
+    fn note_call(&self, call: &Call) {
+        if let Some(logs) = &self.logs {
+            logs.note(call.role(), '=', &call.encode());
+        }
     }
 
     /// The robot.
@@ -89,33 +135,72 @@ impl SafeRig {
         &mut *self.receiver
     }
 
+    /// Goes straight to a place, the receiver listening all the way. Where the robot says it arrived, and what was heard.
+    ///
+    /// # Errors
+    /// The robot's, or else the receiver's.
+    pub async fn hear_going(
+        &mut self,
+        target: RobotPosition,
+        feed: Feed,
+    ) -> Result<(RobotPosition, Recording), RigError> {
+        let call = Call::move_to(target, feed);
+        self.note_call(&call);
+        if let Some(logs) = &self.logs {
+            // How long it listens is the robot's affair, which its own log does not tell.
+            logs.note(Role::Receiver, '!', "a row is flown; what follows is not run again");
+        }
+        let mut arrived = None;
+        let motion = &mut *self.motion;
+        let going = async { arrived = Some(motion.move_to(target, feed).await) };
+        let recording = self.receiver.record(Box::pin(going)).await;
+        if let (Some(logs), Some(arrived)) = (&self.logs, &arrived) {
+            let stands = |position: &RobotPosition| Outcome::Stands(position.axes_m());
+            match arrived {
+                Ok(position) => {
+                    logs.note(Role::Robot, ':', &Outcome::in_words(&Ok(stands(position))));
+                }
+                Err(error) => logs.note(Role::Robot, ':', &format!("error {error}")),
+            }
+        }
+        let arrived = arrived.transpose()?;
+        Ok((arrived.unwrap_or(target), recording?))
+    }
+
     /// The focus array.
     pub fn array(&mut self) -> &mut dyn FocusArray {
         &mut *self.array
     }
 
-    /// Silences the array, then stops the robot, within half a second in all, and tells what could not be done.
+    /// What another process sends to make the rig safe should this one be gone; the array first.
+    pub fn emergencies(&self) -> Vec<Emergency> {
+        [self.array.emergency(), self.motion.emergency()].into_iter().flatten().collect()
+    }
+
+    /// Silences the array and stops the robot, both at once and within half a second, and tells what could not be done.
     ///
     /// May be called at any time, also when a call to a device was cancelled in its middle. The robot's position
     /// is unknown afterwards.
     pub async fn make_safe(&mut self, reason: impl Into<String>) -> SafetyReport {
-        let start = Instant::now();
-        let silencing = timeout_at(start + SILENT_WITHIN, self.array.silence()).await;
-        let array = silencing.unwrap_or_else(|_| {
-            Err(unconfirmed(self.array.device(), "silencing it", SILENT_WITHIN))
-        });
-        let stopping = timeout_at(start + SAFE_WITHIN, self.motion.stop()).await;
-        let robot = stopping.unwrap_or_else(|_| {
-            Err(unconfirmed(self.motion.device(), "stopping it", SAFE_WITHIN - SILENT_WITHIN))
-        });
+        let until = Instant::now() + SAFE_WITHIN;
+        [Call::Silence, Call::Stop].iter().for_each(|call| self.note_call(call));
+        let (silencing, stopping) = tokio::join!(
+            biased;
+            timeout_at(until, self.array.silence()),
+            timeout_at(until, self.motion.stop()),
+        );
+        let array =
+            silencing.unwrap_or_else(|_| Err(unconfirmed(self.array.device(), "silencing it")));
+        let robot =
+            stopping.unwrap_or_else(|_| Err(unconfirmed(self.motion.device(), "stopping it")));
         let report = SafetyReport { reason: reason.into(), array, robot };
         tracing::warn!("{report}");
         report
     }
 }
 
-fn unconfirmed(device: &Device, attempt: &str, waited: Duration) -> RigError {
-    RigError::new(device.clone(), attempt, Cause::Silent { waited }, None)
+fn unconfirmed(device: &Device, attempt: &str) -> RigError {
+    RigError::new(device.clone(), attempt, Cause::Silent { waited: SAFE_WITHIN }, None)
 }
 
 /// What was done to leave the rig safe, and what could not be.
@@ -199,6 +284,9 @@ mod tests {
         async fn stop(&mut self) -> Result<(), RigError> {
             self.asked("stop").await
         }
+        fn emergency(&self) -> Option<Emergency> {
+            None
+        }
     }
 
     #[async_trait]
@@ -224,6 +312,9 @@ mod tests {
         }
         async fn silence(&mut self) -> Result<(), RigError> {
             self.asked("silence").await
+        }
+        fn emergency(&self) -> Option<Emergency> {
+            None
         }
         async fn set_delays(&mut self, _: &[ElementDelay]) -> Result<(), RigError> {
             unreachable!("making safe only silences and stops")

@@ -8,7 +8,7 @@ use toml::Spanned;
 use super::array_table::ArrayTable;
 use super::elements_csv::read_elements;
 use super::layout::Layout;
-use super::transducer_file::TransducerFile;
+use super::transducer_file::{TransducerFile, transducer_path};
 use crate::acoustics::{Array, Element, LayoutError};
 use crate::input::{Fault, Positive, TomlSource};
 
@@ -61,15 +61,7 @@ impl ArraySection {
         let array = array.map_err(|error| at_layout(error.to_string()))?;
         let section = Self { frequency_hz: table.frequency_hz(), layout, array, transducer: None };
         let Some(name) = table.transducer() else { return Ok(section) };
-        let file = folder.join(transducer_path(name.get_ref()));
-        if !file.exists() {
-            return Err(source.fault(
-                name.span(),
-                format!("there is no transducer file {}", file.display()),
-                "name a file of the folder `transducers` beside this one, without .toml, or a path that ends in .toml",
-            ));
-        }
-        Ok(section.made_of(name.get_ref(), TransducerFile::read(&file)?))
+        Ok(section.made_of(name.get_ref(), TransducerFile::named(name, source)?))
     }
 
     /// The same array, made of the transducers that a file describes; `name` is what the section calls it.
@@ -148,14 +140,6 @@ impl ArraySection {
         }
         self
     }
-}
-
-/// Where a section finds its transducer: by a path of its own, or by its name among those beside it.
-fn transducer_path(name: &str) -> PathBuf {
-    if name.ends_with(".toml") {
-        return PathBuf::from(name);
-    }
-    Path::new("transducers").join(format!("{name}.toml"))
 }
 
 #[cfg(test)]

@@ -78,11 +78,19 @@ impl<D: Disk> Lines<D> {
     /// What the disk reports. The line then counts as never written: what may stand of it is cut off, now or, if
     /// the disk refuses that too, before the next line.
     pub fn append(&mut self, line: &str) -> io::Result<()> {
+        self.write(line)?;
+        self.disk.sync().inspect_err(|_| self.forget(line))
+    }
+
+    /// Appends a line, its line end included; it may not be on disk before [`Lines::sync`].
+    ///
+    /// # Errors
+    /// As [`Lines::append`].
+    pub fn write(&mut self, line: &str) -> io::Result<()> {
         if self.torn {
             self.mend()?;
         }
-        let appended = self.disk.write_all(line.as_bytes()).and_then(|()| self.disk.sync());
-        if let Err(error) = appended {
+        if let Err(error) = self.disk.write_all(line.as_bytes()) {
             self.torn = true;
             // The first error is the one to report; mending is tried again before the next line.
             let _ = self.mend();
@@ -90,6 +98,21 @@ impl<D: Disk> Lines<D> {
         }
         self.length += line.len() as u64;
         Ok(())
+    }
+
+    /// Takes the last line back, which was not acknowledged to anybody: it is cut off, now or before the next line.
+    pub fn forget(&mut self, line: &str) {
+        self.length -= line.len() as u64;
+        self.torn = true;
+        let _ = self.mend();
+    }
+
+    /// Waits until all lines are on disk.
+    ///
+    /// # Errors
+    /// What the disk reports.
+    pub fn sync(&mut self) -> io::Result<()> {
+        self.disk.sync()
     }
 
     /// Cuts off what stands after the lines and was never acknowledged.

@@ -73,6 +73,20 @@ impl MediumSection {
         Ok(Self::Air { temperature_c, humidity_percent, pressure_kpa })
     }
 
+    /// Air in a measured state; `None` where the speed of sound in it cannot be computed.
+    pub fn of_air(temperature_c: f64, humidity_percent: f64, pressure_kpa: f64) -> Option<Self> {
+        let computable = TEMPERATURES_C.contains(&temperature_c)
+            && (0.0..=100.0).contains(&humidity_percent)
+            && PRESSURES_KPA.contains(&pressure_kpa);
+        let finite = |value: f64| Finite::new(value).ok();
+        computable.then_some(())?;
+        Some(Self::Air {
+            temperature_c: finite(temperature_c)?,
+            humidity_percent: finite(humidity_percent)?,
+            pressure_kpa: finite(pressure_kpa)?,
+        })
+    }
+
     /// The medium, in the terms of acoustics.
     pub fn medium(&self) -> Medium {
         match *self {
@@ -144,6 +158,16 @@ mod tests {
         let air = "temperature_c = 20\nhumidity_percent = 0.0\npressure_kpa = 101.325\n";
         let medium = read(air).expect("good").medium();
         assert!((medium.speed_of_sound_m_s - 343.4).abs() < 0.2);
+    }
+
+    #[test]
+    fn measured_air_is_a_medium_where_its_sound_can_be_computed() {
+        let air = MediumSection::of_air(20.0, 0.0, 101.325).expect("a room");
+        assert!((air.medium().speed_of_sound_m_s - 343.4).abs() < 0.2);
+        for (t, rh, p) in [(60.0, 50.0, 101.0), (20.0, 101.0, 101.0), (20.0, 50.0, 20.0)] {
+            assert_eq!(MediumSection::of_air(t, rh, p), None);
+        }
+        assert_eq!(MediumSection::of_air(f64::NAN, 50.0, 101.0), None);
     }
 
     #[test]

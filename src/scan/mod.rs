@@ -43,11 +43,14 @@ pub use elements_csv::{read_elements, write_elements};
 pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};
 pub use hooks::{Alarm, HookCommand, HookKind, Hooks};
 pub use journal::{
-    BadSample, Event, EventKind, Journal, JournalError, Resumed, ScanState, read_events,
+    BadSample, Event, EventKind, Journal, JournalError, Record, Resumed, ScanState, read_events,
 };
 pub use layout::{Layout, Rims};
 pub use medium_section::{MediumSection, MediumTable};
-pub use plan::{Axis, Dark, Layers, Order, Part, Plan, Reference, Region, Shape, Visit, VisitKind};
+pub use plan::{
+    Axis, Dark, Fly, Layers, Order, Part, Plan, Reference, Region, Shape, Tolerances, Visit,
+    VisitKind,
+};
 pub use plane_map::{MappedPlane, NotAGrid, OFF_LINE_MM, plane_map};
 pub use planes::{Plane, SAME_HEIGHT_MM, planes};
 pub use recorded::{RecordError, RecordedScan};

@@ -1,5 +1,6 @@
 //! The plan of a scan: which foci, which points, in what order.
 
+mod fly;
 mod one_or_many;
 mod reference;
 mod region;
@@ -11,6 +12,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
+pub use self::fly::Fly;
 pub use self::reference::Reference;
 use self::reference::ReferenceTable;
 pub use self::region::{Axis, Layers, Region, Shape};
@@ -19,7 +21,7 @@ pub use self::visits::{Visit, VisitKind};
 use super::focus_section::{FocusSection, FocusTable};
 use super::hooks::{Alarm, Hooks};
 use crate::acoustics::Simulator;
-use crate::input::{Fault, TomlSource, file_name};
+use crate::input::{Fault, Positive, TomlSource, file_name};
 
 /// Most visits of a plan: at ten a second, two weeks.
 const MAX_VISITS: usize = 10_000_000;
@@ -33,12 +35,15 @@ struct PlanFile {
     order: Order,
     #[serde(default)]
     diagnose: bool,
+    fly: Option<Fly>,
     simulator: SimulatorTable,
     #[serde(default)]
     focus: Vec<Spanned<FocusTable>>,
     #[serde(default)]
     dark: Dark,
     reference: Option<ReferenceTable>,
+    #[serde(default)]
+    resume: Tolerances,
     #[serde(default)]
     hooks: Hooks,
     #[serde(default)]
@@ -85,6 +90,23 @@ pub struct Dark {
     pub after: u32,
 }
 
+/// `[resume]`: how far points that are measured again may be from what they were for a broken-off scan to go on.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tolerances {
+    /// Of the place, mm.
+    pub place_mm: Positive,
+    /// Of the level beyond its noise, percent.
+    pub level_percent: Positive,
+}
+
+impl Default for Tolerances {
+    fn default() -> Self {
+        let positive = |value| Positive::new(value).expect("a literal above zero");
+        Self { place_mm: positive(0.05), level_percent: positive(3.0) }
+    }
+}
+
 /// The plan of a scan.
 #[derive(Debug, Clone)]
 pub struct Plan {
@@ -96,6 +118,8 @@ pub struct Plan {
     pub order: Order,
     /// Whether a run is to name the cause of the gap too, correct the set-up by it, and compare once more.
     pub diagnose: bool,
+    /// How rows are flown over, where the robot is not to stop at each point.
+    pub fly: Option<Fly>,
     /// The simulator whose gap to the scan is in question.
     pub simulator: Simulator,
     /// Further simulators to compare with; neither `simulator` nor one twice.
@@ -106,6 +130,8 @@ pub struct Plan {
     pub dark: Dark,
     /// The point to come back to.
     pub reference: Reference,
+    /// How far the rig may be from what it was for a broken-off scan to go on.
+    pub resume: Tolerances,
     /// Who is told of what happens.
     pub hooks: Hooks,
     /// When a scan that does not go on is no longer taken to be slow.
@@ -176,11 +202,13 @@ impl Plan {
             rig: file.rig.as_ref().map(|rig| beside.join(rig.get_ref())),
             order: file.order,
             diagnose: file.diagnose,
+            fly: file.fly,
             simulator: file.simulator.model,
             also,
             foci,
             dark: file.dark,
             reference,
+            resume: file.resume,
             hooks: file.hooks,
             alarm: file.alarm,
             regions,

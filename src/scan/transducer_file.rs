@@ -1,6 +1,6 @@
 //! A transducer file: what one transducer does on its axis and about it, and the radius of its face.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -80,6 +80,23 @@ impl TransducerFile {
     /// A [`Fault`] at the key that does not fit.
     pub fn read(path: &Path) -> Result<Self, Fault> {
         Self::parse(&TomlSource::read(path)?)
+    }
+
+    /// Reads the file that a key of `source` names: one of the folder `transducers` beside it, or a path that ends in `.toml`.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the key if there is none; and as [`TransducerFile::read`].
+    pub fn named(name: &Spanned<String>, source: &TomlSource) -> Result<Self, Fault> {
+        let folder = source.path().parent().unwrap_or(Path::new(""));
+        let file = folder.join(transducer_path(name.get_ref()));
+        if !file.exists() {
+            return Err(source.fault(
+                name.span(),
+                format!("there is no transducer file {}", file.display()),
+                "name a file of the folder `transducers` beside this one, without .toml, or a path that ends in .toml",
+            ));
+        }
+        Self::read(&file)
     }
 
     /// Makes sense of a text as a transducer file.
@@ -298,6 +315,14 @@ fn directivity_table(directivity: &Directivity) -> DirectivityTable {
             ..blank(DirectivityLaw::Table)
         },
     }
+}
+
+/// Where a section finds its transducer: by a path of its own, or by its name among those beside it.
+pub(super) fn transducer_path(name: &str) -> PathBuf {
+    if name.ends_with(".toml") {
+        return PathBuf::from(name);
+    }
+    Path::new("transducers").join(format!("{name}.toml"))
 }
 
 #[cfg(test)]

@@ -50,7 +50,12 @@ mod tests {
 
     #[test]
     fn the_line_says_what_is_wrong() {
-        let identity = ReceiverIdentity { rate_hz: 1000.0, full_scale: 5.0, unit: "V".into() };
+        let identity = ReceiverIdentity {
+            rate_hz: 1000.0,
+            full_scale: 5.0,
+            unit: "V".into(),
+            own_clock: true,
+        };
         let reading = Reading {
             mean: 2.5,
             std: 0.0125,

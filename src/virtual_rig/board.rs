@@ -4,14 +4,16 @@ use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::mpsc::UnboundedReceiver;
+use tokio_serial::SerialStream;
 use tokio_util::sync::CancellationToken;
 
 use super::clock::Clock;
 use super::faults::{Fault, LineFaults};
 use super::firmware::Firmware;
 use super::pty::PseudoTerminal;
+use crate::rig::link::trouble::{Outcome, Trouble, TroubleRates};
 
 /// How long an answer that nobody reads holds the device up, wall time. A board's own buffer would overflow too.
 const UNREAD_PATIENCE: Duration = Duration::from_secs(1);
@@ -25,10 +27,50 @@ pub(super) struct Order {
     pub done: SyncSender<()>,
 }
 
+/// The device's end of its wire.
+pub(super) trait DeviceEnd {
+    /// What bytes come and go by.
+    type Stream: AsyncRead + AsyncWrite + Unpin;
+
+    /// What bytes come and go by.
+    fn stream(&mut self) -> &mut Self::Stream;
+
+    /// Frees the port after a client that died.
+    fn forget_dead_client(&self) {}
+}
+
+impl DeviceEnd for PseudoTerminal {
+    type Stream = SerialStream;
+
+    fn stream(&mut self) -> &mut SerialStream {
+        &mut self.stream
+    }
+
+    fn forget_dead_client(&self) {
+        PseudoTerminal::forget_dead_client(self);
+    }
+}
+
+/// The trouble on a device's wire, to the device and from it.
+pub(super) struct WireTrouble {
+    to_device: Trouble,
+    from_device: Trouble,
+}
+
+impl WireTrouble {
+    /// Of the device with this number.
+    pub fn new(rates: TroubleRates, seed: u64, device: u64) -> Self {
+        let [to_device, from_device] =
+            [0, 1].map(|direction| Trouble::new(rates, seed, 2 * device + direction));
+        Self { to_device, from_device }
+    }
+}
+
 /// Runs a device until it is stopped or unplugged.
 pub(super) async fn run(
     mut firmware: impl Firmware,
-    mut wire: PseudoTerminal,
+    mut wire: impl DeviceEnd,
+    mut trouble: WireTrouble,
     clock: Arc<Clock>,
     mut orders: UnboundedReceiver<Order>,
     stop: CancellationToken,
@@ -40,9 +82,22 @@ pub(super) async fn run(
     loop {
         work(&mut firmware, &clock, &mut out);
         faults.apply(&mut out);
-        tokio::select! {
-            () = stop.cancelled() => return,
-            () = send(&mut wire, &mut out, &clock) => {}
+        for outcome in trouble.from_device.meet(&std::mem::take(&mut out)) {
+            match outcome {
+                Outcome::Pass(mut bytes) => tokio::select! {
+                    () = stop.cancelled() => return,
+                    () = send(wire.stream(), &mut bytes, &clock) => {}
+                },
+                Outcome::Wait(time) => tokio::time::sleep(time).await,
+                Outcome::Reset => firmware.power_up(clock.now_s(), &mut out),
+                Outcome::Cut => {
+                    drop(wire);
+                    return stop.cancelled().await;
+                }
+            }
+        }
+        if !out.is_empty() {
+            continue;
         }
         let next = async {
             match firmware.wake() {
@@ -66,12 +121,17 @@ pub(super) async fn run(
                 }
                 let _ = order.done.send(());
             }
-            read = wire.stream.read(&mut received) => match read {
+            read = wire.stream().read(&mut received) => match read {
                 Ok(count) if count > 0 => {
-                    for &byte in &received[..count] {
-                        firmware.receive(byte, clock.now_s());
-                        if byte == b'\n' {
-                            work(&mut firmware, &clock, &mut out);
+                    for outcome in trouble.to_device.meet(&received[..count]) {
+                        match outcome {
+                            Outcome::Pass(bytes) => take(&mut firmware, &bytes, &clock, &mut out),
+                            Outcome::Wait(time) => tokio::time::sleep(time).await,
+                            Outcome::Reset => firmware.power_up(clock.now_s(), &mut out),
+                            Outcome::Cut => {
+                                drop(wire);
+                                return stop.cancelled().await;
+                            }
                         }
                     }
                 }
@@ -80,6 +140,15 @@ pub(super) async fn run(
             },
             () = next => {}
             () = tokio::time::sleep(FREE_PORT_EVERY) => wire.forget_dead_client(),
+        }
+    }
+}
+
+fn take(firmware: &mut impl Firmware, bytes: &[u8], clock: &Clock, out: &mut Vec<u8>) {
+    for &byte in bytes {
+        firmware.receive(byte, clock.now_s());
+        if byte == b'\n' {
+            work(firmware, clock, out);
         }
     }
 }
@@ -98,9 +167,9 @@ fn work(firmware: &mut impl Firmware, clock: &Clock, out: &mut Vec<u8>) {
     }
 }
 
-async fn send(wire: &mut PseudoTerminal, out: &mut Vec<u8>, clock: &Clock) {
+async fn send(stream: &mut (impl AsyncWrite + Unpin), out: &mut Vec<u8>, clock: &Clock) {
     while !out.is_empty() {
-        let written = wire.stream.write(out);
+        let written = stream.write(out);
         let written = match clock.is_lockstep() {
             true => Ok(written.await),
             false => tokio::time::timeout(UNREAD_PATIENCE, written).await,

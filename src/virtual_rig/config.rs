@@ -4,10 +4,13 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::air_firmware::AirSettings;
+use super::array_boards::ArraySettings;
 use super::clock::Pace;
 use super::marlin_firmware::MarlinSettings;
 use super::receiver_firmware::ReceiverSettings;
 use crate::input::Positive;
+use crate::rig::link::trouble::TroubleRates;
 
 /// `[virtual]`: the rig is not there, and this takes its place.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -25,6 +28,14 @@ pub struct VirtualConfig {
     /// The receiver.
     #[serde(default)]
     pub receiver: ReceiverSettings,
+    /// Trouble on the three devices' lines, shares of all lines; drawn from the seed.
+    #[serde(default)]
+    pub faults: TroubleRates,
+    /// The sensor of the air, where there is one.
+    pub environment: Option<AirSettings>,
+    /// The array's controller.
+    #[serde(default)]
+    pub array: ArraySettings,
 }
 
 impl VirtualConfig {

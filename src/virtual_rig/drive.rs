@@ -15,6 +15,8 @@ pub struct Drive {
     pub emitting: bool,
     /// The delay of each channel, seconds; `None`: that channel is silent.
     pub delays_s: Vec<Option<f64>>,
+    /// Amplitude of each channel's fundamental, 1: a full channel's; empty: all are full.
+    pub amplitudes: Vec<f64>,
     /// Share of time that the modulation leaves on, 0 to 1.
     pub duty: f64,
     /// The display that plays in place of the delays.
@@ -110,6 +112,7 @@ impl Drive {
         Self {
             emitting: false,
             delays_s: vec![Some(0.0); elements],
+            amplitudes: Vec::new(),
             duty: 1.0,
             display: None,
             listening: Vec::new(),
@@ -124,7 +127,8 @@ impl Drive {
             .enumerate()
             .map(|(channel, delay_s)| {
                 let delay_s = delay_s.filter(|_| sounds(&channel))?;
-                Some(Output { delay_s, amplitude: 1.0 })
+                let amplitude = self.amplitudes.get(channel).copied().unwrap_or(1.0);
+                Some(Output { delay_s, amplitude })
             })
             .collect()
     }

@@ -16,7 +16,7 @@ pub struct Wake {
 /// The firmware of one device.
 ///
 /// Times are virtual seconds since the rig was powered up and never decrease from call to call.
-pub trait Firmware: Send {
+pub trait Firmware: Send + Sync {
     /// The device is switched on, or reset: its state is lost, and what it says first goes to `out`.
     fn power_up(&mut self, now_s: f64, out: &mut Vec<u8>);
 
@@ -28,4 +28,22 @@ pub trait Firmware: Send {
 
     /// When to step again if no byte comes in.
     fn wake(&self) -> Option<Wake>;
+}
+
+impl Firmware for Box<dyn Firmware> {
+    fn power_up(&mut self, now_s: f64, out: &mut Vec<u8>) {
+        (**self).power_up(now_s, out);
+    }
+
+    fn receive(&mut self, byte: u8, now_s: f64) {
+        (**self).receive(byte, now_s);
+    }
+
+    fn step(&mut self, now_s: f64, out: &mut Vec<u8>) {
+        (**self).step(now_s, out);
+    }
+
+    fn wake(&self) -> Option<Wake> {
+        (**self).wake()
+    }
 }

@@ -2,8 +2,8 @@
 //!
 //! The robot plans and runs moves that take their time, the array controller sets delays, and the receiver
 //! hears the field where the nozzle really is at that instant of [virtual time](clock). The field is not the
-//! simulator's: every element's vibrating face is summed by its Rayleigh integral, in the air, with the array and
-//! on the robot that the [truth file](truth) describes.
+//! simulator's: every element's vibrating face is summed by its Rayleigh integral, or radiates as its transducer file has it,
+//! in the air, with the array and on the robot that the [truth file](truth) describes.
 //!
 //! ```text
 //!  clock ── marlin_firmware ── trajectory ─┐
@@ -15,6 +15,8 @@
 //! Firmware is [bytes in, bytes out](firmware), and a board puts it behind a pseudo-terminal, so drivers
 //! talk to it as they would to the real device, and so does anybody's G-code sender.
 
+pub mod air_firmware;
+pub mod array_boards;
 pub mod array_firmware;
 mod board;
 pub mod clock;
@@ -27,10 +29,16 @@ pub mod firmware;
 pub mod hand;
 pub mod luck;
 pub mod marlin_firmware;
+#[cfg(test)]
+pub(crate) mod memory;
+pub mod pin_firmware;
 pub mod planner;
 mod pty;
+mod radiator;
 pub mod receiver_firmware;
+pub mod scope_firmware;
 pub mod sealed_truth;
+mod tcp_bridge;
 #[cfg(test)]
 mod testing;
 pub mod trajectory;
@@ -50,14 +58,15 @@ use tokio_util::sync::CancellationToken;
 
 use crate::acoustics::{Array, Medium};
 use crate::rig::{Frame, Ports};
-use array_firmware::ArrayFirmware;
-use board::Order;
+use air_firmware::AirFirmware;
+use board::{Order, WireTrouble};
 pub use clock::{Clock, Pace};
 pub use config::VirtualConfig;
 pub use faults::{Fault, LineFault};
+use firmware::Firmware;
 use marlin_firmware::MarlinFirmware;
 use pty::PseudoTerminal;
-use receiver_firmware::{Mode, ReceiverFirmware};
+use receiver_firmware::Mode;
 use trajectory::Trajectory;
 pub use truth::Truth;
 pub use world::{Believed, World};
@@ -147,21 +156,12 @@ impl VirtualRig {
         truth: Truth,
         believed: &Believed,
     ) -> Result<Self, VirtualRigError> {
-        if config.receiver.mode == Mode::FreeRunning && config.pace == Pace::Lockstep {
+        if config.receiver.mode.runs_freely() && config.pace == Pace::Lockstep {
             return Err(VirtualRigError::FreeRunningInLockstep);
         }
         let clock = Arc::new(Clock::new(config.pace));
-        let parked_mm = Vector3::from(config.robot.parked_mm.map(f64::from));
-        let travel_mm = Vector3::from(config.robot.travel_mm.map(f64::from));
-        let trajectory = Arc::new(Mutex::new(Trajectory::new(parked_mm, travel_mm)));
-        let world = World::new(believed, truth, config.seed, trajectory.clone(), clock.clone())?;
-        let world = Arc::new(world);
         let homing_jam = Arc::new(AtomicBool::new(false));
-        let devices = Devices {
-            robot: MarlinFirmware::new(config.robot, trajectory, homing_jam.clone()),
-            receiver: ReceiverFirmware::new(config.receiver, world.clone()),
-            array: ArrayFirmware::new(believed.array.len(), believed.frequency_hz, world.clone()),
-        };
+        let (devices, world) = Devices::new(config, truth, believed, &clock, &homing_jam)?;
 
         let (robot_orders, robot) = unbounded_channel();
         let (receiver_orders, receiver) = unbounded_channel();
@@ -170,7 +170,8 @@ impl VirtualRig {
         let (opened, wait_for_ports) = mpsc::sync_channel(1);
         let thread = std::thread::Builder::new().name("virtual-rig".to_owned()).spawn({
             let (clock, stop) = (clock.clone(), stop.clone());
-            move || run(devices, [robot, receiver, array], &clock, &stop, &opened)
+            let trouble = [0, 1, 2, 3].map(|n| WireTrouble::new(config.faults, config.seed, n));
+            move || run(devices, [robot, receiver, array], trouble, &clock, &stop, &opened)
         })?;
         let ports = wait_for_ports.recv().unwrap_or_else(|_| {
             Err(VirtualRigError::Thread(std::io::Error::other("it ended before it had begun")))
@@ -229,14 +230,47 @@ impl Drop for VirtualRig {
 
 struct Devices {
     robot: MarlinFirmware,
-    receiver: ReceiverFirmware,
-    array: ArrayFirmware,
+    receiver: Box<dyn Firmware>,
+    environment: Option<AirFirmware>,
+    receiver_has_socket: bool,
+    array: Box<dyn Firmware>,
+}
+
+impl Devices {
+    /// The three, in a world of their own.
+    fn new(
+        config: &VirtualConfig,
+        truth: Truth,
+        believed: &Believed,
+        clock: &Arc<Clock>,
+        homing_jam: &Arc<AtomicBool>,
+    ) -> Result<(Self, Arc<World>), VirtualRigError> {
+        let parked_mm = Vector3::from(config.robot.parked_mm.map(f64::from));
+        let travel_mm = Vector3::from(config.robot.travel_mm.map(f64::from));
+        let trajectory = Arc::new(Mutex::new(Trajectory::new(parked_mm, travel_mm)));
+        let world = World::new(believed, truth, config.seed, trajectory.clone(), clock.clone())?;
+        let world = Arc::new(world);
+        let devices = Self {
+            robot: MarlinFirmware::new(config.robot, trajectory, homing_jam.clone()),
+            receiver: receiver_firmware::of(config.receiver, world.clone()),
+            environment: config.environment.map(AirFirmware::new),
+            receiver_has_socket: config.receiver.mode == Mode::Scpi,
+            array: array_boards::firmware(
+                &config.array,
+                believed.array.len(),
+                believed.frequency_hz,
+                world.clone(),
+            ),
+        };
+        Ok((devices, world))
+    }
 }
 
 /// The rig's thread: opens the ports, says which they are, and runs the three devices until it is told to stop.
 fn run(
     devices: Devices,
     orders: [UnboundedReceiver<Order>; 3],
+    trouble: [WireTrouble; 4],
     clock: &Arc<Clock>,
     stop: &CancellationToken,
     opened: &mpsc::SyncSender<Result<Ports, VirtualRigError>>,
@@ -256,23 +290,52 @@ fn run(
             Ok(wires) => wires,
             Err(error) => return drop(opened.send(Err(error))),
         };
+        let environment =
+            devices.environment.map(|firmware| Ok((firmware, wire("environment sensor")?)));
+        let environment = match environment.transpose() {
+            Ok(environment) => environment,
+            Err(error) => return drop(opened.send(Err(error))),
+        };
+        let socket = match devices.receiver_has_socket {
+            true => match tcp_bridge::listen().await {
+                Ok(socket) => Some(socket),
+                Err(error) => return drop(opened.send(Err(error.into()))),
+            },
+            false => None,
+        };
+        let address = socket.as_ref().map(|(_, address)| address.clone());
         let ports = Ports {
             motion: Some(robot.path().to_owned()),
-            receiver: Some(receiver.path().to_owned()),
+            receiver: Some(address.unwrap_or_else(|| receiver.path().to_owned())),
             focus_array: Some(array.path().to_owned()),
+            environment: environment.as_ref().map(|(_, wire)| wire.path().to_owned()),
         };
         if opened.send(Ok(ports)).is_err() {
             return;
         }
         let [robot_orders, receiver_orders, array_orders] = orders;
+        let [trouble_1, trouble_2, trouble_3, trouble_4] = trouble;
         let shared = || (clock.clone(), stop.clone());
+        if let Some((listener, _)) = socket {
+            let bridge = tcp_bridge::serve(listener, receiver.path().to_owned(), stop.clone());
+            tokio::spawn(bridge);
+        }
         let (clock_1, stop_1) = shared();
         let (clock_2, stop_2) = shared();
         let (clock_3, stop_3) = shared();
+        // Nobody injects faults into the air.
+        let (_, no_orders) = unbounded_channel();
+        let air = async {
+            if let Some((firmware, wire)) = environment {
+                let shared = (clock.clone(), no_orders, stop.clone());
+                board::run(firmware, wire, trouble_4, shared.0, shared.1, shared.2).await;
+            }
+        };
         tokio::join!(
-            board::run(devices.robot, robot, clock_1, robot_orders, stop_1),
-            board::run(devices.receiver, receiver, clock_2, receiver_orders, stop_2),
-            board::run(devices.array, array, clock_3, array_orders, stop_3),
+            air,
+            board::run(devices.robot, robot, trouble_1, clock_1, robot_orders, stop_1),
+            board::run(devices.receiver, receiver, trouble_2, clock_2, receiver_orders, stop_2),
+            board::run(devices.array, array, trouble_3, clock_3, array_orders, stop_3),
         );
     });
 }

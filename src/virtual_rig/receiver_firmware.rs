@@ -13,6 +13,8 @@ use serde::Deserialize;
 
 use super::converter::Converter;
 use super::firmware::{Firmware, Wake};
+use super::pin_firmware::PinFirmware;
+use super::scope_firmware::ScopeFirmware;
 use super::world::World;
 use crate::input::Positive;
 
@@ -79,6 +81,19 @@ pub enum Mode {
     ///
     /// Not in lockstep, where time stands still while nobody asks for anything.
     FreeRunning,
+    /// Nothing, as before: it sends lines of the value alone, as plain loggers do.
+    Numbers,
+    /// An oscilloscope's commands ([`super::scope_firmware`]), over a network socket.
+    Scpi,
+    /// Marlin's question for a pin ([`super::pin_firmware`]).
+    MarlinPin,
+}
+
+impl Mode {
+    /// Whether it samples without being asked.
+    pub fn runs_freely(self) -> bool {
+        matches!(self, Self::FreeRunning | Self::Numbers)
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,6 +109,20 @@ struct Run {
     taken: u64,
     /// `None`: until it is stopped.
     count: Option<u64>,
+}
+
+/// The firmware of the settings.
+pub(super) fn of(settings: ReceiverSettings, world: Arc<World>) -> Box<dyn Firmware> {
+    let full_scale_v = settings.full_scale_v.get();
+    match settings.mode {
+        Mode::Stream | Mode::FreeRunning | Mode::Numbers => {
+            Box::new(ReceiverFirmware::new(settings, world))
+        }
+        Mode::Scpi => Box::new(ScopeFirmware::new(full_scale_v, world)),
+        Mode::MarlinPin => {
+            Box::new(PinFirmware::new(full_scale_v, settings.rate_hz.get().recip(), world))
+        }
+    }
 }
 
 /// The firmware's state.
@@ -150,11 +179,12 @@ impl ReceiverFirmware {
                 (Mode::FreeRunning, _) => {
                     say(out, &format!("{} {value:.6}", self.t_us(ready_s)));
                 }
-                (Mode::Stream, Encoding::Text) => {
+                (Mode::Numbers, _) => say(out, &format!("{value:.6}")),
+                (_, Encoding::Text) => {
                     let mark = if clipped { " !" } else { "" };
                     say(out, &format!("{} {} {value:.6}{mark}", self.seq, self.t_us(ready_s)));
                 }
-                (Mode::Stream, Encoding::Binary) => {
+                (_, Encoding::Binary) => {
                     frame(out, 1, clipped, self.seq, self.t_us(ready_s), value as f32);
                 }
             }
@@ -211,12 +241,12 @@ impl Firmware for ReceiverFirmware {
         self.seq = 0;
         self.powered_up_s = now_s;
         let run = Run { start_s: now_s, taken: 0, count: None };
-        self.run = (self.settings.mode == Mode::FreeRunning).then_some(run);
+        self.run = self.settings.mode.runs_freely().then_some(run);
     }
 
     fn receive(&mut self, byte: u8, now_s: f64) {
         match byte {
-            _ if self.settings.mode == Mode::FreeRunning => {}
+            _ if self.settings.mode.runs_freely() => {}
             b'\n' => {
                 let line = std::mem::take(&mut self.line);
                 self.commands.push_back((String::from_utf8_lossy(&line).into_owned(), now_s));
@@ -232,7 +262,7 @@ impl Firmware for ReceiverFirmware {
             self.sample(at_s, out);
             self.execute(&command, at_s, out);
         }
-        if self.settings.mode == Mode::FreeRunning
+        if self.settings.mode.runs_freely()
             && let Some(run) = &mut self.run
         {
             let due = ((now_s - run.start_s) * self.settings.rate_hz.get()) as u64;

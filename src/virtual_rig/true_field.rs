@@ -1,26 +1,22 @@
-//! The sound at the receiver: every element's face summed by the Rayleigh integral, through the air as it is.
+//! The sound at the receiver: what every element's face radiates, through the air as it is.
 
 use num_complex::Complex64;
 
 use super::drive::Output;
 use super::effects::{Effect, Path, TrueArray};
 use super::luck::Luck;
+use super::radiator::{NEAREST_RADII, Radiator, Radiators};
 use super::trajectory::Carriage;
-use crate::acoustics::rayleigh::{DiscRule, Piston};
+use super::truth::TrueSource;
+use crate::acoustics::rayleigh::DiscRule;
 use crate::acoustics::{Array, Medium, Vec3};
-
-/// Error allowed in cutting faces into patches, relative to an element's own level on its axis.
-const TOLERANCE: f64 = 1e-4;
-
-/// Distance from a face, in its radii, from which on that error holds.
-const NEAREST_RADII: f64 = 2.0;
 
 /// One face that sounds: an element's, or its image in a reflecting plane.
 #[derive(Debug, Clone)]
 struct Source {
     element: usize,
     centre_m: Vec3,
-    piston: Piston,
+    radiator: Radiator,
     coefficient: Complex64,
 }
 
@@ -62,15 +58,16 @@ impl TrueField {
         believed: &Array,
         medium: Medium,
         frequency_hz: f64,
-        face_radius_m: Option<f64>,
+        source: &TrueSource,
         effects: Vec<(&'static str, Box<dyn Effect>)>,
         luck: Luck,
     ) -> Self {
         let mut array = TrueArray {
             elements: believed.elements().to_vec(),
             channels: (0..believed.len()).collect(),
+            lobe_stretch: 1.0,
         };
-        if let Some(radius_m) = face_radius_m {
+        if let Some(radius_m) = source.face_radius_m {
             array.elements.iter_mut().for_each(|element| element.radius_m = radius_m);
         }
         let mut medium = medium;
@@ -82,7 +79,7 @@ impl TrueField {
         }
         let effects: Vec<_> = effects.into_iter().map(|(_, effect)| effect).collect();
         let wavenumber_rad_m = medium.wavenumber_rad_m(true_frequency_hz);
-        let sources = sources(&array, &effects, wavenumber_rad_m);
+        let sources = sources(&array, source, &effects, wavenumber_rad_m);
         let face = receiver_face(&effects, wavenumber_rad_m);
         Self {
             array,
@@ -104,6 +101,11 @@ impl TrueField {
     /// The wavenumber of what is truly emitted, in still air at the array's centre.
     pub fn wavenumber_rad_m(&self) -> f64 {
         std::f64::consts::TAU * self.frequency_hz / self.speed_m_s
+    }
+
+    /// The carrier that is truly emitted, Hz.
+    pub fn carrier_hz(&self) -> f64 {
+        self.frequency_hz
     }
 
     /// Where the nozzle truly is, array's frame, if the robot believes it to be at `believed_m`.
@@ -163,7 +165,7 @@ impl TrueField {
         let mut path = straight;
         self.effects.iter().for_each(|effect| effect.path(&mut path));
         let omega = std::f64::consts::TAU * self.frequency_hz;
-        let undisturbed = source.piston.field(at_m, omega / self.speed_m_s);
+        let undisturbed = source.radiator.field(at_m, omega / self.speed_m_s);
         let disturbance = Complex64::from_polar(path.gain, omega * (path.time_s - straight.time_s));
         source.coefficient * disturbance * undisturbed
     }
@@ -207,28 +209,20 @@ impl TrueField {
     }
 }
 
-fn sources(array: &TrueArray, effects: &[Box<dyn Effect>], wavenumber_rad_m: f64) -> Vec<Source> {
-    let mut rules: Vec<(f64, DiscRule)> = Vec::new();
+fn sources(
+    array: &TrueArray,
+    source: &TrueSource,
+    effects: &[Box<dyn Effect>],
+    wavenumber_rad_m: f64,
+) -> Vec<Source> {
+    let mut radiators = Radiators::new(source, wavenumber_rad_m);
     let mut sources = Vec::new();
     let mirrors: Vec<_> = effects.iter().filter_map(|effect| effect.mirror()).collect();
     for (n, element) in array.elements.iter().enumerate() {
-        let radius_m = element.radius_m;
-        if !rules.iter().any(|(known_m, _)| *known_m == radius_m) {
-            let ka = wavenumber_rad_m * radius_m;
-            rules.push((radius_m, DiscRule::for_piston(ka, NEAREST_RADII, TOLERANCE)));
-        }
-        let (_, rule) = rules
-            .iter()
-            .find(|(known_m, _)| *known_m == radius_m)
-            .expect("the rule of this radius was made above");
         let images = mirrors.iter().map(|mirror| (mirror.image(element), mirror.coefficient));
         for (face, coefficient) in std::iter::once((*element, Complex64::ONE)).chain(images) {
-            sources.push(Source {
-                element: n,
-                centre_m: face.centre_m,
-                piston: Piston::new(face.centre_m, face.normal, radius_m, rule),
-                coefficient,
-            });
+            let radiator = radiators.of(face, array.lobe_stretch);
+            sources.push(Source { element: n, centre_m: face.centre_m, radiator, coefficient });
         }
     }
     sources

@@ -1,21 +1,27 @@
 //! The truth file: what the world is really like, as against what the laboratory believes.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Deserialize;
+use toml::Spanned;
 
 use super::effects::{Effect, EffectTables};
 use super::hand::HandTruth;
 use super::sealed_truth;
+use crate::acoustics::transducer::DescribedTransducer;
 use crate::input::{Fault, NonNegative, Positive, TomlSource};
+use crate::scan::TransducerFile;
 
 /// The physical world of a virtual rig.
 ///
-/// Without a section its defaults hold: the thesis's transducer and a receiver of its family, no noise, no effects.
+/// Without a section its defaults hold: pistons of the thesis's transducer's face and a receiver of its family, no noise, no effects.
 #[derive(Debug)]
 pub struct Truth {
     /// What the elements really are.
-    pub source: SourceTruth,
+    pub source: TrueSource,
+    /// Pressure of one nominal element on its axis at 0.1 m, times 0.1 m, rms, Pa: that at 1 m where it falls as 1/d.
+    pub pressure_pa_at_1_m: Positive,
     /// What the receiver's microphone really is.
     pub microphone: MicrophoneTruth,
     /// What every reading carries.
@@ -27,15 +33,37 @@ pub struct Truth {
     path: PathBuf,
 }
 
+/// What the elements really are.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TrueSource {
+    /// Radius of the vibrating face of every element, m; `None`: as the laboratory believes.
+    pub face_radius_m: Option<f64>,
+    /// How each radiates; `None`: as a piston, by its integral.
+    pub transducer: Option<Arc<DescribedTransducer>>,
+}
+
 /// `[source]`
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct SourceTruth {
-    /// Pressure of one nominal element on its axis at 1 m, rms, Pa. (The thesis's transducer: 120 dB at 0.3 m and
-    /// 10 V rms by its data sheet, which is 6 Pa at 1 m; less at the thesis's drive.)
-    pub pressure_pa_at_1_m: Positive,
-    /// Radius of the vibrating face of every element; absent: as the laboratory believes.
-    pub face_radius_mm: Option<Positive>,
+struct SourceTable {
+    /// The thesis's transducer: 120 dB at 0.3 m and 10 V rms by its data sheet, which is 6 Pa at 1 m; less at the
+    /// thesis's drive.
+    pressure_pa_at_1_m: Positive,
+    face_radius_mm: Option<Positive>,
+    transducer: Option<Spanned<String>>,
+}
+
+impl SourceTable {
+    /// Reads the transducer's file, which is looked for from the folder of `source` as a rig file's is.
+    fn true_source(&self, source: &TomlSource) -> Result<TrueSource, Fault> {
+        let named = self.transducer.as_ref();
+        let file = named.map(|name| TransducerFile::named(name, source)).transpose()?;
+        let said_m = self.face_radius_mm.map(|radius_mm| radius_mm.get() * 1e-3);
+        Ok(TrueSource {
+            face_radius_m: said_m.or(file.as_ref().and_then(TransducerFile::face_radius_m)),
+            transducer: file.map(|file| Arc::clone(file.transducer())),
+        })
+    }
 }
 
 /// `[microphone]`
@@ -75,11 +103,12 @@ impl Default for NonNegative0 {
     }
 }
 
-impl Default for SourceTruth {
+impl Default for SourceTable {
     fn default() -> Self {
         Self {
             pressure_pa_at_1_m: Positive::new(4.0).expect("a literal above zero"),
             face_radius_mm: None,
+            transducer: None,
         }
     }
 }
@@ -93,7 +122,7 @@ impl Default for MicrophoneTruth {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct TruthFile {
-    source: SourceTruth,
+    source: SourceTable,
     microphone: MicrophoneTruth,
     noise: NoiseTruth,
     effects: EffectTables,
@@ -122,9 +151,10 @@ impl Truth {
     /// # Errors
     /// As [`Truth::read`].
     pub fn from_source(source: &TomlSource) -> Result<Self, Fault> {
-        let TruthFile { source: elements, microphone, noise, effects, hand } = source.parse()?;
+        let TruthFile { source: table, microphone, noise, effects, hand } = source.parse()?;
         Ok(Self {
-            source: elements,
+            source: table.true_source(source)?,
+            pressure_pa_at_1_m: table.pressure_pa_at_1_m,
             microphone,
             noise,
             effects: effects.into_effects(),

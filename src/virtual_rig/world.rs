@@ -78,14 +78,14 @@ impl World {
             &believed.array,
             believed.medium,
             believed.frequency_hz,
-            truth.source.face_radius_mm.map(|radius_mm| radius_mm.get() * 1e-3),
+            &truth.source,
             truth.effects,
             luck,
         );
         Ok(Self {
             trajectory,
             array_origin_m: believed.array_origin_m,
-            volts: truth.source.pressure_pa_at_1_m.get() * truth.microphone.sensitivity_v_pa.get(),
+            volts: truth.pressure_pa_at_1_m.get() * truth.microphone.sensitivity_v_pa.get(),
             multiplicative_noise: truth.noise.multiplicative.get(),
             additive_noise_v: truth.noise.additive_v.get(),
             noise: luck.stream("noise"),
@@ -135,11 +135,21 @@ impl World {
     /// Noise adds to the carrier, both quadratures alike, before its magnitude is taken, so a silent field does not
     /// read zero. Modulation is slower than the carrier and faster than the smoothing: it scales by its duty.
     pub fn reading_v(&self, time_s: f64, sample: u64) -> f64 {
+        self.phasor_v(time_s, sample).norm()
+    }
+
+    /// The same before it is rectified: amplitude and phase of the carrier, V.
+    pub fn phasor_v(&self, time_s: f64, sample: u64) -> Complex64 {
         let level_v = self.field.level_v(self.level_v(time_s), time_s);
         let normal = |part: u64| self.noise.normal(3 * sample + part);
         let in_phase_v = level_v * (1.0 + self.multiplicative_noise * normal(0))
             + self.additive_noise_v * normal(1);
-        in_phase_v.hypot(self.additive_noise_v * normal(2))
+        Complex64::new(in_phase_v, self.additive_noise_v * normal(2))
+    }
+
+    /// The carrier that is truly emitted, Hz.
+    pub fn carrier_hz(&self) -> f64 {
+        self.field.carrier_hz()
     }
 
     /// The rectified and smoothed signal of each element that listens at `time_s`, V, with the noise of the `sample`th sample.

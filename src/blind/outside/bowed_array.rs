@@ -59,7 +59,8 @@ mod tests {
     #[test]
     fn the_elements_look_at_the_centre_of_the_bowls_sphere() {
         let elements = Array::square(6, 6, 10.5e-3).expect("not empty").elements().to_vec();
-        let mut array = TrueArray { channels: (0..elements.len()).collect(), elements };
+        let mut array =
+            TrueArray { channels: (0..elements.len()).collect(), elements, lobe_stretch: 1.0 };
         BowedArray { rim_m: 1e-3 }.array(&mut array, Luck::new(0));
         let centre_m = Vec3::z() * (RIM_M * RIM_M / 2e-3);
         for element in &array.elements {

@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn a_row_grows_weaker_from_its_feed_and_rows_are_alike() {
         let elements = Array::square(6, 6, 10.5e-3).expect("not empty").elements().to_vec();
-        let mut array = TrueArray { channels: (0..36).collect(), elements };
+        let mut array = TrueArray { channels: (0..36).collect(), elements, lobe_stretch: 1.0 };
         RowSag { along: Vec3::x(), loss: 0.4 }.array(&mut array, Luck::new(0));
         let level = |n: usize| array.elements[n].amplitude;
         assert!((level(0) - 1.0).abs() < 1e-12 && (level(5) - 0.6).abs() < 1e-12);

@@ -1,5 +1,7 @@
 //! A running scan, attended: let wait and go on, its reference point revisited, a person asked for.
 
+use std::ops::Range;
+
 use jiff::Timestamp;
 use tokio::time::Instant;
 
@@ -8,6 +10,7 @@ use crate::campaign::CampaignError;
 use crate::campaign::conductor::{Conductor, Measurement};
 use crate::campaign::drift::{Drift, Drifted};
 use crate::campaign::event::{Event, Watch};
+use crate::campaign::fly::Flights;
 use crate::scan::{EventKind, Sample, Visit};
 
 impl Session {
@@ -25,6 +28,26 @@ impl Session {
             let measurement = conductor.measure(self.open.rig(), visit).await?;
             if !self.pause.is_asked() {
                 return Ok(measurement);
+            }
+        }
+    }
+
+    /// Flies over a row, as [`Session::measure`] measures a visit.
+    pub(super) async fn fly(
+        &mut self,
+        flights: &mut Flights,
+        conductor: &mut Conductor,
+        row: &Range<usize>,
+        watch: Watch<'_>,
+    ) -> Result<Vec<Measurement>, Stopped> {
+        loop {
+            if self.pause.is_asked() {
+                self.wait(conductor, &mut *watch).await?;
+            }
+            let visits = &self.campaign.visits[row.clone()];
+            let measured = flights.measure(conductor, self.open.rig(), visits).await?;
+            if !self.pause.is_asked() {
+                return Ok(measured);
             }
         }
     }

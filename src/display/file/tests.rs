@@ -76,7 +76,7 @@ fn what_contradicts_itself_is_shown_at_its_line() {
         format!("foci = \"sometimes\"\n{still}"),
         format!("[modulation.am]\nfrequency_hz = 200\ndepth = 1.5\n{still}"),
         format!("[modulation.am]\nfrequency_hz = 200\nwaveform = \"saw\"\n{still}"),
-        format!("[modulation.fm]\nfrequency_hz = 200\n{still}"),
+        format!("[modulation.pm]\nfrequency_hz = 200\n{still}"),
         format!("[modulation.pwm]\nfrequency_hz = 0\nduty_percent = 50\n{still}"),
         format!("[modulation.spatiotemporal]\nfrequency_hz = 200\n{still}"),
         format!("[modulation.spatiotemporal]\nfrequency_hz = 200\n{circle}\nspeed_mm_s = 3"),

@@ -111,3 +111,51 @@ fn movements_leave_the_amplitude_alone() {
     let modulation = Modulation::Spatiotemporal(Spatiotemporal { frequency_hz });
     assert_eq!(modulation.envelope(40e3, 4096), Ok(Envelope::continuous()));
 }
+
+fn fm(frequency_hz: f64, deviation_hz: f64, sweep_hz: f64) -> Modulation {
+    let positive = |value| Positive::new(value).expect("above zero");
+    Modulation::Fm(Fm {
+        frequency_hz: positive(frequency_hz),
+        deviation_hz: positive(deviation_hz),
+        sweep_hz: positive(sweep_hz),
+        depth: Fraction::new(1.0).expect("in range"),
+        waveform: Waveform::Sine,
+    })
+}
+
+proptest! {
+    #[test]
+    fn the_lines_of_fm_are_those_of_bessels_functions(index in 0.1..3.0f64) {
+        // (1 + sin)/2 at 200 Hz, 25 sweeps a second: 8 cycles in a loop, lines at 8 + n of J_n(index)/2.
+        let envelope = fm(200.0, 25.0 * index, 25.0).envelope(40e3, 4096).expect("slow");
+        prop_assert_eq!(envelope.loop_periods(), 1600);
+        for n in 0..4i32 {
+            let closed = 0.5 * libm::jn(n, index).abs();
+            for line in [8 - n, 8 + n] {
+                let ours = harmonic(&envelope, 1, line as usize);
+                prop_assert!((ours - closed).abs() < 3e-3, "{} of {}: {} {}", line, index, ours, closed);
+            }
+        }
+    }
+
+    #[test]
+    fn the_mean_rate_of_fm_is_kept_and_the_sweep_gives_way(
+        frequency in 20.0..800.0f64, sweep in 0.5..20.0f64, share in 0.01..0.9f64,
+    ) {
+        let modulation = fm(frequency, share * frequency, sweep);
+        // A slow sweep of a fast rate has too few levels to a cycle, and says so.
+        if let Ok(achieved) = modulation.achieved_hz(40e3, 4096) {
+            prop_assert!((achieved / frequency - 1.0).abs() < 2e-3, "{} for {}", achieved, frequency);
+        }
+    }
+}
+
+#[test]
+fn a_rate_that_would_stand_or_a_sweep_without_a_cycle_is_refused() {
+    for (deviation, sweep) in [(200.0, 5.0), (50.0, 500.0)] {
+        let refused = fm(200.0, deviation, sweep).envelope(40e3, 4096).expect_err("no such rate");
+        assert!(matches!(refused, DisplayError::Sweep { .. }), "{refused}");
+    }
+    let refused = fm(700.0, 200.0, 0.5).envelope(40e3, 4096).expect_err("four levels to a cycle");
+    assert!(matches!(refused, DisplayError::TooFast { .. }), "{refused}");
+}

@@ -119,6 +119,13 @@ pub enum FittedParameter {
         /// Their numbers from 0.
         value: Vec<usize>,
     },
+    /// A number for each element of the array, in its order, each with its standard error.
+    Each {
+        /// The values.
+        value: Vec<f64>,
+        /// Their standard errors.
+        standard_error: Vec<f64>,
+    },
 }
 
 /// Where the gap lies: shares of the squared gap beyond noise.

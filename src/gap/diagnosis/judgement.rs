@@ -54,9 +54,12 @@ pub(super) fn judge(
     }
     let n = observations.len() as f64;
     let excess = |cost: f64| (cost - n).max(0.0);
+    let left = excess(tried[0].fit.cost);
+    // Several effects together imitate much: they explain only what they bring well below the noise.
+    let imitates = tried[0].fit.instances.len() > 1 && left > 0.5 * n;
     // Of a gap within the noise nothing may be left over.
-    let left_over = match believed.fit.cost > LARGE * n {
-        true => excess(tried[0].fit.cost) / excess(believed.fit.cost),
+    let left_over = match believed.fit.cost > LARGE * n && !imitates {
+        true => left / excess(believed.fit.cost),
         false => 1.0,
     };
     let structured = |name: &str, z: f64| match name {

@@ -77,6 +77,13 @@ impl Picture for PolarLobe<'_> {
 
     fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
         self.grid(canvas)?;
+        for bin in self.found.profile.lobe.iter().filter(|bin| bin.value.is_finite()) {
+            let degrees = bin.theta_rad.to_degrees();
+            for side in [-1.0, 1.0] {
+                let at = place(side * degrees, decibels(bin.value));
+                Series::Numbered(0).mark_on_curve(canvas, at, true)?;
+            }
+        }
         let y = f64::from(SIZE.1) - 42.0;
         let mut at = (30.0, y);
         for (number, (pair, _)) in self.found.lobe_laws().into_iter().enumerate() {
@@ -96,13 +103,6 @@ impl Picture for PolarLobe<'_> {
             at.0 += 60.0 + 7.6 * name.chars().count() as f64;
             if number == 2 {
                 at = (30.0, y + 24.0);
-            }
-        }
-        for bin in self.found.profile.lobe.iter().filter(|bin| bin.value.is_finite()) {
-            let degrees = bin.theta_rad.to_degrees();
-            for side in [-1.0, 1.0] {
-                let at = place(side * degrees, decibels(bin.value));
-                Series::Numbered(0).mark_on_curve(canvas, at, true)?;
             }
         }
         Ok(())

@@ -36,6 +36,7 @@ impl<'a> TransducerCurves<'a> {
         let axes = panel_row::axes(0, widened(from, to), (0.0, panel_row::a_little_above(top)));
         panel_row::frame(canvas, &axes, "on the axis", &reading_label(self.unit))?;
         axes.x_axis(canvas, "height z (mm)")?;
+        dots(canvas, &axes, points.iter().map(|point| (point.height_m * 1e3, point.value)))?;
         for (number, (pair, _)) in self.found.axis_laws().into_iter().enumerate() {
             let height = |step: u32| from + (to - from) * f64::from(step) / f64::from(STEPS);
             let line = (0..=STEPS)
@@ -43,18 +44,19 @@ impl<'a> TransducerCurves<'a> {
                 .collect::<Vec<_>>();
             curve(canvas, &axes, number + 1, &line)?;
         }
-        dots(canvas, &axes, points.iter().map(|point| (point.height_m * 1e3, point.value)))
+        Ok(())
     }
 
     fn lobe<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
         let axes = panel_row::axes(1, (-2.0, 90.0), (-0.1, 1.15));
         panel_row::frame(canvas, &axes, "about the axis", "pressure over that on the axis")?;
         axes.x_axis(canvas, "angle (°)")?;
+        let bins = self.found.profile.lobe.iter();
+        dots(canvas, &axes, bins.map(|bin| (bin.theta_rad.to_degrees(), bin.value)))?;
         for (number, (pair, _)) in self.found.lobe_laws().into_iter().enumerate() {
             curve(canvas, &axes, number + 1, &lobe_of(pair))?;
         }
-        let bins = self.found.profile.lobe.iter();
-        dots(canvas, &axes, bins.map(|bin| (bin.theta_rad.to_degrees(), bin.value)))
+        Ok(())
     }
 
     fn angles<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {

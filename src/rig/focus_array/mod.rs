@@ -1,19 +1,29 @@
 //! Phased arrays: what their controllers are told, and the drivers.
 
 mod config;
+mod file_sink;
 mod frame;
+mod one_way;
 mod program;
 pub mod protocol;
 mod sensed;
+mod sonic_surface;
 mod thesis;
 #[cfg(test)]
 mod thesis_tests;
+mod ultraino;
+mod wiring;
 
 pub use config::ThesisConfig;
+pub use file_sink::FileSinkConfig;
 pub use frame::{Channel, DriveFrame, FULL_LEVEL, FrameFault, Fundamental, Pulse};
 pub use program::{DriveProgram, Envelope, ProgramFault};
 pub use sensed::Sensed;
+pub use sonic_surface::SonicSurfaceConfig;
+pub(crate) use sonic_surface::channels_by_position as sonic_surface_channels;
 pub use thesis::{Modulation, ThesisArray};
+pub use ultraino::{Model as UltrainoModel, UltrainoConfig};
+pub use wiring::WiringFault;
 
 /// What the thesis's controller calls itself, with the version of its protocol.
 pub const THESIS_NAME: &str = "thesis-array 1";
@@ -44,6 +54,8 @@ pub struct ArrayIdentity {
     pub most_levels: usize,
     /// Elements that it can listen with at a time; 0: with none.
     pub most_sensors: usize,
+    /// Whether it answers what it is told. Where it does not, nothing shows that it heard.
+    pub acknowledges: bool,
 }
 
 impl ArrayIdentity {
@@ -62,6 +74,7 @@ impl ArrayIdentity {
             most_frames: 4096,
             most_levels: 4096,
             most_sensors: 4,
+            acknowledges: true,
         }
     }
 

@@ -116,6 +116,7 @@ pub fn parse_identity(args: &str) -> Option<ArrayIdentity> {
         most_frames: capacity("frames")?,
         most_levels: capacity("levels")?,
         most_sensors: capacity("sensors")?,
+        acknowledges: true,
     })
 }
 

@@ -10,14 +10,21 @@ use tokio::time::Instant;
 use super::config::ThesisConfig;
 use super::protocol::{CODE_CHECKSUM, Reply, decode, encode, parse_identity};
 use super::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
-use crate::rig::FocusArray;
 use crate::rig::config::FocusArrayConfig;
 use crate::rig::device::{Device, Role};
 use crate::rig::error::{Cause, RigError};
 use crate::rig::link::{ByteLink, Wire, open_serial};
+use crate::rig::{Emergency, FocusArray};
 
 /// How long one answer may take before the line is sent again.
 const ANSWER_WITHIN: Duration = Duration::from_secs(1);
+
+/// How long the confirmation of silence may take before it is asked for again: several times within the half second in
+/// which a rig is made safe.
+const SILENT_WITHIN: Duration = Duration::from_millis(150);
+
+/// How often silence is asked for in all.
+const TRIES_AT_SILENCE: u32 = 10;
 
 /// How often a line is sent in all.
 const TRIES: u32 = 3;
@@ -40,6 +47,11 @@ pub struct Modulation {
     pub duty_percent: f64,
 }
 
+impl Modulation {
+    /// A continuous wave.
+    pub const NONE: Self = Self { frequency_hz: 0.0, duty_percent: 100.0 };
+}
+
 /// An array behind the protocol of [`super::protocol`].
 ///
 /// Silent when it is opened, and told to be silent when this is dropped, on whatever way that comes about.
@@ -49,6 +61,9 @@ pub struct ThesisArray<L: ByteLink> {
     identity: ArrayIdentity,
     seq: u16,
     sensed: VecDeque<Sensed>,
+    /// The modulation and the delays that it was last told.
+    modulate: String,
+    delays: Option<String>,
 }
 
 impl ThesisConfig {
@@ -58,11 +73,7 @@ impl ThesisConfig {
         port: Option<&str>,
     ) -> Result<Box<dyn FocusArray>, RigError> {
         let wire = open_serial(Role::FocusArray, port, self.port.as_deref(), self.baud)?;
-        let modulation = Modulation {
-            frequency_hz: section.modulation_hz.get(),
-            duty_percent: section.modulation_duty_percent.get(),
-        };
-        Ok(Box::new(ThesisArray::begin(wire, modulation).await?))
+        Ok(Box::new(ThesisArray::begin(wire, section.modulation()).await?))
     }
 }
 
@@ -80,8 +91,13 @@ impl<L: ByteLink> ThesisArray<L> {
             most_frames: 0,
             most_levels: 0,
             most_sensors: 0,
+            acknowledges: true,
         };
-        let mut array = Self { wire, identity: unknown, seq: 0, sensed: VecDeque::new() };
+        let seq = wire.opening();
+        let Modulation { frequency_hz, duty_percent } = modulation;
+        let modulate = format!("modulate {frequency_hz} {duty_percent}");
+        let sensed = VecDeque::new();
+        let mut array = Self { wire, identity: unknown, seq, sensed, modulate, delays: None };
         array.wire.attempting("silencing it before anything else");
         array.command("off", TRIES_AT_START).await?;
         array.wire.attempting("asking the controller what it is");
@@ -89,19 +105,27 @@ impl<L: ByteLink> ThesisArray<L> {
         array.identity = parse_identity(&hello)
             .ok_or_else(|| array.wire.error(Cause::Unreadable { seen: hello }))?;
         array.wire.attempting("setting the modulation");
-        let Modulation { frequency_hz, duty_percent } = modulation;
-        array.command(&format!("modulate {frequency_hz} {duty_percent}"), TRIES).await?;
+        array.command(&array.modulate.clone(), TRIES).await?;
         Ok(array)
     }
 
     /// Sends a command until it is acknowledged, which is safe since every command may come twice.
     async fn command(&mut self, command: &str, tries: u32) -> Result<String, RigError> {
+        self.command_answered(command, tries, ANSWER_WITHIN).await
+    }
+
+    async fn command_answered(
+        &mut self,
+        command: &str,
+        tries: u32,
+        within: Duration,
+    ) -> Result<String, RigError> {
         self.seq = self.seq.wrapping_add(1);
         let line = encode(self.seq, command);
         let mut garbled = 0;
         for _ in 0..tries {
             self.wire.send(line.as_bytes()).await?;
-            match self.answer().await? {
+            match self.answer(within).await? {
                 Some(Reply::Ok { args, .. }) => return Ok(args),
                 Some(Reply::Error { code: CODE_CHECKSUM, .. }) => garbled += 1,
                 Some(Reply::Error { text, code, .. }) => {
@@ -115,14 +139,14 @@ impl<L: ByteLink> ThesisArray<L> {
         Err(self.wire.error(if garbled > 0 {
             Cause::KeepsGarbling { times: tries }
         } else {
-            Cause::Silent { waited: ANSWER_WITHIN * tries }
+            Cause::Silent { waited: within * tries }
         }))
     }
 
     /// The answer to the present line, or `None` if none came whole in time. Answers to earlier lines, left over from
     /// a cancelled call, are passed over.
-    async fn answer(&mut self) -> Result<Option<Reply>, RigError> {
-        let until = Instant::now() + ANSWER_WITHIN;
+    async fn answer(&mut self, within: Duration) -> Result<Option<Reply>, RigError> {
+        let until = Instant::now() + within;
         while let Some(line) = self.wire.line(until).await? {
             if Sensed::is_sample(&line) {
                 self.keep(&line);
@@ -166,24 +190,49 @@ impl<L: ByteLink> FocusArray for ThesisArray<L> {
 
     async fn silence(&mut self) -> Result<(), RigError> {
         self.wire.attempting("silencing it");
-        self.command("off", TRIES).await.map(drop)
+        self.command_answered("off", TRIES_AT_SILENCE, SILENT_WITHIN).await.map(drop)
+    }
+
+    fn emergency(&self) -> Option<Emergency> {
+        // Behind a line that may have been broken off.
+        self.wire.emergency(format!("\n{}", encode(0, "off")))
     }
 
     async fn set_delays(&mut self, delays: &[ElementDelay]) -> Result<(), RigError> {
         self.wire.attempting("setting the delays");
         let command =
             delays_command(&self.identity, delays).map_err(|cause| self.wire.error(cause))?;
-        self.command(&command, TRIES).await.map(drop)
+        self.command(&command, TRIES).await?;
+        self.delays = Some(command);
+        Ok(())
     }
 
     async fn continuous_wave(&mut self) -> Result<(), RigError> {
         self.wire.attempting("ending the modulation");
-        self.command("modulate 0 100", TRIES).await.map(drop)
+        self.modulate = "modulate 0 100".to_owned();
+        self.command(&self.modulate.clone(), TRIES).await.map(drop)
     }
 
     async fn emit(&mut self) -> Result<(), RigError> {
         self.wire.attempting("starting emission");
-        self.command("on", TRIES).await.map(drop)
+        self.command("on", TRIES).await?;
+        // Again, now that it emits: a controller that restarted before this had forgotten them, and one that restarts from
+        // now on is found silent.
+        if let Some(delays) = self.delays.clone() {
+            self.command(&self.modulate.clone(), TRIES).await?;
+            self.command(&delays, TRIES).await?;
+        }
+        Ok(())
+    }
+
+    async fn confirm(&mut self, emits: bool) -> Result<(), RigError> {
+        self.wire.attempting("asking whether it still does what it was told");
+        let state = self.command("state", TRIES).await?;
+        if state == if emits { "on" } else { "off" } {
+            Ok(())
+        } else {
+            Err(self.wire.error(Cause::Reset))
+        }
     }
 
     async fn load(&mut self, display: &DriveProgram) -> Result<(), RigError> {

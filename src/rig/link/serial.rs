@@ -1,12 +1,15 @@
 //! Serial ports.
 
-use std::io::ErrorKind as Io;
+use std::io::{self, ErrorKind as Io};
+use std::os::fd::{AsRawFd, BorrowedFd};
 use std::path::Path;
 
+use jiff::Timestamp;
 use tokio_serial::SerialStream;
 
-use super::Wire;
+use super::{ByteLink, Wire, replayed};
 use crate::rig::device::{Device, Role};
+use crate::rig::emergency::SpareHandle;
 use crate::rig::error::{Cause, RigError};
 
 /// Opens a serial port for one device alone (8 data bits, no parity, 1 stop bit, no flow control).
@@ -23,17 +26,31 @@ pub fn open_serial(
     chosen: Option<&str>,
     configured: Option<&str>,
     baud: u32,
-) -> Result<Wire<SerialStream>, RigError> {
+) -> Result<Wire<Box<dyn ByteLink>>, RigError> {
     let attempt = "opening its port";
     let Some(port) = chosen.or(configured) else {
         return Err(RigError::new(Device::new(role, ""), attempt, Cause::NoPort, None));
     };
     let device = Device::new(role, port);
-    let builder = serialport::new(port, baud).exclusive(true);
-    match SerialStream::open(&builder) {
-        Ok(stream) => Ok(Wire::new(stream, device)),
-        Err(error) => Err(RigError::new(device, attempt, why_not_opened(port, error), None)),
+    if let Some((link, opening)) = replayed::take() {
+        let link: Box<dyn ByteLink> = Box::new(link);
+        return Ok(Wire::numbered(link, device, opening));
     }
+    let builder = serialport::new(port, baud).exclusive(true);
+    let failed = |cause| RigError::new(device.clone(), attempt, cause, None);
+    let stream =
+        SerialStream::open(&builder).map_err(|error| failed(why_not_opened(port, error)))?;
+    let spare = spare_handle(&stream, baud).map_err(|error| failed(Cause::Io(error)))?;
+    let link: Box<dyn ByteLink> = Box::new(stream);
+    // Openings soon after each other have different numbers; it wraps about once a minute.
+    let opening = (Timestamp::now().as_millisecond() & 0xffff) as u16;
+    Ok(Wire::numbered(link, device, opening).with_spare(spare))
+}
+
+fn spare_handle(stream: &SerialStream, baud: u32) -> io::Result<SpareHandle> {
+    // SAFETY: the stream owns the handle and lives throughout this call.
+    let handle = unsafe { BorrowedFd::borrow_raw(stream.as_raw_fd()) };
+    Ok(SpareHandle::new(handle.try_clone_to_owned()?, baud))
 }
 
 fn why_not_opened(port: &str, error: serialport::Error) -> Cause {

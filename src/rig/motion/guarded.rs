@@ -3,10 +3,10 @@
 use async_trait::async_trait;
 
 use super::travel::Envelope;
-use crate::rig::Motion;
 use crate::rig::device::Device;
 use crate::rig::error::{Cause, RigError};
 use crate::rig::space::{Feed, RobotPosition};
+use crate::rig::{Emergency, Motion};
 
 /// Any robot, held to homing, travel, keep-out boxes and to arriving where it was sent.
 ///
@@ -80,6 +80,10 @@ impl Motion for Guarded {
         self.at = None;
         self.robot.stop().await
     }
+
+    fn emergency(&self) -> Option<Emergency> {
+        self.robot.emergency()
+    }
 }
 
 #[cfg(test)]
@@ -126,6 +130,9 @@ mod tests {
         }
         async fn stop(&mut self) -> Result<(), RigError> {
             Ok(())
+        }
+        fn emergency(&self) -> Option<Emergency> {
+            None
         }
     }
 

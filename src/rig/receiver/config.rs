@@ -29,7 +29,21 @@ pub enum Encoding {
     Text,
 }
 
-/// `[receiver.free-running]`: a receiver that sends lines `<t_us> <value>` without being asked.
+/// What a receiver sends that takes no commands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Lines {
+    /// Lines `<t_us> <value>`.
+    #[default]
+    TimeAndValue,
+    /// Lines of numbers without a time, as plain loggers print them. Their instants are counted by `rate_hz`, and a line that
+    /// is lost is not noticed.
+    Value,
+    /// The binary frames of [`super::protocol`].
+    Frames,
+}
+
+/// `[receiver.free-running]`: a receiver that sends samples without being asked.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FreeRunningConfig {
@@ -38,6 +52,12 @@ pub struct FreeRunningConfig {
     /// Its speed, bits a second.
     #[serde(default = "default_baud")]
     pub baud: u32,
+    /// What it sends.
+    #[serde(default)]
+    pub lines: Lines,
+    /// Which of the numbers in a line is the value, from 1; of `lines = "value"` alone.
+    #[serde(default = "first_column")]
+    pub column: std::num::NonZeroUsize,
     /// Samples a second, Hz.
     pub rate_hz: Positive,
     /// Unit of its values, for instance `V`.
@@ -47,6 +67,10 @@ pub struct FreeRunningConfig {
     /// The longest time between a sample's instant and its arrival here (buffers in the receiver,
     /// in the USB bridge and in this machine), ms. Readings that young are not trusted.
     pub latency_ms: NonNegative,
+}
+
+fn first_column() -> std::num::NonZeroUsize {
+    std::num::NonZeroUsize::MIN
 }
 
 fn default_baud() -> u32 {

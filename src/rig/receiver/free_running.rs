@@ -1,6 +1,7 @@
 //! The receiver that streams without being asked.
 //!
-//! It sends lines `<t_us> <value>`, with ` !` behind it where it clipped, for ever, and takes no commands. A line that
+//! It sends lines `<t_us> <value>`, with ` !` behind it where it clipped, or plain numbers, or frames, for ever, and takes no
+//! commands. A line that
 //! arrives now may have been waiting in buffers since before the robot stood still. So what has already
 //! arrived is thrown away, and of what follows, as much as `latency_ms` says may still have been under way.
 
@@ -9,8 +10,11 @@ use std::time::Duration;
 use async_trait::async_trait;
 use tokio::time::Instant;
 
-use super::config::FreeRunningConfig;
+use super::binary::FrameDecoder;
+use super::config::{FreeRunningConfig, Lines};
+use super::protocol::Event;
 use super::reading::{Reading, ReceiverIdentity, Tally};
+use super::recording::{Meanwhile, Recording, TimedSample};
 use crate::rig::Receiver;
 use crate::rig::config::ReceiverConfig;
 use crate::rig::device::{Device, Role};
@@ -29,12 +33,20 @@ const DRAINED_AFTER: Duration = Duration::from_millis(50);
 /// Two lines further apart than this many periods have a damaged time between them, or a restart.
 const MOST_PERIODS: f64 = 50.0;
 
+/// Samples in a row with a time that cannot be, after which their time is believed.
+const MOST_STRANGE: u32 = 3;
+
 /// A receiver that streams lines without being asked.
 #[derive(Debug)]
 pub struct FreeRunningReceiver<L> {
     wire: Wire<L>,
     identity: ReceiverIdentity,
     latency: Duration,
+    lines: Lines,
+    column: usize,
+    frames: FrameDecoder,
+    /// Samples without a time of their own that were read so far.
+    counted: u64,
 }
 
 impl FreeRunningConfig {
@@ -60,8 +72,13 @@ impl<L: ByteLink> FreeRunningReceiver<L> {
                 rate_hz: config.rate_hz.get(),
                 full_scale: config.full_scale.get(),
                 unit: config.unit.clone(),
+                own_clock: config.lines != Lines::Value,
             },
             latency: Duration::try_from_secs_f64(config.latency_ms.get() * 1e-3).unwrap_or(QUIET),
+            lines: config.lines,
+            column: config.column.get(),
+            frames: FrameDecoder::default(),
+            counted: 0,
         };
         receiver.wire.attempting("waiting for the first sample");
         receiver.next_sample(Instant::now() + QUIET).await?;
@@ -76,16 +93,58 @@ impl<L: ByteLink> FreeRunningReceiver<L> {
                 break;
             }
         }
+        if self.lines == Lines::Frames {
+            // A frame that lost its beginning is passed over by its decoder.
+            self.frames = FrameDecoder::default();
+            return Ok(());
+        }
         // The first line may have lost its beginning.
         self.wire.line(Instant::now() + QUIET).await.map(drop)
     }
 
+    async fn next_frame(&mut self, until: Instant) -> Result<Sample, RigError> {
+        loop {
+            if let Some(event) = self.frames.next_event() {
+                let Event::Sample(sample) = event else { continue };
+                if sample.value.is_finite() {
+                    let clipped = sample.clipped || sample.value.abs() >= self.identity.full_scale;
+                    return Ok(Sample { t_us: sample.t_us, value: sample.value, clipped });
+                }
+            } else {
+                let bytes = self.wire.bytes(until.min(Instant::now() + QUIET)).await?;
+                if bytes.is_empty() {
+                    return Err(self.wire.error(Cause::Silent { waited: QUIET }));
+                }
+                self.frames.push(&bytes);
+            }
+            if Instant::now() >= until {
+                let seen = "no frame among the bytes".to_owned();
+                return Err(self.wire.error(Cause::Unreadable { seen }));
+            }
+        }
+    }
+
+    /// Makes sense of a line.
+    fn sample_in(&mut self, line: &str) -> Option<Sample> {
+        let full_scale = self.identity.full_scale;
+        if self.lines == Lines::TimeAndValue {
+            return parse(line, full_scale);
+        }
+        let value = number_in(line, self.column)?;
+        self.counted += 1;
+        let t_us = (self.counted as f64 * 1e6 / self.identity.rate_hz).round() as u64;
+        Some(Sample { t_us, value, clipped: value.abs() >= full_scale })
+    }
+
     async fn next_sample(&mut self, until: Instant) -> Result<Sample, RigError> {
+        if self.lines == Lines::Frames {
+            return self.next_frame(until).await;
+        }
         let mut line_until = until;
         loop {
             line_until = line_until.min(Instant::now() + QUIET);
             match self.wire.line(line_until).await? {
-                Some(line) => match parse(&line, self.identity.full_scale) {
+                Some(line) => match self.sample_in(&line) {
                     Some(sample) => return Ok(sample),
                     None if Instant::now() >= until => {
                         return Err(self.wire.error(Cause::Unreadable { seen: line }));
@@ -140,6 +199,62 @@ impl<L: ByteLink> Receiver for FreeRunningReceiver<L> {
         }
         tally.reading(gaps).ok_or_else(|| self.wire.error(Cause::NoReadings { asked: count }))
     }
+
+    /// Its clock is known by its samples alone, so both ends are as late as samples are under way.
+    async fn record(&mut self, mut meanwhile: Meanwhile<'_>) -> Result<Recording, RigError> {
+        self.wire.attempting("recording while the robot moves");
+        self.drain().await?;
+        let first = self.next_sample(Instant::now() + QUIET).await?;
+        let mut track = Track::from(first, 1e6 / self.identity.rate_hz);
+        loop {
+            tokio::select! {
+                biased;
+                sample = self.next_sample(Instant::now() + QUIET) => track.take(sample?),
+                () = &mut meanwhile => break,
+            }
+        }
+        let (began_s, ended_s) = (track.samples[0].t_s, track.now_s());
+        let until = Instant::now() + QUIET + self.latency;
+        while track.now_s() < ended_s + self.latency.as_secs_f64() {
+            track.take(self.next_sample(until).await?);
+        }
+        Ok(Recording { began_s, ended_s, samples: track.samples })
+    }
+}
+
+/// The samples of a recording, their clock unwrapped.
+struct Track {
+    samples: Vec<TimedSample>,
+    last: Sample,
+    period_us: f64,
+    strange: u32,
+}
+
+impl Track {
+    fn from(first: Sample, period_us: f64) -> Self {
+        let Sample { t_us, value, clipped } = first;
+        let samples = vec![TimedSample { t_s: t_us as f64 * 1e-6, value, clipped }];
+        Self { samples, last: first, period_us, strange: 0 }
+    }
+
+    fn now_s(&self) -> f64 {
+        self.samples[self.samples.len() - 1].t_s
+    }
+
+    /// Takes a sample, unless its time is damaged; after a few such it is the one before that was.
+    fn take(&mut self, sample: Sample) {
+        let elapsed_us = elapsed_us(self.last.t_us, sample.t_us);
+        let plausible = (0.2..MOST_PERIODS).contains(&(elapsed_us / self.period_us));
+        if !plausible && self.strange < MOST_STRANGE {
+            self.strange += 1;
+            return;
+        }
+        let passed_us = if plausible { elapsed_us } else { self.period_us };
+        let t_s = self.now_s() + passed_us * 1e-6;
+        self.samples.push(TimedSample { t_s, value: sample.value, clipped: sample.clipped });
+        self.strange = 0;
+        self.last = sample;
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -165,6 +280,14 @@ fn parse(line: &str, full_scale: f64) -> Option<Sample> {
     })
 }
 
+/// The number at a place, from 1, among those of a line; what is no number beside them is passed over.
+fn number_in(line: &str, column: usize) -> Option<f64> {
+    line.split([',', ';', ':', '=', ' ', '\t'])
+        .filter_map(|word| word.parse().ok())
+        .filter(|value: &f64| value.is_finite())
+        .nth(column - 1)
+}
+
 /// Time from one stamp to a later one, µs. Clocks of 32 bits wrap after 72 minutes.
 fn elapsed_us(from_us: u64, to_us: u64) -> f64 {
     match (u32::try_from(from_us), u32::try_from(to_us)) {
@@ -185,6 +308,8 @@ mod tests {
         FreeRunningConfig {
             port: None,
             baud: 115_200,
+            lines: Lines::TimeAndValue,
+            column: std::num::NonZeroUsize::MIN,
             rate_hz: Positive::new(1000.0).expect("positive"),
             unit: "V".into(),
             full_scale: Positive::new(5.0).expect("positive"),
@@ -216,6 +341,35 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
+    async fn what_is_heard_during_a_move_is_recorded_though_the_clock_wraps() {
+        let mut receiver = bench((1 << 32) - 300_000, 400..410).await;
+        let going = tokio::time::sleep(Duration::from_millis(500));
+        let recording = receiver.record(Box::pin(going)).await.expect("samples come");
+        let lasted_s = recording.ended_s - recording.began_s;
+        assert!((lasted_s - 0.5).abs() < 5e-3, "{lasted_s}");
+        let (first, last) =
+            (&recording.samples[0], &recording.samples[recording.samples.len() - 1]);
+        assert!((last.t_s - recording.ended_s - 0.010).abs() < 2e-3);
+        // A value is a sample's number: as many milliseconds have passed.
+        assert!(((last.t_s - first.t_s) * 1e3 - (last.value - first.value)).abs() < 1e-6);
+        assert_eq!(recording.samples.len(), (last.value - first.value) as usize + 1 - 10);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_damaged_time_in_a_recording_costs_that_sample() {
+        let sample = |t_us: u64| Sample { t_us, value: 1.0, clipped: false };
+        let mut track = Track::from(sample(5_000_000), 1000.0);
+        for t_us in [5_001_000, 9_002_000, 5_003_000, 5_004_000] {
+            track.take(sample(t_us));
+        }
+        let times: Vec<f64> = track.samples.iter().map(|sample| sample.t_s).collect();
+        assert!(
+            times.iter().zip([5.0, 5.001, 5.003, 5.004]).all(|(a, b)| (a - b).abs() < 1e-9),
+            "{times:?}"
+        );
+    }
+
+    #[tokio::test(start_paused = true)]
     async fn what_arrived_before_the_question_is_thrown_away() {
         let mut receiver = bench(0, 0..0).await;
         tokio::time::sleep(Duration::from_millis(500)).await;
@@ -228,6 +382,58 @@ mod tests {
             (reading.std - (16.0_f64 * 17.0 / 12.0).sqrt()).abs() < 1e-9,
             "16 numbers in a row"
         );
+    }
+
+    /// Streams what `sample` makes of each number, one each millisecond.
+    async fn logger(
+        lines: Lines,
+        column: usize,
+        sample: impl Fn(u64) -> Vec<u8> + Send + 'static,
+    ) -> FreeRunningReceiver<tokio::io::DuplexStream> {
+        let (near, mut far) = duplex(64 * 1024);
+        tokio::spawn(async move {
+            for k in 0.. {
+                tokio::time::sleep(Duration::from_millis(1)).await;
+                if far.write_all(&sample(k)).await.is_err() {
+                    return;
+                }
+            }
+        });
+        let column = std::num::NonZeroUsize::new(column).expect("from 1");
+        let full_scale = Positive::new(1e9).expect("positive");
+        let config = FreeRunningConfig { lines, column, full_scale, ..config() };
+        FreeRunningReceiver::begin(Wire::new(near, Device::new(Role::Receiver, "memory")), &config)
+            .await
+            .expect("samples come")
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_logger_that_only_prints_numbers_is_read() {
+        let line = |k: u64| format!("A0: {k}, A1: 7\r\n").into_bytes();
+        let mut receiver = logger(Lines::Value, 1, line).await;
+        tokio::time::sleep(Duration::from_millis(500)).await;
+        let reading =
+            receiver.read_point(Duration::from_millis(20), 16).await.expect("samples come");
+        assert!(reading.mean >= 530.0, "{reading:?}");
+        assert!((reading.last_t_s - reading.first_t_s - 0.015).abs() < 1e-9);
+        assert_eq!((reading.count, receiver.identity().own_clock), (16, false));
+        let mut second = logger(Lines::Value, 2, line).await;
+        assert_eq!(second.read_point(Duration::ZERO, 3).await.expect("samples come").mean, 7.0);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn frames_that_nobody_asked_for_are_read() {
+        use super::super::binary::tests::frame;
+        let sample = |k: u64| match k % 7 {
+            // One in seven is damaged.
+            3 => frame(1, 0, k as u32, k * 1000, k as f32)[5..].to_vec(),
+            _ => frame(1, 0, k as u32, k * 1000, k as f32),
+        };
+        let mut receiver = logger(Lines::Frames, 1, sample).await;
+        tokio::time::sleep(Duration::from_millis(500)).await;
+        let reading =
+            receiver.read_point(Duration::from_millis(20), 16).await.expect("samples come");
+        assert!(reading.mean >= 530.0 && reading.gaps > 3, "{reading:?}");
     }
 
     #[tokio::test(start_paused = true)]
@@ -270,6 +476,7 @@ mod tests {
         #[test]
         fn no_line_makes_the_parser_panic(line in "\\PC{0,40}") {
             let _ = parse(&line, 5.0);
+            let _ = number_in(&line, 2);
         }
     }
 }

@@ -6,15 +6,21 @@
 mod binary;
 mod config;
 mod free_running;
+mod marlin_pin;
 pub mod protocol;
 mod reading;
+mod recording;
 mod run;
+mod scpi;
 mod stream;
 mod text;
 
 pub use binary::FrameDecoder;
-pub use config::{Encoding, FreeRunningConfig, StreamConfig};
+pub use config::{Encoding, FreeRunningConfig, Lines, StreamConfig};
 pub use free_running::FreeRunningReceiver;
+pub use marlin_pin::{MarlinPinConfig, MarlinPinReceiver};
 pub use reading::{Reading, ReceiverIdentity};
+pub use recording::{Meanwhile, Recording, TimedSample};
+pub use scpi::{RecordFault, ScpiConfig, ScpiReceiver};
 pub use stream::StreamReceiver;
 pub use text::TextDecoder;

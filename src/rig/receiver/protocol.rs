@@ -77,6 +77,7 @@ pub fn parse_identity(line: &str) -> Option<ReceiverIdentity> {
         rate_hz: positive("rate_hz")?,
         full_scale: positive("full_scale")?,
         unit: setting("unit").filter(|unit| !unit.is_empty())?.to_owned(),
+        own_clock: true,
     })
 }
 
@@ -92,7 +93,12 @@ mod tests {
     #[test]
     fn the_identity_is_read() {
         let identity = parse_identity("receiver 1 rate_hz=1000 full_scale=5.000000 unit=V");
-        let expected = ReceiverIdentity { rate_hz: 1000.0, full_scale: 5.0, unit: "V".into() };
+        let expected = ReceiverIdentity {
+            rate_hz: 1000.0,
+            full_scale: 5.0,
+            unit: "V".into(),
+            own_clock: true,
+        };
         assert_eq!(identity, Some(expected));
     }
 

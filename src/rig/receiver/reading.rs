@@ -9,6 +9,8 @@ pub struct ReceiverIdentity {
     pub full_scale: f64,
     /// Unit of the readings, for instance `V`.
     pub unit: String,
+    /// Whether times are of the receiver's own clock. Else they are this machine's, and tell nothing of the receiver's rate.
+    pub own_clock: bool,
 }
 
 /// The readings of one point.

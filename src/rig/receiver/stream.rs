@@ -9,6 +9,7 @@ use super::binary::FrameDecoder;
 use super::config::{Encoding, StreamConfig};
 use super::protocol::{Event, parse_identity, parse_time};
 use super::reading::{Reading, ReceiverIdentity};
+use super::recording::{Meanwhile, Recorder, Recording};
 use super::run::Run;
 use super::text::TextDecoder;
 use crate::rig::Receiver;
@@ -99,6 +100,51 @@ impl<L: ByteLink> StreamReceiver<L> {
         }
     }
 
+    /// Asks for the time and for samples until further notice. The time, or `None` where the answer was lost.
+    async fn begin_recording(&mut self) -> Result<Option<u64>, RigError> {
+        let stop = if self.idle { "" } else { "X\n" };
+        self.idle = false;
+        self.times_due += 1;
+        self.wire.send(format!("{stop}T\nS 0\n").as_bytes()).await?;
+        self.time_of_last_question().await
+    }
+
+    /// Takes what comes while `meanwhile` runs, then stops the samples and waits for the end mark.
+    async fn collect(
+        &mut self,
+        asked_at_us: u64,
+        mut meanwhile: Meanwhile<'_>,
+    ) -> Result<Recording, RigError> {
+        let mut recorder = Recorder::new(asked_at_us, self.identity.rate_hz);
+        let mut decoder = Decoder::new(self.encoding);
+        loop {
+            let far = Instant::now() + QUIET;
+            tokio::select! {
+                biased;
+                bytes = self.wire.bytes(far) => decoder.push(&bytes?),
+                () = &mut meanwhile => break,
+            }
+            while let Some(event) = decoder.next_event() {
+                // An end mark here is a stray one: nobody has stopped the samples yet.
+                let _ = recorder.take(event);
+            }
+        }
+        for _ in 0..TRIES {
+            self.wire.send(b"X\n").await?;
+            let until = Instant::now() + QUIET;
+            while Instant::now() < until {
+                decoder.push(&self.wire.bytes(until).await?);
+                while let Some(event) = decoder.next_event() {
+                    if let Some(ended_at_us) = recorder.take(event) {
+                        self.idle = true;
+                        return Ok(recorder.recording(ended_at_us));
+                    }
+                }
+            }
+        }
+        Err(self.wire.error(Cause::Silent { waited: TRIES * QUIET }))
+    }
+
     /// One run of samples; `None` where nothing usable came of it.
     async fn run(&mut self, settle: Duration, count: usize) -> Result<Option<Reading>, RigError> {
         let rate_hz = self.identity.rate_hz;
@@ -153,6 +199,16 @@ impl<L: ByteLink> Receiver for StreamReceiver<L> {
             }
         }
         Err(self.wire.error(Cause::NoReadings { asked: count }))
+    }
+
+    async fn record(&mut self, meanwhile: Meanwhile<'_>) -> Result<Recording, RigError> {
+        self.wire.attempting("recording while the robot moves");
+        for _ in 0..TRIES {
+            if let Some(asked_at_us) = self.begin_recording().await? {
+                return self.collect(asked_at_us, meanwhile).await;
+            }
+        }
+        Err(self.wire.error(Cause::Silent { waited: TRIES * QUIET }))
     }
 }
 
@@ -264,6 +320,7 @@ mod tests {
         t_us: u64,
         seq: u32,
         faults: Vec<Fault>,
+        endless: bool,
     }
 
     impl Firmware {
@@ -284,7 +341,13 @@ mod tests {
                         self.binary = false;
                         b"ok\n".to_vec()
                     }
+                    // What came in between is told all at once.
+                    "X" if std::mem::take(&mut self.endless) => self.sample(40),
                     "X" => self.end(),
+                    "S 0" => {
+                        self.endless = true;
+                        Vec::new()
+                    }
                     "T" => format!("time {}\n", self.t_us).into_bytes(),
                     sample if sample.starts_with("S ") => {
                         self.sample(sample[2..].parse().expect("a number"))
@@ -354,6 +417,7 @@ mod tests {
             t_us: 3_000_000,
             seq: 100,
             faults: faults.to_vec(),
+            endless: false,
         };
         let greeting = greeting.to_vec();
         tokio::spawn(async move { firmware.run(&greeting).await });
@@ -406,6 +470,28 @@ mod tests {
             let reading = receiver.read_point(SETTLE, 16).await.expect("reads");
             // The first run took 37 ms of the receiver's time from 3.00125 s on.
             assert!(reading.first_t_s > 3.001_25 + 0.037 + 0.020, "{encoding:?}: {reading:?}");
+            assert_eq!((reading.count, reading.gaps), (16, 0));
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_is_heard_during_a_move_is_recorded_and_a_point_read_after_it() {
+        for encoding in [Encoding::Text, Encoding::Binary] {
+            let mut receiver = bench(encoding, b"", &[Fault::Lose(5, 8)]).await;
+            let mut moved = false;
+            let moving = async {
+                tokio::time::sleep(Duration::from_secs(30)).await;
+                moved = true;
+            };
+            let recording = receiver.record(Box::pin(moving)).await.expect("it samples");
+            assert!(moved);
+            assert_eq!(recording.samples.len(), 37);
+            assert!(recording.began_s <= recording.samples[0].t_s);
+            assert!(recording.samples[36].t_s <= recording.ended_s);
+            for sample in &recording.samples {
+                assert!((sample.value - sample.t_s).abs() < 1e-6, "{encoding:?}: {sample:?}");
+            }
+            let reading = receiver.read_point(SETTLE, 16).await.expect("reads");
             assert_eq!((reading.count, reading.gaps), (16, 0));
         }
     }

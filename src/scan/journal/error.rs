@@ -72,6 +72,15 @@ pub enum JournalError {
     },
 }
 
+impl JournalError {
+    /// Whether there was no room: it can be tried again when there is.
+    pub fn is_no_room(&self) -> bool {
+        use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+        let (Self::Append { source, .. } | Self::Write { source, .. }) = self else { return false };
+        matches!(source.kind(), StorageFull | QuotaExceeded | FileTooLarge)
+    }
+}
+
 /// Why a sample does not go into this record.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum BadSample {
@@ -104,7 +113,9 @@ fn go_on(state: &ScanState, folder: &std::path::Path) -> impl fmt::Display {
 
 fn mend(error: &io::Error) -> &'static str {
     match error.kind() {
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "Free some space on that disk",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
+            "Free some space on that disk"
+        }
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
             "Make that folder writable"
         }

@@ -31,6 +31,8 @@ pub enum EventKind {
     Homed,
     /// Reference points were revisited, and what they read.
     ReferenceChecked,
+    /// How far the readings of flown rows lag behind the robot, and how evenly the rows were flown.
+    Flown,
     /// The scan was asked to wait.
     Paused,
     /// It went on.
@@ -39,6 +41,8 @@ pub enum EventKind {
     Question,
     /// A device failed, lost or spoilt a reading, or was lost.
     DeviceFault,
+    /// There was no room for a reading; the scan waited until there was.
+    Waited,
     /// The scan was taken up again.
     Resumed,
     /// A line that was cut off by the end of an earlier run was taken out of `samples.csv`; the text is what stood

@@ -243,7 +243,12 @@ pub(super) mod tests {
             }],
         };
         let frame = Frame { origin_m: Vec3::new(0.15, 0.15, 0.02) };
-        let receiver = ReceiverIdentity { rate_hz: 1000.0, full_scale: 5.0, unit: "V".into() };
+        let receiver = ReceiverIdentity {
+            rate_hz: 1000.0,
+            full_scale: 5.0,
+            unit: "V".into(),
+            own_clock: true,
+        };
         Jog::new("rigs/virtual.toml", envelope, frame, Some(receiver), true)
     }
 

@@ -168,6 +168,17 @@ impl ScanView {
                 self.faults += 1;
                 self.note(at, text.clone(), true);
             }
+            Event::LagFound { lag_ms, standard_error_ms } => {
+                let text = format!("readings lag {lag_ms:.2} ± {standard_error_ms:.2} ms");
+                self.note(at, text, false);
+            }
+            Event::Waiting { reason } => {
+                self.faults += 1;
+                self.note(at, format!("waits, the array silent: {reason}"), true);
+            }
+            Event::WentOn { waited_s } => {
+                self.note(at, format!("went on after {waited_s:.0} s"), false);
+            }
             Event::Measured { row, focus, at_mm, reading, .. } => {
                 self.focus = usize::try_from(*focus).ok();
                 self.at_mm = Some(*at_mm);

@@ -49,6 +49,8 @@ pub struct TrueArray {
     pub elements: Vec<Element>,
     /// The output of the controller that each element hangs on.
     pub channels: Vec<usize>,
+    /// Width of every element's lobe over its kind's.
+    pub lobe_stretch: f64,
 }
 
 /// Sound on its way from one element to one point.
@@ -277,11 +279,16 @@ mod testing {
             Self {
                 elements: vec![Element::at(-0.01, 0.0), Element::at(0.01, 0.0)],
                 channels: vec![0, 1],
+                lobe_stretch: 1.0,
             }
         }
 
         pub(crate) fn of_many(count: usize) -> Self {
-            Self { elements: vec![Element::at(0.0, 0.0); count], channels: (0..count).collect() }
+            Self {
+                elements: vec![Element::at(0.0, 0.0); count],
+                channels: (0..count).collect(),
+                lobe_stretch: 1.0,
+            }
         }
     }
 

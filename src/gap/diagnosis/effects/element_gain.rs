@@ -5,6 +5,7 @@ use super::random::Random;
 pub(super) static ELEMENT_GAIN: Random = Random {
     id: "element-gain",
     spread: "spread",
+    departures: "departures",
     words: |spread, error| {
         format!(
             "amplitudes differ from element to element by {:.1} ± {:.1} %",

@@ -50,6 +50,19 @@ impl FittedParameter {
                 let numbers: Vec<String> = value.iter().map(usize::to_string).collect();
                 numbers.join(", ")
             }
+            Self::Each { value, standard_error } => {
+                let least = value.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+                let most = value.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+                let at = |place: Option<(usize, &f64)>| {
+                    let (element, value) = place?;
+                    let error = standard_error.get(element).copied().unwrap_or(f64::NAN);
+                    Some(format!("{}{unit} (element {element})", uncertain(*value, error)))
+                };
+                match (at(least), at(most)) {
+                    (Some(least), Some(most)) => format!("from {least} to {most}"),
+                    _ => ABSENT.to_owned(),
+                }
+            }
         }
     }
 }

@@ -6,12 +6,12 @@ use async_trait::async_trait;
 
 use super::config::{HomeLine, MarlinConfig};
 use super::session::Session;
-use crate::rig::Motion;
 use crate::rig::config::MotionConfig;
 use crate::rig::device::{Device, Role};
 use crate::rig::error::RigError;
 use crate::rig::link::{ByteLink, Wire, open_serial};
 use crate::rig::space::{Feed, RobotPosition};
+use crate::rig::{Emergency, Motion};
 
 /// How long the firmware may take to put one command into its queue.
 const TAKEN_WITHIN: Duration = Duration::from_secs(20);
@@ -28,6 +28,9 @@ const MOVE_SLACK: Duration = Duration::from_secs(60);
 /// How long a move may take when it is not known where it starts.
 const LONGEST_MOVE: Duration = Duration::from_secs(600);
 
+/// Stops whatever moves, unnumbered and behind a line that may have been broken off.
+const STOP: &[u8] = b"\nM410\n";
+
 /// Said once at the start; builds without one of them do without.
 ///
 /// Motors stay on (an overnight scan must not lose its position), the firmware says that it is busy, lengths are
@@ -39,7 +42,7 @@ const SETTINGS: [&str; 4] = ["M84 S0", "M113 S2", "G21", "G90"];
 /// It moves as told: homing, travel and keep-out boxes are looked after by
 /// [`Guarded`](crate::rig::motion::guarded::Guarded), through which alone a rig gives access to it.
 #[derive(Debug)]
-pub struct Marlin<L> {
+pub struct Marlin<L: ByteLink> {
     session: Session<L>,
     firmware: String,
     home: Vec<HomeLine>,
@@ -150,6 +153,18 @@ impl<L: ByteLink> Motion for Marlin<L> {
         self.at = None;
         self.session.wire.attempting("stopping");
         self.session.quick_stop(STOPPED_WITHIN).await
+    }
+
+    fn emergency(&self) -> Option<Emergency> {
+        self.session.wire.emergency(STOP)
+    }
+}
+
+impl<L: ByteLink> Drop for Marlin<L> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.session.wire.last_words(STOP);
+        }
     }
 }
 

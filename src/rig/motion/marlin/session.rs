@@ -45,6 +45,10 @@ const START_WITHIN: Duration = Duration::from_secs(20);
 /// Silence during the start after which the opening line is sent again.
 const START_QUIET: Duration = Duration::from_secs(1);
 
+/// How long the answer to a stop may take before it is sent again: several times within the half second in which a rig is
+/// made safe.
+const STOP_AGAIN_AFTER: Duration = Duration::from_millis(150);
+
 /// What ends an exchange.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Proof {
@@ -154,19 +158,25 @@ impl<L: ByteLink> Session<L> {
     pub(super) async fn quick_stop(&mut self, within: Duration) -> Result<(), RigError> {
         self.in_step = false;
         let until = Instant::now() + within;
-        self.reports_due += 1;
-        self.wire.send(b"M410\nM114\n").await?;
-        while let Some(line) = self.wire.line(until).await? {
-            match Reply::parse(&line) {
-                Reply::Position(_) => {
-                    self.reports_due = self.reports_due.saturating_sub(1);
-                    if self.reports_due == 0 {
-                        return Ok(());
+        // Those asked for before say nothing of the standstill.
+        let mut reports_before = self.reports_due;
+        while Instant::now() < until {
+            self.reports_due += 1;
+            self.wire.send(b"\nM410\nM114\n").await?;
+            let again = until.min(Instant::now() + STOP_AGAIN_AFTER);
+            while let Some(line) = self.wire.line(again).await? {
+                match Reply::parse(&line) {
+                    Reply::Position(_) => {
+                        self.reports_due = self.reports_due.saturating_sub(1);
+                        if reports_before == 0 {
+                            return Ok(());
+                        }
+                        reports_before -= 1;
                     }
+                    // A firmware that restarted or halted has stopped its motors too.
+                    Reply::Started | Reply::Halted => return Ok(()),
+                    _ => {}
                 }
-                // A firmware that restarted or halted has stopped its motors too.
-                Reply::Started | Reply::Halted => return Ok(()),
-                _ => {}
             }
         }
         Err(self.wire.error(Cause::Silent { waited: within }))

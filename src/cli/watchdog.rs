@@ -1,0 +1,46 @@
+//! `fieldgap watchdog`: the second process of a program that has a rig open. It is started by that program alone.
+
+use std::process::{Command, ExitCode};
+
+use clap::Args;
+use miette::IntoDiagnostic;
+
+use crate::rig::watchdog::{self, guard};
+use crate::rig::{Emergency, FocusArray};
+
+/// The `watchdog` command.
+#[derive(Debug, Args)]
+pub(super) struct Watchdog {}
+
+/// This program as a watchdog.
+pub(super) fn watchdog() -> miette::Result<Command> {
+    let mut program = Command::new(std::env::current_exe().into_diagnostic()?);
+    program.arg("watchdog");
+    Ok(program)
+}
+
+/// Guards an array that is open by itself; one of a virtual rig of this process ends with it and needs no guard.
+pub(super) fn guard_array(
+    array: &dyn FocusArray,
+    is_virtual: bool,
+) -> miette::Result<Option<watchdog::Watchdog>> {
+    guard_devices(&array.emergency().into_iter().collect::<Vec<_>>(), is_virtual)
+}
+
+/// As [`guard_array`], for what is said to several devices.
+pub(super) fn guard_devices(
+    emergencies: &[Emergency],
+    is_virtual: bool,
+) -> miette::Result<Option<watchdog::Watchdog>> {
+    if is_virtual {
+        return Ok(None);
+    }
+    watchdog::Watchdog::start(watchdog()?, emergencies, None).into_diagnostic()
+}
+
+impl Watchdog {
+    pub(super) fn run(self) -> miette::Result<ExitCode> {
+        guard(std::io::stdin()).into_diagnostic()?;
+        Ok(ExitCode::SUCCESS)
+    }
+}

@@ -1,0 +1,33 @@
+//! Network sockets, as instruments have them.
+
+use std::io::ErrorKind as Io;
+use std::time::Duration;
+
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+
+use super::Wire;
+use crate::rig::device::{Device, Role};
+use crate::rig::error::{Cause, RigError};
+
+/// How long an instrument may take to be reached.
+const REACHED_WITHIN: Duration = Duration::from_secs(5);
+
+/// Opens a socket to an instrument, `host:port`.
+///
+/// # Errors
+/// That nothing listens there, or that it cannot be reached in time.
+pub async fn open_tcp(role: Role, address: &str) -> Result<Wire<TcpStream>, RigError> {
+    let device = Device::new(role, address);
+    let failed = |cause| RigError::new(device.clone(), "reaching it", cause, None);
+    match timeout(REACHED_WITHIN, TcpStream::connect(address)).await {
+        Ok(Ok(stream)) => {
+            // Questions are short, and each waits for its answer.
+            stream.set_nodelay(true).map_err(|error| failed(Cause::Io(error)))?;
+            Ok(Wire::new(stream, device))
+        }
+        Ok(Err(error)) if error.kind() == Io::ConnectionRefused => Err(failed(Cause::NoListener)),
+        Ok(Err(error)) => Err(failed(Cause::Io(error))),
+        Err(_) => Err(failed(Cause::Silent { waited: REACHED_WITHIN })),
+    }
+}

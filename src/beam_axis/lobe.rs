@@ -64,7 +64,7 @@ pub fn fit_lobe(readings: &[(f64, f64)]) -> Result<Lobe, LobeFault> {
         readings.iter().map(|&(place_m, level)| bell(at, place_m).0 - level).collect()
     };
     let fit = minimise(&parameters, Stopping::default(), residuals, |at| {
-        let mut columns = vec![Vec::with_capacity(readings.len()); 3];
+        let mut columns = vec![Vec::new(); 3];
         let mut residuals = Vec::with_capacity(readings.len());
         for &(place_m, level) in readings {
             let (value, slopes) = bell(at, place_m);

@@ -5,8 +5,8 @@ use std::process::{Command, ExitCode};
 use clap::Args;
 use miette::IntoDiagnostic;
 
-use crate::rig::FocusArray;
 use crate::rig::watchdog::{self, guard};
+use crate::rig::{Emergency, FocusArray};
 
 /// The `watchdog` command.
 #[derive(Debug, Args)]
@@ -24,11 +24,18 @@ pub(super) fn guard_array(
     array: &dyn FocusArray,
     is_virtual: bool,
 ) -> miette::Result<Option<watchdog::Watchdog>> {
+    guard_devices(&array.emergency().into_iter().collect::<Vec<_>>(), is_virtual)
+}
+
+/// As [`guard_array`], for what is said to several devices.
+pub(super) fn guard_devices(
+    emergencies: &[Emergency],
+    is_virtual: bool,
+) -> miette::Result<Option<watchdog::Watchdog>> {
     if is_virtual {
         return Ok(None);
     }
-    let emergencies: Vec<_> = array.emergency().into_iter().collect();
-    watchdog::Watchdog::start(watchdog()?, &emergencies, None).into_diagnostic()
+    watchdog::Watchdog::start(watchdog()?, emergencies, None).into_diagnostic()
 }
 
 impl Watchdog {

@@ -7,6 +7,7 @@ use tokio::time::timeout;
 
 use super::config::RigConfig;
 use super::device::Device;
+use super::emergency::Emergency;
 use super::error::{Cause, RigError};
 use super::safety::{Ports, open_motion};
 use super::{FocusArray, Motion, Receiver};
@@ -90,11 +91,15 @@ impl ByHand {
     /// Robot and receiver at once, where both are there.
     pub fn robot_and_receiver(&mut self) -> (&mut dyn Motion, Option<&mut dyn Receiver>) {
         let robot = &mut **self.robot.as_mut().expect("the robot was asked for");
-        let receiver = match &mut self.receiver {
-            Some(receiver) => Some(&mut **receiver as &mut dyn Receiver),
-            None => None,
-        };
+        let receiver = self.receiver.as_mut().map(|receiver| &mut **receiver as &mut dyn Receiver);
         (robot, receiver)
+    }
+
+    /// What a watchdog says to the open devices should this program be gone.
+    pub fn emergencies(&self) -> Vec<Emergency> {
+        let array = self.array.as_ref().and_then(|array| array.emergency());
+        let robot = self.robot.as_ref().and_then(|robot| robot.emergency());
+        [array, robot].into_iter().flatten().collect()
     }
 
     /// Silences the array, then stops the robot, each within a quarter of a second, and tells what could not be done.

@@ -1,6 +1,7 @@
 //! `rig check`: talks to each device, measures how it answers, and says what to mend. Nothing moves, nothing emits.
 
 mod distribution;
+mod latency;
 mod noise;
 
 use std::fmt;
@@ -16,6 +17,7 @@ use super::receiver::Reading;
 use super::safety::{Ports, open_air_sensor, open_motion};
 use super::{AirReading, AirSensor, ArrayIdentity, FocusArray, Motion, Receiver, ReceiverIdentity};
 pub use distribution::{BINS, Distribution};
+pub use latency::Latency;
 use noise::At;
 pub use noise::{Hum, Noise};
 
@@ -27,12 +29,6 @@ const NOISE_READINGS: usize = 200;
 
 /// Means of which it is seen whether the noise averages out.
 const MEANS: usize = 40;
-
-/// A reply that takes this long, and this many times as long as the middle one, is held up by something.
-const HELD_UP: (Duration, f64) = (Duration::from_millis(100), 10.0);
-
-/// A median latency above this makes scans slow: three replies a point.
-const SLOW: Duration = Duration::from_millis(50);
 
 /// How far the measured rate may be from the stated one, as a share of it: crystals are a hundred times better.
 const RATE_TOLERANCE: f64 = 0.01;
@@ -106,21 +102,6 @@ pub struct AirCheck {
     pub port: String,
     /// The newest that it said.
     pub air: AirReading,
-}
-
-/// Reply latency over several queries, ms.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Latency {
-    /// The shortest.
-    pub min_ms: f64,
-    /// The middle one.
-    pub median_ms: f64,
-    /// The longest.
-    pub max_ms: f64,
-    /// Over how many queries.
-    pub queries: usize,
-    /// How they are spread.
-    pub distribution: Distribution,
 }
 
 /// One thing that is not as it should be.
@@ -368,58 +349,6 @@ fn receiver_findings(
     findings
 }
 
-impl Latency {
-    fn of(mut times: Vec<Duration>) -> Self {
-        times.sort_unstable();
-        let ms = |time: Option<&Duration>| time.map_or(0.0, |time| time.as_secs_f64() * 1e3);
-        Self {
-            min_ms: ms(times.first()),
-            median_ms: ms(times.get(times.len() / 2)),
-            max_ms: ms(times.last()),
-            queries: times.len(),
-            distribution: Distribution::of_sorted(&times),
-        }
-    }
-
-    fn judge(&self, device: Role, findings: &mut Vec<Finding>) {
-        if self.median_ms > SLOW.as_secs_f64() * 1e3 {
-            findings.push(Finding {
-                device,
-                severity: Severity::Warning,
-                problem: format!("a reply takes {:.0} ms, which makes scans slow", self.median_ms),
-                remedy:
-                    "raise its baud rate; on USB bridges lower the latency timer (16 ms by default)"
-                        .to_owned(),
-            });
-        }
-        let (held_up, times) = HELD_UP;
-        if self.max_ms > held_up.as_secs_f64() * 1e3 && self.max_ms > times * self.median_ms {
-            findings.push(Finding {
-                device,
-                severity: Severity::Warning,
-                problem: format!(
-                    "a reply in {} took {:.0} ms, where the middle one takes {:.1} ms",
-                    self.queries, self.max_ms, self.median_ms
-                ),
-                remedy: "give it a USB port without a hub, end other work on this machine, switch USB power saving off"
-                    .to_owned(),
-            });
-        }
-    }
-}
-
-impl fmt::Display for Latency {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { min_ms, median_ms, max_ms, queries, distribution } = self;
-        write!(
-            f,
-            "{median_ms:.2} ms (of {queries}: {min_ms:.2} ▕{}▏ {max_ms:.2}; 95 % within {:.2})",
-            distribution.columns(),
-            distribution.p95_ms
-        )
-    }
-}
-
 impl Finding {
     fn fault(device: Role, error: &RigError) -> Self {
         Self {
@@ -548,18 +477,5 @@ mod tests {
             problems(&Reading { std: 0.0, ..reading() }).contains("all its readings are 0.01 V")
         );
         assert!(problems(&Reading { last_t_s: 2.25, ..reading() }).contains("samples at 800.0 Hz"));
-    }
-
-    #[test]
-    fn the_latency_is_that_of_the_middle_reply() {
-        let latency = Latency::of([9, 1, 2].map(Duration::from_millis).to_vec());
-        assert_eq!((latency.min_ms, latency.median_ms, latency.max_ms), (1.0, 2.0, 9.0));
-        assert_eq!(latency.queries, 3);
-        let mut findings = Vec::new();
-        latency.judge(Role::Robot, &mut findings);
-        assert!(findings.is_empty());
-        Latency::of([1, 2, 150].map(Duration::from_millis).to_vec())
-            .judge(Role::Robot, &mut findings);
-        assert!(findings[0].problem.contains("took 150 ms"), "{findings:?}");
     }
 }

@@ -6,6 +6,7 @@ use jiff::Timestamp;
 use tokio::time::Instant;
 
 use super::{Session, Stopped};
+use crate::campaign::CampaignError;
 use crate::campaign::conductor::{Conductor, Measurement};
 use crate::campaign::drift::{Drift, Drifted};
 use crate::campaign::event::{Event, Watch};
@@ -98,11 +99,15 @@ impl Session {
             now: drifted.now,
             moved_mm: drifted.moved_mm,
         });
-        self.tell_drift(drifted, watch)
+        Ok(self.tell_drift(drifted, watch)?)
     }
 
     /// Asks for a person where the level at the reference point has drifted too far.
-    pub(super) fn tell_drift(&mut self, drifted: Drifted, watch: Watch<'_>) -> Result<(), Stopped> {
+    pub(super) fn tell_drift(
+        &mut self,
+        drifted: Drifted,
+        watch: Watch<'_>,
+    ) -> Result<(), CampaignError> {
         if drifted.is_news {
             let text = format!(
                 "the level at the reference point is {:.5} where it was {:.5} ({:+.1} %): array, receiver or air have changed",

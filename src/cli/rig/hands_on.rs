@@ -7,6 +7,7 @@ use miette::{IntoDiagnostic, miette};
 
 use crate::campaign::{CampaignError, Lab, open_virtual};
 use crate::cli::stop::StopRequests;
+use crate::cli::watchdog::guard_devices;
 use crate::rig::{ByHand, Wanted};
 use crate::virtual_rig::VirtualRig;
 
@@ -43,6 +44,7 @@ pub(super) fn hands_on(
         let stop = StopRequests::listen().into_diagnostic()?;
         let mut rig = ByHand::open(&lab.rig, &ports, wanted).await?;
         fits(lab, wanted, &mut rig)?;
+        let _watchdog = guard_devices(&rig.emergencies(), firmware.is_some())?;
         let ended = tokio::select! {
             biased;
             who = stop.first() => Err(who),

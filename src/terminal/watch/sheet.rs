@@ -170,8 +170,8 @@ mod tests {
         let visits = plan.visits();
         let mut sheets = Sheets::of(&plan, &visits);
         assert_eq!(sheets.set(0, 9.0), None, "a dark reading has no cell");
-        for visit in 1..visits.len() {
-            let at_mm = visits[visit].position_m * 1e3;
+        for (visit, about) in visits.iter().enumerate().skip(1) {
+            let at_mm = about.position_m * 1e3;
             let sheet = sheets.set(visit, at_mm.x + 10.0 * at_mm.y + 100.0 * at_mm.z);
             assert_eq!(sheet, Some(usize::from(at_mm.z > 60.0)));
         }

@@ -5,6 +5,7 @@ use std::time::Duration;
 use super::clock::ScanClock;
 use super::lab::Lab;
 use crate::acoustics::{Excitation, Vec3, delays_s};
+use crate::rig::call::Call;
 use crate::rig::{ElementDelay, Feed, Frame, RigError, SafeRig};
 use crate::scan::{FocusSection, Sample, Spread, Visit};
 
@@ -60,9 +61,11 @@ impl Conductor {
     ) -> Result<Measurement, RigError> {
         self.excite(rig, visit.focus).await?;
         let target = self.frame.to_robot(visit.position_m);
-        let reported = rig.motion().move_to(target, self.feed).await?;
-        let reading = rig.receiver().read_point(self.settle, self.readings).await?;
-        rig.array().confirm(visit.focus.is_some()).await?;
+        let reported = rig.perform(Call::move_to(target, self.feed)).await?.position();
+        let reported = reported.expect("a move says where the robot stands");
+        let read = Call::ReadPoint { settle: self.settle, count: self.readings };
+        let reading = rig.perform(read).await?.reading().expect("a reading is read");
+        rig.perform(Call::Confirm { emits: visit.focus.is_some() }).await?;
         let sample = Sample::measured(
             // Its end: the middle of a reading in which the receiver's clock wraps would be hours away.
             self.clock.at(reading.last_t_s),
@@ -109,15 +112,15 @@ impl Conductor {
     ) -> Result<(), RigError> {
         let wanted = focus.map_or(Emission::Silent, Emission::Drive);
         if wanted == self.emitting {
-            return rig.array().refresh().await;
+            return rig.perform(Call::Refresh).await.map(drop);
         }
         match wanted {
-            Emission::Silent => rig.array().silence().await?,
+            Emission::Silent => rig.perform(Call::Silence).await?,
             Emission::Drive(number) => {
-                rig.array().set_delays(&self.delays[number]).await?;
-                rig.array().emit().await?;
+                rig.perform(Call::set_delays(&self.delays[number])).await?;
+                rig.perform(Call::Emit).await?
             }
-        }
+        };
         self.emitting = wanted;
         Ok(())
     }

@@ -17,6 +17,10 @@ use crate::scan::{Part, Plan, Visit, VisitKind};
 /// Room that a point takes in `samples.csv`, the journal and its share of the events, bytes.
 const BYTES_A_ROW: u64 = 320;
 
+/// Room that its share of the wire logs takes, bytes, and what the logs take at most.
+const WIRE_BYTES_A_ROW: u64 = 4096;
+const MOST_WIRE_BYTES: u64 = 512 << 20;
+
 /// Room that is left free for whatever else runs on the machine, bytes.
 const ROOM_LEFT_FREE: u64 = 64 << 20;
 
@@ -117,7 +121,8 @@ pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault
         way_m,
         about_s,
         slowest_s,
-        bytes: BYTES_A_ROW * visits.len() as u64,
+        bytes: BYTES_A_ROW * visits.len() as u64
+            + (WIRE_BYTES_A_ROW * visits.len() as u64).min(MOST_WIRE_BYTES),
     })
 }
 

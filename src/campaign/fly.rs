@@ -7,7 +7,8 @@ use super::flight::{Course, LEAST_SAMPLES, Lag};
 use super::lab::Lab;
 use super::rows::Line;
 use crate::acoustics::Vec3;
-use crate::rig::{Feed, Recording, RigError, RobotPosition, SafeRig};
+use crate::rig::call::Call;
+use crate::rig::{Feed, Recording, SafeRig};
 use crate::scan::{Fly, Sample, Spread, Visit};
 
 /// How often a row is flown before it is given up.
@@ -311,34 +312,20 @@ impl Flights {
         conductor.excite(rig, focus).await?;
         let frame = conductor.frame();
         let [from, to] = line.ends_m(self.flight.lead_m).map(|end_m| frame.to_robot(end_m));
-        let begins = rig.motion().move_to(from, conductor.feed()).await?;
+        let begins = rig.perform(Call::move_to(from, conductor.feed())).await?.position();
+        let begins = begins.expect("a move says where the robot stands");
         let talk_s = match self.talk_s {
             Some(talk_s) => talk_s,
             None => {
-                let (_, stood) = heard_going(rig, from, self.flight.feed).await?;
+                let (_, stood) = rig.hear_going(from, self.flight.feed).await?;
                 stood.ended_s - stood.began_s
             }
         };
         self.talk_s = Some(talk_s);
-        let (ends, recording) = heard_going(rig, to, self.flight.feed).await?;
-        rig.array().confirm(focus.is_some()).await?;
+        let (ends, recording) = rig.hear_going(to, self.flight.feed).await?;
+        rig.perform(Call::Confirm { emits: focus.is_some() }).await?;
         let over_s = self.flight.over_s(&line, &recording, talk_s)?;
         let ends_m = [begins, ends].map(|end| frame.to_array(end));
         Ok(Flown { recording, ends_m, over_s })
     }
-}
-
-/// Goes straight to a place, the receiver listening all the way. Where the robot says it arrived.
-async fn heard_going(
-    rig: &mut SafeRig,
-    to: RobotPosition,
-    feed: Feed,
-) -> Result<(RobotPosition, Recording), RigError> {
-    let (motion, receiver) = rig.motion_and_receiver();
-    let mut arrived = None;
-    let going = async { arrived = Some(motion.move_to(to, feed).await) };
-    let recording = receiver.record(Box::pin(going)).await;
-    // A robot that failed is the better reason, where both did.
-    let arrived = arrived.transpose()?;
-    Ok((arrived.unwrap_or(to), recording?))
 }

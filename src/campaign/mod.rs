@@ -18,6 +18,7 @@ mod origin;
 mod pause;
 mod plan_on_rig;
 mod references;
+mod replay_wire;
 mod rows;
 mod session;
 #[cfg(test)]
@@ -35,4 +36,5 @@ pub use open::{OpenRig, open_virtual};
 pub use pause::{Pause, PauseSwitch};
 pub use plan_on_rig::Campaign;
 pub use references::Moved;
+pub use replay_wire::replay_wire;
 pub use session::{Ending, Session};

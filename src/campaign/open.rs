@@ -7,14 +7,17 @@ use super::CampaignError;
 use super::air_log::AirLog;
 use super::event::Event;
 use super::lab::Lab;
+use crate::rig::link::WireLogs;
 use crate::rig::watchdog::Watchdog;
 use crate::rig::{self, SafeRig};
+use crate::scan::JournalError;
 use crate::virtual_rig::VirtualRig;
 
 /// An open rig: silent, standing still.
 pub struct OpenRig {
     // Dropped in this order: the drivers let go of the ports before the firmware behind them ends.
     rig: SafeRig,
+    logs: WireLogs,
     watchdog: Option<Watchdog>,
     air: Option<AirLog>,
     firmware: Option<VirtualRig>,
@@ -29,16 +32,28 @@ impl OpenRig {
     pub async fn open(lab: &Lab) -> Result<Self, CampaignError> {
         let firmware = open_virtual(lab)?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
-        let mut rig = rig::open(&lab.rig, &ports).await?;
+        let logs = WireLogs::default();
+        let rig = logs.around(rig::open(&lab.rig, &ports)).await?;
+        let mut rig = rig.noting_calls(logs.clone());
         let (believed, controller) = (lab.believed_array().len(), rig.array().identity().elements);
         if believed != controller {
             return Err(CampaignError::OtherArray { believed, controller });
         }
-        let sensor = rig::open_air_sensor(&lab.rig, &ports).await?;
+        let sensor = logs.around(rig::open_air_sensor(&lab.rig, &ports)).await?;
         let air = sensor
             .zip(lab.rig.environment.as_ref())
             .map(|(sensor, config)| AirLog::new(sensor, config));
-        Ok(Self { rig, watchdog: None, air, firmware })
+        Ok(Self { rig, logs, watchdog: None, air, firmware })
+    }
+
+    /// Keeps all that is said on the wires in a folder, what was said since they were opened included.
+    ///
+    /// # Errors
+    /// [`CampaignError::Journal`] with what the file system refused.
+    pub fn keep_wire_logs(&self, folder: &Path) -> Result<(), CampaignError> {
+        self.logs
+            .keep_in(folder)
+            .map_err(|source| JournalError::Write { path: folder.to_owned(), source }.into())
     }
 
     /// Has the rig guarded by a process of its own from now on: `program`, which calls

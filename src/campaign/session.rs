@@ -27,11 +27,15 @@ use super::plan_on_rig::Campaign;
 use super::references::reference_rows;
 use crate::input::{TomlSource, toml_file};
 use crate::rig::ReceiverIdentity;
+use crate::rig::call::Call;
 use crate::scan::{Columns, Journal, Sample, ScanSetup, ScanState, Visit};
 
 /// The plan and the rig file as they were when the scan was begun, kept beside it.
 const PLAN_COPY: &str = "plan.toml";
-const RIG_COPY: &str = "rig.toml";
+pub(super) const RIG_COPY: &str = "rig.toml";
+
+/// The folder of all that was said on the wires.
+pub(super) const WIRE_LOGS: &str = "wire";
 
 /// Where the watchdog writes what it did, where it had to.
 const WATCHDOG_LOG: &str = "watchdog.log";
@@ -93,6 +97,7 @@ impl Session {
         ];
         let columns = Columns::WithSpread;
         let journal = Journal::create(folder, &setup, columns, &copies, Timestamp::now())?;
+        open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
         if let Some(air) = open.air() {
             air.write_to(folder)?;
         }
@@ -124,6 +129,7 @@ impl Session {
             if let Some(air) = open.air() {
                 air.write_to(folder)?;
             }
+            open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
             Ok((campaign, open, check))
         };
         match opened.await {
@@ -209,7 +215,9 @@ impl Session {
             ended = unless_panicking(self.conduct(&mut *watch)) => ended.unwrap_or_else(Err),
         };
         let reason = match &stopped {
-            Ok(()) => self.open.rig().array().silence().await.err().map(|error| error.to_string()),
+            Ok(()) => {
+                self.open.rig().perform(Call::Silence).await.err().map(|error| error.to_string())
+            }
             Err(stopped) => Some(stopped.to_string()),
         };
         let reason = match reason {

@@ -61,6 +61,7 @@ struct Troubled {
     config: VirtualConfig,
     rates: TroubleRates,
     power_ups: u64,
+    openings: u16,
     tally: Tally,
 }
 
@@ -85,7 +86,10 @@ impl Troubled {
     /// Opens the rig and homes it, as a scan does at its beginning.
     async fn open(&mut self, memory: &MemoryRig) -> Result<SafeRig, RigError> {
         let [robot, receiver, array] = memory.plugs();
-        let wire = |plug, role| Wire::new(plug, Device::new(role, "memory"));
+        // As different as openings a second apart are.
+        self.openings = self.openings.wrapping_add(1000);
+        let opening = self.openings;
+        let wire = |plug, role| Wire::numbered(plug, Device::new(role, "memory"), opening);
         let modulation = Modulation { frequency_hz: 200.0, duty_percent: 50.0 };
         let array = ThesisArray::begin(wire(array, Role::FocusArray), modulation).await?;
         let receiver =
@@ -104,8 +108,12 @@ impl Troubled {
     fn note(&mut self, error: &RigError) {
         let said = error.to_string();
         assert!(said.contains(" on memory, ") && !error.attempt().is_empty(), "{said}");
-        let heard_nothing = matches!(error.cause(), Cause::Silent { .. } | Cause::Disconnected);
-        assert!(error.last_heard().is_some() || heard_nothing, "{said}");
+        // Where nothing was ever heard there is no last reply; a robot that stands elsewhere has its own in the cause.
+        let without = matches!(
+            error.cause(),
+            Cause::Silent { .. } | Cause::Disconnected | Cause::Elsewhere { .. }
+        );
+        assert!(error.last_heard().is_some() || without, "{said}");
         let kind = match error.cause() {
             Cause::Disconnected => "disconnected",
             Cause::Silent { .. } => "silent",
@@ -192,7 +200,8 @@ impl Troubled {
         visit: &Visit,
         sample: &crate::scan::Sample,
     ) {
-        let (world, now_s) = (&memory.world, memory.clock.now_s());
+        // At its last sample: what restarts later has no part in it.
+        let (world, now_s) = (&memory.world, memory.clock.now_s() - 1e-3);
         let off_m = (world.nozzle_m(now_s) - visit.position_m).norm();
         assert!(off_m < 0.1e-3, "the nozzle is {} mm off at {visit:?}", off_m * 1e3);
         let drive = world.drive_at(now_s);
@@ -221,7 +230,8 @@ async fn in_trouble(rate: f64, lines: u64) -> Tally {
     let lab = lab();
     let config = lab.virtual_rig.clone().expect("it is virtual");
     let rates = TroubleRates::even(rate).expect("a rate");
-    let mut troubled = Troubled { lab, config, rates, power_ups: 0, tally: Tally::default() };
+    let mut troubled =
+        Troubled { lab, config, rates, power_ups: 0, openings: 0, tally: Tally::default() };
     troubled.run(lines).await;
     println!("each trouble at {rate}: {:?}", troubled.tally);
     troubled.tally
@@ -239,7 +249,7 @@ async fn no_trouble_on_the_lines_makes_a_wrong_reading_pass() {
 #[tokio::test(start_paused = true)]
 #[ignore = "minutes: cargo test --release --lib -- --ignored --nocapture a_million_lines"]
 async fn a_million_lines_in_trouble_make_no_wrong_reading_pass() {
-    for percent in [0.1, 0.5, 2.0, 5.0] {
+    for percent in [5.0, 2.0, 0.5, 0.1] {
         let tally = in_trouble(percent / 100.0 / 6.0, 250_000).await;
         assert!(tally.points > 10_000, "{tally:?}");
     }

@@ -8,7 +8,8 @@ use miette::IntoDiagnostic;
 use sha2::{Digest, Sha256};
 
 use super::compare::ComparisonArgs;
-use super::output::print_json;
+use super::output::{print, print_json};
+use crate::campaign::replay_wire;
 use crate::gap::Comparison;
 use crate::report::{self, InputFile, ReportContext, ReportFiles};
 use crate::scan::{EventKind, Layout, RecordedScan, SAME_HEIGHT_MM, ScanState, read_events};
@@ -23,6 +24,9 @@ pub(super) struct Replay {
     /// The folder for the report; without it report/ in the scan's folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Run the drivers again against what was said on the wires (the folder's wire/), and say where they behave otherwise
+    #[arg(long, conflicts_with = "out")]
+    wire: bool,
     /// Print the comparison as JSON
     #[arg(long)]
     json: bool,
@@ -30,12 +34,27 @@ pub(super) struct Replay {
 
 impl Replay {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
+        if self.wire {
+            return self.run_wire();
+        }
         let out = self.out.clone().unwrap_or_else(|| self.folder.join("report"));
         let comparisons = report_on(&self.folder, &self.comparison, &out)?;
         if self.json {
             print_json(&comparisons)?;
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    fn run_wire(&self) -> miette::Result<ExitCode> {
+        let replayed = replay_wire(&self.folder)?;
+        if self.json {
+            print_json(&replayed)?;
+        } else {
+            let lines: Vec<String> = replayed.iter().map(ToString::to_string).collect();
+            print(&(lines.join("\n") + "\n"))?;
+        }
+        let same = replayed.iter().all(|device| device.differences.is_empty());
+        Ok(if same { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 }
 

@@ -1,5 +1,8 @@
 //! `rig check`: talks to each device, measures how it answers, and says what to mend. Nothing moves, nothing emits.
 
+mod distribution;
+mod noise;
+
 use std::fmt;
 use std::time::Duration;
 
@@ -12,12 +15,21 @@ use super::error::RigError;
 use super::receiver::Reading;
 use super::safety::{Ports, open_air_sensor, open_motion};
 use super::{AirReading, AirSensor, ArrayIdentity, FocusArray, Motion, Receiver, ReceiverIdentity};
+pub use distribution::{BINS, Distribution};
+use noise::At;
+pub use noise::{Hum, Noise};
 
 /// Queries of which the reply latency is taken.
-const QUERIES: usize = 20;
+const QUERIES: usize = 100;
 
 /// Readings of which the noise is taken.
 const NOISE_READINGS: usize = 200;
+
+/// Means of which it is seen whether the noise averages out.
+const MEANS: usize = 40;
+
+/// A reply that takes this long, and this many times as long as the middle one, is held up by something.
+const HELD_UP: (Duration, f64) = (Duration::from_millis(100), 10.0);
 
 /// A median latency above this makes scans slow: three replies a point.
 const SLOW: Duration = Duration::from_millis(50);
@@ -68,6 +80,8 @@ pub struct ReceiverCheck {
     pub measured_rate_hz: Option<f64>,
     /// Mean, deviation and gaps with the array silent.
     pub silent: Reading,
+    /// Whether that averages out, drifts, hums.
+    pub noise: Noise,
     /// How long a single reading takes.
     pub latency: Latency,
 }
@@ -105,6 +119,8 @@ pub struct Latency {
     pub max_ms: f64,
     /// Over how many queries.
     pub queries: usize,
+    /// How they are spread.
+    pub distribution: Distribution,
 }
 
 /// One thing that is not as it should be.
@@ -152,7 +168,9 @@ pub async fn check(config: &RigConfig, ports: &Ports, elements: usize) -> CheckR
         None => None,
     };
     let receiver = match config.receiver.open(ports.receiver.as_deref()).await {
-        Ok(mut receiver) => check_receiver(&mut *receiver, &mut findings).await,
+        Ok(mut receiver) => {
+            check_receiver(&mut *receiver, config.receiver.count(), &mut findings).await
+        }
         Err(error) => Err(error),
     };
     let receiver = note(receiver, Role::Receiver, &mut findings);
@@ -217,22 +235,37 @@ async fn check_array(
 
 async fn check_receiver(
     receiver: &mut dyn Receiver,
+    count: usize,
     findings: &mut Vec<Finding>,
 ) -> Result<ReceiverCheck, RigError> {
     let mut times = Vec::with_capacity(QUERIES);
+    let mut singles = Vec::with_capacity(QUERIES);
     for _ in 0..QUERIES {
         let start = Instant::now();
-        receiver.read_point(Duration::ZERO, 1).await?;
+        let reading = receiver.read_point(Duration::ZERO, 1).await?;
         times.push(start.elapsed());
+        singles.push(At { t_s: reading.first_t_s, value: reading.mean });
+    }
+    let mut means = Vec::with_capacity(MEANS);
+    for _ in 0..MEANS {
+        let reading = receiver.read_point(Duration::ZERO, count).await?;
+        means.push(At { t_s: reading.first_t_s, value: reading.mean });
     }
     let silent = receiver.read_point(Duration::ZERO, NOISE_READINGS).await?;
     let identity = receiver.identity().clone();
     let measured_rate_hz = measured_rate_hz(&silent).filter(|_| identity.own_clock);
     findings.extend(receiver_findings(&identity, &silent, measured_rate_hz));
+    let noise = Noise::of(&means, count, silent.std, &singles);
+    findings.extend(noise.findings(&identity.unit).into_iter().map(|(problem, remedy)| Finding {
+        device: Role::Receiver,
+        severity: Severity::Warning,
+        problem,
+        remedy: remedy.to_owned(),
+    }));
     let latency = Latency::of(times);
     latency.judge(Role::Receiver, findings);
     let port = receiver.device().port.clone();
-    Ok(ReceiverCheck { port, identity, measured_rate_hz, silent, latency })
+    Ok(ReceiverCheck { port, identity, measured_rate_hz, silent, noise, latency })
 }
 
 async fn check_motion(
@@ -240,14 +273,35 @@ async fn check_motion(
     findings: &mut Vec<Finding>,
 ) -> Result<MotionCheck, RigError> {
     let mut times = Vec::with_capacity(QUERIES);
-    let mut position = motion.position().await?;
+    let first = motion.position().await?;
+    let mut position = first;
+    let mut wanders_m = 0.0_f64;
     for _ in 0..QUERIES {
         let start = Instant::now();
         position = motion.position().await?;
         times.push(start.elapsed());
+        wanders_m = wanders_m.max(first.largest_axis_difference_m(position));
     }
     let latency = Latency::of(times);
     latency.judge(Role::Robot, findings);
+    if wanders_m > 0.0 {
+        findings.push(Finding {
+            device: Role::Robot,
+            severity: Severity::Warning,
+            problem: format!(
+                "it says positions that differ by {:.3} mm while nothing moves it",
+                wanders_m * 1e3
+            ),
+            remedy: "see that nobody jogs it and no other program drives it; look at its encoders"
+                .to_owned(),
+        });
+    }
+    findings.extend(motion.advice().iter().map(|advice| Finding {
+        device: Role::Robot,
+        severity: Severity::Warning,
+        problem: advice.problem.clone(),
+        remedy: advice.remedy.to_owned(),
+    }));
     Ok(MotionCheck {
         port: motion.device().port.clone(),
         firmware: motion.firmware().to_owned(),
@@ -323,6 +377,7 @@ impl Latency {
             median_ms: ms(times.get(times.len() / 2)),
             max_ms: ms(times.last()),
             queries: times.len(),
+            distribution: Distribution::of_sorted(&times),
         }
     }
 
@@ -337,13 +392,31 @@ impl Latency {
                         .to_owned(),
             });
         }
+        let (held_up, times) = HELD_UP;
+        if self.max_ms > held_up.as_secs_f64() * 1e3 && self.max_ms > times * self.median_ms {
+            findings.push(Finding {
+                device,
+                severity: Severity::Warning,
+                problem: format!(
+                    "a reply in {} took {:.0} ms, where the middle one takes {:.1} ms",
+                    self.queries, self.max_ms, self.median_ms
+                ),
+                remedy: "give it a USB port without a hub, end other work on this machine, switch USB power saving off"
+                    .to_owned(),
+            });
+        }
     }
 }
 
 impl fmt::Display for Latency {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { min_ms, median_ms, max_ms, queries } = self;
-        write!(f, "{median_ms:.1} ms ({min_ms:.1} to {max_ms:.1} over {queries} replies)")
+        let Self { min_ms, median_ms, max_ms, queries, distribution } = self;
+        write!(
+            f,
+            "{median_ms:.2} ms (of {queries}: {min_ms:.2} ▕{}▏ {max_ms:.2}; 95 % within {:.2})",
+            distribution.columns(),
+            distribution.p95_ms
+        )
     }
 }
 
@@ -378,7 +451,7 @@ impl fmt::Display for CheckReport {
             )?;
             writeln!(f, "             replies in {latency}")?;
         }
-        if let Some(ReceiverCheck { port, identity, measured_rate_hz, silent, latency }) =
+        if let Some(ReceiverCheck { port, identity, measured_rate_hz, silent, noise, latency }) =
             &self.receiver
         {
             let unit = &identity.unit;
@@ -394,6 +467,11 @@ impl fmt::Display for CheckReport {
                 f,
                 "             array silent: {:.5} {unit} ± {:.5} {unit} over {} readings, {} lost",
                 silent.mean, silent.std, silent.count, silent.gaps
+            )?;
+            writeln!(
+                f,
+                "             means of a point scatter by {:.5} {unit} (white noise: {:.5} {unit})",
+                noise.of_means, noise.of_means_if_white
             )?;
             writeln!(f, "             a reading in {latency}")?;
         }
@@ -475,6 +553,13 @@ mod tests {
     #[test]
     fn the_latency_is_that_of_the_middle_reply() {
         let latency = Latency::of([9, 1, 2].map(Duration::from_millis).to_vec());
-        assert_eq!(latency, Latency { min_ms: 1.0, median_ms: 2.0, max_ms: 9.0, queries: 3 });
+        assert_eq!((latency.min_ms, latency.median_ms, latency.max_ms), (1.0, 2.0, 9.0));
+        assert_eq!(latency.queries, 3);
+        let mut findings = Vec::new();
+        latency.judge(Role::Robot, &mut findings);
+        assert!(findings.is_empty());
+        Latency::of([1, 2, 150].map(Duration::from_millis).to_vec())
+            .judge(Role::Robot, &mut findings);
+        assert!(findings[0].problem.contains("took 150 ms"), "{findings:?}");
     }
 }

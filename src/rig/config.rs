@@ -122,6 +122,10 @@ section! {
     MotionDriver opens Motion {
         /// Marlin's dialect of G-code on a serial port.
         "marlin" => Marlin(super::motion::marlin::MarlinConfig),
+        /// GRBL 1.1 or grblHAL on a serial port.
+        "grbl" => Grbl(super::motion::grbl::GrblConfig),
+        /// Whichever of them answers on a serial port.
+        "auto" => Auto(super::motion::auto::AutoConfig),
     }
 }
 

@@ -16,6 +16,11 @@ pub enum Role {
     Environment,
 }
 
+impl Role {
+    /// All that a rig may have.
+    pub const ALL: [Self; 4] = [Self::Robot, Self::Receiver, Self::FocusArray, Self::Environment];
+}
+
 impl fmt::Display for Role {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

@@ -76,6 +76,39 @@ pub enum Cause {
         /// The firmware's words.
         reply: String,
     },
+    /// Another firmware answers than the rig file names.
+    #[error("the rig file names {named}, and another firmware answers: `{heard}`")]
+    OtherFirmware {
+        /// The firmware that the driver is for.
+        named: &'static str,
+        /// The line that gave the other one away.
+        heard: String,
+    },
+    /// The firmware has locked itself.
+    #[error("its firmware is locked ({reply}): {meaning}")]
+    Alarm {
+        /// The firmware's words.
+        reply: String,
+        /// What they mean.
+        meaning: &'static str,
+    },
+    /// Motion waits for a person.
+    #[error("it is in the state `{state}`, which only a person can end")]
+    Paused {
+        /// The firmware's name of the state.
+        state: String,
+    },
+    /// A move does not come to its end.
+    #[error("it still moves, long after it should have arrived")]
+    StillMoving,
+    /// A setting that the firmware keeps makes scans impossible.
+    #[error("its setting {name}: {problem}")]
+    Setting {
+        /// The setting.
+        name: String,
+        /// What it does.
+        problem: String,
+    },
     /// An axis ran into its end switch.
     #[error("an axis ran into its end switch: {reply}")]
     EndstopHit {
@@ -221,6 +254,19 @@ impl Cause {
                 "look for a loose plug, a brown-out or a watchdog; `resume` homes the robot and goes on"
             }
             Self::Halted { .. } => "remove the cause, switch the robot off and on, then `resume`",
+            Self::OtherFirmware { .. } => {
+                "name the firmware that answers ([motion.marlin] or [motion.grbl]), or write [motion.auto], which finds out; and check that the port is the robot's"
+            }
+            Self::Alarm { .. } => {
+                "look at the machine: free an axis that stands on its end switch, check `travel_mm` against $130 to $132; then `resume`, which homes the robot and goes on"
+            }
+            Self::Paused { .. } => {
+                "close its door, release its hold button; then `resume`, which homes the robot and goes on"
+            }
+            Self::StillMoving => "check the robot's speeds and accelerations against `feed_mm_s`",
+            Self::Setting { .. } => {
+                "change the rig file, or the setting, in any G-code terminal: the firmware keeps it"
+            }
             Self::EndstopHit { .. } => {
                 "check `travel_mm` in the rig file against the machine; `resume` homes the robot and goes on"
             }

@@ -9,6 +9,7 @@
 
 pub mod air_sensor;
 mod by_hand;
+pub mod call;
 pub mod check;
 pub mod config;
 mod device;
@@ -18,6 +19,7 @@ pub mod focus_array;
 pub mod link;
 pub mod motion;
 pub mod receiver;
+pub mod replay;
 mod safety;
 mod space;
 pub mod watchdog;
@@ -34,6 +36,7 @@ pub use device::{Device, Role};
 pub use emergency::{Emergency, SpareHandle};
 pub use error::{Cause, RigError};
 pub use focus_array::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
+pub use motion::Advice;
 pub use motion::travel::{Envelope, PathFault};
 pub use receiver::{Meanwhile, Reading, ReceiverIdentity, Recording, TimedSample};
 pub use safety::{Ports, SafeRig, SafetyReport, open, open_air_sensor, open_array};
@@ -47,6 +50,11 @@ pub trait Motion: Send {
 
     /// What the firmware calls itself, as it was heard when the device was opened.
     fn firmware(&self) -> &str;
+
+    /// What the driver has found in the device that makes scans poorer than they need be.
+    fn advice(&self) -> &[Advice] {
+        &[]
+    }
 
     /// Finds the origin of the robot's axes by its end switches and returns where it then stands.
     ///

@@ -5,11 +5,13 @@ use std::time::Duration;
 
 use tokio::time::{Instant, timeout_at};
 
+use super::call::{Call, Devices, Outcome};
 use super::config::{MotionConfig, RigConfig};
-use super::device::Device;
+use super::device::{Device, Role};
 use super::error::{Cause, RigError};
+use super::link::WireLogs;
 use super::motion::guarded::Guarded;
-use super::{AirSensor, Emergency, FocusArray, Motion, Receiver};
+use super::{AirSensor, Emergency, Feed, FocusArray, Motion, Receiver, Recording, RobotPosition};
 
 /// How long making the rig safe may take.
 const SAFE_WITHIN: Duration = Duration::from_millis(500);
@@ -49,7 +51,7 @@ pub async fn open(config: &RigConfig, ports: &Ports) -> Result<SafeRig, RigError
     let array = config.focus_array.open(ports.focus_array.as_deref()).await?;
     let receiver = config.receiver.open(ports.receiver.as_deref()).await?;
     let motion = open_motion(&config.motion, ports).await?;
-    Ok(SafeRig { array, receiver, motion })
+    Ok(SafeRig::new(motion, receiver, array))
 }
 
 /// Opens the focus array alone, which is silent from then on.
@@ -80,6 +82,7 @@ pub struct SafeRig {
     array: Box<dyn FocusArray>,
     motion: Box<dyn Motion>,
     receiver: Box<dyn Receiver>,
+    logs: Option<WireLogs>,
 }
 
 impl SafeRig {
@@ -89,7 +92,37 @@ impl SafeRig {
         receiver: Box<dyn Receiver>,
         array: Box<dyn FocusArray>,
     ) -> Self {
-        Self { array, motion, receiver }
+        Self { array, motion, receiver, logs: None }
+    }
+
+    /// Notes what is asked of the devices in the logs of their wires, from now on.
+    pub fn noting_calls(self, logs: WireLogs) -> Self {
+        Self { logs: Some(logs), ..self }
+    }
+
+    /// Does something, and notes it in the log of the device's wire.
+    ///
+    /// # Errors
+    /// The device's.
+    pub async fn perform(&mut self, call: Call) -> Result<Outcome, RigError> {
+        self.note_call(&call);
+        let outcome = match call.role() {
+            Role::Robot => call.perform(Devices::robot(&mut *self.motion)).await,
+            Role::Receiver => call.perform(Devices::receiver(&mut *self.receiver)).await,
+            Role::FocusArray | Role::Environment => {
+                call.perform(Devices::array(&mut *self.array)).await
+            }
+        };
+        if let Some(logs) = &self.logs {
+            logs.note(call.role(), ':', &Outcome::in_words(&outcome));
+        }
+        outcome
+    }
+
+    fn note_call(&self, call: &Call) {
+        if let Some(logs) = &self.logs {
+            logs.note(call.role(), '=', &call.encode());
+        }
     }
 
     /// The robot.
@@ -102,9 +135,36 @@ impl SafeRig {
         &mut *self.receiver
     }
 
-    /// The robot and the receiver, to be heard while it moves.
-    pub fn motion_and_receiver(&mut self) -> (&mut dyn Motion, &mut dyn Receiver) {
-        (&mut *self.motion, &mut *self.receiver)
+    /// Goes straight to a place, the receiver listening all the way. Where the robot says it arrived, and what was heard.
+    ///
+    /// # Errors
+    /// The robot's, or else the receiver's.
+    pub async fn hear_going(
+        &mut self,
+        target: RobotPosition,
+        feed: Feed,
+    ) -> Result<(RobotPosition, Recording), RigError> {
+        let call = Call::move_to(target, feed);
+        self.note_call(&call);
+        if let Some(logs) = &self.logs {
+            // How long it listens is the robot's affair, which its own log does not tell.
+            logs.note(Role::Receiver, '!', "a row is flown; what follows is not run again");
+        }
+        let mut arrived = None;
+        let motion = &mut *self.motion;
+        let going = async { arrived = Some(motion.move_to(target, feed).await) };
+        let recording = self.receiver.record(Box::pin(going)).await;
+        if let (Some(logs), Some(arrived)) = (&self.logs, &arrived) {
+            let stands = |position: &RobotPosition| Outcome::Stands(position.axes_m());
+            match arrived {
+                Ok(position) => {
+                    logs.note(Role::Robot, ':', &Outcome::in_words(&Ok(stands(position))));
+                }
+                Err(error) => logs.note(Role::Robot, ':', &format!("error {error}")),
+            }
+        }
+        let arrived = arrived.transpose()?;
+        Ok((arrived.unwrap_or(target), recording?))
     }
 
     /// The focus array.
@@ -123,6 +183,7 @@ impl SafeRig {
     /// is unknown afterwards.
     pub async fn make_safe(&mut self, reason: impl Into<String>) -> SafetyReport {
         let until = Instant::now() + SAFE_WITHIN;
+        [Call::Silence, Call::Stop].iter().for_each(|call| self.note_call(call));
         let (silencing, stopping) = tokio::join!(
             biased;
             timeout_at(until, self.array.silence()),

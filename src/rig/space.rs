@@ -75,6 +75,11 @@ impl Feed {
         Self { mm_s }
     }
 
+    /// The speed, mm/s.
+    pub fn mm_s(self) -> Positive {
+        self.mm_s
+    }
+
     /// The speed, m/s.
     pub fn m_s(self) -> f64 {
         self.mm_s.get() * 1e-3

@@ -4,6 +4,8 @@ use std::io::{self, IsTerminal};
 
 use ratatui::DefaultTerminal;
 use ratatui::Frame;
+use ratatui::crossterm::execute;
+use ratatui::crossterm::terminal::{Clear, ClearType};
 
 /// The whole terminal, until it is dropped. A panic gives it back before it says what it has to say.
 pub struct Screen {
@@ -21,7 +23,10 @@ impl Screen {
     /// # Errors
     /// That the terminal refuses it.
     pub fn open() -> io::Result<Self> {
-        Ok(Self { terminal: ratatui::try_init()? })
+        let screen = Self { terminal: ratatui::try_init()? };
+        // Some terminals show the same screen again. (Clearing through the backend would wait for an answer of the terminal.)
+        execute!(io::stdout(), Clear(ClearType::All))?;
+        Ok(screen)
     }
 
     /// Draws a picture of the whole screen.

@@ -7,8 +7,8 @@ use serde::Deserialize;
 use super::air_firmware::AirSettings;
 use super::array_boards::ArraySettings;
 use super::clock::Pace;
-use super::marlin_firmware::MarlinSettings;
 use super::receiver_firmware::ReceiverSettings;
+use super::robot::RobotSettings;
 use crate::input::Positive;
 use crate::rig::link::trouble::TroubleRates;
 
@@ -24,7 +24,7 @@ pub struct VirtualConfig {
     pub truth: PathBuf,
     /// The robot's mechanics and firmware.
     #[serde(default)]
-    pub robot: MarlinSettings,
+    pub robot: RobotSettings,
     /// The receiver.
     #[serde(default)]
     pub receiver: ReceiverSettings,
@@ -67,8 +67,9 @@ mod tests {
         let text = "seed = 1\npace = \"lockstep\"\ntruth = \"truth/lab.toml\"\n[robot]\nsteps_per_mm = 100.0\n";
         let config = config(text).expect("valid");
         assert_eq!(config.pace, Pace::Lockstep);
-        assert_eq!(config.robot.steps_per_mm.get(), 100.0);
-        assert_eq!(config.robot.planner_moves, 15);
+        let RobotSettings::Marlin(robot) = config.robot else { panic!("Marlin is the default") };
+        assert_eq!(robot.steps_per_mm.get(), 100.0);
+        assert_eq!(robot.planner_moves, 15);
         assert_eq!(config.truth_path(Path::new("rigs")), Path::new("rigs/truth/lab.toml"));
     }
 

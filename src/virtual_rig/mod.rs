@@ -6,7 +6,7 @@
 //! in the air, with the array and on the robot that the [truth file](truth) describes.
 //!
 //! ```text
-//!  clock ── marlin_firmware ── trajectory ─┐
+//!  clock ── robot's firmware ─ trajectory ─┐
 //!    │                                     ├─ world ── true_field ── effects
 //!    ├───── array_firmware ──── drive ─────┤
 //!    │            └─ listens ── hand ──────┤
@@ -26,6 +26,7 @@ pub mod drive;
 pub mod effects;
 pub mod faults;
 pub mod firmware;
+pub mod grbl_firmware;
 pub mod hand;
 pub mod luck;
 pub mod marlin_firmware;
@@ -36,6 +37,7 @@ pub mod planner;
 mod pty;
 mod radiator;
 pub mod receiver_firmware;
+pub mod robot;
 pub mod scope_firmware;
 pub mod sealed_truth;
 mod tcp_bridge;
@@ -64,7 +66,6 @@ pub use clock::{Clock, Pace};
 pub use config::VirtualConfig;
 pub use faults::{Fault, LineFault};
 use firmware::Firmware;
-use marlin_firmware::MarlinFirmware;
 use pty::PseudoTerminal;
 use receiver_firmware::Mode;
 use trajectory::Trajectory;
@@ -229,7 +230,7 @@ impl Drop for VirtualRig {
 }
 
 struct Devices {
-    robot: MarlinFirmware,
+    robot: Box<dyn Firmware>,
     receiver: Box<dyn Firmware>,
     environment: Option<AirFirmware>,
     receiver_has_socket: bool,
@@ -245,13 +246,17 @@ impl Devices {
         clock: &Arc<Clock>,
         homing_jam: &Arc<AtomicBool>,
     ) -> Result<(Self, Arc<World>), VirtualRigError> {
-        let parked_mm = Vector3::from(config.robot.parked_mm.map(f64::from));
-        let travel_mm = Vector3::from(config.robot.travel_mm.map(f64::from));
+        let parked_mm = Vector3::from(config.robot.parked_mm().map(f64::from));
+        let travel_mm = Vector3::from(config.robot.travel_mm().map(f64::from));
         let trajectory = Arc::new(Mutex::new(Trajectory::new(parked_mm, travel_mm)));
+        // The world counts from the switches, the laboratory from the robot's zero.
+        let mut believed = believed.clone();
+        believed.array_origin_m += Vector3::from(config.robot.zero_mm()) * 1e-3;
+        let believed = &believed;
         let world = World::new(believed, truth, config.seed, trajectory.clone(), clock.clone())?;
         let world = Arc::new(world);
         let devices = Self {
-            robot: MarlinFirmware::new(config.robot, trajectory, homing_jam.clone()),
+            robot: config.robot.firmware(trajectory, homing_jam.clone()),
             receiver: receiver_firmware::of(config.receiver, world.clone()),
             environment: config.environment.map(AirFirmware::new),
             receiver_has_socket: config.receiver.mode == Mode::Scpi,

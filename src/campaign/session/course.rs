@@ -11,14 +11,15 @@ use crate::campaign::event::{Event, Watch};
 use crate::campaign::fly::{Flight, Flights};
 use crate::campaign::references::{Moved, compare, reference_rows};
 use crate::campaign::rows::{Leg, Line, legs};
+use crate::rig::call::Call;
 use crate::scan::{EventKind, Visit};
 
 impl Session {
     /// Runs what is left of the plan.
     pub(super) async fn conduct(&mut self, watch: Watch<'_>) -> Result<(), Stopped> {
         watch(&self.open.greeting());
-        self.open.rig().array().continuous_wave().await?;
-        self.open.rig().motion().home().await?;
+        self.open.rig().perform(Call::ContinuousWave).await?;
+        self.open.rig().perform(Call::Home).await?;
         self.journal.record(Timestamp::now(), EventKind::Homed, "")?;
         watch(&Event::Homed);
         let clock = match self.kept.last() {

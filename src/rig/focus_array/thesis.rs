@@ -61,6 +61,9 @@ pub struct ThesisArray<L: ByteLink> {
     identity: ArrayIdentity,
     seq: u16,
     sensed: VecDeque<Sensed>,
+    /// The modulation and the delays that it was last told.
+    modulate: String,
+    delays: Option<String>,
 }
 
 impl ThesisConfig {
@@ -90,7 +93,11 @@ impl<L: ByteLink> ThesisArray<L> {
             most_sensors: 0,
             acknowledges: true,
         };
-        let mut array = Self { wire, identity: unknown, seq: 0, sensed: VecDeque::new() };
+        let seq = wire.opening();
+        let Modulation { frequency_hz, duty_percent } = modulation;
+        let modulate = format!("modulate {frequency_hz} {duty_percent}");
+        let sensed = VecDeque::new();
+        let mut array = Self { wire, identity: unknown, seq, sensed, modulate, delays: None };
         array.wire.attempting("silencing it before anything else");
         array.command("off", TRIES_AT_START).await?;
         array.wire.attempting("asking the controller what it is");
@@ -98,8 +105,7 @@ impl<L: ByteLink> ThesisArray<L> {
         array.identity = parse_identity(&hello)
             .ok_or_else(|| array.wire.error(Cause::Unreadable { seen: hello }))?;
         array.wire.attempting("setting the modulation");
-        let Modulation { frequency_hz, duty_percent } = modulation;
-        array.command(&format!("modulate {frequency_hz} {duty_percent}"), TRIES).await?;
+        array.command(&array.modulate.clone(), TRIES).await?;
         Ok(array)
     }
 
@@ -196,17 +202,27 @@ impl<L: ByteLink> FocusArray for ThesisArray<L> {
         self.wire.attempting("setting the delays");
         let command =
             delays_command(&self.identity, delays).map_err(|cause| self.wire.error(cause))?;
-        self.command(&command, TRIES).await.map(drop)
+        self.command(&command, TRIES).await?;
+        self.delays = Some(command);
+        Ok(())
     }
 
     async fn continuous_wave(&mut self) -> Result<(), RigError> {
         self.wire.attempting("ending the modulation");
-        self.command("modulate 0 100", TRIES).await.map(drop)
+        self.modulate = "modulate 0 100".to_owned();
+        self.command(&self.modulate.clone(), TRIES).await.map(drop)
     }
 
     async fn emit(&mut self) -> Result<(), RigError> {
         self.wire.attempting("starting emission");
-        self.command("on", TRIES).await.map(drop)
+        self.command("on", TRIES).await?;
+        // Again, now that it emits: a controller that restarted before this had forgotten them, and one that restarts from
+        // now on is found silent.
+        if let Some(delays) = self.delays.clone() {
+            self.command(&self.modulate.clone(), TRIES).await?;
+            self.command(&delays, TRIES).await?;
+        }
+        Ok(())
     }
 
     async fn confirm(&mut self, emits: bool) -> Result<(), RigError> {

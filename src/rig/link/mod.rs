@@ -4,10 +4,12 @@
 //! for ever, is in [`Wire`].
 
 mod holder;
+pub(in crate::rig) mod replayed;
 mod serial;
 mod tcp;
 pub mod trouble;
 mod wire;
+mod wire_log;
 
 use std::fmt;
 
@@ -17,6 +19,7 @@ pub use holder::{Holder, holder_of};
 pub use serial::open_serial;
 pub use tcp::open_tcp;
 pub use wire::Wire;
+pub use wire_log::{WireLogs, read_wire_log};
 
 /// Anything that carries bytes both ways: a serial port, or one end of [`tokio::io::duplex`].
 pub trait ByteLink: AsyncRead + AsyncWrite + Unpin + Send + 'static {}

@@ -4,9 +4,10 @@ use std::io::{self, ErrorKind as Io};
 use std::os::fd::{AsRawFd, BorrowedFd};
 use std::path::Path;
 
+use jiff::Timestamp;
 use tokio_serial::SerialStream;
 
-use super::{ByteLink, Wire};
+use super::{ByteLink, Wire, replayed};
 use crate::rig::device::{Device, Role};
 use crate::rig::emergency::SpareHandle;
 use crate::rig::error::{Cause, RigError};
@@ -31,13 +32,19 @@ pub fn open_serial(
         return Err(RigError::new(Device::new(role, ""), attempt, Cause::NoPort, None));
     };
     let device = Device::new(role, port);
+    if let Some((link, opening)) = replayed::take() {
+        let link: Box<dyn ByteLink> = Box::new(link);
+        return Ok(Wire::numbered(link, device, opening));
+    }
     let builder = serialport::new(port, baud).exclusive(true);
     let failed = |cause| RigError::new(device.clone(), attempt, cause, None);
     let stream =
         SerialStream::open(&builder).map_err(|error| failed(why_not_opened(port, error)))?;
     let spare = spare_handle(&stream, baud).map_err(|error| failed(Cause::Io(error)))?;
     let link: Box<dyn ByteLink> = Box::new(stream);
-    Ok(Wire::new(link, device).with_spare(spare))
+    // Openings soon after each other have different numbers; it wraps about once a minute.
+    let opening = (Timestamp::now().as_millisecond() & 0xffff) as u16;
+    Ok(Wire::numbered(link, device, opening).with_spare(spare))
 }
 
 fn spare_handle(stream: &SerialStream, baud: u32) -> io::Result<SpareHandle> {

@@ -1,6 +1,6 @@
 //! Trouble on a link, on purpose: lines that are lost, damaged, doubled, late, and worse, at given rates and from a seed.
 //!
-//! A fate is drawn for each piece, a line or at most [`PIECE`] bytes of what does not come in lines. The same seed and the
+//! A fate is drawn for each piece, a line or at most 64 bytes of what does not come in lines. The same seed and the
 //! same bytes give the same trouble.
 
 use std::collections::VecDeque;

@@ -10,6 +10,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::time::{Instant, timeout_at};
 
 use super::ByteLink;
+use super::wire_log::WireLog;
 use crate::rig::device::Device;
 use crate::rig::emergency::{Emergency, SpareHandle};
 use crate::rig::error::{Cause, RigError};
@@ -33,6 +34,8 @@ pub struct Wire<L> {
     link: L,
     device: Device,
     spare: Option<SpareHandle>,
+    log: Option<WireLog>,
+    opening: u16,
     attempt: String,
     last_heard: Option<String>,
     incoming: Vec<u8>,
@@ -40,10 +43,17 @@ pub struct Wire<L> {
 }
 
 impl<L: ByteLink> Wire<L> {
-    /// Takes `link` as the way to `device`.
+    /// Takes `link` as the way to `device`. Within [`WireLogs::around`](super::WireLogs::around) it is logged.
     pub fn new(link: L, device: Device) -> Self {
+        Self::numbered(link, device, 0)
+    }
+
+    /// As [`Wire::new`], with a number of this opening.
+    pub fn numbered(link: L, device: Device, opening: u16) -> Self {
         Self {
             link,
+            log: WireLog::opened(&device, opening),
+            opening,
             device,
             spare: None,
             attempt: "opening".to_owned(),
@@ -62,6 +72,11 @@ impl<L: ByteLink> Wire<L> {
     pub fn emergency(&self, bytes: impl Into<Vec<u8>>) -> Option<Emergency> {
         let spare = self.spare.clone()?;
         Some(Emergency { device: self.device.clone(), bytes: bytes.into(), spare })
+    }
+
+    /// A number that tells this opening from those just before it: answers to these may still be under way.
+    pub fn opening(&self) -> u16 {
+        self.opening
     }
 
     /// The device at the other end.
@@ -92,7 +107,10 @@ impl<L: ByteLink> Wire<L> {
         while !self.outgoing.is_empty() {
             match timeout_at(until, self.link.write(&self.outgoing)).await {
                 Ok(Ok(0)) => return Err(self.error(Cause::Disconnected)),
-                Ok(Ok(written)) => drop(self.outgoing.drain(..written)),
+                Ok(Ok(written)) => {
+                    self.log.iter().for_each(|log| log.sent(&self.outgoing[..written]));
+                    self.outgoing.drain(..written);
+                }
                 Ok(Err(error)) => return Err(self.error(port_fault(error))),
                 Err(_) => return Err(self.error(Cause::Silent { waited: WRITE_WITHIN })),
             }
@@ -171,6 +189,7 @@ impl<L: ByteLink> Wire<L> {
             Poll::Ready(())
         })));
         let _ = writing.poll(&mut Context::from_waker(Waker::noop()));
+        self.log.iter().for_each(|log| log.sent(&self.outgoing[..written]));
         self.outgoing.clear();
     }
 
@@ -181,6 +200,7 @@ impl<L: ByteLink> Wire<L> {
             // On a pseudo-terminal this is how unplugging reads.
             Ok(Ok(0)) => Err(self.error(Cause::Disconnected)),
             Ok(Ok(count)) => {
+                self.log.iter().for_each(|log| log.heard(&buffer[..count]));
                 self.incoming.extend_from_slice(&buffer[..count]);
                 Ok(true)
             }

@@ -2,6 +2,7 @@
 
 use async_trait::async_trait;
 
+use super::Advice;
 use super::travel::Envelope;
 use crate::rig::device::Device;
 use crate::rig::error::{Cause, RigError};
@@ -38,6 +39,10 @@ impl Motion for Guarded {
 
     fn firmware(&self) -> &str {
         self.robot.firmware()
+    }
+
+    fn advice(&self) -> &[Advice] {
+        self.robot.advice()
     }
 
     async fn home(&mut self) -> Result<RobotPosition, RigError> {

@@ -35,6 +35,18 @@ fn a_serpentine_goes_there_and_back_and_up() {
 }
 
 #[test]
+fn how_far_a_rig_may_be_off_on_resuming_is_the_plans_to_say() {
+    let plain = parse(&format!("{HEAD}{PLANE}")).expect("good");
+    assert_eq!((plain.resume.place_mm.get(), plain.resume.level_percent.get()), (0.05, 3.0));
+    let wide = parse(&format!("{HEAD}{PLANE}[resume]\nlevel_percent = 10.0\n")).expect("good");
+    assert_eq!((wide.resume.place_mm.get(), wide.resume.level_percent.get()), (0.05, 10.0));
+    for wrong in ["place_mm = 0.0", "place_mm = -1.0", "level = 3.0"] {
+        let fault = parse(&format!("{HEAD}{PLANE}[resume]\n{wrong}\n")).expect_err(wrong);
+        assert_eq!(fault.line_column().map(|(line, _)| line), Some(15), "{fault}");
+    }
+}
+
+#[test]
 fn a_diagnosis_is_asked_for_or_not() {
     assert!(!parse(&format!("{HEAD}{PLANE}")).expect("good").diagnose);
     assert!(parse(&format!("diagnose = true\n{HEAD}{PLANE}")).expect("good").diagnose);

@@ -236,6 +236,7 @@ impl MarlinFirmware {
             }
             ('M', 114) => self.report_position(self.motion.target_mm(), out),
             ('M', 115) => self.report_firmware(out),
+            ('M', 118) => say(out, accepted.text.get(4..).unwrap_or_default().trim_start()),
             ('M', 119) => self.report_switches(now_s, out),
             ('M', 400) => {
                 let until_s = self.motion.ends_s().max(now_s);

@@ -216,6 +216,15 @@ fn blank_lines_get_no_answer_and_unknown_commands_an_echo_and_ok() {
 }
 
 #[test]
+fn m118_says_its_text_back_in_the_order_of_the_commands() {
+    let mut bench = Bench::homed();
+    assert_eq!(bench.tell("M118 here 12\n"), "here 12\nok\n");
+    bench.tell("G1 X80 F4800\nM400\n");
+    assert_eq!(bench.tell("M118 there\n"), "");
+    assert!(bench.wait(2.0).ends_with("ok\nthere\nok\n"));
+}
+
+#[test]
 fn lines_sent_blind_overrun_the_buffers_and_nothing_is_said() {
     let mut bench = Bench::homed();
     let said = bench.tell(&"G4 P100\n".repeat(100));

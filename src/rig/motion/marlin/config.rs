@@ -23,6 +23,17 @@ pub struct MarlinConfig {
     pub home_within_s: Positive,
 }
 
+impl Default for MarlinConfig {
+    fn default() -> Self {
+        Self {
+            port: None,
+            baud: default_baud(),
+            home: default_home(),
+            home_within_s: default_home_within_s(),
+        }
+    }
+}
+
 fn default_baud() -> u32 {
     115_200
 }

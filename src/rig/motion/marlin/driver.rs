@@ -10,6 +10,7 @@ use crate::rig::config::MotionConfig;
 use crate::rig::device::{Device, Role};
 use crate::rig::error::RigError;
 use crate::rig::link::{ByteLink, Wire, open_serial};
+use crate::rig::motion::Advice;
 use crate::rig::space::{Feed, RobotPosition};
 use crate::rig::{Emergency, Motion};
 
@@ -31,11 +32,14 @@ const LONGEST_MOVE: Duration = Duration::from_secs(600);
 /// Stops whatever moves, unnumbered and behind a line that may have been broken off.
 const STOP: &[u8] = b"\nM410\n";
 
+/// Idle motors would let go after two minutes in most builds.
+const KEEP_MOTORS_ON: &str = "M84 S0";
+
 /// Said once at the start; builds without one of them do without.
 ///
 /// Motors stay on (an overnight scan must not lose its position), the firmware says that it is busy, lengths are
 /// millimetres, coordinates absolute.
-const SETTINGS: [&str; 4] = ["M84 S0", "M113 S2", "G21", "G90"];
+const SETTINGS: [&str; 4] = [KEEP_MOTORS_ON, "M113 S2", "G21", "G90"];
 
 /// A robot behind a Marlin firmware.
 ///
@@ -47,6 +51,7 @@ pub struct Marlin<L: ByteLink> {
     firmware: String,
     home: Vec<HomeLine>,
     home_within: Duration,
+    advice: Vec<Advice>,
     at: Option<RobotPosition>,
 }
 
@@ -73,6 +78,7 @@ impl<L: ByteLink> Marlin<L> {
             home: config.home.clone(),
             home_within: Duration::try_from_secs_f64(config.home_within_s.get())
                 .unwrap_or(LONGEST_MOVE),
+            advice: Vec::new(),
             at: None,
         };
         robot.set_up().await?;
@@ -84,9 +90,23 @@ impl<L: ByteLink> Marlin<L> {
         self.session.begin().await?;
         let answer = self.session.command("M115", TAKEN_WITHIN).await?;
         self.firmware = firmware_name(&answer.lines);
+        self.advice.clear();
+        if answer.lines.iter().any(|line| line == "Cap:EMERGENCY_PARSER:0") {
+            self.advice.push(Advice {
+                problem: "its build has no emergency parser: a stop waits for the end of the move under way".to_owned(),
+                remedy: "build the firmware with EMERGENCY_PARSER, and keep a hand near the switch until then",
+            });
+        }
         for setting in SETTINGS {
-            if let Some(reply) = self.session.command(setting, TAKEN_WITHIN).await?.unknown {
-                tracing::debug!(device = %self.session.wire.device(), "does without {setting}: {reply}");
+            let Some(reply) = self.session.command(setting, TAKEN_WITHIN).await?.unknown else {
+                continue;
+            };
+            tracing::debug!(device = %self.session.wire.device(), "does without {setting}: {reply}");
+            if setting == KEEP_MOTORS_ON {
+                self.advice.push(Advice {
+                    problem: "its motors let go when they are idle, and it does not know `M84 S0`".to_owned(),
+                    remedy: "build the firmware so that its steppers stay on: an axis that sags in a pause loses its place",
+                });
             }
         }
         Ok(())
@@ -116,6 +136,10 @@ impl<L: ByteLink> Motion for Marlin<L> {
 
     fn firmware(&self) -> &str {
         &self.firmware
+    }
+
+    fn advice(&self) -> &[Advice] {
+        &self.advice
     }
 
     async fn home(&mut self) -> Result<RobotPosition, RigError> {

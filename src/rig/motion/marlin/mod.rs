@@ -5,7 +5,7 @@
 //! - A line is numbered and carries a checksum (`line.rs`). A damaged or missing one is answered `Resend: n` and an
 //!   `ok` that acknowledges nothing, which some builds omit.
 //! - A repeat of either of the last two accepted numbers is dropped **without** an `ok`. So after silence nothing is
-//!   sent again: the next numbered query tells whether the line before it was taken (`session.rs`).
+//!   sent again: a numbered mark to be said back tells whether the line before it was taken (`session.rs`).
 //! - `ok` means planned, not arrived. Arrived means that `M400` came back, and the proof of that is a position report
 //!   asked for behind it: commands are executed in order.
 //! - One command is under way at a time: a firmware whose receive buffer overruns loses lines and says nothing.

@@ -1,5 +1,6 @@
 //! What the firmware says, line by line.
 
+use super::session::MARK;
 use crate::rig::space::RobotPosition;
 
 /// One line from the firmware.
@@ -19,6 +20,8 @@ pub(super) enum Reply {
     EndstopHit,
     /// The command does not exist in this build.
     UnknownCommand,
+    /// A mark is said back.
+    Mark(u32),
     /// Where the firmware says the robot is.
     Position(RobotPosition),
     /// A line was damaged, skipped or unnumbered; a `Resend` follows.
@@ -32,6 +35,9 @@ pub(super) enum Reply {
 impl Reply {
     /// Reads one line, any line.
     pub(super) fn parse(line: &str) -> Self {
+        if let Some(mark) = parse_mark(line) {
+            return Self::Mark(mark);
+        }
         let mut words = line.split_ascii_whitespace();
         let first = words.next().unwrap_or("");
         if first == "ok" {
@@ -68,6 +74,12 @@ impl Reply {
             Self::Error
         }
     }
+}
+
+/// `fieldgap-12`, or the complaint of a build without `M118`: `echo:Unknown command: "M118 fieldgap-12"`.
+fn parse_mark(line: &str) -> Option<u32> {
+    let line = line.strip_prefix("echo:Unknown command: \"M118 ").unwrap_or(line);
+    line.strip_prefix(MARK)?.trim_end_matches('"').parse().ok()
 }
 
 /// `X:10.00 Y:20.00 Z:5.00 E:0.00 Count X:800 Y:1600 Z:2000`, millimetres; builds differ in their spaces.
@@ -113,6 +125,9 @@ mod tests {
             ("echo:endstops hit:  X:-30.00", Reply::EndstopHit),
             ("echo:Unknown command: \"M114 R\"", Reply::UnknownCommand),
             ("echo:  G21    ; Units in mm (mm)", Reply::Other),
+            ("fieldgap-12", Reply::Mark(12)),
+            ("echo:Unknown command: \"M118 fieldgap-12\"", Reply::Mark(12)),
+            ("fieldgap-1#", Reply::Other),
             ("wait", Reply::Other),
             ("okk", Reply::Other),
             ("Resend: x", Reply::Other),

@@ -4,14 +4,13 @@
 //! firmware takes numbered lines in order and executes them in order. So
 //!
 //! - after `Resend: k` the lines from `k` on are sent again, one by one;
-//! - after silence a position query is sent under the next number. If the line before was lost, the query is answered
-//!   by a `Resend` of it; if only its `ok` was lost, by a report;
+//! - after silence a mark that was never used before is sent under the next number, for the firmware to say back
+//!   (`M118`). If the line before was lost, the mark is answered by a `Resend` of it; if only its `ok` was lost, by
+//!   the mark. A build without `M118` says it back too, as an unknown command;
 //! - an `ok` may be one too many (after a `Resend`, after silence), so an `ok` lets things go on and proves nothing.
-//!   A report proves that all before its query was executed; queries and reports are counted, so that a late
-//!   report is not taken for the answer to a later query.
-//!
-//! What it cannot do: a firmware that stands still for more than five seconds several times within a few commands looks
-//! like one whose reports are lost. The guard above every driver holds each report against the command all the same.
+//!   A mark said back proves that all before it was executed, however late it comes;
+//! - whatever is said behind a mark was asked for behind it. So where anything was lost since the last one, a mark is
+//!   heard first, and then the position is asked for: no late report is taken for the answer.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -22,6 +21,7 @@ use super::line::numbered;
 use super::reply::Reply;
 use crate::rig::error::{Cause, RigError};
 use crate::rig::link::{ByteLink, Wire};
+use crate::rig::motion::grbl::is_grbl;
 use crate::rig::space::RobotPosition;
 
 /// Silence after which something is taken for lost. The firmware says that it is busy every 2 s.
@@ -30,14 +30,20 @@ const QUIET: Duration = Duration::from_secs(5);
 /// How long after a `Resend` its empty `ok` may come; builds that omit it cost this much a resend.
 const EMPTY_OK_WITHIN: Duration = Duration::from_millis(250);
 
-/// Queries sent into one silence; the firmware's command ring holds four lines.
+/// Marks sent into one silence; the firmware's command ring holds four lines.
 const MOST_PROBES: u32 = 3;
+
+/// Reports that may be lost in one exchange.
+const MOST_LOST_REPORTS: u32 = 5;
 
 /// Resends answered within one exchange.
 const MOST_RESENDS: u32 = 10;
 
 /// Lines kept for a resend. One is under way at a time, and probes behind it.
 const KEPT_LINES: usize = 8;
+
+/// What marks begin with.
+pub(super) const MARK: &str = "fieldgap-";
 
 /// How long a firmware may take to start: boot loader, then banner, then settings.
 const START_WITHIN: Duration = Duration::from_secs(20);
@@ -54,6 +60,8 @@ const STOP_AGAIN_AFTER: Duration = Duration::from_millis(150);
 enum Proof {
     /// The command was taken.
     Ok,
+    /// It was said back.
+    Mark,
     /// A position was reported behind it.
     Report,
 }
@@ -66,6 +74,8 @@ pub(super) struct Answer {
     /// The firmware's words where it does not know the command.
     pub(super) unknown: Option<String>,
     position: Option<RobotPosition>,
+    /// Whether something may still be said to it.
+    in_doubt: bool,
 }
 
 /// The numbered conversation with one firmware.
@@ -79,8 +89,10 @@ pub(super) struct Session<L> {
     /// Whether this build has been heard to say that it is busy, so that its silence means something.
     says_busy: bool,
     position_query: &'static str,
-    /// Position queries sent and not yet reported on: only the last report speaks of now.
-    reports_due: u32,
+    /// The last mark; no two are alike.
+    mark: u32,
+    /// Whether something was lost or cut short since a mark was last heard, so that answers to it may still come.
+    in_doubt: bool,
 }
 
 impl<L: ByteLink> Session<L> {
@@ -93,7 +105,8 @@ impl<L: ByteLink> Session<L> {
             says_busy: false,
             // The true position in builds that have it; the others ignore the letter.
             position_query: "M114 R",
-            reports_due: 0,
+            mark: 0,
+            in_doubt: true,
         }
     }
 
@@ -105,6 +118,7 @@ impl<L: ByteLink> Session<L> {
     /// Agrees on line numbers with a firmware that may just be starting.
     pub(super) async fn begin(&mut self) -> Result<(), RigError> {
         self.in_step = false;
+        self.in_doubt = true;
         self.sent.clear();
         self.next = 1;
         let opening = numbered(0, "M110 N0").map_err(|cause| self.wire.error(cause))?;
@@ -112,9 +126,14 @@ impl<L: ByteLink> Session<L> {
         while Instant::now() < until {
             self.wire.send(opening.as_bytes()).await?;
             while let Some(line) = self.wire.line(until.min(Instant::now() + START_QUIET)).await? {
+                if is_grbl(&line) {
+                    return Err(self
+                        .wire
+                        .error(Cause::OtherFirmware { named: "Marlin", heard: line }));
+                }
                 match Reply::parse(&line) {
                     Reply::Ok { .. } => {
-                        // Several openings may have been answered; the report settles every `ok` of theirs.
+                        // Several openings may have been answered; the mark settles every `ok` of theirs.
                         return self.position(START_WITHIN).await.map(drop);
                     }
                     Reply::Halted => return Err(self.wire.error(Cause::Halted { reply: line })),
@@ -148,6 +167,10 @@ impl<L: ByteLink> Session<L> {
 
     /// Asks where the robot is. Everything sent before has been executed when this returns.
     pub(super) async fn position(&mut self, within: Duration) -> Result<RobotPosition, RigError> {
+        if self.in_doubt {
+            let mark = self.next_mark();
+            self.exchange(&mark, Proof::Mark, within).await?;
+        }
         let answer = self.exchange(self.position_query, Proof::Report, within).await?;
         answer.position.ok_or_else(|| self.wire.error(Cause::Silent { waited: within }))
     }
@@ -157,22 +180,15 @@ impl<L: ByteLink> Session<L> {
     /// Unnumbered, so that it is obeyed whatever happened to the numbers before.
     pub(super) async fn quick_stop(&mut self, within: Duration) -> Result<(), RigError> {
         self.in_step = false;
+        self.in_doubt = true;
         let until = Instant::now() + within;
-        // Those asked for before say nothing of the standstill.
-        let mut reports_before = self.reports_due;
+        let mark = self.next_mark();
         while Instant::now() < until {
-            self.reports_due += 1;
-            self.wire.send(b"\nM410\nM114\n").await?;
+            self.wire.send(format!("\nM410\n{mark}\n").as_bytes()).await?;
             let again = until.min(Instant::now() + STOP_AGAIN_AFTER);
             while let Some(line) = self.wire.line(again).await? {
                 match Reply::parse(&line) {
-                    Reply::Position(_) => {
-                        self.reports_due = self.reports_due.saturating_sub(1);
-                        if reports_before == 0 {
-                            return Ok(());
-                        }
-                        reports_before -= 1;
-                    }
+                    Reply::Mark(mark) if mark == self.mark => return Ok(()),
                     // A firmware that restarted or halted has stopped its motors too.
                     Reply::Started | Reply::Halted => return Ok(()),
                     _ => {}
@@ -182,6 +198,12 @@ impl<L: ByteLink> Session<L> {
         Err(self.wire.error(Cause::Silent { waited: within }))
     }
 
+    /// A mark never used before in this session, and soon not again.
+    fn next_mark(&mut self) -> String {
+        self.mark = self.mark.wrapping_add(1);
+        format!("M118 {MARK}{}", self.mark)
+    }
+
     async fn exchange(
         &mut self,
         command: &str,
@@ -189,23 +211,28 @@ impl<L: ByteLink> Session<L> {
         within: Duration,
     ) -> Result<Answer, RigError> {
         self.in_step = false;
+        // An exchange that is cancelled or fails leaves answers on their way.
+        let in_doubt = std::mem::replace(&mut self.in_doubt, true);
         let answer = self.exchange_steps(command, proof, within).await?;
         self.in_step = true;
+        self.in_doubt = answer.in_doubt || (in_doubt && proof != Proof::Mark);
         Ok(answer)
     }
 
     async fn exchange_steps(
         &mut self,
         command: &str,
-        mut proof: Proof,
+        proof: Proof,
         within: Duration,
     ) -> Result<Answer, RigError> {
         let deadline = Instant::now() + within;
         let mut answer = Answer::default();
-        let (mut probes, mut resends) = (0, 0);
+        let (mut probes, mut resends, mut lost_reports) = (0, 0, 0);
         let mut wanted: Option<Wanted> = None;
-        if proof == Proof::Report {
-            self.reports_due += 1;
+        // Whether the last mark was said back, if one is waited for.
+        let mut marked = None;
+        if proof == Proof::Mark {
+            marked = Some(false);
         }
         // The line that the firmware is expected to answer next, and the last one it has to answer.
         let mut last = self.number(command)?;
@@ -219,17 +246,20 @@ impl<L: ByteLink> Session<L> {
                 if let Some(Wanted { line, .. }) = wanted.take() {
                     current = line;
                     self.write(current).await?;
-                } else if answer.position.is_some() {
-                    // The report is the proof; its `ok` was lost, or an earlier report.
-                    self.reports_due = 0;
+                } else if answer.position.is_some()
+                    || (marked == Some(true) && proof != Proof::Report)
+                {
+                    // It is proved, and only an `ok` was lost.
+                    answer.in_doubt = true;
                     return Ok(answer);
                 } else if Instant::now() >= deadline || (probes == MOST_PROBES && self.says_busy) {
                     return Err(self.wire.error(Cause::Silent { waited: within }));
                 } else if probes < MOST_PROBES {
                     probes += 1;
-                    proof = Proof::Report;
-                    self.reports_due += 1;
-                    last = self.number(self.position_query)?;
+                    answer.in_doubt = true;
+                    marked = Some(false);
+                    let mark = self.next_mark();
+                    last = self.number(&mark)?;
                     current = last;
                     self.write(current).await?;
                 }
@@ -252,8 +282,19 @@ impl<L: ByteLink> Session<L> {
                     current += 1;
                     self.write(current).await?;
                 }
-                Reply::Ok { .. } if proof == Proof::Ok => return Ok(answer),
-                Reply::Ok { .. } if answer.position.is_some() && self.reports_due == 0 => {
+                Reply::Ok { .. } if answer.position.is_some() => return Ok(answer),
+                Reply::Ok { .. } if proof == Proof::Report && marked == Some(true) => {
+                    // The query was obeyed and its report lost: whatever is reported from now on is asked for now.
+                    lost_reports += 1;
+                    if lost_reports > MOST_LOST_REPORTS {
+                        return Err(self.wire.error(Cause::KeepsGarbling { times: lost_reports }));
+                    }
+                    marked = None;
+                    last = self.number(self.position_query)?;
+                    current = last;
+                    self.write(current).await?;
+                }
+                Reply::Ok { .. } if proof != Proof::Report && marked != Some(false) => {
                     return Ok(answer);
                 }
                 Reply::Ok { .. } => {}
@@ -269,12 +310,13 @@ impl<L: ByteLink> Session<L> {
                     }
                     // Else noise was taken for a line after ours: ours was taken, and its `ok` is due.
                 }
-                Reply::Position(position) => {
-                    self.reports_due = self.reports_due.saturating_sub(1);
-                    if proof == Proof::Report && current == last {
-                        answer.position = Some(position);
-                    }
+                Reply::Position(position) if proof == Proof::Report && current == last => {
+                    answer.position = Some(position);
                 }
+                Reply::Position(_) => {}
+                Reply::Mark(mark) if mark == self.mark => marked = marked.map(|_| true),
+                // Late, from an earlier silence.
+                Reply::Mark(_) => {}
                 Reply::UnknownCommand if line.contains("M114") => {
                     if self.position_query == "M114" {
                         return Err(self.wire.error(Cause::Refused { reply: line }));

@@ -50,6 +50,8 @@ struct Build {
     knows_no_m114_r: bool,
     never_says_busy: bool,
     chatters: bool,
+    knows_no_m118: bool,
+    knows_no_m84: bool,
 }
 
 /// What the firmware did, for the tests to look at.
@@ -180,7 +182,14 @@ impl Firmware {
                 let [x, y, z] = self.target;
                 says.push(format!("X:{x:.2} Y:{y:.2} Z:{z:.2} E:0.00 Count X:0 Y:0 Z:0"));
             }
-            "M115" => says.push("FIRMWARE_NAME:Marlin 2.1.2.1 PROTOCOL_VERSION:1.0".to_owned()),
+            "M115" => {
+                says.push("FIRMWARE_NAME:Marlin 2.1.2.1 PROTOCOL_VERSION:1.0".to_owned());
+                says.push("Cap:EMERGENCY_PARSER:0".to_owned());
+            }
+            "M84" if self.build.knows_no_m84 => {
+                says.push(format!("echo:Unknown command: \"{command}\""));
+            }
+            "M118" if !self.build.knows_no_m118 => says.push(command[5..].to_owned()),
             "M84" | "M113" | "M110" | "G90" => {}
             _ => says.push(format!("echo:Unknown command: \"{command}\"")),
         }
@@ -294,8 +303,35 @@ async fn fails_in_a_move(fault: Fault) -> (Bench, RigError) {
 async fn a_session_opens_with_the_motors_kept_on_and_nothing_moved() {
     let bench = Bench::new(Build::default(), &[]).await.expect("opens");
     let commands = bench.done.lock().expect("not poisoned").commands.clone();
-    assert_eq!(commands, ["M110 N0", "M114 R", "M115", "M84 S0", "M113 S2", "G21", "G90"]);
+    assert_eq!(
+        commands,
+        ["M110 N0", "M118 fieldgap-1", "M114 R", "M115", "M84 S0", "M113 S2", "G21", "G90"]
+    );
     assert_eq!(bench.robot.firmware(), "Marlin 2.1.2.1");
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_a_build_lacks_is_told() {
+    let build = Build { knows_no_m84: true, ..Build::default() };
+    let bench = Bench::new(build, &[]).await.expect("opens");
+    let problems: Vec<_> = bench.robot.advice().iter().map(|a| a.problem.as_str()).collect();
+    assert!(
+        matches!(&problems[..], [a, b] if a.contains("emergency") && b.contains("let go")),
+        "{problems:?}"
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_storm_of_resends_is_given_up_in_bounded_time() {
+    for build in [Build::default(), Build { omits_empty_ok: true, ..Build::default() }] {
+        let mut bench = Bench::new(build, &[("G1", Fault::GarbleLine); 100]).await.expect("opens");
+        bench.robot.home().await.expect("homes");
+        let begun = Instant::now();
+        let error = bench.go(10.0).await.expect_err("a storm");
+        assert!(matches!(error.cause(), Cause::KeepsGarbling { .. }), "{error}");
+        assert!(begun.elapsed() < Duration::from_secs(30));
+        assert!(bench.moves().is_empty());
+    }
 }
 
 #[tokio::test(start_paused = true)]
@@ -318,6 +354,7 @@ async fn every_build_is_understood() {
     survives(Build { knows_no_m114_r: true, ..Build::default() }, &[]).await;
     survives(Build { never_says_busy: true, ..Build::default() }, &[]).await;
     survives(Build { chatters: true, ..Build::default() }, &[("G1", Fault::LoseOk)]).await;
+    survives(Build { knows_no_m118: true, ..Build::default() }, &[("G1", Fault::LoseOk)]).await;
 }
 
 #[tokio::test(start_paused = true)]
@@ -430,21 +467,22 @@ proptest! {
             ),
             0..8,
         ),
-        // One at most: a firmware that stands still for seconds again and again cannot be told from one whose answers
-        // are lost.
-        freeze in prop::option::of((
-            any::<prop::sample::Index>(),
-            prop::sample::select(vec!["", "G1", "M400", "M114"]),
-            prop::sample::select(vec![Fault::Freeze(6), Fault::Freeze(12)]),
-        )),
+        freezes in proptest::collection::vec(
+            (
+                any::<prop::sample::Index>(),
+                prop::sample::select(vec!["", "G1", "M400", "M114", "M118"]),
+                prop::sample::select(vec![Fault::Freeze(6), Fault::Freeze(12), Fault::Freeze(19)]),
+            ),
+            0..4,
+        ),
     ) {
         let mut faults = faults;
-        if let Some((at, command, freeze)) = freeze {
+        for (at, command, freeze) in freezes {
             faults.insert(at.index(faults.len() + 1), (command, freeze));
         }
         let (omits_empty_ok, says_which_ok, knows_no_m114_r, never_says_busy) = build;
         let build =
-            Build { omits_empty_ok, says_which_ok, knows_no_m114_r, never_says_busy, chatters: false };
+            Build { omits_empty_ok, says_which_ok, knows_no_m114_r, never_says_busy, ..Build::default() };
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_time().start_paused(true).build().expect("a runtime");
         runtime.block_on(async {

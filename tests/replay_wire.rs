@@ -1,0 +1,118 @@
+//! A scan's wires are logged, and its drivers run again against the logs behave as they did; where the log was changed, they do
+//! not, and the place is told.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+const PLAN: &str = r#"
+name = "logged"
+[simulator]
+model = "corrected"
+[[focus]]
+x_mm = 10.0
+y_mm = -5.0
+z_mm = 100.0
+[dark]
+before = 2
+[[plane]]
+z_mm = 100.0
+size_mm = [10.0, 10.0]
+step_mm = 2.0
+"#;
+
+/// Trouble that costs no long silences, since this rig's time is the wall's where nothing is heard.
+const TROUBLE: &str = "[virtual.faults]\nflip = 0.01\ndouble = 0.01\nwrong_ok = 0.02\n";
+
+fn here(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn fieldgap() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));
+    command.stdin(Stdio::null());
+    command
+}
+
+/// Scans on a virtual rig whose file has some more lines; the scan's folder.
+fn scanned(home: &Path, more: &str) -> (PathBuf, Output) {
+    let (plan, rig, folder) = (home.join("plan.toml"), home.join("rig.toml"), home.join("scan"));
+    std::fs::write(&plan, PLAN).expect("written");
+    let truth = format!("truth = \"{}\"", here("rigs/truth/thesis-lab.toml").display());
+    let text = std::fs::read_to_string(here("rigs/virtual.toml"))
+        .expect("the rig file is there")
+        .replace("truth = \"truth/thesis-lab.toml\"", &truth);
+    std::fs::write(&rig, text + more).expect("written");
+    let scan = fieldgap()
+        .arg("scan")
+        .arg(&plan)
+        .arg("--rig")
+        .arg(&rig)
+        .arg("--out")
+        .arg(&folder)
+        .output()
+        .expect("the program runs");
+    (folder, scan)
+}
+
+fn replayed(folder: &Path) -> (Option<i32>, String) {
+    let ended =
+        fieldgap().arg("replay").arg(folder).arg("--wire").output().expect("the program runs");
+    (ended.status.code(), String::from_utf8_lossy(&ended.stdout).into_owned())
+}
+
+#[test]
+fn drivers_run_again_behave_as_they_did() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (folder, scan) = scanned(home.path(), "");
+    assert!(scan.status.success());
+    let (code, said) = replayed(&folder);
+    assert_eq!(code, Some(0), "{said}");
+    for words in
+        ["robot: 1 sessions, 39 calls", "receiver: 1 sessions, 38 calls", "focus array: 1 sessions"]
+    {
+        assert!(said.contains(words), "no `{words}` in {said}");
+    }
+}
+
+#[test]
+fn drivers_run_again_on_a_troubled_wire_behave_as_they_did() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (folder, _) = scanned(home.path(), TROUBLE);
+    // However far it came: it is taken up again, so that the logs have several sessions.
+    for _ in 0..2 {
+        fieldgap().arg("resume").arg(&folder).output().expect("the program runs");
+    }
+    let robot = std::fs::read_to_string(folder.join("wire/robot.log")).expect("a log");
+    assert!(robot.contains("Resend") || robot.contains("ok\\nok\\n"), "trouble was met");
+    let (code, said) = replayed(&folder);
+    assert_eq!(code, Some(0), "{said}");
+}
+
+#[test]
+fn where_the_log_has_something_else_the_place_is_told() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (folder, scan) = scanned(home.path(), "");
+    assert!(scan.status.success());
+    let log = folder.join("wire/robot.log");
+    let text = std::fs::read_to_string(&log).expect("a log");
+    // As if the driver of then had sent another feed.
+    std::fs::write(&log, text.replacen("F4800.0", "F4700.0", 1)).expect("written");
+    let (code, said) = replayed(&folder);
+    assert_eq!(code, Some(1), "{said}");
+    for words in [
+        "session 1 at",
+        "{\"move-to\":",
+        "then: sent `N10 G1",
+        "F4700.0",
+        "now:  sent `N10 G1",
+        "F4800.0",
+    ] {
+        assert!(said.contains(words), "no `{words}` in {said}");
+    }
+    // As if it had made another reading of the same bytes.
+    std::fs::write(&log, text.replacen(": ok {\"stands\":[0.155", ": ok {\"stands\":[0.156", 1))
+        .expect("written");
+    let (code, said) = replayed(&folder);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("then: ok {\"stands\":[0.156"), "{said}");
+}

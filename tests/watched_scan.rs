@@ -1,0 +1,243 @@
+//! Scans that somebody watches, or nobody does: the view in a real terminal, the hooks, the reference point revisited by time.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::fd::OwnedFd;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use fieldgap::scan::{EventKind, RecordedScan, read_events};
+use rustix::process::{Pid, Signal, kill_process};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{Winsize, tcsetwinsize};
+
+/// Longest that anything is waited for.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+const PLAN: &str = r#"
+name = "watched"
+[simulator]
+model = "corrected"
+[[focus]]
+x_mm = 5.0
+y_mm = -5.0
+z_mm = 100.0
+[[plane]]
+z_mm = 100.0
+size_mm = [30.0, 30.0]
+step_mm = 2.0
+"#;
+
+fn here(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// A plan, and a virtual rig whose time passes so many times as fast as the wall's, or by itself.
+fn plan_and_rig(home: &Path, plan: &str, pace: &str) -> (PathBuf, PathBuf) {
+    let text = std::fs::read_to_string(here("rigs/virtual.toml")).expect("it is there");
+    let truth = here("rigs/truth/thesis-lab.toml");
+    let text = text
+        .replace("pace = \"lockstep\"", &format!("pace = {pace}"))
+        .replace("truth/thesis-lab.toml", &truth.to_string_lossy());
+    let (plan_path, rig_path) = (home.join("plan.toml"), home.join("rig.toml"));
+    std::fs::write(&plan_path, plan).expect("it is written");
+    std::fs::write(&rig_path, text).expect("it is written");
+    (plan_path, rig_path)
+}
+
+fn scan(plan: &Path, rig: &Path, folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));
+    command.arg("scan").arg(plan).arg("--rig").arg(rig).arg("--out").arg(folder);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A program on a terminal of its own, whose complaints and log come separately.
+struct OnTerminal {
+    child: Child,
+    keys: File,
+    shown: Receiver<Vec<u8>>,
+    logged: Receiver<String>,
+    all_shown: Vec<u8>,
+    order: String,
+}
+
+impl OnTerminal {
+    fn begin(mut command: Command) -> Self {
+        let terminal = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
+        grantpt(&terminal).expect("it is ours");
+        unlockpt(&terminal).expect("it opens");
+        let size = Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 };
+        tcsetwinsize(&terminal, size).expect("it has a size");
+        let name = ptsname(&terminal, Vec::new()).expect("it has a name");
+        let path = name.to_str().expect("plain");
+        let end = || -> OwnedFd {
+            File::options().read(true).write(true).open(path).expect("it opens").into()
+        };
+        let mut child = command
+            .stdin(end())
+            .stdout(end())
+            .stderr(Stdio::piped())
+            .env("FIELDGAP_LOG", "debug")
+            .env("TERM", "xterm-256color")
+            .spawn()
+            .expect("it starts");
+        let keys = File::from(terminal);
+        let mut screen = keys.try_clone().expect("a second handle");
+        let (show, shown) = channel();
+        std::thread::spawn(move || {
+            let mut bytes = [0; 4096];
+            // The terminal's end reads as an error.
+            while let Ok(count @ 1..) = screen.read(&mut bytes) {
+                if show.send(bytes[..count].to_vec()).is_err() {
+                    return;
+                }
+            }
+        });
+        let (log, logged) = channel();
+        let lines = BufReader::new(child.stderr.take().expect("it is piped")).lines();
+        std::thread::spawn(move || {
+            lines.map_while(Result::ok).try_for_each(|line| log.send(line).ok())
+        });
+        Self { child, keys, shown, logged, all_shown: Vec::new(), order: String::new() }
+    }
+
+    /// Reads the screen until a text has come. What is drawn comes in pieces, so that the text must be one word.
+    fn until_shown(&mut self, word: &str) {
+        let begun = Instant::now();
+        let from = self.all_shown.len();
+        while !String::from_utf8_lossy(&self.all_shown[from..]).contains(word) {
+            assert!(begun.elapsed() < PATIENCE, "`{word}` was never shown");
+            if let Ok(bytes) = self.shown.recv_timeout(Duration::from_millis(100)) {
+                self.all_shown.extend(bytes);
+            }
+        }
+    }
+
+    fn press(&mut self, keys: &str) {
+        self.keys.write_all(keys.as_bytes()).expect("the terminal takes keys");
+    }
+
+    /// The last that was sent to the array, once it is silence; what else it is when patience ends.
+    fn last_order(&mut self) -> String {
+        let begun = Instant::now();
+        loop {
+            let lines = self.logged.try_iter();
+            let sent = |line: &String| line.contains("focus array") && line.contains("sent=");
+            self.order = lines.filter(sent).last().unwrap_or(std::mem::take(&mut self.order));
+            if self.order.contains(" off*") || begun.elapsed() > PATIENCE {
+                return self.order.clone();
+            }
+            std::thread::yield_now();
+        }
+    }
+}
+
+#[test]
+fn a_watched_scan_waits_in_silence_goes_on_and_ends_when_it_is_told() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (plan, rig) = plan_and_rig(home.path(), PLAN, "{ times = 4.0 }");
+    let folder = home.path().join("out");
+    let mut command = scan(&plan, &rig, &folder);
+    command.arg("--watch");
+    let mut terminal = OnTerminal::begin(command);
+    terminal.until_shown("pause");
+    terminal.press("p");
+    terminal.until_shown("WAITS");
+    assert!(terminal.last_order().contains(" off*"), "{}", terminal.last_order());
+    let rows_then =
+        std::fs::read_to_string(folder.join("samples.csv")).expect("kept").lines().count();
+    terminal.press("r");
+    terminal.until_shown("pause");
+    terminal.press("ay");
+    let status = terminal.child.wait().expect("it ends");
+    assert_eq!(status.code(), Some(3));
+    terminal.until_shown("\x1b[?1049l");
+    let events = read_events(&folder).expect("they are kept");
+    let kinds: Vec<EventKind> = events.iter().map(|event| event.kind).collect();
+    for kind in [EventKind::Paused, EventKind::Continued, EventKind::Ended] {
+        assert!(kinds.contains(&kind), "{kinds:?}");
+    }
+    let record = RecordedScan::open(&folder).expect("it is whole");
+    assert!(record.samples.len() + 1 >= rows_then && record.samples.len() < 256);
+    let state = std::fs::read_to_string(folder.join("state.toml")).expect("it is kept");
+    assert!(state.contains("aborted from the keyboard: the array is silent"), "{state}");
+}
+
+#[test]
+fn a_view_needs_a_terminal() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (plan, rig) = plan_and_rig(home.path(), PLAN, "\"lockstep\"");
+    let refused = scan(&plan, &rig, &home.path().join("out")).arg("--watch").output();
+    let refused = refused.expect("it runs");
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(said(&refused).contains("--watch needs a terminal"), "{}", said(&refused));
+    assert!(!home.path().join("out").exists());
+}
+
+#[test]
+fn hooks_of_plan_and_rig_are_told_and_a_missing_one_harms_nothing() {
+    let home = tempfile::tempdir().expect("a folder");
+    let hooks = "[hooks]\non_finish = [\"./tell\", \"plan\"]\non_failure = \"./no-such-program\"\n";
+    let (plan, rig) = plan_and_rig(home.path(), &format!("{PLAN}{hooks}"), "{ times = 20.0 }");
+    let tell = home.path().join("tell");
+    let script = "#!/bin/sh\ncd \"$(dirname \"$0\")\"\n\
+                  echo \"$1 $FIELDGAP_EVENT $FIELDGAP_SCAN $FIELDGAP_MESSAGE\" > told\n";
+    std::fs::write(&tell, script).expect("it is written");
+    let mut rights = std::fs::metadata(&tell).expect("it is there").permissions();
+    std::os::unix::fs::PermissionsExt::set_mode(&mut rights, 0o755);
+    std::fs::set_permissions(&tell, rights).expect("it may be run");
+    let folder = home.path().join("out");
+    let done = scan(&plan, &rig, &folder).output().expect("it runs");
+    assert!(done.status.success(), "{}", said(&done));
+    let told = std::fs::read_to_string(home.path().join("told")).expect("the hook ran");
+    assert_eq!(told, format!("plan finish {} complete: 256 points\n", folder.display()));
+
+    // A scan that is asked to terminate fails, and so does its hook.
+    let failing = home.path().join("failing");
+    let mut failed = scan(&plan, &rig, &failing).arg("--json").spawn().expect("it runs");
+    let mut lines = BufReader::new(failed.stdout.take().expect("it is piped")).lines();
+    let begun = lines.find(|line| line.as_ref().is_ok_and(|line| line.contains("\"homed\"")));
+    assert!(begun.is_some());
+    let pid = Pid::from_raw(i32::try_from(failed.id()).expect("a number")).expect("not zero");
+    kill_process(pid, Signal::TERM).expect("it is there");
+    let hook = lines.find(|line| line.as_ref().is_ok_and(|line| line.contains("hook-failed")));
+    let failed = failed.wait_with_output().expect("it ends");
+    assert_eq!(failed.status.code(), Some(3), "{}", said(&failed));
+    let hook = hook.expect("a word of the hook").expect("text");
+    assert!(hook.contains("on_failure") && hook.contains("cannot be started"), "{hook}");
+}
+
+#[test]
+fn the_reference_is_revisited_by_time_and_a_drift_is_told() {
+    let home = tempfile::tempdir().expect("a folder");
+    let extra = "[reference]\nevery_min = 0.2\ndrift_percent = 1.0\n\
+                 [hooks]\non_question = [\"sh\", \"-c\", \"echo \\\"$FIELDGAP_MESSAGE\\\" >> \\\"$0\\\"/told\", \"HOME\"]\n";
+    let extra = extra.replace("\"HOME\"", &format!("'{}'", home.path().display()));
+    let (plan, rig) = plan_and_rig(home.path(), &format!("{PLAN}{extra}"), "\"lockstep\"");
+    let truth = std::fs::read_to_string(here("rigs/truth/thesis-lab.toml")).expect("it is there");
+    let drifting = truth + "[effects.gain-drift]\nrelative = -0.1\nover_s = 60.0\n";
+    std::fs::write(home.path().join("truth.toml"), drifting).expect("it is written");
+    let text = std::fs::read_to_string(&rig).expect("it is there");
+    let named = here("rigs/truth/thesis-lab.toml");
+    std::fs::write(&rig, text.replace(&*named.to_string_lossy(), "truth.toml")).expect("written");
+    let folder = home.path().join("out");
+    let done = scan(&plan, &rig, &folder).output().expect("it runs");
+    assert!(done.status.success(), "{}", said(&done));
+    let record = RecordedScan::open(&folder).expect("it is whole");
+    assert_eq!(record.samples.len(), 256, "revisits are no rows");
+    let events = read_events(&folder).expect("they are kept");
+    let of = |kind| events.iter().filter(|event| event.kind == kind).count();
+    let took_s = record.samples.last().expect("rows").time_s;
+    let due = (took_s / 12.0) as usize;
+    assert!((due..=due + 2).contains(&of(EventKind::ReferenceChecked)), "{events:?}");
+    assert!(of(EventKind::Question) >= 1, "{events:?}");
+    let told = std::fs::read_to_string(home.path().join("told")).expect("somebody was told");
+    assert!(told.contains("the level at the reference point is"), "{told}");
+}

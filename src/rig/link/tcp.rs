@@ -6,7 +6,7 @@ use std::time::Duration;
 use tokio::net::TcpStream;
 use tokio::time::timeout;
 
-use super::Wire;
+use super::{ByteLink, Wire, replayed};
 use crate::rig::device::{Device, Role};
 use crate::rig::error::{Cause, RigError};
 
@@ -17,14 +17,19 @@ const REACHED_WITHIN: Duration = Duration::from_secs(5);
 ///
 /// # Errors
 /// That nothing listens there, or that it cannot be reached in time.
-pub async fn open_tcp(role: Role, address: &str) -> Result<Wire<TcpStream>, RigError> {
+pub async fn open_tcp(role: Role, address: &str) -> Result<Wire<Box<dyn ByteLink>>, RigError> {
     let device = Device::new(role, address);
+    if let Some((link, opening)) = replayed::take() {
+        let link: Box<dyn ByteLink> = Box::new(link);
+        return Ok(Wire::numbered(link, device, opening));
+    }
     let failed = |cause| RigError::new(device.clone(), "reaching it", cause, None);
     match timeout(REACHED_WITHIN, TcpStream::connect(address)).await {
         Ok(Ok(stream)) => {
             // Questions are short, and each waits for its answer.
             stream.set_nodelay(true).map_err(|error| failed(Cause::Io(error)))?;
-            Ok(Wire::new(stream, device))
+            let link: Box<dyn ByteLink> = Box::new(stream);
+            Ok(Wire::new(link, device))
         }
         Ok(Err(error)) if error.kind() == Io::ConnectionRefused => Err(failed(Cause::NoListener)),
         Ok(Err(error)) => Err(failed(Cause::Io(error))),

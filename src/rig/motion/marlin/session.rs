@@ -10,7 +10,7 @@
 //!   A report proves that all before its query was executed; queries and reports are counted, so that a late
 //!   report is not taken for the answer to a later query.
 //!
-//! What it cannot do: a firmware that stands still for more than five seconds several times within a few commands looks
+//! What it cannot do: a firmware that stands still for more than three seconds several times within a few commands looks
 //! like one whose reports are lost. The guard above every driver holds each report against the command all the same.
 
 use std::collections::VecDeque;
@@ -25,7 +25,7 @@ use crate::rig::link::{ByteLink, Wire};
 use crate::rig::space::RobotPosition;
 
 /// Silence after which something is taken for lost. The firmware says that it is busy every 2 s.
-const QUIET: Duration = Duration::from_secs(5);
+const QUIET: Duration = Duration::from_secs(3);
 
 /// How long after a `Resend` its empty `ok` may come; builds that omit it cost this much a resend.
 const EMPTY_OK_WITHIN: Duration = Duration::from_millis(250);

@@ -98,6 +98,8 @@ fn act(orders: Orders, lost: Lost) -> io::Result<()> {
         told.extend(tell_all(&mut devices));
     }
     done.extend(told);
+    // Whoever reads the log may open the ports again.
+    drop(devices);
     let Some(log) = &orders.log else { return Ok(()) };
     let mut log = OpenOptions::new().create(true).append(true).open(log)?;
     let now = Timestamp::now();

@@ -25,7 +25,7 @@ use crate::rig::motion::grbl::is_grbl;
 use crate::rig::space::RobotPosition;
 
 /// Silence after which something is taken for lost. The firmware says that it is busy every 2 s.
-const QUIET: Duration = Duration::from_secs(5);
+const QUIET: Duration = Duration::from_secs(3);
 
 /// How long after a `Resend` its empty `ok` may come; builds that omit it cost this much a resend.
 const EMPTY_OK_WITHIN: Duration = Duration::from_millis(250);

@@ -3,6 +3,7 @@
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -162,6 +163,33 @@ fn levels_come_as_lines_and_rise_with_the_focus() {
     assert!(loud > 20.0 * silent, "{loud} and {silent}");
     let silent_again = level(&["sample", "--count", "1", "--json"]);
     assert!(loud > 20.0 * silent_again, "the array was left sounding");
+    end(virtual_rig);
+}
+
+#[test]
+fn a_focus_whose_program_is_killed_falls_silent() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (virtual_rig, rig) = rig_of_its_own(home.path());
+    let gone = run(&["go", "--to-mm", "0,0,100", "--feed-mm-s", "300"], &rig);
+    assert!(gone.status.success(), "{}", said(&gone));
+    let level = || {
+        let sampled = run(&["sample", "--count", "1", "--json"], &rig);
+        assert!(sampled.status.success(), "{}", said(&sampled));
+        let line: Value = serde_json::from_slice(&sampled.stdout).expect("a line of JSON");
+        line["reading"]["mean"].as_f64().expect("a number")
+    };
+    let mut focus =
+        fieldgap(&["focus", "--at-mm", "0,0,100", "--continuous"], &rig).spawn().expect("starts");
+    let mut lines = BufReader::new(focus.stdout.take().expect("it is piped")).lines();
+    assert!(lines.next().is_some_and(|line| line.is_ok()));
+    let loud = level();
+    assert!(loud > 0.5, "{loud}");
+    focus.kill().expect("it can be killed");
+    focus.wait().expect("it ends");
+    let killed = Instant::now();
+    while level() > loud / 20.0 {
+        assert!(killed.elapsed() < Duration::from_secs(20), "the array goes on sounding");
+    }
     end(virtual_rig);
 }
 

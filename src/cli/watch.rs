@@ -15,6 +15,9 @@ use crate::terminal::watch::{Palette, ScanView, Stage, Wish, draw};
 /// Time from one picture to the next.
 const EVERY: Duration = Duration::from_millis(100);
 
+/// How long the view may take to close. One whose terminal was closed reads for ever, and has nothing to give back.
+const CLOSED_WITHIN: Duration = Duration::from_secs(1);
+
 /// What a person at the view may have the scan do.
 pub(super) struct Controls {
     /// Lets it wait and go on.
@@ -27,6 +30,8 @@ pub(super) struct Controls {
 pub(super) struct Watching {
     tell: Option<Sender<Event>>,
     thread: Option<JoinHandle<()>>,
+    /// Closed by the thread when it ends.
+    over: Receiver<()>,
 }
 
 impl Watching {
@@ -37,10 +42,12 @@ impl Watching {
     pub(super) fn begin(view: ScanView, controls: Controls) -> std::io::Result<Self> {
         let screen = Screen::open()?;
         let (tell, told) = channel();
-        let thread = std::thread::Builder::new()
-            .name("view".to_owned())
-            .spawn(move || show(view, screen, &controls, &told))?;
-        Ok(Self { tell: Some(tell), thread: Some(thread) })
+        let (lives, over) = channel();
+        let thread = std::thread::Builder::new().name("view".to_owned()).spawn(move || {
+            let _lives: Sender<()> = lives;
+            show(view, screen, &controls, &told);
+        })?;
+        Ok(Self { tell: Some(tell), thread: Some(thread), over })
     }
 
     /// Tells it what happened.
@@ -54,7 +61,10 @@ impl Watching {
     /// Gives the terminal back.
     pub(super) fn close(&mut self) {
         drop(self.tell.take());
-        if let Some(thread) = self.thread.take() {
+        let ended = self.over.recv_timeout(CLOSED_WITHIN) == Err(RecvTimeoutError::Disconnected);
+        if let Some(thread) = self.thread.take()
+            && ended
+        {
             let _ = thread.join();
         }
     }

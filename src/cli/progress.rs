@@ -152,6 +152,6 @@ fn say_end(rows: usize, of: usize, reason: Option<&str>) {
 }
 
 /// Says a line to whoever watches, who may have gone away: a closed terminal must not end a scan in a panic.
-fn say(line: &str) {
+pub(super) fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

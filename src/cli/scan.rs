@@ -10,7 +10,7 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 use super::ENDED_PARTIAL;
 use super::output::{fresh_folder, print_json};
-use super::progress::Progress;
+use super::progress::{Progress, say};
 use super::stop::StopRequests;
 use super::watch::{Controls, Watching};
 use super::watchdog::watchdog;
@@ -174,11 +174,11 @@ impl Showing {
 
 /// Says where the record is and how to go on with it.
 pub(super) fn told(folder: &Path, ending: &Ending) -> ExitCode {
-    eprintln!("record: {}", folder.display());
+    say(&format!("record: {}", folder.display()));
     match ending {
         Ending::Complete => ExitCode::SUCCESS,
         Ending::Partial { .. } => {
-            eprintln!("`fieldgap resume {}` finishes it", folder.display());
+            say(&format!("`fieldgap resume {}` finishes it", folder.display()));
             ExitCode::from(ENDED_PARTIAL)
         }
     }

@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+use crate::input::Positive;
+
 /// Speed against time over a given distance, from rest to rest: constant acceleration, constant speed,
 /// constant deceleration; without the middle part if the distance is too short to reach full speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,6 +71,16 @@ impl Profile {
             self.duration_s() - (2.0 * left_mm / self.acceleration_mm_s2).sqrt()
         }
     }
+}
+
+/// The speed along a path at which no axis goes faster than it can, mm/s.
+pub fn feed_within(path_mm: Vector3<f64>, feed_mm_s: f64, max_feed_mm_s: [Positive; 3]) -> f64 {
+    let distance_mm = path_mm.norm();
+    (0..3).fold(feed_mm_s, |feed_mm_s, axis| {
+        let share = path_mm[axis].abs() / distance_mm;
+        let limit_mm_s = max_feed_mm_s[axis].get();
+        if share > 0.0 { feed_mm_s.min(limit_mm_s / share) } else { feed_mm_s }
+    })
 }
 
 /// A straight move of the carriage, with its place in virtual time.
@@ -164,6 +176,14 @@ mod tests {
     fn a_long_move_takes_the_distance_over_the_feed_plus_one_ramp() {
         let profile = Profile::new(100.0, 1000.0, 80.0);
         assert!((profile.duration_s() - (100.0 / 80.0 + 80.0 / 1000.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_slowest_axis_sets_the_speed_of_a_path() {
+        let max = [100.0, 100.0, 10.0].map(|mm_s| Positive::new(mm_s).expect("positive"));
+        assert_eq!(feed_within(Vector3::new(5.0, 0.0, 0.0), 80.0, max), 80.0);
+        let diagonal = feed_within(Vector3::new(3.0, 0.0, 4.0), 80.0, max);
+        assert!((diagonal - 12.5).abs() < 1e-12, "z does 10 mm/s: {diagonal}");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use super::settings::GrblSettings;
 use super::stored::Stored;
-use crate::virtual_rig::planner::PlannedMove;
+use crate::virtual_rig::planner::{PlannedMove, feed_within};
 use crate::virtual_rig::trajectory::Trajectory;
 
 /// Acceleration and speed of what no motor does: a fall, running on after the pulses stopped.
@@ -356,11 +356,7 @@ impl Machine {
     ) -> PlannedMove {
         let path_mm = to_mm - from_mm;
         let distance_mm = path_mm.norm();
-        let feed_mm_s = (0..3).fold(feed_mm_s, |feed_mm_s, axis| {
-            let share = path_mm[axis].abs() / distance_mm;
-            let limit_mm_s = self.settings.max_feed_mm_s[axis].get();
-            if share > 0.0 { feed_mm_s.min(limit_mm_s / share) } else { feed_mm_s }
-        });
+        let feed_mm_s = feed_within(path_mm, feed_mm_s, self.settings.max_feed_mm_s);
         let acceleration_mm_s2 = self.settings.acceleration_mm_s2.get();
         let mut trajectory = self.trajectory();
         let starts_s = now_s.max(trajectory.ends_s());

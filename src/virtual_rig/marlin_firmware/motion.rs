@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use nalgebra::Vector3;
 
 use super::settings::MarlinSettings;
-use crate::virtual_rig::planner::PlannedMove;
+use crate::virtual_rig::planner::{PlannedMove, feed_within};
 use crate::virtual_rig::trajectory::Trajectory;
 
 /// Distance by which homing backs off the switch before it approaches again, slowly.
@@ -275,12 +275,7 @@ impl Motion {
         now_s: f64,
     ) -> PlannedMove {
         let path_mm = to_mm - from_mm;
-        let distance_mm = path_mm.norm();
-        let feed_mm_s = (0..3).fold(feed_mm_s, |feed_mm_s, axis| {
-            let share = path_mm[axis].abs() / distance_mm;
-            let limit_mm_s = self.settings.max_feed_mm_s[axis].get();
-            if share > 0.0 { feed_mm_s.min(limit_mm_s / share) } else { feed_mm_s }
-        });
+        let feed_mm_s = feed_within(path_mm, feed_mm_s, self.settings.max_feed_mm_s);
         let acceleration_mm_s2 = self.settings.acceleration_mm_s2.get();
         let starts_s = now_s.max(self.ends_s());
         let planned = PlannedMove::new(from_mm, to_mm, acceleration_mm_s2, feed_mm_s, starts_s);

@@ -25,7 +25,7 @@ use crate::rig::{Emergency, Motion};
 /// How long a stop may take to be confirmed.
 const STOPPED_WITHIN: Duration = Duration::from_secs(2);
 
-/// A move may take this much longer than its settings make it take.
+/// A move may take twice as long as its settings make it take, and this much more.
 const MOVE_SLACK: Duration = Duration::from_secs(10);
 
 /// How long a move may take when its start or its speed is not known.
@@ -218,7 +218,9 @@ impl<L: ByteLink> Grbl<L> {
             let ramps_s = 2.0 * mm_s / self.settings.least_acceleration_mm_s2()?;
             Duration::try_from_secs_f64(length_mm / mm_s + ramps_s).ok()
         };
-        slowest().map_or(LONGEST_MOVE, |moving| moving.saturating_add(MOVE_SLACK).min(LONGEST_MOVE))
+        slowest().map_or(LONGEST_MOVE, |moving| {
+            moving.saturating_mul(2).saturating_add(MOVE_SLACK).min(LONGEST_MOVE)
+        })
     }
 }
 

@@ -241,7 +241,7 @@ impl<L: ByteLink> Session<L> {
         said: &mut Vec<String>,
     ) -> Result<Outcome, RigError> {
         let deadline = Instant::now() + within;
-        let (mut next, mut rests) = (0, 0);
+        let (mut next, mut rests, mut moves) = (0, 0, false);
         self.refused = None;
         loop {
             while let Some(line) =
@@ -257,10 +257,13 @@ impl<L: ByteLink> Session<L> {
             let quiet = Instant::now() + QUIET;
             let Some(line) = self.wire.line(quiet.min(deadline)).await? else {
                 if Instant::now() >= deadline {
-                    return Err(self.wire.error(Cause::Silent { waited: within }));
+                    let silent = Cause::Silent { waited: within };
+                    return Err(self.wire.error(if moves { Cause::StillMoving } else { silent }));
                 }
                 // A dwell and the end of a move show as `Idle` too, once; one that stays is standstill.
-                rests = match self.status().await?.state {
+                let state = self.status().await?.state;
+                moves = state == State::Run;
+                rests = match state {
                     State::Idle => rests + 1,
                     State::Alarm if lock == Lock::IsRest => rests + 1,
                     State::Alarm => return Err(self.alarm_state()),

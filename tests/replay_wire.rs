@@ -102,10 +102,10 @@ fn where_the_log_has_something_else_the_place_is_told() {
     for words in [
         "session 1 at",
         "{\"move-to\":",
-        "then: sent `N10 G1",
-        "F4700.0",
-        "now:  sent `N10 G1",
-        "F4800.0",
+        "then: sent `N",
+        "G1 X145.000 Y145.000 Z80.000 F4700.0",
+        "now:  sent `N",
+        "G1 X145.000 Y145.000 Z80.000 F4800.0",
     ] {
         assert!(said.contains(words), "no `{words}` in {said}");
     }

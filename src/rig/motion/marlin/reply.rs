@@ -78,7 +78,8 @@ impl Reply {
 
 /// `fieldgap-12`, or the complaint of a build without `M118`: `echo:Unknown command: "M118 fieldgap-12"`.
 fn parse_mark(line: &str) -> Option<u32> {
-    let line = line.strip_prefix("echo:Unknown command: \"M118 ").unwrap_or(line);
+    let line = line.strip_prefix("echo:").unwrap_or(line);
+    let line = line.strip_prefix("Unknown command: \"M118 ").unwrap_or(line);
     line.strip_prefix(MARK)?.trim_end_matches('"').parse().ok()
 }
 
@@ -127,6 +128,7 @@ mod tests {
             ("echo:  G21    ; Units in mm (mm)", Reply::Other),
             ("fieldgap-12", Reply::Mark(12)),
             ("echo:Unknown command: \"M118 fieldgap-12\"", Reply::Mark(12)),
+            ("echo:fieldgap-12", Reply::Mark(12)),
             ("fieldgap-1#", Reply::Other),
             ("wait", Reply::Other),
             ("okk", Reply::Other),

@@ -6,7 +6,8 @@
 //! - after `Resend: k` the lines from `k` on are sent again, one by one;
 //! - after silence a mark that was never used before is sent under the next number, for the firmware to say back
 //!   (`M118`). If the line before was lost, the mark is answered by a `Resend` of it; if only its `ok` was lost, by
-//!   the mark. A build without `M118` says it back too, as an unknown command;
+//!   the mark. A build without `M118` says it back too, as an unknown command. One that takes it and says nothing gives itself
+//!   away when the session begins: there a silence settles what may be late, and a report proves;
 //! - an `ok` may be one too many (after a `Resend`, after silence), so an `ok` lets things go on and proves nothing.
 //!   A mark said back proves that all before it was executed, however late it comes;
 //! - whatever is said behind a mark was asked for behind it. So where anything was lost since the last one, a mark is
@@ -32,6 +33,9 @@ const EMPTY_OK_WITHIN: Duration = Duration::from_millis(250);
 
 /// Marks sent into one silence; the firmware's command ring holds four lines.
 const MOST_PROBES: u32 = 3;
+
+/// Marks taken and not said back before any ever was, after which a build is known not to say them.
+const MARKS_UNSAID: u32 = 2;
 
 /// Reports that may be lost in one exchange.
 const MOST_LOST_REPORTS: u32 = 5;
@@ -91,6 +95,8 @@ pub(super) struct Session<L> {
     position_query: &'static str,
     /// The last mark; no two are alike.
     mark: u32,
+    /// Whether this build says marks back; not known before the first exchange.
+    says_marks: Option<bool>,
     /// Whether something was lost or cut short since a mark was last heard, so that answers to it may still come.
     in_doubt: bool,
 }
@@ -106,6 +112,7 @@ impl<L: ByteLink> Session<L> {
             // The true position in builds that have it; the others ignore the letter.
             position_query: "M114 R",
             mark: 0,
+            says_marks: None,
             in_doubt: true,
         }
     }
@@ -168,8 +175,7 @@ impl<L: ByteLink> Session<L> {
     /// Asks where the robot is. Everything sent before has been executed when this returns.
     pub(super) async fn position(&mut self, within: Duration) -> Result<RobotPosition, RigError> {
         if self.in_doubt {
-            let mark = self.next_mark();
-            self.exchange(&mark, Proof::Mark, within).await?;
+            self.settle(within).await?;
         }
         let answer = self.exchange(self.position_query, Proof::Report, within).await?;
         answer.position.ok_or_else(|| self.wire.error(Cause::Silent { waited: within }))
@@ -182,13 +188,14 @@ impl<L: ByteLink> Session<L> {
         self.in_step = false;
         self.in_doubt = true;
         let until = Instant::now() + within;
-        let mark = self.next_mark();
+        let probe = self.probe();
         while Instant::now() < until {
-            self.wire.send(format!("\nM410\n{mark}\n").as_bytes()).await?;
+            self.wire.send(format!("\nM410\n{probe}\n").as_bytes()).await?;
             let again = until.min(Instant::now() + STOP_AGAIN_AFTER);
             while let Some(line) = self.wire.line(again).await? {
                 match Reply::parse(&line) {
                     Reply::Mark(mark) if mark == self.mark => return Ok(()),
+                    Reply::Position(_) if self.says_marks == Some(false) => return Ok(()),
                     // A firmware that restarted or halted has stopped its motors too.
                     Reply::Started | Reply::Halted => return Ok(()),
                     _ => {}
@@ -198,8 +205,33 @@ impl<L: ByteLink> Session<L> {
         Err(self.wire.error(Cause::Silent { waited: within }))
     }
 
-    /// A mark never used before in this session, and soon not again.
-    fn next_mark(&mut self) -> String {
+    /// Makes sure that no answer to what was asked before is still on its way.
+    async fn settle(&mut self, within: Duration) -> Result<(), RigError> {
+        if self.says_marks != Some(false) {
+            let mark = self.probe();
+            self.exchange(&mark, Proof::Mark, within).await?;
+        }
+        if self.says_marks == Some(false) {
+            let mut silent_since = Instant::now();
+            while let Some(line) = self.wire.line(silent_since + QUIET).await? {
+                match Reply::parse(&line) {
+                    Reply::Other => {}
+                    Reply::Started => return Err(self.wire.error(Cause::Reset)),
+                    Reply::Halted => return Err(self.wire.error(Cause::Halted { reply: line })),
+                    _ => silent_since = Instant::now(),
+                }
+            }
+            self.in_doubt = false;
+        }
+        Ok(())
+    }
+
+    /// What shows by its answer that all before it was executed: a mark never used before in this session, and soon not again; or
+    /// a position query, where marks are not said back.
+    fn probe(&mut self) -> String {
+        if self.says_marks == Some(false) {
+            return self.position_query.to_owned();
+        }
         self.mark = self.mark.wrapping_add(1);
         format!("M118 {MARK}{}", self.mark)
     }
@@ -227,7 +259,7 @@ impl<L: ByteLink> Session<L> {
     ) -> Result<Answer, RigError> {
         let deadline = Instant::now() + within;
         let mut answer = Answer::default();
-        let (mut probes, mut resends, mut lost_reports) = (0, 0, 0);
+        let (mut probes, mut resends, mut lost_reports, mut unsaid) = (0, 0, 0, 0);
         let mut wanted: Option<Wanted> = None;
         // Whether the last mark was said back, if one is waited for.
         let mut marked = None;
@@ -252,14 +284,17 @@ impl<L: ByteLink> Session<L> {
                     // It is proved, and only an `ok` was lost.
                     answer.in_doubt = true;
                     return Ok(answer);
+                } else if self.says_marks.is_none() && unsaid >= MARKS_UNSAID {
+                    self.says_marks = Some(false);
+                    return Ok(answer);
                 } else if Instant::now() >= deadline || (probes == MOST_PROBES && self.says_busy) {
                     return Err(self.wire.error(Cause::Silent { waited: within }));
                 } else if probes < MOST_PROBES {
                     probes += 1;
                     answer.in_doubt = true;
                     marked = Some(false);
-                    let mark = self.next_mark();
-                    last = self.number(&mark)?;
+                    let probe = self.probe();
+                    last = self.number(&probe)?;
                     current = last;
                     self.write(current).await?;
                 }
@@ -297,7 +332,7 @@ impl<L: ByteLink> Session<L> {
                 Reply::Ok { .. } if proof != Proof::Report && marked != Some(false) => {
                     return Ok(answer);
                 }
-                Reply::Ok { .. } => {}
+                Reply::Ok { .. } => unsaid += 1,
                 Reply::Resend(line) => {
                     resends += 1;
                     if resends > MOST_RESENDS {
@@ -313,8 +348,14 @@ impl<L: ByteLink> Session<L> {
                 Reply::Position(position) if proof == Proof::Report && current == last => {
                     answer.position = Some(position);
                 }
+                Reply::Position(_) if self.says_marks == Some(false) => {
+                    marked = marked.map(|_| true);
+                }
                 Reply::Position(_) => {}
-                Reply::Mark(mark) if mark == self.mark => marked = marked.map(|_| true),
+                Reply::Mark(mark) if mark == self.mark => {
+                    self.says_marks = Some(true);
+                    marked = marked.map(|_| true);
+                }
                 // Late, from an earlier silence.
                 Reply::Mark(_) => {}
                 Reply::UnknownCommand if line.contains("M114") => {

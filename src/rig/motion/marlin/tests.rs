@@ -51,6 +51,7 @@ struct Build {
     never_says_busy: bool,
     chatters: bool,
     knows_no_m118: bool,
+    keeps_marks_to_itself: bool,
     knows_no_m84: bool,
 }
 
@@ -189,6 +190,7 @@ impl Firmware {
             "M84" if self.build.knows_no_m84 => {
                 says.push(format!("echo:Unknown command: \"{command}\""));
             }
+            "M118" if self.build.keeps_marks_to_itself => {}
             "M118" if !self.build.knows_no_m118 => says.push(command[5..].to_owned()),
             "M84" | "M113" | "M110" | "G90" => {}
             _ => says.push(format!("echo:Unknown command: \"{command}\"")),
@@ -342,6 +344,18 @@ async fn every_build_is_understood() {
     survives(Build { never_says_busy: true, ..Build::default() }, &[]).await;
     survives(Build { chatters: true, ..Build::default() }, &[("G1", Fault::LoseOk)]).await;
     survives(Build { knows_no_m118: true, ..Build::default() }, &[("G1", Fault::LoseOk)]).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_build_that_says_no_mark_back_is_driven_too() {
+    let build = Build { keeps_marks_to_itself: true, ..Build::default() };
+    survives(build, &[]).await;
+    survives(Build { chatters: true, ..build }, &[("G1", Fault::LoseOk)]).await;
+    for command in ["G28", "G1", "M400", "M114"] {
+        survives(build, &[(command, Fault::LoseLine)]).await;
+        survives(build, &[(command, Fault::LoseOk)]).await;
+        survives(build, &[(command, Fault::GarbleLine)]).await;
+    }
 }
 
 #[tokio::test(start_paused = true)]

@@ -33,6 +33,14 @@ pub(super) enum Reply {
 }
 
 impl Reply {
+    /// Reads one line, any line, that may be two replies: some builds report the position behind its `ok`.
+    pub(super) fn all(line: &str) -> Vec<Self> {
+        match line.strip_prefix("ok ").and_then(|behind| parse_position(behind.trim_start())) {
+            Some(position) => vec![Self::Position(position), Self::Ok { line: None }],
+            None => vec![Self::parse(line)],
+        }
+    }
+
     /// Reads one line, any line.
     pub(super) fn parse(line: &str) -> Self {
         if let Some(mark) = parse_mark(line) {
@@ -68,7 +76,10 @@ impl Reply {
         let error = error.to_ascii_lowercase();
         if error.contains("kill() called") || error.contains("printer halted") {
             Self::Halted
-        } else if error.contains("checksum") || error.contains("line number") {
+        } else if ["checksum", "line number", "expected line"]
+            .iter()
+            .any(|words| error.contains(words))
+        {
             Self::TransmissionError
         } else {
             Self::Error
@@ -122,6 +133,7 @@ mod tests {
             ("Error:checksum mismatch, Last Line: 4", Reply::TransmissionError),
             ("Error:Line Number is not Last Line Number+1, Last Line: 4", Reply::TransmissionError),
             ("Error:No Checksum with line number, Last Line: 4", Reply::TransmissionError),
+            ("Error: expected line 5 got 7", Reply::TransmissionError),
             ("Error:MINTEMP triggered, system stopped!", Reply::Error),
             ("echo:endstops hit:  X:-30.00", Reply::EndstopHit),
             ("echo:Unknown command: \"M114 R\"", Reply::UnknownCommand),
@@ -150,6 +162,14 @@ mod tests {
         ] {
             assert_eq!(Reply::parse(line), Reply::Position(expected), "{line}");
         }
+    }
+
+    #[test]
+    fn a_position_behind_an_ok_is_both() {
+        let at = RobotPosition::from_axes_mm([1.0, 0.5, 0.0]);
+        let both = [Reply::Position(at), Reply::Ok { line: None }];
+        assert_eq!(Reply::all("ok X:1.0 Y:0.5 Z:0.0 E:0.0 Count: A:0 B:0 C:0"), both);
+        assert_eq!(Reply::all("ok N7 P15 B3"), [Reply::Ok { line: Some(7) }]);
     }
 
     #[test]

@@ -301,83 +301,90 @@ impl<L: ByteLink> Session<L> {
                 silent_since = Instant::now();
                 continue;
             };
-            let reply = Reply::parse(&line);
-            if reply != Reply::Other {
-                // Notes and temperatures come on their own, and say nothing about the line under way.
-                silent_since = Instant::now();
-            }
-            match reply {
-                Reply::Ok { .. } if wanted.is_some() => {
-                    current = wanted.take().map_or(current, |wanted| wanted.line);
-                    self.write(current).await?;
+            for reply in Reply::all(&line) {
+                if reply != Reply::Other {
+                    // Notes and temperatures come on their own, and say nothing about the line under way.
+                    silent_since = Instant::now();
                 }
-                // An `ok` that names another line is one too many.
-                Reply::Ok { line: Some(number) } if number != current => {}
-                Reply::Ok { .. } if current < last => {
-                    current += 1;
-                    self.write(current).await?;
-                }
-                Reply::Ok { .. } if answer.position.is_some() => return Ok(answer),
-                Reply::Ok { .. } if proof == Proof::Report && marked == Some(true) => {
-                    // The query was obeyed and its report lost: whatever is reported from now on is asked for now.
-                    lost_reports += 1;
-                    if lost_reports > MOST_LOST_REPORTS {
-                        return Err(self.wire.error(Cause::KeepsGarbling { times: lost_reports }));
+                match reply {
+                    Reply::Ok { .. } if wanted.is_some() => {
+                        current = wanted.take().map_or(current, |wanted| wanted.line);
+                        self.write(current).await?;
                     }
-                    marked = None;
-                    last = self.number(self.position_query)?;
-                    current = last;
-                    self.write(current).await?;
-                }
-                Reply::Ok { .. } if proof != Proof::Report && marked != Some(false) => {
-                    return Ok(answer);
-                }
-                Reply::Ok { .. } => unsaid += 1,
-                Reply::Resend(line) => {
-                    resends += 1;
-                    if resends > MOST_RESENDS {
-                        return Err(self.wire.error(Cause::KeepsGarbling { times: resends }));
+                    // An `ok` that names another line is one too many.
+                    Reply::Ok { line: Some(number) } if number != current => {}
+                    Reply::Ok { .. } if current < last => {
+                        current += 1;
+                        self.write(current).await?;
                     }
-                    if line != last + 1 {
-                        self.must_have_sent(line)?;
-                        let empty_ok_until = Instant::now() + EMPTY_OK_WITHIN;
-                        wanted = Some(Wanted { line, empty_ok_until });
+                    Reply::Ok { .. } if answer.position.is_some() => return Ok(answer),
+                    Reply::Ok { .. } if proof == Proof::Report && marked == Some(true) => {
+                        // The query was obeyed and its report lost: whatever is reported from now on is asked for now.
+                        lost_reports += 1;
+                        if lost_reports > MOST_LOST_REPORTS {
+                            return Err(self
+                                .wire
+                                .error(Cause::KeepsGarbling { times: lost_reports }));
+                        }
+                        marked = None;
+                        last = self.number(self.position_query)?;
+                        current = last;
+                        self.write(current).await?;
                     }
-                    // Else noise was taken for a line after ours: ours was taken, and its `ok` is due.
-                }
-                Reply::Position(position) if proof == Proof::Report && current == last => {
-                    answer.position = Some(position);
-                }
-                Reply::Position(_) if self.says_marks == Some(false) => {
-                    marked = marked.map(|_| true);
-                }
-                Reply::Position(_) => {}
-                Reply::Mark(mark) if mark == self.mark => {
-                    self.says_marks = Some(true);
-                    marked = marked.map(|_| true);
-                }
-                // Late, from an earlier silence.
-                Reply::Mark(_) => {}
-                Reply::UnknownCommand if line.contains("M114") => {
-                    if self.position_query == "M114" {
-                        return Err(self.wire.error(Cause::Refused { reply: line }));
+                    Reply::Ok { .. } if proof != Proof::Report && marked != Some(false) => {
+                        return Ok(answer);
                     }
-                    // The query in its plain form takes the place of the one refused.
-                    self.position_query = "M114";
-                    last = self.number(self.position_query)?;
-                    current = last;
-                    self.write(current).await?;
+                    Reply::Ok { .. } => unsaid += 1,
+                    Reply::Resend(line) => {
+                        resends += 1;
+                        if resends > MOST_RESENDS {
+                            return Err(self.wire.error(Cause::KeepsGarbling { times: resends }));
+                        }
+                        if line != last + 1 {
+                            self.must_have_sent(line)?;
+                            let empty_ok_until = Instant::now() + EMPTY_OK_WITHIN;
+                            wanted = Some(Wanted { line, empty_ok_until });
+                        }
+                        // Else noise was taken for a line after ours: ours was taken, and its `ok` is due.
+                    }
+                    Reply::Position(position) if proof == Proof::Report && current == last => {
+                        answer.position = Some(position);
+                    }
+                    Reply::Position(_) if self.says_marks == Some(false) => {
+                        marked = marked.map(|_| true);
+                    }
+                    Reply::Position(_) => {}
+                    Reply::Mark(mark) if mark == self.mark => {
+                        self.says_marks = Some(true);
+                        marked = marked.map(|_| true);
+                    }
+                    // Late, from an earlier silence.
+                    Reply::Mark(_) => {}
+                    Reply::UnknownCommand if line.contains("M114") => {
+                        if self.position_query == "M114" {
+                            return Err(self.wire.error(Cause::Refused { reply: line.clone() }));
+                        }
+                        // The query in its plain form takes the place of the one refused.
+                        self.position_query = "M114";
+                        last = self.number(self.position_query)?;
+                        current = last;
+                        self.write(current).await?;
+                    }
+                    Reply::UnknownCommand => answer.unknown = Some(line.clone()),
+                    Reply::Busy => self.says_busy = true,
+                    Reply::Started => return Err(self.wire.error(Cause::Reset)),
+                    Reply::Halted => {
+                        return Err(self.wire.error(Cause::Halted { reply: line.clone() }));
+                    }
+                    Reply::EndstopHit => {
+                        return Err(self.wire.error(Cause::EndstopHit { reply: line.clone() }));
+                    }
+                    Reply::Error => {
+                        return Err(self.wire.error(Cause::Refused { reply: line.clone() }));
+                    }
+                    Reply::TransmissionError => {}
+                    Reply::Other => answer.lines.push(line.clone()),
                 }
-                Reply::UnknownCommand => answer.unknown = Some(line),
-                Reply::Busy => self.says_busy = true,
-                Reply::Started => return Err(self.wire.error(Cause::Reset)),
-                Reply::Halted => return Err(self.wire.error(Cause::Halted { reply: line })),
-                Reply::EndstopHit => {
-                    return Err(self.wire.error(Cause::EndstopHit { reply: line }));
-                }
-                Reply::Error => return Err(self.wire.error(Cause::Refused { reply: line })),
-                Reply::TransmissionError => {}
-                Reply::Other => answer.lines.push(line),
             }
         }
     }

@@ -52,6 +52,7 @@ struct Build {
     chatters: bool,
     knows_no_m118: bool,
     keeps_marks_to_itself: bool,
+    reports_behind_ok: bool,
     knows_no_m84: bool,
 }
 
@@ -200,6 +201,9 @@ impl Firmware {
             Some(number) if self.build.says_which_ok => format!("ok N{number} P15 B3"),
             _ => "ok".to_owned(),
         });
+        if self.build.reports_behind_ok && says.len() == 2 && says[0].starts_with("X:") {
+            says = vec![format!("ok {}", says[0])];
+        }
         match fault {
             Some(Fault::LoseOk) => drop(says.pop()),
             Some(Fault::LoseAnswer) => says.clear(),
@@ -343,6 +347,10 @@ async fn every_build_is_understood() {
     survives(Build { knows_no_m114_r: true, ..Build::default() }, &[]).await;
     survives(Build { never_says_busy: true, ..Build::default() }, &[]).await;
     survives(Build { chatters: true, ..Build::default() }, &[("G1", Fault::LoseOk)]).await;
+    for fault in [Fault::LoseLine, Fault::LoseOk, Fault::GarbleLine] {
+        let build = Build { reports_behind_ok: true, ..Build::default() };
+        survives(build, &[("M114", fault)]).await;
+    }
     survives(Build { knows_no_m118: true, ..Build::default() }, &[("G1", Fault::LoseOk)]).await;
 }
 

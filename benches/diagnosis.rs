@@ -1,0 +1,130 @@
+//! How the time of a diagnosis grows with readings and elements, beside one simulation of the same readings in the same run:
+//! `cargo bench --bench diagnosis`.
+//!
+//! The scans are simulated with another speed of sound than the set-up says, with noise, silence and repeats; what is timed is
+//! everything from the readings to the verdict, on all threads. Each figure is the best of several runs.
+
+use std::hint::black_box;
+use std::path::Path;
+use std::time::Instant;
+
+use fieldgap::acoustics::{Excitation, Medium, PlaneGrid, Simulation, Simulator, Vec3};
+use fieldgap::gap::diagnosis::{Verdict, diagnose};
+use fieldgap::input::TomlSource;
+use fieldgap::scan::{RecordedScan, Sample, ScanSetup};
+
+const ROUNDS: usize = 3;
+
+/// Silent readings before the scan, and every how many points one is visited again.
+const SILENT: usize = 64;
+const AGAIN: usize = 20;
+
+/// Standard deviations: in proportion to the level, and of each quadrature over the largest reading.
+const SHARE: f64 = 0.02;
+const ADDITIVE: f64 = 0.005;
+
+fn main() {
+    println!("readings  elements  simulation   diagnosis       ratio");
+    for (side, step_mm) in [(6, 4.0), (6, 2.0), (6, 1.0), (3, 2.0), (12, 2.0)] {
+        let scan = scan(side, step_mm);
+        let driven: Vec<Vec3> = scan
+            .samples
+            .iter()
+            .filter(|s| s.focus.is_some())
+            .map(|s| s.position_mm * 1e-3)
+            .collect();
+        let believed = simulation(&scan.setup, scan.setup.medium.medium());
+        let (mut field_s, mut diagnosis_s) = (f64::INFINITY, f64::INFINITY);
+        for _ in 0..ROUNDS {
+            let start = Instant::now();
+            black_box(believed.magnitudes(&driven));
+            field_s = field_s.min(start.elapsed().as_secs_f64());
+            let start = Instant::now();
+            let diagnosis = diagnose(std::slice::from_ref(&scan), None).expect("readings enough");
+            diagnosis_s = diagnosis_s.min(start.elapsed().as_secs_f64());
+            assert_eq!(diagnosis.verdict, Verdict::Explained, "{}", diagnosis.sentence);
+        }
+        println!(
+            "{:8}  {:8}  {:7.2} ms  {:7.2} s  {:10.0}",
+            driven.len(),
+            side * side,
+            1e3 * field_s,
+            diagnosis_s,
+            diagnosis_s / field_s
+        );
+    }
+}
+
+/// Four planes of 70 mm over a square array whose sound is faster than its set-up says.
+fn scan(side: usize, step_mm: f64) -> RecordedScan {
+    let text = format!(
+        "format = 1\nname = \"bench\"\nrecorded = 2026-01-01T00:00:00Z\nreading = \"V\"\n\n\
+         [array]\nfrequency_hz = 40000.0\nlayout = \"square\"\ncolumns = {side}\nrows = {side}\n\
+         element_diameter_mm = 10.5\nspacing_mm = 0.0\n\n[medium]\nspeed_of_sound_m_s = 343.0\n\n\
+         [simulator]\nmodel = \"piston\"\n\n[[focus]]\nx_mm = 10.0\ny_mm = -15.0\nz_mm = 100.0\n"
+    );
+    let source = TomlSource::new(Path::new("bench.toml"), text);
+    let setup = ScanSetup::parse(&source).expect("a good set-up");
+    let mut places_mm: Vec<Vec3> = Vec::new();
+    for z_mm in [60.0, 90.0, 120.0, 150.0] {
+        let plane = PlaneGrid::square(35e-3, step_mm * 1e-3, z_mm * 1e-3);
+        for place_m in plane.points() {
+            places_mm.push(place_m * 1e3);
+            if places_mm.len().is_multiple_of(AGAIN) {
+                places_mm.push(place_m * 1e3);
+            }
+        }
+    }
+    let places_m: Vec<Vec3> = places_mm.iter().map(|place_mm| place_mm * 1e-3).collect();
+    let faster = Medium { speed_of_sound_m_s: 346.0 };
+    // (Delays are kept: they were told for the believed speed.)
+    let levels = told_for(&setup, faster).magnitudes(&places_m);
+    let largest = levels.iter().copied().fold(0.0, f64::max);
+    let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
+    let mut read = |level: f64| {
+        let quadratures = [ADDITIVE * noise.normal(), ADDITIVE * noise.normal()];
+        (level / largest + quadratures[0]).hypot(quadratures[1]) * (1.0 + SHARE * noise.normal())
+    };
+    let mut samples = Vec::new();
+    let mut sample = |focus, position_mm, level| {
+        let time_s = 0.1 * samples.len() as f64;
+        samples.push(Sample { time_s, focus, position_mm, reading: read(level), spread: None });
+    };
+    for _ in 0..SILENT {
+        sample(None, Vec3::new(0.0, 0.0, 150.0), 0.0);
+    }
+    for (place_mm, level) in places_mm.into_iter().zip(levels) {
+        sample(Some(0), place_mm, level);
+    }
+    RecordedScan { setup, samples }
+}
+
+fn simulation(setup: &ScanSetup, medium: Medium) -> Simulation {
+    let believed = setup.simulation(Simulator::Piston, 0).expect("a focus");
+    Simulation { medium, ..believed }
+}
+
+/// The set-up in another medium, with the phases of its own.
+fn told_for(setup: &ScanSetup, medium: Medium) -> Simulation {
+    let believed = simulation(setup, setup.medium.medium());
+    let phases_rad =
+        believed.excitation.phases_rad(&believed.array, &believed.medium, believed.frequency_hz);
+    Simulation { medium, excitation: Excitation::Phases(phases_rad), ..believed }
+}
+
+/// Marsaglia's xorshift, and Box and Muller's normal numbers of it.
+struct Noise(u64);
+
+impl Noise {
+    fn uniform(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * self.uniform().max(f64::MIN_POSITIVE).ln()).sqrt();
+        radius * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+}

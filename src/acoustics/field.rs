@@ -84,6 +84,8 @@ pub struct FieldSum {
     pub field: Complex64,
     /// Sum of the squared magnitudes: the field's mean square if the elements had random phases.
     pub incoherent_power: f64,
+    /// Sum of the squares: of parts that turn at random by little, it says in which direction their sum wanders.
+    pub square: Complex64,
 }
 
 /// What radiates from one place: an element, or a patch of one.
@@ -98,6 +100,14 @@ struct Source {
     /// Its own phase.
     own_rad: f64,
     lobes: usize,
+}
+
+/// What is summed: each is compiled by itself.
+#[derive(Debug, Clone, Copy)]
+enum Summed {
+    PlainField,
+    Field,
+    FieldAndSquares,
 }
 
 /// The directivity of all elements with one radius, and its radius and wavenumber.
@@ -209,19 +219,23 @@ impl FieldKernel {
 
     /// The complex field at each point. Behind an element's face it radiates nothing.
     pub fn at(&self, points_m: &[Vec3]) -> Vec<Complex64> {
-        // Still, clear air and an even receiver are what nearly every sum is over: it is compiled without the rest.
-        let plain = self.is_plain();
+        // An upright array in still, clear air and an even receiver are what nearly every sum is over: it is compiled without
+        // the rest.
+        let is_upright = self.sources.iter().all(|source| source.normal == Vec3::z());
+        let plain = is_upright && self.is_in_plain_air();
+        let what = if plain { Summed::PlainField } else { Summed::Field };
         let mut fields = vec![Complex64::ZERO; points_m.len()];
-        self.sum(plain, points_m, &mut fields, &|sums, lane| sums.field(lane));
+        self.sum(what, points_m, &mut fields, &|sums, lane| sums.field(lane));
         fields
     }
 
-    /// The field and the incoherent power at each point.
+    /// The field at each point, and the sums of its parts' squares.
     pub fn sums_at(&self, points_m: &[Vec3]) -> Vec<FieldSum> {
         let mut sums_at = vec![FieldSum::default(); points_m.len()];
-        self.sum(false, points_m, &mut sums_at, &|sums, lane| FieldSum {
+        self.sum(Summed::FieldAndSquares, points_m, &mut sums_at, &|sums, lane| FieldSum {
             field: sums.field(lane),
             incoherent_power: sums.power[lane],
+            square: Complex64::new(sums.square[0][lane], sums.square[1][lane]),
         });
         sums_at
     }
@@ -232,26 +246,26 @@ impl FieldKernel {
     }
 
     /// Whether the air is still, even and clear, and the receiver hears alike from everywhere.
-    fn is_plain(&self) -> bool {
+    fn is_in_plain_air(&self) -> bool {
         self.propagation.is_none() && self.reception.is_none()
     }
 
     fn sum<O: Send>(
         &self,
-        plain: bool,
+        what: Summed,
         points_m: &[Vec3],
         out: &mut [O],
         take: &(impl Fn(&Sums, usize) -> O + Sync),
     ) {
         match self.precision {
-            Precision::Single => self.sum_in::<f32, O>(plain, points_m, out, take),
-            Precision::Double => self.sum_in::<f64, O>(plain, points_m, out, take),
+            Precision::Single => self.sum_in::<f32, O>(what, points_m, out, take),
+            Precision::Double => self.sum_in::<f64, O>(what, points_m, out, take),
         }
     }
 
     fn sum_in<T: Real, O: Send>(
         &self,
-        plain: bool,
+        what: Summed,
         points_m: &[Vec3],
         out: &mut [O],
         take: &(impl Fn(&Sums, usize) -> O + Sync),
@@ -264,8 +278,8 @@ impl FieldKernel {
                 let prepared = &prepared;
                 let instructions = self.instructions;
                 macro_rules! run {
-                    ($plain:literal, $near:literal) => {
-                        instructions.run(SumTile::<T, $plain, $near, 0> {
+                    ($plain:literal, $near:literal, $squares:literal) => {
+                        instructions.run(SumTile::<T, $plain, $near, $squares, 0> {
                             prepared,
                             near,
                             points_m,
@@ -273,10 +287,11 @@ impl FieldKernel {
                         })
                     };
                 }
-                match (plain, self.near_field != 0.0) {
-                    (true, false) => run!(true, false),
-                    (true, true) => run!(true, true),
-                    (false, _) => run!(false, true),
+                match (what, self.near_field != 0.0) {
+                    (Summed::PlainField, false) => run!(true, false, false),
+                    (Summed::PlainField, true) => run!(true, true, false),
+                    (Summed::Field, _) => run!(false, true, false),
+                    (Summed::FieldAndSquares, _) => run!(false, true, true),
                 }
                 for (lane, out) in out.iter_mut().enumerate() {
                     *out = take(sums, lane);

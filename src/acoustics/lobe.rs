@@ -10,7 +10,8 @@ use std::sync::LazyLock;
 use super::lanes::Lanes;
 use super::real::Real;
 
-/// Terms beyond which a series is not carried; an analytic directivity needs 12 to 40.
+/// Terms that a series is tried with, and the most: an analytic directivity needs 12 to 40.
+const FIRST_TERMS: usize = 32;
 const MAX_TERMS: usize = 128;
 
 /// Terms of a piece between two corners. A piece is at most a tenth of the interval wide, where functions that are smooth on the
@@ -44,7 +45,13 @@ impl Fit {
         let inner = corners.iter().filter(|&corner| (1e-6..1.0 - 1e-6).contains(corner));
         let corners: Vec<f64> = inner.copied().collect();
         if corners.is_empty() {
-            return Self::Smooth { chebyshev: chebyshev(MAX_TERMS, function), tolerance };
+            let mut terms = FIRST_TERMS;
+            let mut series = chebyshev(terms, &function);
+            while terms < MAX_TERMS && !has_ended(&series) {
+                terms *= 2;
+                series = chebyshev(terms, &function);
+            }
+            return Self::Smooth { chebyshev: series, tolerance };
         }
         let mut ends = vec![0.0];
         for corner in corners.into_iter().chain([1.0]) {
@@ -219,18 +226,24 @@ impl<T: Real> Pieces<T> {
     }
 }
 
+/// Whether the last quarter of a series holds nothing: what lies beyond its end is folded back there.
+fn has_ended(series: &[f64]) -> bool {
+    let largest = |terms: &[f64]| terms.iter().fold(0.0f64, |largest, c| largest.max(c.abs()));
+    largest(&series[3 * series.len() / 4..]) <= DOUBLE_TOLERANCE * largest(series)
+}
+
 /// The first coefficients of a function on [0, 1] in Chebyshev polynomials of 2 t - 1, from its values at as many nodes
 /// (L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, ch. 3).
 fn chebyshev(terms: usize, function: impl Fn(f64) -> f64) -> Vec<f64> {
-    /// The cosines of all multiples of half the nodes' spacing, for as many nodes as are mostly taken: a fit is made for
-    /// each new set-up, and there are many.
-    static COSINES: LazyLock<Vec<f64>> = LazyLock::new(|| cosines(MAX_TERMS));
-    let fewer;
-    let cosines: &[f64] = if terms == MAX_TERMS {
+    /// The cosines of all multiples of half the spacing of as many nodes as are mostly taken: a fit is made for each new
+    /// set-up, and there are many.
+    static COSINES: LazyLock<Vec<f64>> = LazyLock::new(|| cosines(FIRST_TERMS));
+    let others;
+    let cosines: &[f64] = if terms == FIRST_TERMS {
         &COSINES
     } else {
-        fewer = cosines(terms);
-        &fewer
+        others = cosines(terms);
+        &others
     };
     // cos(term * angle(node)), its argument brought into one turn in whole numbers, where nothing is rounded.
     let cosine = |term: usize, node: usize| cosines[(term * (2 * node + 1)) % (4 * terms)];

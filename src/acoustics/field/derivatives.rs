@@ -78,7 +78,7 @@ impl FieldKernel {
         points_m: &[Vec3],
     ) -> Option<Vec<FieldDerivatives>> {
         assert!(parameters.len() <= AT_ONCE, "{AT_ONCE} parameters at once");
-        if !self.is_plain() || self.near_field != 0.0 {
+        if !self.is_in_plain_air() || self.near_field != 0.0 {
             return None;
         }
         let prepared = Prepared::new(self, Slopes::<f64>::new(self, transducer, parameters));
@@ -89,7 +89,8 @@ impl FieldKernel {
             |(sums, near), (out, points_m)| {
                 prepared.near(points_m, near);
                 let prepared = &prepared;
-                let tile = SumTile::<f64, true, false, AT_ONCE> { prepared, near, points_m, sums };
+                let tile =
+                    SumTile::<f64, true, false, false, AT_ONCE> { prepared, near, points_m, sums };
                 self.instructions.run(tile);
                 for (point, out) in out.iter_mut().enumerate() {
                     out.field = sums.field(point);

@@ -56,7 +56,8 @@ impl FieldKernel {
     }
 
     fn by_structure(&self, grid: &PlaneGrid) -> Option<PlaneSum> {
-        if !self.is_plain() || self.near_field != 0.0 || self.paths != PathLengths::Observed {
+        if !self.is_in_plain_air() || self.near_field != 0.0 || self.paths != PathLengths::Observed
+        {
             return None;
         }
         let axes = [regular(&grid.x_m)?, regular(&grid.y_m)?];

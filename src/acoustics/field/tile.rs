@@ -27,8 +27,6 @@ pub(super) struct Prepared<'k, T> {
     half_turns_per_m: T,
     on_axis: Law<T>,
     frozen: bool,
-    /// Whether all sources look along z.
-    upright: bool,
     slopes: Slopes<T>,
 }
 
@@ -69,7 +67,9 @@ pub(super) struct Near<T> {
 pub(super) struct Sums {
     pub real: [f64; TILE],
     pub imaginary: [f64; TILE],
+    /// What the sources' parts have for a sum of squared magnitudes, and of squares, real and imaginary.
     pub power: [f64; TILE],
+    pub square: [[f64; TILE]; 2],
     /// Real and imaginary parts of the derivatives.
     pub slopes: [[[f64; TILE]; 2]; AT_ONCE],
 }
@@ -77,7 +77,13 @@ pub(super) struct Sums {
 impl Default for Sums {
     fn default() -> Self {
         let none = [0.0; TILE];
-        Self { real: none, imaginary: none, power: none, slopes: [[none; 2]; AT_ONCE] }
+        Self {
+            real: none,
+            imaginary: none,
+            power: none,
+            square: [none; 2],
+            slopes: [[none; 2]; AT_ONCE],
+        }
     }
 }
 
@@ -106,7 +112,6 @@ impl<'k, T: Real> Prepared<'k, T> {
                 }
             },
             frozen: kernel.paths != PathLengths::Observed,
-            upright: kernel.sources.iter().all(|source| source.normal == Vec3::z()),
             slopes,
         }
     }
@@ -164,16 +169,23 @@ const NARROW: usize = 8;
 
 /// The sums at every point of a tile, with derivatives by `N` parameters.
 /// `NEAR` says whether faces have a near field, `PLAIN` that the air is still, even and clear and the receiver hears alike from
-/// everywhere.
-pub(super) struct SumTile<'t, T, const PLAIN: bool, const NEAR: bool, const N: usize> {
+/// everywhere and, but for derivatives, that all sources look along z, `SQUARES` that powers and squares are summed too.
+pub(super) struct SumTile<
+    't,
+    T,
+    const PLAIN: bool,
+    const NEAR: bool,
+    const SQUARES: bool,
+    const N: usize,
+> {
     pub prepared: &'t Prepared<'t, T>,
     pub near: &'t [Near<T>],
     pub points_m: &'t [Vec3],
     pub sums: &'t mut Sums,
 }
 
-impl<T: Real, const PLAIN: bool, const NEAR: bool, const N: usize> Vectorised
-    for SumTile<'_, T, PLAIN, NEAR, N>
+impl<T: Real, const PLAIN: bool, const NEAR: bool, const SQUARES: bool, const N: usize> Vectorised
+    for SumTile<'_, T, PLAIN, NEAR, SQUARES, N>
 {
     #[inline(always)]
     fn run<const DOUBLE: usize, const SINGLE: usize, const FUSED: bool>(self) {
@@ -188,7 +200,9 @@ impl<T: Real, const PLAIN: bool, const NEAR: bool, const N: usize> Vectorised
     }
 }
 
-impl<T: Real, const PLAIN: bool, const NEAR: bool, const N: usize> SumTile<'_, T, PLAIN, NEAR, N> {
+impl<T: Real, const PLAIN: bool, const NEAR: bool, const SQUARES: bool, const N: usize>
+    SumTile<'_, T, PLAIN, NEAR, SQUARES, N>
+{
     /// The sums at `W` points at a time.
     #[inline(always)]
     fn sum<const W: usize, const FUSED: bool>(self) {
@@ -202,13 +216,15 @@ impl<T: Real, const PLAIN: bool, const NEAR: bool, const N: usize> SumTile<'_, T
                     step[axis].0[lane] = T::of(point_m[axis] - middle_m[axis]);
                 }
             }
-            let bundle = sum_bundle::<T, W, FUSED, PLAIN, NEAR, N>(prepared, near, step);
+            let bundle = sum_bundle::<T, W, FUSED, PLAIN, NEAR, SQUARES, N>(prepared, near, step);
             for lane in 0..points_m.len() {
                 let point = first + lane;
                 sums.real[point] = bundle.real.0[lane].to_f64();
                 sums.imaginary[point] = bundle.imaginary.0[lane].to_f64();
-                if !PLAIN {
+                if SQUARES {
                     sums.power[point] = bundle.power.0[lane].to_f64();
+                    sums.square[0][point] = bundle.square[0].0[lane].to_f64();
+                    sums.square[1][point] = bundle.square[1].0[lane].to_f64();
                 }
                 for (slopes, slope) in sums.slopes.iter_mut().zip(&bundle.slopes) {
                     slopes[0][point] = slope[0].0[lane].to_f64();
@@ -224,6 +240,7 @@ struct Bundle<T, const W: usize, const FUSED: bool, const N: usize> {
     real: Lanes<T, W, FUSED>,
     imaginary: Lanes<T, W, FUSED>,
     power: Lanes<T, W, FUSED>,
+    square: [Lanes<T, W, FUSED>; 2],
     slopes: [[Lanes<T, W, FUSED>; 2]; N],
 }
 
@@ -275,6 +292,7 @@ fn sum_bundle<
     const FUSED: bool,
     const PLAIN: bool,
     const NEAR: bool,
+    const SQUARES: bool,
     const N: usize,
 >(
     prepared: &Prepared<T>,
@@ -282,15 +300,19 @@ fn sum_bundle<
     step: [Lanes<T, W, FUSED>; 3],
 ) -> Bundle<T, W, FUSED, N> {
     let zero = Lanes::zero();
-    let mut sum = Bundle { real: zero, imaginary: zero, power: zero, slopes: [[zero; 2]; N] };
+    let mut sum = Bundle {
+        real: zero,
+        imaginary: zero,
+        power: zero,
+        square: [zero; 2],
+        slopes: [[zero; 2]; N],
+    };
     for source in near {
         let along = Lanes::moved(step, source.offset);
         let [x, y, z] = along;
-        let across_square = x.mul_add(x, y.square());
-        let square = z.mul_add(z, across_square);
-        let inverse = square.reciprocal_root();
-        let distance = square * inverse;
-        let height = if prepared.upright { z } else { Lanes::dot_add(along, source.normal, zero) };
+        let across_square = x.mul_add(x, y.mul_add(y, Lanes::splat(T::TINY)));
+        let (distance, inverse) = z.mul_add(z, across_square).root_and_reciprocal();
+        let height = if PLAIN && N == 0 { z } else { Lanes::dot_add(along, source.normal, zero) };
         let cosine_of_angle = height * inverse;
 
         let variable = match prepared.kernel.smooth {
@@ -314,8 +336,7 @@ fn sum_bundle<
 
         let (path, path_inverse, mut longer) = if prepared.frozen {
             let square = across_square + source.rise * source.rise;
-            let inverse = square.reciprocal_root();
-            let path = square * inverse;
+            let (path, inverse) = square.root_and_reciprocal();
             let [sx, sy, _] = Lanes::moved(along, source.offset);
             (path, inverse, excess(source, step, path, inverse, [sx, sy, zero]))
         } else {
@@ -342,8 +363,12 @@ fn sum_bundle<
         let (cosine, sine) = half_turns.cos_sin_half_turns();
         sum.real = magnitude.mul_add(cosine, sum.real);
         sum.imaginary = magnitude.mul_add(sine, sum.imaginary);
-        if !PLAIN {
-            sum.power = magnitude.mul_add(magnitude, sum.power);
+        if SQUARES {
+            let [real, imaginary] = [magnitude * cosine, magnitude * sine];
+            let [real_square, imaginary_square] = [real.square(), imaginary.square()];
+            sum.power = sum.power + real_square + imaginary_square;
+            sum.square[0] = sum.square[0] + real_square - imaginary_square;
+            sum.square[1] = (real + real).mul_add(imaginary, sum.square[1]);
         }
         if N > 0 {
             let (by_distance, by_height) = prepared.on_axis.rates(inverse);

@@ -8,6 +8,7 @@ mod characterize;
 mod closing;
 mod compare;
 mod diagnose;
+mod distinguish;
 mod focus;
 mod import;
 mod output;
@@ -62,6 +63,8 @@ enum Command {
     Compare(compare::Compare),
     /// Say why a recorded scan and its simulation differ
     Diagnose(diagnose::Diagnose),
+    /// Say which causes a scan can tell apart, whatever it reads
+    Distinguish(distinguish::Distinguish),
     /// Simulate a plan, planes over a rig's array, or a display
     Simulate(simulate::Simulate),
     /// Say how peak, focal radius and sub-peaks go with any parameter; the thesis's table and curves
@@ -126,6 +129,7 @@ impl Command {
             Self::Replay(command) => command.run(),
             Self::Compare(command) => command.run(),
             Self::Diagnose(command) => command.run(),
+            Self::Distinguish(command) => command.run(),
             Self::Simulate(command) => command.run(),
             Self::Study(command) => command.run(),
             Self::Characterize(command) => command.run(),

@@ -32,7 +32,7 @@ pub(super) fn account(
 ) -> Where {
     let parts = parts(observations);
     let noise = |part: &Part<'_>, i: usize| {
-        observations.scans[part.scan].scatter.slope(part.drive.readings[i]).powi(-2)
+        observations.scans[part.scan].scale.slope(part.drive.readings[i]).powi(-2)
     };
     let squares = |part: &Part<'_>, expected: &[f64], of: &[usize]| -> f64 {
         of.iter().map(|&i| (part.drive.readings[i] - expected[part.first + i]).powi(2)).sum()
@@ -162,7 +162,7 @@ fn kinds(
         noise += part
             .own
             .iter()
-            .map(|&i| scan.scatter.slope(part.drive.readings[i]).powi(-2))
+            .map(|&i| scan.scale.slope(part.drive.readings[i]).powi(-2))
             .sum::<f64>();
     }
     if whole <= 0.0 {

@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use super::account::account;
 use super::effects::{Context, Fitted};
-use super::fit::Fit;
+use super::extension::is_near;
+use super::fit::{Fit, SEARCH, refined};
 use super::gap_size::{HeldOut, as_believed, expected, gap, noise_floor};
 use super::judgement::{Judgement, LIMIT, judge};
 use super::levels::settle_scatter;
@@ -14,17 +15,15 @@ use super::likelihood::pressures;
 use super::maps::{Drawn, maps};
 use super::next_measurement::next_measurement;
 use super::observations::Observations;
+use super::preparation::Prepared;
 use super::pursuit::{Pursuit, Tried, believed};
 use super::residual_tests::z_scores;
-use super::scatter::of_silence;
 use super::supposed::Supposed;
 use super::{Candidate, Diagnosis, FittedParameter, ResidualTest, Verdict, WaterfallStep};
 use crate::acoustics::Simulator;
-use crate::gap::compare::{Incomparable, comparable};
+use crate::gap::compare::Incomparable;
 use crate::gap::comparison::{Noise, NoiseSource};
-use crate::gap::register::{Registered, register};
-use crate::gap::registration::{Registering, Registration};
-use crate::gap::{Pose, readings::Readings};
+use crate::gap::registration::Registration;
 use crate::scan::RecordedScan;
 
 /// Pairs of reading and element that a search goes through at most: of a large array fewer readings are looked at.
@@ -33,9 +32,9 @@ const MOST_PAIRS: usize = 400_000;
 /// Readings that are looked at whatever the array.
 const FEWEST: usize = 1000;
 
-/// Probability that the cause is none of those that were looked at, though nothing in the readings says so: of 160 sealed scans
-/// whose first candidate had all the evidence for it, one in ten had another cause, or one more that was too small to see.
-const ANOTHER_CAUSE: f64 = 0.08;
+/// Probability that the cause is none of those that were looked at, though nothing in the readings says so: of 174 sealed scans
+/// whose first candidate had all the evidence for it, one in twenty had another cause, or one more that was too small to see.
+const ANOTHER_CAUSE: f64 = 0.05;
 
 /// Candidates that are told of.
 const TOLD: usize = 12;
@@ -50,27 +49,8 @@ pub fn diagnose(
     scans: &[RecordedScan],
     simulator: Option<Simulator>,
 ) -> Result<Diagnosis, Incomparable> {
-    let first = scans.first().ok_or(Incomparable::NoScan)?;
-    if let Some(other) = scans.iter().find(|s| s.setup.array.array() != first.setup.array.array()) {
-        let [one, other] = [first, other].map(|scan| scan.setup.name.clone());
-        return Err(Incomparable::OtherArray { one, other });
-    }
-    let simulator = simulator.unwrap_or(first.setup.simulator);
-    let mut registrations = Vec::new();
-    let mut poses = Vec::new();
-    for scan in scans {
-        let readings = Readings::of(scan, simulator);
-        comparable(scan, &readings)?;
-        let Registered { registration, .. } = register(&readings, Registering::Auto);
-        let pose = match is_in_other_coordinates(&registration) {
-            true => registration.pose(),
-            false => Pose::default(),
-        };
-        registrations.push(registration);
-        poses.push(pose);
-    }
-    let mut observations = Observations::of(scans, simulator, &poses);
-    let context = context(&observations, scans);
+    let Prepared { simulator, mut observations, context, mut registrations } =
+        Prepared::of(scans, simulator)?;
     let few = (MOST_PAIRS / observations.elements()).max(FEWEST);
     observations = observations.thinned(few);
     let tried = searched(&mut observations, &context);
@@ -85,51 +65,26 @@ pub fn diagnose(
     Ok(Told { scans, simulator, observations, context, tried, base, judgement }.tell(registration))
 }
 
-/// Whether a scan lies in coordinates of its own: only then is it laid on the array's by a pose before anything else. What
-/// resembles the believed field at all is in the lab's coordinates, and a pose would eat what is to be found.
-fn is_in_other_coordinates(registration: &Registration) -> bool {
-    const UNLIKE: f64 = 0.5;
-    const ALIKE: f64 = 0.8;
-    let correlation = |with_pose: bool| {
-        let tried = registration.tried.iter();
-        let of = tried.filter(|t| (t.registering == Registering::Pose) == with_pose);
-        of.map(|tried| tried.correlation).fold(f64::NEG_INFINITY, f64::max)
-    };
-    registration.chosen == Registering::Pose
-        && correlation(false) < UNLIKE
-        && correlation(true) > ALIKE
-}
-
-fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {
-    let drives = || observations.scans.iter().flat_map(|scan| &scan.drives);
-    let highest = drives().flat_map(|drive| &drive.visits).map(|visit| visit.at_m.z);
-    let silence = observations.scans.iter().filter_map(|scan| of_silence(&scan.silent));
-    let floors = silence.map(|(_, floor, _)| floor);
-    Context {
-        believed: observations.first().believed.clone(),
-        largest_reading: observations.readings().into_iter().fold(0.0, f64::max),
-        unit: scans[0].setup.unit.clone(),
-        highest_m: highest.fold(0.0, f64::max),
-        silent_floor: floors.fold(0.0, f64::max),
-    }
-}
-
-/// Searches with the noise that repeats and silence tell, and goes on with the noise that what was found tells of.
+/// Searches with the noise that repeats and silence tell, and goes on with the noise that what was found tells of: first on some
+/// of the readings, then from what is left there on all.
 fn searched(observations: &mut Observations, context: &Context) -> Vec<Tried> {
+    /// Readings of the first search.
+    const FIRST: usize = 1500;
     /// Relative change of the noise that is worth a change.
     const CHANGED: f64 = 0.04;
     /// Relative change at which the first search was misled.
     const MISJUDGED: f64 = 0.75;
     let nothing = Fit::of_nothing(as_believed(observations));
     settle_scatter(observations, &nothing, context, false);
-    let mut pursuit = Pursuit::begin(observations, context);
+    let mut pursuit = Pursuit::begin(&observations.thinned(FIRST), context);
     let noise_is_told = observations.scans.iter().all(|scan| scan.scatter.is_told_by_repeats());
-    if noise_is_told && !pursuit.is_near(observations) {
+    let best = refined(pursuit.tried[0].fit.clone(), observations, context, SEARCH);
+    if noise_is_told && !is_near(&best, observations) {
         // What is far from the readings says nothing of their noise.
-        return pursuit.tried;
+        return pursuit.on_all(observations, context).found(observations, context);
     }
     let before: Vec<_> = observations.scans.iter().map(|scan| scan.scatter.clone()).collect();
-    settle_scatter(observations, &pursuit.tried[0].fit, context, true);
+    settle_scatter(observations, &best, context, true);
     let pairs = || observations.scans.iter().map(|scan| &scan.scatter).zip(&before);
     let changed = pairs().any(|(scatter, before)| {
         let off = |now: f64, before: f64| (now / before - 1.0).abs() > CHANGED;
@@ -144,9 +99,10 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<Tried> {
             scan.set_scatter(before);
         }
     } else if wrong {
-        pursuit = Pursuit::begin(observations, context);
+        pursuit = Pursuit::begin(&observations.thinned(FIRST), context);
     }
-    pursuit.again(observations, context).tried
+    let pursuit = pursuit.on_all(observations, context).and_on(observations, context);
+    pursuit.found(observations, context)
 }
 
 fn scaled(observations: &Observations, fit: &Fit, context: &Context) -> Vec<f64> {

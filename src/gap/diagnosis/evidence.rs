@@ -12,6 +12,7 @@ use super::effects::{Choice, Search};
 use super::fit::Fit;
 use super::observations::Observations;
 use super::scatter::Scatter;
+use super::search::steps_and_zeros;
 
 /// Span of the logarithm of an effect's size, from one standard deviation to thousands.
 const SPAN: f64 = 8.0;
@@ -28,12 +29,9 @@ const NO_EFFECT: f64 = 3.0;
 /// Natural logarithm of evidence times prior, less a constant of the observations.
 pub(super) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
     let mut log = -0.5 * fit.penalised;
-    let turbulence = fit.value_of("turbulence").unwrap_or(0.0);
-    log -= observations
-        .scans
-        .iter()
-        .map(|scan| scan.scatter.against_turbulence(turbulence))
-        .sum::<f64>();
+    let (turbulence, speckle) = fit.turbulence();
+    let scans = observations.scans.iter();
+    log -= scans.map(|scan| scan.scatter.against_turbulence(turbulence, speckle)).sum::<f64>();
     let ranges = fit.ranges();
     for (number, instance) in fit.instances.iter().enumerate() {
         let values = &fit.values[number];
@@ -97,12 +95,10 @@ pub(super) fn cost_of_freedom(parameters: usize, size: f64) -> f64 {
 pub(super) fn cost_of_choice(choice: &Choice, elements: usize) -> f64 {
     /// Sizes of sets, equally likely.
     const SIZES: f64 = 3.0;
-    /// Steps and zeros, equally likely.
-    const STEPS: f64 = 63.0 * 16.0;
     match choice {
         Choice::None => 0.0,
         Choice::Law(_) => 2f64.ln(),
-        Choice::Steps(..) => STEPS.ln(),
+        Choice::Steps(..) => (steps_and_zeros().count() as f64).ln(),
         Choice::Elements(set) => {
             let ways: f64 =
                 (0..set.len()).map(|i| (elements - i) as f64 / (i + 1) as f64).product();

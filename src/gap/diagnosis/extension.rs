@@ -2,19 +2,24 @@
 
 use rayon::prelude::*;
 
-use super::effects::{CATALOGUE, Context, Effect, Search};
+use super::effects::{CATALOGUE, Choice, Context, Effect, Search};
 use super::evidence::{cost_of_freedom, log_evidence};
 use super::fit::{
     Fit, Instance, Promise, Promises, SEARCH, Start, cost_on, fit_any, is_plausible, refined,
 };
 use super::observations::Observations;
 use super::pursuit::Tried;
-use super::random_elements::best_spread;
-use super::search::{Scored, beginnings, extended};
+use super::random_elements::{best_spread, in_place_of_departures};
+use super::search::{Beginning, Scored, beginnings, extended};
+use crate::least_squares::Stopping;
 
 /// Readings on which an effect is first looked for beside what is near the readings already, and beside what is not.
 const COARSE: usize = 1300;
 const COARSE_FROM_AFAR: usize = 500;
+
+/// When a fit on few readings stops, and when one of several starts has shown what it is worth.
+const ROUGH: Stopping = Stopping { iterations: 12, step: 5e-2, fall: 1e-4 };
+const FIRST_STEPS: Stopping = Stopping { iterations: 4, ..ROUGH };
 
 /// Nats behind the best, on all readings by the coarse fit's estimate, at which an effect is given up.
 const HOPELESS: f64 = 80.0;
@@ -98,7 +103,10 @@ impl Extension {
             rough.into_iter().zip(estimates).partition(|(_, estimate)| *estimate >= least);
         let fitted = kept
             .into_par_iter()
-            .map(|((_, fit), _)| Tried::of(refined(fit, observations, context), observations))
+            .map(|((_, fit), _)| match share > 1.0 {
+                true => Tried::of(refined(fit, observations, context, SEARCH), observations),
+                false => Tried::of(fit, observations),
+            })
             .collect();
         Self { fitted, given_up: given_up.into_iter().map(|((set, _), _)| set.ids).collect() }
     }
@@ -182,23 +190,34 @@ impl<'o> Base<'o> {
         let neutral = effect.neutral();
         let begins_there = effect.starts(context).contains(&neutral);
         let slope_leads = self.near && begins_there && !effect.begins_flat(context);
-        beginnings(effect, &self.scored, slope_leads, context)
+        let start = |beginning: Beginning, values: &[Vec<f64>]| {
+            let mut values = values.to_vec();
+            values.push(beginning.values);
+            let mut spreads = before.spreads.clone();
+            spreads.push(f64::NAN);
+            let instances = extended(before, effect, beginning.choice);
+            let nuisance = Some(before.nuisance.clone());
+            Start { instances, values, spreads, nuisance }
+        };
+        let plausible = |beginning: &Beginning| {
+            let instance = Instance { effect, choice: beginning.choice.clone() };
+            is_plausible(coarse, context, &instance, &beginning.values)
+        };
+        let mut starts: Vec<Start> = beginnings(effect, &self.scored, slope_leads, context)
             .into_iter()
-            .filter(|beginning| {
-                let instance = Instance { effect, choice: beginning.choice.clone() };
-                is_plausible(coarse, context, &instance, &beginning.values)
-            })
-            .map(|beginning| {
-                let mut values = before.values.clone();
-                values.push(beginning.values);
-                let mut spreads = before.spreads.clone();
-                spreads.push(f64::NAN);
-                let instances = extended(before, effect, beginning.choice);
-                let nuisance = Some(before.nuisance.clone());
-                let start = Start { instances, values, spreads, nuisance };
-                fit_any(coarse, context, start, SEARCH)
-            })
-            .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))
+            .filter(plausible)
+            .map(|beginning| start(beginning, &before.values))
+            .collect();
+        for (elements, values) in in_place_of_departures(before, effect.search()) {
+            let choice = Choice::Elements(elements);
+            starts.push(start(Beginning { choice, values: Vec::new() }, &values));
+        }
+        let stopping = if starts.len() > 1 { FIRST_STEPS } else { ROUGH };
+        let best = starts
+            .into_iter()
+            .map(|start| fit_any(coarse, context, start, stopping))
+            .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))?;
+        Some(if stopping == ROUGH { best } else { refined(best, coarse, context, ROUGH) })
     }
 }
 

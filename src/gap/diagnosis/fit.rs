@@ -1,5 +1,6 @@
 //! A set of effects fitted to the readings, with gain and a small shift of each scan beside them.
 
+use std::cell::RefCell;
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
@@ -9,11 +10,11 @@ use crate::gap::levenberg_marquardt::{
     self, Linearisation, Minimum, Parameter as Unknown, Stopping, minimise,
 };
 
-use super::effects::{Choice, Context, Effect, Parameter, Search};
+use super::effects::{Choice, Context, Effect, Parameter, Search, turbulence};
 use super::likelihood::{Nuisance, Pressures, Residuals, first_gain, pressures};
 use super::observations::Observations;
 use super::random_elements::fit_with_spread;
-use super::supposed::Supposed;
+use super::supposed::{Speckle, Supposed};
 
 /// An effect with what was chosen for it.
 #[derive(Clone)]
@@ -24,9 +25,9 @@ pub(super) struct Instance {
     pub choice: Choice,
 }
 
-/// Standard deviation of the shift that setting up leaves, m: a fifth of a millimetre. A wider one would eat the
+/// Standard deviation of the shift that setting up leaves, m: a tenth of a millimetre. A wider one would eat the
 /// effects that move a field.
-pub(super) const SHIFT_M: f64 = 2e-4;
+pub(super) const SHIFT_M: f64 = 1e-4;
 
 /// A change of the shift that matters, m.
 const SHIFT_SCALE_M: f64 = 2e-5;
@@ -89,10 +90,20 @@ impl Fit {
         self.instances.iter().map(|instance| instance.effect.id()).collect()
     }
 
-    /// The first parameter of the effect of a name, if it is in the set.
-    pub fn value_of(&self, id: &str) -> Option<f64> {
-        let number = self.instances.iter().position(|instance| instance.effect.id() == id)?;
-        self.values[number].first().copied()
+    /// Random phase over one metre of path, rad, and the kind of speckle it makes.
+    pub fn turbulence(&self) -> (f64, Speckle) {
+        let is_turbulence = |instance: &Instance| instance.effect.id() == "turbulence";
+        match self.instances.iter().position(is_turbulence) {
+            Some(number) => {
+                (self.values[number][0], turbulence::speckle(&self.instances[number].choice))
+            }
+            None => (0.0, Speckle::OfPaths),
+        }
+    }
+
+    /// Whether each element has a departure of its own.
+    pub fn has_random_elements(&self) -> bool {
+        self.instances.iter().any(|instance| instance.effect.search() == Search::Random)
     }
 
     /// Where the parameters of the effects' begin and end in the covariance.
@@ -135,9 +146,21 @@ struct Problem<'o> {
     context: &'o Context,
     instances: &'o [Instance],
     lengths: Vec<usize>,
+    /// Where the residuals were looked at last, and the pressures there.
+    last: RefCell<Option<(Vec<f64>, Pressures)>>,
 }
 
-impl Problem<'_> {
+impl<'o> Problem<'o> {
+    fn new(
+        observations: &'o Observations,
+        context: &'o Context,
+        instances: &'o [Instance],
+        values: &[Vec<f64>],
+    ) -> Self {
+        let lengths = values.iter().map(Vec::len).collect();
+        Self { observations, context, instances, lengths, last: RefCell::new(None) }
+    }
+
     fn nuisance(&self, numbers: &[f64]) -> Vec<Nuisance> {
         numbers[..Nuisance::COUNT * self.observations.scans.len()]
             .chunks(Nuisance::COUNT)
@@ -169,7 +192,16 @@ impl Problem<'_> {
         if !self.plausible(numbers) {
             return vec![f64::NAN];
         }
-        self.residuals(numbers, &self.pressures(numbers)).for_least_squares()
+        let pressures = self.pressures(numbers);
+        let residuals = self.residuals(numbers, &pressures).for_least_squares();
+        self.last.replace(Some((numbers.to_vec(), pressures)));
+        residuals
+    }
+
+    /// The pressures at a point, taken where the residuals were looked at last if that was there.
+    fn pressures_again(&self, numbers: &[f64]) -> Pressures {
+        let last = self.last.take().filter(|(at, _)| at == numbers);
+        last.map_or_else(|| self.pressures(numbers), |(_, pressures)| pressures)
     }
 
     fn plausible(&self, numbers: &[f64]) -> bool {
@@ -189,7 +221,7 @@ impl Problem<'_> {
         unknowns: &[Unknown],
         kept: &mut Option<Vec<Vec<f64>>>,
     ) -> Linearisation {
-        let pressures = self.pressures(numbers);
+        let pressures = self.pressures_again(numbers);
         let residuals = self.residuals(numbers, &pressures).for_least_squares();
         let of = |range| self.columns(numbers, unknowns, range, &pressures, &residuals);
         let nuisance = Nuisance::COUNT * self.observations.scans.len();
@@ -375,11 +407,10 @@ pub(super) fn fit(
     stopping: Stopping,
 ) -> Fit {
     let Start { instances, values, spreads, nuisance } = start;
-    let lengths = values.iter().map(Vec::len).collect();
     let nuisance = nuisance
         .unwrap_or_else(|| first_gain(observations, &suppose(&instances, &values, context)));
     let unknowns = unknowns(&instances, &values, &spreads, &nuisance);
-    let problem = Problem { observations, context, instances: &instances, lengths };
+    let problem = Problem::new(observations, context, &instances, &values);
     let mut kept = None;
     let mut age = 0;
     let Minimum { parameters, cost: penalised, covariance, .. } = minimise(
@@ -461,35 +492,46 @@ impl<'o> Promises<'o> {
     pub fn of(observations: &'o Observations, context: &'o Context, fit: &'o Fit) -> Self {
         let unknowns = unknowns(&fit.instances, &fit.values, &fit.spreads, &fit.nuisance);
         let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
-        let lengths = fit.values.iter().map(Vec::len).collect();
-        let problem = Problem { observations, context, instances: &fit.instances, lengths };
+        let problem = Problem::new(observations, context, &fit.instances, &fit.values);
         let linear = problem.linearise(&numbers, &unknowns, &mut None);
         Self { observations, context, fit, numbers, unknowns, linear }
     }
 
-    /// What an effect promises that begins with these values, at which it must do nothing yet.
-    pub fn of_effect(&self, effect: &'static dyn Effect, values: &[f64]) -> Promise {
+    /// The derivatives by what is fitted already, a column each, and below them a row for each that is known beforehand: one over
+    /// its standard deviation.
+    pub fn known_columns(&self) -> DMatrix<f64> {
+        let readings = self.linear.residuals.len();
+        let rows = readings + self.unknowns.len();
+        let mut columns = DMatrix::zeros(rows, self.unknowns.len());
+        for (j, (column, unknown)) in self.linear.columns.iter().zip(&self.unknowns).enumerate() {
+            columns.view_mut((0, j), (readings, 1)).copy_from_slice(column);
+            columns[(readings + j, j)] = unknown.prior.map_or(0.0, |(_, sd)| 1.0 / sd);
+        }
+        columns
+    }
+
+    /// The derivatives by the parameters of an effect, at values at which it must do nothing yet.
+    pub fn columns_of(&self, effect: &'static dyn Effect, values: &[f64]) -> Vec<Vec<f64>> {
         let mut instances = self.fit.instances.clone();
         instances.push(Instance { effect, choice: Choice::None });
         let mut all = self.fit.values.clone();
         all.push(values.to_vec());
         let mut spreads = self.fit.spreads.clone();
         spreads.push(1.0);
-        let lengths = all.iter().map(Vec::len).collect();
-        let problem = Problem {
-            observations: self.observations,
-            context: self.context,
-            instances: &instances,
-            lengths,
-        };
+        let problem = Problem::new(self.observations, self.context, &instances, &all);
         let unknowns = unknowns(&instances, &all, &spreads, &self.fit.nuisance);
         let mut numbers = self.numbers.clone();
         numbers.extend(values);
-        let known = self.numbers.len();
         let pressures = problem.pressures(&numbers);
+        let range = self.numbers.len()..numbers.len();
+        problem.columns(&numbers, &unknowns, range, &pressures, &self.linear.residuals)
+    }
+
+    /// What an effect promises that begins with these values, at which it must do nothing yet.
+    pub fn of_effect(&self, effect: &'static dyn Effect, values: &[f64]) -> Promise {
+        let known = self.numbers.len();
         let residuals = &self.linear.residuals;
-        let columns =
-            problem.columns(&numbers, &unknowns, known..numbers.len(), &pressures, residuals);
+        let columns = self.columns_of(effect, values);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let old = &self.linear.columns;
         let mut within = DMatrix::from_fn(known, known, |i, j| dot(&old[i], &old[j]));
@@ -532,10 +574,15 @@ pub(super) fn cost_on(observations: &Observations, fit: &Fit, context: &Context)
 }
 
 /// The same set on other readings, from where a fit ended.
-pub(super) fn refined(fit: Fit, observations: &Observations, context: &Context) -> Fit {
+pub(super) fn refined(
+    fit: Fit,
+    observations: &Observations,
+    context: &Context,
+    stopping: Stopping,
+) -> Fit {
     let Fit { instances, values, spreads, nuisance, .. } = fit;
     let start = Start { instances, values, spreads, nuisance: Some(nuisance) };
-    fit_any(observations, context, start, SEARCH)
+    fit_any(observations, context, start, stopping)
 }
 
 /// Fits a set, finding the spread of elements where one is random.

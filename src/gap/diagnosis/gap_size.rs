@@ -31,7 +31,7 @@ pub(super) fn expected(
         for (drive, pressures) in scan.drives.iter().zip(pressures) {
             let first = expected.len();
             let of = |visit: &Visit, pressure| {
-                supposed.expected(pressure, gain, visit.progress, &scan.scatter).reading
+                supposed.expected(pressure, gain, visit.progress, scan).reading
             };
             let (visits, others) = pressures.split_at(drive.visits.len());
             expected.extend(drive.visits.iter().zip(visits).map(|(visit, p)| of(visit, p)));
@@ -65,7 +65,7 @@ pub(super) fn noise_floor(observations: &Observations) -> f64 {
     let (mut noise, mut power) = (0.0, 0.0);
     for scan in &observations.scans {
         for reading in scan.drives.iter().flat_map(|drive| &drive.readings) {
-            noise += scan.scatter.slope(*reading).powi(-2);
+            noise += scan.scale.slope(*reading).powi(-2);
             power += reading * reading;
         }
     }

@@ -25,6 +25,9 @@ pub(super) const LIMIT: f64 = 4.5;
 /// better than that.
 const LEFT_OVER: f64 = 3e-3;
 
+/// The same for several effects, which together imitate much: what is more must be well below the noise.
+const LEFT_OVER_BY_SEVERAL: f64 = 3e-4;
+
 /// Cost a reading of the believed set-up from which on a gap is so large that a formula's own error may show.
 const LARGE: f64 = 4.0;
 
@@ -55,13 +58,11 @@ pub(super) fn judge(
     let n = observations.len() as f64;
     let excess = |cost: f64| (cost - n).max(0.0);
     let left = excess(tried[0].fit.cost);
-    // Several effects together imitate much: they explain only what they bring well below the noise.
-    let imitates = tried[0].fit.instances.len() > 1 && left > 0.5 * n;
+    let share = left / excess(believed.fit.cost);
+    let several = tried[0].fit.instances.len() > 1;
+    let imitates = several && left > 0.5 * n && share > LEFT_OVER_BY_SEVERAL;
     // Of a gap within the noise nothing may be left over.
-    let left_over = match believed.fit.cost > LARGE * n && !imitates {
-        true => left / excess(believed.fit.cost),
-        false => 1.0,
-    };
+    let left_over = if believed.fit.cost > LARGE * n && !imitates { share } else { 1.0 };
     let structured = |name: &str, z: f64| match name {
         "more scatter than the noise" => z > LIMIT,
         "order among the elements" => z > LIMIT,

@@ -6,7 +6,7 @@ use super::gap_size::expected;
 use super::likelihood::pressures;
 use super::observations::{Observations, ObservedDrive};
 use super::scatter::{Level, judge, settled};
-use super::supposed::{Pressure, Supposed};
+use super::supposed::{Pressure, Speckle, Supposed};
 
 /// Judges the scatter of every scan anew, by what a fit says that readings should have been; where it has `fitted` them,
 /// what it leaves is let speak too.
@@ -28,7 +28,7 @@ fn levels(observations: &Observations, fit: &Fit, context: &Context) -> Vec<Vec<
     /// Turbulence, rad over √m, small enough to be linear in its square.
     const PROBE: f64 = 1e-3;
     let supposed = Supposed { turbulence: 0.0, ..fit.supposed(context) };
-    let stirred = Supposed { turbulence: PROBE, ..supposed.clone() };
+    let stirred = Supposed { turbulence: PROBE, speckle: Speckle::OfPaths, ..supposed.clone() };
     let stirred = pressures(observations, &stirred, &fit.nuisance);
     let mut readings = expected(observations, &supposed, &fit.nuisance).into_iter();
     let mut levels = Vec::new();
@@ -37,7 +37,8 @@ fn levels(observations: &Observations, fit: &Fit, context: &Context) -> Vec<Vec<
         let mut of_drive = |(drive, stirred): (&ObservedDrive, &Vec<Pressure>)| {
             let visits = readings.by_ref().take(drive.visits.len()).zip(stirred);
             let level = |(reading, stirred): (f64, &Pressure)| {
-                Level::new(reading, scan.scatter.floor, stirred.speckle * unit)
+                let speckle = stirred.speckle_along_and_across().map(|square| square * unit);
+                Level { reading, speckle }
             };
             visits.map(level).collect()
         };

@@ -1,7 +1,7 @@
 //! How likely the readings are under a supposition.
 //!
 //! Readings and their expected values are brought to the scale on which they scatter by one everywhere
-//! ([`Scatter::stabilised`]), so that a residual of one is one standard deviation wherever it stands, chi-square means what it
+//! ([`Scale`](super::scale::Scale)), so that a residual of one is one standard deviation wherever it stands, chi-square means what it
 //! says, and a structure in a map of residuals is one. Where a supposition changes the scatter itself (turbulence,
 //! compression), the residual is divided by the new one and its logarithm is charged.
 
@@ -9,8 +9,9 @@ use nalgebra::Vector3;
 
 use crate::acoustics::Vec3;
 
+use super::detection::{Detected, rice_mean};
 use super::observations::{Observations, ObservedDrive, ObservedScan, Visit};
-use super::scatter::{Scatter, without_floor};
+use super::scatter::without_floor;
 use super::supposed::{Pressure, Supposed};
 
 /// What is open in every scan, whatever is supposed: the gain, a small shift, and how near the near field is.
@@ -106,38 +107,44 @@ impl Supposed {
         pressure: &Pressure,
         gain: f64,
         progress: f64,
-        scatter: &Scatter,
+        scan: &ObservedScan,
     ) -> Expected {
+        let scatter = &scan.scatter;
         let gain = gain * (1.0 + self.drift * progress).max(1e-3);
         // (The library's norm guards against overflow, at five times the time.)
         let level = pressure.coherent.norm_sqr().sqrt() * gain;
-        let quadrature = match pressure.speckle {
-            0.0 => scatter.additive,
-            speckle => scatter.additive.hypot(gain * (0.5 * speckle).sqrt()),
-        };
-        let mut reading = Scatter::mean_reading(level, quadrature);
+        // Of magnitudes that are averaged, each has the noise of one.
+        let single = scatter.additive * scan.averaged.sqrt();
         if !self.changes_scatter() {
-            return Expected { reading: reading.min(self.full_scale), variance_ratio: 1.0 };
+            let reading = rice_mean(level, single).min(self.full_scale);
+            return Expected { reading, variance_ratio: 1.0 };
         }
-        let share_after = !self.share_before_receiver;
-        let mut deviation = match share_after {
-            true => quadrature,
-            false => (scatter.share * reading).hypot(quadrature),
+        let noise = single * single;
+        let speckle = pressure.speckle_along_and_across().map(|square| gain * gain * square);
+        let [along, across] = speckle.map(|square| (noise + square).sqrt());
+        let compressed = |reading: f64| match self.saturation.is_finite() {
+            true => reading / (1.0 + (reading / self.saturation).powi(2)).sqrt(),
+            false => reading,
         };
-        if self.saturation.is_finite() {
-            let compressed = 1.0 / (1.0 + (reading / self.saturation).powi(2)).sqrt();
-            reading *= compressed;
-            deviation *= compressed.powi(3);
-        }
-        if self.floor > 0.0 {
-            let raised = reading.hypot(self.floor);
-            deviation *= reading / raised;
-            reading = raised;
-        }
-        if share_after {
-            deviation = deviation.hypot(scatter.share * reading);
-        }
-        let ratio = (deviation * scatter.slope(reading)).powi(2);
+        let detected = Detected::of(level, along, across);
+        let (reading, quadrature) =
+            detected.received(self.floor, |reading| compressed(reading).hypot(self.floor));
+        let proportional = match self.share_before_receiver {
+            false => scatter.share * reading,
+            true => {
+                let compressed = compressed(level);
+                let steepness = match level > 0.0 {
+                    true => (compressed / level).powi(3) * compressed / reading,
+                    false => 0.0,
+                };
+                scatter.share * level * steepness
+            }
+        };
+        // Averaging takes from the noise, and not from what changes more slowly.
+        let of_noise = 2.0 * noise / (2.0 * noise + speckle[0] + speckle[1]).max(f64::MIN_POSITIVE);
+        let quadrature = quadrature * (1.0 - of_noise * (1.0 - 1.0 / scan.averaged));
+        let variance = quadrature + proportional * proportional;
+        let ratio = variance * scan.scale.slope(reading).powi(2);
         Expected { reading: reading.min(self.full_scale), variance_ratio: ratio.max(LEAST_RATIO) }
     }
 
@@ -166,9 +173,8 @@ impl Supposed {
             let gain = nuisance.log_gain.exp();
             for (drive, pressures) in scan.drives.iter().zip(pressures) {
                 let residual = |index: usize, visit: &Visit, pressure: &Pressure| {
-                    let expected = self.expected(pressure, gain, visit.progress, &scan.scatter);
-                    let beyond =
-                        drive.stabilised[index] - scan.scatter.stabilised(expected.reading);
+                    let expected = self.expected(pressure, gain, visit.progress, scan);
+                    let beyond = drive.stabilised[index] - scan.scale.of(expected.reading);
                     (beyond / expected.variance_ratio.sqrt(), expected.variance_ratio)
                 };
                 let first = residuals.scaled.len();

@@ -3,25 +3,31 @@
 
 mod account;
 mod course;
+mod detection;
 #[allow(clippy::module_inception)] // the module's one result
 mod diagnosis;
+mod distinguish;
 mod effects;
 mod element_order;
 mod evidence;
 mod extension;
 mod fit;
 mod gap_size;
+mod golden;
 mod judgement;
 mod levels;
 mod likelihood;
 mod maps;
 mod next_measurement;
 mod observations;
+mod preparation;
 mod pursuit;
 mod random_elements;
 mod residual_tests;
+mod scale;
 mod scatter;
 mod search;
+mod silence;
 mod supposed;
 mod text;
 
@@ -33,3 +39,4 @@ pub use text::Standing;
 pub(super) use text::{percent, table};
 
 pub use course::diagnose;
+pub use distinguish::{AlikeEffects, alike_effects};

@@ -10,10 +10,14 @@ use super::fit::{Fit, SEARCH, Start, fit};
 use super::gap_size::expected;
 use super::observations::{Observations, ObservedDrive, ObservedScan, Visit};
 use super::residual_tests::{by_height, step_m};
+use super::scale::Scale;
 use crate::acoustics::{Excitation, Simulator, Vec3};
 
 /// Points along a row and rows of a plane in the scans that are tried out: what they tell is scaled to a whole one.
 const SIDE: usize = 15;
+
+/// Speed of a slower scan over that of the one that was made.
+const SLOWER: f64 = 1.0 / 3.0;
 
 /// Readings over which the scan that was made is judged.
 const FEW: usize = 1500;
@@ -22,9 +26,11 @@ const FEW: usize = 1500;
 struct Proposal {
     what: &'static str,
     heights_mm: Vec<f64>,
-    foci_m: Vec<Vec3>,
+    drives: Vec<Excitation>,
     /// Every row in the same direction.
     raster: bool,
+    /// Speed along the rows, if the robot is not to go as it went.
+    speed_m_s: Option<f64>,
 }
 
 /// Proposes the scan that separates two fits best; `None` where the array is driven without a focus.
@@ -48,37 +54,43 @@ pub(super) fn next_measurement(
     let step = step_m(first).unwrap_or(2e-3);
     let whole = (2.0 * half_m / step + 1.0).round().max(2.0);
     let other_m = Vec3::new(-focus_m.x, -focus_m.y, 1.3 * focus_m.z);
-    let proposals = [
+    let focus = Excitation::Focus(focus_m);
+    let speed_m_s = speed_along_rows_m_s(first);
+    let again = |what| Proposal {
+        what,
+        heights_mm: heights_mm.clone(),
+        drives: vec![focus.clone()],
+        raster: false,
+        speed_m_s: None,
+    };
+    let mut proposals = vec![
         Proposal {
-            what: "the same planes from the highest to the lowest, so that time and height part",
             heights_mm: heights_mm.iter().rev().copied().collect(),
-            foci_m: vec![focus_m],
-            raster: false,
+            ..again("the same planes from the highest to the lowest, so that time and height part")
         },
         Proposal {
-            what: "more heights, from 75 to 250 mm",
             heights_mm: vec![75.0, 110.0, 145.0, 180.0, 215.0, 250.0],
-            foci_m: vec![focus_m],
-            raster: false,
+            ..again("more heights, from 75 to 250 mm")
         },
         Proposal {
-            what: "a second focus on the other side, higher up",
-            heights_mm: heights_mm.clone(),
-            foci_m: vec![focus_m, other_m],
-            raster: false,
+            drives: vec![focus.clone(), Excitation::Focus(other_m)],
+            ..again("a second focus on the other side, higher up")
         },
         Proposal {
-            what: "every row in the same direction",
-            heights_mm,
-            foci_m: vec![focus_m],
-            raster: true,
+            drives: vec![focus.clone(), Excitation::Uniform],
+            ..again("the focus, and once more with all elements in phase")
         },
+        Proposal { raster: true, ..again("every row in the same direction") },
     ];
+    if speed_m_s > 0.0 {
+        let speed_m_s = Some(SLOWER * speed_m_s);
+        proposals.push(Proposal { speed_m_s, ..again("the same planes at a third of the speed") });
+    }
     let (sigma, best) = proposals
         .into_iter()
         .map(|proposal| {
             let scan = proposal.scan(observations, half_m);
-            let points = (proposal.heights_mm.len() * proposal.foci_m.len()) as f64 * whole * whole;
+            let points = (proposal.heights_mm.len() * proposal.drives.len()) as f64 * whole * whole;
             let share = points / scan.len() as f64;
             (separation(&scan, context, rivals) * share.sqrt(), proposal)
         })
@@ -97,6 +109,12 @@ pub(super) fn next_measurement(
         present_sigma: present,
         plan: Some(best.plan(simulator, name, 2e3 * half_m, 1e3 * step)),
     })
+}
+
+/// How fast the robot went along rows, or seems to have, at the most.
+fn speed_along_rows_m_s(drive: &ObservedDrive) -> f64 {
+    let even = drive.visits.iter().filter(|visit| visit.even);
+    even.map(|visit| visit.velocity_m_s.x.abs()).fold(0.0, f64::max)
 }
 
 /// By how many standard deviations the second of two fits misses what the first expects, at its best.
@@ -125,13 +143,14 @@ impl Proposal {
         let template = observations.first();
         let scatter = &observations.scans[0].scatter;
         let step_m = 2.0 * half_m / (SIDE - 1) as f64;
-        let total = (self.foci_m.len() * self.heights_mm.len() * SIDE * SIDE) as f64;
+        let total = (self.drives.len() * self.heights_mm.len() * SIDE * SIDE) as f64;
+        let speed = self.speed_m_s.unwrap_or_else(|| speed_along_rows_m_s(template));
         let mut number = 0;
         let drives = self
-            .foci_m
+            .drives
             .iter()
             .enumerate()
-            .map(|(focus, &focus_m)| {
+            .map(|(focus, excitation)| {
                 let mut visits = Vec::new();
                 for z_mm in &self.heights_mm {
                     for row in 0..SIDE {
@@ -140,9 +159,6 @@ impl Proposal {
                         for column in 0..SIDE {
                             let x_m = x_direction * (column as f64 * step_m - half_m);
                             let y_m = row as f64 * step_m - half_m;
-                            // The speed of the scan that was made.
-                            let speeds = template.visits.iter().filter(|visit| visit.even);
-                            let speed = speeds.map(|v| v.velocity_m_s.x.abs()).fold(0.0, f64::max);
                             visits.push(Visit {
                                 number,
                                 at_m: Vec3::new(x_m, y_m, 1e-3 * z_mm),
@@ -156,7 +172,7 @@ impl Proposal {
                     }
                 }
                 let mut believed = template.believed.clone();
-                believed.excitation = Excitation::Focus(focus_m);
+                believed.excitation = excitation.clone();
                 let readings = vec![0.0; visits.len()];
                 ObservedDrive {
                     focus,
@@ -168,7 +184,10 @@ impl Proposal {
                 }
             })
             .collect();
-        let scan = ObservedScan { drives, scatter: scatter.clone(), silent: Vec::new() };
+        let averaged = observations.scans[0].averaged;
+        let scale = Scale::new(scatter.share, scatter.additive, averaged);
+        let scan =
+            ObservedScan { drives, scatter: scatter.clone(), averaged, scale, silent: Vec::new() };
         Observations { scans: vec![scan] }
     }
 
@@ -179,9 +198,17 @@ impl Proposal {
             "# {}.\nname = \"{name}-next\"\norder = \"{order}\"\n\n[simulator]\nmodel = \"{simulator}\"\n",
             self.what
         );
-        for focus_m in &self.foci_m {
-            let [x, y, z] = [focus_m.x, focus_m.y, focus_m.z].map(|m| tidy(1e3 * m));
-            plan += &format!("\n[[focus]]\nx_mm = {x:?}\ny_mm = {y:?}\nz_mm = {z:?}\n");
+        for excitation in &self.drives {
+            plan += &match excitation.focus_m() {
+                Some(focus_m) => {
+                    let [x, y, z] = [focus_m.x, focus_m.y, focus_m.z].map(|m| tidy(1e3 * m));
+                    format!("\n[[focus]]\nx_mm = {x:?}\ny_mm = {y:?}\nz_mm = {z:?}\n")
+                }
+                None => "\n[[focus]]\nphases = \"all-zero\"\n".to_owned(),
+            };
+        }
+        if let Some(speed_m_s) = self.speed_m_s {
+            plan += &format!("\n[fly]\nspeed_mm_s = {:?}\n", tidy(1e3 * speed_m_s));
         }
         plan += "\n[dark]\nbefore = 32\nafter = 32\n";
         let heights: Vec<String> =
@@ -193,5 +220,30 @@ impl Proposal {
             size = tidy(size_mm),
         );
         plan
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::input::TomlSource;
+    use crate::scan::Plan;
+
+    #[test]
+    fn its_plan_is_one_that_a_scan_takes() {
+        let proposal = Proposal {
+            what: "the same planes at a third of the speed",
+            heights_mm: vec![50.0, 100.0],
+            drives: vec![Excitation::Focus(Vec3::new(17.5e-3, -22.5e-3, 0.1)), Excitation::Uniform],
+            raster: false,
+            speed_m_s: Some(0.04 * SLOWER),
+        };
+        let text = proposal.plan(Simulator::Piston, "scan", 70.0, 2.0);
+        let plan = Plan::parse(TomlSource::new(Path::new("next.toml"), text.as_str()));
+        let plan = plan.expect("a good plan");
+        assert_eq!(plan.foci.len(), 2);
+        assert!(plan.fly.is_some());
     }
 }

@@ -4,6 +4,7 @@ use crate::acoustics::{Simulation, Simulator, Vec3};
 use crate::gap::pose::Pose;
 use crate::scan::RecordedScan;
 
+use super::scale::Scale;
 use super::scatter::Scatter;
 
 /// The readings of one or several scans of one rig.
@@ -20,6 +21,10 @@ pub(super) struct ObservedScan {
     pub drives: Vec<ObservedDrive>,
     /// How readings scatter.
     pub scatter: Scatter,
+    /// How many magnitudes each reading is the mean of.
+    pub averaged: f64,
+    /// The scale on which they scatter by one.
+    pub scale: Scale,
     /// What the receiver read in silence.
     pub silent: Vec<f64>,
 }
@@ -88,7 +93,13 @@ impl Observations {
                     })
                     .collect();
                 let silent = scan.silent().map(|sample| sample.reading).collect();
-                ObservedScan { drives, scatter: Scatter::default(), silent }
+                ObservedScan {
+                    drives,
+                    scatter: Scatter::default(),
+                    averaged: averaged(scan),
+                    scale: Scale::new(0.0, 1.0, 1.0),
+                    silent,
+                }
             })
             .collect();
         Self { scans }
@@ -147,20 +158,25 @@ impl Observations {
     pub fn thinned(&self, count: usize) -> Self {
         /// Fraction of the golden section: thinning by it meets no period of a grid.
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
-        let share = count as f64 / self.len() as f64;
-        if share >= 1.0 {
+        if count >= self.len() {
             return self.clone();
         }
-        self.only(|_, visit| (visit.number as f64 * GOLDEN).fract() < share)
+        let place = |visit: &Visit| (visit.number as f64 * GOLDEN).fract();
+        let drives = self.scans.iter().flat_map(|scan| &scan.drives);
+        let mut places: Vec<f64> = drives.flat_map(|d| &d.visits).map(place).collect();
+        let (_, last, _) = places.select_nth_unstable_by(count, f64::total_cmp);
+        let last = *last;
+        self.only(|_, visit| place(visit) < last)
     }
 }
 
 impl ObservedScan {
     /// Takes readings to scatter like this.
     pub fn set_scatter(&mut self, scatter: Scatter) {
+        self.scale = Scale::new(scatter.share, scatter.additive, self.averaged);
         for drive in &mut self.drives {
             drive.stabilised =
-                drive.readings.iter().map(|reading| scatter.stabilised(*reading)).collect();
+                drive.readings.iter().map(|reading| self.scale.of(*reading)).collect();
         }
         self.scatter = scatter;
     }
@@ -169,6 +185,14 @@ impl ObservedScan {
     pub fn len(&self) -> usize {
         self.drives.iter().map(|drive| drive.readings.len()).sum()
     }
+}
+
+/// How many magnitudes a reading of a scan is the mean of, by the middle of what the receiver says; one if it says nothing.
+fn averaged(scan: &RecordedScan) -> f64 {
+    let counts = scan.samples.iter().filter_map(|sample| sample.spread.map(|spread| spread.count));
+    let mut counts: Vec<_> = counts.collect();
+    counts.sort_unstable();
+    counts.get(counts.len() / 2).map_or(1.0, |&count| f64::from(count))
 }
 
 /// For each visit that was not reached in even steps, how it would look had it been, in either direction.

@@ -31,11 +31,16 @@ const EXCHANGES_FROM_AFAR: usize = 1;
 /// Share of the gap, in chi-square, that another effect must close: formulas are no better than that.
 const MATERIAL: f64 = 3e-4;
 
+/// Cost a reading from which on a gap is very large, and the share of it that another effect must close then, down to the noise.
+const VERY_LARGE: f64 = 100.0;
+const MATERIAL_OF_LARGE: f64 = 1e-3;
+
 /// Nats within which sets near the readings are rivals, and extended.
 const RIVALS: f64 = 12.0;
 
-/// Nats behind the best within which a set is fitted anew when the noise is judged anew.
-const STILL_HOPEFUL: f64 = 40.0;
+/// Nats behind the best, on some of the readings, within which a set is fitted to all, and sets that are in any case.
+const STILL_HOPEFUL: f64 = 25.0;
+const ALWAYS_HOPEFUL: usize = 6;
 
 /// A set of effects as it was fitted, with the logarithm of its evidence.
 #[derive(Clone)]
@@ -54,6 +59,43 @@ impl Tried {
 pub(super) fn believed(observations: &Observations, context: &Context) -> Tried {
     let start = Start { instances: vec![], values: vec![], spreads: vec![], nuisance: None };
     Tried::of(fit(observations, context, start, SEARCH), observations)
+}
+
+impl Tried {
+    /// The same set, its effects in the order in which each next closes most, by the parts of it that were tried.
+    fn by_what_each_closes(
+        self,
+        all: &[Self],
+        observations: &Observations,
+        context: &Context,
+    ) -> Self {
+        let mut order: Vec<usize> = Vec::new();
+        let ids = self.fit.ids();
+        while order.len() < ids.len() {
+            let cost_with = |next: usize| {
+                let part: Vec<&str> = order.iter().chain([&next]).map(|&n| ids[n]).collect();
+                let is_part = |tried: &&Self| {
+                    let others = tried.fit.ids();
+                    others.len() == part.len() && part.iter().all(|id| others.contains(id))
+                };
+                all.iter().find(is_part).map_or(f64::INFINITY, |tried| tried.fit.cost)
+            };
+            let left = (0..ids.len()).filter(|n| !order.contains(n));
+            let next = left.min_by(|&a, &b| cost_with(a).total_cmp(&cost_with(b)));
+            order.extend(next);
+        }
+        if order.is_sorted() {
+            return self;
+        }
+        let Fit { instances, values, spreads, nuisance, .. } = self.fit;
+        let start = Start {
+            instances: order.iter().map(|&n| instances[n].clone()).collect(),
+            values: order.iter().map(|&n| values[n].clone()).collect(),
+            spreads: order.iter().map(|&n| spreads[n]).collect(),
+            nuisance: Some(nuisance),
+        };
+        Self { fit: fit_any(observations, context, start, SEARCH), ..self }
+    }
 }
 
 /// A search under way.
@@ -76,30 +118,79 @@ impl Pursuit {
         pursuit
     }
 
-    /// Goes on after the noise was judged anew: what was hopeful is fitted anew, and the best goes on.
-    pub fn again(self, observations: &Observations, context: &Context) -> Self {
-        let Self { tried, mut given_up, .. } = self;
-        let best = best_log_evidence(&tried);
+    /// Fits what is hopeful to all readings, of which the search saw some.
+    pub fn on_all(self, observations: &Observations, context: &Context) -> Self {
+        let Self { mut tried, mut given_up, .. } = self;
+        sort(&mut tried);
+        let least = tried[0].log_evidence - STILL_HOPEFUL;
         let hopeful: Vec<Vec<&str>> = tried
             .iter()
-            .filter(|tried| tried.log_evidence > best - STILL_HOPEFUL)
-            .map(|tried| tried.fit.ids())
+            .enumerate()
+            .filter(|(number, tried)| *number < ALWAYS_HOPEFUL || tried.log_evidence > least)
+            .map(|(_, tried)| tried.fit.ids())
             .collect();
         // What went into a hopeful set may do without the rest of it: some effects only make up for a noise judged wrong.
-        let (again, hopeless): (Vec<Tried>, Vec<Tried>) = tried.into_iter().partition(|tried| {
+        let (hopeful, hopeless): (Vec<Tried>, Vec<Tried>) = tried.into_iter().partition(|tried| {
             let ids = tried.fit.ids();
             hopeful.iter().any(|hopeful| ids.iter().all(|id| hopeful.contains(id)))
         });
         given_up.extend(hopeless.iter().map(|tried| sorted_ids(&tried.fit)));
-        let mut tried: Vec<Tried> = again
+        let mut tried: Vec<Tried> = hopeful
             .into_par_iter()
-            .map(|tried| Tried::of(refined(tried.fit, observations, context), observations))
+            .map(|tried| Tried::of(refined(tried.fit, observations, context, SEARCH), observations))
             .collect();
         sort(&mut tried);
-        let size = tried[0].fit.instances.len();
         let mut pursuit = Self { tried, given_up, noise_is_settled: true };
-        pursuit.go_on(size, observations, context);
+        pursuit.leave_out_the_immaterial(observations);
         pursuit
+    }
+
+    /// What was found, the best first, the effects of the first few in the order of what they close.
+    pub fn found(self, observations: &Observations, context: &Context) -> Vec<Tried> {
+        /// Sets that may be named.
+        const NAMED: usize = 3;
+        let mut found = self.tried.clone();
+        found.par_iter_mut().take(NAMED).for_each(|tried| {
+            *tried = tried.clone().by_what_each_closes(&self.tried, observations, context);
+        });
+        found
+    }
+
+    /// Goes on from the best.
+    pub fn and_on(mut self, observations: &Observations, context: &Context) -> Self {
+        self.choose_laws(observations, context);
+        let size = self.tried[0].fit.instances.len();
+        self.go_on(size, observations, context);
+        self.choose_laws(observations, context);
+        self
+    }
+
+    /// Which of an effect's laws holds was chosen on few readings: for the best sets and what is part of the best, it is chosen
+    /// again on all.
+    fn choose_laws(&mut self, observations: &Observations, context: &Context) {
+        let best = self.tried[0].clone();
+        let matters = |tried: &&mut Tried| {
+            tried.log_evidence > best.log_evidence - RIVALS || holds_all(&best.fit, &tried.fit)
+        };
+        self.tried.par_iter_mut().filter(matters).for_each(|tried| {
+            for number in 0..tried.fit.instances.len() {
+                for choice in tried.fit.instances[number].effect.choices() {
+                    if choice == tried.fit.instances[number].choice
+                        || matches!(choice, Choice::None)
+                    {
+                        continue;
+                    }
+                    let mut fit = tried.fit.clone();
+                    fit.instances[number].choice = choice;
+                    let other =
+                        Tried::of(refined(fit, observations, context, SEARCH), observations);
+                    if other.log_evidence > tried.log_evidence {
+                        *tried = other;
+                    }
+                }
+            }
+        });
+        sort(&mut self.tried);
     }
 
     /// The simulator's own defects come first: nobody looks for physics in what a slip of the program explains. Gives
@@ -138,17 +229,12 @@ impl Pursuit {
         size
     }
 
-    /// Whether the best leaves little more than noise.
-    pub fn is_near(&self, observations: &Observations) -> bool {
-        is_near(&self.tried[0].fit, observations)
-    }
-
     /// Goes on from the best sets of a size.
     fn go_on(&mut self, size: usize, observations: &Observations, context: &Context) {
         let n = observations.len() as f64;
         let of_size = |tried: &&Tried| tried.fit.instances.len() == size;
         let mut frontier: Vec<Tried> = self.tried.iter().filter(of_size).cloned().collect();
-        let gap = self.tried.iter().map(|t| t.fit.cost).fold(0.0, f64::max) - n;
+        let gap = self.gap(n);
         loop {
             sort(&mut frontier);
             let best = frontier[0].clone();
@@ -163,28 +249,18 @@ impl Pursuit {
                 false => tried.fit.cost - n <= FAR_BEHIND * (best.fit.cost - n),
             });
             let before = best_log_evidence(&self.tried);
-            let mut grown = self.extend(&frontier, observations, context);
+            let mut grown = self.extend(&frontier, self.known(), observations, context);
             self.tried.extend(grown.iter().cloned());
             sort(&mut grown);
             let goes_on = grown.first().is_some_and(|grown| {
-                grown.log_evidence > before + WORTH_MORE
-                    && best.fit.cost - grown.fit.cost > MATERIAL * gap
+                grown.log_evidence > before + WORTH_MORE && closes(&best.fit, &grown.fit, gap, n)
             });
             if !goes_on {
-                // What closes next to nothing of a large gap makes up for the formulas' own error.
-                self.tried.retain(|tried| {
-                    let small = |other: &Tried| {
-                        tried.log_evidence > other.log_evidence
-                            && holds_all(&tried.fit, &other.fit)
-                            && other.fit.cost - tried.fit.cost < MATERIAL * gap
-                    };
-                    !frontier.iter().any(small)
-                });
                 break;
             }
             frontier = grown;
         }
-        sort(&mut self.tried);
+        self.leave_out_the_immaterial(observations);
         let near = is_near(&self.tried[0].fit, observations);
         for _ in 0..if near { MOST_EXCHANGES } else { EXCHANGES_FROM_AFAR } {
             let best = self.tried[0].fit.ids();
@@ -195,6 +271,26 @@ impl Pursuit {
         }
     }
 
+    /// Leaves out what closes next to nothing that a part of it does not close: it makes up for the formulas' own error.
+    fn leave_out_the_immaterial(&mut self, observations: &Observations) {
+        let n = observations.len() as f64;
+        let gap = self.gap(n);
+        let all = self.tried.clone();
+        self.tried.retain(|tried| {
+            !all.iter().any(|other| {
+                tried.log_evidence > other.log_evidence
+                    && holds_all(&tried.fit, &other.fit)
+                    && !closes(&other.fit, &tried.fit, gap, n)
+            })
+        });
+        sort(&mut self.tried);
+    }
+
+    /// The gap in chi-square, by the worst of what was tried.
+    fn gap(&self, n: f64) -> f64 {
+        self.tried.iter().map(|tried| tried.fit.cost).fold(0.0, f64::max) - n
+    }
+
     /// Tries every other effect in the place of each of the best set: what was taken in first, as the best alone, need not be
     /// part of the best together.
     fn exchange(&mut self, observations: &Observations, context: &Context) {
@@ -202,7 +298,12 @@ impl Pursuit {
         if best.instances.len() < 2 {
             return;
         }
-        let known = self.known();
+        // What was chosen among many minima may be chosen otherwise now that the rest is known.
+        let mut known = self.known();
+        if best.instances.iter().any(|instance| instance.effect.search().has_many_minima()) {
+            let ids = sorted_ids(&best);
+            known.retain(|known| *known != ids);
+        }
         let without: Vec<Tried> = (0..best.instances.len())
             .filter(|&number| !best.instances[number].effect.is_defect())
             .map(|number| {
@@ -214,11 +315,17 @@ impl Pursuit {
                 Tried::of(fit_any(observations, context, start, SEARCH), observations)
             })
             .collect();
-        let extended = self.extend(&without, observations, context);
+        let extended = self.extend(&without, known, observations, context);
         self.tried.extend(extended);
-        let left_out = without.into_iter().filter(|t| !known.contains(&sorted_ids(&t.fit)));
-        self.tried.extend(left_out);
+        self.tried.extend(without);
         sort(&mut self.tried);
+        let mut seen: Vec<Vec<&str>> = Vec::new();
+        self.tried.retain(|tried| {
+            let ids = sorted_ids(&tried.fit);
+            let is_new = !seen.contains(&ids);
+            seen.push(ids);
+            is_new
+        });
     }
 
     /// What was fitted or given up.
@@ -231,14 +338,25 @@ impl Pursuit {
     fn extend(
         &mut self,
         frontier: &[Tried],
+        known: Vec<Vec<&'static str>>,
         observations: &Observations,
         context: &Context,
     ) -> Vec<Tried> {
         let Extension { fitted, given_up } =
-            Extension::of(frontier, self.known(), self.noise_is_settled, observations, context);
+            Extension::of(frontier, known, self.noise_is_settled, observations, context);
         self.given_up.extend(given_up);
         fitted
     }
+}
+
+/// Whether a set closes more of a gap than a part of it does, by what is worth an effect. Of a very large gap only what is beyond the
+/// noise counts; what takes the place of random departures need not close anything.
+fn closes(smaller: &Fit, larger: &Fit, gap: f64, n: f64) -> bool {
+    let material = match gap > VERY_LARGE * n {
+        true => smaller.cost.max(n) - larger.cost.max(n) > MATERIAL_OF_LARGE * gap,
+        false => smaller.cost - larger.cost > MATERIAL * gap,
+    };
+    material || smaller.has_random_elements()
 }
 
 /// Whether a set holds all effects of another and more.

@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::effects::Context;
+use super::effects::{Context, Search};
 use super::fit::{Fit, Start, fit};
 use super::observations::Observations;
 use crate::gap::levenberg_marquardt::Stopping;
@@ -48,6 +48,56 @@ pub(super) fn fit_with_spread(
         }
     }
     fitted
+}
+
+/// What a fit of random departures takes for a departure may be something that is wrong with single elements: the elements
+/// that stand out, as sets of one to three or as pairs, each with the values of the fit without their departures.
+pub(super) fn in_place_of_departures(
+    fit: &Fit,
+    search: Search,
+) -> Vec<(Vec<usize>, Vec<Vec<f64>>)> {
+    /// Departures, in spreads of the others, that stand out, and the most elements that are looked at.
+    const OUTSTANDING: f64 = 2.5;
+    const MOST: usize = 4;
+    let random: Vec<usize> = (0..fit.instances.len())
+        .filter(|&number| fit.instances[number].effect.search() == Search::Random)
+        .collect();
+    let mut outstanding: Vec<(f64, usize)> = Vec::new();
+    for &number in &random {
+        let sizes: Vec<f64> = fit.values[number].iter().map(|value| value.abs()).collect();
+        let mut sorted = sizes.clone();
+        sorted.sort_by(f64::total_cmp);
+        // Half of all normal numbers are within 0.67 standard deviations.
+        let spread = (sorted[sorted.len() / 2] / 0.6745).max(f64::MIN_POSITIVE);
+        let of_element = sizes.into_iter().enumerate().map(|(n, size)| (size / spread, n));
+        outstanding.extend(of_element.filter(|(size, _)| *size > OUTSTANDING));
+    }
+    outstanding.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut elements: Vec<usize> = Vec::new();
+    for (_, n) in outstanding {
+        if !elements.contains(&n) && elements.len() < MOST {
+            elements.push(n);
+        }
+    }
+    let sets: Vec<Vec<usize>> = match search {
+        Search::Sets => (1..=elements.len().min(3)).map(|size| elements[..size].to_vec()).collect(),
+        Search::Exchanges => {
+            let pair = |(i, &a): (usize, &usize)| {
+                elements[i + 1..].iter().map(|&b| vec![a, b]).collect::<Vec<_>>()
+            };
+            elements.iter().enumerate().flat_map(pair).collect()
+        }
+        Search::Smooth | Search::Steps | Search::Heights | Search::Random => Vec::new(),
+    };
+    let without = |mut set: Vec<usize>| {
+        set.sort_unstable();
+        let mut values = fit.values.clone();
+        for &number in &random {
+            set.iter().for_each(|&n| values[number][n] = 0.0);
+        }
+        (set, values)
+    };
+    sets.into_iter().map(without).collect()
 }
 
 /// The spread with the greatest evidence, by the quadratic model about a fit.

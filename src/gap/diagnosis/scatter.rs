@@ -6,7 +6,11 @@
 
 use std::sync::Arc;
 
+use super::golden::least;
 use super::observations::ObservedScan;
+use super::scale::lost_with_mean;
+use super::silence::{Silence, Told};
+use super::supposed::Speckle;
 
 /// The scatter of one reading.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,8 +19,9 @@ pub(super) struct Scatter {
     pub share: f64,
     /// Each quadrature of what does not depend on the level, in the reading's unit.
     pub additive: f64,
-    /// Random phase over one metre of path that the repeats ask for, rad.
+    /// Random phase over one metre of path that the repeats ask for, rad, and the kind of it.
     pub turbulence: f64,
+    pub speckle: Speckle,
     /// The most of it that the repeats allow.
     pub most_turbulence: f64,
     /// Floor that silence shows, in the reading's unit.
@@ -35,6 +40,7 @@ impl Default for Scatter {
             share: 0.02,
             additive: 0.0,
             turbulence: 0.0,
+            speckle: Speckle::OfPaths,
             most_turbulence: f64::INFINITY,
             floor: 0.0,
             most_floor: f64::INFINITY,
@@ -44,7 +50,7 @@ impl Default for Scatter {
     }
 }
 
-/// Below this the scatter's share is not told from none, and the transform below loses digits.
+/// Below this the scatter's share is not told from none.
 const LEAST_SHARE: f64 = 1e-4;
 
 /// The additive part is taken for no less than this of the largest reading: what is lower is below any converter's step.
@@ -56,24 +62,11 @@ impl Scatter {
         self.pairs.len() >= ENOUGH
     }
 
-    /// Standard deviation at a level.
-    pub fn at(&self, level: f64) -> f64 {
-        let share = self.share * level;
-        (share * share + self.additive * self.additive).sqrt()
-    }
-
-    /// The scale on which readings scatter by one everywhere, but for a floor: ∫ dm / √(a² m² + b²) = asinh(a m / b) / a.
-    pub fn stabilised(&self, reading: f64) -> f64 {
-        let share = self.share.max(LEAST_SHARE);
-        let x = share * reading / self.additive;
-        // asinh of what is not negative; the library's minds the last digits near zero, at twice the time.
-        (x + (x * x + 1.0).sqrt()).ln() / share
-    }
-
     /// By how much the repeats speak against turbulence of so much, in nats, from the one that suits them best.
-    pub fn against_turbulence(&self, turbulence: f64) -> f64 {
-        let of = |turbulence| cost(&self.pairs, self.share, self.additive, turbulence);
-        (of(turbulence) - of(self.turbulence)).max(0.0)
+    pub fn against_turbulence(&self, turbulence: f64, speckle: Speckle) -> f64 {
+        let of =
+            |turbulence, speckle| cost(&self.pairs, self.share, self.additive, turbulence, speckle);
+        (of(turbulence, speckle) - of(self.turbulence, self.speckle)).max(0.0)
     }
 
     fn with_most_turbulence(self) -> Self {
@@ -83,67 +76,32 @@ impl Scatter {
         const FROM: f64 = 0.01;
         const FACTOR: f64 = 1.25;
         let mut most_turbulence = self.turbulence.max(FROM);
-        while most_turbulence < 100.0 && self.against_turbulence(most_turbulence) < TOO_MUCH {
+        let against = |turbulence| {
+            let kinds = Speckle::ALL.map(|speckle| self.against_turbulence(turbulence, speckle));
+            kinds.into_iter().fold(f64::INFINITY, f64::min)
+        };
+        while most_turbulence < 100.0 && against(most_turbulence) < TOO_MUCH {
             most_turbulence *= FACTOR;
         }
         Self { most_turbulence, ..self }
     }
-
-    /// Slope of that scale.
-    pub fn slope(&self, reading: f64) -> f64 {
-        1.0 / self.at(reading)
-    }
-
-    /// Mean reading of a level with quadrature noise of standard deviation `quadrature`: between Rayleigh's mean at no
-    /// level and m + q²/2m far above the noise (a rational fit to Rice's mean, right to 2.5 % of q).
-    pub fn mean_reading(level: f64, quadrature: f64) -> f64 {
-        let q2 = quadrature * quadrature;
-        let m2 = level * level;
-        if q2 == 0.0 {
-            return level;
-        }
-        (m2 + q2 * (1.0 + 0.5708 / (1.0 + 0.434 * m2 / q2))).sqrt()
-    }
 }
 
-/// Silent readings or pairs of visits fewer than this tell nothing.
+/// Pairs of visits fewer than this tell nothing.
 const ENOUGH: usize = 8;
 
-/// What silence says: quadrature noise, floor, and the evidence for the floor.
-///
-/// Of r² = floor² + b² (n₁² + n₂²) the excess over the floor is exponential with mean 2 b²: the floor's likelihood is greatest
-/// just below the least reading.
-pub(super) fn of_silence(silent: &[f64]) -> Option<(f64, f64, f64)> {
-    if silent.len() < ENOUGH {
-        return None;
-    }
-    let n = silent.len() as f64;
-    let squares: Vec<f64> = silent.iter().map(|reading| reading * reading).collect();
-    let mean = squares.iter().sum::<f64>() / n;
-    let least = squares.iter().copied().fold(f64::INFINITY, f64::min);
-    let excess = mean - least;
-    // Of n exponential numbers the least stands 1/n of the mean above zero.
-    let evidence = n * (mean / excess.max(1e-12 * mean)).ln() - 1.0;
-    /// Nats that a floor must gain before it is taken for one: one number is fitted, over some decades.
-    const ENOUGH_EVIDENCE: f64 = 7.0;
-    if evidence > ENOUGH_EVIDENCE {
-        let power = excess * n / (n - 1.0);
-        let floor = (least - power / n).max(0.0).sqrt();
-        return Some(((0.5 * power).sqrt(), floor, evidence));
-    }
-    Some(((0.5 * mean).sqrt(), 0.0, 0.0))
+/// A share that is taken before repeats tell it.
+pub(super) const USUAL_SHARE: f64 = 0.02;
+
+/// What is known of a share beforehand, in nats: receivers scatter by some percent, give or take a factor of three.
+fn against_share(share: f64) -> f64 {
+    0.5 * (share / USUAL_SHARE).ln().powi(2)
 }
 
 /// The least silent reading, and some more, as it is read with an error itself.
-fn most_floor(silent: &[f64], additive: f64) -> f64 {
+fn most_floor(silence: &Silence, additive: f64) -> f64 {
     const SOME_MORE: f64 = 0.1;
-    match silent.len() >= ENOUGH {
-        true => {
-            silent.iter().copied().fold(f64::INFINITY, f64::min) * (1.0 + SOME_MORE)
-                + SOME_MORE * additive
-        }
-        false => f64::INFINITY,
-    }
+    silence.least() * (1.0 + SOME_MORE) + SOME_MORE * additive
 }
 
 /// The level that a reading had before a floor was added in power.
@@ -156,25 +114,26 @@ pub(super) fn without_floor(reading: f64, floor: f64) -> f64 {
 pub(super) struct Level {
     /// In the reading's unit, any floor included.
     pub reading: f64,
-    /// What it changes by for a change of what the floor was added to: one without a floor.
-    pub beside_floor: f64,
-    /// Mean square, in the unit squared.
-    pub speckle: f64,
-}
-
-impl Level {
-    /// Of a reading that holds a floor.
-    pub fn new(reading: f64, floor: f64, speckle: f64) -> Self {
-        let beside_floor = without_floor(reading, floor) / reading.max(f64::MIN_POSITIVE);
-        Self { reading, beside_floor, speckle }
-    }
+    /// Mean squares along what is steady and across it, in the unit squared.
+    pub speckle: [f64; 2],
 }
 
 /// What two visits of one point differ by beyond what they should.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pair {
     level: Level,
+    /// What the reading changes by for a change of what the floor was added to: one without a floor.
+    beside_floor: f64,
+    averaged: f64,
     difference: f64,
+}
+
+impl Pair {
+    fn new(level: Level, scan: &ObservedScan, floor: f64, difference: f64) -> Self {
+        let beside_floor =
+            without_floor(level.reading, floor) / level.reading.max(f64::MIN_POSITIVE);
+        Self { level, beside_floor, averaged: scan.averaged, difference }
+    }
 }
 
 /// Judges the scatter of a scan, given what each reading should have been, drive by drive.
@@ -183,54 +142,92 @@ pub(super) struct Pair {
 /// the way in which their scatter depends on the level. Where no point was visited again, the fine structure
 /// of the residual along the rows stands for both: an upper bound.
 pub(super) fn judge(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
-    let (additive, floor, floor_evidence) = match of_silence(&scan.silent) {
-        Some((additive, floor, evidence)) => (Some(additive), floor, evidence),
-        None => (None, 0.0, 0.0),
-    };
-    let pairs = pairs(scan, levels);
     let rough = roughness(scan, levels);
     // A converter with coarse steps reads silence as nothing at all.
     let largest = scan.drives.iter().flat_map(|d| &d.readings).fold(0.0f64, |a, r| a.max(*r));
     let lowest = (LEAST_ADDITIVE * largest).max(f64::MIN_POSITIVE);
-    let additive = additive.unwrap_or(rough.1).max(lowest);
+    let silence = Silence::of(&scan.silent, scan.averaged);
+    let unsaid = Told { additive: rough.1, floor: 0.0, evidence: 0.0 };
+    let mut told = silence.as_ref().map_or(unsaid, |silence| silence.told(USUAL_SHARE));
+    let mut pairs = pairs_beside(scan, levels, told.floor);
+    if let Some(silence) = silence.as_ref().filter(|_| told.floor > 0.0 && pairs.len() >= ENOUGH) {
+        // Beside a floor silence scatters by the share, too: both are found from silence and repeats together.
+        let of = |additive: f64| {
+            least(LEAST_SHARE, 1.0, |share| {
+                cost(&pairs, share, additive, 0.0, Speckle::OfPaths)
+                    + silence.cost(additive, share)
+                    + against_share(share)
+            })
+        };
+        let most = silence.floor_beside(0.0);
+        let (additive, _) = least(1e-3 * most, 0.7 * most, |additive| of(additive).1);
+        let evidence = silence.told(of(additive).0).evidence;
+        told = Told { additive, floor: silence.floor_beside(additive), evidence };
+        pairs = pairs_beside(scan, levels, told.floor);
+    }
+    let additive = told.additive.max(lowest);
     let scatter = Scatter {
         share: rough.0,
         additive,
         turbulence: 0.0,
+        speckle: Speckle::OfPaths,
         most_turbulence: f64::INFINITY,
-        floor,
-        most_floor: most_floor(&scan.silent, additive),
-        floor_evidence,
+        floor: told.floor,
+        most_floor: silence.as_ref().map_or(f64::INFINITY, |silence| most_floor(silence, additive)),
+        floor_evidence: told.evidence,
         pairs: pairs.into(),
     };
     let pairs = &scatter.pairs;
     if pairs.len() < ENOUGH {
         return scatter;
     }
-    let (share, steady_cost) = least(LEAST_SHARE, 1.0, |share| cost(pairs, share, additive, 0.0));
-    let both =
-        |turbulence: f64| least(LEAST_SHARE, 1.0, |share| cost(pairs, share, additive, turbulence));
-    let (turbulence, turbulent_cost) = least(0.01, 10.0, |turbulence| both(turbulence).1);
+    let best_share = |additive: f64, turbulence: f64, speckle: Speckle| {
+        least(LEAST_SHARE, 1.0, |share| {
+            cost(pairs, share, additive, turbulence, speckle) + against_share(share)
+        })
+    };
+    let of_silence = |additive: f64| match &silence {
+        Some(silence) if told.floor == 0.0 => silence.cost_without_floor(additive),
+        _ => 0.0,
+    };
+    /// Factor within which silence tells the additive part, if repeats say otherwise.
+    const SURE: f64 = 2.0;
+    let steady = |additive: f64| best_share(additive, 0.0, Speckle::OfPaths);
+    let (steady_additive, steady_cost) = match silence.is_some() && told.floor == 0.0 {
+        true => least(additive / SURE, additive * SURE, |additive| {
+            steady(additive).1 + of_silence(additive)
+        }),
+        false => (additive, steady(additive).1),
+    };
+    let turbulent = Speckle::ALL.map(|speckle| {
+        (least(0.01, 10.0, |turbulence| best_share(additive, turbulence, speckle).1), speckle)
+    });
+    let ((turbulence, turbulent_cost), speckle) = match turbulent[0].0.1 <= turbulent[1].0.1 {
+        true => turbulent[0],
+        false => turbulent[1],
+    };
     /// Nats that turbulence must gain before scatter is put down to it.
     const ENOUGH_EVIDENCE: f64 = 8.0;
-    if steady_cost - turbulent_cost > ENOUGH_EVIDENCE {
-        let share = both(turbulence).0;
-        return Scatter { share, turbulence, ..scatter }.with_most_turbulence();
+    if steady_cost - turbulent_cost - of_silence(additive) > ENOUGH_EVIDENCE {
+        let share = best_share(additive, turbulence, speckle).0;
+        return Scatter { share, turbulence, speckle, ..scatter }.with_most_turbulence();
     }
+    let (additive, share) = (steady_additive, steady(steady_additive).0);
     // Repeats also differ by what the model of them leaves out (a lag, a drift); the residual's fine structure along
     // the rows does less so, if it is rougher than the noise by less.
     /// By how much the fine structure may underestimate the noise.
     const DOUBT: f64 = 2.0;
     let share = share.min(DOUBT * rough.0);
-    Scatter { share, ..scatter }.with_most_turbulence()
+    Scatter { share, additive, ..scatter }.with_most_turbulence()
 }
 
 /// The scatter of a scan, share and additive part moved to where all its readings, silence and repeats together are
 /// likeliest, as far as silence and repeats allow.
 pub(super) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatter) -> Scatter {
-    /// Factor by which silence and repeats may be off: some sixty silent readings tell a deviation to 6 %.
-    const DOUBT: f64 = 1.15;
-    if judged.turbulence > 0.0 || judged.pairs.len() < ENOUGH || scan.silent.len() < ENOUGH {
+    /// Nats by which silence and repeats may speak against it: what all readings scatter by may be a gap.
+    const AGAINST: f64 = 3.0;
+    let Some(silence) = Silence::of(&scan.silent, scan.averaged) else { return judged };
+    if judged.turbulence > 0.0 || judged.pairs.len() < ENOUGH {
         return judged;
     }
     let mut told: Vec<Pair> = Vec::new();
@@ -238,29 +235,42 @@ pub(super) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
         for (reading, level) in drive.readings.iter().zip(levels) {
             // A reading scatters by half of what a difference of two does.
             let difference = 2f64.sqrt() * (reading - level.reading);
-            told.push(Pair { level: *level, difference });
+            told.push(Pair::new(*level, scan, judged.floor, difference));
         }
     }
-    let silence: f64 = scan.silent.iter().map(|r| without_floor(*r, judged.floor).powi(2)).sum();
-    let of_silence = |additive: f64| {
-        let variance = additive * additive;
-        scan.silent.len() as f64 * variance.ln() + 0.5 * silence / variance
+    let steady = |pairs: &[Pair], share: f64, additive: f64| {
+        cost(pairs, share, additive, 0.0, Speckle::OfPaths)
     };
-    let of = |share: f64, additive: f64| {
-        cost(&told, share, additive, 0.0)
-            + cost(&judged.pairs, share, additive, 0.0)
-            + of_silence(additive)
+    let known = |share: f64, additive: f64| {
+        let of_silence = match judged.floor > 0.0 {
+            true => silence.cost(additive, share),
+            false => silence.cost_without_floor(additive),
+        };
+        steady(&judged.pairs, share, additive) + of_silence + against_share(share)
     };
-    let best_share = |additive: f64| {
-        least(judged.share / DOUBT, judged.share * DOUBT, |share| of(share, additive))
+    let of = |share: f64, additive: f64| steady(&told, share, additive) + known(share, additive);
+    let least_known = known(judged.share, judged.additive);
+    let limit = |factor: f64, known: &dyn Fn(f64) -> f64| {
+        let mut limit = 1.0;
+        while (0.02..50.0).contains(&limit) && known(limit) < least_known + AGAINST {
+            limit *= factor;
+        }
+        limit
     };
-    let (additive, _) =
-        least(judged.additive / DOUBT, judged.additive * DOUBT, |additive| best_share(additive).1);
+    const FINER: f64 = 1.03;
+    let of_share = |factor: f64| known(factor * judged.share, judged.additive);
+    let of_additive = |factor: f64| known(judged.share, factor * judged.additive);
+    let shares = [1.0 / FINER, FINER].map(|factor| judged.share * limit(factor, &of_share));
+    let additives =
+        [1.0 / FINER, FINER].map(|factor| judged.additive * limit(factor, &of_additive));
+    let best_share = |additive: f64| least(shares[0], shares[1], |share| of(share, additive));
+    let (additive, _) = least(additives[0], additives[1], |additive| best_share(additive).1);
     let share = best_share(additive).0;
     Scatter { share, additive, ..judged }.with_most_turbulence()
 }
 
-fn pairs(scan: &ObservedScan, levels: &[Vec<Level>]) -> Vec<Pair> {
+/// Visits that came again to a point, at the mean of what both read: what should have been read may be far off yet.
+fn pairs_beside(scan: &ObservedScan, levels: &[Vec<Level>], floor: f64) -> Vec<Pair> {
     /// Nanometres within which two visits are of one point.
     const SAME_NM: f64 = 1e4;
     let mut pairs = Vec::new();
@@ -270,10 +280,9 @@ fn pairs(scan: &ObservedScan, levels: &[Vec<Level>]) -> Vec<Pair> {
             let cell: [i64; 3] = visit.at_m.map(|m| (m * 1e9 / SAME_NM).round() as i64).into();
             if let Some(before) = seen.insert(cell, index) {
                 let beyond = |i: usize| drive.readings[i] - levels[i].reading;
-                pairs.push(Pair {
-                    level: levels[index],
-                    difference: beyond(index) - beyond(before),
-                });
+                let reading = 0.5 * (drive.readings[index] + drive.readings[before]);
+                let level = Level { reading, ..levels[index] };
+                pairs.push(Pair::new(level, scan, floor, beyond(index) - beyond(before)));
             }
         }
     }
@@ -281,41 +290,26 @@ fn pairs(scan: &ObservedScan, levels: &[Vec<Level>]) -> Vec<Pair> {
 }
 
 /// Negative logarithm of the likelihood of pairs, each a difference of two readings.
-fn cost(pairs: &[Pair], share: f64, additive: f64, turbulence: f64) -> f64 {
+fn cost(pairs: &[Pair], share: f64, additive: f64, turbulence: f64, speckle: Speckle) -> f64 {
     pairs
         .iter()
         .map(|pair| {
-            let Level { reading, beside_floor, speckle } = pair.level;
-            let (m2, beside2) = (reading * reading, beside_floor * beside_floor);
-            let q2 = additive * additive + 0.5 * turbulence * turbulence * speckle;
-            // Near a null the magnitude scatters less than its quadratures do.
-            let quadrature = q2 * (1.0 - 0.5708 / (1.0 + 0.434 * beside2 * m2 / q2));
+            let Level { reading, speckle: [along, across] } = pair.level;
+            let (m2, beside2) = (reading * reading, pair.beside_floor * pair.beside_floor);
+            let (a2, t2) = (additive * additive, turbulence * turbulence);
+            let mean = a2 + 0.5 * t2 * (along + across);
+            let along = match speckle {
+                Speckle::OfPaths => a2 + t2 * along,
+                Speckle::Circular => mean,
+            };
+            // Near a null the magnitude scatters as Rayleigh's, less than its quadratures do.
+            let lost = lost_with_mean((beside2 * m2 / (pair.averaged * mean)).sqrt());
+            let quadrature =
+                along + lost / lost_with_mean(0.0) * ((1.0 - lost_with_mean(0.0)) * mean - along);
             let variance = 2.0 * (share * share * m2 + beside2 * quadrature);
             0.5 * (variance.ln() + pair.difference * pair.difference / variance)
         })
         .sum()
-}
-
-/// The least value of a function of a positive number and where it stands, by golden section over its logarithm.
-fn least(from: f64, to: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
-    let (mut low, mut high) = (from.ln(), to.ln());
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let at = |low: f64, high: f64, share: f64| low + share * (high - low);
-    let (mut x1, mut x2) = (at(low, high, 1.0 - GOLDEN), at(low, high, GOLDEN));
-    let (mut f1, mut f2) = (f(x1.exp()), f(x2.exp()));
-    while high - low > 5e-3 {
-        if f1 < f2 {
-            (high, x2, f2) = (x2, x1, f1);
-            x1 = at(low, high, 1.0 - GOLDEN);
-            f1 = f(x1.exp());
-        } else {
-            (low, x1, f1) = (x1, x2, f2);
-            x2 = at(low, high, GOLDEN);
-            f2 = f(x2.exp());
-        }
-    }
-    let x = 0.5 * (low + high);
-    (x.exp(), f(x.exp()))
 }
 
 /// Share and additive part as the residual's third differences along evenly spaced visits tell them: their square is 20

@@ -25,14 +25,25 @@ const MOST_IN_A_SET: usize = 3;
 /// Sets that are extended by one element more.
 const BEAM: usize = 40;
 
-/// Most steps in a period that are told from none.
-const MOST_STEPS: u32 = 64;
+/// Steps in a period: every number up to here, and then, as far as steps are told from none, what clocks and counters have.
+const EVERY_STEPS: u32 = 64;
+const MOST_STEPS: u32 = 256;
+const OFTEN: usize = 4;
 
 /// Heights of a plane that are tried, in wavelengths: the score's minima lie half a wavelength apart.
 const HEIGHT_STEP: f64 = 1.0 / 12.0;
 
+/// Planes that a fit is begun with.
+const PLANES: usize = 6;
+
 /// How far above the highest point a plane is looked for, m.
 const HEIGHTS_M: f64 = 0.6;
+
+/// All steps in a period that are looked at, and the sixteenths of a step in which their zero may lie.
+pub(super) fn steps_and_zeros() -> impl Iterator<Item = (u32, u8)> {
+    let often = (EVERY_STEPS..=MOST_STEPS).step_by(OFTEN).skip(1);
+    (2..=EVERY_STEPS).chain(often).flat_map(|steps| (0..16).map(move |zero| (steps, zero)))
+}
 
 /// Where to begin: what is chosen, and the real parameters.
 pub(super) struct Beginning {
@@ -137,9 +148,9 @@ impl<'o> Scored<'o> {
                 let mut pressure = drive.pressures[i];
                 pressure.coherent += change(drive, i);
                 let progress = observed.visits[i].progress;
-                let expected = self.supposed.expected(&pressure, gain, progress, &scan.scatter);
-                let residual = observed.stabilised[i] - scan.scatter.stabilised(expected.reading);
-                let by_gain = expected.reading * scan.scatter.slope(expected.reading);
+                let expected = self.supposed.expected(&pressure, gain, progress, scan);
+                let residual = observed.stabilised[i] - scan.scale.of(expected.reading);
+                let by_gain = expected.reading * scan.scale.slope(expected.reading);
                 rr += residual * residual;
                 rg += residual * by_gain;
                 gg += by_gain * by_gain;
@@ -224,11 +235,9 @@ impl<'o> Scored<'o> {
 
     fn steps(&self) -> Vec<Choice> {
         let mut rough = Vec::new();
-        for steps in 2..=MOST_STEPS {
-            for zero in 0..16u8 {
-                let cost = self.cost_of_steps(self.stride, steps, zero);
-                rough.push((cost, Choice::Steps(steps, zero)));
-            }
+        for (steps, zero) in steps_and_zeros() {
+            let cost = self.cost_of_steps(self.stride, steps, zero);
+            rough.push((cost, Choice::Steps(steps, zero)));
         }
         self.worth_a_fit(rough, 1, |choice| match choice {
             Choice::Steps(steps, zero) => self.cost_of_steps(1, *steps, *zero),
@@ -257,66 +266,87 @@ impl<'o> Scored<'o> {
         self.cost(stride, |drive, i| changes[drive.number][i])
     }
 
-    /// Height, mm, and coefficient of the planes that explain most, to first order in the coefficient.
+    /// Height, mm, and coefficient of the planes that explain most.
     fn heights(&self, context: &Context) -> Vec<Vec<f64>> {
+        /// Steps of the coefficient: a plane that returns a third of the sound is not small.
+        const STEPS: usize = 3;
         let wavelength_m = context.believed.medium.wavelength_m(context.believed.frequency_hz);
         let step_m = HEIGHT_STEP * wavelength_m;
         let mut scored: Vec<(f64, f64)> = Vec::new();
         let mut height_m = context.highest_m + step_m;
         while height_m < context.highest_m + HEIGHTS_M {
-            let (gain, _, _) = self.reflected(self.stride, height_m);
+            let (gain, _) = self.reflected(self.stride, height_m, 1);
             scored.push((-gain, height_m));
             height_m += step_m;
         }
         let ways = scored.len() as f64;
         let finer = best_of(scored, 100).into_iter().map(|height_m| {
-            let (gain, _, _) = self.reflected((self.stride / 4).max(1), height_m);
+            let (gain, _) = self.reflected((self.stride / 4).max(1), height_m, STEPS);
             (-gain, height_m)
         });
-        let all = best_of(finer.collect(), 8).into_iter().map(|height_m| {
-            let (gain, re, im) = self.reflected(1, height_m);
-            (-gain, vec![1e3 * height_m, re, im])
+        let all = best_of(finer.collect(), 12).into_iter().map(|height_m| {
+            let (gain, coefficient) = self.reflected(1, height_m, STEPS);
+            (-gain, vec![1e3 * height_m, coefficient.re, coefficient.im])
         });
         let worth = all.filter(|(cost, _)| -0.5 * cost > ways.ln() - SHORT_BY);
-        best_of(worth.collect(), 3)
+        best_of(worth.collect(), PLANES)
     }
 
-    /// Fall of the cost, and coefficient, of a plane at a height.
-    fn reflected(&self, stride: usize, height_m: f64) -> (f64, f64, f64) {
-        let mut curvature = Matrix3::zeros();
-        let mut downhill = Vector3::zeros();
-        for drive in &self.drives {
-            let scan = &self.observations.scans[drive.scan];
-            let observed = &scan.drives[drive.drive];
-            let nuisance = &self.fit.nuisance[drive.scan];
-            let points_m: Vec<Vec3> = observed
-                .visits
-                .iter()
-                .step_by(stride)
-                .map(|visit| self.supposed.place(visit) + nuisance.shift_m)
-                .collect();
-            let images = self.supposed.images(&observed.believed, height_m, &points_m, nuisance);
-            let gain = nuisance.log_gain.exp();
-            for (image, i) in images.iter().zip((0..observed.visits.len()).step_by(stride)) {
-                let pressure = &drive.pressures[i];
-                let progress = observed.visits[i].progress;
-                let expected = self.supposed.expected(pressure, gain, progress, &scan.scatter);
-                let slope = scan.scatter.slope(expected.reading);
-                let along = pressure.coherent.conj() / pressure.coherent.norm().max(1e-300);
-                let image = gain * slope * along * image;
-                let columns = Vector3::new(expected.reading * slope, image.re, -image.im);
-                let residual = observed.stabilised[i] - scan.scatter.stabilised(expected.reading);
-                curvature += columns * columns.transpose();
-                downhill += columns * residual;
+    /// Fall of the cost, and coefficient, of a plane at a height: the coefficient by Gauss's method from none, the gain
+    /// with it.
+    fn reflected(&self, stride: usize, height_m: f64, steps: usize) -> (f64, Complex64) {
+        let images: Vec<Vec<Complex64>> =
+            self.drives.iter().map(|drive| self.images(drive, stride, height_m)).collect();
+        let at = |coefficient: Complex64| {
+            let mut curvature = Matrix3::zeros();
+            let mut downhill = Vector3::zeros();
+            let mut cost = 0.0;
+            for (drive, images) in self.drives.iter().zip(&images) {
+                let scan = &self.observations.scans[drive.scan];
+                let observed = &scan.drives[drive.drive];
+                let gain = self.fit.nuisance[drive.scan].log_gain.exp();
+                for (image, i) in images.iter().zip((0..observed.visits.len()).step_by(stride)) {
+                    let mut pressure = drive.pressures[i];
+                    pressure.coherent += coefficient * image;
+                    let progress = observed.visits[i].progress;
+                    let expected = self.supposed.expected(&pressure, gain, progress, scan);
+                    let slope = scan.scale.slope(expected.reading);
+                    let along = pressure.coherent.conj() / pressure.coherent.norm().max(1e-300);
+                    let image = gain * slope * along * image;
+                    let columns = Vector3::new(expected.reading * slope, image.re, -image.im);
+                    let residual = observed.stabilised[i] - scan.scale.of(expected.reading);
+                    curvature += columns * columns.transpose();
+                    downhill += columns * residual;
+                    cost += residual * residual;
+                }
             }
-        }
-        match curvature.cholesky() {
-            Some(cholesky) => {
-                let solution = cholesky.solve(&downhill);
-                (solution.dot(&downhill), solution[1], solution[2])
+            let by_gain = downhill[0] * downhill[0] / curvature[(0, 0)].max(f64::MIN_POSITIVE);
+            let step = curvature.cholesky().map(|cholesky| cholesky.solve(&downhill));
+            (cost - by_gain, step.map_or(Complex64::ZERO, |step| Complex64::new(step[1], step[2])))
+        };
+        let (none, mut step) = at(Complex64::ZERO);
+        let (mut fall, mut coefficient) = (0.0, Complex64::ZERO);
+        for _ in 0..steps {
+            let next = coefficient + step;
+            let (cost, onwards) = at(next);
+            // Too long a step is halved.
+            if none - cost <= fall {
+                step *= 0.5;
+                continue;
             }
-            None => (0.0, 0.0, 0.0),
+            (fall, coefficient, step) = (none - cost, next, onwards);
         }
+        (fall, coefficient)
+    }
+
+    /// The images of a drive's elements in a plane, at one visit in `stride`.
+    fn images(&self, drive: &ScoredDrive, stride: usize, height_m: f64) -> Vec<Complex64> {
+        let observed = &self.observations.scans[drive.scan].drives[drive.drive];
+        let nuisance = &self.fit.nuisance[drive.scan];
+        let visits = observed.visits.iter().step_by(stride);
+        let points_m: Vec<Vec3> =
+            visits.map(|visit| self.supposed.place(visit) + nuisance.shift_m).collect();
+        self.supposed.images(&observed.believed, height_m, &points_m, nuisance)
     }
 }
 

@@ -32,6 +32,8 @@ pub(super) struct Supposed {
     pub attenuation_db_m: f64,
     /// Random phase over one metre of path, rad.
     pub turbulence: f64,
+    /// What it makes of the phases.
+    pub speckle: Speckle,
     /// Another law on the axis, d^-exponent.
     pub spreading: Option<f64>,
     /// Width of the lobes over the modelled one.
@@ -97,6 +99,7 @@ impl Default for Supposed {
             gradient_per_m: Vec3::zeros(),
             attenuation_db_m: 0.0,
             turbulence: 0.0,
+            speckle: Speckle::OfPaths,
             spreading: None,
             width_ratio: 1.0,
             widened_by_face: false,
@@ -127,13 +130,45 @@ impl Default for Supposed {
     }
 }
 
+/// How what turbulence scatters adds up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Speckle {
+    /// Each path's phase changes by itself: by little, it moves each part across its own direction.
+    OfPaths,
+    /// Many times scattered, alike in both quadratures.
+    Circular,
+}
+
+impl Speckle {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::OfPaths, Self::Circular];
+}
+
 /// Pressure at one reading, in the simulator's unit: what is steady in it, and what turbulence scatters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pressure {
     /// The steady part.
     pub coherent: Complex64,
-    /// Mean square of the part that changes from reading to reading.
+    /// Mean square magnitude of the part that changes from reading to reading.
     pub speckle: f64,
+    /// Its mean square: what of it stands across the steady part is not seen where that is strong.
+    pub speckle_square: Complex64,
+}
+
+impl Pressure {
+    fn steady(coherent: Complex64) -> Self {
+        Self { coherent, speckle: 0.0, speckle_square: Complex64::ZERO }
+    }
+
+    /// Mean squares of the changing part along the steady one and across it.
+    pub fn speckle_along_and_across(&self) -> [f64; 2] {
+        let power = self.coherent.norm_sqr();
+        let along = match power > 0.0 {
+            true => (self.speckle_square * self.coherent.conj().powi(2)).re / power,
+            false => 0.0,
+        };
+        [0.5 * (self.speckle + along), 0.5 * (self.speckle - along)].map(|square| square.max(0.0))
+    }
 }
 
 impl Supposed {
@@ -205,20 +240,26 @@ impl Supposed {
         points_m: &[Vec3],
     ) -> Vec<Pressure> {
         if self.turbulence == 0.0 {
-            let steady = |coherent| Pressure { coherent, speckle: 0.0 };
-            return kernel.at(points_m).into_iter().map(steady).collect();
+            return kernel.at(points_m).into_iter().map(Pressure::steady).collect();
         }
-        // The coherent part of each path fades as exp(-s² d / 2): what it loses in power is the speckle.
+        // The coherent part of each path fades as exp(-s² d / 2), its square as exp(-2 s² d): what it loses is the speckle's.
         let faded = 0.5 * self.turbulence * self.turbulence;
         let air = self.air(believed);
-        let fading = Propagation { attenuation_np_m: air.attenuation_np_m + faded, ..air };
-        let steady: Vec<FieldSum> = kernel.clone().through(fading).sums_at(points_m);
-        let whole: Vec<FieldSum> = kernel.clone().through(air).sums_at(points_m);
-        let speckle = |(steady, whole): (FieldSum, FieldSum)| Pressure {
+        let faded_by = |times: f64| -> Vec<FieldSum> {
+            let attenuation_np_m = air.attenuation_np_m + times * faded;
+            kernel.clone().through(Propagation { attenuation_np_m, ..air }).sums_at(points_m)
+        };
+        let [whole, steady] = [0.0, 1.0].map(faded_by);
+        let twice = match self.speckle {
+            Speckle::OfPaths => faded_by(2.0),
+            Speckle::Circular => steady.clone(),
+        };
+        let speckle = |((steady, whole), twice): ((FieldSum, FieldSum), FieldSum)| Pressure {
             coherent: steady.field,
             speckle: (whole.incoherent_power - steady.incoherent_power).max(0.0),
+            speckle_square: twice.square - steady.square,
         };
-        steady.into_iter().zip(whole).map(speckle).collect()
+        steady.into_iter().zip(whole).zip(twice).map(speckle).collect()
     }
 
     fn air(&self, believed: &Simulation) -> Propagation {

@@ -38,7 +38,7 @@ mod spreading;
 mod standing_wave;
 mod swapped_channels;
 mod temperature_gradient;
-mod turbulence;
+pub(super) mod turbulence;
 
 use std::collections::BTreeMap;
 
@@ -88,6 +88,13 @@ pub(super) enum Search {
     Heights,
     /// A random number for each element, the same spread for all.
     Random,
+}
+
+impl Search {
+    /// Whether the cost has many minima, so that what was found depends on what else was known.
+    pub fn has_many_minima(self) -> bool {
+        matches!(self, Self::Sets | Self::Exchanges | Self::Steps | Self::Heights)
+    }
 }
 
 /// A fitted number and its standard error.

@@ -3,13 +3,23 @@
 //!
 //! The phase of a path of length d through many eddies is normal with variance s² d (Ostashev and Wilson, *Acoustics in Moving
 //! Inhomogeneous Media*, chapter 7): coherent amplitudes fade as exp(-s² d/2), and the power that they lose is the
-//! speckle's. It changes the readings' variance more than their mean.
+//! speckle's. It changes the readings' variance more than their mean. Where the phases of the paths change by little and each by
+//! itself, the speckle stands across what the paths bring, and a focus hardly flickers; where sound is scattered many times it
+//! is alike in both quadratures. Both are tried.
 
 use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::gap::diagnosis::supposed::Supposed;
+use crate::gap::diagnosis::supposed::{Speckle, Supposed};
 
 /// The effect.
 pub(super) struct Turbulence;
+
+/// The kind of speckle that a choice stands for.
+pub(in crate::gap::diagnosis) fn speckle(choice: &Choice) -> Speckle {
+    match choice {
+        Choice::Law(1) => Speckle::Circular,
+        _ => Speckle::OfPaths,
+    }
+}
 
 impl Effect for Turbulence {
     fn id(&self) -> &'static str {
@@ -18,6 +28,10 @@ impl Effect for Turbulence {
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 0.0, scale: 0.05, least: 0.0, most: 6.0 }]
+    }
+
+    fn choices(&self) -> Vec<Choice> {
+        vec![Choice::Law(0), Choice::Law(1)]
     }
 
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
@@ -32,11 +46,12 @@ impl Effect for Turbulence {
     fn suppose(
         &self,
         values: &[f64],
-        _choice: &Choice,
+        choice: &Choice,
         _believed: &Context,
         supposed: &mut Supposed,
     ) {
         supposed.turbulence = values[0];
+        supposed.speckle = speckle(choice);
     }
 
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {

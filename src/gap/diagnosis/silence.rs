@@ -1,0 +1,185 @@
+//! What silence says: the quadratures' noise, and the floor that a detector adds in power.
+//!
+//! Of r² = (floor² + b² (n₁² + n₂²)) (1 + a n₀)² the excess over the floor is exponential with mean 2 b²; beside a floor the noise in
+//! proportion, a, may be the larger, and r² is the sum of an exponential and a normal number.
+
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
+
+use super::golden::least;
+use super::scale::OF_NOISE_ALONE;
+
+/// Silent readings fewer than this tell nothing.
+const ENOUGH: usize = 8;
+
+/// Nats that a floor must gain before it is taken for one: one number is fitted, over some decades.
+const ENOUGH_EVIDENCE: f64 = 7.0;
+
+/// The least share of the silent power that is taken for noise.
+const LEAST_NOISE: f64 = 1e-5;
+
+/// Silent readings, squared.
+pub(super) struct Silence {
+    powers: Vec<f64>,
+    mean: f64,
+    /// Of the readings themselves.
+    mean_reading: f64,
+    /// How many magnitudes each is the mean of.
+    averaged: f64,
+}
+
+/// The noise that silence tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Told {
+    /// Each quadrature's standard deviation.
+    pub additive: f64,
+    /// The floor; zero for none.
+    pub floor: f64,
+    /// By how much silence prefers that floor to none, in nats.
+    pub evidence: f64,
+}
+
+impl Silence {
+    /// Of readings, each the mean of so many magnitudes; `None` if they are too few to tell anything.
+    pub fn of(readings: &[f64], averaged: f64) -> Option<Self> {
+        let mean_reading = readings.iter().sum::<f64>() / readings.len() as f64;
+        let powers: Vec<f64> = readings.iter().map(|reading| reading * reading).collect();
+        let mean = powers.iter().sum::<f64>() / powers.len() as f64;
+        (powers.len() >= ENOUGH && mean > 0.0).then_some(Self {
+            powers,
+            mean,
+            mean_reading,
+            averaged,
+        })
+    }
+
+    /// The noise, if so much of a level scatters in proportion.
+    pub fn told(&self, share: f64) -> Told {
+        if self.averaged > 1.0 {
+            // The mean of magnitudes shows how loud noise is, and a floor is not told from it.
+            let additive = self.mean_reading / OF_NOISE_ALONE / self.averaged.sqrt();
+            return Told { additive, floor: 0.0, evidence: 0.0 };
+        }
+        let of = |noise: f64| self.cost((0.5 * noise * self.mean).sqrt(), share);
+        let none = Told { additive: (0.5 * self.mean).sqrt(), floor: 0.0, evidence: 0.0 };
+        let (noise, cost) = least(LEAST_NOISE, 1.0, of);
+        let evidence = self.cost(none.additive, share) - cost - 1.0;
+        if evidence < ENOUGH_EVIDENCE {
+            return none;
+        }
+        let additive = (0.5 * noise * self.mean).sqrt();
+        Told { additive, floor: self.floor_beside(additive), evidence }
+    }
+
+    /// Negative logarithm of the likelihood of a quadrature's noise beside no floor, less a constant.
+    pub fn cost_without_floor(&self, additive: f64) -> f64 {
+        let count = self.powers.len() as f64;
+        if self.averaged > 1.0 {
+            let variance = (2.0 - 0.5 * PI) * additive * additive;
+            let off = self.mean_reading - OF_NOISE_ALONE * additive * self.averaged.sqrt();
+            let scattered = self.mean - self.mean_reading * self.mean_reading;
+            return 0.5 * count * (variance.ln() + (scattered + off * off) / variance);
+        }
+        let power = 2.0 * additive * additive;
+        count * (power.ln() + self.mean / power)
+    }
+
+    /// The floor, if the quadratures' noise is this.
+    pub fn floor_beside(&self, additive: f64) -> f64 {
+        (self.mean - 2.0 * additive * additive).max(0.0).sqrt()
+    }
+
+    /// The least reading.
+    pub fn least(&self) -> f64 {
+        self.powers.iter().copied().fold(f64::INFINITY, f64::min).sqrt()
+    }
+
+    /// Negative logarithm of the likelihood of a quadrature's noise, the floor being the rest of the power.
+    pub fn cost(&self, additive: f64, share: f64) -> f64 {
+        let rate = 1.0 / (2.0 * additive * additive);
+        let floor = self.floor_beside(additive).powi(2);
+        let deviation = (2.0 * share * self.mean).max(1e-6 * self.mean);
+        self.powers.iter().map(|power| -log_density(power - floor, rate, deviation)).sum()
+    }
+}
+
+/// Logarithm of the density of the sum of an exponential number with a rate and a normal one with a standard deviation.
+fn log_density(x: f64, rate: f64, deviation: f64) -> f64 {
+    let spread = rate * deviation;
+    let z = FRAC_1_SQRT_2 * (spread - x / deviation);
+    if z < 20.0 {
+        return (0.5 * rate * libm::erfc(z)).ln() + spread * (0.5 * spread - x / deviation);
+    }
+    // erfc(z) → exp(-z²) / (z √π), its exponent and the other's cancelling but for the normal number's own.
+    (rate / (2.0 * z * PI.sqrt())).ln() - 0.5 * (x / deviation).powi(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::SQRT_2;
+
+    use super::*;
+
+    /// Silent readings with a floor, drawn by a generator of its own.
+    fn readings(floor: f64, additive: f64, share: f64) -> Vec<f64> {
+        let mut state = 0x2545_f491_4f6c_dd1d_u64;
+        let mut uniform = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let mut normal =
+            || (-2.0 * uniform().max(1e-300).ln()).sqrt() * (2.0 * PI * uniform()).cos();
+        (0..400)
+            .map(|_| {
+                let noise = (additive * normal()).hypot(additive * normal());
+                noise.hypot(floor) * (1.0 + share * normal())
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_floor_is_told_from_noise_even_where_the_share_scatters_more() {
+        let silence = Silence::of(&readings(0.21, 0.02, 0.02), 1.0).expect("enough");
+        let told = silence.told(0.02);
+        assert!((told.floor / 0.21 - 1.0).abs() < 0.01, "{told:?}");
+        assert!((told.additive / 0.02 - 1.0).abs() < 0.3, "{told:?}");
+        assert!(told.evidence > 100.0, "{told:?}");
+    }
+
+    #[test]
+    fn silence_without_a_floor_shows_none() {
+        let silence = Silence::of(&readings(0.0, 0.02, 0.02), 1.0).expect("enough");
+        let told = silence.told(0.02);
+        assert_eq!((told.floor, told.evidence), (0.0, 0.0));
+        assert!((told.additive / 0.02 - 1.0).abs() < 0.1, "{told:?}");
+    }
+
+    #[test]
+    fn a_mean_of_magnitudes_shows_no_floor() {
+        let averages: Vec<f64> = readings(0.0, 0.02, 0.0)
+            .chunks(16)
+            .map(|chunk| chunk.iter().sum::<f64>() / 16.0)
+            .collect();
+        let told = Silence::of(&averages, 16.0).expect("enough").told(0.02);
+        assert_eq!(told.floor, 0.0);
+        assert!((told.additive / 0.005 - 1.0).abs() < 0.1, "{told:?}");
+    }
+
+    #[test]
+    fn the_density_is_one_in_all_on_both_sides_of_its_bend() {
+        for (rate, deviation) in [(1.0, 0.01), (1.0, 1.0), (30.0, 1.0)] {
+            let step = 1e-3 / f64::max(rate, 1.0 / deviation);
+            let range = 12.0 * deviation + 30.0 / rate;
+            let steps = (2.0 * range / step) as usize;
+            let sum: f64 = (0..steps)
+                .map(|i| log_density(i as f64 * step - range, rate, deviation).exp())
+                .sum();
+            assert!((sum * step - 1.0).abs() < 3e-3, "{rate} {deviation} {}", sum * step);
+            let bend = deviation * (rate * deviation - 20.0 * SQRT_2);
+            let [below, above] =
+                [bend - 1e-9, bend + 1e-9].map(|x| log_density(x, rate, deviation));
+            assert!((below - above).abs() < 2e-3, "{below} {above}");
+        }
+    }
+}

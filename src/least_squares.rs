@@ -155,7 +155,7 @@ fn squares(residuals: &[f64]) -> f64 {
 }
 
 /// Scalar product. Eight partial sums, which the processor takes at once; always in the same order.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     const LANES: usize = 8;
     let (a, a_rest) = a.as_chunks::<LANES>();
     let (b, b_rest) = b.as_chunks::<LANES>();

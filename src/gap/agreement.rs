@@ -1,6 +1,7 @@
 //! How well a simulation and a scan agree: gain, correlation, residual.
 
 use super::comparison::Agreement;
+use crate::least_squares::dot;
 
 /// The gain that brings `simulated` nearest to `readings` in the least-squares sense; zero if nothing is simulated.
 pub fn best_gain(simulated: &[f64], readings: &[f64]) -> f64 {
@@ -41,11 +42,6 @@ impl Agreement {
             points: readings.len(),
         }
     }
-}
-
-/// Sum of products, in order.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Root mean square.

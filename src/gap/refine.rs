@@ -6,11 +6,12 @@
 
 use nalgebra::DMatrix;
 
-use super::agreement::{best_gain, correlation, dot, rms};
+use super::agreement::{best_gain, correlation, rms};
 use super::levenberg_marquardt::{Linearisation, Parameter, Stopping, minimise};
 use super::pose::Pose;
 use super::readings::{Readings, SimulatedGradient};
 use super::standard_errors::Blocks;
+use crate::least_squares::dot;
 
 /// A parameter of the pose that can be estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

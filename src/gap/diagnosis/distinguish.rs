@@ -9,11 +9,12 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::effects::{CATALOGUE, Effect, Search};
-use super::fit::{Fit, Promises};
+use super::fit::Fit;
 use super::gap_size::as_believed;
 use super::levels::settle_scatter;
 use super::observations::Observations;
 use super::preparation::Prepared;
+use super::promises::Promises;
 use super::pursuit::believed;
 use crate::acoustics::Simulator;
 use crate::gap::compare::Incomparable;

@@ -8,11 +8,10 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::effects::{Choice, Search};
+use super::effects::{Choice, Search, phase_quantisation::steps_and_zeros};
 use super::fit::Fit;
 use super::observations::Observations;
 use super::scatter::Scatter;
-use super::search::steps_and_zeros;
 
 /// Span of the logarithm of an effect's size, from one standard deviation to thousands.
 const SPAN: f64 = 8.0;

@@ -4,10 +4,10 @@ use rayon::prelude::*;
 
 use super::effects::{CATALOGUE, Choice, Context, Effect, Search};
 use super::evidence::{cost_of_freedom, log_evidence};
-use super::fit::{
-    Fit, Instance, Promise, Promises, SEARCH, Start, cost_on, fit_any, is_plausible, refined,
-};
+use super::fit::{Fit, Instance, SEARCH, Start, cost_on, fit_any, refined};
 use super::observations::Observations;
+use super::problem::is_plausible;
+use super::promises::{Promise, Promises};
 use super::pursuit::Tried;
 use super::random_elements::{best_spread, in_place_of_departures};
 use super::search::{Beginning, Scored, beginnings, extended};

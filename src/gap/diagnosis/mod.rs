@@ -21,6 +21,8 @@ mod maps;
 mod next_measurement;
 mod observations;
 mod preparation;
+mod problem;
+mod promises;
 mod pursuit;
 mod random_elements;
 mod residual_tests;

@@ -9,7 +9,7 @@ use num_complex::Complex64;
 
 use crate::acoustics::Vec3;
 
-use super::effects::{Choice, Context, Effect, Search};
+use super::effects::{Choice, Context, Effect, Search, phase_quantisation::steps_and_zeros};
 use super::evidence::cost_of_choice;
 use super::fit::{Fit, Instance};
 use super::likelihood::pressures;
@@ -25,11 +25,6 @@ const MOST_IN_A_SET: usize = 3;
 /// Sets that are extended by one element more.
 const BEAM: usize = 40;
 
-/// Steps in a period: every number up to here, and then, as far as steps are told from none, what clocks and counters have.
-const EVERY_STEPS: u32 = 64;
-const MOST_STEPS: u32 = 256;
-const OFTEN: usize = 4;
-
 /// Heights of a plane that are tried, in wavelengths: the score's minima lie half a wavelength apart.
 const HEIGHT_STEP: f64 = 1.0 / 12.0;
 
@@ -38,12 +33,6 @@ const PLANES: usize = 6;
 
 /// How far above the highest point a plane is looked for, m.
 const HEIGHTS_M: f64 = 0.6;
-
-/// All steps in a period that are looked at, and the sixteenths of a step in which their zero may lie.
-pub(super) fn steps_and_zeros() -> impl Iterator<Item = (u32, u8)> {
-    let often = (EVERY_STEPS..=MOST_STEPS).step_by(OFTEN).skip(1);
-    (2..=EVERY_STEPS).chain(often).flat_map(|steps| (0..16).map(move |zero| (steps, zero)))
-}
 
 /// Where to begin: what is chosen, and the real parameters.
 pub(super) struct Beginning {

@@ -24,7 +24,7 @@ mod of_elements;
 mod offset;
 mod on_axis_unit;
 mod phase_plane;
-mod phase_quantisation;
+pub(super) mod phase_quantisation;
 mod pitch;
 mod polarity;
 mod random;

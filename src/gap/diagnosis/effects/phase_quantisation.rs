@@ -6,6 +6,11 @@ use super::{Choice, Context, Effect, Fitted, Said, Search};
 use crate::gap::diagnosis::FittedParameter;
 use crate::gap::diagnosis::supposed::Supposed;
 
+/// Steps in a period: every number up to here, and then, as far as steps are told from none, what clocks and counters have.
+const EVERY_STEPS: u32 = 64;
+const MOST_STEPS: u32 = 256;
+const OFTEN: usize = 4;
+
 /// The effect.
 pub(super) struct PhaseQuantisation;
 
@@ -40,4 +45,10 @@ impl Effect for PhaseQuantisation {
         let value = FittedParameter::Real { value: steps, standard_error: 0.0 };
         Said::new([("steps", value)], sentence)
     }
+}
+
+/// All steps in a period that are looked at, and the sixteenths of a step in which their zero may lie.
+pub(in crate::gap::diagnosis) fn steps_and_zeros() -> impl Iterator<Item = (u32, u8)> {
+    let often = (EVERY_STEPS..=MOST_STEPS).step_by(OFTEN).skip(1);
+    (2..=EVERY_STEPS).chain(often).flat_map(|steps| (0..16).map(move |zero| (steps, zero)))
 }

@@ -67,11 +67,12 @@ pub fn all() -> Vec<Ceiling> {
 macro_rules! ceiling {
     (
         $module:ident, $features:literal, $float:ident, lanes $lanes:literal, vectors $vectors:literal,
-        rounder $rounder:expr, root $root:expr, halley $halley:literal, refined $refined:literal, sign $sign:literal,
+        rounder $rounder:expr, own_roots $own_roots:literal, root $root:expr, halley $halley:literal,
+        refined $refined:literal, sign $sign:literal,
         cosine $cosine:expr, sine $sine:expr, lobe $lobe:literal,
         $set1:ident $set1i:ident $loadu:ident $storeu:ident $add:ident $sub:ident $mul:ident $fmadd:ident
         $fnmadd:ident $xor:ident $to_bits:ident $from_bits:ident $shift_left:ident $shift_right:ident
-        $subtract_bits:ident
+        $subtract_bits:ident $sqrt:ident $div:ident
     ) => {
         mod $module {
             use std::arch::x86_64::*;
@@ -136,18 +137,23 @@ macro_rules! ceiling {
                             };
                             let (x, y, z) = ($add(sx, ox), $add(sy, oy), $add(sz, oz));
                             let square = $fmadd(z, z, $fmadd(x, x, $mul(y, y)));
-                            let mut root = $from_bits($subtract_bits(
-                                $set1i($root),
-                                $shift_right::<1>($to_bits(square)),
-                            ));
-                            for _ in 0..$halley {
+                            let (distance, inverse) = if $own_roots {
+                                let distance = $sqrt(square);
+                                (distance, $div(one, distance))
+                            } else {
+                                let mut root = $from_bits($subtract_bits(
+                                    $set1i($root),
+                                    $shift_right::<1>($to_bits(square)),
+                                ));
+                                for _ in 0..$halley {
+                                    let left = $fnmadd($mul(square, root), root, one);
+                                    let grow = $fmadd(left, $set1(0.375), half);
+                                    root = $fmadd($mul(root, left), grow, root);
+                                }
                                 let left = $fnmadd($mul(square, root), root, one);
-                                let grow = $fmadd(left, $set1(0.375), half);
-                                root = $fmadd($mul(root, left), grow, root);
-                            }
-                            let left = $fnmadd($mul(square, root), root, one);
-                            let inverse = $fmadd($mul(root, left), half, root);
-                            let distance = $mul(square, inverse);
+                                let inverse = $fmadd($mul(root, left), half, root);
+                                ($mul(square, inverse), inverse)
+                            };
                             let across = $mul(z, inverse);
                             let t = $fnmadd(across, across, one);
                             let mut level = lobe[$lobe - 1];
@@ -197,28 +203,26 @@ macro_rules! ceiling {
 
 /// cos(πr) and sin(πr)/r in powers of r², |r| at most a half: polynomials of least largest error.
 #[cfg(target_arch = "x86_64")]
-const COSINE: [f64; 9] = [
-    1.0,
-    -4.934_802_200_544_676,
-    4.058_712_126_416_497,
-    -1.335_262_768_843_447,
-    0.235_330_630_129_532_84,
-    -0.025_806_888_737_002_202,
-    0.001_929_556_272_481_713_2,
-    -0.000_104_566_553_387_487_38,
-    4.149_564_353_942_586e-6,
+const COSINE: [f64; 8] = [
+    0.999_999_999_999_998_1,
+    -4.934_802_200_543_686,
+    4.058_712_126_333_295,
+    -1.335_262_766_181_763_5,
+    0.235_330_588_313_178_73,
+    -0.025_806_531_975_921_562,
+    0.001_927_870_052_698_133_3,
+    -0.000_100_416_464_220_538_9,
 ];
 #[cfg(target_arch = "x86_64")]
-const SINE: [f64; 9] = [
+const SINE: [f64; 8] = [
     std::f64::consts::PI,
-    -5.167_712_780_049_969,
-    2.550_164_039_877_300_7,
-    -0.599_264_529_318_944_7,
-    0.082_145_886_573_102_9,
-    -0.007_370_430_505_916_944,
-    0.000_466_299_816_189_839_4,
-    -2.190_349_707_462_601_8e-5,
-    7.697_826_768_224_191e-7,
+    -5.167_712_780_049_786,
+    2.550_164_039_861_868,
+    -0.599_264_528_825_224,
+    0.082_145_878_816_310_43,
+    -0.007_370_364_326_530_416,
+    0.000_465_987_015_804_337_8,
+    -2.113_362_735_205_297e-5,
 ];
 #[cfg(target_arch = "x86_64")]
 const COSINE_SINGLE: [f32; 5] = [0.999_999_95, -4.934_793, 4.058_410_6, -1.331_873, 0.219_682_42];
@@ -229,39 +233,39 @@ const SINE_SINGLE: [f32; 5] =
 #[cfg(target_arch = "x86_64")]
 ceiling!(
     avx512_f64, "avx512f,avx512dq,avx512vl,avx2,fma", f64, lanes 8, vectors 4,
-    rounder 6_755_399_441_055_744.0, root 0x5fe6_eb50_c7b5_37a9, halley 2, refined false, sign 63,
+    rounder 6_755_399_441_055_744.0, own_roots false, root 0x5fe6_eb50_c7b5_37a9, halley 2, refined false, sign 63,
     cosine COSINE, sine SINE, lobe 12,
     _mm512_set1_pd _mm512_set1_epi64 _mm512_loadu_pd _mm512_storeu_pd _mm512_add_pd _mm512_sub_pd _mm512_mul_pd
     _mm512_fmadd_pd _mm512_fnmadd_pd _mm512_xor_pd _mm512_castpd_si512 _mm512_castsi512_pd _mm512_slli_epi64
-    _mm512_srli_epi64 _mm512_sub_epi64
+    _mm512_srli_epi64 _mm512_sub_epi64 _mm512_sqrt_pd _mm512_div_pd
 );
 
 #[cfg(target_arch = "x86_64")]
 ceiling!(
     avx512_f32, "avx512f,avx512dq,avx512vl,avx2,fma", f32, lanes 16, vectors 4,
-    rounder 12_582_912.0, root 0x5f37_59df, halley 1, refined true, sign 31,
+    rounder 12_582_912.0, own_roots false, root 0x5f37_59df, halley 1, refined true, sign 31,
     cosine COSINE_SINGLE, sine SINE_SINGLE, lobe 7,
     _mm512_set1_ps _mm512_set1_epi32 _mm512_loadu_ps _mm512_storeu_ps _mm512_add_ps _mm512_sub_ps _mm512_mul_ps
     _mm512_fmadd_ps _mm512_fnmadd_ps _mm512_xor_ps _mm512_castps_si512 _mm512_castsi512_ps _mm512_slli_epi32
-    _mm512_srli_epi32 _mm512_sub_epi32
+    _mm512_srli_epi32 _mm512_sub_epi32 _mm512_sqrt_ps _mm512_div_ps
 );
 
 #[cfg(target_arch = "x86_64")]
 ceiling!(
     avx2_f64, "avx2,fma", f64, lanes 4, vectors 3,
-    rounder 6_755_399_441_055_744.0, root 0x5fe6_eb50_c7b5_37a9, halley 2, refined false, sign 63,
+    rounder 6_755_399_441_055_744.0, own_roots true, root 0x5fe6_eb50_c7b5_37a9, halley 2, refined false, sign 63,
     cosine COSINE, sine SINE, lobe 12,
     _mm256_set1_pd _mm256_set1_epi64x _mm256_loadu_pd _mm256_storeu_pd _mm256_add_pd _mm256_sub_pd _mm256_mul_pd
     _mm256_fmadd_pd _mm256_fnmadd_pd _mm256_xor_pd _mm256_castpd_si256 _mm256_castsi256_pd _mm256_slli_epi64
-    _mm256_srli_epi64 _mm256_sub_epi64
+    _mm256_srli_epi64 _mm256_sub_epi64 _mm256_sqrt_pd _mm256_div_pd
 );
 
 #[cfg(target_arch = "x86_64")]
 ceiling!(
     avx2_f32, "avx2,fma", f32, lanes 8, vectors 3,
-    rounder 12_582_912.0, root 0x5f37_59df, halley 1, refined true, sign 31,
+    rounder 12_582_912.0, own_roots true, root 0x5f37_59df, halley 1, refined true, sign 31,
     cosine COSINE_SINGLE, sine SINE_SINGLE, lobe 7,
     _mm256_set1_ps _mm256_set1_epi32 _mm256_loadu_ps _mm256_storeu_ps _mm256_add_ps _mm256_sub_ps _mm256_mul_ps
     _mm256_fmadd_ps _mm256_fnmadd_ps _mm256_xor_ps _mm256_castps_si256 _mm256_castsi256_ps _mm256_slli_epi32
-    _mm256_srli_epi32 _mm256_sub_epi32
+    _mm256_srli_epi32 _mm256_sub_epi32 _mm256_sqrt_ps _mm256_div_ps
 );

@@ -198,7 +198,7 @@ impl Lattice {
                     })
                     .collect();
                 let [re, im] = &mut part;
-                kernel.instructions.run(WeightedSum {
+                kernel.instructions.run(WeightedSum::<true> {
                     map: grid,
                     terms: &terms,
                     real: re,

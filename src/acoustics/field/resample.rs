@@ -112,7 +112,7 @@ pub(super) fn resampled(instructions: InstructionSet, map: &Map, rows: Rows, to_
             start: (first + tap) * map.columns,
             weight: [weight(place - (first + tap) as f64), 0.0],
         });
-        instructions.run(WeightedSum { map, terms: &terms, real, imaginary });
+        instructions.run(WeightedSum::<false> { map, terms: &terms, real, imaginary });
     });
     out
 }
@@ -150,15 +150,15 @@ pub(super) struct Term {
     pub weight: [f64; 2],
 }
 
-/// The sum of stretches of a map, each times its weight.
-pub(super) struct WeightedSum<'w> {
+/// The sum of stretches of a map, each times its weight; `COMPLEX` says whether weights have an imaginary part.
+pub(super) struct WeightedSum<'w, const COMPLEX: bool> {
     pub map: &'w Map,
     pub terms: &'w [Term],
     pub real: &'w mut [f64],
     pub imaginary: &'w mut [f64],
 }
 
-impl Vectorised for WeightedSum<'_> {
+impl<const COMPLEX: bool> Vectorised for WeightedSum<'_, COMPLEX> {
     #[inline(always)]
     fn run<const W: usize, const SINGLE: usize, const F: bool>(self) {
         let columns = self.real.len();
@@ -169,8 +169,12 @@ impl Vectorised for WeightedSum<'_> {
                 let re = load::<W, F>(&self.map.real, term.start + first);
                 let im = load::<W, F>(&self.map.imaginary, term.start + first);
                 let [a, b] = term.weight;
-                real = re.scale_add(a, im.scale_add(-b, real));
-                imaginary = im.scale_add(a, re.scale_add(b, imaginary));
+                real = re.scale_add(a, real);
+                imaginary = im.scale_add(a, imaginary);
+                if COMPLEX {
+                    real = im.scale_add(-b, real);
+                    imaginary = re.scale_add(b, imaginary);
+                }
             }
             self.real[first..first + width].copy_from_slice(&real.0[..width]);
             self.imaginary[first..first + width].copy_from_slice(&imaginary.0[..width]);

@@ -50,7 +50,7 @@ impl Transfer {
                     Term { start, weight: [cosine, sine] }
                 })
                 .collect();
-            self.kernel.instructions.run(WeightedSum {
+            self.kernel.instructions.run(WeightedSum::<true> {
                 map: &self.map,
                 terms: &terms,
                 real,

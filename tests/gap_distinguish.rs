@@ -101,7 +101,7 @@ fn the_pairs_that_are_hard_to_tell_apart_are_those_that_another_program_found() 
     }
 }
 
-/// An effect that shifts the field along z is nothing like one that shifts it with the direction of travel.
+/// A gain that drifts from plane to plane is nothing like play, which shifts every other row.
 #[test]
 fn what_has_nothing_in_common_is_told_apart_from_far_below_the_noise() {
     let alike = alike_effects(&scan(), None).expect("enough to compare");

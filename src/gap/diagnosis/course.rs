@@ -81,7 +81,7 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<Tried> {
     let best = refined(pursuit.tried[0].fit.clone(), observations, context, SEARCH);
     if noise_is_told && !is_near(&best, observations) {
         // What is far from the readings says nothing of their noise.
-        return pursuit.on_all(observations, context).found(observations, context);
+        return pursuit.on_all(observations, context).found();
     }
     let before: Vec<_> = observations.scans.iter().map(|scan| scan.scatter.clone()).collect();
     settle_scatter(observations, &best, context, true);
@@ -102,7 +102,7 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<Tried> {
         pursuit = Pursuit::begin(&observations.thinned(FIRST), context);
     }
     let pursuit = pursuit.on_all(observations, context).and_on(observations, context);
-    pursuit.found(observations, context)
+    pursuit.found()
 }
 
 fn scaled(observations: &Observations, fit: &Fit, context: &Context) -> Vec<f64> {

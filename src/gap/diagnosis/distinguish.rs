@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::effects::{CATALOGUE, Effect, Search};
+use super::extension::MOST_ELEMENTS;
 use super::fit::Fit;
 use super::gap_size::as_believed;
 use super::levels::settle_scatter;
@@ -41,8 +42,9 @@ pub struct AlikeEffects {
     pub told_from_sigma: f64,
 }
 
-/// Every pair of smooth effects of the catalogue, the most alike first, by the places and the noise of a scan; of two effects the one
-/// of which less is left over beside the other.
+/// Every pair of effects of the catalogue that act to first order, the most alike first, by the places and the noise of a scan; of
+/// two effects the one of which less is left over beside the other. Where an effect has two laws it is by the first. Left out are
+/// choices (dead elements, steps, heights) and what changes how readings scatter (turbulence, compression, floor, clipping).
 ///
 /// # Errors
 /// [`Incomparable`] if there is nothing to compare.
@@ -89,8 +91,12 @@ pub fn alike_effects(
 
 /// Whether an effect moves readings along columns from where it does nothing.
 fn has_slope(effect: &dyn Effect, observations: &Observations) -> bool {
-    let smooth = matches!(effect.search(), Search::Smooth | Search::Random);
-    smooth && !effect.is_defect() && effect.can_act(observations)
+    let has_columns = match effect.search() {
+        Search::Smooth => true,
+        Search::Random => observations.elements() <= MOST_ELEMENTS,
+        Search::Sets | Search::Exchanges | Search::Steps | Search::Heights => false,
+    };
+    has_columns && !effect.is_defect() && effect.can_act(observations)
 }
 
 /// The columns of an effect.

@@ -35,7 +35,7 @@ const LEAST_PROMISE: f64 = -1.0;
 
 /// Elements up to which each may have an amplitude or a phase of its own, or be exchanged with any other: of more, the
 /// readings of a scan do not tell.
-const MOST_ELEMENTS: usize = 120;
+pub(super) const MOST_ELEMENTS: usize = 120;
 
 /// Whether a fit leaves little more than noise.
 pub(super) fn is_near(fit: &Fit, observations: &Observations) -> bool {

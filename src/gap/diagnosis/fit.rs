@@ -34,7 +34,7 @@ const NEAR_FIELD: (f64, f64) = (0.5, 0.5);
 /// A change of it that matters.
 const NEAR_FIELD_SCALE: f64 = 0.05;
 
-/// Steps for which the derivatives by the shifts are kept: they only point the way, which every step is tested on.
+/// Steps for which the derivatives by the shifts, which change little, are kept: every step is tested on the residuals themselves.
 const KEPT: usize = 4;
 
 /// A change of the log gain that matters.
@@ -97,6 +97,24 @@ impl Fit {
     /// Whether each element has a departure of its own.
     pub fn has_random_elements(&self) -> bool {
         self.instances.iter().any(|instance| instance.effect.search() == Search::Random)
+    }
+
+    /// The same with the effects in another order.
+    pub fn in_order(self, order: &[usize]) -> Self {
+        let ranges = self.ranges();
+        let nuisance = Nuisance::COUNT * self.nuisance.len();
+        let moved: Vec<usize> =
+            (0..nuisance).chain(order.iter().flat_map(|&n| ranges[n].clone())).collect();
+        let covariance = self.covariance.map(|covariance| {
+            DMatrix::from_fn(moved.len(), moved.len(), |i, j| covariance[(moved[i], moved[j])])
+        });
+        Self {
+            instances: order.iter().map(|&n| self.instances[n].clone()).collect(),
+            values: order.iter().map(|&n| self.values[n].clone()).collect(),
+            spreads: order.iter().map(|&n| self.spreads[n]).collect(),
+            covariance,
+            ..self
+        }
     }
 
     /// Where the parameters of the effects' begin and end in the covariance.

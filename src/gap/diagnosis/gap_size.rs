@@ -6,7 +6,7 @@ use super::fit::{Fit, Start};
 use super::likelihood::{Nuisance, first_gain, pressures};
 use super::observations::{Observations, Visit};
 use super::supposed::Supposed;
-use crate::gap::levenberg_marquardt::Stopping;
+use crate::least_squares::Stopping;
 
 /// Side of the blocks of points that are kept out together, m: beyond that neighbours know nothing of each other.
 const BLOCK_M: f64 = 8e-3;

@@ -29,7 +29,7 @@ struct Proposal {
     drives: Vec<Excitation>,
     /// Every row in the same direction.
     raster: bool,
-    /// Speed along the rows, if the robot is not to go as it went.
+    /// Speed along the rows; nothing for a robot that stops at each point.
     speed_m_s: Option<f64>,
 }
 
@@ -55,13 +55,15 @@ pub(super) fn next_measurement(
     let whole = (2.0 * half_m / step + 1.0).round().max(2.0);
     let other_m = Vec3::new(-focus_m.x, -focus_m.y, 1.3 * focus_m.z);
     let focus = Excitation::Focus(focus_m);
-    let speed_m_s = speed_along_rows_m_s(first);
+    // Only where the readings trail the motion does it matter that, and how fast, the robot flies.
+    let is_flown = rivals.iter().any(|fit| fit.ids().contains(&"lag"));
+    let speed_m_s = is_flown.then(|| speed_along_rows_m_s(first));
     let again = |what| Proposal {
         what,
         heights_mm: heights_mm.clone(),
         drives: vec![focus.clone()],
         raster: false,
-        speed_m_s: None,
+        speed_m_s,
     };
     let mut proposals = vec![
         Proposal {
@@ -82,7 +84,7 @@ pub(super) fn next_measurement(
         },
         Proposal { raster: true, ..again("every row in the same direction") },
     ];
-    if speed_m_s > 0.0 {
+    if let Some(speed_m_s) = speed_m_s {
         let speed_m_s = Some(SLOWER * speed_m_s);
         proposals.push(Proposal { speed_m_s, ..again("the same planes at a third of the speed") });
     }
@@ -144,7 +146,7 @@ impl Proposal {
         let scatter = &observations.scans[0].scatter;
         let step_m = 2.0 * half_m / (SIDE - 1) as f64;
         let total = (self.drives.len() * self.heights_mm.len() * SIDE * SIDE) as f64;
-        let speed = self.speed_m_s.unwrap_or_else(|| speed_along_rows_m_s(template));
+        let speed = self.speed_m_s.unwrap_or(0.0);
         let mut number = 0;
         let drives = self
             .drives

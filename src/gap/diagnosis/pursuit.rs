@@ -63,12 +63,7 @@ pub(super) fn believed(observations: &Observations, context: &Context) -> Tried 
 
 impl Tried {
     /// The same set, its effects in the order in which each next closes most, by the parts of it that were tried.
-    fn by_what_each_closes(
-        self,
-        all: &[Self],
-        observations: &Observations,
-        context: &Context,
-    ) -> Self {
+    fn by_what_each_closes(self, all: &[Self]) -> Self {
         let mut order: Vec<usize> = Vec::new();
         let ids = self.fit.ids();
         while order.len() < ids.len() {
@@ -84,17 +79,7 @@ impl Tried {
             let next = left.min_by(|&a, &b| cost_with(a).total_cmp(&cost_with(b)));
             order.extend(next);
         }
-        if order.is_sorted() {
-            return self;
-        }
-        let Fit { instances, values, spreads, nuisance, .. } = self.fit;
-        let start = Start {
-            instances: order.iter().map(|&n| instances[n].clone()).collect(),
-            values: order.iter().map(|&n| values[n].clone()).collect(),
-            spreads: order.iter().map(|&n| spreads[n]).collect(),
-            nuisance: Some(nuisance),
-        };
-        Self { fit: fit_any(observations, context, start, SEARCH), ..self }
+        Self { fit: self.fit.in_order(&order), ..self }
     }
 }
 
@@ -146,13 +131,13 @@ impl Pursuit {
     }
 
     /// What was found, the best first, the effects of the first few in the order of what they close.
-    pub fn found(self, observations: &Observations, context: &Context) -> Vec<Tried> {
+    pub fn found(self) -> Vec<Tried> {
         /// Sets that may be named.
         const NAMED: usize = 3;
         let mut found = self.tried.clone();
-        found.par_iter_mut().take(NAMED).for_each(|tried| {
-            *tried = tried.clone().by_what_each_closes(&self.tried, observations, context);
-        });
+        for tried in found.iter_mut().take(NAMED) {
+            *tried = tried.clone().by_what_each_closes(&self.tried);
+        }
         found
     }
 

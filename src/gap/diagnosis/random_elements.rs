@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use super::effects::{Context, Search};
 use super::fit::{Fit, Start, fit};
 use super::observations::Observations;
-use crate::gap::levenberg_marquardt::Stopping;
+use crate::least_squares::Stopping;
 
 /// Spreads that are tried first, from a thousandth upwards, by this factor.
 const FACTOR: f64 = 1.5;

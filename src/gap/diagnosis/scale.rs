@@ -6,7 +6,7 @@
 use super::detection::lost_in_noise;
 
 /// Below this the scatter's share is not told from none, and the transform below loses digits.
-const LEAST_SHARE: f64 = 1e-4;
+pub(super) const LEAST_SHARE: f64 = 1e-4;
 
 /// Readings, in quadratures' standard deviations, up to which the magnitude's lesser scatter is minded, and cells up to there.
 const TABULATED: f64 = 16.0;

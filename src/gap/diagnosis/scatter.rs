@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::golden::least;
 use super::observations::ObservedScan;
-use super::scale::lost_with_mean;
+use super::scale::{LEAST_SHARE, lost_with_mean};
 use super::silence::{Silence, Told};
 use super::supposed::Speckle;
 
@@ -49,9 +49,6 @@ impl Default for Scatter {
         }
     }
 }
-
-/// Below this the scatter's share is not told from none.
-const LEAST_SHARE: f64 = 1e-4;
 
 /// The additive part is taken for no less than this of the largest reading: what is lower is below any converter's step.
 const LEAST_ADDITIVE: f64 = 1e-4;
@@ -98,10 +95,10 @@ fn against_share(share: f64) -> f64 {
     0.5 * (share / USUAL_SHARE).ln().powi(2)
 }
 
-/// The least silent reading, and some more, as it is read with an error itself.
-fn most_floor(silence: &Silence, additive: f64) -> f64 {
+/// The least silent reading, or the floor that silence tells, and some more, as both are read with an error.
+fn most_floor(silence: &Silence, told: f64, additive: f64) -> f64 {
     const SOME_MORE: f64 = 0.1;
-    silence.least() * (1.0 + SOME_MORE) + SOME_MORE * additive
+    silence.least().max(told) * (1.0 + SOME_MORE) + SOME_MORE * additive
 }
 
 /// The level that a reading had before a floor was added in power.
@@ -130,8 +127,10 @@ pub(super) struct Pair {
 
 impl Pair {
     fn new(level: Level, scan: &ObservedScan, floor: f64, difference: f64) -> Self {
-        let beside_floor =
-            without_floor(level.reading, floor) / level.reading.max(f64::MIN_POSITIVE);
+        let beside_floor = match floor > 0.0 {
+            true => without_floor(level.reading, floor) / level.reading.max(floor),
+            false => 1.0,
+        };
         Self { level, beside_floor, averaged: scan.averaged, difference }
     }
 }
@@ -150,7 +149,8 @@ pub(super) fn judge(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
     let unsaid = Told { additive: rough.1, floor: 0.0, evidence: 0.0 };
     let mut told = silence.as_ref().map_or(unsaid, |silence| silence.told(USUAL_SHARE));
     let mut pairs = pairs_beside(scan, levels, told.floor);
-    if let Some(silence) = silence.as_ref().filter(|_| told.floor > 0.0 && pairs.len() >= ENOUGH) {
+    let beside_floor = told.floor > 0.0 && scan.averaged == 1.0 && pairs.len() >= ENOUGH;
+    if let Some(silence) = silence.as_ref().filter(|_| beside_floor) {
         // Beside a floor silence scatters by the share, too: both are found from silence and repeats together.
         let of = |additive: f64| {
             least(LEAST_SHARE, 1.0, |share| {
@@ -173,7 +173,9 @@ pub(super) fn judge(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
         speckle: Speckle::OfPaths,
         most_turbulence: f64::INFINITY,
         floor: told.floor,
-        most_floor: silence.as_ref().map_or(f64::INFINITY, |silence| most_floor(silence, additive)),
+        most_floor: silence
+            .as_ref()
+            .map_or(f64::INFINITY, |silence| most_floor(silence, told.floor, additive)),
         floor_evidence: told.evidence,
         pairs: pairs.into(),
     };
@@ -227,7 +229,8 @@ pub(super) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     /// Nats by which silence and repeats may speak against it: what all readings scatter by may be a gap.
     const AGAINST: f64 = 3.0;
     let Some(silence) = Silence::of(&scan.silent, scan.averaged) else { return judged };
-    if judged.turbulence > 0.0 || judged.pairs.len() < ENOUGH {
+    let averaged_beside_floor = judged.floor > 0.0 && scan.averaged > 1.0;
+    if judged.turbulence > 0.0 || judged.pairs.len() < ENOUGH || averaged_beside_floor {
         return judged;
     }
     let mut told: Vec<Pair> = Vec::new();
@@ -306,7 +309,8 @@ fn cost(pairs: &[Pair], share: f64, additive: f64, turbulence: f64, speckle: Spe
             let lost = lost_with_mean((beside2 * m2 / (pair.averaged * mean)).sqrt());
             let quadrature =
                 along + lost / lost_with_mean(0.0) * ((1.0 - lost_with_mean(0.0)) * mean - along);
-            let variance = 2.0 * (share * share * m2 + beside2 * quadrature);
+            // Where a floor is all that was read there is next to nothing that scatters.
+            let variance = 2.0 * (share * share * m2 + beside2 * quadrature).max(1e-6 * a2);
             0.5 * (variance.ln() + pair.difference * pair.difference / variance)
         })
         .sum()

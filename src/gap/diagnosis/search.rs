@@ -235,7 +235,7 @@ impl<'o> Scored<'o> {
     }
 
     fn cost_of_steps(&self, stride: usize, steps: u32, zero: u8) -> f64 {
-        let step_rad = std::f64::consts::TAU / f64::from(steps);
+        let step_rad = std::f64::consts::TAU * self.supposed.frequency_ratio / f64::from(steps);
         let from = f64::from(zero) / 16.0;
         let rounded = |phase: f64| ((phase / step_rad + from).round() - from) * step_rad;
         let changes: Vec<Vec<Complex64>> = self

@@ -17,6 +17,9 @@ const ENOUGH_EVIDENCE: f64 = 7.0;
 /// The least share of the silent power that is taken for noise.
 const LEAST_NOISE: f64 = 1e-5;
 
+/// Variance of a magnitude of noise alone, in quadratures' variances.
+const RAYLEIGH_VARIANCE: f64 = 2.0 - 0.5 * PI;
+
 /// Silent readings, squared.
 pub(super) struct Silence {
     powers: Vec<f64>,
@@ -55,9 +58,7 @@ impl Silence {
     /// The noise, if so much of a level scatters in proportion.
     pub fn told(&self, share: f64) -> Told {
         if self.averaged > 1.0 {
-            // The mean of magnitudes shows how loud noise is, and a floor is not told from it.
-            let additive = self.mean_reading / OF_NOISE_ALONE / self.averaged.sqrt();
-            return Told { additive, floor: 0.0, evidence: 0.0 };
+            return self.told_by_averages();
         }
         let of = |noise: f64| self.cost((0.5 * noise * self.mean).sqrt(), share);
         let none = Told { additive: (0.5 * self.mean).sqrt(), floor: 0.0, evidence: 0.0 };
@@ -70,11 +71,26 @@ impl Silence {
         Told { additive, floor: self.floor_beside(additive), evidence }
     }
 
+    /// What means of magnitudes tell: without a floor they scatter as Rayleigh's distribution says, and with noise σ beside a larger
+    /// floor f, where a magnitude is f + σ² (n₁² + n₂²) / 2f, by σ²/f, both over the root of how many.
+    fn told_by_averages(&self) -> Told {
+        let additive = self.mean_reading / OF_NOISE_ALONE / self.averaged.sqrt();
+        let none = Told { additive, floor: 0.0, evidence: 0.0 };
+        let variance = (self.mean - self.mean_reading * self.mean_reading).max(1e-12 * self.mean);
+        let ratio = variance / (RAYLEIGH_VARIANCE * additive * additive);
+        let evidence = 0.5 * self.powers.len() as f64 * (ratio - 1.0 - ratio.ln()) - 1.0;
+        if ratio > 1.0 || evidence < ENOUGH_EVIDENCE {
+            return none;
+        }
+        let additive = additive.min((self.mean_reading * (variance / self.averaged).sqrt()).sqrt());
+        Told { additive, floor: self.floor_beside(additive), evidence }
+    }
+
     /// Negative logarithm of the likelihood of a quadrature's noise beside no floor, less a constant.
     pub fn cost_without_floor(&self, additive: f64) -> f64 {
         let count = self.powers.len() as f64;
         if self.averaged > 1.0 {
-            let variance = (2.0 - 0.5 * PI) * additive * additive;
+            let variance = RAYLEIGH_VARIANCE * additive * additive;
             let off = self.mean_reading - OF_NOISE_ALONE * additive * self.averaged.sqrt();
             let scattered = self.mean - self.mean_reading * self.mean_reading;
             return 0.5 * count * (variance.ln() + (scattered + off * off) / variance);
@@ -85,7 +101,7 @@ impl Silence {
 
     /// The floor, if the quadratures' noise is this.
     pub fn floor_beside(&self, additive: f64) -> f64 {
-        (self.mean - 2.0 * additive * additive).max(0.0).sqrt()
+        (self.mean - 2.0 * additive * additive * self.averaged).max(0.0).sqrt()
     }
 
     /// The least reading.
@@ -153,6 +169,17 @@ mod tests {
         let told = silence.told(0.02);
         assert_eq!((told.floor, told.evidence), (0.0, 0.0));
         assert!((told.additive / 0.02 - 1.0).abs() < 0.1, "{told:?}");
+    }
+
+    #[test]
+    fn means_of_magnitudes_that_scatter_too_little_show_a_floor() {
+        let averages: Vec<f64> = readings(0.21, 0.02, 0.0)
+            .chunks(16)
+            .map(|chunk| chunk.iter().sum::<f64>() / 16.0)
+            .collect();
+        let told = Silence::of(&averages, 16.0).expect("enough").told(0.02);
+        assert!((told.floor / 0.21 - 1.0).abs() < 0.01, "{told:?}");
+        assert!((told.additive / 0.005 - 1.0).abs() < 0.3, "{told:?}");
     }
 
     #[test]

@@ -29,6 +29,11 @@ impl Effect for NoiseFloor {
         }
     }
 
+    /// It changes how readings scatter, too, which no slope says.
+    fn begins_flat(&self, _believed: &Context) -> bool {
+        true
+    }
+
     fn suppose(&self, values: &[f64], choice: &Choice, context: &Context, supposed: &mut Supposed) {
         supposed.share_before_receiver = *choice == Choice::Law(1);
         supposed.floor = context.largest_reading * values[0].max(0.0).sqrt();

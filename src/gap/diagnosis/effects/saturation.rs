@@ -27,6 +27,11 @@ impl Effect for Saturation {
         vec![vec![0.05], vec![1.0]]
     }
 
+    /// It changes how readings scatter, too, which no slope says.
+    fn begins_flat(&self, _believed: &Context) -> bool {
+        true
+    }
+
     fn suppose(&self, values: &[f64], choice: &Choice, context: &Context, supposed: &mut Supposed) {
         supposed.share_before_receiver = *choice == Choice::Law(1);
         supposed.saturation = context.largest_reading / values[0].max(0.0).sqrt();

@@ -6,6 +6,7 @@ use fieldgap::acoustics::{PlaneGrid, Simulator, Vec3};
 use fieldgap::gap::diagnosis::alike_effects;
 use fieldgap::input::TomlSource;
 use fieldgap::scan::{RecordedScan, Sample, ScanSetup};
+use fieldgap::virtual_rig::luck::Luck;
 
 const SETUP: &str = r#"
 format = 1
@@ -36,7 +37,7 @@ z_mm = 100.0
 /// Speed of the robot, along rows and between planes alike.
 const SPEED_MM_S: f64 = 20.0;
 
-/// Four planes of 71 mm by serpentine, with silence before and noise of a fixed pattern on every reading.
+/// Four planes of 71 mm by serpentine, with silence before and noise on every reading.
 fn scan() -> RecordedScan {
     let source = TomlSource::new(Path::new("scan.toml"), SETUP);
     let setup = ScanSetup::parse(&source).expect("a good set-up");
@@ -54,13 +55,15 @@ fn scan() -> RecordedScan {
     let places_m: Vec<Vec3> = places_mm.iter().map(|mm| mm * 1e-3).collect();
     let levels = simulation.magnitudes(&places_m);
     let largest = levels.iter().copied().fold(0.0, f64::max);
-    // Between -1.7 and 1.7, evenly: a standard deviation of one.
-    let noise = |n: usize, step: f64| 3.464 * ((n as f64 * step).fract() - 0.5);
-    let silent =
-        (0..64).map(|n| (None, places_mm[0], 0.005 * noise(n, 0.618).hypot(noise(n, 0.414))));
+    let luck = Luck::new(1);
+    let noise = |n: usize, part: u64| luck.normal(2 * n as u64 + part);
+    let silent = (0..64).map(|n| {
+        let silent = n + places_mm.len();
+        (None, places_mm[0], 0.005 * noise(silent, 0).hypot(noise(silent, 1)))
+    });
     let driven = places_mm.iter().zip(levels).enumerate().map(|(n, (place_mm, level))| {
-        let level = level / largest + 0.005 * noise(n, 0.618_034);
-        (Some(0), *place_mm, (level * (1.0 + 0.02 * noise(n, 0.414_214))).max(0.0))
+        let level = level / largest + 0.005 * noise(n, 0);
+        (Some(0), *place_mm, (level * (1.0 + 0.02 * noise(n, 1))).max(0.0))
     });
     let (mut time_s, mut before_mm) = (0.0, places_mm[0]);
     let samples = silent

@@ -264,3 +264,35 @@ pub(super) fn fit_any(
         None => fit(observations, context, start, stopping),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::diagnosis::effects::CATALOGUE;
+
+    #[test]
+    fn in_another_order_every_effect_keeps_its_numbers_and_errors() {
+        let instance = |id: &str| Instance {
+            effect: CATALOGUE.into_iter().find(|effect| effect.id() == id).expect("an effect"),
+            choice: Choice::None,
+        };
+        let nuisance = Nuisance::from_slice(&[0.0; Nuisance::COUNT]);
+        let size = Nuisance::COUNT + 4;
+        let fit = Fit {
+            instances: vec![instance("offset"), instance("pitch")],
+            values: vec![vec![1.0, 2.0, 3.0], vec![4.0]],
+            spreads: vec![f64::NAN, 0.5],
+            covariance: Some(DMatrix::from_fn(size, size, |i, j| (10 * i + j) as f64)),
+            ..Fit::of_nothing(vec![nuisance])
+        };
+        let (before, fit) = (fit.clone(), fit.in_order(&[1, 0]));
+        assert_eq!(fit.ids(), ["pitch", "offset"]);
+        assert_eq!(fit.values, [vec![4.0], vec![1.0, 2.0, 3.0]]);
+        assert_eq!(fit.spreads[0], 0.5);
+        let [now, old] = [&fit, &before].map(|fit| fit.covariance.as_ref().expect("one"));
+        let [pitch, offset] = [fit.ranges()[0].start, fit.ranges()[1].start];
+        let [old_offset, old_pitch] = [before.ranges()[0].start, before.ranges()[1].start];
+        assert_eq!(now[(pitch, offset + 2)], old[(old_pitch, old_offset + 2)]);
+        assert_eq!(now[(offset + 1, 0)], old[(old_offset + 1, 0)]);
+    }
+}

@@ -246,6 +246,6 @@ mod tests {
         let plan = Plan::parse(TomlSource::new(Path::new("next.toml"), text.as_str()));
         let plan = plan.expect("a good plan");
         assert_eq!(plan.foci.len(), 2);
-        assert!(plan.fly.is_some());
+        assert_eq!(plan.fly.map(|fly| fly.speed_mm_s.get()), Some(13.333));
     }
 }

@@ -126,12 +126,12 @@ pub(super) struct Pair {
 }
 
 impl Pair {
-    fn new(level: Level, scan: &ObservedScan, floor: f64, difference: f64) -> Self {
+    fn new(level: Level, averaged: f64, floor: f64, difference: f64) -> Self {
         let beside_floor = match floor > 0.0 {
             true => without_floor(level.reading, floor) / level.reading.max(floor),
             false => 1.0,
         };
-        Self { level, beside_floor, averaged: scan.averaged, difference }
+        Self { level, beside_floor, averaged, difference }
     }
 }
 
@@ -238,7 +238,7 @@ pub(super) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
         for (reading, level) in drive.readings.iter().zip(levels) {
             // A reading scatters by half of what a difference of two does.
             let difference = 2f64.sqrt() * (reading - level.reading);
-            told.push(Pair::new(*level, scan, judged.floor, difference));
+            told.push(Pair::new(*level, scan.averaged, judged.floor, difference));
         }
     }
     let steady = |pairs: &[Pair], share: f64, additive: f64| {
@@ -285,7 +285,7 @@ fn pairs_beside(scan: &ObservedScan, levels: &[Vec<Level>], floor: f64) -> Vec<P
                 let beyond = |i: usize| drive.readings[i] - levels[i].reading;
                 let reading = 0.5 * (drive.readings[index] + drive.readings[before]);
                 let level = Level { reading, ..levels[index] };
-                pairs.push(Pair::new(level, scan, floor, beyond(index) - beyond(before)));
+                pairs.push(Pair::new(level, scan.averaged, floor, beyond(index) - beyond(before)));
             }
         }
     }
@@ -353,4 +353,20 @@ fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
     let share = ((high - low) / (high_level - low_level).max(f64::MIN_POSITIVE)).max(0.0).sqrt();
     let additive = (low - share * share * low_level).max(1e-4 * low).sqrt();
     (share.max(1e-3), additive)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A converter with coarse steps reads nulls as nothing at all, or as its floor, visit after visit.
+    #[test]
+    fn two_visits_that_read_nothing_or_the_floor_alone_leave_the_noise_a_number() {
+        for floor in [0.0, 0.2] {
+            let level = Level { reading: floor, speckle: [0.0; 2] };
+            let pair = Pair::new(level, 1.0, floor, 0.0);
+            let cost = cost(&[pair], 0.0, 0.1, 0.0, Speckle::OfPaths);
+            assert!(cost.is_finite(), "{floor}: {cost}");
+        }
+    }
 }

@@ -66,14 +66,12 @@ pub fn diagnose(
 }
 
 /// Searches with the noise that repeats and silence tell, and goes on with the noise that what was found tells of: first on some
-/// of the readings, then from what is left there on all.
+/// of the readings, then from what is left there on all, until noise and what is found agree.
 fn searched(observations: &mut Observations, context: &Context) -> Vec<Tried> {
     /// Readings of the first search.
     const FIRST: usize = 1500;
-    /// Relative change of the noise that is worth a change.
-    const CHANGED: f64 = 0.04;
-    /// Relative change at which the first search was misled.
-    const MISJUDGED: f64 = 0.75;
+    /// Rounds in which noise and what is found settle together.
+    const MORE_ROUNDS: usize = 2;
     let nothing = Fit::of_nothing(as_believed(observations));
     settle_scatter(observations, &nothing, context, false);
     let mut pursuit = Pursuit::begin(&observations.thinned(FIRST), context);
@@ -83,14 +81,49 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<Tried> {
         // What is far from the readings says nothing of their noise.
         return pursuit.on_all(observations, context).found();
     }
+    let mut noise = settled_by(&best, observations, context);
+    if noise == Judged::Misled {
+        pursuit = Pursuit::begin(&observations.thinned(FIRST), context);
+    }
+    pursuit = pursuit.on_all(observations, context).and_on(observations, context);
+    for _ in 0..MORE_ROUNDS {
+        let best = pursuit.tried[0].fit.clone();
+        if noise == Judged::Alike || !is_near(&best, observations) {
+            break;
+        }
+        noise = settled_by(&best, observations, context);
+        if noise != Judged::Alike {
+            pursuit = pursuit.on_all(observations, context).and_on(observations, context);
+        }
+    }
+    pursuit.found()
+}
+
+/// How the noise that a fit leaves compares with what was judged before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Judged {
+    /// Alike.
+    Alike,
+    /// Otherwise, by no more than a search bears.
+    Otherwise,
+    /// So much otherwise that the search was misled.
+    Misled,
+}
+
+/// Judges the noise by what a fit leaves; alike, it is left as it was.
+fn settled_by(fit: &Fit, observations: &mut Observations, context: &Context) -> Judged {
+    /// Relative change of the noise that is worth a change.
+    const CHANGED: f64 = 0.04;
+    /// Relative change at which the first search was misled.
+    const MISJUDGED: f64 = 0.75;
     let before: Vec<_> = observations.scans.iter().map(|scan| scan.scatter.clone()).collect();
-    settle_scatter(observations, &best, context, true);
+    settle_scatter(observations, fit, context, true);
     let pairs = || observations.scans.iter().map(|scan| &scan.scatter).zip(&before);
     let changed = pairs().any(|(scatter, before)| {
         let off = |now: f64, before: f64| (now / before - 1.0).abs() > CHANGED;
         off(scatter.share, before.share) || off(scatter.additive, before.additive)
     });
-    let wrong = pairs().any(|(scatter, before)| {
+    let misled = pairs().any(|(scatter, before)| {
         !(MISJUDGED..1.0 / MISJUDGED).contains(&(scatter.share / before.share))
             || (scatter.turbulence > 0.0) != (before.turbulence > 0.0)
     });
@@ -98,11 +131,9 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<Tried> {
         for (scan, before) in observations.scans.iter_mut().zip(before) {
             scan.set_scatter(before);
         }
-    } else if wrong {
-        pursuit = Pursuit::begin(&observations.thinned(FIRST), context);
+        return Judged::Alike;
     }
-    let pursuit = pursuit.on_all(observations, context).and_on(observations, context);
-    pursuit.found()
+    if misled { Judged::Misled } else { Judged::Otherwise }
 }
 
 fn scaled(observations: &Observations, fit: &Fit, context: &Context) -> Vec<f64> {

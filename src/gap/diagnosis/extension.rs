@@ -9,7 +9,7 @@ use super::observations::Observations;
 use super::problem::is_plausible;
 use super::promises::{Promise, Promises};
 use super::pursuit::Tried;
-use super::random_elements::{best_spread, in_place_of_departures};
+use super::random_elements::{best_spread, in_place_of_departures, without_phases};
 use super::search::{Beginning, Scored, beginnings, extended};
 use crate::least_squares::Stopping;
 
@@ -208,6 +208,11 @@ impl<'o> Base<'o> {
             .filter(plausible)
             .map(|beginning| start(beginning, &before.values))
             .collect();
+        if let Some(without) = without_phases(before).filter(|_| effect.search() == Search::Steps) {
+            let scored = Scored::of(&without, self.promises.observations, context);
+            let steps = beginnings(effect, &scored, slope_leads, context);
+            starts.extend(steps.into_iter().map(|steps| start(steps, &without.values)));
+        }
         for (elements, values) in in_place_of_departures(before, effect.search()) {
             let choice = Choice::Elements(elements);
             starts.push(start(Beginning { choice, values: Vec::new() }, &values));

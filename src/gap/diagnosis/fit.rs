@@ -177,9 +177,9 @@ pub(super) fn fit(
             problem.linearise(numbers, &unknowns, &mut kept)
         },
     );
-    let residuals = problem.residuals(&parameters, &problem.pressures(&parameters));
-    let constant =
-        residuals.for_least_squares().iter().map(|r| r * r).sum::<f64>() - residuals.cost();
+    let looked = problem.look(&parameters);
+    let residuals = &looked.residuals;
+    let constant = looked.squared.iter().map(|r| r * r).sum::<f64>() - residuals.cost();
     let nuisance = problem.nuisance(&parameters);
     let mut rest = parameters[Nuisance::COUNT * nuisance.len()..].to_vec();
     let values = problem.lengths.iter().map(|&length| rest.drain(..length).collect()).collect();

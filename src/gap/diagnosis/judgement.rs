@@ -4,7 +4,7 @@ use super::Verdict;
 use super::element_order::order_of_elements;
 use super::observations::Observations;
 use super::pursuit::Tried;
-use super::residual_tests::z_scores;
+use super::residual_tests::{in_slow_patterns, z_scores};
 
 /// Probability above which a set is named alone.
 const CLEAR: f64 = 0.85;
@@ -19,13 +19,14 @@ const TOGETHER: f64 = 0.9;
 const MOST_RIVALS: usize = 3;
 
 /// Standard deviations at which a test says that there is structure.
-pub(super) const LIMIT: f64 = 4.5;
+pub(super) const LIMIT: f64 = 4.0;
 
 /// Share of the believed set-up's excess chi-square that a set may leave and still explain a gap: no effect's formula is
 /// better than that.
 const LEFT_OVER: f64 = 3e-3;
 
-/// The same for several effects, which together imitate much: what is more must be well below the noise.
+/// The same for several effects, which together imitate much: what two leave more must be well below the noise, and of three there
+/// is no more.
 const LEFT_OVER_BY_SEVERAL: f64 = 3e-4;
 
 /// Cost a reading of the believed set-up from which on a gap is so large that a formula's own error may show.
@@ -57,10 +58,12 @@ pub(super) fn judge(
     }
     let n = observations.len() as f64;
     let excess = |cost: f64| (cost - n).max(0.0);
-    let left = excess(tried[0].fit.cost);
+    // A noise judged by what is left hides what is left of chi-square, and not its structure.
+    let left = excess(tried[0].fit.cost).max(in_slow_patterns(observations, &residuals));
     let share = left / excess(believed.fit.cost);
-    let several = tried[0].fit.instances.len() > 1;
-    let imitates = several && left > 0.5 * n && share > LEFT_OVER_BY_SEVERAL;
+    let physical = tried[0].fit.instances.iter().filter(|i| !i.effect.is_defect()).count();
+    let many = physical > 2 || tried[0].fit.instances.len() > 1 && left > 0.5 * n;
+    let imitates = many && share > LEFT_OVER_BY_SEVERAL;
     // Of a gap within the noise nothing may be left over.
     let left_over = if believed.fit.cost > LARGE * n && !imitates { share } else { 1.0 };
     let structured = |name: &str, z: f64| match name {

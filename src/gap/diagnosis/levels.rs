@@ -5,7 +5,8 @@ use super::fit::Fit;
 use super::gap_size::expected;
 use super::likelihood::pressures;
 use super::observations::{Observations, ObservedDrive};
-use super::scatter::{Level, judge, settled};
+use super::pair::Level;
+use super::scatter::{judge, settled};
 use super::supposed::{Pressure, Speckle, Supposed};
 
 /// Judges the scatter of every scan anew, by what a fit says that readings should have been; where it has `fitted` them,

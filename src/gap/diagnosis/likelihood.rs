@@ -5,13 +5,15 @@
 //! says, and a structure in a map of residuals is one. Where a supposition changes the scatter itself (turbulence,
 //! compression), the residual is divided by the new one and its logarithm is charged.
 
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
 use nalgebra::Vector3;
 
 use crate::acoustics::Vec3;
 
 use super::detection::{Detected, rice_mean};
 use super::observations::{Observations, ObservedDrive, ObservedScan, Visit};
-use super::scatter::without_floor;
+use super::pair::without_floor;
 use super::supposed::{Pressure, Supposed};
 
 /// What is open in every scan, whatever is supposed: the gain, a small shift, and how near the near field is.
@@ -44,6 +46,16 @@ pub(super) type Pressures = Vec<Vec<Vec<Pressure>>>;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Expected {
     pub reading: f64,
+    pub variance_ratio: f64,
+}
+
+/// The expected reading on the scan's scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scaled {
+    pub value: f64,
+    /// Its slope by the logarithm of the level.
+    pub by_log_level: f64,
+    /// Variance of a reading about it, over that of the scan's scatter.
     pub variance_ratio: f64,
 }
 
@@ -110,13 +122,12 @@ impl Supposed {
         scan: &ObservedScan,
     ) -> Expected {
         let scatter = &scan.scatter;
-        let gain = gain * (1.0 + self.drift * progress).max(1e-3);
-        // (The library's norm guards against overflow, at five times the time.)
-        let level = pressure.coherent.norm_sqr().sqrt() * gain;
+        let gain = self.gain_at(gain, progress);
+        let level = level(pressure, gain);
         // Of magnitudes that are averaged, each has the noise of one.
         let single = scatter.additive * scan.averaged.sqrt();
         if !self.changes_scatter() {
-            let reading = rice_mean(level, single).min(self.full_scale);
+            let reading = self.cut(rice_mean(level, single), 1.0, scan);
             return Expected { reading, variance_ratio: 1.0 };
         }
         let noise = single * single;
@@ -144,8 +155,44 @@ impl Supposed {
         let of_noise = 2.0 * noise / (2.0 * noise + speckle[0] + speckle[1]).max(f64::MIN_POSITIVE);
         let quadrature = quadrature * (1.0 - of_noise * (1.0 - 1.0 / scan.averaged));
         let variance = quadrature + proportional * proportional;
-        let ratio = variance * scan.scale.slope(reading).powi(2);
-        Expected { reading: reading.min(self.full_scale), variance_ratio: ratio.max(LEAST_RATIO) }
+        let variance_ratio = (variance * scan.scale.slope(reading).powi(2)).max(LEAST_RATIO);
+        Expected { reading: self.cut(reading, variance_ratio, scan), variance_ratio }
+    }
+
+    /// The same on the scan's scale.
+    #[inline]
+    pub fn expected_on_scale(
+        &self,
+        pressure: &Pressure,
+        gain: f64,
+        progress: f64,
+        scan: &ObservedScan,
+    ) -> Scaled {
+        if !self.changes_scatter() && !self.full_scale.is_finite() {
+            let level = level(pressure, self.gain_at(gain, progress));
+            let (value, by_log_level) = scan.scale.of_level(level);
+            return Scaled { value, by_log_level, variance_ratio: 1.0 };
+        }
+        let Expected { reading, variance_ratio } = self.expected(pressure, gain, progress, scan);
+        let by_log_level = reading * scan.scale.slope(reading);
+        Scaled { value: scan.scale.of(reading), by_log_level, variance_ratio }
+    }
+
+    fn gain_at(&self, gain: f64, progress: f64) -> f64 {
+        gain * (1.0 + self.drift * progress).max(1e-3)
+    }
+
+    /// The mean of readings that a converter's full scale cuts: those that noise takes beyond it are cut, and those that it takes
+    /// below are not.
+    fn cut(&self, reading: f64, variance_ratio: f64, scan: &ObservedScan) -> f64 {
+        if !self.full_scale.is_finite() {
+            return reading;
+        }
+        let deviation = scan.scale.deviation(reading) * variance_ratio.sqrt();
+        let below = (self.full_scale - reading) / deviation;
+        let share_below = 0.5 * libm::erfc(-below * FRAC_1_SQRT_2);
+        let density = (-0.5 * below * below).exp() / TAU.sqrt();
+        self.full_scale - deviation * (below * share_below + density)
     }
 
     /// Whether it matters how the robot came to a point.
@@ -173,9 +220,9 @@ impl Supposed {
             let gain = nuisance.log_gain.exp();
             for (drive, pressures) in scan.drives.iter().zip(pressures) {
                 let residual = |index: usize, visit: &Visit, pressure: &Pressure| {
-                    let expected = self.expected(pressure, gain, visit.progress, scan);
-                    let beyond = drive.stabilised[index] - scan.scale.of(expected.reading);
-                    (beyond / expected.variance_ratio.sqrt(), expected.variance_ratio)
+                    let Scaled { value, variance_ratio, .. } =
+                        self.expected_on_scale(pressure, gain, visit.progress, scan);
+                    ((drive.stabilised[index] - value) / variance_ratio.sqrt(), variance_ratio)
                 };
                 let first = residuals.scaled.len();
                 for (index, (visit, pressure)) in drive.visits.iter().zip(pressures).enumerate() {
@@ -198,6 +245,11 @@ impl Supposed {
         }
         residuals
     }
+}
+
+/// The magnitude that is heard of a pressure. (The library's norm guards against overflow, at five times the time.)
+fn level(pressure: &Pressure, gain: f64) -> f64 {
+    pressure.coherent.norm_sqr().sqrt() * gain
 }
 
 /// The residual that is as likely as three, one of which is true, nobody knows which.

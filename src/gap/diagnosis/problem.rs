@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 use num_complex::Complex64;
 
@@ -22,8 +23,22 @@ pub(super) struct Problem<'o> {
     instances: &'o [Instance],
     /// How many parameters each effect has.
     pub lengths: Vec<usize>,
-    /// Where the residuals were looked at last, and the pressures there.
-    last: RefCell<Option<(Vec<f64>, Pressures)>>,
+    /// Where it was looked last.
+    last: RefCell<Option<Arc<Looked>>>,
+}
+
+/// A point of the problem with all that is known there.
+pub(super) struct Looked {
+    numbers: Vec<f64>,
+    pressures: Pressures,
+    /// What the readings are beyond what is expected there.
+    pub residuals: Residuals,
+    /// The same as least squares wants them.
+    pub squared: Vec<f64>,
+    /// How each residual changes with its pressure.
+    slopes: OnceLock<Vec<Complex64>>,
+    /// Each element's part of the pressures: by drive over all scans, then element, then visit.
+    contributions: OnceLock<Vec<Vec<Vec<Complex64>>>>,
 }
 
 impl<'o> Problem<'o> {
@@ -57,29 +72,40 @@ impl<'o> Problem<'o> {
         supposed
     }
 
-    pub fn pressures(&self, numbers: &[f64]) -> Pressures {
+    fn pressures(&self, numbers: &[f64]) -> Pressures {
         pressures(self.observations, &self.supposed(numbers), &self.nuisance(numbers))
     }
 
-    pub fn residuals(&self, numbers: &[f64], pressures: &Pressures) -> Residuals {
+    fn residuals(&self, numbers: &[f64], pressures: &Pressures) -> Residuals {
         self.supposed(numbers).residuals(self.observations, pressures, &self.nuisance(numbers))
+    }
+
+    /// What a point looks like.
+    pub fn look(&self, numbers: &[f64]) -> Arc<Looked> {
+        let mut last = self.last.borrow_mut();
+        if let Some(looked) = last.as_ref().filter(|looked| looked.numbers == numbers) {
+            return Arc::clone(looked);
+        }
+        let pressures = self.pressures(numbers);
+        let residuals = self.residuals(numbers, &pressures);
+        let looked = Arc::new(Looked {
+            numbers: numbers.to_vec(),
+            pressures,
+            squared: residuals.for_least_squares(),
+            residuals,
+            slopes: OnceLock::new(),
+            contributions: OnceLock::new(),
+        });
+        *last = Some(Arc::clone(&looked));
+        looked
     }
 
     /// Residuals at a point, NaN where a parameter has left what is plausible.
     pub fn at(&self, numbers: &[f64]) -> Vec<f64> {
-        if !self.plausible(numbers) {
-            return vec![f64::NAN];
+        match self.plausible(numbers) {
+            true => self.look(numbers).squared.clone(),
+            false => vec![f64::NAN],
         }
-        let pressures = self.pressures(numbers);
-        let residuals = self.residuals(numbers, &pressures).for_least_squares();
-        self.last.replace(Some((numbers.to_vec(), pressures)));
-        residuals
-    }
-
-    /// The pressures at a point, taken where the residuals were looked at last if that was there.
-    fn pressures_again(&self, numbers: &[f64]) -> Pressures {
-        let last = self.last.take().filter(|(at, _)| at == numbers);
-        last.map_or_else(|| self.pressures(numbers), |(_, pressures)| pressures)
     }
 
     fn plausible(&self, numbers: &[f64]) -> bool {
@@ -99,11 +125,10 @@ impl<'o> Problem<'o> {
         unknowns: &[Unknown],
         kept: &mut Option<Vec<Vec<f64>>>,
     ) -> Linearisation {
-        let pressures = self.pressures_again(numbers);
-        let residuals = self.residuals(numbers, &pressures).for_least_squares();
-        let of = |range| self.columns(numbers, unknowns, range, &pressures, &residuals);
+        let looked = self.look(numbers);
+        let of = |range| self.columns(numbers, unknowns, range, &looked);
         let nuisance = Nuisance::COUNT * self.observations.scans.len();
-        let mut columns = match kept.take().filter(|kept| kept[0].len() == residuals.len()) {
+        let mut columns = match kept.take().filter(|kept| kept[0].len() == looked.squared.len()) {
             Some(mut columns) => {
                 for gain in (0..nuisance).step_by(Nuisance::COUNT) {
                     columns[gain] = of(gain..gain + 1).remove(0);
@@ -114,23 +139,21 @@ impl<'o> Problem<'o> {
         };
         *kept = Some(columns.clone());
         columns.extend(of(nuisance..numbers.len()));
-        Linearisation { residuals, columns }
+        Linearisation { residuals: looked.squared.clone(), columns }
     }
 
-    /// Derivatives of the residuals by some of the numbers.
+    /// Derivatives of the residuals by some of the numbers, at a point that looks like this: it may have been looked at without the last
+    /// effect, if that does nothing there.
     pub fn columns(
         &self,
         numbers: &[f64],
         unknowns: &[Unknown],
         range: Range<usize>,
-        base_pressures: &Pressures,
-        residuals: &[f64],
+        looked: &Looked,
     ) -> Vec<Vec<f64>> {
         let base = self.supposed(numbers);
         let base_field = base.field_alone();
         let random = self.random_ranges();
-        let mut contributions: Option<Vec<Vec<Vec<Complex64>>>> = None;
-        let mut slopes: Option<Vec<Complex64>> = None;
         range
             .map(|j| {
                 let mut beside = numbers.to_vec();
@@ -140,48 +163,63 @@ impl<'o> Problem<'o> {
                     step = -step;
                     beside[j] = numbers[j] + step;
                 }
-                let shifts =
-                    j < Nuisance::COUNT * self.observations.scans.len() && j % Nuisance::COUNT != 0;
+                let of_scan = j % Nuisance::COUNT;
+                let is_nuisance = j < Nuisance::COUNT * self.observations.scans.len();
                 let supposed = self.supposed(&beside);
                 let plain = !supposed.minds_the_way() && !supposed.changes_scatter();
-                if let Some(range) = random.iter().find(|r| r.contains(&j)).filter(|_| plain) {
-                    let parts = contributions.get_or_insert_with(|| self.contributions(numbers));
-                    let slopes = slopes
-                        .get_or_insert_with(|| self.slopes(numbers, base_pressures, residuals));
-                    let change = change_of_weight(j - range.start, &base, &supposed) / step;
-                    return along_element(slopes, parts, j - range.start, change);
+                if is_nuisance && of_scan == 0 && plain {
+                    let slopes = self.slopes(numbers, looked);
+                    return along_gain(slopes, looked, j / Nuisance::COUNT);
                 }
-                let pressures = if let Some(range) = random.iter().find(|r| r.contains(&j)) {
-                    let parts = contributions.get_or_insert_with(|| self.contributions(numbers));
-                    turned(base_pressures, parts, j - range.start, &base, &supposed)
-                } else if shifts || supposed.field_alone() != base_field {
-                    self.pressures(&beside)
+                let random = random.iter().find(|range| range.contains(&j));
+                if let Some(range) = random.filter(|_| plain) {
+                    let change = change_of_weight(j - range.start, &base, &supposed) / step;
+                    let parts = self.contributions(numbers, looked);
+                    return along_element(
+                        self.slopes(numbers, looked),
+                        parts,
+                        j - range.start,
+                        change,
+                    );
+                }
+                let moves_field =
+                    is_nuisance && of_scan != 0 || supposed.field_alone() != base_field;
+                let moved = if let Some(range) = random {
+                    let parts = self.contributions(numbers, looked);
+                    Some(turned(&looked.pressures, parts, j - range.start, &base, &supposed))
                 } else {
-                    base_pressures.clone()
+                    moves_field.then(|| self.pressures(&beside))
                 };
-                let moved = self.residuals(&beside, &pressures).for_least_squares();
-                moved.iter().zip(residuals).map(|(m, r)| (m - r) / step).collect()
+                if let Some(moved) = moved.as_ref().filter(|_| plain && supposed.hears_like(&base))
+                {
+                    return along_pressures(self.slopes(numbers, looked), looked, moved, step);
+                }
+                let pressures = moved.as_ref().unwrap_or(&looked.pressures);
+                let moved = self.residuals(&beside, pressures).for_least_squares();
+                moved.iter().zip(&looked.squared).map(|(m, r)| (m - r) / step).collect()
             })
             .collect()
     }
 
     /// How each residual changes with its pressure: the derivative by a change dp is the real part of slope times dp.
-    fn slopes(&self, numbers: &[f64], pressures: &Pressures, residuals: &[f64]) -> Vec<Complex64> {
+    fn slopes<'l>(&self, numbers: &[f64], looked: &'l Looked) -> &'l [Complex64] {
         const LOUDER: f64 = 1e-6;
-        let mut louder = pressures.clone();
-        let all = louder.iter_mut().flatten().flatten();
-        all.for_each(|pressure| pressure.coherent *= 1.0 + LOUDER);
-        let moved = self.residuals(numbers, &louder).scaled;
-        let pressures = pressures.iter().flatten().flatten();
-        moved
-            .iter()
-            .zip(residuals)
-            .zip(pressures)
-            .map(|((moved, residual), pressure)| {
-                let power = pressure.coherent.norm_sqr().max(f64::MIN_POSITIVE);
-                pressure.coherent.conj() / power * ((moved - residual) / LOUDER)
-            })
-            .collect()
+        looked.slopes.get_or_init(|| {
+            let mut louder = looked.pressures.clone();
+            let all = louder.iter_mut().flatten().flatten();
+            all.for_each(|pressure| pressure.coherent *= 1.0 + LOUDER);
+            let moved = self.residuals(numbers, &louder).scaled;
+            let pressures = looked.pressures.iter().flatten().flatten();
+            moved
+                .iter()
+                .zip(&looked.residuals.scaled)
+                .zip(pressures)
+                .map(|((moved, residual), pressure)| {
+                    let power = pressure.coherent.norm_sqr().max(f64::MIN_POSITIVE);
+                    pressure.coherent.conj() / power * ((moved - residual) / LOUDER)
+                })
+                .collect()
+        })
     }
 
     /// Where the departures of single elements stand among the numbers.
@@ -197,22 +235,23 @@ impl<'o> Problem<'o> {
         ranges
     }
 
-    /// Each element's part of the pressures: by drive over all scans, then element, then visit.
-    fn contributions(&self, numbers: &[f64]) -> Vec<Vec<Vec<Complex64>>> {
-        let supposed = self.supposed(numbers);
-        let nuisance = self.nuisance(numbers);
-        let scans = self.observations.scans.iter().zip(&nuisance);
-        scans
-            .flat_map(|(scan, nuisance)| scan.drives.iter().map(move |drive| (drive, nuisance)))
-            .map(|(drive, nuisance)| {
-                let otherwise = drive.otherwise.iter().map(|(_, visit)| *visit);
-                let visits: Vec<_> = match supposed.minds_the_way() {
-                    true => drive.visits.iter().copied().chain(otherwise).collect(),
-                    false => drive.visits.clone(),
-                };
-                supposed.contributions(&drive.believed, &visits, nuisance)
-            })
-            .collect()
+    fn contributions<'l>(&self, numbers: &[f64], looked: &'l Looked) -> &'l [Vec<Vec<Complex64>>] {
+        looked.contributions.get_or_init(|| {
+            let supposed = self.supposed(numbers);
+            let nuisance = self.nuisance(numbers);
+            let scans = self.observations.scans.iter().zip(&nuisance);
+            scans
+                .flat_map(|(scan, nuisance)| scan.drives.iter().map(move |drive| (drive, nuisance)))
+                .map(|(drive, nuisance)| {
+                    let otherwise = drive.otherwise.iter().map(|(_, visit)| *visit);
+                    let visits: Vec<_> = match supposed.minds_the_way() {
+                        true => drive.visits.iter().copied().chain(otherwise).collect(),
+                        false => drive.visits.clone(),
+                    };
+                    supposed.contributions(&drive.believed, &visits, nuisance)
+                })
+                .collect()
+        })
     }
 }
 
@@ -275,4 +314,31 @@ fn along_element(
 ) -> Vec<f64> {
     let parts = contributions.iter().flat_map(|drive| &drive[element]);
     slopes.iter().zip(parts).map(|(slope, part)| (slope * part * change).re).collect()
+}
+
+/// How the residuals change as the pressures do, in one step of a parameter.
+fn along_pressures(
+    slopes: &[Complex64],
+    looked: &Looked,
+    moved: &Pressures,
+    step: f64,
+) -> Vec<f64> {
+    let moved = moved.iter().flatten().flatten();
+    let before = looked.pressures.iter().flatten().flatten();
+    moved
+        .zip(before)
+        .zip(slopes)
+        .map(|((moved, before), slope)| (slope * (moved.coherent - before.coherent)).re / step)
+        .collect()
+}
+
+/// How the residuals change as the logarithm of one scan's gain does.
+fn along_gain(slopes: &[Complex64], looked: &Looked, scan: usize) -> Vec<f64> {
+    let of_scans = looked.pressures.iter().enumerate();
+    let pressures = of_scans.flat_map(|(n, drives)| drives.iter().flatten().map(move |p| (n, p)));
+    slopes
+        .iter()
+        .zip(pressures)
+        .map(|(slope, (n, pressure))| if n == scan { (slope * pressure.coherent).re } else { 0.0 })
+        .collect()
 }

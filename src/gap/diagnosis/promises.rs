@@ -1,11 +1,13 @@
 //! What readings say of an effect before it is fitted: how they would change with it, and what it promises.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::effects::{Choice, Context, Effect};
 use super::fit::{Fit, Instance, unknowns};
 use super::observations::Observations;
-use super::problem::Problem;
+use super::problem::{Looked, Problem};
 use crate::least_squares::{Linearisation, Parameter as Unknown, dot};
 
 /// What the readings say, to first order, about effects that are not yet in a fit.
@@ -16,6 +18,7 @@ pub(super) struct Promises<'o> {
     numbers: Vec<f64>,
     unknowns: Vec<Unknown>,
     linear: Linearisation,
+    looked: Arc<Looked>,
 }
 
 /// The quadratic model of half the cost in an effect's own parameters, all else fitted anew.
@@ -33,7 +36,8 @@ impl<'o> Promises<'o> {
         let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
         let problem = Problem::new(observations, context, &fit.instances, &fit.values);
         let linear = problem.linearise(&numbers, &unknowns, &mut None);
-        Self { observations, context, fit, numbers, unknowns, linear }
+        let looked = problem.look(&numbers);
+        Self { observations, context, fit, numbers, unknowns, linear, looked }
     }
 
     /// The derivatives by what is fitted already, a column each, and below them a row for each that is known beforehand: one over
@@ -61,9 +65,8 @@ impl<'o> Promises<'o> {
         let unknowns = unknowns(&instances, &all, &spreads, &self.fit.nuisance);
         let mut numbers = self.numbers.clone();
         numbers.extend(values);
-        let pressures = problem.pressures(&numbers);
         let range = self.numbers.len()..numbers.len();
-        problem.columns(&numbers, &unknowns, range, &pressures, &self.linear.residuals)
+        problem.columns(&numbers, &unknowns, range, &self.looked)
     }
 
     /// What an effect promises that begins with these values, at which it must do nothing yet.

@@ -150,8 +150,8 @@ impl Pursuit {
         self
     }
 
-    /// Which of an effect's laws holds was chosen on few readings: for the best sets and what is part of the best, it is chosen
-    /// again on all.
+    /// Which of an effect's laws holds, and what was found among many minima, was chosen on few readings or beside other effects: for
+    /// the best sets and what is part of the best, it is chosen again on all, and what the best chose is tried in the others.
     fn choose_laws(&mut self, observations: &Observations, context: &Context) {
         let best = self.tried[0].clone();
         let matters = |tried: &&mut Tried| {
@@ -159,7 +159,10 @@ impl Pursuit {
         };
         self.tried.par_iter_mut().filter(matters).for_each(|tried| {
             for number in 0..tried.fit.instances.len() {
-                for choice in tried.fit.instances[number].effect.choices() {
+                let effect = tried.fit.instances[number].effect;
+                let of_best = best.fit.instances.iter().filter(|i| i.effect.id() == effect.id());
+                let of_best: Vec<Choice> = of_best.map(|i| i.choice.clone()).collect();
+                for choice in effect.choices().into_iter().chain(of_best) {
                     if choice == tried.fit.instances[number].choice
                         || matches!(choice, Choice::None)
                     {
@@ -288,6 +291,19 @@ impl Pursuit {
         if best.instances.iter().any(|instance| instance.effect.search().has_many_minima()) {
             let ids = sorted_ids(&best);
             known.retain(|known| *known != ids);
+        }
+        // Departures show what single elements suffer; what was looked for before they were known may have missed it.
+        if best.has_random_elements() {
+            let ids = best.ids();
+            let of_elements: Vec<&str> = CATALOGUE
+                .into_iter()
+                .filter(|effect| effect.search().is_of_elements())
+                .map(|effect| effect.id())
+                .collect();
+            known.retain(|known| {
+                let others: Vec<_> = known.iter().filter(|id| !ids.contains(id)).collect();
+                !matches!(others[..], [id] if of_elements.contains(id))
+            });
         }
         let without: Vec<Tried> = (0..best.instances.len())
             .filter(|&number| !best.instances[number].effect.is_defect())

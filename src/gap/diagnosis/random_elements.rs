@@ -100,6 +100,14 @@ pub(super) fn in_place_of_departures(
     sets.into_iter().map(without).collect()
 }
 
+/// A fit without its elements' departures of phase, which may be what a driver's steps leave; `None` if it has none.
+pub(super) fn without_phases(fit: &Fit) -> Option<Fit> {
+    let number = fit.ids().iter().position(|id| *id == "element-phase")?;
+    let mut without = fit.clone();
+    without.values[number].fill(0.0);
+    Some(without)
+}
+
 /// The spread with the greatest evidence, by the quadratic model about a fit.
 fn better_spread(fit: &Fit, number: usize) -> f64 {
     let spread = fit.spreads[number];

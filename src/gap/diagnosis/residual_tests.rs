@@ -101,8 +101,20 @@ pub(super) fn by_height(drive: &ObservedDrive) -> Vec<Vec<usize>> {
     planes.into_iter().map(|(_, indices)| indices).collect()
 }
 
+/// Chi-square that slow patterns across the planes hold beyond what noise does.
+pub(super) fn in_slow_patterns(observations: &Observations, residuals: &[f64]) -> f64 {
+    let (energy, count) = energy_of_slow_patterns(&laid(observations, residuals));
+    (energy - count).max(0.0)
+}
+
 /// Power in the lowest cosines across each plane.
 fn slow_patterns(laid: &[Laid<'_>], power: f64) -> f64 {
+    let (energy, count) = energy_of_slow_patterns(laid);
+    z_of_sum_of_squares(energy / power, count)
+}
+
+/// Sum of squares of the lowest cosines' amplitudes across each plane, each of variance one in noise, and how many there are.
+fn energy_of_slow_patterns(laid: &[Laid<'_>]) -> (f64, f64) {
     /// Cosines along each axis.
     const ORDERS: usize = 7;
     let (mut energy, mut count) = (0.0, 0.0);
@@ -132,12 +144,12 @@ fn slow_patterns(laid: &[Laid<'_>], power: f64) -> f64 {
                 }
             }
             for (product, norm) in sums.iter().flatten().skip(1) {
-                energy += product * product / (norm * power);
+                energy += product * product / norm;
                 count += 1.0;
             }
         }
     }
-    if count > 0.0 { (energy - count) / f64::sqrt(2.0 * count) } else { 0.0 }
+    (energy, count)
 }
 
 /// Products of residuals of points that were visited again.
@@ -166,5 +178,29 @@ fn planes(laid: &[Laid<'_>], power: f64) -> f64 {
             count += 1.0;
         }
     }
-    if count > 0.0 { (squares - count) / f64::sqrt(2.0 * count) } else { 0.0 }
+    z_of_sum_of_squares(squares, count)
+}
+
+/// The normal deviate that is as rare as a sum of squares of so many normal numbers (E. B. Wilson and M. M. Hilferty, PNAS 17, 684,
+/// 1931): the sum of a few is far from normal, and its own standard deviations would cry wolf.
+fn z_of_sum_of_squares(sum: f64, count: f64) -> f64 {
+    if count == 0.0 {
+        return 0.0;
+    }
+    let variance = 2.0 / (9.0 * count);
+    ((sum / count).cbrt() - (1.0 - variance)) / variance.sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Chi-square that one in a thousand exceeds, by the tables; a normal number exceeds 3.09 as seldom.
+    #[test]
+    fn sums_of_few_squares_and_of_many_are_as_rare_as_their_deviate_says() {
+        for (count, sum) in [(1.0, 10.828), (4.0, 18.467), (30.0, 59.703), (100.0, 149.449)] {
+            let z = z_of_sum_of_squares(sum, count);
+            assert!((z - 3.09).abs() < 0.06, "{count}: {z}");
+        }
+    }
 }

@@ -6,9 +6,11 @@
 
 use std::sync::Arc;
 
+use super::flicker::turbulent;
 use super::golden::least;
 use super::observations::ObservedScan;
-use super::scale::{LEAST_SHARE, lost_with_mean};
+use super::pair::{Level, Pair, cost, full_scale, pairs_beside};
+use super::scale::LEAST_SHARE;
 use super::silence::{Silence, Told};
 use super::supposed::Speckle;
 
@@ -59,6 +61,11 @@ impl Scatter {
         self.pairs.len() >= ENOUGH
     }
 
+    /// The squares of share, additive part and turbulence.
+    pub fn squares(&self) -> [f64; 3] {
+        [self.share, self.additive, self.turbulence].map(|root| root * root)
+    }
+
     /// By how much the repeats speak against turbulence of so much, in nats, from the one that suits them best.
     pub fn against_turbulence(&self, turbulence: f64, speckle: Speckle) -> f64 {
         let of =
@@ -99,40 +106,6 @@ fn against_share(share: f64) -> f64 {
 fn most_floor(silence: &Silence, told: f64, additive: f64) -> f64 {
     const SOME_MORE: f64 = 0.1;
     silence.least().max(told) * (1.0 + SOME_MORE) + SOME_MORE * additive
-}
-
-/// The level that a reading had before a floor was added in power.
-pub(super) fn without_floor(reading: f64, floor: f64) -> f64 {
-    (reading * reading - floor * floor).max(0.0).sqrt()
-}
-
-/// What a reading should have been, and what turbulence of one rad over √m would scatter of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Level {
-    /// In the reading's unit, any floor included.
-    pub reading: f64,
-    /// Mean squares along what is steady and across it, in the unit squared.
-    pub speckle: [f64; 2],
-}
-
-/// What two visits of one point differ by beyond what they should.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pair {
-    level: Level,
-    /// What the reading changes by for a change of what the floor was added to: one without a floor.
-    beside_floor: f64,
-    averaged: f64,
-    difference: f64,
-}
-
-impl Pair {
-    fn new(level: Level, averaged: f64, floor: f64, difference: f64) -> Self {
-        let beside_floor = match floor > 0.0 {
-            true => without_floor(level.reading, floor) / level.reading.max(floor),
-            false => 1.0,
-        };
-        Self { level, beside_floor, averaged, difference }
-    }
 }
 
 /// Judges the scatter of a scan, given what each reading should have been, drive by drive.
@@ -228,14 +201,20 @@ pub(super) fn judge(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
 pub(super) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatter) -> Scatter {
     /// Nats by which silence and repeats may speak against it: what all readings scatter by may be a gap.
     const AGAINST: f64 = 3.0;
+    /// Factor within which the one is looked for while the other is held.
+    const WIDE: f64 = 3.0;
     let Some(silence) = Silence::of(&scan.silent, scan.averaged) else { return judged };
     let averaged_beside_floor = judged.floor > 0.0 && scan.averaged > 1.0;
     if judged.turbulence > 0.0 || judged.pairs.len() < ENOUGH || averaged_beside_floor {
         return judged;
     }
+    let full_scale = full_scale(scan);
     let mut told: Vec<Pair> = Vec::new();
     for (drive, levels) in scan.drives.iter().zip(levels) {
         for (reading, level) in drive.readings.iter().zip(levels) {
+            if *reading >= full_scale {
+                continue;
+            }
             // A reading scatters by half of what a difference of two does.
             let difference = 2f64.sqrt() * (reading - level.reading);
             told.push(Pair::new(*level, scan.averaged, judged.floor, difference));
@@ -253,6 +232,8 @@ pub(super) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     };
     let of = |share: f64, additive: f64| steady(&told, share, additive) + known(share, additive);
     let least_known = known(judged.share, judged.additive);
+    // What one may be depends on what the other is: beside a floor silence tells a sum of both.
+    let either = |at: f64, known: &dyn Fn(f64) -> f64| least(at / WIDE, at * WIDE, known).1;
     let limit = |factor: f64, known: &dyn Fn(f64) -> f64| {
         let mut limit = 1.0;
         while (0.02..50.0).contains(&limit) && known(limit) < least_known + AGAINST {
@@ -260,65 +241,28 @@ pub(super) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
         }
         limit
     };
-    const FINER: f64 = 1.03;
-    let of_share = |factor: f64| known(factor * judged.share, judged.additive);
-    let of_additive = |factor: f64| known(judged.share, factor * judged.additive);
+    const FINER: f64 = 1.06;
+    let of_share =
+        |factor: f64| either(judged.additive, &|additive| known(factor * judged.share, additive));
+    let of_additive =
+        |factor: f64| either(judged.share, &|share| known(share, factor * judged.additive));
     let shares = [1.0 / FINER, FINER].map(|factor| judged.share * limit(factor, &of_share));
     let additives =
         [1.0 / FINER, FINER].map(|factor| judged.additive * limit(factor, &of_additive));
     let best_share = |additive: f64| least(shares[0], shares[1], |share| of(share, additive));
     let (additive, _) = least(additives[0], additives[1], |additive| best_share(additive).1);
-    let share = best_share(additive).0;
-    Scatter { share, additive, ..judged }.with_most_turbulence()
-}
-
-/// Visits that came again to a point, at the mean of what both read: what should have been read may be far off yet.
-fn pairs_beside(scan: &ObservedScan, levels: &[Vec<Level>], floor: f64) -> Vec<Pair> {
-    /// Nanometres within which two visits are of one point.
-    const SAME_NM: f64 = 1e4;
-    let mut pairs = Vec::new();
-    for (drive, levels) in scan.drives.iter().zip(levels) {
-        let mut seen = std::collections::HashMap::new();
-        for (index, visit) in drive.visits.iter().enumerate() {
-            let cell: [i64; 3] = visit.at_m.map(|m| (m * 1e9 / SAME_NM).round() as i64).into();
-            if let Some(before) = seen.insert(cell, index) {
-                let beyond = |i: usize| drive.readings[i] - levels[i].reading;
-                let reading = 0.5 * (drive.readings[index] + drive.readings[before]);
-                let level = Level { reading, ..levels[index] };
-                pairs.push(Pair::new(level, scan.averaged, floor, beyond(index) - beyond(before)));
-            }
-        }
-    }
-    pairs
-}
-
-/// Negative logarithm of the likelihood of pairs, each a difference of two readings.
-fn cost(pairs: &[Pair], share: f64, additive: f64, turbulence: f64, speckle: Speckle) -> f64 {
-    pairs
-        .iter()
-        .map(|pair| {
-            let Level { reading, speckle: [along, across] } = pair.level;
-            let (m2, beside2) = (reading * reading, pair.beside_floor * pair.beside_floor);
-            let (a2, t2) = (additive * additive, turbulence * turbulence);
-            let mean = a2 + 0.5 * t2 * (along + across);
-            let along = match speckle {
-                Speckle::OfPaths => a2 + t2 * along,
-                Speckle::Circular => mean,
-            };
-            // Near a null the magnitude scatters as Rayleigh's, less than its quadratures do.
-            let lost = lost_with_mean((beside2 * m2 / (pair.averaged * mean)).sqrt());
-            let quadrature =
-                along + lost / lost_with_mean(0.0) * ((1.0 - lost_with_mean(0.0)) * mean - along);
-            // Where a floor is all that was read there is next to nothing that scatters.
-            let variance = 2.0 * (share * share * m2 + beside2 * quadrature).max(1e-6 * a2);
-            0.5 * (variance.ln() + pair.difference * pair.difference / variance)
-        })
-        .sum()
+    let steady = Scatter { share: best_share(additive).0, additive, ..judged };
+    let turbulent = match steady.floor == 0.0 {
+        true => turbulent(&told, &silence, &steady),
+        false => None,
+    };
+    turbulent.unwrap_or(steady).with_most_turbulence()
 }
 
 /// Share and additive part as the residual's third differences along evenly spaced visits tell them: their square is 20
 /// times the variance of white noise.
 fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
+    let full_scale = full_scale(scan);
     let mut told: Vec<(f64, f64)> = Vec::new();
     for (drive, levels) in scan.drives.iter().zip(levels) {
         let beyond = |i: usize| drive.readings[i] - levels[i].reading;
@@ -327,7 +271,8 @@ fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
                 let (a, b) = (&drive.visits[j], &drive.visits[i + 1]);
                 (a.velocity_m_s - b.velocity_m_s).norm() <= 1e-3 * b.velocity_m_s.norm()
             });
-            if even {
+            let seen = drive.readings[i..i + 4].iter().all(|&reading| reading < full_scale);
+            if even && seen {
                 let third = beyond(i + 3) - 3.0 * beyond(i + 2) + 3.0 * beyond(i + 1) - beyond(i);
                 let level = 0.5 * (levels[i + 1].reading + levels[i + 2].reading);
                 told.push((level * level, third * third / 20.0));
@@ -353,20 +298,4 @@ fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
     let share = ((high - low) / (high_level - low_level).max(f64::MIN_POSITIVE)).max(0.0).sqrt();
     let additive = (low - share * share * low_level).max(1e-4 * low).sqrt();
     (share.max(1e-3), additive)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A converter with coarse steps reads nulls as nothing at all, or as its floor, visit after visit.
-    #[test]
-    fn two_visits_that_read_nothing_or_the_floor_alone_leave_the_noise_a_number() {
-        for floor in [0.0, 0.2] {
-            let level = Level { reading: floor, speckle: [0.0; 2] };
-            let pair = Pair::new(level, 1.0, floor, 0.0);
-            let cost = cost(&[pair], 0.0, 0.1, 0.0, Speckle::OfPaths);
-            assert!(cost.is_finite(), "{floor}: {cost}");
-        }
-    }
 }

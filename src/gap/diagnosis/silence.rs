@@ -99,6 +99,16 @@ impl Silence {
         count * (power.ln() + self.mean / power)
     }
 
+    /// Slope of the logarithm of that likelihood by the square of the noise, and its information.
+    pub fn slope_and_information(&self, additive: f64) -> (f64, f64) {
+        let variance = additive * additive;
+        let count = self.powers.len() as f64;
+        (
+            (0.5 * self.mean / (variance * self.averaged) - 1.0) * count / variance,
+            count / (variance * variance),
+        )
+    }
+
     /// The floor, if the quadratures' noise is this.
     pub fn floor_beside(&self, additive: f64) -> f64 {
         (self.mean - 2.0 * additive * additive * self.averaged).max(0.0).sqrt()

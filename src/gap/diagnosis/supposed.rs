@@ -387,6 +387,15 @@ impl Sources {
 }
 
 impl Supposed {
+    /// Whether the receiver makes the same of a field.
+    pub fn hears_like(&self, other: &Self) -> bool {
+        let of =
+            |Self { drift, saturation, floor, share_before_receiver, full_scale, .. }: &Self| {
+                (*drift, *saturation, *floor, *share_before_receiver, *full_scale)
+            };
+        of(self) == of(other)
+    }
+
     /// What concerns the field alone, and not what the receiver makes of it.
     pub fn field_alone(&self) -> Self {
         let Self { drift, saturation, floor, share_before_receiver, full_scale, .. } =

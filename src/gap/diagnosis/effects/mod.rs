@@ -93,7 +93,12 @@ pub(super) enum Search {
 impl Search {
     /// Whether the cost has many minima, so that what was found depends on what else was known.
     pub fn has_many_minima(self) -> bool {
-        matches!(self, Self::Sets | Self::Exchanges | Self::Steps | Self::Heights)
+        self.is_of_elements() || self == Self::Heights
+    }
+
+    /// Whether what is found is something that single elements' departures show.
+    pub fn is_of_elements(self) -> bool {
+        matches!(self, Self::Sets | Self::Exchanges | Self::Steps)
     }
 }
 

@@ -35,7 +35,7 @@ use super::rayleigh::across;
 use super::real::Real;
 use super::transducer::{OnAxis, Smooth, Transducer};
 use super::{Array, Vec3};
-use tile::{Prepared, SumTile, Sums};
+use tile::{Prepared, SumTile, Sums, Surroundings};
 
 /// Points that one task computes: small enough to share out a plane, large enough to pay for itself.
 const TILE: usize = 512;
@@ -272,16 +272,16 @@ impl FieldKernel {
     ) {
         let prepared = Prepared::new(self, Slopes::<T>::none());
         out.par_chunks_mut(TILE).zip(points_m.par_chunks(TILE)).for_each_init(
-            || (Sums::default(), Vec::new()),
-            |(sums, near), (out, points_m)| {
-                prepared.near(points_m, near);
+            || (Sums::default(), Surroundings::default()),
+            |(sums, surroundings), (out, points_m)| {
+                prepared.surround(points_m, surroundings);
                 let prepared = &prepared;
                 let instructions = self.instructions;
                 macro_rules! run {
                     ($plain:literal, $near:literal, $squares:literal) => {
                         instructions.run(SumTile::<T, $plain, $near, $squares, 0> {
                             prepared,
-                            near,
+                            surroundings,
                             points_m,
                             sums,
                         })

@@ -6,7 +6,7 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::tile::{Geometry, Prepared, SumTile, Sums};
+use super::tile::{Geometry, Prepared, SumTile, Sums, Surroundings};
 use super::{FieldKernel, TILE, fit};
 use crate::acoustics::Vec3;
 use crate::acoustics::lanes::Lanes;
@@ -85,12 +85,16 @@ impl FieldKernel {
         let none = FieldDerivatives { field: Complex64::ZERO, by: [Complex64::ZERO; AT_ONCE] };
         let mut derivatives = vec![none; points_m.len()];
         derivatives.par_chunks_mut(TILE).zip(points_m.par_chunks(TILE)).for_each_init(
-            || (Sums::default(), Vec::new()),
-            |(sums, near), (out, points_m)| {
-                prepared.near(points_m, near);
+            || (Sums::default(), Surroundings::default()),
+            |(sums, surroundings), (out, points_m)| {
+                prepared.surround(points_m, surroundings);
                 let prepared = &prepared;
-                let tile =
-                    SumTile::<f64, true, false, false, AT_ONCE> { prepared, near, points_m, sums };
+                let tile = SumTile::<f64, true, false, false, AT_ONCE> {
+                    prepared,
+                    surroundings,
+                    points_m,
+                    sums,
+                };
                 self.instructions.run(tile);
                 for (point, out) in out.iter_mut().enumerate() {
                     out.field = sums.field(point);

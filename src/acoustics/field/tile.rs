@@ -41,7 +41,7 @@ enum Law<T> {
 
 /// A source as it stands to the middle of a tile.
 #[derive(Clone, Copy)]
-pub(super) struct Near<T> {
+struct Near<T> {
     /// From the source to the tile's middle, m.
     offset: [T; 3],
     normal: [T; 3],
@@ -61,6 +61,18 @@ pub(super) struct Near<T> {
     lobe: usize,
     /// What the near field makes a path longer by on the axis, times its length, halved, m².
     near_field: T,
+}
+
+/// A tile's middle, and the sources as they stand to it.
+pub(super) struct Surroundings<T> {
+    middle_m: Vec3,
+    near: Vec<Near<T>>,
+}
+
+impl<T> Default for Surroundings<T> {
+    fn default() -> Self {
+        Self { middle_m: Vec3::zeros(), near: Vec::new() }
+    }
 }
 
 /// What is summed over a tile, point by point.
@@ -116,9 +128,14 @@ impl<'k, T: Real> Prepared<'k, T> {
         }
     }
 
-    /// The sources as they stand to a tile.
-    pub fn near(&self, points_m: &[Vec3], near: &mut Vec<Near<T>>) {
-        let middle_m = middle(points_m);
+    /// Places the sources about a tile of points.
+    pub fn surround(
+        &self,
+        points_m: &[Vec3],
+        Surroundings { middle_m, near }: &mut Surroundings<T>,
+    ) {
+        *middle_m = middle(points_m);
+        let middle_m = *middle_m;
         let kernel = self.kernel;
         let amplitude = match kernel.on_axis {
             OnAxis::Exponential { amplitude, .. } | OnAxis::Absorbed { amplitude, .. } => amplitude,
@@ -136,6 +153,7 @@ impl<'k, T: Real> Prepared<'k, T> {
             let path = T::of(square.sqrt());
             let half_turns =
                 (path.to_f64() * kernel.wavenumber_rad_m + source.drive_rad + source.own_rad) / PI;
+            let turns = (0.5 * half_turns + f64::ROUNDER) - f64::ROUNDER;
             Near {
                 offset: lanes(offset_m),
                 normal: lanes(source.normal),
@@ -145,7 +163,7 @@ impl<'k, T: Real> Prepared<'k, T> {
                 path,
                 lacking: T::of(square - path.to_f64() * path.to_f64()),
                 rise: T::of(rise_m),
-                half_turns: T::of(half_turns - 2.0 * (0.5 * half_turns).round()),
+                half_turns: T::of(half_turns - 2.0 * turns),
                 lobe: source.lobes,
                 near_field: T::of(
                     kernel.near_field * kernel.lobes[source.lobes].radius_m.powi(2) / 8.0,
@@ -155,13 +173,25 @@ impl<'k, T: Real> Prepared<'k, T> {
     }
 }
 
-/// A point amid others; the origin if there are none.
+/// The middle of the box about points.
 fn middle(points_m: &[Vec3]) -> Vec3 {
-    let Some(&first) = points_m.first() else { return Vec3::zeros() };
-    let (low, high) = points_m
-        .iter()
-        .fold((first, first), |(low, high), point| (low.inf(point), high.sup(point)));
-    0.5 * (low + high)
+    // Boxes about every fourth point: one after the other, comparisons would wait for each other longer than sums do.
+    let mut boxes = [[[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]]; 4];
+    for four in points_m.chunks(4) {
+        for ([low, high], point) in boxes.iter_mut().zip(four) {
+            for axis in 0..3 {
+                // As the processor's own least and greatest: what is no number is passed over.
+                low[axis] = if point[axis] < low[axis] { point[axis] } else { low[axis] };
+                high[axis] = if point[axis] > high[axis] { point[axis] } else { high[axis] };
+            }
+        }
+    }
+    let extremes = |axis: usize| {
+        boxes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], [low, high]| {
+            [least.min(low[axis]), most.max(high[axis])]
+        })
+    };
+    Vec3::from_fn(|axis, _| extremes(axis).iter().sum::<f64>() * 0.5)
 }
 
 /// Points at a time where there is more to a pair than the plain sum.
@@ -179,7 +209,7 @@ pub(super) struct SumTile<
     const N: usize,
 > {
     pub prepared: &'t Prepared<'t, T>,
-    pub near: &'t [Near<T>],
+    pub surroundings: &'t Surroundings<T>,
     pub points_m: &'t [Vec3],
     pub sums: &'t mut Sums,
 }
@@ -206,8 +236,7 @@ impl<T: Real, const PLAIN: bool, const NEAR: bool, const SQUARES: bool, const N:
     /// The sums at `W` points at a time.
     #[inline(always)]
     fn sum<const W: usize, const FUSED: bool>(self) {
-        let Self { prepared, near, points_m, sums } = self;
-        let middle_m = middle(points_m);
+        let Self { prepared, surroundings: Surroundings { middle_m, near }, points_m, sums } = self;
         for first in (0..points_m.len()).step_by(W) {
             let points_m = &points_m[first..points_m.len().min(first + W)];
             let mut step = [Lanes::<T, W, FUSED>::zero(); 3];

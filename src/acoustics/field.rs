@@ -282,7 +282,6 @@ impl FieldKernel {
                         instructions.run(SumTile::<T, $plain, $near, $squares, 0> {
                             prepared,
                             surroundings,
-                            points_m,
                             sums,
                         })
                     };

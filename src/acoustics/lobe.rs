@@ -7,7 +7,7 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use super::lanes::Lanes;
+use super::lanes::{Lanes, MOST_LANES, Vector};
 use super::real::Real;
 
 /// Terms that a series is tried with, and the most: an analytic directivity needs 12 to 40.
@@ -107,13 +107,14 @@ pub(super) enum Lobe<T> {
 impl<T: Real> Lobe<T> {
     /// The function at each lane's t in [0, 1].
     #[inline(always)]
-    pub fn at<const W: usize, const F: bool>(&self, t: Lanes<T, W, F>) -> Lanes<T, W, F> {
+    pub fn at<V: Vector<T>, const L: usize>(&self, t: Lanes<T, V, L>) -> Lanes<T, V, L> {
         match self {
             Self::Polynomial(pairs) => {
                 let x = t.scale_add(T::of(2.0), Lanes::splat(-T::ONE));
                 let square = x.square();
-                let [mut even, mut odd] = [Lanes::zero(); 2];
-                for &pair in pairs.iter().rev() {
+                let Some((highest, lower)) = pairs.split_last() else { return Lanes::zero() };
+                let [mut even, mut odd] = highest.map(Lanes::splat);
+                for &pair in lower.iter().rev() {
                     even = even.mul_add(square, Lanes::splat(pair[0]));
                     odd = odd.mul_add(square, Lanes::splat(pair[1]));
                 }
@@ -125,20 +126,27 @@ impl<T: Real> Lobe<T> {
 
     /// The function and its derivative by t.
     #[inline(always)]
-    pub fn with_slope<const W: usize, const F: bool>(
+    pub fn with_slope<V: Vector<T>, const L: usize>(
         &self,
-        t: Lanes<T, W, F>,
-    ) -> [Lanes<T, W, F>; 2] {
+        t: Lanes<T, V, L>,
+    ) -> [Lanes<T, V, L>; 2] {
         match self {
             Self::Polynomial(pairs) => {
                 let x = t.scale_add(T::of(2.0), Lanes::splat(-T::ONE));
                 let square = x.square();
-                let [mut even, mut odd, mut even_slope, mut odd_slope] = [Lanes::zero(); 4];
-                for &pair in pairs.iter().rev() {
-                    even_slope = even_slope.mul_add(square, even);
-                    odd_slope = odd_slope.mul_add(square, odd);
-                    even = even.mul_add(square, Lanes::splat(pair[0]));
-                    odd = odd.mul_add(square, Lanes::splat(pair[1]));
+                let Some((highest, lower)) = pairs.split_last() else { return [Lanes::zero(); 2] };
+                let [mut even, mut odd] = highest.map(Lanes::splat);
+                let [mut even_slope, mut odd_slope] = [Lanes::zero(); 2];
+                if let Some((second, lower)) = lower.split_last() {
+                    [even_slope, odd_slope] = [even, odd];
+                    even = even.mul_add(square, Lanes::splat(second[0]));
+                    odd = odd.mul_add(square, Lanes::splat(second[1]));
+                    for &pair in lower.iter().rev() {
+                        even_slope = even_slope.mul_add(square, even);
+                        odd_slope = odd_slope.mul_add(square, odd);
+                        even = even.mul_add(square, Lanes::splat(pair[0]));
+                        odd = odd.mul_add(square, Lanes::splat(pair[1]));
+                    }
                 }
                 // d/dx of E(x²) + x O(x²), and x goes twice as fast as t.
                 let slope = (square + square).mul_add(odd_slope, odd);
@@ -205,24 +213,43 @@ impl<T: Real> Pieces<T> {
 
     /// Value and derivative.
     #[inline(always)]
-    fn at<const W: usize, const F: bool>(&self, t: Lanes<T, W, F>) -> [Lanes<T, W, F>; 2] {
-        let mut scale = t;
-        let mut x = t;
-        let mut coefficients = [t; PIECE_TERMS];
-        for lane in 0..W {
-            let piece = self.piece(t.0[lane]);
-            scale.0[lane] = piece.scale;
-            x.0[lane] = (t.0[lane] - piece.middle) * piece.scale;
+    fn at<V: Vector<T>, const L: usize>(&self, t: Lanes<T, V, L>) -> [Lanes<T, V, L>; 2] {
+        // Room is cleared each time: no more of it than lanes need.
+        let count = Lanes::<T, V, L>::COUNT;
+        if count <= 16 {
+            self.at_up_to::<V, L, 16>(t)
+        } else if count <= 32 {
+            self.at_up_to::<V, L, 32>(t)
+        } else {
+            self.at_up_to::<V, L, MOST_LANES>(t)
+        }
+    }
+
+    /// The same for no more than `ROOM` lanes.
+    #[inline(always)]
+    fn at_up_to<V: Vector<T>, const L: usize, const ROOM: usize>(
+        &self,
+        t: Lanes<T, V, L>,
+    ) -> [Lanes<T, V, L>; 2] {
+        let mut places = [T::ZERO; ROOM];
+        t.store(&mut places);
+        let mut scale = [T::ZERO; ROOM];
+        let mut coefficients = [[T::ZERO; ROOM]; PIECE_TERMS];
+        for lane in 0..Lanes::<T, V, L>::COUNT {
+            let piece = self.piece(places[lane]);
+            scale[lane] = piece.scale;
+            places[lane] = (places[lane] - piece.middle) * piece.scale;
             for (lanes, &coefficient) in coefficients.iter_mut().zip(&piece.coefficients) {
-                lanes.0[lane] = coefficient;
+                lanes[lane] = coefficient;
             }
         }
+        let x = Lanes::load(&places);
         let [mut value, mut slope] = [Lanes::zero(); 2];
-        for &coefficient in coefficients.iter().rev() {
+        for coefficient in coefficients.iter().rev() {
             slope = slope.mul_add(x, value);
-            value = value.mul_add(x, coefficient);
+            value = value.mul_add(x, Lanes::load(coefficient));
         }
-        [value, slope * scale]
+        [value, slope * Lanes::load(&scale)]
     }
 }
 
@@ -287,8 +314,11 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::acoustics::lanes::{Plain, Registers};
 
-    fn lanes(t: f64) -> Lanes<f64, 8, true> {
+    type Fused = Plain<4, 8, true>;
+
+    fn lanes(t: f64) -> Lanes<f64, <Fused as Registers>::Double, 4> {
         Lanes::splat(t)
     }
 
@@ -298,10 +328,10 @@ mod tests {
             let function = |t: f64| (rate * t).cos() * (-t * t).exp();
             let slope = -(rate * (rate * t).sin() + 2.0 * t * (rate * t).cos()) * (-t * t).exp();
             let lobe: Lobe<f64> = Fit::new(&[], function).written_out();
-            prop_assert!((lobe.at(lanes(t)).0[0] - function(t)).abs() < 1e-13);
-            prop_assert!((lobe.with_slope(lanes(t))[1].0[5] - slope).abs() < 1e-11);
+            prop_assert!((lobe.at(lanes(t)).lane(0) - function(t)).abs() < 1e-13);
+            prop_assert!((lobe.with_slope(lanes(t))[1].lane(5) - slope).abs() < 1e-11);
             let single: Lobe<f32> = Fit::new(&[], function).written_out();
-            let ours = single.at(Lanes::<f32, 16, false>::splat(t as f32)).0[7];
+            let ours = single.at(Lanes::<f32, <Fused as Registers>::Single, 4>::splat(t as f32)).lane(7);
             prop_assert!((f64::from(ours) - function(t)).abs() < 2e-6);
         }
 
@@ -315,7 +345,7 @@ mod tests {
                 corners.iter().enumerate().map(bend).sum::<f64>() + (3.0 * t).sin()
             };
             let lobe: Lobe<f64> = Fit::new(&corners, function).written_out();
-            prop_assert!((lobe.at(lanes(t)).0[3] - function(t)).abs() < 1e-12, "{}", t);
+            prop_assert!((lobe.at(lanes(t)).lane(3) - function(t)).abs() < 1e-12, "{}", t);
         }
     }
 

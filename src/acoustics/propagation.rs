@@ -1,7 +1,7 @@
 //! What the air does to sound on its way besides spreading it: it carries it, bends its speed, takes from it.
 
 use super::Vec3;
-use super::lanes::Lanes;
+use super::lanes::{Lanes, Vector};
 use super::real::Real;
 
 /// Air that is not still, not uniform, or not clear. The default is still, uniform and clear.
@@ -47,20 +47,17 @@ impl<T: Real> Air<T> {
     /// fourth order in the change δ along the way. Together (1 + δ²/12)/((1 + m)(1 + ε)), and what that is more than 1
     /// without a difference of numbers near 1.
     #[inline(always)]
-    pub fn delay<const W: usize, const F: bool>(
+    pub fn delay<V: Vector<T>, const L: usize>(
         &self,
         from_m: [T; 3],
-        along_m: [Lanes<T, W, F>; 3],
-        inverse: Lanes<T, W, F>,
-    ) -> Lanes<T, W, F> {
+        along_m: [Lanes<T, V, L>; 3],
+        inverse: Lanes<T, V, L>,
+    ) -> Lanes<T, V, L> {
         let carried = Lanes::dot_add(along_m, self.mach, Lanes::zero()) * inverse;
         let change = Lanes::dot_add(along_m, self.gradient_per_m, Lanes::zero());
         let [gx, gy, gz] = self.gradient_per_m;
         let start = gx * from_m[0] + gy * from_m[1] + gz * from_m[2];
-        let faster = change.scale_add(T::of(0.5), Lanes::splat(start)).map(|faster| {
-            let least = T::of(-0.9);
-            if faster > least { faster } else { least }
-        });
+        let faster = change.scale_add(T::of(0.5), Lanes::splat(start)).at_least(T::of(-0.9));
         let middle = faster + T::ONE;
         let relative = change / middle;
         let bent = relative.square() * T::of(1.0 / 12.0);
@@ -69,10 +66,10 @@ impl<T: Real> Air<T> {
 
     /// Amplitude over that in clear air.
     #[inline(always)]
-    pub fn transmission<const W: usize, const F: bool>(
+    pub fn transmission<V: Vector<T>, const L: usize>(
         &self,
-        distance: Lanes<T, W, F>,
-    ) -> Lanes<T, W, F> {
+        distance: Lanes<T, V, L>,
+    ) -> Lanes<T, V, L> {
         (distance * self.attenuation_np_m).exp()
     }
 }
@@ -82,13 +79,16 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::acoustics::lanes::{Plain, Registers};
+
+    type Double = <Plain<2, 4, false> as Registers>::Double;
 
     /// Travel time along a way over that in still, uniform air.
     fn slowness(propagation: &Propagation, from: Vec3, to: Vec3) -> f64 {
         let along = to - from;
-        let lanes = [0, 1, 2].map(|axis| Lanes::<f64, 8, true>::splat(along[axis]));
+        let lanes = [0, 1, 2].map(|axis| Lanes::<f64, Double, 4>::splat(along[axis]));
         let inverse = Lanes::splat(1.0 / along.norm());
-        1.0 + Air::<f64>::new(propagation).delay(from.into(), lanes, inverse).0[2]
+        1.0 + Air::<f64>::new(propagation).delay(from.into(), lanes, inverse).lane(2)
     }
 
     proptest! {
@@ -120,8 +120,8 @@ mod tests {
     #[test]
     fn a_neper_leaves_one_part_in_e() {
         let air = Propagation { attenuation_np_m: 4.0, ..Propagation::default() };
-        let quarter = Lanes::<f64, 8, false>::splat(0.25);
-        let left = Air::<f64>::new(&air).transmission(quarter).0[0];
+        let quarter = Lanes::<f64, Double, 4>::splat(0.25);
+        let left = Air::<f64>::new(&air).transmission(quarter).lane(0);
         assert!((left - (-1f64).exp()).abs() < 1e-15);
     }
 }

@@ -2,6 +2,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use super::lanes::{Registers, Vector};
+
 /// `f32` or `f64`.
 pub(super) trait Real:
     Copy
@@ -15,6 +17,9 @@ pub(super) trait Real:
     + Neg<Output = Self>
     + 'static
 {
+    /// An instruction set's vector of such numbers.
+    type In<R: Registers>: Vector<Self>;
+
     const ZERO: Self;
     const ONE: Self;
     /// 1.5 times two to the power of the mantissa's bits: adding it and taking it away again rounds a small number to the
@@ -38,18 +43,13 @@ pub(super) trait Real:
     const LEAST_POWER: Self;
     /// Whether a path's last digits must be computed apart, for want of digits beside its whole length.
     const REFINED: bool;
-    /// Steps from the guess of a root to half of its digits.
-    const HALLEY_STEPS: usize;
 
     fn of(value: f64) -> Self;
     fn to_f64(self) -> f64;
     fn fused(self, factor: Self, addend: Self) -> Self;
-    /// One over the square root, to 3.5 %.
-    fn reciprocal_root_guess(self) -> Self;
     /// The square root.
     fn root(self) -> Self;
 
-    fn abs(self) -> Self;
     /// `-self` if the whole number that was added to [`Real::ROUNDER`] is odd.
     fn negated_if_odd(self, rounded: Self) -> Self;
     /// Two to the power of a whole number.
@@ -61,8 +61,10 @@ pub(super) trait Real:
 }
 
 macro_rules! real {
-    ($float:ident, $bits:ident, $int:ident, $mantissa:literal, $bias:literal, $root_bits:literal, {$($constants:tt)*}) => {
+    ($float:ident, $of:ident, $bits:ident, $int:ident, $mantissa:literal, $bias:literal, {$($constants:tt)*}) => {
         impl Real for $float {
+            type In<R: Registers> = R::$of;
+
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const ROUNDER: Self = 1.5 * (1u64 << $mantissa) as Self;
@@ -87,18 +89,8 @@ macro_rules! real {
             }
 
             #[inline(always)]
-            fn reciprocal_root_guess(self) -> Self {
-                Self::from_bits($root_bits - (self.to_bits() >> 1))
-            }
-
-            #[inline(always)]
             fn root(self) -> Self {
                 self.sqrt()
-            }
-
-            #[inline(always)]
-            fn abs(self) -> Self {
-                $float::abs(self)
             }
 
             #[inline(always)]
@@ -127,7 +119,7 @@ macro_rules! real {
     };
 }
 
-real!(f64, u64, i64, 52, 1023.0, 0x5fe6_eb50_c7b5_37a9, {
+real!(f64, Double, u64, i64, 52, 1023.0, {
     const COSINE: &'static [Self] = &[
         0.999_999_999_999_998_1,
         -4.934_802_200_543_686,
@@ -178,10 +170,9 @@ real!(f64, u64, i64, 52, 1023.0, 0x5fe6_eb50_c7b5_37a9, {
     const MINUS_LN_2: [Self; 2] = [-0.693_147_180_369_123_8, -1.908_214_929_270_587_7e-10];
     const LEAST_POWER: Self = -708.0;
     const REFINED: bool = false;
-    const HALLEY_STEPS: usize = 2;
 });
 
-real!(f32, u32, i32, 23, 127.0, 0x5f37_59df, {
+real!(f32, Single, u32, i32, 23, 127.0, {
     const COSINE: &'static [Self] =
         &[0.999_999_95, -4.934_793, 4.058_410_6, -1.331_873, 0.219_682_42];
     const SINE: &'static [Self] =
@@ -192,5 +183,4 @@ real!(f32, u32, i32, 23, 127.0, 0x5f37_59df, {
     const MINUS_LN_2: [Self; 2] = [-0.693_359_4, 2.121_944_4e-4];
     const LEAST_POWER: Self = -87.0;
     const REFINED: bool = true;
-    const HALLEY_STEPS: usize = 1;
 });

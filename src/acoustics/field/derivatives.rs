@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::tile::{Geometry, Prepared, SumTile, Sums, Surroundings};
 use super::{FieldKernel, TILE, fit};
 use crate::acoustics::Vec3;
-use crate::acoustics::lanes::Lanes;
+use crate::acoustics::lanes::{Lanes, Vector};
 use crate::acoustics::lobe::{Fit, Lobe};
 use crate::acoustics::real::Real;
 use crate::acoustics::transducer::{Smooth, Transducer, Widened};
@@ -89,12 +89,8 @@ impl FieldKernel {
             |(sums, surroundings), (out, points_m)| {
                 prepared.surround(points_m, surroundings);
                 let prepared = &prepared;
-                let tile = SumTile::<f64, true, false, false, AT_ONCE> {
-                    prepared,
-                    surroundings,
-                    points_m,
-                    sums,
-                };
+                let tile =
+                    SumTile::<f64, true, false, false, AT_ONCE> { prepared, surroundings, sums };
                 self.instructions.run(tile);
                 for (point, out) in out.iter_mut().enumerate() {
                     out.field = sums.field(point);
@@ -146,20 +142,24 @@ impl<T: Real> Slopes<T> {
     /// magnitude m = L D changes along an axis by m u L'/L + L D' (m - u cos θ)/d and the phase by k u: both are the way r to the point
     /// and the normal m times numbers alike for all axes.
     #[inline(always)]
-    pub fn add<const W: usize, const F: bool, const N: usize>(
+    pub fn add<V: Vector<T>, const L: usize, const N: usize>(
         &self,
-        at: &Geometry<T, W, F>,
-        [cosine, sine]: [Lanes<T, W, F>; 2],
-        sums: &mut [[Lanes<T, W, F>; 2]; N],
+        at: &Geometry<T, V, L>,
+        [cosine, sine]: [Lanes<T, V, L>; 2],
+        sums: &mut [[Lanes<T, V, L>; 2]; N],
     ) {
-        let zero = Lanes::zero();
         let by_cosine = at.level * at.slope * at.inverse;
-        let outwards = (at.magnitude * at.by_distance - by_cosine * at.cosine) * at.inverse;
-        let aside = at.magnitude.scale_add(at.by_height, by_cosine);
-        let turning = at.magnitude * at.path_inverse * self.wavenumber_rad_m;
+        let outwards =
+            by_cosine.mul_sub_from(at.cosine, at.magnitude * at.by_distance) * at.inverse;
+        let aside = if at.by_height == T::ZERO {
+            by_cosine
+        } else {
+            at.magnitude.scale_add(at.by_height, by_cosine)
+        };
+        let turning = at.magnitude * self.wavenumber_rad_m * at.path_inverse;
         let phase = Phasor([cosine, sine]);
-        let level_way = phase.grown_and_turned(outwards, if at.frozen { zero } else { turning });
         let way = phase.grown_and_turned(outwards, turning);
+        let level_way = if at.frozen { phase.grown(outwards) } else { way };
         let aside = phase.grown(aside);
         let ways = Ways { phase, way, level_way, aside };
         // Written out one by one: the sums then stay in registers.
@@ -173,32 +173,30 @@ impl<T: Real> Slopes<T> {
 
     /// One derivative's sum with one source added.
     #[inline(always)]
-    fn one<const W: usize, const F: bool>(
+    fn one<V: Vector<T>, const L: usize>(
         &self,
         n: usize,
-        at: &Geometry<T, W, F>,
-        &Ways { phase, way, level_way, aside }: &Ways<T, W, F>,
-        sum: [Lanes<T, W, F>; 2],
-    ) -> [Lanes<T, W, F>; 2] {
-        let zero = Lanes::zero();
+        at: &Geometry<T, V, L>,
+        &Ways { phase, way, level_way, aside }: &Ways<T, V, L>,
+        sum: [Lanes<T, V, L>; 2],
+    ) -> [Lanes<T, V, L>; 2] {
         let sum = Phasor(sum);
         let sum = match self.parameters[n] {
             None => sum,
-            Some(Parameter::X) => sum.plus(way, at.along[0]).plus(aside, splat(at.normal[0])),
-            Some(Parameter::Y) => sum.plus(way, at.along[1]).plus(aside, splat(at.normal[1])),
-            Some(Parameter::Z) => sum.plus(level_way, at.along[2]).plus(aside, splat(at.normal[2])),
+            Some(Parameter::X) => self.along_axis(0, at, way, aside, sum),
+            Some(Parameter::Y) => self.along_axis(1, at, way, aside, sum),
+            Some(Parameter::Z) => self.along_axis(2, at, level_way, aside, sum),
             Some(Parameter::SoundSpeed) => {
-                let turned = at.path * self.wavenumber_rad_m * at.directivity;
-                let minus = zero - at.level;
-                sum.plus(phase.grown_and_turned(at.by_wavenumber, turned), minus)
+                let turned = at.magnitude * self.wavenumber_rad_m * at.path;
+                sum.minus(phase, at.level * at.by_wavenumber).minus_turned(phase, turned)
             }
             Some(Parameter::Frequency) => {
                 let turned = at.path.scale_add(self.wavenumber_rad_m, splat(at.drive));
-                let turned = turned * at.directivity;
-                sum.plus(phase.grown_and_turned(at.by_wavenumber, turned), at.level)
+                let turned = at.magnitude * turned;
+                sum.plus(phase, at.level * at.by_wavenumber).plus_turned(phase, turned)
             }
-            Some(Parameter::Spreading) => sum.plus(phase, (zero - at.distance.ln()) * at.magnitude),
-            Some(Parameter::Attenuation) => sum.plus(phase, (zero - at.distance) * at.magnitude),
+            Some(Parameter::Spreading) => sum.minus(phase, at.distance.ln() * at.magnitude),
+            Some(Parameter::Attenuation) => sum.minus(phase, at.distance * at.magnitude),
             Some(Parameter::LobeWidth) => {
                 let variable = if self.corner_on_axis { at.variable } else { at.cosine };
                 sum.plus(phase, self.lobes[n][at.lobe].at(variable) * at.level)
@@ -209,70 +207,103 @@ impl<T: Real> Slopes<T> {
         };
         sum.0
     }
+
+    /// The sum of a derivative along an axis with one source added; most look along z.
+    #[inline(always)]
+    fn along_axis<V: Vector<T>, const L: usize>(
+        &self,
+        axis: usize,
+        at: &Geometry<T, V, L>,
+        way: Phasor<T, V, L>,
+        aside: Phasor<T, V, L>,
+        sum: Phasor<T, V, L>,
+    ) -> Phasor<T, V, L> {
+        let sum = sum.plus(way, at.along[axis]);
+        if at.normal[axis] == T::ZERO { sum } else { sum.plus(aside, splat(at.normal[axis])) }
+    }
 }
 
 /// What derivatives by several parameters share.
-struct Ways<T, const W: usize, const F: bool> {
+struct Ways<T, V, const L: usize> {
     /// exp(i φ)
-    phase: Phasor<T, W, F>,
+    phase: Phasor<T, V, L>,
     /// Change along the way to the point, over its length; and where the phase does not change with height.
-    way: Phasor<T, W, F>,
-    level_way: Phasor<T, W, F>,
+    way: Phasor<T, V, L>,
+    level_way: Phasor<T, V, L>,
     /// Change along the normal.
-    aside: Phasor<T, W, F>,
+    aside: Phasor<T, V, L>,
 }
 
 /// Real and imaginary parts.
 #[derive(Clone, Copy)]
-struct Phasor<T, const W: usize, const F: bool>([Lanes<T, W, F>; 2]);
+struct Phasor<T, V, const L: usize>([Lanes<T, V, L>; 2]);
 
-impl<T: Real, const W: usize, const F: bool> Phasor<T, W, F> {
+impl<T: Real, V: Vector<T>, const L: usize> Phasor<T, V, L> {
     /// Times a real factor.
     #[inline(always)]
-    fn grown(self, factor: Lanes<T, W, F>) -> Self {
+    fn grown(self, factor: Lanes<T, V, L>) -> Self {
         Self([self.0[0] * factor, self.0[1] * factor])
     }
 
     /// Times `grown + i turned`.
     #[inline(always)]
-    fn grown_and_turned(self, grown: Lanes<T, W, F>, turned: Lanes<T, W, F>) -> Self {
+    fn grown_and_turned(self, grown: Lanes<T, V, L>, turned: Lanes<T, V, L>) -> Self {
         let [real, imaginary] = self.0;
-        let across = imaginary * turned;
-        Self([grown.mul_add(real, Lanes::zero() - across), grown.mul_add(imaginary, turned * real)])
+        Self([
+            turned.mul_sub_from(imaginary, grown * real),
+            turned.mul_add(real, grown * imaginary),
+        ])
     }
 
     /// Plus another times a real factor.
     #[inline(always)]
-    fn plus(self, other: Self, factor: Lanes<T, W, F>) -> Self {
+    fn plus(self, other: Self, factor: Lanes<T, V, L>) -> Self {
         let [real, imaginary] = self.0;
         Self([other.0[0].mul_add(factor, real), other.0[1].mul_add(factor, imaginary)])
+    }
+
+    /// Plus another a quarter turn on, times a real factor.
+    #[inline(always)]
+    fn plus_turned(self, other: Self, factor: Lanes<T, V, L>) -> Self {
+        let [real, imaginary] = self.0;
+        Self([other.0[1].mul_sub_from(factor, real), other.0[0].mul_add(factor, imaginary)])
+    }
+
+    /// Less another a quarter turn on, times a real factor.
+    #[inline(always)]
+    fn minus_turned(self, other: Self, factor: Lanes<T, V, L>) -> Self {
+        let [real, imaginary] = self.0;
+        Self([other.0[1].mul_add(factor, real), other.0[0].mul_sub_from(factor, imaginary)])
+    }
+
+    /// Less another times a real factor.
+    #[inline(always)]
+    fn minus(self, other: Self, factor: Lanes<T, V, L>) -> Self {
+        let [real, imaginary] = self.0;
+        Self([other.0[0].mul_sub_from(factor, real), other.0[1].mul_sub_from(factor, imaginary)])
     }
 }
 
 #[inline(always)]
-fn splat<T: Real, const W: usize, const F: bool>(value: T) -> Lanes<T, W, F> {
+fn splat<T: Real, V: Vector<T>, const L: usize>(value: T) -> Lanes<T, V, L> {
     Lanes::splat(value)
 }
 
 /// The derivative of a lobe's variable by the cosine of the angle.
 #[inline(always)]
-pub(super) fn variable_by_cosine<T: Real, const W: usize, const F: bool>(
+pub(super) fn variable_by_cosine<T: Real, V: Vector<T>, const L: usize>(
     smooth: Smooth,
-    variable: Lanes<T, W, F>,
-    cosine: Lanes<T, W, F>,
-) -> Lanes<T, W, F> {
+    variable: Lanes<T, V, L>,
+    cosine: Lanes<T, V, L>,
+) -> Lanes<T, V, L> {
     match smooth {
         Smooth::InCosine => Lanes::splat(T::ONE),
         Smooth::InSineSquared => cosine * T::of(-2.0),
         Smooth::InHalfTangent => {
             // t = tan(θ/2), cos θ = (1 - t²)/(1 + t²): dt/dcos = -(1 + t²)²/(4 t), without bound on the axis.
             let one_and_square = variable.square() + T::ONE;
-            let steep = one_and_square.square() * T::of(-0.25)
-                / variable.map(|t| {
-                    let least = T::of(1e-30);
-                    if t > least { t } else { least }
-                });
-            steep.only_where(variable, |t| t > T::of(1e-9))
+            let steep = one_and_square.square() * T::of(-0.25) / variable.at_least(T::of(1e-30));
+            steep.only_where_above(variable, T::of(1e-9))
         }
     }
 }

@@ -1,5 +1,9 @@
 //! Which vector instructions the processor has, and code compiled for each.
 
+#[cfg(target_arch = "x86_64")]
+use crate::acoustics::lanes::{Avx2, Avx512};
+use crate::acoustics::lanes::{Plain, Registers};
+
 /// A set of vector instructions that the kernel is compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InstructionSet {
@@ -16,9 +20,8 @@ pub enum InstructionSet {
 /// Work that is compiled once for each instruction set. Everything in it must be `#[inline(always)]`, so that it is compiled
 /// where the set is switched on.
 pub(super) trait Vectorised {
-    /// Does the work, `DOUBLE` or `SINGLE` numbers at a time by their precision; `FUSED` says whether the processor multiplies and adds
-    /// at once.
-    fn run<const DOUBLE: usize, const SINGLE: usize, const FUSED: bool>(self);
+    /// Does the work by an instruction set's vectors, `VECTORS` at a time.
+    fn run<R: Registers, const VECTORS: usize>(self);
 }
 
 impl InstructionSet {
@@ -53,15 +56,15 @@ impl InstructionSet {
         }
     }
 
-    /// Does work with these instructions, at the widths that were measured to be quickest: several registers at a time, so that
-    /// one need not wait for another, but no more than there are.
+    /// Does work with these instructions, as many vectors at a time as were measured to be quickest: several, so that one need not
+    /// wait for another, but no more than there are registers for.
     pub(super) fn run(self, work: impl Vectorised) {
         match self {
             // NEON multiplies and adds at once; SSE2 does not.
             #[cfg(target_arch = "aarch64")]
-            Self::Baseline => work.run::<16, 32, true>(),
+            Self::Baseline => work.run::<Plain<4, 8, true>, 4>(),
             #[cfg(not(target_arch = "aarch64"))]
-            Self::Baseline => work.run::<8, 16, false>(),
+            Self::Baseline => work.run::<Plain<2, 4, false>, 4>(),
             // SAFETY: a kernel takes an instruction set only where the processor has it.
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => unsafe { avx2(work) },
@@ -75,11 +78,11 @@ impl InstructionSet {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn avx2(work: impl Vectorised) {
-    work.run::<8, 32, true>();
+    work.run::<Avx2, 3>();
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
 fn avx512(work: impl Vectorised) {
-    work.run::<32, 64, true>();
+    work.run::<Avx512, 4>();
 }

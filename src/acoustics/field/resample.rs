@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::instruction_set::{InstructionSet, Vectorised};
-use crate::acoustics::lanes::Lanes;
+use crate::acoustics::lanes::{Lanes, Registers};
 
 /// Neighbours of a value; half of them to each side.
 pub(super) const TAPS: usize = 40;
@@ -160,14 +160,18 @@ pub(super) struct WeightedSum<'w, const COMPLEX: bool> {
 
 impl<const COMPLEX: bool> Vectorised for WeightedSum<'_, COMPLEX> {
     #[inline(always)]
-    fn run<const W: usize, const SINGLE: usize, const F: bool>(self) {
+    fn run<R: Registers, const VECTORS: usize>(self) {
+        const { assert!(Lanes::<f64, R::Double, VECTORS>::COUNT <= BEYOND) };
         let columns = self.real.len();
-        for first in (0..columns).step_by(W) {
-            let width = (columns - first).min(W);
-            let [mut real, mut imaginary] = [Lanes::<f64, W, F>::zero(); 2];
+        let at_once = Lanes::<f64, R::Double, VECTORS>::COUNT;
+        let mut ends = [0.0; BEYOND];
+        for first in (0..columns).step_by(at_once) {
+            let [mut real, mut imaginary] = [Lanes::<f64, R::Double, VECTORS>::zero(); 2];
             for term in self.terms {
-                let re = load::<W, F>(&self.map.real, term.start + first);
-                let im = load::<W, F>(&self.map.imaginary, term.start + first);
+                // Where a row ends first, the rest is of no use and not kept.
+                let from = term.start + first;
+                let re = Lanes::load(&self.map.real[from..from + at_once]);
+                let im = Lanes::load(&self.map.imaginary[from..from + at_once]);
                 let [a, b] = term.weight;
                 real = re.scale_add(a, real);
                 imaginary = im.scale_add(a, imaginary);
@@ -176,19 +180,17 @@ impl<const COMPLEX: bool> Vectorised for WeightedSum<'_, COMPLEX> {
                     imaginary = re.scale_add(b, imaginary);
                 }
             }
-            self.real[first..first + width].copy_from_slice(&real.0[..width]);
-            self.imaginary[first..first + width].copy_from_slice(&imaginary.0[..width]);
+            for (out, sums) in [(&mut *self.real, real), (&mut *self.imaginary, imaginary)] {
+                let out = &mut out[first..];
+                if out.len() >= at_once {
+                    sums.store(out);
+                } else {
+                    sums.store(&mut ends);
+                    out.copy_from_slice(&ends[..out.len()]);
+                }
+            }
         }
     }
-}
-
-/// Numbers from a place on; where a row ends first, the rest is of no use and not kept.
-#[inline(always)]
-fn load<const W: usize, const F: bool>(values: &[f64], from: usize) -> Lanes<f64, W, F> {
-    const { assert!(W <= BEYOND) };
-    let mut lanes = Lanes::zero();
-    lanes.0.copy_from_slice(&values[from..from + W]);
-    lanes
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The sum over one tile of points.
 //!
-//! Points go through `W` at a time, and every source is added to them before the next ones come. Places are taken from a point
-//! amid the tile, so that single precision spends its digits on the tile and not on the way to it.
+//! Points go through some vectors at a time, and every source is added to them before the next ones come. Places are taken from a
+//! point amid the tile, so that single precision spends its digits on the tile and not on the way to it.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use super::derivatives::{AT_ONCE, Slopes, variable_by_cosine};
 use super::instruction_set::Vectorised;
 use super::{FieldKernel, PathLengths, TILE};
 use crate::acoustics::Vec3;
-use crate::acoustics::lanes::Lanes;
+use crate::acoustics::lanes::{Lanes, MOST_LANES, Registers, Vector};
 use crate::acoustics::lobe::{Fit, Lobe};
 use crate::acoustics::propagation::Air;
 use crate::acoustics::real::Real;
@@ -63,32 +63,37 @@ struct Near<T> {
     near_field: T,
 }
 
-/// A tile's middle, and the sources as they stand to it.
+/// Room for a tile's points and for what the last vectors hold beyond them.
+const ROOM: usize = TILE + MOST_LANES;
+
+/// A tile's points and the sources as they stand to its middle.
 pub(super) struct Surroundings<T> {
-    middle_m: Vec3,
+    points: usize,
+    /// From the middle to each point, along each axis, m; zero beyond the last.
+    steps: [[T; ROOM]; 3],
     near: Vec<Near<T>>,
 }
 
-impl<T> Default for Surroundings<T> {
+impl<T: Real> Default for Surroundings<T> {
     fn default() -> Self {
-        Self { middle_m: Vec3::zeros(), near: Vec::new() }
+        Self { points: 0, steps: [[T::ZERO; ROOM]; 3], near: Vec::new() }
     }
 }
 
 /// What is summed over a tile, point by point.
 pub(super) struct Sums {
-    pub real: [f64; TILE],
-    pub imaginary: [f64; TILE],
+    pub real: [f64; ROOM],
+    pub imaginary: [f64; ROOM],
     /// What the sources' parts have for a sum of squared magnitudes, and of squares, real and imaginary.
-    pub power: [f64; TILE],
-    pub square: [[f64; TILE]; 2],
+    pub power: [f64; ROOM],
+    pub square: [[f64; ROOM]; 2],
     /// Real and imaginary parts of the derivatives.
-    pub slopes: [[[f64; TILE]; 2]; AT_ONCE],
+    pub slopes: [[[f64; ROOM]; 2]; AT_ONCE],
 }
 
 impl Default for Sums {
     fn default() -> Self {
-        let none = [0.0; TILE];
+        let none = [0.0; ROOM];
         Self {
             real: none,
             imaginary: none,
@@ -129,13 +134,15 @@ impl<'k, T: Real> Prepared<'k, T> {
     }
 
     /// Places the sources about a tile of points.
-    pub fn surround(
-        &self,
-        points_m: &[Vec3],
-        Surroundings { middle_m, near }: &mut Surroundings<T>,
-    ) {
-        *middle_m = middle(points_m);
-        let middle_m = *middle_m;
+    pub fn surround(&self, points_m: &[Vec3], surroundings: &mut Surroundings<T>) {
+        let middle_m = middle(points_m);
+        surroundings.points = points_m.len();
+        for (n, point_m) in points_m.iter().enumerate() {
+            for axis in 0..3 {
+                surroundings.steps[axis][n] = T::of(point_m[axis] - middle_m[axis]);
+            }
+        }
+        let near = &mut surroundings.near;
         let kernel = self.kernel;
         let amplitude = match kernel.on_axis {
             OnAxis::Exponential { amplitude, .. } | OnAxis::Absorbed { amplitude, .. } => amplitude,
@@ -194,8 +201,8 @@ fn middle(points_m: &[Vec3]) -> Vec3 {
     Vec3::from_fn(|axis, _| extremes(axis).iter().sum::<f64>() * 0.5)
 }
 
-/// Points at a time where there is more to a pair than the plain sum.
-const NARROW: usize = 8;
+/// Vectors at a time with air and reception beside, which leave no registers to any number of them.
+const BESIDE_AIR: usize = 4;
 
 /// The sums at every point of a tile, with derivatives by `N` parameters.
 /// `NEAR` says whether faces have a near field, `PLAIN` that the air is still, even and clear and the receiver hears alike from
@@ -210,7 +217,6 @@ pub(super) struct SumTile<
 > {
     pub prepared: &'t Prepared<'t, T>,
     pub surroundings: &'t Surroundings<T>,
-    pub points_m: &'t [Vec3],
     pub sums: &'t mut Sums,
 }
 
@@ -218,14 +224,11 @@ impl<T: Real, const PLAIN: bool, const NEAR: bool, const SQUARES: bool, const N:
     for SumTile<'_, T, PLAIN, NEAR, SQUARES, N>
 {
     #[inline(always)]
-    fn run<const DOUBLE: usize, const SINGLE: usize, const FUSED: bool>(self) {
-        // With air and reception beside, the registers of several bundles would not do.
-        if !PLAIN {
-            self.sum::<NARROW, FUSED>();
-        } else if T::REFINED {
-            self.sum::<SINGLE, FUSED>();
+    fn run<R: Registers, const VECTORS: usize>(self) {
+        if PLAIN {
+            self.sum::<T::In<R>, VECTORS>();
         } else {
-            self.sum::<DOUBLE, FUSED>();
+            self.sum::<T::In<R>, BESIDE_AIR>();
         }
     }
 }
@@ -233,67 +236,70 @@ impl<T: Real, const PLAIN: bool, const NEAR: bool, const SQUARES: bool, const N:
 impl<T: Real, const PLAIN: bool, const NEAR: bool, const SQUARES: bool, const N: usize>
     SumTile<'_, T, PLAIN, NEAR, SQUARES, N>
 {
-    /// The sums at `W` points at a time.
+    /// The sums, `L` vectors of points at a time.
     #[inline(always)]
-    fn sum<const W: usize, const FUSED: bool>(self) {
-        let Self { prepared, surroundings: Surroundings { middle_m, near }, points_m, sums } = self;
-        for first in (0..points_m.len()).step_by(W) {
-            let points_m = &points_m[first..points_m.len().min(first + W)];
-            let mut step = [Lanes::<T, W, FUSED>::zero(); 3];
-            for (lane, point_m) in points_m.iter().enumerate() {
-                for axis in 0..3 {
-                    step[axis].0[lane] = T::of(point_m[axis] - middle_m[axis]);
-                }
+    fn sum<V: Vector<T>, const L: usize>(self) {
+        const { assert!(Lanes::<T, V, L>::COUNT <= MOST_LANES) };
+        let Self { prepared, surroundings: Surroundings { points, steps, near }, sums } = self;
+        for first in (0..*points).step_by(Lanes::<T, V, L>::COUNT) {
+            let [x, y, z] = steps;
+            let step =
+                [Lanes::load(&x[first..]), Lanes::load(&y[first..]), Lanes::load(&z[first..])];
+            let bundle = sum_bundle::<T, V, L, PLAIN, NEAR, SQUARES, N>(prepared, near, step);
+            put(bundle.real, &mut sums.real[first..]);
+            put(bundle.imaginary, &mut sums.imaginary[first..]);
+            if SQUARES {
+                put(bundle.power, &mut sums.power[first..]);
+                put(bundle.square[0], &mut sums.square[0][first..]);
+                put(bundle.square[1], &mut sums.square[1][first..]);
             }
-            let bundle = sum_bundle::<T, W, FUSED, PLAIN, NEAR, SQUARES, N>(prepared, near, step);
-            for lane in 0..points_m.len() {
-                let point = first + lane;
-                sums.real[point] = bundle.real.0[lane].to_f64();
-                sums.imaginary[point] = bundle.imaginary.0[lane].to_f64();
-                if SQUARES {
-                    sums.power[point] = bundle.power.0[lane].to_f64();
-                    sums.square[0][point] = bundle.square[0].0[lane].to_f64();
-                    sums.square[1][point] = bundle.square[1].0[lane].to_f64();
-                }
-                for (slopes, slope) in sums.slopes.iter_mut().zip(&bundle.slopes) {
-                    slopes[0][point] = slope[0].0[lane].to_f64();
-                    slopes[1][point] = slope[1].0[lane].to_f64();
-                }
+            for (slopes, slope) in sums.slopes.iter_mut().zip(&bundle.slopes) {
+                put(slope[0], &mut slopes[0][first..]);
+                put(slope[1], &mut slopes[1][first..]);
             }
         }
     }
 }
 
-/// The sums at `W` points.
-struct Bundle<T, const W: usize, const FUSED: bool, const N: usize> {
-    real: Lanes<T, W, FUSED>,
-    imaginary: Lanes<T, W, FUSED>,
-    power: Lanes<T, W, FUSED>,
-    square: [Lanes<T, W, FUSED>; 2],
-    slopes: [[Lanes<T, W, FUSED>; 2]; N],
+/// Writes lanes out.
+#[inline(always)]
+fn put<T: Real, V: Vector<T>, const L: usize>(lanes: Lanes<T, V, L>, to: &mut [f64]) {
+    let mut numbers = [T::ZERO; MOST_LANES];
+    lanes.store(&mut numbers);
+    for (to, number) in to.iter_mut().zip(&numbers[..Lanes::<T, V, L>::COUNT]) {
+        *to = number.to_f64();
+    }
 }
 
-/// One source and `W` points, as far as derivatives need them.
-pub(super) struct Geometry<T, const W: usize, const F: bool> {
-    pub along: [Lanes<T, W, F>; 3],
+/// The sums at the points of `L` vectors.
+struct Bundle<T, V, const L: usize, const N: usize> {
+    real: Lanes<T, V, L>,
+    imaginary: Lanes<T, V, L>,
+    power: Lanes<T, V, L>,
+    square: [Lanes<T, V, L>; 2],
+    slopes: [[Lanes<T, V, L>; 2]; N],
+}
+
+/// One source and the points of `L` vectors, as far as derivatives need them.
+pub(super) struct Geometry<T, V, const L: usize> {
+    pub along: [Lanes<T, V, L>; 3],
     pub normal: [T; 3],
-    pub distance: Lanes<T, W, F>,
-    pub inverse: Lanes<T, W, F>,
-    pub cosine: Lanes<T, W, F>,
-    pub variable: Lanes<T, W, F>,
+    pub distance: Lanes<T, V, L>,
+    pub inverse: Lanes<T, V, L>,
+    pub cosine: Lanes<T, V, L>,
+    pub variable: Lanes<T, V, L>,
     /// Law on the axis and amplitude, without the lobe.
-    pub level: Lanes<T, W, F>,
-    pub directivity: Lanes<T, W, F>,
-    pub magnitude: Lanes<T, W, F>,
+    pub level: Lanes<T, V, L>,
+    pub magnitude: Lanes<T, V, L>,
     /// Derivative of the lobe by the logarithm of the wavenumber.
-    pub by_wavenumber: Lanes<T, W, F>,
+    pub by_wavenumber: Lanes<T, V, L>,
     /// Derivative of the lobe by the cosine of the angle.
-    pub slope: Lanes<T, W, F>,
+    pub slope: Lanes<T, V, L>,
     /// Relative change of the level by distance, and by height.
-    pub by_distance: Lanes<T, W, F>,
+    pub by_distance: Lanes<T, V, L>,
     pub by_height: T,
-    pub path: Lanes<T, W, F>,
-    pub path_inverse: Lanes<T, W, F>,
+    pub path: Lanes<T, V, L>,
+    pub path_inverse: Lanes<T, V, L>,
     pub drive: T,
     pub lobe: usize,
     /// Whether the path's length does not depend on the point's height.
@@ -303,7 +309,7 @@ pub(super) struct Geometry<T, const W: usize, const F: bool> {
 impl<T: Real> Law<T> {
     /// The relative changes by distance and by height.
     #[inline(always)]
-    fn rates<const W: usize, const F: bool>(self, inverse: Lanes<T, W, F>) -> (Lanes<T, W, F>, T) {
+    fn rates<V: Vector<T>, const L: usize>(self, inverse: Lanes<T, V, L>) -> (Lanes<T, V, L>, T) {
         match self {
             Self::Spherical => (Lanes::zero() - inverse, T::ZERO),
             Self::Exponential { per_m } => (Lanes::zero(), per_m),
@@ -313,12 +319,36 @@ impl<T: Real> Law<T> {
     }
 }
 
+/// The way from a source to points.
+#[derive(Clone, Copy)]
+struct Way<T, V, const L: usize> {
+    along: [Lanes<T, V, L>; 3],
+    /// Its square but for the part along z.
+    across_square: Lanes<T, V, L>,
+    distance: Lanes<T, V, L>,
+    /// One over the distance, and over its square.
+    inverse: Lanes<T, V, L>,
+    inverse_square: Lanes<T, V, L>,
+}
+
+impl<T: Real, V: Vector<T>, const L: usize> Way<T, V, L> {
+    #[inline(always)]
+    fn new(source: &Near<T>, step: [Lanes<T, V, L>; 3]) -> Self {
+        let along = Lanes::moved(step, source.offset);
+        let [x, y, z] = along;
+        let across_square = x.mul_add(x, y.mul_add(y, Lanes::splat(T::TINY)));
+        let [distance, inverse, inverse_square] =
+            z.mul_add(z, across_square).root_and_reciprocals();
+        Self { along, across_square, distance, inverse, inverse_square }
+    }
+}
+
 /// The sum over all sources at points that lie `step` from the tile's middle.
 #[inline(always)]
 fn sum_bundle<
     T: Real,
-    const W: usize,
-    const FUSED: bool,
+    V: Vector<T>,
+    const L: usize,
     const PLAIN: bool,
     const NEAR: bool,
     const SQUARES: bool,
@@ -326,8 +356,8 @@ fn sum_bundle<
 >(
     prepared: &Prepared<T>,
     near: &[Near<T>],
-    step: [Lanes<T, W, FUSED>; 3],
-) -> Bundle<T, W, FUSED, N> {
+    step: [Lanes<T, V, L>; 3],
+) -> Bundle<T, V, L, N> {
     let zero = Lanes::zero();
     let mut sum = Bundle {
         real: zero,
@@ -336,16 +366,41 @@ fn sum_bundle<
         square: [zero; 2],
         slopes: [[zero; 2]; N],
     };
-    for source in near {
-        let along = Lanes::moved(step, source.offset);
-        let [x, y, z] = along;
-        let across_square = x.mul_add(x, y.mul_add(y, Lanes::splat(T::TINY)));
-        let (distance, inverse) = z.mul_add(z, across_square).root_and_reciprocal();
-        let height = if PLAIN && N == 0 { z } else { Lanes::dot_add(along, source.normal, zero) };
+    let Some(first) = near.first() else { return sum };
+    // Root and division are slow: the processor does those of the next source while it sums this one.
+    let mut ahead = Way::new(first, step);
+    for (n, source) in near.iter().enumerate() {
+        let Way { along, across_square, distance, inverse, inverse_square } = ahead;
+        ahead = Way::new(near.get(n + 1).unwrap_or(source), step);
+        let z = along[2];
+        let upright = PLAIN && (N == 0 || source.normal == [T::ZERO, T::ZERO, T::ONE]);
+        let height = if upright { z } else { Lanes::dot_add(along, source.normal, zero) };
         let cosine_of_angle = height * inverse;
+
+        let (path, path_inverse, mut longer) = if prepared.frozen {
+            let square = across_square + source.rise * source.rise;
+            let [path, inverse, _] = square.root_and_reciprocals();
+            let [sx, sy, _] = Lanes::moved(along, source.offset);
+            (path, inverse, excess(source, step, path, inverse, [sx, sy, zero]))
+        } else {
+            let sum_of_ends = Lanes::moved(along, source.offset);
+            (distance, inverse, excess(source, step, distance, inverse, sum_of_ends))
+        };
+        if NEAR {
+            let beside_axis = cosine_of_angle.square() * T::of(3.0) - T::ONE;
+            longer = (beside_axis * source.near_field).mul_add(inverse, longer);
+        }
+        if !PLAIN && let Some(air) = &prepared.air {
+            longer = path.mul_add(air.delay(source.centre, along, inverse), longer);
+        }
+        let half_turns =
+            longer.scale_add(prepared.half_turns_per_m, Lanes::splat(source.half_turns));
+        // The sign goes to the magnitude and all that comes of it.
+        let [cosine, sine, odd] = half_turns.cos_sin_half_turns();
 
         let variable = match prepared.kernel.smooth {
             Smooth::InCosine => cosine_of_angle,
+            Smooth::InSineSquared if upright => across_square * inverse_square,
             Smooth::InSineSquared => {
                 cosine_of_angle.mul_sub_from(cosine_of_angle, Lanes::splat(T::ONE))
             }
@@ -360,36 +415,18 @@ fn sum_bundle<
             Law::Power { exponent } => (distance.ln() * exponent).exp(),
             Law::Absorbed { np_m } => (distance * np_m).exp() * inverse,
         };
-        let level = (on_axis * source.amplitude).only_where(height, |height| height > T::ZERO);
+        let level = (on_axis * source.amplitude).only_where_above(height, T::ZERO);
+        let level = level.negated_if_odd(odd);
         let mut magnitude = directivity * level;
 
-        let (path, path_inverse, mut longer) = if prepared.frozen {
-            let square = across_square + source.rise * source.rise;
-            let (path, inverse) = square.root_and_reciprocal();
-            let [sx, sy, _] = Lanes::moved(along, source.offset);
-            (path, inverse, excess(source, step, path, inverse, [sx, sy, zero]))
-        } else {
-            let sum_of_ends = Lanes::moved(along, source.offset);
-            (distance, inverse, excess(source, step, distance, inverse, sum_of_ends))
-        };
-        if NEAR {
-            let beside_axis = cosine_of_angle.square() * T::of(3.0) - T::ONE;
-            longer = (beside_axis * source.near_field).mul_add(inverse, longer);
-        }
         if !PLAIN {
             if let Some(air) = &prepared.air {
-                longer = path.mul_add(air.delay(source.centre, along, inverse), longer);
                 magnitude = magnitude * air.transmission(distance);
             }
             if let Some(reception) = &prepared.reception {
-                let arrival =
-                    (z * inverse).map(|cosine| if cosine > T::ZERO { cosine } else { T::ZERO });
-                magnitude = magnitude * reception.at(arrival);
+                magnitude = magnitude * reception.at((z * inverse).at_least(T::ZERO));
             }
         }
-        let half_turns =
-            longer.scale_add(prepared.half_turns_per_m, Lanes::splat(source.half_turns));
-        let (cosine, sine) = half_turns.cos_sin_half_turns();
         sum.real = magnitude.mul_add(cosine, sum.real);
         sum.imaginary = magnitude.mul_add(sine, sum.imaginary);
         if SQUARES {
@@ -409,7 +446,6 @@ fn sum_bundle<
                 cosine: cosine_of_angle,
                 variable,
                 level,
-                directivity,
                 magnitude,
                 by_wavenumber: match prepared.kernel.smooth {
                     // D(ka sin θ) changes by k as by sin θ: twice v D'(v) for v = sin² θ.
@@ -434,16 +470,16 @@ fn sum_bundle<
 
 /// tan(θ/2) = ρ/(d + h), with ρ from its own components: d² - h² would lose half the digits near the axis.
 #[inline(always)]
-fn half_tangent<T: Real, const W: usize, const FUSED: bool>(
-    along: [Lanes<T, W, FUSED>; 3],
+fn half_tangent<T: Real, V: Vector<T>, const L: usize>(
+    along: [Lanes<T, V, L>; 3],
     normal: [T; 3],
-    distance: Lanes<T, W, FUSED>,
-    height: Lanes<T, W, FUSED>,
-) -> Lanes<T, W, FUSED> {
+    distance: Lanes<T, V, L>,
+    height: Lanes<T, V, L>,
+) -> Lanes<T, V, L> {
     let [x, y, z] = along;
     let [x, y, z] = [x - height * normal[0], y - height * normal[1], z - height * normal[2]];
     let off_axis = x.mul_add(x, y.mul_add(y, z.square())).root();
-    (off_axis / (distance + height)).map(|t| if t < T::ONE { t } else { T::ONE })
+    (off_axis / (distance + height)).at_most(T::ONE)
 }
 
 /// How much longer a path is than the one to the tile's middle.
@@ -452,13 +488,13 @@ fn half_tangent<T: Real, const W: usize, const FUSED: bool>(
 /// method for the difference brings them back: with the difference of the squares, s·(r + r₀) for a step s from r₀ to r, the
 /// excess e solves e (e + 2 d₀) = s·(r + r₀).
 #[inline(always)]
-fn excess<T: Real, const W: usize, const FUSED: bool>(
+fn excess<T: Real, V: Vector<T>, const L: usize>(
     source: &Near<T>,
-    step: [Lanes<T, W, FUSED>; 3],
-    path: Lanes<T, W, FUSED>,
-    inverse: Lanes<T, W, FUSED>,
-    sum_of_ends: [Lanes<T, W, FUSED>; 3],
-) -> Lanes<T, W, FUSED> {
+    step: [Lanes<T, V, L>; 3],
+    path: Lanes<T, V, L>,
+    inverse: Lanes<T, V, L>,
+    sum_of_ends: [Lanes<T, V, L>; 3],
+) -> Lanes<T, V, L> {
     let rough = path - source.path;
     if !T::REFINED {
         return rough;
@@ -469,6 +505,6 @@ fn excess<T: Real, const W: usize, const FUSED: bool>(
     let missing = rough.mul_sub_from(rough + (source.path + source.path), squares);
     let half = T::of(0.5);
     // Where the path is much shorter than that to the middle, the difference has all the digits it needs.
-    let limit = half * source.path;
-    rough + (missing * inverse * half).only_where(rough, |rough| rough.abs() < limit)
+    let below = Lanes::splat(half * source.path) - rough.abs();
+    rough + (missing * inverse * half).only_where_above(below, T::ZERO)
 }

@@ -67,12 +67,11 @@ pub fn all() -> Vec<Ceiling> {
 macro_rules! ceiling {
     (
         $module:ident, $features:literal, $float:ident, lanes $lanes:literal, vectors $vectors:literal,
-        rounder $rounder:expr, own_roots $own_roots:literal, root $root:expr, halley $halley:literal,
+        rounder $rounder:expr, roots |$square:ident| $roots:expr,
         refined $refined:literal, sign $sign:literal,
         cosine $cosine:expr, sine $sine:expr, lobe $lobe:literal,
-        $set1:ident $set1i:ident $loadu:ident $storeu:ident $add:ident $sub:ident $mul:ident $fmadd:ident
-        $fnmadd:ident $xor:ident $to_bits:ident $from_bits:ident $shift_left:ident $shift_right:ident
-        $subtract_bits:ident $sqrt:ident $div:ident
+        $set1:ident $loadu:ident $storeu:ident $add:ident $sub:ident $mul:ident $fmadd:ident
+        $fnmadd:ident $xor:ident $to_bits:ident $from_bits:ident $shift_left:ident
     ) => {
         mod $module {
             use std::arch::x86_64::*;
@@ -92,7 +91,6 @@ macro_rules! ceiling {
                 let lobe = piston_series::<$lobe>(ka).map(|c| $set1(c as $float));
                 let cosine = $cosine.map(|c| $set1(c));
                 let sine = $sine.map(|c| $set1(c));
-                let one = $set1(1.0);
                 let half = $set1(0.5);
                 let rounder = $set1($rounder);
                 let half_turns = $set1((wavenumber / std::f64::consts::PI) as $float);
@@ -136,26 +134,10 @@ macro_rules! ceiling {
                                 ]
                             };
                             let (x, y, z) = ($add(sx, ox), $add(sy, oy), $add(sz, oz));
-                            let square = $fmadd(z, z, $fmadd(x, x, $mul(y, y)));
-                            let (distance, inverse) = if $own_roots {
-                                let distance = $sqrt(square);
-                                (distance, $div(one, distance))
-                            } else {
-                                let mut root = $from_bits($subtract_bits(
-                                    $set1i($root),
-                                    $shift_right::<1>($to_bits(square)),
-                                ));
-                                for _ in 0..$halley {
-                                    let left = $fnmadd($mul(square, root), root, one);
-                                    let grow = $fmadd(left, $set1(0.375), half);
-                                    root = $fmadd($mul(root, left), grow, root);
-                                }
-                                let left = $fnmadd($mul(square, root), root, one);
-                                let inverse = $fmadd($mul(root, left), half, root);
-                                ($mul(square, inverse), inverse)
-                            };
-                            let across = $mul(z, inverse);
-                            let t = $fnmadd(across, across, one);
+                            let across_square = $fmadd(x, x, $mul(y, y));
+                            let $square = $fmadd(z, z, across_square);
+                            let (distance, inverse, inverse_square) = $roots;
+                            let t = $mul(across_square, inverse_square);
                             let mut level = lobe[$lobe - 1];
                             for n in (0..$lobe - 1).rev() {
                                 level = $fmadd(level, t, lobe[n]);
@@ -233,39 +215,63 @@ const SINE_SINGLE: [f32; 5] =
 #[cfg(target_arch = "x86_64")]
 ceiling!(
     avx512_f64, "avx512f,avx512dq,avx512vl,avx2,fma", f64, lanes 8, vectors 4,
-    rounder 6_755_399_441_055_744.0, own_roots false, root 0x5fe6_eb50_c7b5_37a9, halley 2, refined false, sign 63,
+    rounder 6_755_399_441_055_744.0,
+    roots |square| {
+        let guess = _mm512_rsqrt14_pd(square);
+        let left = _mm512_fnmadd_pd(_mm512_mul_pd(square, guess), guess, _mm512_set1_pd(1.0));
+        let series = _mm512_fmadd_pd(left, _mm512_set1_pd(0.3125), _mm512_set1_pd(0.375));
+        let series = _mm512_fmadd_pd(left, series, _mm512_set1_pd(0.5));
+        let inverse = _mm512_fmadd_pd(_mm512_mul_pd(guess, left), series, guess);
+        (_mm512_mul_pd(square, inverse), inverse, _mm512_mul_pd(inverse, inverse))
+    },
+    refined false, sign 63,
     cosine COSINE, sine SINE, lobe 12,
-    _mm512_set1_pd _mm512_set1_epi64 _mm512_loadu_pd _mm512_storeu_pd _mm512_add_pd _mm512_sub_pd _mm512_mul_pd
+    _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd _mm512_add_pd _mm512_sub_pd _mm512_mul_pd
     _mm512_fmadd_pd _mm512_fnmadd_pd _mm512_xor_pd _mm512_castpd_si512 _mm512_castsi512_pd _mm512_slli_epi64
-    _mm512_srli_epi64 _mm512_sub_epi64 _mm512_sqrt_pd _mm512_div_pd
 );
 
 #[cfg(target_arch = "x86_64")]
 ceiling!(
     avx512_f32, "avx512f,avx512dq,avx512vl,avx2,fma", f32, lanes 16, vectors 4,
-    rounder 12_582_912.0, own_roots false, root 0x5f37_59df, halley 1, refined true, sign 31,
+    rounder 12_582_912.0,
+    roots |square| {
+        let guess = _mm512_rsqrt14_ps(square);
+        let left = _mm512_fnmadd_ps(_mm512_mul_ps(square, guess), guess, _mm512_set1_ps(1.0));
+        let inverse = _mm512_fmadd_ps(_mm512_mul_ps(guess, left), _mm512_set1_ps(0.5), guess);
+        (_mm512_mul_ps(square, inverse), inverse, _mm512_mul_ps(inverse, inverse))
+    },
+    refined true, sign 31,
     cosine COSINE_SINGLE, sine SINE_SINGLE, lobe 7,
-    _mm512_set1_ps _mm512_set1_epi32 _mm512_loadu_ps _mm512_storeu_ps _mm512_add_ps _mm512_sub_ps _mm512_mul_ps
+    _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps _mm512_add_ps _mm512_sub_ps _mm512_mul_ps
     _mm512_fmadd_ps _mm512_fnmadd_ps _mm512_xor_ps _mm512_castps_si512 _mm512_castsi512_ps _mm512_slli_epi32
-    _mm512_srli_epi32 _mm512_sub_epi32 _mm512_sqrt_ps _mm512_div_ps
 );
 
 #[cfg(target_arch = "x86_64")]
 ceiling!(
     avx2_f64, "avx2,fma", f64, lanes 4, vectors 3,
-    rounder 6_755_399_441_055_744.0, own_roots true, root 0x5fe6_eb50_c7b5_37a9, halley 2, refined false, sign 63,
+    rounder 6_755_399_441_055_744.0,
+    roots |square| {
+        let distance = _mm256_sqrt_pd(square);
+        let inverse_square = _mm256_div_pd(_mm256_set1_pd(1.0), square);
+        (distance, _mm256_mul_pd(distance, inverse_square), inverse_square)
+    },
+    refined false, sign 63,
     cosine COSINE, sine SINE, lobe 12,
-    _mm256_set1_pd _mm256_set1_epi64x _mm256_loadu_pd _mm256_storeu_pd _mm256_add_pd _mm256_sub_pd _mm256_mul_pd
+    _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd _mm256_add_pd _mm256_sub_pd _mm256_mul_pd
     _mm256_fmadd_pd _mm256_fnmadd_pd _mm256_xor_pd _mm256_castpd_si256 _mm256_castsi256_pd _mm256_slli_epi64
-    _mm256_srli_epi64 _mm256_sub_epi64 _mm256_sqrt_pd _mm256_div_pd
 );
 
 #[cfg(target_arch = "x86_64")]
 ceiling!(
     avx2_f32, "avx2,fma", f32, lanes 8, vectors 3,
-    rounder 12_582_912.0, own_roots true, root 0x5f37_59df, halley 1, refined true, sign 31,
+    rounder 12_582_912.0,
+    roots |square| {
+        let distance = _mm256_sqrt_ps(square);
+        let inverse_square = _mm256_div_ps(_mm256_set1_ps(1.0), square);
+        (distance, _mm256_mul_ps(distance, inverse_square), inverse_square)
+    },
+    refined true, sign 31,
     cosine COSINE_SINGLE, sine SINE_SINGLE, lobe 7,
-    _mm256_set1_ps _mm256_set1_epi32 _mm256_loadu_ps _mm256_storeu_ps _mm256_add_ps _mm256_sub_ps _mm256_mul_ps
+    _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps _mm256_add_ps _mm256_sub_ps _mm256_mul_ps
     _mm256_fmadd_ps _mm256_fnmadd_ps _mm256_xor_ps _mm256_castps_si256 _mm256_castsi256_ps _mm256_slli_epi32
-    _mm256_srli_epi32 _mm256_sub_epi32 _mm256_sqrt_ps _mm256_div_ps
 );

@@ -82,9 +82,10 @@ impl FieldKernel {
             return None;
         }
         let prepared = Prepared::new(self, Slopes::<f64>::new(self, transducer, parameters));
-        let none = FieldDerivatives { field: Complex64::ZERO, by: [Complex64::ZERO; AT_ONCE] };
-        let mut derivatives = vec![none; points_m.len()];
-        derivatives.par_chunks_mut(TILE).zip(points_m.par_chunks(TILE)).for_each_init(
+        let mut derivatives = Vec::with_capacity(points_m.len());
+        // Nearly a megabyte for a plane of 101 x 101: it is written once, not cleared before.
+        let room = &mut derivatives.spare_capacity_mut()[..points_m.len()];
+        room.par_chunks_mut(TILE).zip(points_m.par_chunks(TILE)).for_each_init(
             || (Sums::default(), Surroundings::default()),
             |(sums, surroundings), (out, points_m)| {
                 prepared.surround(points_m, surroundings);
@@ -93,11 +94,15 @@ impl FieldKernel {
                     SumTile::<f64, true, false, false, AT_ONCE> { prepared, surroundings, sums };
                 self.instructions.run(tile);
                 for (point, out) in out.iter_mut().enumerate() {
-                    out.field = sums.field(point);
-                    out.by = sums.derivatives(point);
+                    out.write(FieldDerivatives {
+                        field: sums.field(point),
+                        by: sums.derivatives(point),
+                    });
                 }
             },
         );
+        // SAFETY: every point has been written.
+        unsafe { derivatives.set_len(points_m.len()) };
         Some(derivatives)
     }
 }
@@ -148,7 +153,7 @@ impl<T: Real> Slopes<T> {
         [cosine, sine]: [Lanes<T, V, L>; 2],
         sums: &mut [[Lanes<T, V, L>; 2]; N],
     ) {
-        let by_cosine = at.level * at.slope * at.inverse;
+        let by_cosine = at.by_cosine * at.inverse;
         let outwards =
             by_cosine.mul_sub_from(at.cosine, at.magnitude * at.by_distance) * at.inverse;
         let aside = if at.by_height == T::ZERO {
@@ -188,21 +193,19 @@ impl<T: Real> Slopes<T> {
             Some(Parameter::Z) => self.along_axis(2, at, level_way, aside, sum),
             Some(Parameter::SoundSpeed) => {
                 let turned = at.magnitude * self.wavenumber_rad_m * at.path;
-                sum.minus(phase, at.level * at.by_wavenumber).minus_turned(phase, turned)
+                sum.minus(phase, at.by_wavenumber).minus_turned(phase, turned)
             }
             Some(Parameter::Frequency) => {
                 let turned = at.path.scale_add(self.wavenumber_rad_m, splat(at.drive));
                 let turned = at.magnitude * turned;
-                sum.plus(phase, at.level * at.by_wavenumber).plus_turned(phase, turned)
+                sum.plus(phase, at.by_wavenumber).plus_turned(phase, turned)
             }
             Some(Parameter::Spreading) => sum.minus(phase, at.distance.ln() * at.magnitude),
             Some(Parameter::Attenuation) => sum.minus(phase, at.distance * at.magnitude),
-            Some(Parameter::LobeWidth) => {
-                let variable = if self.corner_on_axis { at.variable } else { at.cosine };
+            Some(parameter @ (Parameter::LobeWidth | Parameter::LobeWidthByFace)) => {
+                let of_angle = parameter == Parameter::LobeWidth && !self.corner_on_axis;
+                let variable = if of_angle { at.cosine } else { at.variable };
                 sum.plus(phase, self.lobes[n][at.lobe].at(variable) * at.level)
-            }
-            Some(Parameter::LobeWidthByFace) => {
-                sum.plus(phase, self.lobes[n][at.lobe].at(at.variable) * at.level)
             }
         };
         sum.0

@@ -291,10 +291,10 @@ pub(super) struct Geometry<T, V, const L: usize> {
     /// Law on the axis and amplitude, without the lobe.
     pub level: Lanes<T, V, L>,
     pub magnitude: Lanes<T, V, L>,
-    /// Derivative of the lobe by the logarithm of the wavenumber.
+    /// Derivative of the magnitude by the logarithm of the wavenumber.
     pub by_wavenumber: Lanes<T, V, L>,
-    /// Derivative of the lobe by the cosine of the angle.
-    pub slope: Lanes<T, V, L>,
+    /// Derivative of the magnitude by the cosine of the angle.
+    pub by_cosine: Lanes<T, V, L>,
     /// Relative change of the level by distance, and by height.
     pub by_distance: Lanes<T, V, L>,
     pub by_height: T,
@@ -438,6 +438,7 @@ fn sum_bundle<
         }
         if N > 0 {
             let (by_distance, by_height) = prepared.on_axis.rates(inverse);
+            let steep = level * slope;
             let geometry = Geometry {
                 along,
                 normal: source.normal,
@@ -449,10 +450,10 @@ fn sum_bundle<
                 magnitude,
                 by_wavenumber: match prepared.kernel.smooth {
                     // D(ka sin θ) changes by k as by sin θ: twice v D'(v) for v = sin² θ.
-                    Smooth::InSineSquared => (variable + variable) * slope,
+                    Smooth::InSineSquared => (variable + variable) * steep,
                     Smooth::InCosine | Smooth::InHalfTangent => zero,
                 },
-                slope: slope
+                by_cosine: steep
                     * variable_by_cosine(prepared.kernel.smooth, variable, cosine_of_angle),
                 by_distance,
                 by_height,

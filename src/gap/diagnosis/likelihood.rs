@@ -127,8 +127,8 @@ impl Supposed {
         // Of magnitudes that are averaged, each has the noise of one.
         let single = scatter.additive * scan.averaged.sqrt();
         if !self.changes_scatter() {
-            let reading = self.cut(rice_mean(level, single), 1.0, scan);
-            return Expected { reading, variance_ratio: 1.0 };
+            let reading = rice_mean(level, single);
+            return self.cut(Expected { reading, variance_ratio: 1.0 }, scan);
         }
         let noise = single * single;
         let speckle = pressure.speckle_along_and_across().map(|square| gain * gain * square);
@@ -156,7 +156,7 @@ impl Supposed {
         let quadrature = quadrature * (1.0 - of_noise * (1.0 - 1.0 / scan.averaged));
         let variance = quadrature + proportional * proportional;
         let variance_ratio = (variance * scan.scale.slope(reading).powi(2)).max(LEAST_RATIO);
-        Expected { reading: self.cut(reading, variance_ratio, scan), variance_ratio }
+        self.cut(Expected { reading, variance_ratio }, scan)
     }
 
     /// The same on the scan's scale.
@@ -182,17 +182,21 @@ impl Supposed {
         gain * (1.0 + self.drift * progress).max(1e-3)
     }
 
-    /// The mean of readings that a converter's full scale cuts: those that noise takes beyond it are cut, and those that it takes
-    /// below are not.
-    fn cut(&self, reading: f64, variance_ratio: f64, scan: &ObservedScan) -> f64 {
+    /// What a converter's full scale leaves of readings: those that noise takes beyond it are cut, and those that it takes below are
+    /// not. How those that are cut would have scattered says nothing.
+    fn cut(&self, expected: Expected, scan: &ObservedScan) -> Expected {
         if !self.full_scale.is_finite() {
-            return reading;
+            return expected;
         }
+        let Expected { reading, variance_ratio } = expected;
         let deviation = scan.scale.deviation(reading) * variance_ratio.sqrt();
         let below = (self.full_scale - reading) / deviation;
         let share_below = 0.5 * libm::erfc(-below * FRAC_1_SQRT_2);
         let density = (-0.5 * below * below).exp() / TAU.sqrt();
-        self.full_scale - deviation * (below * share_below + density)
+        Expected {
+            reading: self.full_scale - deviation * (below * share_below + density),
+            variance_ratio: 1.0 + share_below * (variance_ratio - 1.0),
+        }
     }
 
     /// Whether it matters how the robot came to a point.

@@ -221,8 +221,7 @@ impl FieldKernel {
     pub fn at(&self, points_m: &[Vec3]) -> Vec<Complex64> {
         // An upright array in still, clear air and an even receiver are what nearly every sum is over: it is compiled without
         // the rest.
-        let is_upright = self.sources.iter().all(|source| source.normal == Vec3::z());
-        let plain = is_upright && self.is_in_plain_air();
+        let plain = self.is_upright() && self.is_in_plain_air();
         let what = if plain { Summed::PlainField } else { Summed::Field };
         let mut fields = vec![Complex64::ZERO; points_m.len()];
         self.sum(what, points_m, &mut fields, &|sums, lane| sums.field(lane));
@@ -243,6 +242,11 @@ impl FieldKernel {
     /// What each element adds to the field at each point, element by element.
     pub fn contributions_at(&self, points_m: &[Vec3]) -> Vec<Vec<Complex64>> {
         (0..self.elements).into_par_iter().map(|n| self.of_element(n).at(points_m)).collect()
+    }
+
+    /// Whether all sources look along z.
+    fn is_upright(&self) -> bool {
+        self.sources.iter().all(|source| source.normal == Vec3::z())
     }
 
     /// Whether the air is still, even and clear, and the receiver hears alike from everywhere.
@@ -279,7 +283,7 @@ impl FieldKernel {
                 let instructions = self.instructions;
                 macro_rules! run {
                     ($plain:literal, $near:literal, $squares:literal) => {
-                        instructions.run(SumTile::<T, $plain, $near, $squares, 0> {
+                        instructions.run(SumTile::<T, $plain, $near, $squares, 0, false> {
                             prepared,
                             surroundings,
                             sums,

@@ -34,6 +34,11 @@ pub(super) enum Fit {
 }
 
 impl Fit {
+    /// Whether it is one polynomial.
+    pub fn is_smooth(&self) -> bool {
+        matches!(self, Self::Smooth { .. })
+    }
+
     /// Fits `function`, which may have corners, rising, between 0 and 1.
     pub fn new(corners: &[f64], function: impl Fn(f64) -> f64) -> Self {
         Self::within(DOUBLE_TOLERANCE, corners, function)
@@ -131,31 +136,49 @@ impl<T: Real> Lobe<T> {
         t: Lanes<T, V, L>,
     ) -> [Lanes<T, V, L>; 2] {
         match self {
-            Self::Polynomial(pairs) => {
-                let x = t.scale_add(T::of(2.0), Lanes::splat(-T::ONE));
-                let square = x.square();
-                let Some((highest, lower)) = pairs.split_last() else { return [Lanes::zero(); 2] };
-                let [mut even, mut odd] = highest.map(Lanes::splat);
-                let [mut even_slope, mut odd_slope] = [Lanes::zero(); 2];
-                if let Some((second, lower)) = lower.split_last() {
-                    [even_slope, odd_slope] = [even, odd];
-                    even = even.mul_add(square, Lanes::splat(second[0]));
-                    odd = odd.mul_add(square, Lanes::splat(second[1]));
-                    for &pair in lower.iter().rev() {
-                        even_slope = even_slope.mul_add(square, even);
-                        odd_slope = odd_slope.mul_add(square, odd);
-                        even = even.mul_add(square, Lanes::splat(pair[0]));
-                        odd = odd.mul_add(square, Lanes::splat(pair[1]));
-                    }
-                }
-                // d/dx of E(x²) + x O(x²), and x goes twice as fast as t.
-                let slope = (square + square).mul_add(odd_slope, odd);
-                let slope = (x + x).mul_add(even_slope, slope);
-                [odd.mul_add(x, even), slope + slope]
-            }
+            Self::Polynomial(pairs) => polynomial_with_slope(pairs, t),
             Self::Pieces(pieces) => pieces.at(t),
         }
     }
+
+    /// The same of a function without corners: what is compiled for it has no registers to keep for pieces.
+    #[inline(always)]
+    pub fn smooth_with_slope<V: Vector<T>, const L: usize>(
+        &self,
+        t: Lanes<T, V, L>,
+    ) -> [Lanes<T, V, L>; 2] {
+        match self {
+            Self::Polynomial(pairs) => polynomial_with_slope(pairs, t),
+            Self::Pieces(_) => unreachable!("a function without corners is one polynomial"),
+        }
+    }
+}
+
+/// A polynomial of 2 t - 1, by its pairs of coefficients, and its derivative by t.
+#[inline(always)]
+fn polynomial_with_slope<T: Real, V: Vector<T>, const L: usize>(
+    pairs: &[[T; 2]],
+    t: Lanes<T, V, L>,
+) -> [Lanes<T, V, L>; 2] {
+    let x = t.scale_add(T::of(2.0), Lanes::splat(-T::ONE));
+    let square = x.square();
+    let Some((highest, lower)) = pairs.split_last() else { return [Lanes::zero(); 2] };
+    let [mut even, mut odd] = highest.map(Lanes::splat);
+    let [mut even_slope, mut odd_slope] = [Lanes::zero(); 2];
+    if let Some((second, lower)) = lower.split_last() {
+        [even_slope, odd_slope] = [even, odd];
+        even = even.mul_add(square, Lanes::splat(second[0]));
+        odd = odd.mul_add(square, Lanes::splat(second[1]));
+        for &pair in lower.iter().rev() {
+            even_slope = even_slope.mul_add(square, even);
+            odd_slope = odd_slope.mul_add(square, odd);
+            even = even.mul_add(square, Lanes::splat(pair[0]));
+            odd = odd.mul_add(square, Lanes::splat(pair[1]));
+        }
+    }
+    // d/dx of E(x²) + x O(x²), and x goes twice as fast as t.
+    let slope = (x + x).mul_add(odd_slope.mul_add(x, even_slope), odd);
+    [odd.mul_add(x, even), slope + slope]
 }
 
 /// Pieces between corners, and where to find each.

@@ -7,12 +7,12 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::tile::{Geometry, Prepared, SumTile, Sums, Surroundings};
-use super::{FieldKernel, TILE, fit};
+use super::{FieldKernel, PathLengths, TILE, fit};
 use crate::acoustics::Vec3;
 use crate::acoustics::lanes::{Lanes, Vector};
 use crate::acoustics::lobe::{Fit, Lobe};
 use crate::acoustics::real::Real;
-use crate::acoustics::transducer::{Smooth, Transducer, Widened};
+use crate::acoustics::transducer::{OnAxis, Smooth, Transducer, Widened};
 
 /// Parameters that are differentiated by at once.
 pub(super) const AT_ONCE: usize = 4;
@@ -62,6 +62,10 @@ pub(super) struct Slopes<T> {
     corner_on_axis: bool,
 }
 
+/// What is mostly asked for, in this order.
+const USUAL_FOUR: [Parameter; AT_ONCE] =
+    [Parameter::X, Parameter::Y, Parameter::Z, Parameter::SoundSpeed];
+
 impl FieldKernel {
     /// The field and its derivatives by up to four parameters at each point; `transducer` is the one that the kernel was made
     /// with.
@@ -81,6 +85,7 @@ impl FieldKernel {
         if !self.is_in_plain_air() || self.near_field != 0.0 {
             return None;
         }
+        let usual = self.is_usual(parameters);
         let prepared = Prepared::new(self, Slopes::<f64>::new(self, transducer, parameters));
         let mut derivatives = Vec::with_capacity(points_m.len());
         // Nearly a megabyte for a plane of 101 x 101: it is written once, not cleared before.
@@ -90,9 +95,20 @@ impl FieldKernel {
             |(sums, surroundings), (out, points_m)| {
                 prepared.surround(points_m, surroundings);
                 let prepared = &prepared;
-                let tile =
-                    SumTile::<f64, true, false, false, AT_ONCE> { prepared, surroundings, sums };
-                self.instructions.run(tile);
+                macro_rules! run {
+                    ($usual:literal) => {
+                        self.instructions.run(SumTile::<f64, true, false, false, AT_ONCE, $usual> {
+                            prepared,
+                            surroundings,
+                            sums,
+                        })
+                    };
+                }
+                if usual {
+                    run!(true)
+                } else {
+                    run!(false)
+                }
                 for (point, out) in out.iter_mut().enumerate() {
                     out.write(FieldDerivatives {
                         field: sums.field(point),
@@ -104,6 +120,17 @@ impl FieldKernel {
         // SAFETY: every point has been written.
         unsafe { derivatives.set_len(points_m.len()) };
         Some(derivatives)
+    }
+
+    /// Whether derivatives are asked for as mostly: by places and the speed of sound, of sources that look along z, with lobes
+    /// without corners that are smooth in sin² θ and pressure that falls as one over the distance, paths as they are.
+    fn is_usual(&self, parameters: &[Parameter]) -> bool {
+        parameters == USUAL_FOUR
+            && self.is_upright()
+            && self.smooth == Smooth::InSineSquared
+            && self.lobes.iter().all(|lobes| lobes.directivity.is_smooth())
+            && self.on_axis == OnAxis::Spherical
+            && self.paths == PathLengths::Observed
     }
 }
 
@@ -147,15 +174,14 @@ impl<T: Real> Slopes<T> {
     /// magnitude m = L D changes along an axis by m u L'/L + L D' (m - u cos θ)/d and the phase by k u: both are the way r to the point
     /// and the normal m times numbers alike for all axes.
     #[inline(always)]
-    pub fn add<V: Vector<T>, const L: usize, const N: usize>(
+    pub fn add<V: Vector<T>, const L: usize, const N: usize, const USUAL: bool>(
         &self,
         at: &Geometry<T, V, L>,
         [cosine, sine]: [Lanes<T, V, L>; 2],
         sums: &mut [[Lanes<T, V, L>; 2]; N],
     ) {
         let by_cosine = at.by_cosine * at.inverse;
-        let outwards =
-            by_cosine.mul_sub_from(at.cosine, at.magnitude * at.by_distance) * at.inverse;
+        let inwards = by_cosine.mul_add(at.cosine, at.magnitude * at.fall) * at.inverse;
         let aside = if at.by_height == T::ZERO {
             by_cosine
         } else {
@@ -163,42 +189,44 @@ impl<T: Real> Slopes<T> {
         };
         let turning = at.magnitude * self.wavenumber_rad_m * at.path_inverse;
         let phase = Phasor([cosine, sine]);
-        let way = phase.grown_and_turned(outwards, turning);
-        let level_way = if at.frozen { phase.grown(outwards) } else { way };
-        let aside = phase.grown(aside);
+        let way = phase.grown_and_turned_back(inwards, turning);
+        let level_way = if at.frozen { phase.grown(inwards) } else { way };
         let ways = Ways { phase, way, level_way, aside };
         // Written out one by one: the sums then stay in registers.
         if N == AT_ONCE {
-            sums[0] = self.one(0, at, &ways, sums[0]);
-            sums[1] = self.one(1, at, &ways, sums[1]);
-            sums[2] = self.one(2, at, &ways, sums[2]);
-            sums[3] = self.one(3, at, &ways, sums[3]);
+            sums[0] = self.one::<V, L, USUAL>(0, at, &ways, sums[0]);
+            sums[1] = self.one::<V, L, USUAL>(1, at, &ways, sums[1]);
+            sums[2] = self.one::<V, L, USUAL>(2, at, &ways, sums[2]);
+            sums[3] = self.one::<V, L, USUAL>(3, at, &ways, sums[3]);
         }
     }
 
     /// One derivative's sum with one source added.
     #[inline(always)]
-    fn one<V: Vector<T>, const L: usize>(
+    fn one<V: Vector<T>, const L: usize, const USUAL: bool>(
         &self,
         n: usize,
         at: &Geometry<T, V, L>,
-        &Ways { phase, way, level_way, aside }: &Ways<T, V, L>,
+        ways: &Ways<T, V, L>,
         sum: [Lanes<T, V, L>; 2],
     ) -> [Lanes<T, V, L>; 2] {
         let sum = Phasor(sum);
-        let sum = match self.parameters[n] {
+        let phase = ways.phase;
+        // A match on what is only known as the sum runs joins again after it, and its sums leave their registers for that.
+        let parameter = if USUAL { Some(USUAL_FOUR[n]) } else { self.parameters[n] };
+        let sum = match parameter {
             None => sum,
-            Some(Parameter::X) => self.along_axis(0, at, way, aside, sum),
-            Some(Parameter::Y) => self.along_axis(1, at, way, aside, sum),
-            Some(Parameter::Z) => self.along_axis(2, at, level_way, aside, sum),
+            Some(Parameter::X) => self.along_axis(0, at, ways, ways.way, sum),
+            Some(Parameter::Y) => self.along_axis(1, at, ways, ways.way, sum),
+            Some(Parameter::Z) => self.along_axis(2, at, ways, ways.level_way, sum),
             Some(Parameter::SoundSpeed) => {
                 let turned = at.magnitude * self.wavenumber_rad_m * at.path;
-                sum.minus(phase, at.by_wavenumber).minus_turned(phase, turned)
+                sum.plus(phase, at.by_wavelength).minus_turned(phase, turned)
             }
             Some(Parameter::Frequency) => {
                 let turned = at.path.scale_add(self.wavenumber_rad_m, splat(at.drive));
                 let turned = at.magnitude * turned;
-                sum.plus(phase, at.by_wavenumber).plus_turned(phase, turned)
+                sum.minus(phase, at.by_wavelength).plus_turned(phase, turned)
             }
             Some(Parameter::Spreading) => sum.minus(phase, at.distance.ln() * at.magnitude),
             Some(Parameter::Attenuation) => sum.minus(phase, at.distance * at.magnitude),
@@ -217,12 +245,16 @@ impl<T: Real> Slopes<T> {
         &self,
         axis: usize,
         at: &Geometry<T, V, L>,
+        ways: &Ways<T, V, L>,
         way: Phasor<T, V, L>,
-        aside: Phasor<T, V, L>,
         sum: Phasor<T, V, L>,
     ) -> Phasor<T, V, L> {
-        let sum = sum.plus(way, at.along[axis]);
-        if at.normal[axis] == T::ZERO { sum } else { sum.plus(aside, splat(at.normal[axis])) }
+        let sum = sum.minus(way, at.along[axis]);
+        if at.normal[axis] == T::ZERO {
+            sum
+        } else {
+            sum.plus(ways.phase, ways.aside * at.normal[axis])
+        }
     }
 }
 
@@ -230,11 +262,11 @@ impl<T: Real> Slopes<T> {
 struct Ways<T, V, const L: usize> {
     /// exp(i φ)
     phase: Phasor<T, V, L>,
-    /// Change along the way to the point, over its length; and where the phase does not change with height.
+    /// Change along the way back to the source, over its length; and where the phase does not change with height.
     way: Phasor<T, V, L>,
     level_way: Phasor<T, V, L>,
-    /// Change along the normal.
-    aside: Phasor<T, V, L>,
+    /// Change of the magnitude along the normal.
+    aside: Lanes<T, V, L>,
 }
 
 /// Real and imaginary parts.
@@ -248,13 +280,13 @@ impl<T: Real, V: Vector<T>, const L: usize> Phasor<T, V, L> {
         Self([self.0[0] * factor, self.0[1] * factor])
     }
 
-    /// Times `grown + i turned`.
+    /// Times `grown - i turned`.
     #[inline(always)]
-    fn grown_and_turned(self, grown: Lanes<T, V, L>, turned: Lanes<T, V, L>) -> Self {
+    fn grown_and_turned_back(self, grown: Lanes<T, V, L>, turned: Lanes<T, V, L>) -> Self {
         let [real, imaginary] = self.0;
         Self([
-            turned.mul_sub_from(imaginary, grown * real),
-            turned.mul_add(real, grown * imaginary),
+            turned.mul_add(imaginary, grown * real),
+            turned.mul_sub_from(real, grown * imaginary),
         ])
     }
 
@@ -292,21 +324,28 @@ fn splat<T: Real, V: Vector<T>, const L: usize>(value: T) -> Lanes<T, V, L> {
     Lanes::splat(value)
 }
 
-/// The derivative of a lobe's variable by the cosine of the angle.
+/// The derivatives of a magnitude by the cosine of the angle and by the logarithm of the wavelength, from that by the lobe's
+/// variable.
 #[inline(always)]
-pub(super) fn variable_by_cosine<T: Real, V: Vector<T>, const L: usize>(
+pub(super) fn by_angle_and_wavelength<T: Real, V: Vector<T>, const L: usize>(
     smooth: Smooth,
+    steep: Lanes<T, V, L>,
     variable: Lanes<T, V, L>,
     cosine: Lanes<T, V, L>,
-) -> Lanes<T, V, L> {
+) -> [Lanes<T, V, L>; 2] {
     match smooth {
-        Smooth::InCosine => Lanes::splat(T::ONE),
-        Smooth::InSineSquared => cosine * T::of(-2.0),
+        Smooth::InCosine => [steep, Lanes::zero()],
+        Smooth::InSineSquared => {
+            // v = 1 - cos² θ; and D(ka sin θ) changes by k as by sin θ: twice v D'(v), by the wavelength the other way.
+            let twice = steep * T::of(-2.0);
+            [twice * cosine, twice * variable]
+        }
         Smooth::InHalfTangent => {
             // t = tan(θ/2), cos θ = (1 - t²)/(1 + t²): dt/dcos = -(1 + t²)²/(4 t), without bound on the axis.
             let one_and_square = variable.square() + T::ONE;
-            let steep = one_and_square.square() * T::of(-0.25) / variable.at_least(T::of(1e-30));
-            steep.only_where_above(variable, T::of(1e-9))
+            let by_cosine =
+                one_and_square.square() * T::of(-0.25) / variable.at_least(T::of(1e-30));
+            [steep * by_cosine.only_where_above(variable, T::of(1e-9)), Lanes::zero()]
         }
     }
 }
@@ -354,7 +393,7 @@ mod tests {
     use super::super::tests::transducers;
     use super::*;
     use crate::acoustics::transducer::{MurataFit, OnAxis, Piston};
-    use crate::acoustics::{Array, Propagation};
+    use crate::acoustics::{Array, InstructionSet, Propagation};
 
     const EVERY: [Parameter; 9] = [
         Parameter::X,
@@ -447,6 +486,30 @@ mod tests {
                         (ours - difference).norm() < 2e-5 * scale,
                         "{:?} of model {}: {} {}", parameter, model, ours, difference
                     );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_compiled_for_the_usual_agrees_with_what_is_compiled_for_all() {
+        let array = Array::hexagonal(2, 10.5e-3);
+        let phases: Vec<f64> = (0..array.len()).map(|n| 0.9 * n as f64).collect();
+        let points_m: Vec<Vec3> =
+            (0..37).map(|n| Vec3::new(2e-3 * f64::from(n) - 0.03, 0.01, 0.08)).collect();
+        let mut turned_round = USUAL_FOUR;
+        turned_round.reverse();
+        for set in InstructionSet::ALL.iter().copied().filter(|set| set.is_there()) {
+            let kernel =
+                FieldKernel::new(&array, &phases, &Piston, 732.7, PathLengths::Observed).by(set);
+            assert!(kernel.is_usual(&USUAL_FOUR) && !kernel.is_usual(&turned_round));
+            let by = |four: &[Parameter]| kernel.derivatives_at(&Piston, four, &points_m);
+            let usual = by(&USUAL_FOUR).expect("plain");
+            let any = by(&turned_round).expect("plain");
+            for (usual, any) in usual.iter().zip(&any) {
+                for (n, ours) in usual.by.iter().enumerate() {
+                    let apart = (ours - any.by[AT_ONCE - 1 - n]).norm();
+                    assert!(apart < 1e-12 * ours.norm().max(1e4), "{set:?}, {n}: {apart:e}");
                 }
             }
         }

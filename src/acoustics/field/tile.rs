@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use num_complex::Complex64;
 
-use super::derivatives::{AT_ONCE, Slopes, variable_by_cosine};
+use super::derivatives::{AT_ONCE, Slopes, by_angle_and_wavelength};
 use super::instruction_set::Vectorised;
 use super::{FieldKernel, PathLengths, TILE};
 use crate::acoustics::Vec3;
@@ -204,9 +204,13 @@ fn middle(points_m: &[Vec3]) -> Vec3 {
 /// Vectors at a time with air and reception beside, which leave no registers to any number of them.
 const BESIDE_AIR: usize = 4;
 
+/// Vectors at a time with four derivatives, whose sums alone take eight registers a vector.
+const WITH_SLOPES: usize = 2;
+
 /// The sums at every point of a tile, with derivatives by `N` parameters.
 /// `NEAR` says whether faces have a near field, `PLAIN` that the air is still, even and clear and the receiver hears alike from
-/// everywhere and, but for derivatives, that all sources look along z, `SQUARES` that powers and squares are summed too.
+/// everywhere and, but for derivatives, that all sources look along z, `SQUARES` that powers and squares are summed too, `USUAL`
+/// that all is as [`FieldKernel::is_usual`] says, so that nothing of it is looked up source by source.
 pub(super) struct SumTile<
     't,
     T,
@@ -214,18 +218,27 @@ pub(super) struct SumTile<
     const NEAR: bool,
     const SQUARES: bool,
     const N: usize,
+    const USUAL: bool,
 > {
     pub prepared: &'t Prepared<'t, T>,
     pub surroundings: &'t Surroundings<T>,
     pub sums: &'t mut Sums,
 }
 
-impl<T: Real, const PLAIN: bool, const NEAR: bool, const SQUARES: bool, const N: usize> Vectorised
-    for SumTile<'_, T, PLAIN, NEAR, SQUARES, N>
+impl<
+    T: Real,
+    const PLAIN: bool,
+    const NEAR: bool,
+    const SQUARES: bool,
+    const N: usize,
+    const USUAL: bool,
+> Vectorised for SumTile<'_, T, PLAIN, NEAR, SQUARES, N, USUAL>
 {
     #[inline(always)]
     fn run<R: Registers, const VECTORS: usize>(self) {
-        if PLAIN {
+        if USUAL {
+            self.sum::<T::In<R>, WITH_SLOPES>();
+        } else if PLAIN {
             self.sum::<T::In<R>, VECTORS>();
         } else {
             self.sum::<T::In<R>, BESIDE_AIR>();
@@ -233,8 +246,14 @@ impl<T: Real, const PLAIN: bool, const NEAR: bool, const SQUARES: bool, const N:
     }
 }
 
-impl<T: Real, const PLAIN: bool, const NEAR: bool, const SQUARES: bool, const N: usize>
-    SumTile<'_, T, PLAIN, NEAR, SQUARES, N>
+impl<
+    T: Real,
+    const PLAIN: bool,
+    const NEAR: bool,
+    const SQUARES: bool,
+    const N: usize,
+    const USUAL: bool,
+> SumTile<'_, T, PLAIN, NEAR, SQUARES, N, USUAL>
 {
     /// The sums, `L` vectors of points at a time.
     #[inline(always)]
@@ -245,7 +264,8 @@ impl<T: Real, const PLAIN: bool, const NEAR: bool, const SQUARES: bool, const N:
             let [x, y, z] = steps;
             let step =
                 [Lanes::load(&x[first..]), Lanes::load(&y[first..]), Lanes::load(&z[first..])];
-            let bundle = sum_bundle::<T, V, L, PLAIN, NEAR, SQUARES, N>(prepared, near, step);
+            let bundle =
+                sum_bundle::<T, V, L, PLAIN, NEAR, SQUARES, N, USUAL>(prepared, near, step);
             put(bundle.real, &mut sums.real[first..]);
             put(bundle.imaginary, &mut sums.imaginary[first..]);
             if SQUARES {
@@ -291,12 +311,12 @@ pub(super) struct Geometry<T, V, const L: usize> {
     /// Law on the axis and amplitude, without the lobe.
     pub level: Lanes<T, V, L>,
     pub magnitude: Lanes<T, V, L>,
-    /// Derivative of the magnitude by the logarithm of the wavenumber.
-    pub by_wavenumber: Lanes<T, V, L>,
+    /// Derivative of the magnitude by the logarithm of the wavelength.
+    pub by_wavelength: Lanes<T, V, L>,
     /// Derivative of the magnitude by the cosine of the angle.
     pub by_cosine: Lanes<T, V, L>,
-    /// Relative change of the level by distance, and by height.
-    pub by_distance: Lanes<T, V, L>,
+    /// Relative fall of the level by distance, and its relative change by height.
+    pub fall: Lanes<T, V, L>,
     pub by_height: T,
     pub path: Lanes<T, V, L>,
     pub path_inverse: Lanes<T, V, L>,
@@ -307,14 +327,14 @@ pub(super) struct Geometry<T, V, const L: usize> {
 }
 
 impl<T: Real> Law<T> {
-    /// The relative changes by distance and by height.
+    /// The relative fall by distance and the relative change by height.
     #[inline(always)]
     fn rates<V: Vector<T>, const L: usize>(self, inverse: Lanes<T, V, L>) -> (Lanes<T, V, L>, T) {
         match self {
-            Self::Spherical => (Lanes::zero() - inverse, T::ZERO),
+            Self::Spherical => (inverse, T::ZERO),
             Self::Exponential { per_m } => (Lanes::zero(), per_m),
-            Self::Power { exponent } => (inverse * exponent, T::ZERO),
-            Self::Absorbed { np_m } => (Lanes::splat(np_m) - inverse, T::ZERO),
+            Self::Power { exponent } => (inverse * (T::ZERO - exponent), T::ZERO),
+            Self::Absorbed { np_m } => (inverse - np_m, T::ZERO),
         }
     }
 }
@@ -353,6 +373,7 @@ fn sum_bundle<
     const NEAR: bool,
     const SQUARES: bool,
     const N: usize,
+    const USUAL: bool,
 >(
     prepared: &Prepared<T>,
     near: &[Near<T>],
@@ -367,17 +388,22 @@ fn sum_bundle<
         slopes: [[zero; 2]; N],
     };
     let Some(first) = near.first() else { return sum };
+    let upwards = [T::ZERO, T::ZERO, T::ONE];
+    let smooth = if USUAL { Smooth::InSineSquared } else { prepared.kernel.smooth };
+    let law = if USUAL { Law::Spherical } else { prepared.on_axis };
+    let frozen = !USUAL && prepared.frozen;
     // Root and division are slow: the processor does those of the next source while it sums this one.
     let mut ahead = Way::new(first, step);
     for (n, source) in near.iter().enumerate() {
         let Way { along, across_square, distance, inverse, inverse_square } = ahead;
         ahead = Way::new(near.get(n + 1).unwrap_or(source), step);
         let z = along[2];
-        let upright = PLAIN && (N == 0 || source.normal == [T::ZERO, T::ZERO, T::ONE]);
-        let height = if upright { z } else { Lanes::dot_add(along, source.normal, zero) };
+        let normal = if USUAL { upwards } else { source.normal };
+        let upright = PLAIN && (N == 0 || normal == upwards);
+        let height = if upright { z } else { Lanes::dot_add(along, normal, zero) };
         let cosine_of_angle = height * inverse;
 
-        let (path, path_inverse, mut longer) = if prepared.frozen {
+        let (path, path_inverse, mut longer) = if frozen {
             let square = across_square + source.rise * source.rise;
             let [path, inverse, _] = square.root_and_reciprocals();
             let [sx, sy, _] = Lanes::moved(along, source.offset);
@@ -398,18 +424,23 @@ fn sum_bundle<
         // The sign goes to the magnitude and all that comes of it.
         let [cosine, sine, odd] = half_turns.cos_sin_half_turns();
 
-        let variable = match prepared.kernel.smooth {
+        let variable = match smooth {
             Smooth::InCosine => cosine_of_angle,
             Smooth::InSineSquared if upright => across_square * inverse_square,
             Smooth::InSineSquared => {
                 cosine_of_angle.mul_sub_from(cosine_of_angle, Lanes::splat(T::ONE))
             }
-            Smooth::InHalfTangent => half_tangent(along, source.normal, distance, height),
+            Smooth::InHalfTangent => half_tangent(along, normal, distance, height),
         };
         let lobe = &prepared.lobes[source.lobe];
-        let [directivity, slope] =
-            if N == 0 { [lobe.at(variable), zero] } else { lobe.with_slope(variable) };
-        let on_axis = match prepared.on_axis {
+        let [directivity, slope] = if USUAL {
+            lobe.smooth_with_slope(variable)
+        } else if N > 0 {
+            lobe.with_slope(variable)
+        } else {
+            [lobe.at(variable), zero]
+        };
+        let on_axis = match law {
             Law::Spherical => inverse,
             Law::Exponential { per_m } => (height * per_m).exp(),
             Law::Power { exponent } => (distance.ln() * exponent).exp(),
@@ -437,33 +468,29 @@ fn sum_bundle<
             sum.square[1] = (real + real).mul_add(imaginary, sum.square[1]);
         }
         if N > 0 {
-            let (by_distance, by_height) = prepared.on_axis.rates(inverse);
-            let steep = level * slope;
+            let (fall, by_height) = law.rates(inverse);
+            let [by_cosine, by_wavelength] =
+                by_angle_and_wavelength(smooth, level * slope, variable, cosine_of_angle);
             let geometry = Geometry {
                 along,
-                normal: source.normal,
+                normal,
                 distance,
                 inverse,
                 cosine: cosine_of_angle,
                 variable,
                 level,
                 magnitude,
-                by_wavenumber: match prepared.kernel.smooth {
-                    // D(ka sin θ) changes by k as by sin θ: twice v D'(v) for v = sin² θ.
-                    Smooth::InSineSquared => (variable + variable) * steep,
-                    Smooth::InCosine | Smooth::InHalfTangent => zero,
-                },
-                by_cosine: steep
-                    * variable_by_cosine(prepared.kernel.smooth, variable, cosine_of_angle),
-                by_distance,
+                by_wavelength,
+                by_cosine,
+                fall,
                 by_height,
                 path,
                 path_inverse,
                 drive: source.drive,
                 lobe: source.lobe,
-                frozen: prepared.frozen,
+                frozen,
             };
-            prepared.slopes.add(&geometry, [cosine, sine], &mut sum.slopes);
+            prepared.slopes.add::<V, L, N, USUAL>(&geometry, [cosine, sine], &mut sum.slopes);
         }
     }
     sum

@@ -17,6 +17,7 @@ mod instruction_set;
 mod lattice;
 mod plane;
 mod resample;
+mod surroundings;
 mod tile;
 mod transfer;
 
@@ -35,7 +36,8 @@ use super::rayleigh::across;
 use super::real::Real;
 use super::transducer::{OnAxis, Smooth, Transducer};
 use super::{Array, Vec3};
-use tile::{Prepared, SumTile, Sums, Surroundings};
+use surroundings::Surroundings;
+use tile::{Prepared, SumTile, Sums};
 
 /// Points that one task computes: small enough to share out a plane, large enough to pay for itself.
 const TILE: usize = 512;
@@ -278,7 +280,7 @@ impl FieldKernel {
         out.par_chunks_mut(TILE).zip(points_m.par_chunks(TILE)).for_each_init(
             || (Sums::default(), Surroundings::default()),
             |(sums, surroundings), (out, points_m)| {
-                prepared.surround(points_m, surroundings);
+                surroundings.surround(self, points_m);
                 let prepared = &prepared;
                 let instructions = self.instructions;
                 macro_rules! run {

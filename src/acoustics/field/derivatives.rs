@@ -6,7 +6,8 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::tile::{Geometry, Prepared, SumTile, Sums, Surroundings};
+use super::surroundings::Surroundings;
+use super::tile::{Geometry, Prepared, SumTile, Sums};
 use super::{FieldKernel, PathLengths, TILE, fit};
 use crate::acoustics::Vec3;
 use crate::acoustics::lanes::{Lanes, Vector};
@@ -93,7 +94,7 @@ impl FieldKernel {
         room.par_chunks_mut(TILE).zip(points_m.par_chunks(TILE)).for_each_init(
             || (Sums::default(), Surroundings::default()),
             |(sums, surroundings), (out, points_m)| {
-                prepared.surround(points_m, surroundings);
+                surroundings.surround(self, points_m);
                 let prepared = &prepared;
                 macro_rules! run {
                     ($usual:literal) => {

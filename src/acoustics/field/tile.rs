@@ -9,8 +9,8 @@ use num_complex::Complex64;
 
 use super::derivatives::{AT_ONCE, Slopes, by_angle_and_wavelength};
 use super::instruction_set::Vectorised;
-use super::{FieldKernel, PathLengths, TILE};
-use crate::acoustics::Vec3;
+use super::surroundings::{Near, ROOM, Surroundings};
+use super::{FieldKernel, PathLengths};
 use crate::acoustics::lanes::{Lanes, MOST_LANES, Registers, Vector};
 use crate::acoustics::lobe::{Fit, Lobe};
 use crate::acoustics::propagation::Air;
@@ -37,47 +37,6 @@ enum Law<T> {
     Exponential { per_m: T },
     Power { exponent: T },
     Absorbed { np_m: T },
-}
-
-/// A source as it stands to the middle of a tile.
-#[derive(Clone, Copy)]
-struct Near<T> {
-    /// From the source to the tile's middle, m.
-    offset: [T; 3],
-    normal: [T; 3],
-    /// Place of the source, m.
-    centre: [T; 3],
-    amplitude: T,
-    /// Phase of the drive, rad.
-    drive: T,
-    /// Length of the path to the tile's middle, m: where path lengths are frozen, to below or above it.
-    path: T,
-    /// What its square as rounded lacks of the true square, m².
-    lacking: T,
-    /// Height of the path where it is frozen, m.
-    rise: T,
-    /// Phase at the tile's middle, half turns, -1 to 1.
-    half_turns: T,
-    lobe: usize,
-    /// What the near field makes a path longer by on the axis, times its length, halved, m².
-    near_field: T,
-}
-
-/// Room for a tile's points and for what the last vectors hold beyond them.
-const ROOM: usize = TILE + MOST_LANES;
-
-/// A tile's points and the sources as they stand to its middle.
-pub(super) struct Surroundings<T> {
-    points: usize,
-    /// From the middle to each point, along each axis, m; zero beyond the last.
-    steps: [[T; ROOM]; 3],
-    near: Vec<Near<T>>,
-}
-
-impl<T: Real> Default for Surroundings<T> {
-    fn default() -> Self {
-        Self { points: 0, steps: [[T::ZERO; ROOM]; 3], near: Vec::new() }
-    }
 }
 
 /// What is summed over a tile, point by point.
@@ -132,73 +91,6 @@ impl<'k, T: Real> Prepared<'k, T> {
             slopes,
         }
     }
-
-    /// Places the sources about a tile of points.
-    pub fn surround(&self, points_m: &[Vec3], surroundings: &mut Surroundings<T>) {
-        let middle_m = middle(points_m);
-        surroundings.points = points_m.len();
-        for (n, point_m) in points_m.iter().enumerate() {
-            for axis in 0..3 {
-                surroundings.steps[axis][n] = T::of(point_m[axis] - middle_m[axis]);
-            }
-        }
-        let near = &mut surroundings.near;
-        let kernel = self.kernel;
-        let amplitude = match kernel.on_axis {
-            OnAxis::Exponential { amplitude, .. } | OnAxis::Absorbed { amplitude, .. } => amplitude,
-            OnAxis::Spherical | OnAxis::Power { .. } => 1.0,
-        };
-        let lanes = |vector: Vec3| [T::of(vector.x), T::of(vector.y), T::of(vector.z)];
-        near.clear();
-        near.extend(kernel.sources.iter().map(|source| {
-            let offset_m = middle_m - source.centre_m;
-            let rise_m = match kernel.paths {
-                PathLengths::Observed => offset_m.z,
-                PathLengths::FrozenAt(height_m) => height_m - source.centre_m.z,
-            };
-            let square = offset_m.x * offset_m.x + offset_m.y * offset_m.y + rise_m * rise_m;
-            let path = T::of(square.sqrt());
-            let half_turns =
-                (path.to_f64() * kernel.wavenumber_rad_m + source.drive_rad + source.own_rad) / PI;
-            let turns = (0.5 * half_turns + f64::ROUNDER) - f64::ROUNDER;
-            Near {
-                offset: lanes(offset_m),
-                normal: lanes(source.normal),
-                centre: lanes(source.centre_m),
-                amplitude: T::of(source.amplitude * amplitude),
-                drive: T::of(source.drive_rad),
-                path,
-                lacking: T::of(square - path.to_f64() * path.to_f64()),
-                rise: T::of(rise_m),
-                half_turns: T::of(half_turns - 2.0 * turns),
-                lobe: source.lobes,
-                near_field: T::of(
-                    kernel.near_field * kernel.lobes[source.lobes].radius_m.powi(2) / 8.0,
-                ),
-            }
-        }));
-    }
-}
-
-/// The middle of the box about points.
-fn middle(points_m: &[Vec3]) -> Vec3 {
-    // Boxes about every fourth point: one after the other, comparisons would wait for each other longer than sums do.
-    let mut boxes = [[[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]]; 4];
-    for four in points_m.chunks(4) {
-        for ([low, high], point) in boxes.iter_mut().zip(four) {
-            for axis in 0..3 {
-                // As the processor's own least and greatest: what is no number is passed over.
-                low[axis] = if point[axis] < low[axis] { point[axis] } else { low[axis] };
-                high[axis] = if point[axis] > high[axis] { point[axis] } else { high[axis] };
-            }
-        }
-    }
-    let extremes = |axis: usize| {
-        boxes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], [low, high]| {
-            [least.min(low[axis]), most.max(high[axis])]
-        })
-    };
-    Vec3::from_fn(|axis, _| extremes(axis).iter().sum::<f64>() * 0.5)
 }
 
 /// Vectors at a time with air and reception beside, which leave no registers to any number of them.

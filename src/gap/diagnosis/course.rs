@@ -336,10 +336,13 @@ impl Told<'_> {
                 let failed: Vec<String> =
                     tests.map(|(name, z)| format!("{name}: {z:.0} σ")).collect();
                 let why = match failed.is_empty() {
-                    true => "many sets of effects come equally near".to_owned(),
                     false => {
                         format!("what the best set leaves is not noise ({})", failed.join(", "))
                     }
+                    true if self.judgement.too_faint => {
+                        "so faint a gap is seldom made by several effects at once".to_owned()
+                    }
+                    true => "many sets of effects come equally near".to_owned(),
                 };
                 format!(
                     "{gap} is not explained by the catalogue: {} come{} nearest and {why}.",

@@ -348,6 +348,6 @@ mod tests {
             assert!((ours - expected).abs() < 0.05 * peak, "{row} {column}: {ours} {expected}");
             assert_eq!(sums.both[row][column], 2.0 * ours);
         }
-        assert!(image.corners(&Vec3::new(0.0, 21e-3, 0.1)).is_none());
+        assert!(image.corners(&Vec3::new(0.0, 30e-3, 0.1)).is_none());
     }
 }

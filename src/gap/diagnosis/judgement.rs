@@ -33,7 +33,7 @@ const LEFT_OVER_BY_SEVERAL: f64 = 3e-4;
 const LARGE: f64 = 4.0;
 
 /// Excess chi-square a reading, 0.4 standard deviations squared, below which a gap is faint: thousands of readings together tell it, and
-/// what two effects close of it one cause that nobody thought of mostly does. (Of faint gaps in a thousand sealed scans nine were
+/// what two effects close of it one cause that nobody thought of mostly does. (Of faint gaps in a thousand sealed scans thirteen were
 /// said to come of two effects or three, and none did.)
 const FAINT: f64 = 0.16;
 

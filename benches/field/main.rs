@@ -2,6 +2,7 @@
 //!
 //! Each figure is the best of several runs, reference and kernel in turn, so that whatever else the machine does falls on both.
 
+mod autd3;
 mod ceiling;
 mod reference;
 
@@ -16,6 +17,8 @@ use fieldgap::acoustics::{
     Array, Excitation, FieldKernel, InstructionSet, Medium, Parameter, PathLengths, PlaneGrid,
     Precision, Vec3,
 };
+use num_complex::Complex64;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 const ROUNDS: usize = 30;
 
@@ -62,9 +65,8 @@ fn best<const N: usize>(rounds: usize, mut works: [&mut dyn FnMut(); N]) -> [f64
     best
 }
 
-fn on_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-    pool.install(work)
+fn pool(threads: usize) -> ThreadPool {
+    ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
 }
 
 fn processor() -> String {
@@ -86,8 +88,9 @@ fn main() {
 
     println!("processor: {}, {:?}", processor(), InstructionSet::best());
     println!("million pairs of point and element a second, best of {ROUNDS} rounds\n");
-    on_threads(1, || {
+    pool(1).install(|| {
         against_references(&a);
+        against_emulator(&a, &plane);
         models(&a);
         derivatives(&a);
     });
@@ -158,6 +161,57 @@ fn against_references(case: &Case) {
     }
 }
 
+/// One thread, f32: the emulator of AUTD3 against the kernel, which works out its distances anew each time.
+fn against_emulator(case: &Case, plane: &PlaneGrid) {
+    println!("\n{}, one thread, f32, against autd3-emulator (monopoles)", case.name);
+    let monopole =
+        DescribedTransducer { on_axis: OnAxis::Spherical, directivity: Directivity::Even };
+    let emulated = autd3::Recorded::new(case, plane);
+    let mut kept = emulated.prepared();
+    let [monopoles, pistons] = [&monopole as &dyn Transducer, &Piston]
+        .map(|model| case.kernel(model).in_precision(Precision::Single));
+    assert_alike(&monopoles.at(&case.points_m), &autd3::levels(&mut kept));
+    let [period, prepared, monopoles, pistons] = best(
+        ROUNDS,
+        [
+            &mut || {
+                black_box(autd3::levels(&mut kept));
+            },
+            &mut || {
+                black_box(autd3::levels(&mut emulated.prepared()));
+            },
+            &mut || {
+                black_box(monopoles.at(&case.points_m));
+            },
+            &mut || {
+                black_box(pistons.at(&case.points_m));
+            },
+        ],
+    );
+    let pairs = case.pairs();
+    println!(
+        "  its distances kept {:.0}, not kept {:.0}; kernel {:.0} = {:.1} and {:.1} x, its pistons {:.0} = {:.1} and {:.1} x",
+        pairs / period,
+        pairs / prepared,
+        pairs / monopoles,
+        period / monopoles,
+        prepared / monopoles,
+        pairs / pistons,
+        period / pistons,
+        prepared / pistons
+    );
+}
+
+/// The same field up to a factor: 256 steps of phase are a hundredth of a radian.
+fn assert_alike(ours: &[Complex64], theirs: &[f32]) {
+    let ours: Vec<f64> = ours.iter().map(|pressure| pressure.norm()).collect();
+    let peak = ours.iter().copied().fold(0.0, f64::max);
+    let scale = peak / f64::from(theirs.iter().copied().fold(0.0, f32::max));
+    let apart = ours.iter().zip(theirs).map(|(a, b)| (a - scale * f64::from(*b)).abs());
+    let apart = apart.fold(0.0, f64::max) / peak;
+    assert!(ours.len() == theirs.len() && apart < 0.02, "another field: {apart:.3} of the peak");
+}
+
 /// One thread: every transducer model.
 fn models(case: &Case) {
     let angles_deg: Vec<f64> = (0..=18).map(|n| 5.0 * f64::from(n)).collect();
@@ -218,29 +272,34 @@ fn derivatives(case: &Case) {
     }
 }
 
-/// The cases by one and two threads.
+/// The cases by one and two threads, and by two runs at once that know nothing of each other: what the cores give, free or not.
 fn cases(cases: &[&Case]) {
-    println!("\ncases, piston, one and two threads");
+    println!("\ncases, piston, one thread, two threads, and two runs of one thread at once");
+    let [one, other, two] = [1, 1, 2].map(pool);
     for case in cases {
         for precision in [Precision::Double, Precision::Single] {
             let kernel = case.kernel(&Piston).in_precision(precision);
-            let rounds = if case.pairs() > 100.0 { 3 } else { ROUNDS };
-            let times = [1, 2].map(|threads| {
-                on_threads(threads, || {
-                    best(
-                        rounds,
-                        [&mut || {
-                            black_box(kernel.at(&case.points_m));
-                        }],
-                    )[0]
-                })
-            });
+            let rounds = if case.pairs() > 100.0 { 10 } else { 100 };
+            let field = || {
+                black_box(kernel.at(&case.points_m));
+            };
+            let both = || {
+                std::thread::scope(|scope| {
+                    scope.spawn(|| other.install(field));
+                    one.install(field);
+                });
+            };
+            let [alone, shared, apart] = best(
+                rounds,
+                [&mut || one.install(field), &mut || two.install(field), &mut || both()],
+            );
             println!(
-                "  {:34} {precision:?}: {:6.0} and {:6.0} = {:.2} x",
+                "  {:34} {precision:?}: {:6.0} and {:6.0} = {:.2} x, apart {:.2} x",
                 case.name,
-                case.pairs() / times[0],
-                case.pairs() / times[1],
-                times[0] / times[1]
+                case.pairs() / alone,
+                case.pairs() / shared,
+                alone / shared,
+                2.0 * alone / apart
             );
         }
     }
@@ -254,7 +313,7 @@ fn structure(case: &Case, grid: &PlaneGrid) {
         ("gaussian", &SymmetricGaussian::MURATA),
         ("exponential x Gaussian", &MurataFit::CENTIMETRES),
     ];
-    on_threads(1, || {
+    pool(1).install(|| {
         for (name, transducer) in models {
             let kernel = case.kernel(transducer);
             let direct_field = kernel.at(&case.points_m);
@@ -293,7 +352,7 @@ fn many_drives(case: &Case) {
     let kernel_of = |phases_rad: &[f64]| {
         FieldKernel::new(&case.array, phases_rad, &Piston, k, PathLengths::Observed)
     };
-    on_threads(1, || {
+    pool(1).install(|| {
         let [each, matrix] = best(
             3,
             [

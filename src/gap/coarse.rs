@@ -325,7 +325,8 @@ mod tests {
     use super::*;
     use crate::acoustics::{Array, Excitation, Medium, Simulator};
 
-    /// Bilinear interpolation is right to an eighth of the step's square times the curvature, which is below k² of the peak.
+    /// Between points 1.25 mm apart a focus of this width bends by less than a fiftieth of its peak. On its flanks a shift too far or
+    /// rows for columns would be off by a tenth and more.
     #[test]
     fn an_image_is_read_between_its_points_at_every_shift() {
         let simulation = Simulation {
@@ -340,12 +341,12 @@ mod tests {
         let mut sums = Sums::default();
         sums.add(&image, &at_m, 2.0);
         let peak = simulation.magnitudes(&[Vec3::new(0.0, 0.0, 0.1)])[0];
-        for (row, column) in [(0, 0), (3, 11), (16, 16)] {
+        for (row, column) in [(10, 5), (10, 7), (12, 5), (8, 3), (0, 0), (3, 11), (16, 16)] {
             let shift_m = |step: usize| step as f64 * SHIFT_STEP_M - SHIFT_RANGE_M;
             let there_m = at_m + Vec3::new(shift_m(column), shift_m(row), 0.0);
             let expected = simulation.magnitudes(&[there_m])[0];
             let ours = sums.simulated[row][column];
-            assert!((ours - expected).abs() < 0.05 * peak, "{row} {column}: {ours} {expected}");
+            assert!((ours - expected).abs() < 0.02 * peak, "{row} {column}: {ours} {expected}");
             assert_eq!(sums.both[row][column], 2.0 * ours);
         }
         assert!(image.corners(&Vec3::new(0.0, 30e-3, 0.1)).is_none());

@@ -40,7 +40,7 @@ pub(super) const ROOM: usize = TILE + MOST_LANES;
 /// A tile's points and the sources as they stand to its middle.
 pub(super) struct Surroundings<T> {
     pub points: usize,
-    /// From the middle to each point, along each axis, m; zero beyond the last.
+    /// From the middle to each point, along each axis, m; beyond the last whatever is there, which comes to nothing.
     pub steps: [[T; ROOM]; 3],
     pub near: Vec<Near<T>>,
 }

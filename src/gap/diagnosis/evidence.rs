@@ -64,10 +64,9 @@ pub(super) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
             .map_or(1.0, |cholesky| departures.dot(&cholesky.solve(&departures)).sqrt());
         log -= cost_of_freedom(values.len(), size);
     }
-    let physical = fit.instances.iter().filter(|instance| !instance.effect.is_defect()).count();
     match fit.instances.len() {
         0 => log + NO_EFFECT,
-        _ => log - ANOTHER_EFFECT * physical.saturating_sub(1) as f64,
+        _ => log - ANOTHER_EFFECT * fit.physical_effects().saturating_sub(1) as f64,
     }
 }
 

@@ -83,6 +83,11 @@ impl Fit {
         self.instances.iter().map(|instance| instance.effect.id()).collect()
     }
 
+    /// How many effects there are, the simulator's own defects not counted.
+    pub fn physical_effects(&self) -> usize {
+        self.instances.iter().filter(|instance| !instance.effect.is_defect()).count()
+    }
+
     /// Random phase over one metre of path, rad, and the kind of speckle it makes.
     pub fn turbulence(&self) -> (f64, Speckle) {
         let is_turbulence = |instance: &Instance| instance.effect.id() == "turbulence";

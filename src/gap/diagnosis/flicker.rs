@@ -40,7 +40,7 @@ pub(super) fn turbulent(readings: &[Pair], silence: &Silence, steady: &Scatter) 
 fn scored(readings: &[Pair], silence: &Silence, steady: &Scatter) -> Scatter {
     let mut scatter = steady.clone();
     for round in 0..ROUNDS {
-        let squares = [scatter.share, scatter.additive, scatter.turbulence].map(|root| root * root);
+        let squares = scatter.squares();
         let (mut slope, mut information) = (Vector3::zeros(), Matrix3::zeros());
         for pair in readings {
             let (variance, by) = pair.variance_and_slopes(&scatter);

@@ -68,8 +68,8 @@ pub(super) fn judge(
     // A noise judged by what is left hides what is left of chi-square, and not its structure.
     let left = excess(tried[0].fit.cost).max(in_slow_patterns(observations, &residuals));
     let share = left / excess(believed.fit.cost);
-    let physical = tried[0].fit.instances.iter().filter(|i| !i.effect.is_defect()).count();
-    let many = physical > 2 || tried[0].fit.instances.len() > 1 && left > 0.5 * n;
+    let many =
+        tried[0].fit.physical_effects() > 2 || tried[0].fit.instances.len() > 1 && left > 0.5 * n;
     let imitates = many && share > LEFT_OVER_BY_SEVERAL;
     // Of a gap within the noise nothing may be left over.
     let left_over = if believed.fit.cost > LARGE * n && !imitates { share } else { 1.0 };
@@ -110,8 +110,8 @@ pub(super) fn judge(
         .filter(|number| support(*number) >= CLEAR)
         .max_by_key(|number| tried[*number].fit.instances.len());
     if let Some(number) = certain {
-        let effects = tried[number].fit.instances.iter().filter(|i| !i.effect.is_defect()).count();
-        if effects > 1 && excess(believed.fit.cost) < FAINT * n {
+        let several = tried[number].fit.physical_effects() > 1;
+        if several && excess(believed.fit.cost) < FAINT * n {
             return Judgement { too_faint: true, ..judgement(Verdict::Unexplained, Vec::new()) };
         }
         return judgement(Verdict::Explained, vec![number]);

@@ -226,7 +226,7 @@ impl Pursuit {
         loop {
             sort(&mut frontier);
             let best = frontier[0].clone();
-            let effects = best.fit.instances.iter().filter(|i| !i.effect.is_defect()).count();
+            let effects = best.fit.physical_effects();
             if effects == MOST_EFFECTS {
                 break;
             }

@@ -1,0 +1,55 @@
+//! Causes that are easily taken for others, in scans of vibrating pistons.
+
+use std::f64::consts::TAU;
+
+use fieldgap::gap::diagnosis::{Diagnosis, Verdict, diagnose};
+
+mod scanned_pistons;
+use scanned_pistons::{Truth, scan};
+
+/// Far enough that the far field of a face is right to a tenth of the noise.
+const HEIGHTS_MM: [f64; 4] = [80.0, 120.0, 160.0, 200.0];
+
+fn diagnosis(truth: &Truth) -> Diagnosis {
+    diagnose(&[scan(&HEIGHTS_MM, truth)], None).expect("readings enough")
+}
+
+/// Readings that are all cut at one level scatter by nothing: that is no small noise, and no saturation besides.
+#[test]
+fn a_scan_that_is_heavily_clipped_is_clipped_and_not_saturated() {
+    let truth = Truth { received: |reading, _| reading.min(0.2), ..Truth::default() };
+    let diagnosis = diagnosis(&truth);
+    assert_eq!(diagnosis.effects, ["clipping"], "{}", diagnosis.sentence);
+    let share = diagnosis.noise.multiplicative;
+    assert!((0.5..1.5).contains(&(share / scanned_pistons::SHARE)), "{share}");
+}
+
+/// Sixteen steps in a period leave phases that differ from element to element, which is what they were taken for beside gains that do.
+#[test]
+fn a_drivers_steps_are_found_beside_gains_that_differ() {
+    let truth = Truth {
+        gain: |n| 1.0 + 0.15 * (2.4 * n as f64 * n as f64).sin(),
+        driven: |phase_rad| (phase_rad / (TAU / 16.0)).round() * (TAU / 16.0),
+        ..Truth::default()
+    };
+    let mut diagnosis = diagnosis(&truth);
+    diagnosis.effects.sort_unstable();
+    assert_eq!(diagnosis.effects, ["element-gain", "phase-quantisation"], "{}", diagnosis.sentence);
+}
+
+/// Gains that differ and a drift, which are both told where they leave more than half a standard deviation.
+#[test]
+fn a_faint_gap_is_not_said_to_come_of_two_causes() {
+    fn gain<const PERCENT: u32>(n: usize) -> f64 {
+        1.0 + 0.01 * f64::from(PERCENT) * (2.4 * n as f64 * n as f64).sin()
+    }
+    fn drifting<const PERCENT: u32>(reading: f64, progress: f64) -> f64 {
+        reading * (1.0 + 0.01 * f64::from(PERCENT) * progress)
+    }
+    let plain = diagnosis(&Truth { gain: gain::<6>, received: drifting::<6>, ..Truth::default() });
+    assert_eq!(plain.effects, ["element-gain", "gain-drift"], "{}", plain.sentence);
+    let faint = diagnosis(&Truth { gain: gain::<3>, received: drifting::<3>, ..Truth::default() });
+    assert_eq!(faint.ranked[0].effects, ["element-gain", "gain-drift"], "{}", faint.sentence);
+    assert_eq!(faint.verdict, Verdict::Unexplained, "{}", faint.sentence);
+    assert!(faint.sentence.contains("so faint a gap"), "{}", faint.sentence);
+}

@@ -37,7 +37,10 @@ impl Detected {
         let noise_power = 0.5 * (a2 + c2);
         let (values, weights) = two_values(m2, a2, c2);
         // Noise that is alike in both quadratures stands for any: the corner shows where the level is lost.
-        let (alike, their_weights) = two_values(m2, noise_power, noise_power);
+        let (alike, their_weights) = match a2 == c2 {
+            true => (values, weights),
+            false => two_values(m2, noise_power, noise_power),
+        };
         let mean = mean_of(alike, their_weights).max(f64::MIN_POSITIVE);
         let strong = m2 / (24.0 * noise_power.max(f64::MIN_POSITIVE));
         let lack = (rice_mean(level, noise_power.sqrt()) / mean - 1.0) / (1.0 + strong * strong);

@@ -139,7 +139,7 @@ impl Supposed {
         };
         let detected = Detected::of(level, along, across);
         let (reading, quadrature) =
-            detected.received(self.floor, |reading| compressed(reading).hypot(self.floor));
+            detected.received(self.floor, |reading| with_floor(compressed(reading), self.floor));
         let proportional = match self.share_before_receiver {
             false => scatter.share * reading,
             true => {
@@ -256,6 +256,11 @@ fn level(pressure: &Pressure, gain: f64) -> f64 {
     pressure.coherent.norm_sqr().sqrt() * gain
 }
 
+/// A reading after the floor of the receiver's electronics, which adds in power. (As of the norm, so of the library's hypotenuse.)
+fn with_floor(reading: f64, floor: f64) -> f64 {
+    (reading * reading + floor * floor).sqrt()
+}
+
 /// The residual that is as likely as three, one of which is true, nobody knows which.
 fn either_way(residuals: [f64; 3]) -> f64 {
     let least = residuals.iter().copied().min_by(|a, b| a.abs().total_cmp(&b.abs()));
@@ -290,4 +295,39 @@ pub(super) fn first_gain(observations: &Observations, supposed: &Supposed) -> Ve
         .zip(&pressures)
         .map(|(scan, pressures)| Nuisance { log_gain: best_log_gain(scan, pressures), ..none })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scale::Scale;
+    use super::super::scatter::Scatter;
+    use super::*;
+
+    /// The mean of normal readings cut at a level, by summing over their density.
+    #[test]
+    fn a_full_scale_cuts_as_much_of_the_mean_as_the_readings_beyond_it_had() {
+        let (share, full_scale) = (0.05, 0.3);
+        let scan = ObservedScan {
+            drives: Vec::new(),
+            scatter: Scatter::default(),
+            averaged: 1.0,
+            scale: Scale::new(share, 1e-6, 1.0),
+            silent: Vec::new(),
+        };
+        let supposed = Supposed { full_scale, ..Supposed::default() };
+        for reading in [0.2, 0.28, 0.3, 0.31, 0.33, 0.6] {
+            let deviation = share * reading;
+            let (mut sum, mut weights) = (0.0, 0.0);
+            for n in -600..=600 {
+                let t = 0.01 * f64::from(n);
+                let weight = (-0.5 * t * t).exp();
+                sum += weight * (reading + t * deviation).min(full_scale);
+                weights += weight;
+            }
+            let cut = supposed.cut(Expected { reading, variance_ratio: 1.0 }, &scan);
+            assert!((cut.reading - sum / weights).abs() < 1e-5, "{reading}: {cut:?}");
+        }
+        let beyond = supposed.cut(Expected { reading: 0.6, variance_ratio: 0.1 }, &scan);
+        assert!((beyond.variance_ratio - 1.0).abs() < 1e-6, "{beyond:?}");
+    }
 }

@@ -35,7 +35,7 @@ pub(super) struct Looked {
     pub residuals: Residuals,
     /// The same as least squares wants them.
     pub squared: Vec<f64>,
-    /// How each residual changes with its pressure.
+    /// How each residual, and each charge, changes with its pressure.
     slopes: OnceLock<Vec<Complex64>>,
     /// Each element's part of the pressures: by drive over all scans, then element, then visit.
     contributions: OnceLock<Vec<Vec<Vec<Complex64>>>>,
@@ -166,13 +166,15 @@ impl<'o> Problem<'o> {
                 let of_scan = j % Nuisance::COUNT;
                 let is_nuisance = j < Nuisance::COUNT * self.observations.scans.len();
                 let supposed = self.supposed(&beside);
-                let plain = !supposed.minds_the_way() && !supposed.changes_scatter();
-                if is_nuisance && of_scan == 0 && plain {
+                // Each reading follows its own pressure, and where no speckle changes with it, the pressure's magnitude.
+                let by_pressure = !supposed.minds_the_way();
+                let by_level = by_pressure && supposed.turbulence == 0.0;
+                if is_nuisance && of_scan == 0 && by_level {
                     let slopes = self.slopes(numbers, looked);
                     return along_gain(slopes, looked, j / Nuisance::COUNT);
                 }
                 let random = random.iter().find(|range| range.contains(&j));
-                if let Some(range) = random.filter(|_| plain) {
+                if let Some(range) = random.filter(|_| by_pressure) {
                     let change = change_of_weight(j - range.start, &base, &supposed) / step;
                     let parts = self.contributions(numbers, looked);
                     return along_element(
@@ -190,7 +192,8 @@ impl<'o> Problem<'o> {
                 } else {
                     moves_field.then(|| self.pressures(&beside))
                 };
-                if let Some(moved) = moved.as_ref().filter(|_| plain && supposed.hears_like(&base))
+                if let Some(moved) =
+                    moved.as_ref().filter(|_| by_level && supposed.hears_like(&base))
                 {
                     return along_pressures(self.slopes(numbers, looked), looked, moved, step);
                 }
@@ -201,18 +204,19 @@ impl<'o> Problem<'o> {
             .collect()
     }
 
-    /// How each residual changes with its pressure: the derivative by a change dp is the real part of slope times dp.
+    /// How each residual, and after them each charge, changes with its pressure: the derivative by a change dp is the real part of slope
+    /// times dp.
     fn slopes<'l>(&self, numbers: &[f64], looked: &'l Looked) -> &'l [Complex64] {
         const LOUDER: f64 = 1e-6;
         looked.slopes.get_or_init(|| {
             let mut louder = looked.pressures.clone();
             let all = louder.iter_mut().flatten().flatten();
             all.for_each(|pressure| pressure.coherent *= 1.0 + LOUDER);
-            let moved = self.residuals(numbers, &louder).scaled;
-            let pressures = looked.pressures.iter().flatten().flatten();
+            let moved = self.residuals(numbers, &louder).for_least_squares();
+            let pressures = looked.pressures.iter().flatten().flatten().cycle();
             moved
                 .iter()
-                .zip(&looked.residuals.scaled)
+                .zip(&looked.squared)
                 .zip(pressures)
                 .map(|((moved, residual), pressure)| {
                     let power = pressure.coherent.norm_sqr().max(f64::MIN_POSITIVE);
@@ -312,7 +316,7 @@ fn along_element(
     element: usize,
     change: Complex64,
 ) -> Vec<f64> {
-    let parts = contributions.iter().flat_map(|drive| &drive[element]);
+    let parts = contributions.iter().flat_map(|drive| &drive[element]).cycle();
     slopes.iter().zip(parts).map(|(slope, part)| (slope * part * change).re).collect()
 }
 
@@ -325,11 +329,8 @@ fn along_pressures(
 ) -> Vec<f64> {
     let moved = moved.iter().flatten().flatten();
     let before = looked.pressures.iter().flatten().flatten();
-    moved
-        .zip(before)
-        .zip(slopes)
-        .map(|((moved, before), slope)| (slope * (moved.coherent - before.coherent)).re / step)
-        .collect()
+    let changes = moved.zip(before).map(|(moved, before)| moved.coherent - before.coherent);
+    slopes.iter().zip(changes.cycle()).map(|(slope, change)| (slope * change).re / step).collect()
 }
 
 /// How the residuals change as the logarithm of one scan's gain does.
@@ -338,7 +339,7 @@ fn along_gain(slopes: &[Complex64], looked: &Looked, scan: usize) -> Vec<f64> {
     let pressures = of_scans.flat_map(|(n, drives)| drives.iter().flatten().map(move |p| (n, p)));
     slopes
         .iter()
-        .zip(pressures)
+        .zip(pressures.cycle())
         .map(|(slope, (n, pressure))| if n == scan { (slope * pressure.coherent).re } else { 0.0 })
         .collect()
 }

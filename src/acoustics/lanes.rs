@@ -274,6 +274,7 @@ mod tests {
 
     /// Every kind of vectors that the processor has.
     fn doubles() -> Vec<Ask<f64>> {
+        #[allow(unused_mut, reason = "only x86-64 has more of them")]
         let mut all: Vec<Ask<f64>> = vec![
             ("plain", ask::<f64, Array<f64, 2, false>>),
             ("fused", ask::<f64, Array<f64, 4, true>>),
@@ -291,6 +292,7 @@ mod tests {
     }
 
     fn singles() -> Vec<Ask<f32>> {
+        #[allow(unused_mut, reason = "only x86-64 has more of them")]
         let mut all: Vec<Ask<f32>> = vec![
             ("plain", ask::<f32, Array<f32, 4, false>>),
             ("fused", ask::<f32, Array<f32, 8, true>>),

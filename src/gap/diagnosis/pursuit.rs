@@ -91,13 +91,16 @@ pub(super) struct Pursuit {
     given_up: Vec<Vec<&'static str>>,
     /// Whether the noise was judged by what a fit leaves over.
     noise_is_settled: bool,
+    /// Ids, sorted, of the sets whose laws were chosen on these readings, and what the best had chosen then.
+    laws_chosen: (Vec<Vec<&'static str>>, Vec<(&'static str, Choice)>),
 }
 
 impl Pursuit {
     /// Searches from the believed set-up.
     pub fn begin(observations: &Observations, context: &Context) -> Self {
         let tried = vec![believed(observations, context)];
-        let mut pursuit = Self { tried, given_up: Vec::new(), noise_is_settled: false };
+        let (given_up, laws_chosen) = Default::default();
+        let mut pursuit = Self { tried, given_up, noise_is_settled: false, laws_chosen };
         let size = pursuit.mend_simulator(observations, context);
         pursuit.go_on(size, observations, context);
         pursuit
@@ -125,7 +128,8 @@ impl Pursuit {
             .map(|tried| Tried::of(refined(tried.fit, observations, context, SEARCH), observations))
             .collect();
         sort(&mut tried);
-        let mut pursuit = Self { tried, given_up, noise_is_settled: true };
+        let laws_chosen = Default::default();
+        let mut pursuit = Self { tried, given_up, noise_is_settled: true, laws_chosen };
         pursuit.leave_out_the_immaterial(observations);
         pursuit
     }
@@ -154,10 +158,18 @@ impl Pursuit {
     /// the best sets and what is part of the best, it is chosen again on all, and what the best chose is tried in the others.
     fn choose_laws(&mut self, observations: &Observations, context: &Context) {
         let best = self.tried[0].clone();
+        let instances = best.fit.instances.iter();
+        let choices_of_best: Vec<_> =
+            instances.map(|i| (i.effect.id(), i.choice.clone())).collect();
+        if self.laws_chosen.1 != choices_of_best {
+            self.laws_chosen = (Vec::new(), choices_of_best);
+        }
+        let chosen = &self.laws_chosen.0;
         let matters = |tried: &&mut Tried| {
-            tried.log_evidence > best.log_evidence - RIVALS || holds_all(&best.fit, &tried.fit)
+            let near = tried.log_evidence > best.log_evidence - RIVALS;
+            (near || holds_all(&best.fit, &tried.fit)) && !chosen.contains(&sorted_ids(&tried.fit))
         };
-        self.tried.par_iter_mut().filter(matters).for_each(|tried| {
+        let now_chosen = self.tried.par_iter_mut().filter(matters).map(|tried| {
             for number in 0..tried.fit.instances.len() {
                 let effect = tried.fit.instances[number].effect;
                 let of_best = best.fit.instances.iter().filter(|i| i.effect.id() == effect.id());
@@ -177,7 +189,10 @@ impl Pursuit {
                     }
                 }
             }
+            sorted_ids(&tried.fit)
         });
+        let now_chosen: Vec<_> = now_chosen.collect();
+        self.laws_chosen.0.extend(now_chosen);
         sort(&mut self.tried);
     }
 

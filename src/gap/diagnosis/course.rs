@@ -9,7 +9,7 @@ use super::effects::{Context, Fitted};
 use super::extension::is_near;
 use super::fit::{Fit, SEARCH, refined};
 use super::gap_size::{HeldOut, as_believed, expected, gap, noise_floor};
-use super::judgement::{Judgement, LIMIT, judge};
+use super::judgement::{Judgement, judge, limit};
 use super::levels::settle_scatter;
 use super::likelihood::pressures;
 use super::maps::{Drawn, maps};
@@ -332,7 +332,7 @@ impl Told<'_> {
                 )
             }
             Verdict::Unexplained => {
-                let tests = self.judgement.tests.iter().filter(|(_, z)| *z > LIMIT);
+                let tests = self.judgement.tests.iter().filter(|(name, z)| *z > limit(name));
                 let failed: Vec<String> =
                     tests.map(|(name, z)| format!("{name}: {z:.0} σ")).collect();
                 let why = match failed.is_empty() {

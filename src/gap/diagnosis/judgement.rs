@@ -18,8 +18,19 @@ const TOGETHER: f64 = 0.9;
 /// Most rivals that are named.
 const MOST_RIVALS: usize = 3;
 
-/// Standard deviations at which a test says that there is structure.
-pub(super) const LIMIT: f64 = 4.0;
+/// Standard deviations at which a test says that there is structure: small flaws of the formulas show among thousands of readings.
+const LIMIT: f64 = 4.0;
+
+/// The same for order among departures that should have none, whatever the formulas: one in a hundred.
+const LIMIT_OF_ORDER: f64 = 2.6;
+
+/// Name of the test of that.
+const ORDER: &str = "order among the elements";
+
+/// Standard deviations at which a test of this name says that there is structure.
+pub(super) fn limit(test: &str) -> f64 {
+    if test == ORDER { LIMIT_OF_ORDER } else { LIMIT }
+}
 
 /// Share of the believed set-up's excess chi-square that a set may leave and still explain a gap: no effect's formula is
 /// better than that.
@@ -61,7 +72,7 @@ pub(super) fn judge(
     let residuals = residuals_of(&tried[0]);
     let mut tests = z_scores(observations, &residuals);
     if let Some(z) = order_of_elements(observations, &tried[0].fit) {
-        tests.push(("order among the elements", z));
+        tests.push((ORDER, z));
     }
     let n = observations.len() as f64;
     let excess = |cost: f64| (cost - n).max(0.0);
@@ -73,11 +84,9 @@ pub(super) fn judge(
     let imitates = many && share > LEFT_OVER_BY_SEVERAL;
     // Of a gap within the noise nothing may be left over.
     let left_over = if believed.fit.cost > LARGE * n && !imitates { share } else { 1.0 };
-    let structured = |name: &str, z: f64| match name {
-        "more scatter than the noise" => z > LIMIT,
-        "order among the elements" => z > LIMIT,
-        _ => z > LIMIT && left_over > LEFT_OVER,
-    };
+    let bears_a_flaw = |name: &str| !matches!(name, "more scatter than the noise" | ORDER);
+    let structured =
+        |name: &str, z: f64| z > limit(name) && (left_over > LEFT_OVER || !bears_a_flaw(name));
     let fails = tests.iter().any(|(name, z)| structured(name, *z));
     let judgement = |verdict, named| Judgement {
         verdict,
@@ -109,12 +118,15 @@ pub(super) fn judge(
         .filter(does_alone)
         .filter(|number| support(*number) >= CLEAR)
         .max_by_key(|number| tried[*number].fit.instances.len());
-    if let Some(number) = certain {
-        let several = tried[number].fit.physical_effects() > 1;
+    let named = |verdict, named: Vec<usize>| {
+        let several = named.iter().all(|&number| tried[number].fit.physical_effects() > 1);
         if several && excess(believed.fit.cost) < FAINT * n {
             return Judgement { too_faint: true, ..judgement(Verdict::Unexplained, Vec::new()) };
         }
-        return judgement(Verdict::Explained, vec![number]);
+        judgement(verdict, named)
+    };
+    if let Some(number) = certain {
+        return named(Verdict::Explained, vec![number]);
     }
     let mut rivals: Vec<usize> = Vec::new();
     let mut together = 0.0;
@@ -133,11 +145,34 @@ pub(super) fn judge(
     if rivals.iter().any(|&rival| tried[rival].fit.instances.is_empty()) {
         return judgement(Verdict::None, Vec::new());
     }
+    if let Some(common) = common_part(tried, &rivals, excess(believed.fit.cost)) {
+        return named(Verdict::Explained, vec![common]);
+    }
     match rivals.len() {
-        1 => judgement(Verdict::Explained, rivals),
-        2..=MOST_RIVALS => judgement(Verdict::Ambiguous, rivals),
+        1 => named(Verdict::Explained, rivals),
+        2..=MOST_RIVALS => named(Verdict::Ambiguous, rivals),
         _ => judgement(Verdict::Unexplained, Vec::new()),
     }
+}
+
+/// The set that all rivals of three effects hold, where what each adds closes next to nothing of the gap: it makes up for some
+/// formula's own error, and the most that can be said of it is that something does.
+fn common_part(tried: &[Tried], rivals: &[usize], gap: f64) -> Option<usize> {
+    /// Share of the gap that is next to nothing.
+    const NEXT_TO_NOTHING: f64 = 2e-3;
+    let all_hold = |part: &Tried| {
+        let ids = part.fit.ids();
+        rivals.iter().all(|&rival| {
+            let others = tried[rival].fit.ids();
+            others.len() == ids.len() + 1 && ids.iter().all(|id| others.contains(id))
+        })
+    };
+    let of_three = rivals.iter().all(|&rival| tried[rival].fit.physical_effects() > 2);
+    let nearly_closes =
+        |part: &Tried| part.fit.cost - tried[rivals[0]].fit.cost < NEXT_TO_NOTHING * gap;
+    (of_three && rivals.len() > 1)
+        .then(|| tried.iter().position(|part| all_hold(part) && nearly_closes(part)))
+        .flatten()
 }
 
 /// Evidence over the sum of all evidence.

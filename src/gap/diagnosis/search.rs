@@ -261,19 +261,25 @@ impl<'o> Scored<'o> {
         const STEPS: usize = 3;
         let wavelength_m = context.believed.medium.wavelength_m(context.believed.frequency_hz);
         let step_m = HEIGHT_STEP * wavelength_m;
+        let still = self.slopes(self.stride, &[], Complex64::ZERO);
         let mut scored: Vec<(f64, f64)> = Vec::new();
         let mut height_m = context.highest_m + step_m;
         while height_m < context.highest_m + HEIGHTS_M {
-            let (gain, _) = self.reflected(self.stride, height_m, 1);
-            scored.push((-gain, height_m));
+            let promised = Descent::of(&still, &self.images(self.stride, height_m)).promised();
+            scored.push((-promised, height_m));
             height_m += step_m;
         }
         let ways = scored.len() as f64;
-        let finer = best_of(scored, 100).into_iter().map(|height_m| {
-            let (gain, _) = self.reflected((self.stride / 4).max(1), height_m, STEPS);
-            (-gain, height_m)
-        });
-        let all = best_of(finer.collect(), 12).into_iter().map(|height_m| {
+        let finer = |heights_m: Vec<f64>, stride: usize, count: usize| {
+            let finer = heights_m.into_iter().map(|height_m| {
+                let (gain, _) = self.reflected(stride, height_m, STEPS);
+                (-gain, height_m)
+            });
+            best_of(finer.collect(), count)
+        };
+        let few = finer(best_of(scored, 100), self.stride, 36);
+        let few = finer(few, (self.stride / 4).max(1), 12);
+        let all = few.into_iter().map(|height_m| {
             let (gain, coefficient) = self.reflected(1, height_m, STEPS);
             (-gain, vec![1e3 * height_m, coefficient.re, coefficient.im])
         });
@@ -284,58 +290,110 @@ impl<'o> Scored<'o> {
     /// Fall of the cost, and coefficient, of a plane at a height: the coefficient by Gauss's method from none, the gain
     /// with it.
     fn reflected(&self, stride: usize, height_m: f64, steps: usize) -> (f64, Complex64) {
-        let images: Vec<Vec<Complex64>> =
-            self.drives.iter().map(|drive| self.images(drive, stride, height_m)).collect();
-        let at = |coefficient: Complex64| {
-            let mut curvature = Matrix3::zeros();
-            let mut downhill = Vector3::zeros();
-            let mut cost = 0.0;
-            for (drive, images) in self.drives.iter().zip(&images) {
-                let scan = &self.observations.scans[drive.scan];
-                let observed = &scan.drives[drive.drive];
-                let gain = self.fit.nuisance[drive.scan].log_gain.exp();
-                for (image, i) in images.iter().zip((0..observed.visits.len()).step_by(stride)) {
-                    let mut pressure = drive.pressures[i];
-                    pressure.coherent += coefficient * image;
-                    let progress = observed.visits[i].progress;
-                    let expected = self.supposed.expected_on_scale(&pressure, gain, progress, scan);
-                    let by_gain = expected.by_log_level;
-                    let power = pressure.coherent.norm_sqr().max(f64::MIN_POSITIVE);
-                    let image = by_gain / power * pressure.coherent.conj() * image;
-                    let columns = Vector3::new(by_gain, image.re, -image.im);
-                    let residual = observed.stabilised[i] - expected.value;
-                    curvature += columns * columns.transpose();
-                    downhill += columns * residual;
-                    cost += residual * residual;
-                }
-            }
-            let by_gain = downhill[0] * downhill[0] / curvature[(0, 0)].max(f64::MIN_POSITIVE);
-            let step = curvature.cholesky().map(|cholesky| cholesky.solve(&downhill));
-            (cost - by_gain, step.map_or(Complex64::ZERO, |step| Complex64::new(step[1], step[2])))
-        };
-        let (none, mut step) = at(Complex64::ZERO);
+        let images = self.images(stride, height_m);
+        let at = |coefficient| Descent::of(&self.slopes(stride, &images, coefficient), &images);
+        let none = at(Complex64::ZERO);
+        let (mut step, none) = (none.step(), none.cost_by_gain());
         let (mut fall, mut coefficient) = (0.0, Complex64::ZERO);
         for _ in 0..steps {
             let next = coefficient + step;
-            let (cost, onwards) = at(next);
+            let there = at(next);
             // Too long a step is halved.
-            if none - cost <= fall {
+            if none - there.cost_by_gain() <= fall {
                 step *= 0.5;
                 continue;
             }
-            (fall, coefficient, step) = (none - cost, next, onwards);
+            (fall, coefficient, step) = (none - there.cost_by_gain(), next, there.step());
         }
         (fall, coefficient)
     }
 
-    /// The images of a drive's elements in a plane, at one visit in `stride`.
-    fn images(&self, drive: &ScoredDrive, stride: usize, height_m: f64) -> Vec<Complex64> {
-        let observed = &self.observations.scans[drive.scan].drives[drive.drive];
-        let nuisance = &self.fit.nuisance[drive.scan];
-        let visits = observed.visits.iter().step_by(stride);
-        let points_m: Vec<Vec3> =
-            visits.map(|visit| self.supposed.place(visit) + nuisance.shift_m).collect();
-        self.supposed.images(&observed.believed, height_m, &points_m, nuisance)
+    /// What is left of one visit in `stride`, drive by drive, with so much of the images' pressures; without images, with none.
+    fn slopes(&self, stride: usize, images: &[Complex64], coefficient: Complex64) -> Vec<Slope> {
+        let mut slopes = Vec::new();
+        for drive in &self.drives {
+            let scan = &self.observations.scans[drive.scan];
+            let observed = &scan.drives[drive.drive];
+            let gain = self.fit.nuisance[drive.scan].log_gain.exp();
+            for i in (0..observed.visits.len()).step_by(stride) {
+                let mut pressure = drive.pressures[i];
+                pressure.coherent +=
+                    images.get(slopes.len()).map_or(Complex64::ZERO, |image| coefficient * image);
+                let progress = observed.visits[i].progress;
+                let expected = self.supposed.expected_on_scale(&pressure, gain, progress, scan);
+                let power = pressure.coherent.norm_sqr().max(f64::MIN_POSITIVE);
+                slopes.push(Slope {
+                    residual: observed.stabilised[i] - expected.value,
+                    by_gain: expected.by_log_level,
+                    by_pressure: expected.by_log_level / power * pressure.coherent.conj(),
+                });
+            }
+        }
+        slopes
+    }
+
+    /// The images of the elements in a plane, at one visit in `stride`, drive by drive.
+    fn images(&self, stride: usize, height_m: f64) -> Vec<Complex64> {
+        let of_drive = |drive: &ScoredDrive| {
+            let observed = &self.observations.scans[drive.scan].drives[drive.drive];
+            let nuisance = &self.fit.nuisance[drive.scan];
+            let visits = observed.visits.iter().step_by(stride);
+            let points_m: Vec<Vec3> =
+                visits.map(|visit| self.supposed.place(visit) + nuisance.shift_m).collect();
+            self.supposed.images(&observed.believed, height_m, &points_m, nuisance)
+        };
+        self.drives.iter().flat_map(of_drive).collect()
+    }
+}
+
+/// A residual, and how what is expected changes with the logarithm of the gain and, by its real part, with the pressure.
+struct Slope {
+    residual: f64,
+    by_gain: f64,
+    by_pressure: Complex64,
+}
+
+/// The way down for a gain and the coefficient of images.
+struct Descent {
+    curvature: Matrix3<f64>,
+    downhill: Vector3<f64>,
+    cost: f64,
+}
+
+impl Descent {
+    fn of(slopes: &[Slope], images: &[Complex64]) -> Self {
+        let (mut curvature, mut downhill, mut cost) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
+        for (Slope { residual, by_gain, by_pressure }, image) in slopes.iter().zip(images) {
+            let by_image = by_pressure * image;
+            let columns = Vector3::new(*by_gain, by_image.re, -by_image.im);
+            curvature += columns * columns.transpose();
+            downhill += columns * *residual;
+            cost += residual * residual;
+        }
+        Self { curvature, downhill, cost }
+    }
+
+    /// The fall of the cost that the gain alone brings.
+    fn by_gain(&self) -> f64 {
+        self.downhill[0] * self.downhill[0] / self.curvature[(0, 0)].max(f64::MIN_POSITIVE)
+    }
+
+    fn cost_by_gain(&self) -> f64 {
+        self.cost - self.by_gain()
+    }
+
+    fn whole_step(&self) -> Option<Vector3<f64>> {
+        Some(self.curvature.cholesky()?.solve(&self.downhill))
+    }
+
+    /// The step of the coefficient.
+    fn step(&self) -> Complex64 {
+        self.whole_step().map_or(Complex64::ZERO, |step| Complex64::new(step[1], step[2]))
+    }
+
+    /// The fall of the cost, beyond what the gain alone brings, to first order.
+    fn promised(&self) -> f64 {
+        self.whole_step().map_or(0.0, |step| self.downhill.dot(&step) - self.by_gain())
     }
 }
 

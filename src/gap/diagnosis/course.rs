@@ -160,9 +160,10 @@ impl Told<'_> {
         let before = expected(observations, &Supposed::default(), &nuisance);
         let held_out = HeldOut::of(observations);
         let gap_before_held_out = held_out.before();
+        let told = judgement.named.iter().map(|number| number + 1).fold(TOLD, usize::max);
         let mut ranked: Vec<Candidate> = tried
             .iter()
-            .take(TOLD)
+            .take(told)
             .enumerate()
             .map(|(number, tried)| self.candidate(number, tried))
             .collect();

@@ -4,14 +4,20 @@
 //! A rival's expected readings stand for the scan that is not yet made, and the other rival is fitted to them: the root of the
 //! cost that it cannot get rid of is the number of standard deviations by which the whole scan would tell them apart.
 
+use std::f64::consts::{PI, TAU};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
 use super::NextMeasurement;
-use super::effects::Context;
+use super::effects::{Context, Effect};
 use super::fit::{Fit, SEARCH, Start, fit};
 use super::gap_size::expected;
 use super::observations::{Observations, ObservedDrive, ObservedScan, Visit};
 use super::residual_tests::{by_height, step_m};
 use super::scale::Scale;
-use crate::acoustics::{Excitation, Simulator, Vec3};
+use crate::acoustics::{Excitation, Simulation, Simulator, Vec3};
 
 /// Points along a row and rows of a plane in the scans that are tried out: what they tell is scaled to a whole one.
 const SIDE: usize = 15;
@@ -55,6 +61,8 @@ pub(super) fn next_measurement(
     let whole = (2.0 * half_m / step + 1.0).round().max(2.0);
     let other_m = Vec3::new(-focus_m.x, -focus_m.y, 1.3 * focus_m.z);
     let focus = Excitation::Focus(focus_m);
+    let halves = [Vec3::x(), Vec3::y()].map(|side| half_reversed(&first.believed, &focus, side));
+    let drawn = [1, 2].map(|number| drawn_phases(first.believed.array.len(), number));
     // Only where the readings trail the motion does it matter that, and how fast, the robot flies.
     let is_flown = rivals.iter().any(|fit| fit.ids().contains(&"lag"));
     let speed_m_s = is_flown.then(|| speed_along_rows_m_s(first));
@@ -82,35 +90,78 @@ pub(super) fn next_measurement(
             drives: vec![focus.clone(), Excitation::Uniform],
             ..again("the focus, and once more with all elements in phase")
         },
+        Proposal {
+            drives: [focus.clone()].into_iter().chain(halves).collect(),
+            ..again(
+                "the focus, and once more with either half of the elements reversed, right and upper",
+            )
+        },
+        Proposal {
+            drives: [focus.clone()].into_iter().chain(drawn).collect(),
+            ..again(
+                "the focus, and twice more with phases drawn by lot, so that each element speaks for itself",
+            )
+        },
         Proposal { raster: true, ..again("every row in the same direction") },
     ];
     if let Some(speed_m_s) = speed_m_s {
         let speed_m_s = Some(SLOWER * speed_m_s);
         proposals.push(Proposal { speed_m_s, ..again("the same planes at a third of the speed") });
     }
-    let (sigma, best) = proposals
-        .into_iter()
+    // The best is the one that tells most with each reading, so that a longer scan has to earn its time.
+    let (each, best) = proposals
+        .into_par_iter()
         .map(|proposal| {
             let scan = proposal.scan(observations, half_m);
-            let points = (proposal.heights_mm.len() * proposal.drives.len()) as f64 * whole * whole;
-            let share = points / scan.len() as f64;
-            (separation(&scan, context, rivals) * share.sqrt(), proposal)
+            (separation(&scan, context, rivals) / (scan.len() as f64).sqrt(), proposal)
         })
         .max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let points = (best.heights_mm.len() * best.drives.len()) as f64 * whole * whole;
+    let sigma = each * points.sqrt();
     let both = |ids: Vec<&str>| ids.join(" + ");
-    let what = format!(
+    let mut what = format!(
         "Scan {}: {} and {} would then differ by {sigma:.0} standard deviations of the whole scan's noise, each fitted \
          anew; in these data they differ by {present:.1}.",
         best.what,
         both(rivals[0].ids()),
         both(rivals[1].ids())
     );
+    let shown: Vec<&str> = differing(rivals).filter_map(|effect| effect.shown_by()).collect();
+    if !shown.is_empty() {
+        what += &format!(" Without a scan, {}.", shown.join("; "));
+    }
     Some(NextMeasurement {
         what,
         expected_sigma: sigma,
         present_sigma: present,
         plan: Some(best.plan(simulator, name, 2e3 * half_m, 1e3 * step)),
     })
+}
+
+/// The effects that one of two fits has and the other has not.
+fn differing([one, other]: [&Fit; 2]) -> impl Iterator<Item = &'static dyn Effect> {
+    let not_of = |fit: &Fit, other: &Fit| {
+        let others = other.ids();
+        let effects = fit.instances.iter().map(|instance| instance.effect);
+        effects.filter(|effect| !others.contains(&effect.id())).collect::<Vec<_>>()
+    };
+    not_of(one, other).into_iter().chain(not_of(other, one))
+}
+
+/// A drive whose elements on one side of the array's middle are reversed.
+fn half_reversed(believed: &Simulation, drive: &Excitation, side: Vec3) -> Excitation {
+    let phases_rad = drive.phases_rad(&believed.array, &believed.medium, believed.frequency_hz);
+    let elements = believed.array.elements().iter();
+    let reversed = elements.zip(phases_rad).map(|(element, phase_rad)| {
+        if element.centre_m.dot(&side) > 0.0 { phase_rad + PI } else { phase_rad }
+    });
+    Excitation::Phases(reversed.collect())
+}
+
+/// Phases drawn by lot, one lot for each number.
+fn drawn_phases(elements: usize, number: u64) -> Excitation {
+    let mut draws = ChaCha8Rng::seed_from_u64(number);
+    Excitation::Phases((0..elements).map(|_| draws.random_range(0.0..TAU)).collect())
 }
 
 /// How fast the robot went along rows, or seems to have, at the most.
@@ -201,12 +252,18 @@ impl Proposal {
             self.what
         );
         for excitation in &self.drives {
-            plan += &match excitation.focus_m() {
-                Some(focus_m) => {
+            plan += "\n[[focus]]\n";
+            plan += &match excitation {
+                Excitation::Focus(focus_m) => {
                     let [x, y, z] = [focus_m.x, focus_m.y, focus_m.z].map(|m| tidy(1e3 * m));
-                    format!("\n[[focus]]\nx_mm = {x:?}\ny_mm = {y:?}\nz_mm = {z:?}\n")
+                    format!("x_mm = {x:?}\ny_mm = {y:?}\nz_mm = {z:?}\n")
                 }
-                None => "\n[[focus]]\nphases = \"all-zero\"\n".to_owned(),
+                Excitation::Uniform => "phases = \"all-zero\"\n".to_owned(),
+                Excitation::Phases(phases_rad) => {
+                    let phases_rad: Vec<f64> =
+                        phases_rad.iter().map(|phase| tidy(phase.rem_euclid(TAU))).collect();
+                    format!("phases_rad = {phases_rad:?}\n")
+                }
             };
         }
         if let Some(speed_m_s) = self.speed_m_s {
@@ -230,22 +287,51 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::acoustics::{Array, Medium};
     use crate::input::TomlSource;
-    use crate::scan::Plan;
+    use crate::scan::{FocusSection, Plan};
 
     #[test]
     fn its_plan_is_one_that_a_scan_takes() {
         let proposal = Proposal {
             what: "the same planes at a third of the speed",
             heights_mm: vec![50.0, 100.0],
-            drives: vec![Excitation::Focus(Vec3::new(17.5e-3, -22.5e-3, 0.1)), Excitation::Uniform],
+            drives: vec![
+                Excitation::Focus(Vec3::new(17.5e-3, -22.5e-3, 0.1)),
+                Excitation::Uniform,
+                drawn_phases(36, 1),
+            ],
             raster: false,
             speed_m_s: Some(0.04 * SLOWER),
         };
         let text = proposal.plan(Simulator::Piston, "scan", 70.0, 2.0);
         let plan = Plan::parse(TomlSource::new(Path::new("next.toml"), text.as_str()));
         let plan = plan.expect("a good plan");
-        assert_eq!(plan.foci.len(), 2);
+        assert_eq!(plan.foci.len(), 3);
+        let FocusSection::Phases(phases_rad) = &plan.foci[2] else { panic!("{:?}", plan.foci) };
+        assert!(
+            phases_rad.len() == 36 && phases_rad.iter().all(|phase| (0.0..TAU).contains(phase))
+        );
         assert_eq!(plan.fly.map(|fly| fly.speed_mm_s.get()), Some(13.333));
+    }
+
+    #[test]
+    fn half_of_the_elements_are_reversed_and_no_other() {
+        let drive = Excitation::Focus(Vec3::new(0.0, 0.0, 0.1));
+        let believed = Simulation {
+            array: Array::square(4, 4, 10e-3).expect("not empty"),
+            excitation: drive.clone(),
+            frequency_hz: 40e3,
+            medium: Medium { speed_of_sound_m_s: 343.0 },
+            simulator: Simulator::Piston,
+        };
+        let before = drive.phases_rad(&believed.array, &believed.medium, believed.frequency_hz);
+        let Excitation::Phases(after) = half_reversed(&believed, &drive, Vec3::y()) else {
+            panic!("phases")
+        };
+        for ((element, before), after) in believed.array.elements().iter().zip(before).zip(after) {
+            let turn = if element.centre_m.y > 0.0 { PI } else { 0.0 };
+            assert_eq!(after - before, turn);
+        }
     }
 }

@@ -20,6 +20,7 @@ pub(super) fn z_scores(observations: &Observations, residuals: &[f64]) -> Vec<(&
     vec![
         ("more scatter than the noise", scatter(power, n, observations)),
         ("neighbours alike", neighbours(&laid, power)),
+        ("ripples across a plane", ripples(&laid, power)),
         ("slow patterns across a plane", slow_patterns(&laid, power)),
         ("repeats alike", repeats(&laid, power)),
         ("planes off as a whole", planes(&laid, power)),
@@ -48,31 +49,61 @@ fn scatter(power: f64, n: f64, observations: &Observations) -> f64 {
 
 /// Moran's I: products of residuals of points one step apart along x or y.
 fn neighbours(laid: &[Laid<'_>], power: f64) -> f64 {
-    let (mut products, mut count) = (0.0, 0.0);
+    let (products, count) = products_apart(laid, [(1, 0), (0, 1)])
+        .into_iter()
+        .fold((0.0, 0.0), |(products, count), apart| (products + apart.0, count + apart.1));
+    if count > 0.0 { products / (power * f64::sqrt(count)) } else { 0.0 }
+}
+
+/// Products of residuals at every distance up to some steps: waves that are shorter than a focus show as points that are alike at one
+/// distance and unlike at another. (Of a series of residuals the test of G. M. Ljung and G. E. P. Box, Biometrika 65, 297, 1978.)
+fn ripples(laid: &[Laid<'_>], power: f64) -> f64 {
+    /// Steps, along x and along y.
+    const FARTHEST: i64 = 3;
+    let side = 2 * FARTHEST + 1;
+    // One of every two distances that are opposite.
+    let apart = (1..=side * side / 2).map(|n| {
+        let middle = n + side * side / 2;
+        (middle / side - FARTHEST, middle % side - FARTHEST)
+    });
+    let (mut squares, mut distances) = (0.0, 0.0);
+    for (products, count) in products_apart(laid, apart) {
+        if count > 0.0 {
+            squares += products * products / (power * power * count);
+            distances += 1.0;
+        }
+    }
+    z_of_sum_of_squares(squares, distances)
+}
+
+/// Sum and number of the products of residuals that stand so many steps apart along x and y, for each of these.
+fn products_apart(
+    laid: &[Laid<'_>],
+    apart: impl IntoIterator<Item = (i64, i64)>,
+) -> Vec<(f64, f64)> {
+    let mut sums: Vec<((i64, i64), (f64, f64))> =
+        apart.into_iter().map(|apart| (apart, (0.0, 0.0))).collect();
     for Laid { drive, residuals } in laid {
         let Some(step_m) = step_m(drive) else { continue };
-        let cell = |visit: &Visit, dx: i64, dy: i64| {
+        let cell = |visit: &Visit| {
             let along = |m: f64| (m / step_m).round() as i64;
-            (
-                along(visit.at_m.x) + dx,
-                along(visit.at_m.y) + dy,
-                (visit.at_m.z * 1e4).round() as i64,
-            )
+            (along(visit.at_m.x), along(visit.at_m.y), (visit.at_m.z * 1e4).round() as i64)
         };
         let mut at: HashMap<_, usize> = HashMap::new();
         for (index, visit) in drive.visits.iter().enumerate() {
-            at.entry(cell(visit, 0, 0)).or_insert(index);
+            at.entry(cell(visit)).or_insert(index);
         }
         for (index, visit) in drive.visits.iter().enumerate() {
-            for beside in [cell(visit, 1, 0), cell(visit, 0, 1)] {
-                if let Some(&other) = at.get(&beside) {
-                    products += residuals[index] * residuals[other];
-                    count += 1.0;
+            let (x, y, z) = cell(visit);
+            for ((dx, dy), (products, count)) in &mut sums {
+                if let Some(&other) = at.get(&(x + *dx, y + *dy, z)) {
+                    *products += residuals[index] * residuals[other];
+                    *count += 1.0;
                 }
             }
         }
     }
-    if count > 0.0 { products / (power * f64::sqrt(count)) } else { 0.0 }
+    sums.into_iter().map(|(_, sums)| sums).collect()
 }
 
 /// Median step of a drive's even visits; `None` if it has none.
@@ -193,7 +224,57 @@ fn z_of_sum_of_squares(sum: f64, count: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+
     use super::*;
+    use crate::acoustics::{Array, Excitation, Medium, Simulation, Simulator, Vec3};
+
+    /// Four planes of 36 x 36 points, two millimetres apart.
+    fn planes_of_points() -> ObservedDrive {
+        let mut visits = Vec::new();
+        for number in 0..4 * 36 * 36 {
+            let (plane, row, column) = (number / 1296, number / 36 % 36, number % 36);
+            let steps = Vec3::new(f64::from(column), f64::from(row), f64::from(25 * plane));
+            let (at_m, velocity_m_s) = (2e-3 * steps, Vec3::x());
+            let (number, progress) = (number as usize, 0.0);
+            visits.push(Visit {
+                number,
+                at_m,
+                velocity_m_s,
+                x_direction: 1.0,
+                even: true,
+                progress,
+            });
+        }
+        let believed = Simulation {
+            simulator: Simulator::Piston,
+            array: Array::square(2, 2, 10e-3).expect("not empty"),
+            medium: Medium { speed_of_sound_m_s: 343.0 },
+            frequency_hz: 40e3,
+            excitation: Excitation::Uniform,
+        };
+        let (readings, stabilised, otherwise) = (Vec::new(), Vec::new(), Vec::new());
+        ObservedDrive { focus: 0, believed, visits, readings, stabilised, otherwise }
+    }
+
+    /// Sound that a wall beside the field returns makes fringes of half a wavelength, here 2.1 steps: neighbours are unlike, and what is
+    /// slow across a plane sees none of it.
+    #[test]
+    fn fringes_far_below_the_noise_are_ripples_and_noise_is_none() {
+        let drive = planes_of_points();
+        let mut draws = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let mut normal = || (0..12).map(|_| draws.random_range(-0.5..0.5)).sum::<f64>();
+        let noise: Vec<f64> = drive.visits.iter().map(|_| normal()).collect();
+        let fringe = |visit: &Visit| 0.3 * (2.0 * PI * visit.at_m.x / 4.2e-3).cos();
+        let fringes: Vec<f64> =
+            drive.visits.iter().zip(&noise).map(|(visit, noise)| noise + fringe(visit)).collect();
+        let z = |test: fn(&[Laid<'_>], f64) -> f64, residuals: &[f64]| {
+            test(&[Laid { drive: &drive, residuals }], 1.0)
+        };
+        assert!(z(ripples, &noise).abs() < 3.0, "{}", z(ripples, &noise));
+        assert!(z(ripples, &fringes) > 6.0, "{}", z(ripples, &fringes));
+        assert!(z(neighbours, &fringes) < 3.0 && z(slow_patterns, &fringes) < 3.0);
+    }
 
     /// Chi-square that one in a thousand exceeds, by the tables; a normal number exceeds 3.09 as seldom.
     #[test]

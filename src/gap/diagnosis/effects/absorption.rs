@@ -28,6 +28,10 @@ impl Effect for Absorption {
         supposed.attenuation_db_m = values[0];
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("a thermometer and a hygrometer show what the air absorbs")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let sentence = format!(
             "each path loses {:.2} ± {:.2} dB a metre more than the model says (air at 20 °C and 50 % humidity: 1.3)",

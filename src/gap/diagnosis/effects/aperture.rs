@@ -32,6 +32,10 @@ impl Effect for Aperture {
         supposed.face_radius_m = 1e-3 * values[0].max(0.0).sqrt();
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("callipers show how wide an element's opening is")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let radius = fitted[0].value.max(1e-6).sqrt();
         let radius = fitted[0].map(radius, 0.5 / radius);

@@ -28,6 +28,10 @@ impl Effect for ArrayTilt {
         supposed.tilt_rad = [values[0], values[1]];
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("a dial gauge on the robot, led along the array's face, shows its tilt")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let [x, y] = [fitted[0], fitted[1]];
         let sentence = format!(

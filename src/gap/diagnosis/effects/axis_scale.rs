@@ -29,6 +29,10 @@ impl Effect for AxisScale {
         supposed.scale.copy_from_slice(values);
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("a rule beside the robot shows how far it goes")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let [x, y, z] = [fitted[0], fitted[1], fitted[2]];
         let sentence = format!(

@@ -29,6 +29,10 @@ impl Effect for Backlash {
         supposed.backlash_m = 1e-3 * values[0];
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("a dial gauge against the robot, come from either side, shows its play")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let sentence = format!(
             "the carriage has {:.2} ± {:.2} mm of play along x",

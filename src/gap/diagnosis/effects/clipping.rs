@@ -35,6 +35,12 @@ impl Effect for Clipping {
         supposed.full_scale = context.largest_reading * values[0];
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some(
+            "the level at the focus, at full and at half drive, shows whether the receiver follows",
+        )
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, context: &Context) -> Said {
         let level =
             fitted[0].map(context.largest_reading * fitted[0].value, context.largest_reading);

@@ -37,6 +37,12 @@ impl Effect for Directivity {
         supposed.widened_by_face = *choice == Choice::Law(1);
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some(
+            "one element alone, turned before the receiver, shows its lobe (`fieldgap characterize`)",
+        )
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let sentence = format!(
             "the elements' lobes are {:.3} ± {:.3} times as wide as modelled",

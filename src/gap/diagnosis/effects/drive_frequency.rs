@@ -32,6 +32,10 @@ impl Effect for DriveFrequency {
         supposed.frequency_ratio = values[0];
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("a counter on the drive shows its frequency")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, context: &Context) -> Said {
         let nominal_hz = context.believed.frequency_hz;
         let sentence = format!(

@@ -29,6 +29,10 @@ impl Effect for Flow {
         supposed.wind_m_s.y = values[1];
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("smoke or a thread shows whether the air moves")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let [x, y] = [fitted[0], fitted[1]];
         let sentence = format!(

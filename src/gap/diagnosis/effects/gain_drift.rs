@@ -25,6 +25,10 @@ impl Effect for GainDrift {
         supposed.drift = values[0];
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("the level at one place, over the time of a scan, shows whether it drifts")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let sentence = format!(
             "the level at the end of the scan is {:.1} ± {:.1} % off that at its beginning",

@@ -31,6 +31,10 @@ impl Effect for Lag {
         supposed.lag_s = values[0];
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("a burst at rest shows how late the receiver reads it")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let sentence = format!(
             "readings trail the motion by {:.1} ± {:.1} ms",

@@ -187,6 +187,11 @@ pub(super) trait Effect: Sync {
     /// Adds it to what is supposed.
     fn suppose(&self, values: &[f64], choice: &Choice, believed: &Context, supposed: &mut Supposed);
 
+    /// What shows it without a scan of the field, as a clause.
+    fn shown_by(&self) -> Option<&'static str> {
+        None
+    }
+
     /// What a fit of it says.
     fn say(&self, fitted: &[Fitted], choice: &Choice, believed: &Context) -> Said;
 }

@@ -31,6 +31,10 @@ impl Effect for Offset {
         supposed.offset_m.copy_from_slice(&[1e-3 * values[0], 1e-3 * values[1], 1e-3 * values[2]]);
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("`fieldgap rig find-axis` shows where the array's middle stands")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let [x, y, z] = [fitted[0], fitted[1], fitted[2]];
         let sentence = format!(

@@ -29,6 +29,10 @@ impl Effect for Pitch {
         supposed.pitch_ratio = values[0];
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("callipers show how far apart the elements stand")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let sentence = format!(
             "the elements stand {:.4} ± {:.4} times as far apart as modelled",

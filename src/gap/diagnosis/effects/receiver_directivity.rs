@@ -32,6 +32,10 @@ impl Effect for ReceiverDirectivity {
         supposed.reception_half_rad = 1.0 / values[0].max(0.0).sqrt();
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("the receiver, turned where it stands, shows its lobe")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let half_rad = 1.0 / fitted[0].value.max(1e-6).sqrt();
         let half_deg =

@@ -25,6 +25,10 @@ impl Effect for Rotation {
         supposed.turn_rad = values[0];
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("a straight edge along a row of elements, followed by the robot, shows the angle")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let sentence = format!(
             "the robot's axes are turned by {:.2} ± {:.2} degrees about z",

@@ -37,6 +37,12 @@ impl Effect for Saturation {
         supposed.saturation = context.largest_reading / values[0].max(0.0).sqrt();
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some(
+            "the level at one place, at full and at half drive, shows whether the receiver follows",
+        )
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, context: &Context) -> Said {
         let ratio = fitted[0].value.max(1e-9).sqrt();
         let level = context.largest_reading / ratio;

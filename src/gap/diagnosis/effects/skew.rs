@@ -25,6 +25,10 @@ impl Effect for Skew {
         supposed.skew_rad = values[0];
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("a square held to the robot's axes shows their angle")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let sentence = format!(
             "the robot's y axis leans by {:.2} ± {:.2} degrees towards x",

@@ -32,6 +32,10 @@ impl Effect for SoundSpeed {
         supposed.speed_ratio = values[0];
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some("a thermometer in the sound's way shows its speed")
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, context: &Context) -> Said {
         let c0 = context.believed.medium.speed_of_sound_m_s;
         let speed = fitted[0].map(c0 * fitted[0].value, c0);

@@ -32,6 +32,12 @@ impl Effect for Spreading {
         supposed.spreading = Some(values[0]);
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some(
+            "one element alone, scanned along its axis, shows how its pressure falls (`fieldgap characterize`)",
+        )
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let sentence = format!(
             "pressure falls with distance as d^-{:.3} ± {:.3} (1 is spherical)",

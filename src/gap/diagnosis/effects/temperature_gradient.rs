@@ -31,6 +31,12 @@ impl Effect for TemperatureGradient {
         supposed.gradient_per_m.copy_from_slice(values);
     }
 
+    fn shown_by(&self) -> Option<&'static str> {
+        Some(
+            "two thermometers, one at the array and one where the scan ends, show how the air's temperature changes",
+        )
+    }
+
     fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
         let [x, y, z] = [fitted[0], fitted[1], fitted[2]];
         // dc/c = dT / 2T at 293 K.

@@ -331,7 +331,7 @@ mod tests {
         };
         for ((element, before), after) in believed.array.elements().iter().zip(before).zip(after) {
             let turn = if element.centre_m.y > 0.0 { PI } else { 0.0 };
-            assert_eq!(after - before, turn);
+            assert_eq!(after, before + turn);
         }
     }
 }

@@ -53,3 +53,17 @@ fn a_faint_gap_is_not_said_to_come_of_two_causes() {
     assert_eq!(faint.verdict, Verdict::Unexplained, "{}", faint.sentence);
     assert!(faint.sentence.contains("so faint a gap"), "{}", faint.sentence);
 }
+
+/// Amplitudes that differ at random, and by half as much along the rows, for which another cause must be found.
+#[test]
+fn departures_that_have_an_order_are_not_random() {
+    let random = |n: usize| 1.0 + 0.05 * (2.4 * n as f64 * n as f64).sin();
+    let plain = diagnosis(&Truth { gain: random, ..Truth::default() });
+    assert_eq!(plain.effects, ["element-gain"], "{}", plain.sentence);
+    let gain = |n: usize| {
+        1.0 + 0.05 * (2.4 * n as f64 * n as f64).sin() + 0.0225 * ((n % 6) as f64 - 2.5) / 2.5
+    };
+    let graded = diagnosis(&Truth { gain, ..Truth::default() });
+    assert_eq!(graded.ranked[0].effects, ["element-gain"], "{}", graded.sentence);
+    assert_eq!(graded.verdict, Verdict::Unexplained, "{}", graded.sentence);
+}

@@ -109,13 +109,15 @@ pub(super) fn next_measurement(
         proposals.push(Proposal { speed_m_s, ..again("the same planes at a third of the speed") });
     }
     // The best is the one that tells most with each reading, so that a longer scan has to earn its time.
-    let (each, best) = proposals
-        .into_par_iter()
+    let tell_apart: Vec<f64> = proposals
+        .par_iter()
         .map(|proposal| {
             let scan = proposal.scan(observations, half_m);
-            (separation(&scan, context, rivals) / (scan.len() as f64).sqrt(), proposal)
+            separation(&scan, context, rivals) / (scan.len() as f64).sqrt()
         })
-        .max_by(|a, b| a.0.total_cmp(&b.0))?;
+        .collect();
+    let proposals = tell_apart.into_iter().zip(proposals);
+    let (each, best) = proposals.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let points = (best.heights_mm.len() * best.drives.len()) as f64 * whole * whole;
     let sigma = each * points.sqrt();
     let both = |ids: Vec<&str>| ids.join(" + ");

@@ -14,9 +14,11 @@ use super::NextMeasurement;
 use super::effects::{Context, Effect};
 use super::fit::{Fit, SEARCH, Start, fit};
 use super::gap_size::expected;
+use super::likelihood::{Nuisance, Residuals, pressures};
 use super::observations::{Observations, ObservedDrive, ObservedScan, Visit};
 use super::residual_tests::{by_height, step_m};
 use super::scale::Scale;
+use super::supposed::Supposed;
 use crate::acoustics::{Excitation, Simulation, Simulator, Vec3};
 
 /// Points along a row and rows of a plane in the scans that are tried out: what they tell is scaled to a whole one.
@@ -24,6 +26,9 @@ const SIDE: usize = 15;
 
 /// Speed of a slower scan over that of the one that was made.
 const SLOWER: f64 = 1.0 / 3.0;
+
+/// Standard deviations that tell two sets apart.
+const TOLD: f64 = 3.0;
 
 /// Readings over which the scan that was made is judged.
 const FEW: usize = 1500;
@@ -120,14 +125,19 @@ pub(super) fn next_measurement(
     let (each, best) = proposals.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let points = (best.heights_mm.len() * best.drives.len()) as f64 * whole * whole;
     let sigma = each * points.sqrt();
-    let both = |ids: Vec<&str>| ids.join(" + ");
-    let mut what = format!(
-        "Scan {}: {} and {} would then differ by {sigma:.0} standard deviations of the whole scan's noise, each fitted \
-         anew; in these data they differ by {present:.1}.",
-        best.what,
-        both(rivals[0].ids()),
-        both(rivals[1].ids())
-    );
+    let [one, other] = rivals.map(|fit| fit.ids().join(" + "));
+    let mut what = match sigma < TOLD {
+        true => format!(
+            "Of the scans that could be made next none tells {one} from {other}; most would be learnt by scanning {}, \
+             after which they would differ by {sigma:.1} standard deviations of the whole scan's noise, each fitted anew.",
+            best.what
+        ),
+        false => format!(
+            "Scan {}: {one} and {other} would then differ by {sigma:.0} standard deviations of the whole scan's noise, each \
+             fitted anew; in these data they differ by {present:.1}.",
+            best.what
+        ),
+    };
     let shown: Vec<&str> = differing(rivals).filter_map(|effect| effect.shown_by()).collect();
     if !shown.is_empty() {
         what += &format!(" Without a scan, {}.", shown.join("; "));
@@ -189,7 +199,27 @@ fn separation(observations: &Observations, context: &Context, [one, other]: [&Fi
         spreads: other.spreads.clone(),
         nuisance: Some(vec![other.nuisance[0]; synthetic.scans.len()]),
     };
-    fit(&synthetic, context, start, SEARCH).cost.max(0.0).sqrt()
+    let other = fit(&synthetic, context, start, SEARCH);
+    let residuals = |supposed: Supposed, nuisance: &[Nuisance]| {
+        let pressures = pressures(&synthetic, &supposed, nuisance);
+        supposed.residuals(&synthetic, &pressures, nuisance)
+    };
+    let [one, other] = [
+        residuals(one.supposed(context), &nuisance),
+        residuals(other.supposed(context), &other.nuisance),
+    ];
+    told_apart(&one, &other).sqrt()
+}
+
+/// Twice what readings of the first supposition, which leaves nothing of their means, say on average against the second: squared
+/// residuals, and what another scatter costs (S. Kullback and R. A. Leibler, Ann. Math. Stat. 22, 79, 1951).
+fn told_apart(one: &Residuals, other: &Residuals) -> f64 {
+    let log_variance = |of: &Residuals, n: usize| of.log_variances.get(n).copied().unwrap_or(0.0);
+    let of_reading = |(n, residual): (usize, &f64)| {
+        let smaller = log_variance(one, n) - log_variance(other, n);
+        residual * residual + smaller.exp() - 1.0 - smaller
+    };
+    other.scaled.iter().enumerate().map(of_reading).sum()
 }
 
 impl Proposal {
@@ -315,6 +345,22 @@ mod tests {
             phases_rad.len() == 36 && phases_rad.iter().all(|phase| (0.0..TAU).contains(phase))
         );
         assert_eq!(plan.fly.map(|fly| fly.speed_mm_s.get()), Some(13.333));
+    }
+
+    #[test]
+    fn another_mean_and_another_scatter_tell_two_suppositions_apart() {
+        let residuals = |scaled: [f64; 2], log_variances: &[f64]| Residuals {
+            scaled: scaled.to_vec(),
+            log_variances: log_variances.to_vec(),
+        };
+        let one = residuals([0.0; 2], &[-0.7, 0.3]);
+        assert_eq!(told_apart(&one, &one), 0.0);
+        assert_eq!(told_apart(&one, &residuals([3.0, 4.0], &[-0.7, 0.3])), 25.0);
+        // Two normal laws of variances v and w: v/w - 1 - ln(v/w), whichever is the larger.
+        let plain = residuals([0.0; 2], &[]);
+        let by_law = |ratio: f64| ratio - 1.0 - ratio.ln();
+        let expected = by_law((-0.7f64).exp()) + by_law(0.3f64.exp());
+        assert!((told_apart(&one, &plain) - expected).abs() < 1e-12);
     }
 
     #[test]

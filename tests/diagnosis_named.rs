@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use fieldgap::acoustics::Vec3;
 use fieldgap::gap::diagnosis::{Diagnosis, Verdict, diagnose};
 
 mod scanned_pistons;
@@ -66,4 +67,13 @@ fn departures_that_have_an_order_are_not_random() {
     let graded = diagnosis(&Truth { gain, ..Truth::default() });
     assert_eq!(graded.ranked[0].effects, ["element-gain"], "{}", graded.sentence);
     assert_eq!(graded.verdict, Verdict::Unexplained, "{}", graded.sentence);
+}
+
+/// Fringes of half a wavelength, as a wall beside the field makes them.
+#[test]
+fn ripples_that_no_effect_makes_are_no_noise() {
+    let beside = |at_mm: &Vec3| 1.0 + 0.06 * (TAU * at_mm.x / 4.3).cos();
+    let diagnosis = diagnosis(&Truth { beside, ..Truth::default() });
+    assert_eq!(diagnosis.verdict, Verdict::Unexplained, "{}", diagnosis.sentence);
+    assert!(diagnosis.sentence.contains("ripples across a plane"), "{}", diagnosis.sentence);
 }

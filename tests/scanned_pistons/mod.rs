@@ -51,13 +51,20 @@ pub struct Truth {
     pub gain: fn(usize) -> f64,
     /// What the driver makes of a phase, rad.
     pub driven: fn(f64) -> f64,
+    /// Sound beside the array's, as a factor of the level at a place, mm.
+    pub beside: fn(&Vec3) -> f64,
     /// What the receiver makes of a reading over the peak, given how far through the scan it is, 0 to 1.
     pub received: fn(f64, f64) -> f64,
 }
 
 impl Default for Truth {
     fn default() -> Self {
-        Self { gain: |_| 1.0, driven: |phase_rad| phase_rad, received: |reading, _| reading }
+        Self {
+            gain: |_| 1.0,
+            driven: |phase_rad| phase_rad,
+            beside: |_| 1.0,
+            received: |reading, _| reading,
+        }
     }
 }
 
@@ -127,7 +134,7 @@ fn levels(setup: &ScanSetup, places_mm: &[Vec3], truth: &Truth) -> Vec<f64> {
         .map(|place_mm| {
             let parts = pistons.iter().zip(&weights);
             let field = parts.map(|(p, w)| w * p.field(place_mm * 1e-3, wavenumber_rad_m));
-            field.sum::<num_complex::Complex64>().norm()
+            field.sum::<num_complex::Complex64>().norm() * (truth.beside)(place_mm)
         })
         .collect()
 }

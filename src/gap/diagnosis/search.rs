@@ -126,9 +126,13 @@ impl<'o> Scored<'o> {
         scored
     }
 
-    /// The cost over one reading in `stride`, if each drive's pressures are changed, the gain fitted anew to first order.
-    fn cost(&self, stride: usize, change: impl Fn(&ScoredDrive, usize) -> Complex64) -> f64 {
-        let (mut rr, mut rg, mut gg) = (0.0, 0.0, 0.0);
+    /// Looks at one reading in `stride`, drive by drive, with its pressure changed.
+    fn look(
+        &self,
+        stride: usize,
+        mut change: impl FnMut(&ScoredDrive, usize) -> Complex64,
+        mut see: impl FnMut(Slope),
+    ) {
         for drive in &self.drives {
             let scan = &self.observations.scans[drive.scan];
             let observed = &scan.drives[drive.drive];
@@ -138,13 +142,23 @@ impl<'o> Scored<'o> {
                 pressure.coherent += change(drive, i);
                 let progress = observed.visits[i].progress;
                 let expected = self.supposed.expected_on_scale(&pressure, gain, progress, scan);
-                let residual = observed.stabilised[i] - expected.value;
-                let by_gain = expected.by_log_level;
-                rr += residual * residual;
-                rg += residual * by_gain;
-                gg += by_gain * by_gain;
+                see(Slope {
+                    residual: observed.stabilised[i] - expected.value,
+                    by_gain: expected.by_log_level,
+                    pressure: pressure.coherent,
+                });
             }
         }
+    }
+
+    /// The cost over one reading in `stride`, if each drive's pressures are changed, the gain fitted anew to first order.
+    fn cost(&self, stride: usize, change: impl Fn(&ScoredDrive, usize) -> Complex64) -> f64 {
+        let (mut rr, mut rg, mut gg) = (0.0, 0.0, 0.0);
+        self.look(stride, change, |Slope { residual, by_gain, .. }| {
+            rr += residual * residual;
+            rg += residual * by_gain;
+            gg += by_gain * by_gain;
+        });
         rr - rg * rg / gg.max(f64::MIN_POSITIVE)
     }
 
@@ -308,27 +322,12 @@ impl<'o> Scored<'o> {
         (fall, coefficient)
     }
 
-    /// What is left of one visit in `stride`, drive by drive, with so much of the images' pressures; without images, with none.
+    /// What is left of one visit in `stride`, drive by drive, with so much of the images' pressures.
     fn slopes(&self, stride: usize, images: &[Complex64], coefficient: Complex64) -> Vec<Slope> {
-        let mut slopes = Vec::new();
-        for drive in &self.drives {
-            let scan = &self.observations.scans[drive.scan];
-            let observed = &scan.drives[drive.drive];
-            let gain = self.fit.nuisance[drive.scan].log_gain.exp();
-            for i in (0..observed.visits.len()).step_by(stride) {
-                let mut pressure = drive.pressures[i];
-                pressure.coherent +=
-                    images.get(slopes.len()).map_or(Complex64::ZERO, |image| coefficient * image);
-                let progress = observed.visits[i].progress;
-                let expected = self.supposed.expected_on_scale(&pressure, gain, progress, scan);
-                let power = pressure.coherent.norm_sqr().max(f64::MIN_POSITIVE);
-                slopes.push(Slope {
-                    residual: observed.stabilised[i] - expected.value,
-                    by_gain: expected.by_log_level,
-                    by_pressure: expected.by_log_level / power * pressure.coherent.conj(),
-                });
-            }
-        }
+        let mut slopes = Vec::with_capacity(images.len());
+        let mut images = images.iter();
+        let next = |_: &ScoredDrive, _| images.next().map_or(Complex64::ZERO, |p| coefficient * p);
+        self.look(stride, next, |slope| slopes.push(slope));
         slopes
     }
 
@@ -346,11 +345,18 @@ impl<'o> Scored<'o> {
     }
 }
 
-/// A residual, and how what is expected changes with the logarithm of the gain and, by its real part, with the pressure.
+/// A residual, how what is expected changes with the logarithm of the gain, and its pressure.
 struct Slope {
     residual: f64,
     by_gain: f64,
-    by_pressure: Complex64,
+    pressure: Complex64,
+}
+
+impl Slope {
+    /// How what is expected changes with the pressure: by the real part of this times a change.
+    fn by_pressure(&self) -> Complex64 {
+        self.by_gain / self.pressure.norm_sqr().max(f64::MIN_POSITIVE) * self.pressure.conj()
+    }
 }
 
 /// The way down for a gain and the coefficient of images.
@@ -363,12 +369,12 @@ struct Descent {
 impl Descent {
     fn of(slopes: &[Slope], images: &[Complex64]) -> Self {
         let (mut curvature, mut downhill, mut cost) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
-        for (Slope { residual, by_gain, by_pressure }, image) in slopes.iter().zip(images) {
-            let by_image = by_pressure * image;
-            let columns = Vector3::new(*by_gain, by_image.re, -by_image.im);
+        for (slope, image) in slopes.iter().zip(images) {
+            let by_image = slope.by_pressure() * image;
+            let columns = Vector3::new(slope.by_gain, by_image.re, -by_image.im);
             curvature += columns * columns.transpose();
-            downhill += columns * *residual;
-            cost += residual * residual;
+            downhill += columns * slope.residual;
+            cost += slope.residual * slope.residual;
         }
         Self { curvature, downhill, cost }
     }

@@ -77,3 +77,16 @@ fn ripples_that_no_effect_makes_are_no_noise() {
     assert_eq!(diagnosis.verdict, Verdict::Unexplained, "{}", diagnosis.sentence);
     assert!(diagnosis.sentence.contains("ripples across a plane"), "{}", diagnosis.sentence);
 }
+
+/// The small shift that every fit may make takes up the readings' part of it: what is left to see is that nobody sets up so badly.
+#[test]
+fn an_offset_is_found_beside_another_cause() {
+    let truth = Truth {
+        stands_mm: |at_mm| at_mm + Vec3::new(0.6, -0.5, 0.0),
+        received: |reading, progress| reading * (1.0 - 0.1 * progress),
+        ..Truth::default()
+    };
+    let mut diagnosis = diagnosis(&truth);
+    diagnosis.effects.sort_unstable();
+    assert_eq!(diagnosis.effects, ["gain-drift", "offset"], "{}", diagnosis.sentence);
+}

@@ -79,10 +79,10 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
         noise: NOISE,
         registration: registration(),
         residual_tests: vec![
-            ResidualTest { name: "neighbours alike", z: 0.8, z_before: 61.2 },
-            ResidualTest { name: "trend with height", z: -1.1, z_before: 12.4 },
-            ResidualTest { name: "trend with the level", z: 3.4, z_before: -8.7 },
-            ResidualTest { name: "trend in time", z: 0.2, z_before: 0.4 },
+            residual_test("neighbours alike", 0.8, 61.2, None),
+            residual_test("planes off as a whole", -1.1, 12.4, None),
+            residual_test("elements graded across the array", 4.4, 8.7, None),
+            residual_test("a screw that is out of true", 5.2, 0.4, Some("of x, 8.0 mm a turn")),
         ],
         waterfall: vec![
             WaterfallStep { effect: Some("sound-speed"), share: 0.9982 },
@@ -299,4 +299,13 @@ fn plane(z_mm: f64, step_m: f64) -> DiagnosedPlane {
         before,
         after,
     }
+}
+
+fn residual_test(
+    name: &'static str,
+    z: f64,
+    z_before: f64,
+    sign_of: Option<&'static str>,
+) -> ResidualTest {
+    ResidualTest { name, z, z_before, limit: 3.3, sign_of: sign_of.map(str::to_owned) }
 }

@@ -7,6 +7,7 @@ use fieldgap::acoustics::{PlaneGrid, Simulator, Vec3};
 use fieldgap::input::TomlSource;
 use fieldgap::scan::{RecordedScan, Sample, ScanSetup};
 use fieldgap::virtual_rig::luck::Luck;
+use num_complex::Complex64;
 
 const SETUP: &str = r#"
 format = 1
@@ -49,8 +50,14 @@ const AGAIN: usize = 20;
 pub struct Truth {
     /// Amplitude of each element.
     pub gain: fn(usize) -> f64,
+    /// Phase of each element, rad.
+    pub turned_rad: fn(usize) -> f64,
     /// What the driver makes of a phase, rad.
     pub driven: fn(f64) -> f64,
+    /// Where the robot is that says it is at a place, mm.
+    pub stands_mm: fn(&Vec3) -> Vec3,
+    /// A small thing in the field: where it hangs, mm, and what it radiates at 1 mm over what reaches it.
+    pub scatterer: Option<(Vec3, f64)>,
     /// Sound beside the array's, as a factor of the level at a place, mm.
     pub beside: fn(&Vec3) -> f64,
     /// What the receiver makes of a reading over the peak, given how far through the scan it is, 0 to 1.
@@ -61,7 +68,10 @@ impl Default for Truth {
     fn default() -> Self {
         Self {
             gain: |_| 1.0,
+            turned_rad: |_| 0.0,
             driven: |phase_rad| phase_rad,
+            stands_mm: |at_mm| *at_mm,
+            scatterer: None,
             beside: |_| 1.0,
             received: |reading, _| reading,
         }
@@ -122,19 +132,32 @@ fn levels(setup: &ScanSetup, places_mm: &[Vec3], truth: &Truth) -> Vec<f64> {
         .iter()
         .map(|element| Piston::new(element.centre_m, element.normal, element.radius_m, &rule))
         .collect();
-    let weights: Vec<_> = phases_rad
+    let weights: Vec<Complex64> = phases_rad
         .iter()
         .enumerate()
         .map(|(n, phase_rad)| {
-            num_complex::Complex64::from_polar((truth.gain)(n), (truth.driven)(*phase_rad))
+            let phase_rad = (truth.driven)(*phase_rad) + (truth.turned_rad)(n);
+            Complex64::from_polar((truth.gain)(n), phase_rad)
         })
         .collect();
+    let field = |at_mm: &Vec3| -> Complex64 {
+        let parts = pistons.iter().zip(&weights);
+        parts.map(|(p, w)| w * p.field(at_mm * 1e-3, wavenumber_rad_m)).sum()
+    };
+    let scattered = truth.scatterer.map(|(from_mm, strength_mm)| {
+        let reaches_it = field(&from_mm);
+        move |at_mm: &Vec3| {
+            let distance_mm = (at_mm - from_mm).norm();
+            let phase_rad = wavenumber_rad_m * 1e-3 * distance_mm;
+            reaches_it * Complex64::from_polar(strength_mm / distance_mm, phase_rad)
+        }
+    });
     places_mm
         .iter()
         .map(|place_mm| {
-            let parts = pistons.iter().zip(&weights);
-            let field = parts.map(|(p, w)| w * p.field(place_mm * 1e-3, wavenumber_rad_m));
-            field.sum::<num_complex::Complex64>().norm() * (truth.beside)(place_mm)
+            let at_mm = (truth.stands_mm)(place_mm);
+            let scattered = scattered.as_ref().map_or(Complex64::ZERO, |wave| wave(&at_mm));
+            (field(&at_mm) + scattered).norm() * (truth.beside)(place_mm)
         })
         .collect()
 }

@@ -9,15 +9,14 @@ use super::effects::{Context, Fitted};
 use super::extension::is_near;
 use super::fit::{Fit, SEARCH, refined};
 use super::gap_size::{HeldOut, as_believed, expected, gap, noise_floor};
-use super::judgement::{Judgement, judge, limit};
+use super::judgement::{Judgement, judge};
 use super::levels::settle_scatter;
-use super::likelihood::pressures;
 use super::maps::{Drawn, maps};
 use super::next_measurement::next_measurement;
 use super::observations::Observations;
 use super::preparation::Prepared;
 use super::pursuit::{Pursuit, Tried, believed};
-use super::residual_tests::z_scores;
+use super::structure::Left;
 use super::supposed::Supposed;
 use super::{Candidate, Diagnosis, FittedParameter, ResidualTest, Verdict, WaterfallStep};
 use crate::acoustics::Simulator;
@@ -59,10 +58,11 @@ pub fn diagnose(
         .find(|tried| tried.fit.instances.is_empty())
         .cloned()
         .unwrap_or_else(|| believed(&observations, &context));
-    let judgement =
-        judge(&observations, &tried, &base, |tried| scaled(&observations, &tried.fit, &context));
+    let left = Left::by(&tried[0].fit, &observations, &context);
+    let judgement = judge(&observations, &tried, &base, &left);
     let registration = registrations.swap_remove(0);
-    Ok(Told { scans, simulator, observations, context, tried, base, judgement }.tell(registration))
+    let told = Told { scans, simulator, observations, context, tried, base, left, judgement };
+    Ok(told.tell(registration))
 }
 
 /// Searches with the noise that repeats and silence tell, and goes on with the noise that what was found tells of: first on some
@@ -83,7 +83,7 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<Tried> {
     }
     let mut noise = settled_by(&best, observations, context);
     if noise == Judged::Misled {
-        pursuit = Pursuit::begin(&observations.thinned(FIRST), context);
+        pursuit.forget_what_was_given_up();
     }
     pursuit = pursuit.on_all(observations, context).and_on(observations, context);
     for _ in 0..MORE_ROUNDS {
@@ -136,12 +136,6 @@ fn settled_by(fit: &Fit, observations: &mut Observations, context: &Context) -> 
     if misled { Judged::Misled } else { Judged::Otherwise }
 }
 
-fn scaled(observations: &Observations, fit: &Fit, context: &Context) -> Vec<f64> {
-    let supposed = fit.supposed(context);
-    let pressures = pressures(observations, &supposed, &fit.nuisance);
-    supposed.residuals(observations, &pressures, &fit.nuisance).scaled
-}
-
 /// All that is known when it is told.
 struct Told<'s> {
     scans: &'s [RecordedScan],
@@ -150,12 +144,14 @@ struct Told<'s> {
     context: Context,
     tried: Vec<Tried>,
     base: Tried,
+    /// What the best leaves.
+    left: Left,
     judgement: Judgement,
 }
 
 impl Told<'_> {
     fn tell(self, registration: Registration) -> Diagnosis {
-        let Self { scans, simulator, observations, context, tried, base, judgement } = &self;
+        let Self { scans, simulator, observations, context, tried, base, left, judgement } = &self;
         let nuisance = as_believed(observations);
         let before = expected(observations, &Supposed::default(), &nuisance);
         let held_out = HeldOut::of(observations);
@@ -179,15 +175,19 @@ impl Told<'_> {
             true => (1.0 - beyond(ranked[0].gap_after_held_out) / open).clamp(0.0, 1.0),
             false => 0.0,
         };
-        let residual_before = scaled(observations, &base.fit, context);
-        let residual_after = scaled(observations, &best.fit, context);
-        let tests_before = z_scores(observations, &residual_before);
-        let residual_tests = judgement
+        let left_before = Left::by(&base.fit, observations, context);
+        let residual_tests = left
             .tests
             .iter()
-            .map(|(name, z)| {
-                let before = tests_before.iter().find(|(other, _)| other == name);
-                ResidualTest { name, z: *z, z_before: before.map_or(0.0, |(_, z)| *z) }
+            .map(|test| {
+                let before = left_before.tests.iter().find(|other| other.name == test.name);
+                ResidualTest {
+                    name: test.name,
+                    z: test.z,
+                    z_before: before.map_or(0.0, |before| before.z),
+                    limit: test.limit,
+                    sign_of: test.sign_of.clone().filter(|_| test.fails()),
+                }
             })
             .collect();
         let named = |number: &usize| tried[*number].fit.ids();
@@ -200,8 +200,8 @@ impl Told<'_> {
         let drawn = Drawn {
             before: &before,
             after: &after,
-            residual_before: &residual_before,
-            residual_after: &residual_after,
+            residual_before: &left_before.residuals,
+            residual_after: &left.residuals,
         };
         let gap_before = gap(observations, &before);
         Diagnosis {
@@ -333,23 +333,29 @@ impl Told<'_> {
                 )
             }
             Verdict::Unexplained => {
-                let tests = self.judgement.tests.iter().filter(|(name, z)| *z > limit(name));
-                let failed: Vec<String> =
-                    tests.map(|(name, z)| format!("{name}: {z:.0} σ")).collect();
+                let tests = self.left.tests.iter().filter(|test| test.fails());
+                let failed: Vec<String> = tests
+                    .map(|test| {
+                        let sign = test.sign_of.as_ref().map(|sign| format!(", {sign}"));
+                        let digits = if test.z < 1.0 { 1 } else { 0 };
+                        format!("{}: {:.digits$} σ{}", test.name, test.z, sign.unwrap_or_default())
+                    })
+                    .collect();
                 let why = match failed.is_empty() {
                     false => {
-                        format!("what the best set leaves is not noise ({})", failed.join(", "))
+                        format!("what that leaves is not noise ({})", failed.join("; "))
                     }
                     true if self.judgement.too_faint => {
                         "so faint a gap is seldom made by several effects at once".to_owned()
                     }
                     true => "many sets of effects come equally near".to_owned(),
                 };
-                format!(
-                    "{gap} is not explained by the catalogue: {} come{} nearest and {why}.",
-                    names(&ranked[0].effects),
-                    if ranked[0].effects.len() > 1 { "" } else { "s" }
-                )
+                let nearest = match &ranked[0].effects[..] {
+                    [] => "nothing in it comes nearer than the set-up as believed,".to_owned(),
+                    [one] => format!("{one} comes nearest"),
+                    several => format!("{} come nearest", names(several)),
+                };
+                format!("{gap} is not explained by the catalogue: {nearest} and {why}.")
             }
             Verdict::None => {
                 format!("{gap} is no gap beyond noise: the believed set-up explains the scan.")

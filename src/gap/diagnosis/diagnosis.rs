@@ -195,10 +195,26 @@ pub struct KindShares {
 pub struct ResidualTest {
     /// What is looked for, in words.
     pub name: &'static str,
-    /// Standard deviations from what noise alone gives.
+    /// Standard deviations from what noise alone gives; of a converter's steps their rounding error, in the noise's deviations.
     pub z: f64,
     /// Before anything was added.
     pub z_before: f64,
+    /// From where on it is not noise's.
+    pub limit: f64,
+    /// What it is a sign of, as far as the readings say: where a wave comes from, which axis a screw drives.
+    pub sign_of: Option<String>,
+}
+
+impl ResidualTest {
+    /// Whether what is left is not noise.
+    pub fn is_structure(&self) -> bool {
+        self.z > self.limit
+    }
+
+    /// Whether what there was before was not.
+    pub fn was_structure(&self) -> bool {
+        self.z_before > self.limit
+    }
 }
 
 /// A step of the waterfall.

@@ -69,7 +69,8 @@ impl Extension {
     ) -> Self {
         let sets = sets(frontier, known, observations);
         let far = frontier.iter().all(|tried| !is_near(&tried.fit, observations));
-        let coarse = observations.thinned(if far { COARSE_FROM_AFAR } else { COARSE });
+        let coarse = if far { COARSE_FROM_AFAR } else { COARSE.min(observations.len() * 2 / 5) };
+        let coarse = observations.thinned(coarse);
         let bases: Vec<Base<'_>> = frontier
             .par_iter()
             .map(|tried| Base::of(tried, noise_is_settled, observations, &coarse, context))
@@ -89,7 +90,9 @@ impl Extension {
                 let base = &bases[set.number];
                 // Each number that is fitted gains one by chance, which is not gained as often.
                 let by_chance = fit.values.last().map_or(0, Vec::len) as f64;
-                0.5 * share * (base.coarse_cost - fit.cost - by_chance) + base.tried.log_evidence
+                let of_readings = share * (base.coarse_cost - fit.cost - by_chance);
+                let of_shifts = base.tried.fit.cost_of_shifts() - fit.cost_of_shifts();
+                0.5 * (of_readings + of_shifts) + base.tried.log_evidence
             })
             .collect();
         let mut best_first = estimates.clone();
@@ -231,15 +234,13 @@ fn promised_nats(promises: &Promises<'_>, effect: &'static dyn Effect) -> f64 {
     match effect.search() {
         Search::Smooth if effect.begins_flat(promises.context) => f64::INFINITY,
         Search::Smooth => {
-            let Promise { downhill, curvature } = promises.of_effect(effect, &effect.neutral());
-            let count = downhill.len();
-            let Some(cholesky) = curvature.cholesky() else { return f64::INFINITY };
-            let gained = downhill.dot(&cholesky.solve(&downhill));
-            0.5 * gained - cost_of_freedom(count, gained.sqrt())
+            let promise = promises.of_effect(effect, &effect.neutral());
+            let Some(gained) = promise.gained() else { return f64::INFINITY };
+            0.5 * gained - cost_of_freedom(promise.downhill.len(), gained.sqrt())
         }
         Search::Random => {
             let neutral = vec![0.0; promises.observations.elements()];
-            let Promise { downhill, curvature } = promises.of_effect(effect, &neutral);
+            let Promise { downhill, curvature, .. } = promises.of_effect(effect, &neutral);
             best_spread(curvature, &downhill).1
         }
         Search::Sets | Search::Exchanges | Search::Steps | Search::Heights => f64::INFINITY,

@@ -83,6 +83,18 @@ impl Fit {
         self.instances.iter().map(|instance| instance.effect.id()).collect()
     }
 
+    /// What the scans' shifts add to the cost.
+    pub fn cost_of_shifts(&self) -> f64 {
+        let shifts = self.nuisance.iter().map(|nuisance| nuisance.shift_m.norm_squared());
+        shifts.sum::<f64>() / (SHIFT_M * SHIFT_M)
+    }
+
+    /// The cost with that: where the robot's origin is elsewhere, the shift takes up what the readings would show, and all
+    /// that is left to see is that nobody sets up so badly.
+    pub fn cost_with_shifts(&self) -> f64 {
+        self.cost + self.cost_of_shifts()
+    }
+
     /// How many effects there are, the simulator's own defects not counted.
     pub fn physical_effects(&self) -> usize {
         self.instances.iter().filter(|instance| !instance.effect.is_defect()).count()

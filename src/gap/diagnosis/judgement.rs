@@ -1,10 +1,10 @@
 //! The verdict: which set of effects, if any, is named.
 
 use super::Verdict;
-use super::element_order::order_of_elements;
 use super::observations::Observations;
 use super::pursuit::Tried;
-use super::residual_tests::{in_slow_patterns, z_scores};
+use super::residual_tests::in_slow_patterns;
+use super::structure::{Kind, Left, Test};
 
 /// Probability above which a set is named alone.
 const CLEAR: f64 = 0.85;
@@ -17,20 +17,6 @@ const TOGETHER: f64 = 0.9;
 
 /// Most rivals that are named.
 const MOST_RIVALS: usize = 3;
-
-/// Standard deviations at which a test says that there is structure: small flaws of the formulas show among thousands of readings.
-const LIMIT: f64 = 4.0;
-
-/// The same for order among departures that should have none, whatever the formulas: one in four hundred, by either of two tests.
-const LIMIT_OF_ORDER: f64 = 3.0;
-
-/// Name of the test of that.
-const ORDER: &str = "order among the elements";
-
-/// Standard deviations at which a test of this name says that there is structure.
-pub(super) fn limit(test: &str) -> f64 {
-    if test == ORDER { LIMIT_OF_ORDER } else { LIMIT }
-}
 
 /// Share of the believed set-up's excess chi-square that a set may leave and still explain a gap: no effect's formula is
 /// better than that.
@@ -48,6 +34,9 @@ const LARGE: f64 = 4.0;
 /// said to come of two effects or three, and none did.)
 const FAINT: f64 = 0.16;
 
+/// Share of a gap that rounding errors must make up to be what is not explained of it.
+const SHARE_OF_STEPS: f64 = 0.1;
+
 /// The verdict and what it rests on.
 pub(super) struct Judgement {
     pub verdict: Verdict,
@@ -55,44 +44,41 @@ pub(super) struct Judgement {
     pub named: Vec<usize>,
     /// Probability of each set that was tried.
     pub probabilities: Vec<f64>,
-    /// Names and z-scores of the tests of the best set.
-    pub tests: Vec<(&'static str, f64)>,
     /// Whether several effects would be named but that the gap is faint.
     pub too_faint: bool,
 }
 
-/// Judges what was tried, the best first.
+/// Judges what was tried, the best first, by what that leaves.
 pub(super) fn judge(
     observations: &Observations,
     tried: &[Tried],
     believed: &Tried,
-    residuals_of: impl Fn(&Tried) -> Vec<f64>,
+    of_best: &Left,
 ) -> Judgement {
     let probabilities = probabilities(tried);
-    let residuals = residuals_of(&tried[0]);
-    let mut tests = z_scores(observations, &residuals);
-    if let Some(z) = order_of_elements(observations, &tried[0].fit) {
-        tests.push((ORDER, z));
-    }
     let n = observations.len() as f64;
     let excess = |cost: f64| (cost - n).max(0.0);
     // A noise judged by what is left hides what is left of chi-square, and not its structure.
-    let left = excess(tried[0].fit.cost).max(in_slow_patterns(observations, &residuals));
+    let left = excess(tried[0].fit.cost).max(in_slow_patterns(observations, &of_best.residuals));
     let share = left / excess(believed.fit.cost);
     let many =
         tried[0].fit.physical_effects() > 2 || tried[0].fit.instances.len() > 1 && left > 0.5 * n;
     let imitates = many && share > LEFT_OVER_BY_SEVERAL;
     // Of a gap within the noise nothing may be left over.
     let left_over = if believed.fit.cost > LARGE * n && !imitates { share } else { 1.0 };
-    let bears_a_flaw = |name: &str| !matches!(name, "more scatter than the noise" | ORDER);
-    let structured =
-        |name: &str, z: f64| z > limit(name) && (left_over > LEFT_OVER || !bears_a_flaw(name));
-    let fails = tests.iter().any(|(name, z)| structured(name, *z));
+    let structured = |test: &Test| match test.kind {
+        Kind::NoFlaw => test.fails(),
+        Kind::Pattern => test.fails() && left_over > LEFT_OVER,
+        Kind::Converter => {
+            let of_gap = SHARE_OF_STEPS * excess(believed.fit.cost);
+            test.fails() && test.z * test.z * n > of_gap
+        }
+    };
+    let fails = of_best.tests.iter().any(structured);
     let judgement = |verdict, named| Judgement {
         verdict,
         named,
         probabilities: probabilities.clone(),
-        tests: tests.clone(),
         too_faint: false,
     };
     if fails {
@@ -119,7 +105,12 @@ pub(super) fn judge(
         .filter(|number| support(*number) >= CLEAR)
         .max_by_key(|number| tried[*number].fit.instances.len());
     let named = |verdict, named: Vec<usize>| {
-        let several = named.iter().all(|&number| tried[number].fit.physical_effects() > 1);
+        let several = named.iter().all(|&number| {
+            let fit = &tried[number].fit;
+            // An offset is told by a shift that nobody leaves, however faint what is left beside it.
+            let told_by_shifts = usize::from(fit.ids().contains(&"offset"));
+            fit.physical_effects() - told_by_shifts > 1
+        });
         if several && excess(believed.fit.cost) < FAINT * n {
             return Judgement { too_faint: true, ..judgement(Verdict::Unexplained, Vec::new()) };
         }

@@ -31,6 +31,15 @@ impl Nuisance {
     /// Numbers in it.
     pub const COUNT: usize = 5;
 
+    /// What they are called.
+    pub const NAMES: [&str; Self::COUNT] = [
+        "the gain",
+        "the place along x",
+        "the place along y",
+        "the place along z",
+        "the near field",
+    ];
+
     /// From its numbers: log gain, then x, y, z, then the near field.
     pub fn from_slice(numbers: &[f64]) -> Self {
         let shift_m = Vec3::new(numbers[1], numbers[2], numbers[3]);

@@ -2,6 +2,7 @@
 //! once that effect is added.
 
 mod account;
+mod converter_steps;
 mod course;
 mod detection;
 #[allow(clippy::module_inception)] // the module's one result
@@ -27,11 +28,15 @@ mod problem;
 mod promises;
 mod pursuit;
 mod random_elements;
+mod rarity;
 mod residual_tests;
 mod scale;
 mod scatter;
+mod score_tests;
 mod search;
 mod silence;
+mod stray_wave;
+mod structure;
 mod supposed;
 mod text;
 

@@ -206,7 +206,7 @@ impl<'o> Problem<'o> {
 
     /// How each residual, and after them each charge, changes with its pressure: the derivative by a change dp is the real part of slope
     /// times dp.
-    fn slopes<'l>(&self, numbers: &[f64], looked: &'l Looked) -> &'l [Complex64] {
+    pub fn slopes<'l>(&self, numbers: &[f64], looked: &'l Looked) -> &'l [Complex64] {
         const LOUDER: f64 = 1e-6;
         looked.slopes.get_or_init(|| {
             let mut louder = looked.pressures.clone();

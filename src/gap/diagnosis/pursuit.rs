@@ -38,8 +38,11 @@ const MATERIAL_OF_LARGE: f64 = 1e-3;
 /// Nats within which sets near the readings are rivals, and extended.
 const RIVALS: f64 = 12.0;
 
+/// Nats within which a set may be named beside the best.
+const MAY_BE_NAMED: f64 = 6.0;
+
 /// Nats behind the best, on some of the readings, within which a set is fitted to all, and sets that are in any case.
-const STILL_HOPEFUL: f64 = 25.0;
+const STILL_HOPEFUL: f64 = 12.0;
 const ALWAYS_HOPEFUL: usize = 6;
 
 /// A set of effects as it was fitted, with the logarithm of its evidence.
@@ -106,6 +109,11 @@ impl Pursuit {
         pursuit
     }
 
+    /// What was seen to lead nowhere is looked at again: it was seen with another noise.
+    pub fn forget_what_was_given_up(&mut self) {
+        self.given_up.clear();
+    }
+
     /// Fits what is hopeful to all readings, of which the search saw some.
     pub fn on_all(self, observations: &Observations, context: &Context) -> Self {
         let Self { mut tried, mut given_up, .. } = self;
@@ -166,7 +174,7 @@ impl Pursuit {
         }
         let chosen = &self.laws_chosen.0;
         let matters = |tried: &&mut Tried| {
-            let near = tried.log_evidence > best.log_evidence - RIVALS;
+            let near = tried.log_evidence > best.log_evidence - MAY_BE_NAMED;
             (near || holds_all(&best.fit, &tried.fit)) && !chosen.contains(&sorted_ids(&tried.fit))
         };
         let now_chosen = self.tried.par_iter_mut().filter(matters).map(|tried| {
@@ -291,7 +299,7 @@ impl Pursuit {
 
     /// The gap in chi-square, by the worst of what was tried.
     fn gap(&self, n: f64) -> f64 {
-        self.tried.iter().map(|tried| tried.fit.cost).fold(0.0, f64::max) - n
+        self.tried.iter().map(|tried| tried.fit.cost_with_shifts()).fold(0.0, f64::max) - n
     }
 
     /// Tries every other effect in the place of each of the best set: what was taken in first, as the best alone, need not be
@@ -368,9 +376,10 @@ impl Pursuit {
 /// Whether a set closes more of a gap than a part of it does, by what is worth an effect. Of a very large gap only what is beyond the
 /// noise counts; what takes the place of random departures need not close anything.
 fn closes(smaller: &Fit, larger: &Fit, gap: f64, n: f64) -> bool {
+    let [smaller_cost, larger_cost] = [smaller, larger].map(Fit::cost_with_shifts);
     let material = match gap > VERY_LARGE * n {
-        true => smaller.cost.max(n) - larger.cost.max(n) > MATERIAL_OF_LARGE * gap,
-        false => smaller.cost - larger.cost > MATERIAL * gap,
+        true => smaller_cost.max(n) - larger_cost.max(n) > MATERIAL_OF_LARGE * gap,
+        false => smaller_cost - larger_cost > MATERIAL * gap,
     };
     material || smaller.has_random_elements()
 }

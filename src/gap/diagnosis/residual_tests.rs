@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use super::observations::{Observations, ObservedDrive, Visit};
+use super::rarity::z_of_sum_of_squares;
 
 /// Residuals laid out by drive, in the order of the observations, with where they stand.
 struct Laid<'o> {
@@ -11,20 +12,23 @@ struct Laid<'o> {
     residuals: &'o [f64],
 }
 
-/// Names and z-scores of all tests.
+/// Names and z-scores of the tests for patterns.
 pub(super) fn z_scores(observations: &Observations, residuals: &[f64]) -> Vec<(&'static str, f64)> {
     let laid = laid(observations, residuals);
     // Structure is judged against the residual's own size, so that a noise judged a little wrong is none.
-    let n = residuals.len() as f64;
-    let power = residuals.iter().map(|r| r * r).sum::<f64>() / n;
+    let power = mean_square(residuals);
     vec![
-        ("more scatter than the noise", scatter(power, n, observations)),
         ("neighbours alike", neighbours(&laid, power)),
         ("ripples across a plane", ripples(&laid, power)),
         ("slow patterns across a plane", slow_patterns(&laid, power)),
         ("repeats alike", repeats(&laid, power)),
         ("planes off as a whole", planes(&laid, power)),
     ]
+}
+
+/// The residuals' mean square.
+pub(super) fn mean_square(residuals: &[f64]) -> f64 {
+    residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64
 }
 
 fn laid<'o>(observations: &'o Observations, residuals: &'o [f64]) -> Vec<Laid<'o>> {
@@ -40,11 +44,12 @@ fn laid<'o>(observations: &'o Observations, residuals: &'o [f64]) -> Vec<Laid<'o
 }
 
 /// The mean square against one, in units of what it scatters by; the noise itself is known only to some percent.
-fn scatter(power: f64, n: f64, observations: &Observations) -> f64 {
+pub(super) fn scatter(observations: &Observations, residuals: &[f64]) -> f64 {
     let known: usize = observations.scans.iter().map(|scan| scan.scatter.pairs.len()).sum();
     let silent: usize = observations.scans.iter().map(|scan| scan.silent.len()).sum();
     let known = (known.min(4 * silent).max(8)) as f64;
-    (power - 1.0) / (2.0 / n + 2.0 / known).sqrt()
+    let n = residuals.len() as f64;
+    (mean_square(residuals) - 1.0) / (2.0 / n + 2.0 / known).sqrt()
 }
 
 /// Moran's I: products of residuals of points one step apart along x or y.
@@ -212,16 +217,6 @@ fn planes(laid: &[Laid<'_>], power: f64) -> f64 {
     z_of_sum_of_squares(squares, count)
 }
 
-/// The normal deviate that is as rare as a sum of squares of so many normal numbers (E. B. Wilson and M. M. Hilferty, PNAS 17, 684,
-/// 1931): the sum of a few is far from normal, and its own standard deviations would cry wolf.
-fn z_of_sum_of_squares(sum: f64, count: f64) -> f64 {
-    if count == 0.0 {
-        return 0.0;
-    }
-    let variance = 2.0 / (9.0 * count);
-    ((sum / count).cbrt() - (1.0 - variance)) / variance.sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use rand::{RngExt, SeedableRng};
@@ -274,14 +269,5 @@ mod tests {
         assert!(z(ripples, &noise).abs() < 3.0, "{}", z(ripples, &noise));
         assert!(z(ripples, &fringes) > 6.0, "{}", z(ripples, &fringes));
         assert!(z(neighbours, &fringes) < 3.0 && z(slow_patterns, &fringes) < 3.0);
-    }
-
-    /// Chi-square that one in a thousand exceeds, by the tables; a normal number exceeds 3.09 as seldom.
-    #[test]
-    fn sums_of_few_squares_and_of_many_are_as_rare_as_their_deviate_says() {
-        for (count, sum) in [(1.0, 10.828), (4.0, 18.467), (30.0, 59.703), (100.0, 149.449)] {
-            let z = z_of_sum_of_squares(sum, count);
-            assert!((z - 3.09).abs() < 0.06, "{count}: {z}");
-        }
     }
 }

@@ -228,7 +228,8 @@ impl Supposed {
         (0..believed.array.len()).map(|n| kernel.of_element(n).at(&points_m)).collect()
     }
 
-    fn wavenumber_rad_m(&self, believed: &Simulation) -> f64 {
+    /// The wavenumber, rad/m.
+    pub fn wavenumber_rad_m(&self, believed: &Simulation) -> f64 {
         believed.medium.wavenumber_rad_m(believed.frequency_hz) * self.frequency_ratio
             / self.speed_ratio
     }

@@ -17,8 +17,6 @@ use super::diagnosis::{Candidate, Diagnosis, PlaneShare, Region, Verdict};
 const MOST_HEIGHTS: usize = 12;
 /// More causes than these are not listed among those that are ruled out.
 const MOST_RULED_OUT: usize = 15;
-/// Structure beyond this many standard deviations is not noise's.
-const NOT_NOISE_SIGMA: f64 = 3.0;
 
 impl Region {
     /// The region in words.
@@ -205,8 +203,12 @@ impl Diagnosis {
         }
         let mut rows = vec![["", "before", "after", ""].map(str::to_owned)];
         rows.extend(self.residual_tests.iter().map(|test| {
-            let left = if test.z.abs() > NOT_NOISE_SIGMA { "still there" } else { "" };
-            [test.name.to_owned(), fixed(test.z_before, 1), fixed(test.z, 1), left.to_owned()]
+            let (name, left) = match (test.is_structure(), &test.sign_of) {
+                (true, Some(sign)) => (format!("{} ({sign})", test.name), "still there"),
+                (true, None) => (test.name.to_owned(), "still there"),
+                (false, _) => (test.name.to_owned(), ""),
+            };
+            [name, fixed(test.z_before, 1), fixed(test.z, 1), left.to_owned()]
         }));
         "Structure in what is left, in standard deviations of noise's own\n".to_owned()
             + &table(&rows)

@@ -5,9 +5,6 @@ use super::super::numbers::{fixed, height_mm, percent};
 use super::figures::DiagnosisFigures;
 use crate::gap::diagnosis::{Diagnosis, PlaneShare};
 
-/// Structure beyond this many standard deviations is not noise's.
-const NOT_NOISE_SIGMA: f64 = 3.0;
-
 /// What each effect takes off the gap; `None` where nothing does.
 pub(super) fn waterfall(figures: &DiagnosisFigures) -> Option<Vec<Html>> {
     let figure = figures.waterfall.as_ref()?;
@@ -64,22 +61,21 @@ pub(super) fn structure(diagnosis: &Diagnosis) -> Option<Vec<Html>> {
         return None;
     }
     let rows = diagnosis.residual_tests.iter().map(|test| {
-        let finding = match (test.z_before.abs() > NOT_NOISE_SIGMA, test.z.abs() > NOT_NOISE_SIGMA)
-        {
-            (_, true) => "still there: something is not explained",
-            (true, false) => "gone",
-            (false, false) => "never there",
+        let finding = match (test.was_structure(), test.is_structure()) {
+            (_, true) => {
+                let sign = test.sign_of.as_deref().unwrap_or("something is not explained");
+                format!("still there: {sign}")
+            }
+            (true, false) => "gone".to_owned(),
+            (false, false) => "never there".to_owned(),
         };
         vec![
             text(test.name),
             text(&fixed(test.z_before, 1)),
             text(&fixed(test.z, 1)),
-            text(finding),
+            text(&finding),
         ]
     });
-    let caption = format!(
-        "Structure in what is left, in standard deviations of what noise alone gives; beyond \u{b1}{NOT_NOISE_SIGMA} it is \
-         hardly noise's."
-    );
-    Some(vec![table(&caption, &["Looked for", "Before", "After", "Found"], rows)])
+    let caption = "Structure in what is left, in standard deviations of what noise alone gives";
+    Some(vec![table(caption, &["Looked for", "Before", "After", "Found"], rows)])
 }

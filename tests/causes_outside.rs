@@ -1,0 +1,87 @@
+//! Causes that the catalogue does not have, faint in scans of vibrating pistons: each is not only left unexplained, but shown where to
+//! look for it.
+
+use std::f64::consts::TAU;
+
+use fieldgap::acoustics::Vec3;
+use fieldgap::gap::diagnosis::{Diagnosis, ResidualTest, Verdict, diagnose};
+
+mod scanned_pistons;
+use scanned_pistons::{Truth, scan};
+
+const HEIGHTS_MM: [f64; 4] = [80.0, 120.0, 160.0, 200.0];
+
+/// Diagnoses what must be left unexplained for the structure of this name.
+fn found(name: &str, truth: &Truth) -> (ResidualTest, Diagnosis) {
+    let diagnosis = diagnose(&[scan(&HEIGHTS_MM, truth)], None).expect("readings enough");
+    assert_eq!(diagnosis.verdict, Verdict::Unexplained, "{}", diagnosis.sentence);
+    assert!(diagnosis.sentence.contains(name), "{}", diagnosis.sentence);
+    let test = diagnosis.residual_tests.iter().find(|test| test.name == name).expect("tested");
+    (test.clone(), diagnosis)
+}
+
+/// The numbers in what a structure is a sign of.
+fn numbers(test: &ResidualTest) -> Vec<f64> {
+    let sign = test.sign_of.as_deref().expect("a sign");
+    let parts = sign.split(|c: char| !(c.is_ascii_digit() || matches!(c, '-' | '.' | 'e')));
+    parts.filter_map(|part| part.parse().ok()).collect()
+}
+
+#[test]
+fn a_thing_that_scatters_is_found_where_it_hangs() {
+    let at_mm = Vec3::new(-12.0, 9.0, 55.0);
+    let truth = Truth { scatterer: Some((at_mm, 1.5)), ..Truth::default() };
+    let (test, diagnosis) = found("a wave from elsewhere", &truth);
+    let [x, y, z] = numbers(&test)[..] else { panic!("{test:?}") };
+    let beside_mm = (Vec3::new(x, y, z) - at_mm).norm();
+    assert!(beside_mm < 6.0, "{}: {beside_mm} mm beside", diagnosis.sentence);
+    let patterns = ["neighbours alike", "slow patterns across a plane", "planes off as a whole"];
+    let others = diagnosis.residual_tests.iter().filter(|test| patterns.contains(&test.name));
+    others.for_each(|test| assert!(test.z < 4.0, "not faint: {test:?}"));
+}
+
+#[test]
+fn a_screw_that_runs_out_of_true_is_found_by_its_lead() {
+    let stands_mm = |at_mm: &Vec3| at_mm + Vec3::y() * 0.15 * (TAU * at_mm.y / 8.0).sin();
+    let (test, _) = found("a screw that is out of true", &Truth { stands_mm, ..Truth::default() });
+    assert!(test.sign_of.as_deref().is_some_and(|sign| sign.starts_with("of y, ")), "{test:?}");
+    assert!((numbers(&test)[0] - 8.0).abs() < 0.5, "{test:?}");
+}
+
+/// A drift takes up three quarters of a step.
+#[test]
+fn a_step_of_the_gain_is_no_drift() {
+    let received = |reading: f64, progress: f64| reading * if progress > 0.4 { 1.015 } else { 1.0 };
+    let (test, diagnosis) =
+        found("a set-up that changes on the way", &Truth { received, ..Truth::default() });
+    assert!(test.sign_of.as_deref().is_some_and(|sign| sign.contains("gain")), "{test:?}");
+    assert_eq!(diagnosis.ranked[0].effects, ["gain-drift"], "{}", diagnosis.sentence);
+    let drifting = |reading: f64, progress: f64| reading * (1.0 + 0.015 * progress);
+    let drifting = Truth { received: drifting, ..Truth::default() };
+    let plain = diagnose(&[scan(&HEIGHTS_MM, &drifting)], None).expect("readings enough");
+    assert_eq!(plain.effects, ["gain-drift"], "{}", plain.sentence);
+}
+
+/// Phases that grow with the squared distance from the middle move the focus nearly as a scale of the axes does.
+#[test]
+fn a_bowed_board_is_no_scale_of_the_axes() {
+    let turned_rad = |n: usize| {
+        let [x, y] = [n % 6, n / 6].map(|place| place as f64 - 2.5);
+        0.008 * (x * x + y * y - 35.0 / 6.0)
+    };
+    found("elements graded across the array", &Truth { turned_rad, ..Truth::default() });
+}
+
+#[test]
+fn a_converters_steps_are_found_where_noise_hides_them() {
+    let steps = |reading: f64, _| (reading / 0.003).round() * 0.003;
+    let (test, diagnosis) =
+        found("readings in steps", &Truth { received: steps, ..Truth::default() });
+    assert!((numbers(&test)[0] / 0.003 - 1.0).abs() < 0.01, "{test:?}");
+    assert!(diagnosis.ranked[0].effects.is_empty(), "{}", diagnosis.sentence);
+    // A tenth of that is of no account.
+    let finer = |reading: f64, _| (reading / 0.0003).round() * 0.0003;
+    let finer = Truth { received: finer, ..Truth::default() };
+    let finer = diagnose(&[scan(&HEIGHTS_MM, &finer)], None).expect("readings enough");
+    assert_eq!(finer.verdict, Verdict::None, "{}", finer.sentence);
+}

@@ -297,9 +297,10 @@ impl Pursuit {
         sort(&mut self.tried);
     }
 
-    /// The gap in chi-square, by the worst of what was tried.
+    /// The gap of the believed set-up in chi-square. (Another set may leave more: a fit that went astray.)
     fn gap(&self, n: f64) -> f64 {
-        self.tried.iter().map(|tried| tried.fit.cost_with_shifts()).fold(0.0, f64::max) - n
+        let believed = self.tried.iter().find(|tried| tried.fit.instances.is_empty());
+        believed.expect("it is part of every set").fit.cost_with_shifts() - n
     }
 
     /// Tries every other effect in the place of each of the best set: what was taken in first, as the best alone, need not be
@@ -402,4 +403,41 @@ fn best_log_evidence(tried: &[Tried]) -> f64 {
 
 fn sort(tried: &mut [Tried]) {
     tried.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fit::Instance;
+    use super::super::likelihood::Nuisance;
+    use super::*;
+
+    fn tried(id: Option<&str>, cost: f64, shift_m: f64) -> Tried {
+        let instance = |id: &str| Instance {
+            effect: CATALOGUE.into_iter().find(|effect| effect.id() == id).expect("an effect"),
+            choice: Choice::None,
+        };
+        let mut nuisance = Nuisance::from_slice(&[0.0; Nuisance::COUNT]);
+        nuisance.shift_m.x = shift_m;
+        let instances = id.map(instance).into_iter().collect();
+        let fit = Fit { instances, cost, ..Fit::of_nothing(vec![nuisance]) };
+        Tried { fit, log_evidence: -0.5 * cost }
+    }
+
+    /// Else what closes all that is left but for noise would close next to nothing of what a fit that went astray leaves.
+    #[test]
+    fn a_fit_that_went_astray_makes_no_gap() {
+        let tried = vec![tried(None, 1000.0, 0.0), tried(Some("aperture"), 1e9, 0.0)];
+        let (given_up, laws_chosen) = Default::default();
+        let pursuit = Pursuit { tried, given_up, noise_is_settled: false, laws_chosen };
+        assert_eq!(pursuit.gap(100.0), 900.0);
+    }
+
+    #[test]
+    fn an_offset_closes_what_the_shift_took_up() {
+        let (drift, gap, n) = (tried(Some("gain-drift"), 5000.0, 5e-4).fit, 20_000.0, 5000.0);
+        let still = tried(Some("gain-drift"), 4998.0, 5e-4).fit;
+        let unshifted = tried(Some("offset"), 4998.0, 0.0).fit;
+        assert!(!closes(&drift, &still, gap, n));
+        assert!(closes(&drift, &unshifted, gap, n));
+    }
 }

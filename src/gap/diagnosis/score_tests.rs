@@ -41,16 +41,14 @@ const FEWEST: usize = 12;
 const GRADED: [fn(f64, f64) -> f64; 5] =
     [|x, _| x, |_, y| y, |x, y| x * x + y * y, |x, y| x * x - y * y, |x, y| x * y];
 
-/// The tests of a fit that leaves these residuals.
+/// The tests of a fit that leaves these residuals; none beside turbulence, whose scatter differs over the field by itself.
 pub(super) fn tests(promises: &Promises<'_>, residuals: &[f64]) -> Vec<Test> {
-    let asked = Asked { promises, power: mean_square(residuals), directions: directions(promises) };
-    let mut tests = vec![asked.on_the_way(), asked.screws()];
-    tests.extend(asked.graded_elements());
-    // What turbulence scatters differs over the field by itself.
-    if promises.fit.turbulence().0 == 0.0 {
-        tests.push(asked.over_the_field());
+    if promises.fit.turbulence().0 > 0.0 {
+        return Vec::new();
     }
-    tests
+    let asked = Asked { promises, power: mean_square(residuals), directions: directions(promises) };
+    let tests = [asked.on_the_way(), asked.over_the_field(), asked.screws()];
+    asked.graded_elements().into_iter().chain(tests).collect()
 }
 
 /// A fit of which something is asked.

@@ -151,13 +151,21 @@ impl<'o> Promises<'o> {
         let across = DMatrix::from_fn(known, columns.len(), |i, j| dot(&old[i], &columns[j]));
         let own =
             DMatrix::from_fn(columns.len(), columns.len(), |i, j| dot(&columns[i], &columns[j]));
-        let downhill = DVector::from_iterator(
+        let mut downhill = DVector::from_iterator(
             columns.len(),
             columns.iter().map(|column| -dot(column, residuals)),
         );
-        // The fit is at its minimum: what is already in it has no slope left, only a curvature that it shares.
+        // What is already in it shares curvature and, where the fit is not quite at its minimum, slope.
         let curvature = match self.within() {
-            Some(cholesky) => &own - across.transpose() * cholesky.solve(&across),
+            Some(cholesky) => {
+                let known_downhill = DVector::from_fn(known, |i, _| {
+                    let prior = self.unknowns[i].prior;
+                    let back = prior.map_or(0.0, |(mean, sd)| (mean - self.numbers[i]) / (sd * sd));
+                    back - dot(&old[i], residuals)
+                });
+                downhill -= across.tr_mul(&cholesky.solve(&known_downhill));
+                &own - across.transpose() * cholesky.solve(&across)
+            }
             None => own.clone(),
         };
         Promise { downhill, curvature, alone: own.diagonal() }

@@ -71,9 +71,7 @@ pub(super) struct Left {
 impl Left {
     /// By a fit.
     pub fn by(fit: &Fit, observations: &Observations, context: &Context) -> Self {
-        let supposed = fit.supposed(context);
-        let pressures = pressures(observations, &supposed, &fit.nuisance);
-        let residuals = supposed.residuals(observations, &pressures, &fit.nuisance).scaled;
+        let residuals = residuals_of(fit, observations, context);
         let plain = |kind: Kind, limit: f64| {
             move |(name, z): (&'static str, f64)| Test { name, z, limit, sign_of: None, kind }
         };
@@ -83,9 +81,7 @@ impl Left {
         tests.extend(patterns.into_iter().map(plain(Kind::Pattern, LIMIT)));
         let order = order_of_elements(observations, fit).map(|z| ("order among the elements", z));
         tests.extend(order.map(plain(Kind::NoFlaw, LIMIT_OF_ORDER)));
-        let promises = Promises::of(observations, context, fit);
-        tests.extend(score_tests::tests(&promises, &residuals));
-        tests.extend(stray_wave::test(&promises, &residuals));
+        tests.extend(of_one_thing(fit, observations, context, &residuals));
         tests.extend(ConverterSteps::of(observations).map(|steps| Test {
             name: "readings in steps",
             z: steps.rounding,
@@ -94,5 +90,35 @@ impl Left {
             kind: Kind::Converter,
         }));
         Self { residuals, tests }
+    }
+}
+
+fn residuals_of(fit: &Fit, observations: &Observations, context: &Context) -> Vec<f64> {
+    let supposed = fit.supposed(context);
+    let pressures = pressures(observations, &supposed, &fit.nuisance);
+    supposed.residuals(observations, &pressures, &fit.nuisance).scaled
+}
+
+/// The tests that ask for one thing each. Where it matters how the robot came, they are asked of the readings of which that is known:
+/// the others follow no slope.
+fn of_one_thing(
+    fit: &Fit,
+    observations: &Observations,
+    context: &Context,
+    residuals: &[f64],
+) -> Vec<Test> {
+    let ask = |observations: &Observations, residuals: &[f64]| {
+        let promises = Promises::of(observations, context, fit);
+        let mut tests = score_tests::tests(&promises, residuals);
+        tests.extend(stray_wave::test(&promises, residuals));
+        tests
+    };
+    if !fit.supposed(context).minds_the_way() {
+        return ask(observations, residuals);
+    }
+    let known = observations.only(|_, visit| visit.even);
+    match known.scans.len() == observations.scans.len() && 2 * known.len() > observations.len() {
+        true => ask(&known, &residuals_of(fit, &known, context)),
+        false => Vec::new(),
     }
 }

@@ -79,10 +79,10 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
         noise: NOISE,
         registration: registration(),
         residual_tests: vec![
-            residual_test("neighbours alike", 0.8, 61.2, None),
-            residual_test("planes off as a whole", -1.1, 12.4, None),
-            residual_test("elements graded across the array", 4.4, 8.7, None),
-            residual_test("a screw that is out of true", 5.2, 0.4, Some("of x, 8.0 mm a turn")),
+            residual_test("neighbours alike", 0.8, Some(61.2), None),
+            residual_test("planes off as a whole", -1.1, Some(12.4), None),
+            residual_test("elements graded across the array", 4.4, Some(8.7), None),
+            residual_test("a screw that is out of true", 5.2, None, Some("of x, 8.0 mm a turn")),
         ],
         waterfall: vec![
             WaterfallStep { effect: Some("sound-speed"), share: 0.9982 },
@@ -304,7 +304,7 @@ fn plane(z_mm: f64, step_m: f64) -> DiagnosedPlane {
 fn residual_test(
     name: &'static str,
     z: f64,
-    z_before: f64,
+    z_before: Option<f64>,
     sign_of: Option<&'static str>,
 ) -> ResidualTest {
     ResidualTest { name, z, z_before, limit: 3.3, sign_of: sign_of.map(str::to_owned) }

@@ -197,8 +197,8 @@ pub struct ResidualTest {
     pub name: &'static str,
     /// Standard deviations from what noise alone gives; of a converter's steps their rounding error, in the noise's deviations.
     pub z: f64,
-    /// Before anything was added.
-    pub z_before: f64,
+    /// Before anything was added; `None` for what is only asked of what is left.
+    pub z_before: Option<f64>,
     /// From where on it is not noise's.
     pub limit: f64,
     /// What it is a sign of, as far as the readings say: where a wave comes from, which axis a screw drives.
@@ -213,7 +213,7 @@ impl ResidualTest {
 
     /// Whether what there was before was not.
     pub fn was_structure(&self) -> bool {
-        self.z_before > self.limit
+        self.z_before.is_some_and(|z| z > self.limit)
     }
 }
 

@@ -9,7 +9,7 @@ use super::observations::Observations;
 use super::problem::is_plausible;
 use super::promises::{Promise, Promises};
 use super::pursuit::Tried;
-use super::random_elements::{best_spread, in_place_of_departures, without_phases};
+use super::random_elements::{best_spread, from_elsewhere, in_place_of_departures, without_phases};
 use super::search::{Beginning, Scored, beginnings, extended};
 use crate::least_squares::Stopping;
 
@@ -211,10 +211,12 @@ impl<'o> Base<'o> {
             .filter(plausible)
             .map(|beginning| start(beginning, &before.values))
             .collect();
-        if let Some(without) = without_phases(before).filter(|_| effect.search() == Search::Steps) {
+        // Phases that were fitted to each element may be bent by what steps or an exchange does to some.
+        let of_phases = matches!(effect.search(), Search::Steps | Search::Exchanges);
+        if let Some(without) = without_phases(before).filter(|_| of_phases) {
             let scored = Scored::of(&without, self.promises.observations, context);
-            let steps = beginnings(effect, &scored, slope_leads, context);
-            starts.extend(steps.into_iter().map(|steps| start(steps, &without.values)));
+            let others = beginnings(effect, &scored, slope_leads, context);
+            starts.extend(others.into_iter().map(|other| start(other, &without.values)));
         }
         for (elements, values) in in_place_of_departures(before, effect.search()) {
             let choice = Choice::Elements(elements);
@@ -225,7 +227,26 @@ impl<'o> Base<'o> {
             .into_iter()
             .map(|start| fit_any(coarse, context, start, stopping))
             .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))?;
-        Some(if stopping == ROUGH { best } else { refined(best, coarse, context, ROUGH) })
+        let best = if stopping == ROUGH { best } else { refined(best, coarse, context, ROUGH) };
+        if effect.search() != Search::Random || !self.is_stuck(&best, coarse) {
+            return Some(best);
+        }
+        let others = from_elsewhere(&best, coarse, context, ROUGH);
+        others
+            .into_iter()
+            .chain([best])
+            .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))
+    }
+
+    /// Whether a fit closes most of what was open, and yet leaves more than noise: that may be another minimum than the least.
+    fn is_stuck(&self, fit: &Fit, coarse: &Observations) -> bool {
+        /// Share of the excess that is the rest of most of it.
+        const REST: f64 = 0.2;
+        /// Excess a reading that is more than noise.
+        const MORE_THAN_NOISE: f64 = 0.1;
+        let n = coarse.len() as f64;
+        let excess = fit.cost - n;
+        excess > MORE_THAN_NOISE * n && excess < REST * (self.coarse_cost - n)
     }
 }
 

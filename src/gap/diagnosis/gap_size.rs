@@ -1,8 +1,7 @@
 //! How large the gap is: root mean square residual over that of the scan, over all readings and over some kept out of the fit.
 
 use super::effects::Context;
-use super::fit::fit_any;
-use super::fit::{Fit, Start};
+use super::fit::{Fit, Start, fit as fit_again};
 use super::likelihood::{Nuisance, first_gain, pressures};
 use super::observations::{Observations, Visit};
 use super::supposed::Supposed;
@@ -92,7 +91,7 @@ impl HeldOut {
         gap(&self.kept_out, &expected(&self.kept_out, &Supposed::default(), &nuisance))
     }
 
-    /// Of a fit, made anew on the training points.
+    /// Of a fit, made anew on the training points; the spread of random departures stays what it was.
     pub fn after(&self, fit: &Fit, context: &Context) -> f64 {
         let start = Start {
             instances: fit.instances.clone(),
@@ -101,7 +100,7 @@ impl HeldOut {
             nuisance: Some(fit.nuisance.clone()),
         };
         let few = Stopping { iterations: 4, step: 1e-2, fall: 1e-6 };
-        let again = fit_any(&self.training, context, start, few);
+        let again = fit_again(&self.training, context, start, few);
         let supposed = again.supposed(context);
         gap(&self.kept_out, &expected(&self.kept_out, &supposed, &again.nuisance))
     }

@@ -29,9 +29,9 @@ const LEFT_OVER_BY_SEVERAL: f64 = 3e-4;
 /// Cost a reading of the believed set-up from which on a gap is so large that a formula's own error may show.
 const LARGE: f64 = 4.0;
 
-/// Excess chi-square a reading, 0.4 standard deviations squared, below which a gap is faint: thousands of readings together tell it, and
-/// what two effects close of it one cause that nobody thought of mostly does. (Of faint gaps in a thousand sealed scans thirteen were
-/// said to come of two effects or three, and none did.)
+/// What is closed of a gap in chi-square a reading, 0.4 standard deviations squared, below which it is faint: thousands of readings
+/// together tell it, and what two effects close of it one cause that nobody thought of mostly does. (Of faint gaps in a thousand
+/// sealed scans thirteen were said to come of two effects or three, and none did.)
 const FAINT: f64 = 0.16;
 
 /// Share of a gap that rounding errors must make up to be what is not explained of it.
@@ -111,7 +111,7 @@ pub(super) fn judge(
             let told_by_shifts = usize::from(fit.ids().contains(&"offset"));
             fit.physical_effects() - told_by_shifts > 1
         });
-        if several && excess(believed.fit.cost) < FAINT * n {
+        if several && believed.fit.cost - tried[0].fit.cost.min(n) < FAINT * n {
             return Judgement { too_faint: true, ..judgement(Verdict::Unexplained, Vec::new()) };
         }
         judgement(verdict, named)

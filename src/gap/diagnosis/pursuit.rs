@@ -21,6 +21,9 @@ const FAR_BEHIND: f64 = 3.0;
 /// Most effects in a set, the simulator's own defects not counted.
 const MOST_EFFECTS: usize = 3;
 
+/// Effects in a set near the readings with which a first search, of few readings whose noise is not settled, may end.
+const ENOUGH_AT_FIRST: usize = 2;
+
 /// Nats that a larger set must gain over the best of the smaller ones before it is extended in its turn.
 const WORTH_MORE: f64 = 2.0;
 
@@ -131,6 +134,18 @@ impl Pursuit {
             hopeful.iter().any(|hopeful| ids.iter().all(|id| hopeful.contains(id)))
         });
         given_up.extend(hopeless.iter().map(|tried| sorted_ids(&tried.fit)));
+        // What is larger than the best and worth less than a part of it that is no smaller is looked at again beside that part, by what
+        // it promises there.
+        let size = hopeful[0].fit.instances.len();
+        let worth_more_than_its_parts = |tried: &&Tried| {
+            !hopeful.iter().any(|part| {
+                part.fit.instances.len() >= size
+                    && holds_all(&tried.fit, &part.fit)
+                    && part.log_evidence > tried.log_evidence
+            })
+        };
+        let hopeful: Vec<Tried> =
+            hopeful.iter().filter(worth_more_than_its_parts).cloned().collect();
         let mut tried: Vec<Tried> = hopeful
             .into_par_iter()
             .map(|tried| Tried::of(refined(tried.fit, observations, context, SEARCH), observations))
@@ -254,6 +269,9 @@ impl Pursuit {
                 break;
             }
             let near = is_near(&best.fit, observations);
+            if near && effects >= ENOUGH_AT_FIRST && !self.noise_is_settled {
+                break;
+            }
             frontier.truncate(if near || effects < 2 { EXTENDED } else { EXTENDED_LARGER });
             frontier.retain(|tried| match near {
                 true => tried.log_evidence >= best.log_evidence - RIVALS,
@@ -274,9 +292,9 @@ impl Pursuit {
         self.leave_out_the_immaterial(observations);
         let near = is_near(&self.tried[0].fit, observations);
         for _ in 0..if near { MOST_EXCHANGES } else { EXCHANGES_FROM_AFAR } {
-            let best = self.tried[0].fit.ids();
+            let best = sorted_ids(&self.tried[0].fit);
             self.exchange(observations, context);
-            if self.tried[0].fit.ids() == best {
+            if sorted_ids(&self.tried[0].fit) == best {
                 break;
             }
         }

@@ -5,6 +5,10 @@
 //! spread that is taken.
 
 use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use rayon::prelude::*;
 
 use super::effects::{Context, Search};
 use super::fit::{Fit, Start, fit};
@@ -13,6 +17,9 @@ use crate::least_squares::Stopping;
 
 /// Spreads that are tried first, from a thousandth upwards, by this factor.
 const FACTOR: f64 = 1.5;
+
+/// Spread that a fit begins with, if no fit before it found one.
+const FIRST_SPREAD: f64 = 0.1;
 
 /// Rounds in which spread and departures settle.
 const ROUNDS: usize = 4;
@@ -26,7 +33,8 @@ pub(super) fn fit_with_spread(
     stopping: Stopping,
 ) -> Fit {
     let mut start = start;
-    start.spreads[number] = 0.1;
+    let known = start.spreads[number];
+    start.spreads[number] = if known.is_finite() { known } else { FIRST_SPREAD };
     let instances = start.instances.clone();
     let few = Stopping { iterations: 3, ..stopping };
     let mut fitted = fit(observations, context, start, few);
@@ -48,6 +56,29 @@ pub(super) fn fit_with_spread(
         }
     }
     fitted
+}
+
+/// The same set, whose last instance is random, fitted from departures drawn by lot. Where a field is weak a magnitude does not tell its
+/// sign, and a search that came there with the wrong one ends in a minimum that is not the least.
+pub(super) fn from_elsewhere(
+    stuck: &Fit,
+    observations: &Observations,
+    context: &Context,
+    stopping: Stopping,
+) -> Vec<Fit> {
+    /// Draws: where a search is stuck about a third of them lead elsewhere.
+    const DRAWS: u64 = 8;
+    let number = stuck.instances.len() - 1;
+    let spread = Normal::new(0.0, stuck.spreads[number]).expect("a spread is positive");
+    let from = |draw: u64| {
+        let mut values = stuck.values.clone();
+        let lots = spread.sample_iter(ChaCha8Rng::seed_from_u64(draw));
+        values[number].iter_mut().zip(lots).for_each(|(value, lot)| *value = lot);
+        let instances = stuck.instances.clone();
+        let (spreads, nuisance) = (stuck.spreads.clone(), Some(stuck.nuisance.clone()));
+        fit(observations, context, Start { instances, values, spreads, nuisance }, stopping)
+    };
+    (0..DRAWS).into_par_iter().map(from).collect()
 }
 
 /// What a fit of random departures takes for a departure may be something that is wrong with single elements: the elements

@@ -97,6 +97,9 @@ const ENOUGH: usize = 8;
 /// A share that is taken before repeats tell it.
 pub(super) const USUAL_SHARE: f64 = 0.02;
 
+/// By how much a residual's fine structure along the rows may underestimate the noise.
+const DOUBT: f64 = 2.0;
+
 /// What is known of a share beforehand, in nats: receivers scatter by some percent, give or take a factor of three.
 fn against_share(share: f64) -> f64 {
     0.5 * (share / USUAL_SHARE).ln().powi(2)
@@ -125,8 +128,9 @@ pub(super) fn judge(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
     let beside_floor = told.floor > 0.0 && scan.averaged == 1.0 && pairs.len() >= ENOUGH;
     if let Some(silence) = silence.as_ref().filter(|_| beside_floor) {
         // Beside a floor silence scatters by the share, too: both are found from silence and repeats together.
+        let most_share = (DOUBT * rough.0).max(10.0 * LEAST_SHARE);
         let of = |additive: f64| {
-            least(LEAST_SHARE, 1.0, |share| {
+            least(LEAST_SHARE, most_share, |share| {
                 cost(&pairs, share, additive, 0.0, Speckle::OfPaths)
                     + silence.cost(additive, share)
                     + against_share(share)
@@ -190,8 +194,6 @@ pub(super) fn judge(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
     let (additive, share) = (steady_additive, steady(steady_additive).0);
     // Repeats also differ by what the model of them leaves out (a lag, a drift); the residual's fine structure along
     // the rows does less so, if it is rougher than the noise by less.
-    /// By how much the fine structure may underestimate the noise.
-    const DOUBT: f64 = 2.0;
     let share = share.min(DOUBT * rough.0);
     Scatter { share, additive, ..scatter }.with_most_turbulence()
 }

@@ -69,8 +69,15 @@ pub(super) struct Left {
 }
 
 impl Left {
-    /// By a fit.
+    /// By a fit, with all that is asked of it.
     pub fn by(fit: &Fit, observations: &Observations, context: &Context) -> Self {
+        let Self { residuals, mut tests } = Self::and_its_patterns(fit, observations, context);
+        tests.extend(of_one_thing(fit, observations, context, &residuals));
+        Self { residuals, tests }
+    }
+
+    /// By a fit, with the patterns in it, but no causes asked for one by one.
+    pub fn and_its_patterns(fit: &Fit, observations: &Observations, context: &Context) -> Self {
         let residuals = residuals_of(fit, observations, context);
         let plain = |kind: Kind, limit: f64| {
             move |(name, z): (&'static str, f64)| Test { name, z, limit, sign_of: None, kind }
@@ -81,7 +88,6 @@ impl Left {
         tests.extend(patterns.into_iter().map(plain(Kind::Pattern, LIMIT)));
         let order = order_of_elements(observations, fit).map(|z| ("order among the elements", z));
         tests.extend(order.map(plain(Kind::NoFlaw, LIMIT_OF_ORDER)));
-        tests.extend(of_one_thing(fit, observations, context, &residuals));
         tests.extend(ConverterSteps::of(observations).map(|steps| Test {
             name: "readings in steps",
             z: steps.rounding,

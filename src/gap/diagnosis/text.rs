@@ -208,7 +208,8 @@ impl Diagnosis {
                 (true, None) => (test.name.to_owned(), "still there"),
                 (false, _) => (test.name.to_owned(), ""),
             };
-            [name, fixed(test.z_before, 1), fixed(test.z, 1), left.to_owned()]
+            let before = test.z_before.map_or_else(String::new, |z| fixed(z, 1));
+            [name, before, fixed(test.z, 1), left.to_owned()]
         }));
         "Structure in what is left, in standard deviations of noise's own\n".to_owned()
             + &table(&rows)

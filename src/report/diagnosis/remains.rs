@@ -67,11 +67,12 @@ pub(super) fn structure(diagnosis: &Diagnosis) -> Option<Vec<Html>> {
                 format!("still there: {sign}")
             }
             (true, false) => "gone".to_owned(),
+            (false, false) if test.z_before.is_none() => "not there".to_owned(),
             (false, false) => "never there".to_owned(),
         };
         vec![
             text(test.name),
-            text(&fixed(test.z_before, 1)),
+            text(&test.z_before.map_or_else(String::new, |z| fixed(z, 1))),
             text(&fixed(test.z, 1)),
             text(&finding),
         ]

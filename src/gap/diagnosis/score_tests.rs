@@ -41,11 +41,8 @@ const FEWEST: usize = 12;
 const GRADED: [fn(f64, f64) -> f64; 5] =
     [|x, _| x, |_, y| y, |x, y| x * x + y * y, |x, y| x * x - y * y, |x, y| x * y];
 
-/// The tests of a fit that leaves these residuals; none beside turbulence, whose scatter differs over the field by itself.
+/// The tests of a fit that leaves these residuals.
 pub(super) fn tests(promises: &Promises<'_>, residuals: &[f64]) -> Vec<Test> {
-    if promises.fit.turbulence().0 > 0.0 {
-        return Vec::new();
-    }
     let asked = Asked { promises, power: mean_square(residuals), directions: directions(promises) };
     let tests = [asked.on_the_way(), asked.over_the_field(), asked.screws()];
     asked.graded_elements().into_iter().chain(tests).collect()

@@ -9,9 +9,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use fieldgap::acoustics::{Excitation, Medium, PlaneGrid, Simulation, Simulator, Vec3};
-use fieldgap::gap::diagnosis::diagnose;
+use fieldgap::diagnosis::diagnose;
 use fieldgap::input::TomlSource;
-use fieldgap::scan::{RecordedScan, Sample, ScanSetup};
+use fieldgap::records::{RecordedScan, Sample, ScanSetup};
 use fieldgap::virtual_rig::luck::Luck;
 
 const ROUNDS: usize = 3;

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use fieldgap::acoustics::Vec3;
-use fieldgap::gap::diagnosis::{Diagnosis, ResidualTest, Verdict, diagnose};
+use fieldgap::diagnosis::{Diagnosis, ResidualTest, Verdict, diagnose};
 
 mod scanned_pistons;
 use scanned_pistons::{Truth, scan};

@@ -5,8 +5,8 @@ mod transducer_synthetic;
 use fieldgap::characterization::{
     AxisLaw, Characterization, Constant, LobeLaw, PairFit, Readings, appendix_a, characterize,
 };
-use fieldgap::scan::RecordedScan;
-use fieldgap::scan::import::{ThesisLog, ThesisLogSetup, TransducerAxis};
+use fieldgap::records::RecordedScan;
+use fieldgap::records::import::{ThesisLog, ThesisLogSetup, TransducerAxis};
 use transducer_synthetic::{Axis, log, write};
 
 /// The thesis's own fits, z in centimetres and θ in degrees.
@@ -95,7 +95,7 @@ fn a_piston_in_air_that_absorbs_is_told_from_the_thesis_s_model() {
     );
     let file = found.transducer_file("mine", "a test").text().to_owned();
     assert!(file.contains("law = \"absorbed\"") && file.contains("law = \"piston\""), "{file}");
-    let again = fieldgap::scan::TransducerFile::parse(&fieldgap::input::TomlSource::new(
+    let again = fieldgap::records::TransducerFile::parse(&fieldgap::input::TomlSource::new(
         std::path::Path::new("mine.toml"),
         file,
     ));

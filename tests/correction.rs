@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fieldgap::acoustics::{Array, Element, Excitation, Medium, Simulation, Simulator, Vec3};
-use fieldgap::campaign::Lab;
+use fieldgap::acquisition::Lab;
 use fieldgap::correction::{Corrected, CorrectionError, correct_recorded_scan, correct_rig_file};
-use fieldgap::gap::diagnosis::{Diagnosis, FittedParameter};
+use fieldgap::diagnosis::{Diagnosis, FittedParameter};
 use fieldgap::input::TomlSource;
-use fieldgap::scan::{RecordedScan, Sample, ScanSetup};
+use fieldgap::records::{RecordedScan, Sample, ScanSetup};
 use nalgebra::{Rotation3, Vector3};
 
 const SCAN_TOML: &str = r#"format = 1

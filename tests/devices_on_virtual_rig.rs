@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use fieldgap::campaign::{Campaign, Ending, Event, Lab, Session, open_virtual};
+use fieldgap::acquisition::{Campaign, Ending, Event, Lab, Session, open_virtual};
 use fieldgap::input::TomlSource;
+use fieldgap::records::RecordedScan;
 use fieldgap::rig::check::check;
 use fieldgap::rig::{Cause, ElementDelay, open, open_array};
-use fieldgap::scan::RecordedScan;
 use fieldgap::virtual_rig::{Fault, LineFault, Part, VirtualRig};
 
 const PLAN: &str = r#"
@@ -260,7 +260,7 @@ async fn the_air_is_kept_beside_the_readings_and_gives_the_speed_of_sound() {
     let levels: Vec<f64> = record.samples.iter().map(|sample| sample.reading).collect();
     assert!(levels[2..].iter().all(|level| *level <= levels[6]), "{levels:?}");
     let kept =
-        std::fs::read_to_string(folder.path().join("scan").join(fieldgap::campaign::AIR_FILE))
+        std::fs::read_to_string(folder.path().join("scan").join(fieldgap::acquisition::AIR_FILE))
             .expect("it is kept");
     let rows: Vec<Vec<f64>> = kept
         .lines()

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use fieldgap::acoustics::Vec3;
-use fieldgap::gap::diagnosis::{Diagnosis, Verdict, diagnose};
+use fieldgap::diagnosis::{Diagnosis, Verdict, diagnose};
 
 mod scanned_pistons;
 use scanned_pistons::{Truth, scan};

@@ -8,7 +8,7 @@ mod report_synthetic;
 use std::collections::BTreeMap;
 
 use diagnosis_synthetic::{ambiguous, explained, no_gap, two_causes};
-use fieldgap::gap::diagnosis::{Diagnosis, Verdict};
+use fieldgap::diagnosis::{Diagnosis, Verdict};
 use fieldgap::report::{self, ReportContext};
 use page_words::words;
 use report_synthetic::context;

@@ -5,7 +5,7 @@ mod diagnosis_synthetic;
 mod report_synthetic;
 
 use diagnosis_synthetic::{ambiguous, explained, no_gap, two_causes};
-use fieldgap::gap::diagnosis::{Diagnosis, Standing};
+use fieldgap::diagnosis::{Diagnosis, Standing};
 
 fn text(diagnosis: &Diagnosis) -> String {
     let text = diagnosis.to_text();

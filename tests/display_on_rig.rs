@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use fieldgap::acoustics::radiation::level_db;
-use fieldgap::campaign::{Lab, open_virtual};
+use fieldgap::acquisition::{Lab, open_virtual};
 use fieldgap::display::{Composed, DisplayFile, Ended, Playback, SoundingArray, compose, play};
 use fieldgap::input::TomlSource;
 use fieldgap::rig::{ArrayIdentity, FocusArray, open_array};

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use fieldgap::scan::{EventKind, RecordedScan, Sample, read_events};
+use fieldgap::records::{EventKind, RecordedScan, Sample, read_events};
 
 /// Noise of one sample: `rigs/truth/thesis-lab.toml`.
 const OF_LEVEL: f64 = 0.01;

@@ -1,6 +1,6 @@
 //! Which effects a scan can tell apart, against figures of another program for the same scan.
 
-use fieldgap::gap::diagnosis::{AlikeEffects, alike_effects};
+use fieldgap::diagnosis::{AlikeEffects, alike_effects};
 
 mod scanned_pistons;
 

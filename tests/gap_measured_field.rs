@@ -7,8 +7,8 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use fieldgap::gap::{Comparison, Mirror, Registering, compare};
-use fieldgap::scan::RecordedScan;
+use fieldgap::comparison::{Comparison, Mirror, Registering, compare};
+use fieldgap::records::RecordedScan;
 
 fn measured(name: &str) -> Option<RecordedScan> {
     let shared = std::env::var_os("FIELDGAP_SHARED").map_or_else(

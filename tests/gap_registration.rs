@@ -4,8 +4,8 @@
 use std::fmt::Write as _;
 
 use fieldgap::acoustics::{Simulator, Vec3};
-use fieldgap::gap::{Comparison, Mirror, Pose, Registering, compare};
-use fieldgap::scan::RecordedScan;
+use fieldgap::comparison::{Comparison, Mirror, Pose, Registering, compare};
+use fieldgap::records::RecordedScan;
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

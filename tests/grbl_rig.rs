@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use fieldgap::scan::{RecordedScan, Sample};
+use fieldgap::records::{RecordedScan, Sample};
 
 const PLAN: &str = r#"
 name = "three-by-three"

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use fieldgap::acoustics::Simulator;
-use fieldgap::gap::{Comparison, Uncertain};
+use fieldgap::comparison::{Comparison, Uncertain};
 use fieldgap::report::{self, ReportContext, ReportError};
 
 use page_words::words;

@@ -5,8 +5,8 @@ use std::io::{BufRead, BufReader, Lines};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use fieldgap::campaign::{Campaign, Ending, Event, Session};
-use fieldgap::scan::RecordedScan;
+use fieldgap::acquisition::{Campaign, Ending, Event, Session};
+use fieldgap::records::RecordedScan;
 use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, prlimit};
 
 const PLAN: &str = r#"

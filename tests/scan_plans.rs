@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use fieldgap::acoustics::Simulator;
-use fieldgap::scan::{Plan, VisitKind};
+use fieldgap::records::{Plan, VisitKind};
 
 fn plan(name: &str) -> Plan {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans").join(name);

@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::time::Duration;
 
-use fieldgap::campaign::{Lab, open_virtual};
+use fieldgap::acquisition::{Lab, open_virtual};
 use fieldgap::input::TomlSource;
 use fieldgap::virtual_rig::{Fault, LineFault, Part, VirtualRig};
 use serialport::TTYPort;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use fieldgap::scan::RecordedScan;
+use fieldgap::records::RecordedScan;
 use rustix::process::{Pid, Signal, kill_process};
 use serialport::TTYPort;
 

@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use fieldgap::gap::{Closing, Registering, compare};
-use fieldgap::scan::RecordedScan;
+use fieldgap::comparison::{Closing, Registering, compare};
+use fieldgap::records::RecordedScan;
 use fieldgap::virtual_rig::Truth;
 
 fn here(path: &str) -> PathBuf {

@@ -8,10 +8,10 @@ use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{print, print_json};
-use crate::acoustics::Simulator;
-use crate::blind::{Run, Score, Seal, SetToMake, Shares, fresh_seed, seal_truth};
-use crate::gap::diagnosis::diagnose;
-use crate::input::Fraction;
+use fieldgap_acoustics::Simulator;
+use fieldgap_blind::{Run, Score, Seal, SetToMake, Shares, fresh_seed, seal_truth};
+use fieldgap_diagnosis::diagnose;
+use fieldgap_input::Fraction;
 
 /// Where diagnoses are kept in a set's folder.
 const DIAGNOSES: &str = "diagnoses";
@@ -210,7 +210,7 @@ impl SealTruth {
 }
 
 impl Sealed {
-    fn answers(&self) -> miette::Result<crate::blind::Answers> {
+    fn answers(&self) -> miette::Result<fieldgap_blind::Answers> {
         let seal = Seal::of(&self.set, self.key.as_deref());
         Ok(seal.open(self.commitment.as_deref())?)
     }

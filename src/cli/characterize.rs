@@ -9,13 +9,13 @@ use miette::{IntoDiagnostic, WrapErr, miette};
 use super::output::{fresh_folder, print, print_json};
 use super::simulate::positive;
 use super::study::ConventionName;
-use crate::characterization::{
+use fieldgap_characterization::{
     CharacterizationError, Readings, appendix_a, characterize, text, text_of_appendix_a,
 };
-use crate::input::Positive;
-use crate::report::write_transducer;
-use crate::scan::RecordedScan;
-use crate::scan::import::{ThesisLog, ThesisLogSetup, TransducerAxis};
+use fieldgap_input::Positive;
+use fieldgap_records::RecordedScan;
+use fieldgap_records::import::{ThesisLog, ThesisLogSetup, TransducerAxis};
+use fieldgap_report::write_transducer;
 
 /// The `characterize` command.
 #[derive(Debug, Args)]

@@ -8,11 +8,11 @@ use miette::{Diagnostic, IntoDiagnostic};
 use super::compare::ComparisonArgs;
 use super::diagnose::{tell, write_page};
 use super::replay::write_report;
-use crate::correction::{CorrectionError, correct_recorded_scan};
-use crate::gap::Closing;
-use crate::gap::diagnosis::diagnose;
-use crate::report::ReportError;
-use crate::scan::RecordedScan;
+use fieldgap_comparison::Closing;
+use fieldgap_correction::{CorrectionError, correct_recorded_scan};
+use fieldgap_diagnosis::diagnose;
+use fieldgap_records::RecordedScan;
+use fieldgap_report::ReportError;
 
 /// The page that says why, in the report's folder.
 const WHY: &str = "why";

@@ -7,10 +7,9 @@ use clap::{Args, ValueEnum};
 use miette::IntoDiagnostic;
 
 use super::output::{print, print_json};
-use crate::acoustics::Simulator;
-use crate::gap::{self, Comparison, Registering};
-use crate::report;
-use crate::scan::{Plan, RecordedScan};
+use fieldgap_acoustics::Simulator;
+use fieldgap_comparison::{Comparison, Registering};
+use fieldgap_records::{Plan, RecordedScan};
 
 /// How scans are compared, here and for `run` and `replay`.
 #[derive(Debug, Args)]
@@ -86,7 +85,7 @@ impl Compare {
                     print(&(comparison.to_text() + "\n"))?;
                 }
             }
-            Format::Csv => print(&report::csv(&comparisons))?,
+            Format::Csv => print(&fieldgap_report::csv(&comparisons))?,
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -111,7 +110,7 @@ impl ComparisonArgs {
         scan: &RecordedScan,
         simulator: Simulator,
     ) -> miette::Result<Comparison> {
-        gap::compare(scan, simulator, self.register.into()).into_diagnostic()
+        fieldgap_comparison::compare(scan, simulator, self.register.into()).into_diagnostic()
     }
 
     /// Those asked for; else the scan's own, and those that its plan, where it is kept, names beside it.

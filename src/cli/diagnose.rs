@@ -8,11 +8,11 @@ use miette::IntoDiagnostic;
 
 use super::output::{print, print_json};
 use super::replay::context;
-use crate::acoustics::Simulator;
-use crate::correction::{Corrected, correct_recorded_scan, correct_rig_file};
-use crate::gap::diagnosis::{Diagnosis, diagnose};
-use crate::report::{self, ReportContext};
-use crate::scan::RecordedScan;
+use fieldgap_acoustics::Simulator;
+use fieldgap_correction::{Corrected, correct_recorded_scan, correct_rig_file};
+use fieldgap_diagnosis::{Diagnosis, diagnose};
+use fieldgap_records::RecordedScan;
+use fieldgap_report::ReportContext;
 
 /// The `diagnose` command.
 #[derive(Debug, Args)]
@@ -81,7 +81,7 @@ pub(super) fn write_page(
     diagnosis: &Diagnosis,
 ) -> miette::Result<PathBuf> {
     let context = context_of_all(folders, scans)?;
-    let files = report::write_diagnosis(out, &context, diagnosis).into_diagnostic()?;
+    let files = fieldgap_report::write_diagnosis(out, &context, diagnosis).into_diagnostic()?;
     for warning in &context.warnings {
         eprintln!("{warning}");
     }
@@ -115,7 +115,7 @@ fn context_of_all(folders: &[PathBuf], scans: &[RecordedScan]) -> miette::Result
         all.title += &format!("{joint}{name}");
         all.software = one.software;
         all.set_up.extend(one.set_up.iter().map(|(label, value)| (of_scan(label), value.clone())));
-        all.inputs.extend(one.inputs.into_iter().map(|file| report::InputFile {
+        all.inputs.extend(one.inputs.into_iter().map(|file| fieldgap_report::InputFile {
             name: format!("{}/{}", folder.display(), file.name),
             ..file
         }));

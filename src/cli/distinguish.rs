@@ -8,9 +8,9 @@ use clap::Args;
 use miette::IntoDiagnostic;
 
 use super::output::{print, print_json};
-use crate::acoustics::Simulator;
-use crate::gap::diagnosis::{AlikeEffects, alike_effects};
-use crate::scan::RecordedScan;
+use fieldgap_acoustics::Simulator;
+use fieldgap_diagnosis::{AlikeEffects, alike_effects};
+use fieldgap_records::RecordedScan;
 
 /// The `distinguish` command.
 #[derive(Debug, Args)]

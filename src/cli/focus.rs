@@ -10,11 +10,11 @@ use super::output::{print, print_json};
 use super::simulate::positive;
 use super::stop::StopRequests;
 use super::watchdog::guard_array;
-use crate::campaign::{Lab, open_virtual};
-use crate::display::{Composed, DisplayFile, Ended, SoundingArray, compose, play};
-use crate::input::Positive;
-use crate::rig::{ArrayIdentity, open_array};
-use crate::virtual_rig::VirtualRig;
+use fieldgap_acquisition::{Lab, open_virtual};
+use fieldgap_display::{Composed, DisplayFile, Ended, SoundingArray, compose, play};
+use fieldgap_input::Positive;
+use fieldgap_rig::{ArrayIdentity, open_array};
+use fieldgap_virtual_rig::VirtualRig;
 
 /// The `focus` command.
 #[derive(Debug, Args)]

@@ -8,13 +8,13 @@ use miette::{IntoDiagnostic, miette};
 
 use super::output::print;
 use super::simulate::{finite, positive};
-use crate::acoustics::Simulator;
-use crate::input::Positive;
-use crate::scan::import::{
+use fieldgap_acoustics::Simulator;
+use fieldgap_input::Positive;
+use fieldgap_records::import::{
     Anchor, FirstRow, GridCsv, GridPlacement, MADE_UP_SECONDS_A_POINT, ThesisLog, ThesisLogSetup,
     TransducerAxis,
 };
-use crate::scan::{RecordedScan, Sample, ScanSetup};
+use fieldgap_records::{RecordedScan, Sample, ScanSetup};
 
 /// The `import` command.
 #[derive(Debug, Args)]

@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::watch::Watching;
-use crate::campaign::Event;
+use fieldgap_acquisition::Event;
 
 /// How a running scan is shown.
 pub(super) enum Progress {

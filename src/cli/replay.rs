@@ -9,10 +9,10 @@ use sha2::{Digest, Sha256};
 
 use super::compare::ComparisonArgs;
 use super::output::{print, print_json};
-use crate::campaign::replay_wire;
-use crate::gap::Comparison;
-use crate::report::{self, InputFile, ReportContext, ReportFiles};
-use crate::scan::{EventKind, Layout, RecordedScan, SAME_HEIGHT_MM, ScanState, read_events};
+use fieldgap_acquisition::replay_wire;
+use fieldgap_comparison::Comparison;
+use fieldgap_records::{EventKind, Layout, RecordedScan, SAME_HEIGHT_MM, ScanState, read_events};
+use fieldgap_report::{InputFile, ReportContext, ReportFiles};
 
 /// The `replay` command.
 #[derive(Debug, Args)]
@@ -82,7 +82,7 @@ pub(super) fn write_report(
     out: &Path,
 ) -> miette::Result<ReportFiles> {
     let context = context(folder, scan)?;
-    let files = report::write(out, &context, comparisons).into_diagnostic()?;
+    let files = fieldgap_report::write(out, &context, comparisons).into_diagnostic()?;
     for warning in &context.warnings {
         eprintln!("{warning}");
     }

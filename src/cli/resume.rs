@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::scan::{Showing, conduct, told};
-use crate::campaign::Session;
+use fieldgap_acquisition::Session;
 
 /// The `resume` command.
 #[derive(Debug, Args)]

@@ -8,7 +8,7 @@ use super::closing::close_gap;
 use super::compare::ComparisonArgs;
 use super::replay::report_on;
 use super::scan::{ScanArgs, Scanned, told};
-use crate::campaign::Ending;
+use fieldgap_acquisition::Ending;
 
 /// The `run` command.
 #[derive(Debug, Args)]

@@ -14,9 +14,9 @@ use super::progress::{Progress, say};
 use super::stop::StopRequests;
 use super::watch::{Controls, Watching};
 use super::watchdog::watchdog;
-use crate::campaign::{Campaign, CampaignError, DryRun, Ending, Event, PauseSwitch, Session};
 use crate::terminal::Screen;
 use crate::terminal::watch::ScanView;
+use fieldgap_acquisition::{Campaign, CampaignError, DryRun, Ending, Event, PauseSwitch, Session};
 
 /// What a scan is asked for, here and for `run`.
 #[derive(Debug, Args)]

@@ -10,11 +10,11 @@ use super::output::print;
 use super::simulate::positive;
 use super::stop::StopRequests;
 use super::watchdog::guard_array;
-use crate::campaign::{Lab, open_virtual};
-use crate::input::Positive;
-use crate::rig::open_array;
-use crate::sensing::{SensingSession, Swipe};
-use crate::virtual_rig::VirtualRig;
+use fieldgap_acquisition::{Lab, open_virtual};
+use fieldgap_input::Positive;
+use fieldgap_rig::open_array;
+use fieldgap_sensing::{SensingSession, Swipe};
+use fieldgap_virtual_rig::VirtualRig;
 
 /// The `sense` command.
 #[derive(Debug, Args)]

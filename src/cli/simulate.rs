@@ -10,13 +10,13 @@ use serde::Serialize;
 use super::output::{print, print_json};
 use super::simulate_display::SimulateDisplay;
 use super::simulate_volume::{Heights, simulate_volume};
-use crate::acoustics::metrics::{
+use fieldgap_acoustics::metrics::{
     Convention, PlaneMap, THESIS_THRESHOLD, focal_radius, peak, sub_peaks,
 };
-use crate::acoustics::{Excitation, PlaneGrid, Simulation, Simulator, Vec3};
-use crate::campaign::{Campaign, Lab};
-use crate::input::Positive;
-use crate::scan::{Axis, Region, Shape};
+use fieldgap_acoustics::{Excitation, PlaneGrid, Simulation, Simulator, Vec3};
+use fieldgap_acquisition::{Campaign, Lab};
+use fieldgap_input::Positive;
+use fieldgap_records::{Axis, Region, Shape};
 
 /// Points of all planes together, at most: what fits into memory with ease.
 const MOST_POINTS: f64 = 3e7;

@@ -7,12 +7,12 @@ use miette::IntoDiagnostic;
 
 use super::focus::{sounding, summary};
 use super::output::{print, print_json};
-use crate::acoustics::Simulator;
-use crate::acoustics::radiation::SkinInAir;
-use crate::campaign::Lab;
-use crate::display::{Composed, DisplayFile, Felt, Playback, compose, felt};
-use crate::report::{DisplayShown, write_display};
-use crate::rig::ArrayIdentity;
+use fieldgap_acoustics::Simulator;
+use fieldgap_acoustics::radiation::SkinInAir;
+use fieldgap_acquisition::Lab;
+use fieldgap_display::{Composed, DisplayFile, Felt, Playback, compose, felt};
+use fieldgap_report::{DisplayShown, write_display};
+use fieldgap_rig::ArrayIdentity;
 
 /// The arguments of `simulate` that a display has.
 pub(super) struct SimulateDisplay<'a> {

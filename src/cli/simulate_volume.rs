@@ -6,9 +6,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
-use crate::acoustics::{Excitation, PlaneGrid, Simulation};
-use crate::campaign::Lab;
-use crate::scan::{ArrayTable, VolumeFile};
+use fieldgap_acoustics::{Excitation, PlaneGrid, Simulation};
+use fieldgap_acquisition::Lab;
+use fieldgap_records::{ArrayTable, VolumeFile};
 
 /// Most points of a plane. A plane takes at most 400 bytes a point while it is summed, so that the whole stays below 2 GiB.
 const MOST_POINTS_OF_A_PLANE: usize = 4_000_000;

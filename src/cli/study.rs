@@ -8,10 +8,10 @@ use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
 use super::output::{fresh_folder, print, print_json};
-use crate::acoustics::Simulator;
-use crate::input::TomlSource;
-use crate::report::write_study;
-use crate::study::{Limits, Observation, Onset, Row, Study, StudyResult, onsets, run, text};
+use fieldgap_acoustics::Simulator;
+use fieldgap_input::TomlSource;
+use fieldgap_report::write_study;
+use fieldgap_study::{Limits, Observation, Onset, Row, Study, StudyResult, onsets, run, text};
 
 /// The `study` command.
 #[derive(Debug, Args)]

@@ -9,10 +9,10 @@ use miette::IntoDiagnostic;
 
 use super::output::{print, print_json};
 use super::simulate::positive;
-use crate::acoustics::Medium;
-use crate::input::Positive;
-use crate::report::write_transducer_models;
-use crate::study::{LOBE_DISTANCES_M, ModelBesideIntegral, models_beside_integral};
+use fieldgap_acoustics::Medium;
+use fieldgap_input::Positive;
+use fieldgap_report::write_transducer_models;
+use fieldgap_study::{LOBE_DISTANCES_M, ModelBesideIntegral, models_beside_integral};
 
 /// The `transducers` command.
 #[derive(Debug, Args)]

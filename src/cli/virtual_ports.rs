@@ -7,7 +7,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, miette};
 
 use super::output::{print, print_json};
-use crate::campaign::{Lab, open_virtual};
+use fieldgap_acquisition::{Lab, open_virtual};
 
 /// The `virtual` command.
 #[derive(Debug, Args)]

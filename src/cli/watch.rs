@@ -8,9 +8,9 @@ use ratatui::crossterm::event::{self, Event as Input, KeyEventKind};
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::stop::STOPPED_AT_ONCE;
-use crate::campaign::{Event, PauseSwitch};
 use crate::terminal::Screen;
 use crate::terminal::watch::{Palette, ScanView, Stage, Wish, draw};
+use fieldgap_acquisition::{Event, PauseSwitch};
 
 /// Time from one picture to the next.
 const EVERY: Duration = Duration::from_millis(100);

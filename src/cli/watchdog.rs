@@ -5,8 +5,8 @@ use std::process::{Command, ExitCode};
 use clap::Args;
 use miette::IntoDiagnostic;
 
-use crate::rig::watchdog::{self, guard};
-use crate::rig::{Emergency, FocusArray};
+use fieldgap_rig::watchdog::{self, guard};
+use fieldgap_rig::{Emergency, FocusArray};
 
 /// The `watchdog` command.
 #[derive(Debug, Args)]

@@ -1,6 +1,6 @@
 //! A receiver's level as a line of text with a bar.
 
-use crate::rig::{Reading, ReceiverIdentity};
+use fieldgap_rig::{Reading, ReceiverIdentity};
 
 /// Characters that a bar grows by, an eighth of a cell each.
 const EIGHTHS: [char; 8] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉'];

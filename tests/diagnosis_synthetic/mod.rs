@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use fieldgap::acoustics::{Array, Excitation, Medium, PlaneGrid, Simulation, Simulator, Vec3};
-use fieldgap::gap::diagnosis::{
-    Candidate, DiagnosedPlane, Diagnosis, FittedParameter, KindShares, NextMeasurement, PlaneShare,
-    Region, RegionShare, ResidualTest, Verdict, WaterfallStep, Where,
-};
-use fieldgap::gap::{
+use fieldgap::comparison::{
     ComparedMap, Estimate, Mirror, Noise, NoiseSource, Registering, Registration,
     UndeterminedCombination,
+};
+use fieldgap::diagnosis::{
+    Candidate, DiagnosedPlane, Diagnosis, FittedParameter, KindShares, NextMeasurement, PlaneShare,
+    Region, RegionShare, ResidualTest, Verdict, WaterfallStep, Where,
 };
 
 use crate::report_synthetic::{FOCUS_M, figured, noise};

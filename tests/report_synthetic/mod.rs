@@ -4,7 +4,7 @@ use fieldgap::acoustics::metrics::{
     Convention, PlaneMap, THESIS_THRESHOLD, focal_radius, peak, sub_peaks,
 };
 use fieldgap::acoustics::{Array, Excitation, Medium, PlaneGrid, Simulation, Simulator, Vec3};
-use fieldgap::gap::{
+use fieldgap::comparison::{
     Agreement, ComparedMap, Comparison, Discrepancy, Estimate, FieldFigures, FocalRadiusFigure,
     Mirror, Noise, NoiseSource, PlaneComparison, Pose, Registering, Registration,
     TriedRegistration, Uncertain, UndeterminedCombination,

@@ -5,7 +5,7 @@ use std::path::Path;
 use fieldgap::acoustics::rayleigh::{DiscRule, Piston};
 use fieldgap::acoustics::{PlaneGrid, Simulator, Vec3};
 use fieldgap::input::TomlSource;
-use fieldgap::scan::{RecordedScan, Sample, ScanSetup};
+use fieldgap::records::{RecordedScan, Sample, ScanSetup};
 use fieldgap::virtual_rig::luck::Luck;
 use num_complex::Complex64;
 

@@ -6,10 +6,10 @@ use clap::Args;
 use miette::IntoDiagnostic;
 
 use super::RigFile;
-use crate::campaign::{Lab, open_virtual};
 use crate::cli::output::{print, print_json};
-use crate::rig::check::check;
-use crate::virtual_rig::VirtualRig;
+use fieldgap_acquisition::{Lab, open_virtual};
+use fieldgap_rig::check::check;
+use fieldgap_virtual_rig::VirtualRig;
 
 /// The `rig check` command.
 #[derive(Debug, Args)]

@@ -6,12 +6,12 @@ use clap::Args;
 
 use super::RigFile;
 use super::hands_on::{A_TASK, Ended, hands_on, may_home};
-use crate::beam_axis::{AxisReport, AxisSearch, find_axis, in_words};
-use crate::campaign::Lab;
 use crate::cli::output::{print, print_json};
 use crate::cli::simulate::positive;
-use crate::input::Positive;
-use crate::rig::Wanted;
+use fieldgap_acquisition::Lab;
+use fieldgap_acquisition::beam_axis::{AxisReport, AxisSearch, find_axis, in_words};
+use fieldgap_input::Positive;
+use fieldgap_rig::Wanted;
 
 /// The `rig find-axis` command.
 #[derive(Debug, Args)]

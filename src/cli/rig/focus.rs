@@ -8,12 +8,12 @@ use miette::miette;
 
 use super::RigFile;
 use super::hands_on::{A_TASK, Ended, UNTIL_STOPPED, hands_on};
-use crate::acoustics::{Excitation, Vec3};
-use crate::campaign::{Lab, element_delays};
 use crate::cli::output::print;
 use crate::cli::simulate::{millimetres, positive};
-use crate::input::Positive;
-use crate::rig::Wanted;
+use fieldgap_acoustics::{Excitation, Vec3};
+use fieldgap_acquisition::{Lab, element_delays};
+use fieldgap_input::Positive;
+use fieldgap_rig::Wanted;
 
 const ARRAY: Wanted = Wanted { array: true, robot: false, receiver: false };
 

@@ -5,11 +5,11 @@ use std::process::ExitCode;
 
 use miette::{IntoDiagnostic, miette};
 
-use crate::campaign::{CampaignError, Lab, open_virtual};
 use crate::cli::stop::StopRequests;
 use crate::cli::watchdog::guard_devices;
-use crate::rig::{ByHand, Wanted};
-use crate::virtual_rig::VirtualRig;
+use fieldgap_acquisition::{CampaignError, Lab, open_virtual};
+use fieldgap_rig::{ByHand, Wanted};
+use fieldgap_virtual_rig::VirtualRig;
 
 /// Whether stopping a command is how it is meant to end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

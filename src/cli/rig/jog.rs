@@ -10,12 +10,12 @@ use super::RigFile;
 use super::focus::above_the_array;
 use super::hands_on::{Ended, UNTIL_STOPPED, hands_on};
 use super::motion::in_both_frames;
-use crate::acoustics::Vec3;
-use crate::campaign::{Lab, element_delays};
 use crate::cli::simulate::millimetres;
-use crate::rig::{ByHand, RigError, Wanted};
 use crate::terminal::jog::{Act, Doing, Jog as View, draw};
 use crate::terminal::{KeyPresses, Press, Screen};
+use fieldgap_acoustics::Vec3;
+use fieldgap_acquisition::{Lab, element_delays};
+use fieldgap_rig::{ByHand, RigError, Wanted};
 
 /// Readings averaged for a level that a person follows.
 const READINGS: usize = 16;

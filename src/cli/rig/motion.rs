@@ -8,13 +8,13 @@ use serde_json::json;
 
 use super::RigFile;
 use super::hands_on::{A_TASK, Ended, hands_on, may_home};
-use crate::acoustics::Vec3;
-use crate::campaign::Lab;
 use crate::cli::output::{print, print_json};
 use crate::cli::simulate::{millimetres, positive};
-use crate::input::Positive;
-use crate::rig::motion::route::route;
-use crate::rig::{Feed, Frame, PathFault, RobotPosition, Wanted};
+use fieldgap_acoustics::Vec3;
+use fieldgap_acquisition::Lab;
+use fieldgap_input::Positive;
+use fieldgap_rig::motion::route::route;
+use fieldgap_rig::{Feed, Frame, PathFault, RobotPosition, Wanted};
 
 const ROBOT: Wanted = Wanted { robot: true, array: false, receiver: false };
 

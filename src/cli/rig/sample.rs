@@ -13,12 +13,12 @@ use tokio::time::Instant;
 use super::RigFile;
 use super::focus::above_the_array;
 use super::hands_on::{Ended, UNTIL_STOPPED, hands_on};
-use crate::acoustics::Vec3;
-use crate::campaign::{Lab, element_delays};
 use crate::cli::simulate::{millimetres, positive};
-use crate::input::Positive;
-use crate::rig::{Reading, ReceiverIdentity, Wanted};
 use crate::terminal::level::level_line;
+use fieldgap_acoustics::Vec3;
+use fieldgap_acquisition::{Lab, element_delays};
+use fieldgap_input::Positive;
+use fieldgap_rig::{Reading, ReceiverIdentity, Wanted};
 
 /// Cells of the bar.
 const BAR: usize = 32;

@@ -9,10 +9,10 @@ use rustix::process::{Pid, Signal, kill_process};
 use tokio::time::Instant;
 
 use super::RigFile;
-use crate::campaign::{Lab, open_virtual};
-use crate::rig::link::holder_of;
-use crate::rig::{ByHand, Cause, Ports, RigConfig, RigError, Wanted};
-use crate::virtual_rig::VirtualRig;
+use fieldgap_acquisition::{Lab, open_virtual};
+use fieldgap_rig::link::holder_of;
+use fieldgap_rig::{ByHand, Cause, Ports, RigConfig, RigError, Wanted};
+use fieldgap_virtual_rig::VirtualRig;
 
 /// How long another fieldgap may take to end safe and let go of its ports.
 const LET_GO_WITHIN: Duration = Duration::from_secs(5);

@@ -124,7 +124,7 @@ mod tests {
 
     use super::super::state::tests::jog;
     use super::*;
-    use crate::rig::{Reading, RobotPosition};
+    use fieldgap_rig::{Reading, RobotPosition};
 
     fn picture(jog: &Jog, width: u16, height: u16) -> String {
         let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("memory");

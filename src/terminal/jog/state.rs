@@ -2,8 +2,8 @@
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use crate::rig::motion::travel::Axis;
-use crate::rig::{Envelope, Frame, PathFault, Reading, ReceiverIdentity, RobotPosition};
+use fieldgap_rig::motion::travel::Axis;
+use fieldgap_rig::{Envelope, Frame, PathFault, Reading, ReceiverIdentity, RobotPosition};
 
 /// The steps that can be chosen, mm.
 pub const STEPS_MM: [f64; 8] = [0.01, 0.05, 0.1, 0.5, 1.0, 5.0, 10.0, 50.0];
@@ -231,8 +231,8 @@ pub(super) mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::acoustics::Vec3;
-    use crate::rig::motion::travel::{AxisBox, KeepOut};
+    use fieldgap_acoustics::Vec3;
+    use fieldgap_rig::motion::travel::{AxisBox, KeepOut};
 
     pub(in super::super) fn jog() -> Jog {
         let envelope = Envelope {

@@ -184,7 +184,7 @@ mod tests {
 
     use super::super::view::tests::{measured, view};
     use super::*;
-    use crate::campaign::Event;
+    use fieldgap_acquisition::Event;
 
     fn terminal(
         view: &ScanView,

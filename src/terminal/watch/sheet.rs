@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::scan::{Layers, Part, Plan, Shape, Visit, VisitKind};
+use fieldgap_records::{Layers, Part, Plan, Shape, Visit, VisitKind};
 
 /// The readings of one focus in one plane, or along one line, as cells.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,7 +127,7 @@ impl Sheets {
 /// Layer and cell of a visit on a grid.
 fn cell_of(layers: &Layers, visit: &Visit) -> (usize, usize) {
     let at_mm = visit.position_m * 1e3;
-    let index = |axis: &crate::scan::Axis, at_mm: f64| {
+    let index = |axis: &fieldgap_records::Axis, at_mm: f64| {
         let step = ((at_mm - axis.first_mm) / axis.step_mm).round().max(0.0) as usize;
         step.min(axis.count - 1)
     };
@@ -156,7 +156,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::input::TomlSource;
+    use fieldgap_input::TomlSource;
 
     fn plan(regions: &str) -> Plan {
         let head = "name = \"p\"\n[simulator]\nmodel = \"corrected\"\n\

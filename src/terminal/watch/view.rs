@@ -6,8 +6,8 @@ use std::time::Duration;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::sheet::Sheets;
-use crate::campaign::Event;
-use crate::scan::{Plan, Sample, Visit, VisitKind};
+use fieldgap_acquisition::Event;
+use fieldgap_records::{Plan, Sample, Visit, VisitKind};
 
 /// Notes that are kept; older ones stand in `events.jsonl`.
 const NOTES: usize = 50;
@@ -307,7 +307,7 @@ pub(super) mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::input::TomlSource;
+    use fieldgap_input::TomlSource;
 
     pub(in super::super) fn view() -> ScanView {
         let text = "name = \"quick-look\"\n[simulator]\nmodel = \"corrected\"\n\

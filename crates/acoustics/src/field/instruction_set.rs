@@ -1,0 +1,88 @@
+//! Which vector instructions the processor has, and code compiled for each.
+
+#[cfg(target_arch = "x86_64")]
+use crate::lanes::{Avx2, Avx512};
+use crate::lanes::{Plain, Registers};
+
+/// A set of vector instructions that the kernel is compiled for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InstructionSet {
+    /// What every processor of the architecture has: SSE2 on x86-64, NEON on AArch64.
+    Baseline,
+    /// AVX2 and FMA: 32 bytes, multiplying and adding at once.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// AVX-512: 64 bytes.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+/// Work that is compiled once for each instruction set. Everything in it must be `#[inline(always)]`, so that it is compiled
+/// where the set is switched on.
+pub(super) trait Vectorised {
+    /// Does the work by an instruction set's vectors, `VECTORS` at a time.
+    fn run<R: Registers, const VECTORS: usize>(self);
+}
+
+impl InstructionSet {
+    /// All, the best last.
+    pub const ALL: &'static [Self] = &[
+        Self::Baseline,
+        #[cfg(target_arch = "x86_64")]
+        Self::Avx2,
+        #[cfg(target_arch = "x86_64")]
+        Self::Avx512,
+    ];
+
+    /// The best that this processor has.
+    pub fn best() -> Self {
+        let there = Self::ALL.iter().copied().rfind(|set| set.is_there());
+        there.unwrap_or(Self::Baseline)
+    }
+
+    /// Whether this processor has it.
+    pub fn is_there(self) -> bool {
+        match self {
+            Self::Baseline => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => {
+                Self::Avx2.is_there()
+                    && is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512vl")
+            }
+        }
+    }
+
+    /// Does work with these instructions, as many vectors at a time as were measured to be quickest: several, so that one need not
+    /// wait for another, but no more than there are registers for.
+    pub(super) fn run(self, work: impl Vectorised) {
+        match self {
+            // NEON multiplies and adds at once; SSE2 does not.
+            #[cfg(target_arch = "aarch64")]
+            Self::Baseline => work.run::<Plain<4, 8, true>, 4>(),
+            #[cfg(not(target_arch = "aarch64"))]
+            Self::Baseline => work.run::<Plain<2, 4, false>, 4>(),
+            // SAFETY: a kernel takes an instruction set only where the processor has it.
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => unsafe { avx2(work) },
+            // SAFETY: likewise.
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => unsafe { avx512(work) },
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn avx2(work: impl Vectorised) {
+    work.run::<Avx2, 3>();
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+fn avx512(work: impl Vectorised) {
+    work.run::<Avx512, 4>();
+}

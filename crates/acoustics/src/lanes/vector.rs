@@ -1,0 +1,120 @@
+//! What the kernel asks of a processor's vectors, and arrays that answer for processors whose vectors it does not name.
+
+use crate::real::Real;
+
+/// The vectors of an instruction set.
+pub(crate) trait Registers {
+    type Double: Vector<f64>;
+    type Single: Vector<f32>;
+}
+
+/// Numbers that go through one instruction together.
+pub(crate) trait Vector<T: Real>: Copy {
+    /// How many numbers there are.
+    const LANES: usize;
+
+    fn splat(value: T) -> Self;
+    /// The first numbers of a slice that holds enough.
+    fn load(from: &[T]) -> Self;
+    /// Puts the numbers at the start of a slice with room enough.
+    fn store(self, to: &mut [T]);
+
+    fn add(self, other: Self) -> Self;
+    fn sub(self, other: Self) -> Self;
+    fn mul(self, other: Self) -> Self;
+    fn div(self, other: Self) -> Self;
+    /// `self * factor + addend`.
+    fn mul_add(self, factor: Self, addend: Self) -> Self;
+    /// `from - self * factor`.
+    fn mul_sub_from(self, factor: Self, from: Self) -> Self;
+    /// The square root.
+    fn root(self) -> Self;
+    /// The lesser of two numbers; the other's if one is none.
+    fn lesser(self, other: Self) -> Self;
+    /// The greater of two numbers; the other's if one is none.
+    fn greater(self, other: Self) -> Self;
+    /// `self` where the other is above a limit, zero elsewhere.
+    fn only_where_above(self, other: Self, limit: Self) -> Self;
+    /// `-self` where the whole number that was added to [`Real::ROUNDER`] is odd.
+    fn negated_if_odd(self, rounded: Self) -> Self;
+    /// Two to the power of a whole number.
+    fn two_to(self) -> Self;
+    /// The whole e for which `self / 2^e` lies within a factor √2 of 1.
+    fn exponent(self) -> Self;
+
+    /// The square root, one over it, and one over the number itself; for numbers above zero.
+    ///
+    /// Root and division are slow: that by the number itself need not wait for the root.
+    #[inline(always)]
+    fn root_and_reciprocals(self) -> [Self; 3] {
+        let (root, reciprocal) = (self.root(), Self::splat(T::ONE).div(self));
+        [root, root.mul(reciprocal), reciprocal]
+    }
+}
+
+/// What every processor has, as arrays that the compiler turns into its vectors; `DOUBLES` and `SINGLES` go into an array.
+///
+/// `FUSED` says whether the processor multiplies and adds in one instruction; where it does not, `f64::mul_add` would be a
+/// library call many times slower than the two operations.
+pub(crate) struct Plain<const DOUBLES: usize, const SINGLES: usize, const FUSED: bool>;
+
+impl<const DOUBLES: usize, const SINGLES: usize, const FUSED: bool> Registers
+    for Plain<DOUBLES, SINGLES, FUSED>
+{
+    type Double = Array<f64, DOUBLES, FUSED>;
+    type Single = Array<f32, SINGLES, FUSED>;
+}
+
+/// A vector by way of an array.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Array<T, const W: usize, const FUSED: bool>([T; W]);
+
+/// Methods that do the same to each number.
+macro_rules! lane_by_lane {
+    ($($name:ident($a:ident $(, $more:ident)*) = $value:expr;)*) => {$(
+        #[inline(always)]
+        fn $name(mut self $(, $more: Self)*) -> Self {
+            for lane in 0..W {
+                let $a = self.0[lane];
+                $(let $more = $more.0[lane];)*
+                self.0[lane] = $value;
+            }
+            self
+        }
+    )*};
+}
+
+impl<T: Real, const W: usize, const FUSED: bool> Vector<T> for Array<T, W, FUSED> {
+    const LANES: usize = W;
+
+    #[inline(always)]
+    fn splat(value: T) -> Self {
+        Self([value; W])
+    }
+
+    #[inline(always)]
+    fn load(from: &[T]) -> Self {
+        Self(*from.first_chunk().expect("enough numbers"))
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [T]) {
+        *to.first_chunk_mut().expect("room enough") = self.0;
+    }
+
+    lane_by_lane! {
+        add(a, b) = a + b;
+        sub(a, b) = a - b;
+        mul(a, b) = a * b;
+        div(a, b) = a / b;
+        mul_add(a, b, c) = if FUSED { a.fused(b, c) } else { a * b + c };
+        mul_sub_from(a, b, c) = if FUSED { (-a).fused(b, c) } else { c - a * b };
+        root(a) = a.root();
+        lesser(a, b) = if a < b { a } else { b };
+        greater(a, b) = if a > b { a } else { b };
+        only_where_above(a, b, limit) = if b > limit { a } else { T::ZERO };
+        negated_if_odd(a, rounded) = a.negated_if_odd(rounded);
+        two_to(a) = a.two_to();
+        exponent(a) = a.exponent();
+    }
+}

@@ -1,0 +1,390 @@
+//! Functions of one variable on [0, 1] as polynomials: the one form in which every directivity enters the field kernel.
+//!
+//! A smooth function is one polynomial. One with corners, such as a measured table, is a polynomial for each stretch between
+//! two corners, found without a search: the interval is cut into equal cells, so many that none holds two corners, and each
+//! cell knows its corner and the pieces to both sides of it.
+
+use std::f64::consts::PI;
+use std::sync::LazyLock;
+
+use super::lanes::{Lanes, MOST_LANES, Vector};
+use super::real::Real;
+
+/// Terms that a series is tried with, and the most: an analytic directivity needs 12 to 40.
+const FIRST_TERMS: usize = 32;
+const MAX_TERMS: usize = 128;
+
+/// Terms of a piece between two corners. A piece is at most a tenth of the interval wide, where functions that are smooth on the
+/// scale of the whole interval fall by a factor of 40 a term.
+const PIECE_TERMS: usize = 8;
+const WIDEST_PIECE: f64 = 0.1;
+
+/// What a series may leave out in double precision, relative to its largest term.
+pub(super) const DOUBLE_TOLERANCE: f64 = 2e-15;
+/// The same in single precision.
+const SINGLE_TOLERANCE: f64 = 1e-8;
+
+/// A function on [0, 1], fitted once and ready to be written out in either precision.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Fit {
+    /// Chebyshev coefficients in 2 t - 1, and what may be left out of them, relative to the largest.
+    Smooth { chebyshev: Vec<f64>, tolerance: f64 },
+    /// The ends of the pieces, rising from 0 to 1, and the coefficients of each in powers of -1 to 1 across it.
+    Pieces { ends: Vec<f64>, rows: Vec<[f64; PIECE_TERMS]> },
+}
+
+impl Fit {
+    /// Whether it is one polynomial.
+    pub fn is_smooth(&self) -> bool {
+        matches!(self, Self::Smooth { .. })
+    }
+
+    /// Fits `function`, which may have corners, rising, between 0 and 1.
+    pub fn new(corners: &[f64], function: impl Fn(f64) -> f64) -> Self {
+        Self::within(DOUBLE_TOLERANCE, corners, function)
+    }
+
+    /// The same for a function that is known to no more than `tolerance` of its largest value.
+    pub fn within(tolerance: f64, corners: &[f64], function: impl Fn(f64) -> f64) -> Self {
+        // One at an end is none; rounding may have left it beside.
+        let inner = corners.iter().filter(|&corner| (1e-6..1.0 - 1e-6).contains(corner));
+        let corners: Vec<f64> = inner.copied().collect();
+        if corners.is_empty() {
+            let mut terms = FIRST_TERMS;
+            let mut series = chebyshev(terms, &function);
+            while terms < MAX_TERMS && !has_ended(&series) {
+                terms *= 2;
+                series = chebyshev(terms, &function);
+            }
+            return Self::Smooth { chebyshev: series, tolerance };
+        }
+        let mut ends = vec![0.0];
+        for corner in corners.into_iter().chain([1.0]) {
+            let from = *ends.last().expect("it begins with 0");
+            let pieces = ((corner - from) / WIDEST_PIECE).ceil().max(1.0);
+            ends.extend((1..pieces as usize).map(|n| from + (corner - from) * n as f64 / pieces));
+            ends.push(corner);
+        }
+        let rows = ends
+            .windows(2)
+            .map(|piece| {
+                let along = |t: f64| function(piece[0] + (piece[1] - piece[0]) * t);
+                let mut row = [0.0; PIECE_TERMS];
+                let coefficients = powers(&chebyshev(PIECE_TERMS, along));
+                row.copy_from_slice(&coefficients);
+                row
+            })
+            .collect();
+        Self::Pieces { ends, rows }
+    }
+
+    /// The function in a precision.
+    pub fn written_out<T: Real>(&self) -> Lobe<T> {
+        match self {
+            Self::Smooth { chebyshev, tolerance } => {
+                let digits = if T::REFINED { SINGLE_TOLERANCE } else { DOUBLE_TOLERANCE };
+                let tolerance = tolerance.max(digits);
+                let largest = chebyshev.iter().fold(0.0f64, |largest, c| largest.max(c.abs()));
+                let last = chebyshev.iter().rposition(|c| c.abs() > tolerance * largest);
+                let carried = &chebyshev[..last.map_or(0, |last| last + 1)];
+                let powers = powers(carried);
+                let power = |n: usize| T::of(powers.get(n).copied().unwrap_or(0.0));
+                let pairs = (0..powers.len()).step_by(2).map(|n| [power(n), power(n + 1)]);
+                Lobe::Polynomial(pairs.collect())
+            }
+            Self::Pieces { ends, rows } => Lobe::Pieces(Pieces::new(ends, rows)),
+        }
+    }
+}
+
+/// A function on [0, 1] in one precision.
+#[derive(Debug, Clone)]
+pub(super) enum Lobe<T> {
+    /// Coefficients in powers of x = 2 t - 1, an even and an odd one each: E(x²) + x O(x²), two sums that do not wait for each
+    /// other.
+    ///
+    /// Powers take one operation a term where Chebyshev polynomials take two. They lose digits where Chebyshev coefficients
+    /// fall more slowly than (1 + √2)^-n; those of directivities fall faster.
+    Polynomial(Vec<[T; 2]>),
+    Pieces(Pieces<T>),
+}
+
+impl<T: Real> Lobe<T> {
+    /// The function at each lane's t in [0, 1].
+    #[inline(always)]
+    pub fn at<V: Vector<T>, const L: usize>(&self, t: Lanes<T, V, L>) -> Lanes<T, V, L> {
+        match self {
+            Self::Polynomial(pairs) => {
+                let x = t.scale_add(T::of(2.0), Lanes::splat(-T::ONE));
+                let square = x.square();
+                let Some((highest, lower)) = pairs.split_last() else { return Lanes::zero() };
+                let [mut even, mut odd] = highest.map(Lanes::splat);
+                for &pair in lower.iter().rev() {
+                    even = even.mul_add(square, Lanes::splat(pair[0]));
+                    odd = odd.mul_add(square, Lanes::splat(pair[1]));
+                }
+                odd.mul_add(x, even)
+            }
+            Self::Pieces(pieces) => pieces.at(t)[0],
+        }
+    }
+
+    /// The function and its derivative by t.
+    #[inline(always)]
+    pub fn with_slope<V: Vector<T>, const L: usize>(
+        &self,
+        t: Lanes<T, V, L>,
+    ) -> [Lanes<T, V, L>; 2] {
+        match self {
+            Self::Polynomial(pairs) => polynomial_with_slope(pairs, t),
+            Self::Pieces(pieces) => pieces.at(t),
+        }
+    }
+
+    /// The same of a function without corners: what is compiled for it has no registers to keep for pieces.
+    #[inline(always)]
+    pub fn smooth_with_slope<V: Vector<T>, const L: usize>(
+        &self,
+        t: Lanes<T, V, L>,
+    ) -> [Lanes<T, V, L>; 2] {
+        match self {
+            Self::Polynomial(pairs) => polynomial_with_slope(pairs, t),
+            Self::Pieces(_) => unreachable!("a function without corners is one polynomial"),
+        }
+    }
+}
+
+/// A polynomial of 2 t - 1, by its pairs of coefficients, and its derivative by t.
+#[inline(always)]
+fn polynomial_with_slope<T: Real, V: Vector<T>, const L: usize>(
+    pairs: &[[T; 2]],
+    t: Lanes<T, V, L>,
+) -> [Lanes<T, V, L>; 2] {
+    let x = t.scale_add(T::of(2.0), Lanes::splat(-T::ONE));
+    let square = x.square();
+    let Some((highest, lower)) = pairs.split_last() else { return [Lanes::zero(); 2] };
+    let [mut even, mut odd] = highest.map(Lanes::splat);
+    let [mut even_slope, mut odd_slope] = [Lanes::zero(); 2];
+    if let Some((second, lower)) = lower.split_last() {
+        [even_slope, odd_slope] = [even, odd];
+        even = even.mul_add(square, Lanes::splat(second[0]));
+        odd = odd.mul_add(square, Lanes::splat(second[1]));
+        for &pair in lower.iter().rev() {
+            even_slope = even_slope.mul_add(square, even);
+            odd_slope = odd_slope.mul_add(square, odd);
+            even = even.mul_add(square, Lanes::splat(pair[0]));
+            odd = odd.mul_add(square, Lanes::splat(pair[1]));
+        }
+    }
+    // d/dx of E(x²) + x O(x²), and x goes twice as fast as t.
+    let slope = (x + x).mul_add(odd_slope.mul_add(x, even_slope), odd);
+    [odd.mul_add(x, even), slope + slope]
+}
+
+/// Pieces between corners, and where to find each.
+#[derive(Debug, Clone)]
+pub(super) struct Pieces<T> {
+    cells: Vec<Cell<T>>,
+    pieces: Vec<Piece<T>>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Cell<T> {
+    /// The end within the cell, or beyond it.
+    end: T,
+    /// The piece below that end.
+    piece: u32,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Piece<T> {
+    middle: T,
+    /// 1 over half its width.
+    scale: T,
+    coefficients: [T; PIECE_TERMS],
+}
+
+impl<T: Real> Pieces<T> {
+    fn new(ends: &[f64], rows: &[[f64; PIECE_TERMS]]) -> Self {
+        let narrowest = ends.windows(2).map(|piece| piece[1] - piece[0]).fold(1.0, f64::min);
+        let count = (1.0 / narrowest).ceil() as usize + 1;
+        let cells = (0..count)
+            .map(|cell| {
+                let from = cell as f64 / count as f64;
+                let piece = ends[1..ends.len() - 1].partition_point(|&end| end <= from);
+                Cell { end: T::of(ends[piece + 1]), piece: piece as u32 }
+            })
+            .collect();
+        let pieces = ends
+            .windows(2)
+            .zip(rows)
+            .map(|(piece, row)| Piece {
+                middle: T::of(0.5 * (piece[0] + piece[1])),
+                scale: T::of(2.0 / (piece[1] - piece[0])),
+                coefficients: row.map(T::of),
+            })
+            .collect();
+        Self { cells, pieces }
+    }
+
+    fn piece(&self, t: T) -> &Piece<T> {
+        let cell = (t * T::of(self.cells.len() as f64)).index().min(self.cells.len() - 1);
+        let Cell { end, piece } = self.cells[cell];
+        let piece = piece as usize + usize::from(t >= end);
+        &self.pieces[piece.min(self.pieces.len() - 1)]
+    }
+
+    /// Value and derivative.
+    #[inline(always)]
+    fn at<V: Vector<T>, const L: usize>(&self, t: Lanes<T, V, L>) -> [Lanes<T, V, L>; 2] {
+        // Room is cleared each time: no more of it than lanes need.
+        let count = Lanes::<T, V, L>::COUNT;
+        if count <= 16 {
+            self.at_up_to::<V, L, 16>(t)
+        } else if count <= 32 {
+            self.at_up_to::<V, L, 32>(t)
+        } else {
+            self.at_up_to::<V, L, MOST_LANES>(t)
+        }
+    }
+
+    /// The same for no more than `ROOM` lanes.
+    #[inline(always)]
+    fn at_up_to<V: Vector<T>, const L: usize, const ROOM: usize>(
+        &self,
+        t: Lanes<T, V, L>,
+    ) -> [Lanes<T, V, L>; 2] {
+        let mut places = [T::ZERO; ROOM];
+        t.store(&mut places);
+        let mut scale = [T::ZERO; ROOM];
+        let mut coefficients = [[T::ZERO; ROOM]; PIECE_TERMS];
+        for lane in 0..Lanes::<T, V, L>::COUNT {
+            let piece = self.piece(places[lane]);
+            scale[lane] = piece.scale;
+            places[lane] = (places[lane] - piece.middle) * piece.scale;
+            for (lanes, &coefficient) in coefficients.iter_mut().zip(&piece.coefficients) {
+                lanes[lane] = coefficient;
+            }
+        }
+        let x = Lanes::load(&places);
+        let [mut value, mut slope] = [Lanes::zero(); 2];
+        for coefficient in coefficients.iter().rev() {
+            slope = slope.mul_add(x, value);
+            value = value.mul_add(x, Lanes::load(coefficient));
+        }
+        [value, slope * Lanes::load(&scale)]
+    }
+}
+
+/// Whether the last quarter of a series holds nothing: what lies beyond its end is folded back there.
+fn has_ended(series: &[f64]) -> bool {
+    let largest = |terms: &[f64]| terms.iter().fold(0.0f64, |largest, c| largest.max(c.abs()));
+    largest(&series[3 * series.len() / 4..]) <= DOUBLE_TOLERANCE * largest(series)
+}
+
+/// The first coefficients of a function on [0, 1] in Chebyshev polynomials of 2 t - 1, from its values at as many nodes
+/// (L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, ch. 3).
+fn chebyshev(terms: usize, function: impl Fn(f64) -> f64) -> Vec<f64> {
+    /// The cosines of all multiples of half the spacing of as many nodes as are mostly taken: a fit is made for each new
+    /// set-up, and there are many.
+    static COSINES: LazyLock<Vec<f64>> = LazyLock::new(|| cosines(FIRST_TERMS));
+    let others;
+    let cosines: &[f64] = if terms == FIRST_TERMS {
+        &COSINES
+    } else {
+        others = cosines(terms);
+        &others
+    };
+    // cos(term * angle(node)), its argument brought into one turn in whole numbers, where nothing is rounded.
+    let cosine = |term: usize, node: usize| cosines[(term * (2 * node + 1)) % (4 * terms)];
+    let values: Vec<f64> = (0..terms).map(|node| function(0.5 + 0.5 * cosine(1, node))).collect();
+    (0..terms)
+        .map(|term| {
+            let projection: f64 =
+                values.iter().enumerate().map(|(node, value)| value * cosine(term, node)).sum();
+            projection * if term == 0 { 1.0 } else { 2.0 } / terms as f64
+        })
+        .collect()
+}
+
+fn cosines(terms: usize) -> Vec<f64> {
+    (0..4 * terms).map(|step| (0.5 * PI * step as f64 / terms as f64).cos()).collect()
+}
+
+/// Turns Chebyshev coefficients into those of powers, by T(n+1) = 2 x T(n) - T(n-1).
+fn powers(coefficients: &[f64]) -> Vec<f64> {
+    let mut powers = vec![0.0; coefficients.len()];
+    let (mut before, mut current) = (vec![], vec![1.0]);
+    for &coefficient in coefficients {
+        for (power, t) in powers.iter_mut().zip(&current) {
+            *power += coefficient * t;
+        }
+        let mut next = vec![0.0; current.len() + 1];
+        let doubling = if current.len() == 1 { 1.0 } else { 2.0 };
+        for (power, t) in current.iter().enumerate() {
+            next[power + 1] += doubling * t;
+        }
+        for (power, t) in before.iter().enumerate() {
+            next[power] -= t;
+        }
+        before = std::mem::replace(&mut current, next);
+    }
+    powers
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::lanes::{Plain, Registers};
+
+    type Fused = Plain<4, 8, true>;
+
+    fn lanes(t: f64) -> Lanes<f64, <Fused as Registers>::Double, 4> {
+        Lanes::splat(t)
+    }
+
+    proptest! {
+        #[test]
+        fn an_analytic_function_and_its_slope_are_met(t in 0.0..=1.0f64, rate in 0.5..6.0f64) {
+            let function = |t: f64| (rate * t).cos() * (-t * t).exp();
+            let slope = -(rate * (rate * t).sin() + 2.0 * t * (rate * t).cos()) * (-t * t).exp();
+            let lobe: Lobe<f64> = Fit::new(&[], function).written_out();
+            prop_assert!((lobe.at(lanes(t)).lane(0) - function(t)).abs() < 1e-13);
+            prop_assert!((lobe.with_slope(lanes(t))[1].lane(5) - slope).abs() < 1e-11);
+            let single: Lobe<f32> = Fit::new(&[], function).written_out();
+            let ours = single.at(Lanes::<f32, <Fused as Registers>::Single, 4>::splat(t as f32)).lane(7);
+            prop_assert!((f64::from(ours) - function(t)).abs() < 2e-6);
+        }
+
+        #[test]
+        fn corners_are_met_wherever_they_stand(
+            t in 0.0..=1.0f64, corners in prop::collection::btree_set(1u32..500, 1..30), heights in prop::array::uniform4(-1.0..1.0f64),
+        ) {
+            let corners: Vec<f64> = corners.into_iter().map(|n| f64::from(n) / 500.0).collect();
+            let function = |t: f64| {
+                let bend = |(n, corner): (usize, &f64)| heights[n % 4] * (t - corner).abs();
+                corners.iter().enumerate().map(bend).sum::<f64>() + (3.0 * t).sin()
+            };
+            let lobe: Lobe<f64> = Fit::new(&corners, function).written_out();
+            prop_assert!((lobe.at(lanes(t)).lane(3) - function(t)).abs() < 1e-12, "{}", t);
+        }
+    }
+
+    #[test]
+    fn a_constant_has_one_pair_of_terms_and_nothing_has_none() {
+        let terms = |function: fn(f64) -> f64| match Fit::new(&[], function).written_out::<f64>() {
+            Lobe::Polynomial(pairs) => pairs.len(),
+            Lobe::Pieces(_) => panic!("no corners were given"),
+        };
+        assert_eq!((terms(|_| 2.5), terms(|_| 0.0)), (1, 0));
+    }
+
+    #[test]
+    fn chebyshev_polynomials_turn_into_their_powers() {
+        // T4 = 8 x^4 - 8 x^2 + 1
+        assert_eq!(powers(&[0.0, 0.0, 0.0, 0.0, 1.0]), [1.0, 0.0, -8.0, 0.0, 8.0]);
+        assert_eq!(powers(&[1.0, 2.0]), [1.0, 2.0]);
+    }
+}

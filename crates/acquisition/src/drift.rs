@@ -1,0 +1,216 @@
+//! The reference point, revisited by time while a scan runs: what drifts is seen while something can be done about it.
+//!
+//! Its readings stand in `events.jsonl` and not among the samples, whose rows are the visits of the plan. Visits that the
+//! plan itself makes to its reference point count as well.
+
+use super::conductor::distance_mm;
+use super::references::standard_error;
+use fieldgap_acoustics::Vec3;
+use fieldgap_records::{Part, Plan, Sample, Visit, VisitKind};
+use fieldgap_rig::{Envelope, Frame};
+
+/// Standard errors that two readings of one level may differ by.
+const STANDARD_ERRORS: f64 = 4.0;
+
+/// Follows the reference point of a scan.
+#[derive(Debug)]
+pub(super) struct Drift {
+    visit: Visit,
+    /// After how many seconds the next visit is due; `None` where only the plan's own visits count.
+    every_s: Option<f64>,
+    /// How much the level may change, relative.
+    bound: f64,
+    /// The first reading there.
+    first: Option<Sample>,
+    /// When it was last read, s on the scan's clock.
+    read_at_s: f64,
+    /// How far the level had changed when a person was last told, in bounds.
+    told: f64,
+}
+
+/// What a reading of the reference point shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Drifted {
+    pub(super) first: f64,
+    pub(super) now: f64,
+    pub(super) moved_mm: f64,
+    /// Whether a person is to be told: the level has changed by more than it may, and by more than it had when one was
+    /// told before.
+    pub(super) is_news: bool,
+}
+
+impl Drifted {
+    /// The change since the first reading, percent.
+    pub(super) fn percent(&self) -> f64 {
+        (self.now / self.first - 1.0) * 100.0
+    }
+}
+
+impl Drift {
+    /// For a plan that takes `about_s`, of which `kept` is measured already. A scan that is over before its reference is due
+    /// makes no visits of its own.
+    pub(super) fn of(plan: &Plan, visits: &[Visit], about_s: f64, kept: &[Sample]) -> Option<Self> {
+        let reference = &plan.reference;
+        let every_s = Some(reference.every_min.get() * 60.0).filter(|&s| s > 0.0 && about_s > s);
+        let of_plan = |visit: &&Visit| visit.kind == VisitKind::Reference;
+        let visit = match (visits.iter().find(of_plan), reference.at_mm) {
+            (Some(&visit), _) => visit,
+            (None, Some(at_mm)) => revisit(reference.focus, at_mm / 1e3),
+            (None, None) => {
+                let first = visits.iter().find(|visit| visit.kind == VisitKind::Point)?;
+                Visit { kind: VisitKind::Reference, ..*first }
+            }
+        };
+        let mut drift = Self {
+            visit,
+            every_s,
+            bound: reference.drift_percent.get() / 100.0,
+            first: None,
+            read_at_s: f64::NEG_INFINITY,
+            told: 1.0,
+        };
+        for (visit, sample) in visits.iter().zip(kept) {
+            drift.measured(visit, sample);
+        }
+        Some(drift)
+    }
+
+    /// A visit of the plan was measured; what it shows, where it was the reference point's.
+    pub(super) fn measured(&mut self, visit: &Visit, sample: &Sample) -> Option<Drifted> {
+        (visit.kind == VisitKind::Reference).then(|| self.read(sample))
+    }
+
+    /// The visit that is due at `now_s` on the scan's clock, where the robot, at `at_m`, can go there straight and on to
+    /// `next_m` from there. One that cannot be made now is put off to the next point.
+    pub(super) fn due(
+        &self,
+        now_s: f64,
+        at_m: Option<Vec3>,
+        next_m: Vec3,
+        (envelope, frame): (&Envelope, &Frame),
+    ) -> Option<Visit> {
+        let every_s = self.every_s?;
+        if now_s - self.read_at_s < every_s {
+            return None;
+        }
+        let place = frame.to_robot(self.visit.position_m);
+        let free = |from_m: Vec3| envelope.check_path(frame.to_robot(from_m), place).is_ok();
+        let free = at_m.is_none_or(free)
+            && envelope.check_path(place, frame.to_robot(next_m)).is_ok()
+            && envelope.check_target(place).is_ok();
+        free.then_some(self.visit)
+    }
+
+    /// The reference point was read.
+    pub(super) fn read(&mut self, now: &Sample) -> Drifted {
+        self.read_at_s = now.time_s;
+        let first = *self.first.get_or_insert(*now);
+        let noise = STANDARD_ERRORS * standard_error(&first).hypot(standard_error(now));
+        let change = (now.reading - first.reading).abs() - noise;
+        let bounds = change / (self.bound * first.reading).max(f64::MIN_POSITIVE);
+        let is_news = bounds > self.told;
+        if is_news {
+            // Told again when it has gone on by as much.
+            self.told = bounds.floor() + 1.0;
+        }
+        Drifted {
+            first: first.reading,
+            now: now.reading,
+            moved_mm: distance_mm(first.position_m(), now.position_m()),
+            is_news,
+        }
+    }
+}
+
+fn revisit(focus: usize, position_m: Vec3) -> Visit {
+    Visit { kind: VisitKind::Reference, focus: Some(focus), position_m, part: Part::Reference }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use fieldgap_input::TomlSource;
+    use fieldgap_records::Spread;
+    use fieldgap_rig::motion::travel::{AxisBox, KeepOut};
+
+    const PLAN: &str = "name = \"p\"\n[simulator]\nmodel = \"corrected\"\n\
+        [[focus]]\nx_mm = 1.0\ny_mm = 2.0\nz_mm = 100.0\n\
+        [[plane]]\nz_mm = 100.0\nsize_mm = [4.0, 4.0]\nstep_mm = 2.0\n";
+
+    fn drift(extra: &str, about_s: f64) -> Drift {
+        let text = format!("{PLAN}{extra}");
+        let plan = Plan::parse(TomlSource::new(Path::new("p.toml"), text)).expect("a plan");
+        Drift::of(&plan, &plan.visits(), about_s, &[]).expect("it has a focus")
+    }
+
+    fn sample(time_s: f64, reading: f64) -> Sample {
+        let spread = Some(Spread { std: 0.004, count: 16 });
+        Sample::measured(time_s, Some(0), Vec3::new(1e-3, 2e-3, 0.1), reading, spread)
+    }
+
+    fn robot() -> (Envelope, Frame) {
+        let travel = AxisBox { least_m: [-1.0; 3], largest_m: [1.0; 3] };
+        (Envelope { travel, keep_out: Vec::new() }, Frame { origin_m: Vec3::zeros() })
+    }
+
+    fn is_due(drift: &Drift, now_s: f64) -> bool {
+        let (envelope, frame) = robot();
+        drift.due(now_s, None, Vec3::new(0.0, 0.0, 0.1), (&envelope, &frame)).is_some()
+    }
+
+    #[test]
+    fn it_is_read_at_the_beginning_and_every_quarter_of_an_hour() {
+        let mut drift = drift("", 3600.0);
+        assert!(is_due(&drift, 0.0));
+        drift.read(&sample(0.0, 2.0));
+        assert!(!is_due(&drift, 899.0));
+        assert!(is_due(&drift, 900.0));
+        drift.read(&sample(901.0, 2.0));
+        assert!(!is_due(&drift, 1800.0) && is_due(&drift, 1801.0));
+    }
+
+    #[test]
+    fn a_short_scan_and_one_that_wants_none_go_without() {
+        assert!(!is_due(&drift("", 899.0), 0.0));
+        assert!(!is_due(&drift("[reference]\nevery_min = 0\n", 1e6), 1e5));
+        assert!(is_due(&drift("[reference]\nevery_min = 1\n", 61.0), 0.0));
+    }
+
+    #[test]
+    fn a_drift_is_told_once_and_again_when_it_has_gone_on() {
+        let mut drift = drift("", 3600.0);
+        assert!(!drift.read(&sample(0.0, 2.0)).is_news);
+        assert!(!drift.read(&sample(900.0, 2.05)).is_news, "2.5 %");
+        let drifted = drift.read(&sample(1800.0, 1.9));
+        assert!(drifted.is_news);
+        assert!((drifted.percent() + 5.0).abs() < 1e-9);
+        assert!(!drift.read(&sample(2700.0, 1.9)).is_news, "told already");
+        assert!(drift.read(&sample(3600.0, 1.8)).is_news, "10 %");
+    }
+
+    #[test]
+    fn what_stands_in_the_way_puts_it_off() {
+        let drift = drift("", 3600.0);
+        let (mut envelope, frame) = robot();
+        envelope.keep_out.push(KeepOut {
+            name: "post".into(),
+            space: AxisBox { least_m: [0.04, -1.0, -1.0], largest_m: [0.05, 1.0, 1.0] },
+        });
+        let due = |at_m: Vec3| drift.due(0.0, Some(at_m), Vec3::zeros(), (&envelope, &frame));
+        assert!(due(Vec3::new(0.1, 0.0, 0.1)).is_none());
+        assert!(due(Vec3::new(0.03, 0.0, 0.1)).is_some());
+    }
+
+    #[test]
+    fn the_plans_own_visits_count() {
+        let mut drift = drift("[reference]\nat_mm = [0, 0, 90]\nevery_points = 2\n", 3600.0);
+        let own = drift.visit;
+        assert_eq!(own.kind, VisitKind::Reference);
+        assert!(drift.measured(&own, &sample(5.0, 2.0)).is_some());
+        assert!(!is_due(&drift, 900.0));
+        let other = Visit { kind: VisitKind::Point, ..own };
+        assert_eq!(drift.measured(&other, &sample(6.0, 9.0)), None);
+    }
+}

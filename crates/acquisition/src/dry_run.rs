@@ -1,0 +1,219 @@
+//! The check of a plan against a rig before anything moves: can every point be reached, how long will it take, is
+//! there room on the disk.
+
+use std::path::Path;
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::fly::Flight;
+use super::lab::Lab;
+use super::rows::{Leg, Line, legs};
+use fieldgap_acoustics::Vec3;
+use fieldgap_input::Fault;
+use fieldgap_records::{Part, Plan, Visit, VisitKind};
+use fieldgap_rig::{Feed, RobotPosition};
+
+/// Room that a point takes in `samples.csv`, the journal and its share of the events, bytes.
+const BYTES_A_ROW: u64 = 320;
+
+/// Room that its share of the wire logs takes, bytes, and what the logs take at most.
+const WIRE_BYTES_A_ROW: u64 = 4096;
+const MOST_WIRE_BYTES: u64 = 512 << 20;
+
+/// Room that is left free for whatever else runs on the machine, bytes.
+const ROOM_LEFT_FREE: u64 = 64 << 20;
+
+/// What a reading and its commands are taken to last besides moving, settling and sampling, s.
+const TALK_S: f64 = 0.03;
+
+/// Rate a receiver is taken to have where only the device itself knows it, Hz.
+const USUAL_RATE_HZ: f64 = 1000.0;
+
+/// Acceleration a robot is taken to have, m/s²: what printers' firmware is usually set to.
+pub(super) const USUAL_ACCELERATION_M_S2: f64 = 1.0;
+
+/// What a plan comes to on a rig.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DryRun {
+    /// Readings in all.
+    pub visits: usize,
+    /// Of these, in silence.
+    pub dark: usize,
+    /// Of these, at the reference point.
+    pub references: usize,
+    /// Way of the robot, m.
+    pub way_m: f64,
+    /// About how long it takes on the robot's clock, s.
+    pub about_s: f64,
+    /// About how long its slowest point takes, s.
+    pub slowest_s: f64,
+    /// Room the record needs, bytes.
+    pub bytes: u64,
+}
+
+impl DryRun {
+    /// About how long the scan takes on the robot's clock.
+    pub fn about(&self) -> Duration {
+        Duration::try_from_secs_f64(self.about_s).unwrap_or(Duration::MAX)
+    }
+}
+
+/// Holds a plan against a rig.
+///
+/// The way begins where the robot homes, which is taken to be the lower end of each axis.
+///
+/// # Errors
+/// A [`Fault`] at the part of the plan that the robot cannot do: a focus or a point outside its travel, a way through
+/// a keep-out box, phases that are not one for each element.
+pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault> {
+    plan.fits_array(lab.believed_array().len())?;
+    foci_within_travel(plan, lab)?;
+    let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
+    let settle_s = lab.rig.receiver.settle().as_secs_f64();
+    let reading_s = settle_s + lab.rig.receiver.count() as f64 / USUAL_RATE_HZ + TALK_S;
+    let mut from = RobotPosition::from_axes_m(envelope.travel.least_m);
+    reference_within_travel(plan, lab)?;
+    let (mut way_m, mut about_s, mut slowest_s) = (0.0, 0.0, 0.0_f64);
+    let mut go = |to_m: Vec3, part: Part, feed: Feed| {
+        let to = frame.to_robot(to_m);
+        envelope.check_path(from, to).map_err(|path_fault| {
+            let at_mm = to_m * 1e3;
+            plan.fault(
+                part,
+                format!(
+                    "the robot cannot go to ({:.2}, {:.2}, {:.2}) mm: {path_fault}",
+                    at_mm.x, at_mm.y, at_mm.z
+                ),
+                "change the points, or their order, or [motion] of the rig file if it does not describe the robot",
+            )
+        })?;
+        let distance_m = from.distance_m(to);
+        way_m += distance_m;
+        from = to;
+        Ok(move_s(distance_m, feed.m_s()))
+    };
+    let feed = lab.rig.motion.feed();
+    let flight = plan.fly.as_ref().map(|fly| Flight::new(fly, lab));
+    for leg in legs(visits, 0, flight.is_some()) {
+        match (leg, &flight) {
+            (Leg::Row(row), Some(flight)) => {
+                let [begins_m, ends_m] = Line::of(&visits[row.clone()]).ends_m(flight.lead_m());
+                let part = visits[row.start].part;
+                let row_s = go(begins_m, part, feed)? + go(ends_m, part, flight.feed())? + TALK_S;
+                about_s += row_s;
+                slowest_s = slowest_s.max(row_s);
+            }
+            (Leg::Row(row), None) => unreachable!("{row:?} is only flown by a plan that flies"),
+            (Leg::Stop(visit), _) => {
+                let Visit { position_m, part, .. } = visits[visit];
+                let point_s = go(position_m, part, feed)? + reading_s;
+                about_s += point_s;
+                slowest_s = slowest_s.max(point_s);
+            }
+        }
+    }
+    let of_kind = |kind| visits.iter().filter(|visit| visit.kind == kind).count();
+    Ok(DryRun {
+        visits: visits.len(),
+        dark: of_kind(VisitKind::Dark),
+        references: of_kind(VisitKind::Reference),
+        way_m,
+        about_s,
+        slowest_s,
+        bytes: BYTES_A_ROW * visits.len() as u64
+            + (WIRE_BYTES_A_ROW * visits.len() as u64).min(MOST_WIRE_BYTES),
+    })
+}
+
+fn foci_within_travel(plan: &Plan, lab: &Lab) -> Result<(), Fault> {
+    let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
+    for (number, focus) in plan.foci.iter().enumerate() {
+        let Some(focus_m) = focus.excitation().focus_m() else { continue };
+        let inside =
+            frame.to_robot(focus_m).axes_m().into_iter().enumerate().all(|(axis, at_m)| {
+                (envelope.travel.least_m[axis]..=envelope.travel.largest_m[axis]).contains(&at_m)
+            });
+        if !inside {
+            let [least, largest] = [envelope.travel.least_m, envelope.travel.largest_m]
+                .map(|corner| frame.to_array(RobotPosition::from_axes_m(corner)) * 1e3);
+            return Err(plan.fault(
+                Part::Focus(number),
+                "the focus lies outside the robot's travel, so the scan could never see it",
+                format!(
+                    "in the array's frame the robot reaches x {:.1} to {:.1}, y {:.1} to {:.1}, z {:.1} to {:.1} mm",
+                    least.x, largest.x, least.y, largest.y, least.z, largest.z
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// A reference point that is visited by time alone is on nobody's way: it is looked at by itself.
+fn reference_within_travel(plan: &Plan, lab: &Lab) -> Result<(), Fault> {
+    let reference = &plan.reference;
+    let (Some(at_mm), true) = (reference.at_mm, reference.is_given()) else { return Ok(()) };
+    let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
+    envelope.check_target(frame.to_robot(at_mm / 1e3)).map_err(|fault| {
+        plan.fault(
+            Part::Reference,
+            format!("the robot cannot stand at the reference point: {fault}"),
+            "choose another one, or leave at_mm out: it is then the focus's place",
+        )
+    })
+}
+
+/// Time of a move from standstill to standstill, s: a trapezoid of speed, or a triangle where it is too short.
+fn move_s(distance_m: f64, feed_m_s: f64) -> f64 {
+    let ramps_m = feed_m_s * feed_m_s / USUAL_ACCELERATION_M_S2;
+    if distance_m < ramps_m {
+        2.0 * (distance_m / USUAL_ACCELERATION_M_S2).sqrt()
+    } else {
+        distance_m / feed_m_s + feed_m_s / USUAL_ACCELERATION_M_S2
+    }
+}
+
+/// Makes sure that the disk of `folder` has room for a record.
+///
+/// # Errors
+/// A [`Fault`] of the folder, with what is free and what is needed.
+pub fn room_for(bytes: u64, folder: &Path) -> Result<(), Fault> {
+    let existing = folder.ancestors().find(|part| part.is_dir()).unwrap_or(Path::new("."));
+    let Ok(disk) = rustix::fs::statvfs(existing) else { return Ok(()) };
+    let free = disk.f_bavail.saturating_mul(disk.f_frsize);
+    if free >= bytes + ROOM_LEFT_FREE {
+        return Ok(());
+    }
+    let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+    Err(Fault::of_file(
+        folder,
+        format!(
+            "the disk has {} MiB free; the scan needs {} MiB",
+            mib(free),
+            mib(bytes + ROOM_LEFT_FREE)
+        ),
+        "make room, or give another disk's folder with --out",
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_short_move_never_reaches_its_feed() {
+        // 1 mm at 1 m/s²: half of it speeding up, half slowing down.
+        assert!((move_s(1e-3, 0.1) - 2.0 * (1e-3f64).sqrt()).abs() < 1e-12);
+        // 1 m at 0.1 m/s: ten seconds, and a tenth lost on the ramps.
+        assert!((move_s(1.0, 0.1) - 10.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn more_than_any_disk_holds_is_refused() {
+        let fault =
+            room_for(u64::MAX / 2, &std::env::temp_dir()).expect_err("no disk is that large");
+        assert!(fault.to_string().contains("MiB free"), "{fault}");
+        assert!(room_for(1, &std::env::temp_dir().join("not/there/yet")).is_ok());
+    }
+}

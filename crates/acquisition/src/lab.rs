@@ -1,0 +1,110 @@
+//! A rig file: the array and the medium as the lab believes them, and the devices.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use fieldgap_acoustics::{Array, Medium};
+use fieldgap_input::{Fault, TomlSource};
+use fieldgap_records::{ArraySection, ArrayTable, Hooks, MediumSection, MediumTable};
+use fieldgap_rig::{EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
+use fieldgap_sensing::SensingSection;
+use fieldgap_virtual_rig::VirtualConfig;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LabFile {
+    name: String,
+    array: Spanned<ArrayTable>,
+    medium: Spanned<MediumTable>,
+    motion: MotionConfig,
+    receiver: ReceiverConfig,
+    focus_array: FocusArrayConfig,
+    environment: Option<EnvironmentConfig>,
+    sensing: Option<Spanned<SensingSection>>,
+    #[serde(default)]
+    hooks: Hooks,
+    #[serde(rename = "virtual")]
+    virtual_rig: Option<VirtualConfig>,
+}
+
+/// What a rig file says.
+#[derive(Debug, Clone)]
+pub struct Lab {
+    /// What the rig is called.
+    pub name: String,
+    /// The array, as the lab believes it to be.
+    pub array: ArraySection,
+    /// The medium, as the lab believes it to be.
+    pub medium: MediumSection,
+    /// The devices.
+    pub rig: RigConfig,
+    /// The elements that listen for a hand, where some do.
+    pub sensing: Option<SensingSection>,
+    /// Who is told of what happens to a scan, where its plan does not say.
+    pub hooks: Hooks,
+    /// The firmware and the physics behind them, where the rig is a virtual one.
+    pub virtual_rig: Option<VirtualConfig>,
+    source: TomlSource,
+}
+
+impl Lab {
+    /// Reads a rig file.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the line that does not fit.
+    pub fn read(path: &Path) -> Result<Self, Fault> {
+        Self::parse(TomlSource::read(path)?)
+    }
+
+    /// Makes sense of a text as a rig file.
+    ///
+    /// # Errors
+    /// As [`Lab::read`].
+    pub fn parse(source: TomlSource) -> Result<Self, Fault> {
+        let mut file: LabFile = source.parse()?;
+        file.focus_array.beside(source.path().parent().unwrap_or(Path::new("")));
+        let array = ArraySection::read(&file.array, &source)?;
+        if let Some(sensing) = &file.sensing {
+            let elements = array.array().len();
+            if let Some(n) = sensing.get_ref().elements().into_iter().find(|&n| n >= elements) {
+                return Err(source.fault(
+                    sensing.span(),
+                    format!("element {n} cannot listen: the array has {elements}"),
+                    "elements are numbered from 0",
+                ));
+            }
+        }
+        Ok(Self {
+            name: file.name,
+            array,
+            medium: MediumSection::read(&file.medium, &source)?,
+            rig: RigConfig {
+                motion: file.motion,
+                receiver: file.receiver,
+                focus_array: file.focus_array,
+                environment: file.environment,
+            },
+            sensing: file.sensing.map(Spanned::into_inner),
+            hooks: file.hooks,
+            virtual_rig: file.virtual_rig,
+            source,
+        })
+    }
+
+    /// The file and its text, as they were read.
+    pub fn source(&self) -> &TomlSource {
+        &self.source
+    }
+
+    /// The array, as the lab believes it to be.
+    pub fn believed_array(&self) -> &Array {
+        self.array.array()
+    }
+
+    /// The medium, as the lab believes it to be.
+    pub fn believed_medium(&self) -> Medium {
+        self.medium.medium()
+    }
+}

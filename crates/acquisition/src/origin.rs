@@ -1,0 +1,144 @@
+//! Where a scan's plan and rig file were read from, and whether what stands there is still what the scan was begun with.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use toml::{Table, Value};
+
+use super::CampaignError;
+use super::lab::Lab;
+use fieldgap_input::{Fault, TomlSource};
+use fieldgap_records::Plan;
+
+pub(super) const FILE: &str = "origin.toml";
+
+/// Keys of a rig file that may change while a scan is broken off: where a device is plugged in is nothing of what it is.
+const MAY_CHANGE: [&str; 2] = ["port", "baud"];
+
+/// `origin.toml`: what the copies in the scan's folder are copies of. What they name is looked for from there.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Origin {
+    plan: PathBuf,
+    rig: PathBuf,
+    /// Of a virtual rig: SHA-256 of its truth file, hexadecimal.
+    truth_sha256: Option<String>,
+}
+
+impl Origin {
+    /// Of a scan that is about to begin.
+    pub(super) fn of(plan: &Plan, lab: &Lab) -> Result<Self, Fault> {
+        let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let truth_sha256 = truth_path(lab).map(|path| sha256_of(&path)).transpose()?;
+        Ok(Self { plan: absolute(plan.path()), rig: absolute(lab.source().path()), truth_sha256 })
+    }
+
+    pub(super) fn to_toml(&self) -> String {
+        toml::to_string(self).expect("paths and a number are TOML")
+    }
+
+    /// The plan, of which this is the copy.
+    pub(super) fn plan(&self, copy: &TomlSource) -> TomlSource {
+        TomlSource::new(&self.plan, copy.text())
+    }
+
+    /// The rig file as it stands, where it differs from its copy in ports alone; the copy, where there is none any more.
+    pub(super) fn rig(&self, copy: &TomlSource) -> Result<TomlSource, CampaignError> {
+        let as_begun = || Ok(TomlSource::new(&self.rig, copy.text()));
+        if !self.rig.is_file() {
+            return as_begun();
+        }
+        let now = TomlSource::read(&self.rig)?;
+        if now.text() == copy.text() {
+            return as_begun();
+        }
+        let [then_is, now_is] = [copy, &now].map(TomlSource::parse::<Table>);
+        let mut changes = Vec::new();
+        differences("", &Value::Table(then_is?), &Value::Table(now_is?), &mut changes);
+        if changes.is_empty() {
+            Ok(now)
+        } else {
+            Err(CampaignError::OtherRig { path: self.rig.clone(), changes })
+        }
+    }
+
+    /// Makes sure that a virtual rig's truth is what it was.
+    pub(super) fn same_truth(&self, lab: &Lab) -> Result<(), CampaignError> {
+        match (truth_path(lab), &self.truth_sha256) {
+            (Some(path), Some(then)) if sha256_of(&path)? != *then => {
+                Err(CampaignError::OtherTruth(path))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+fn truth_path(lab: &Lab) -> Option<PathBuf> {
+    let folder = lab.source().path().parent().unwrap_or(Path::new(""));
+    lab.virtual_rig.as_ref().map(|config| config.truth_path(folder))
+}
+
+fn sha256_of(path: &Path) -> Result<String, Fault> {
+    let bytes = std::fs::read(path).map_err(|error| {
+        let remedy = "check the `truth` of the rig file; it is looked for from there";
+        Fault::of_file(path, format!("cannot be read: {error}"), remedy)
+    })?;
+    Ok(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// Collects the keys in which two values differ, each as it is written and with both values.
+fn differences(key: &str, then: &Value, now: &Value, changes: &mut Vec<String>) {
+    let (Value::Table(before), Value::Table(after)) = (then, now) else {
+        if then != now {
+            changes.push(format!("`{key}` was {then} and is {now}"));
+        }
+        return;
+    };
+    let new = after.keys().filter(|name| !before.contains_key(*name));
+    for name in before.keys().chain(new).filter(|name| !MAY_CHANGE.contains(&name.as_str())) {
+        let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+        match (before.get(name), after.get(name)) {
+            (Some(then), Some(now)) => differences(&key, then, now, changes),
+            (Some(_), None) => changes.push(format!("`{key}` is gone")),
+            _ => changes.push(format!("`{key}` is new")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const THEN: &str = "name = \"r\"\n[motion]\norigin_mm = [1.0, 2.0, 3.0]\n[motion.marlin]\nport = \"/dev/ttyUSB0\"\n";
+
+    fn taken_up(now: &str) -> Result<String, CampaignError> {
+        let folder = tempfile::tempdir().expect("a folder");
+        let rig = folder.path().join("rig.toml");
+        std::fs::write(&rig, now).expect("written");
+        let origin = Origin { plan: "plan.toml".into(), rig: rig.clone(), truth_sha256: None };
+        origin.rig(&TomlSource::new(&rig, THEN)).map(|source| source.text().to_owned())
+    }
+
+    #[test]
+    fn another_port_is_taken_and_another_origin_is_not() {
+        let moved = THEN.replace("USB0", "USB1") + "baud = 9600\n";
+        assert_eq!(taken_up(&moved).expect("the same rig"), moved);
+        let error = taken_up(&THEN.replace("2.0", "2.5")).expect_err("another rig");
+        assert!(error.to_string().contains("`motion.origin_mm` was [1.0, 2.0, 3.0]"), "{error}");
+        let error =
+            taken_up(&THEN.replace("[motion.marlin]", "[motion.other]")).expect_err("another");
+        assert!(
+            error.to_string().contains("`motion.marlin` is gone; `motion.other` is new"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_rig_file_that_is_gone_is_taken_from_its_copy() {
+        let origin =
+            Origin { plan: "p".into(), rig: "nowhere/rig.toml".into(), truth_sha256: None };
+        let copy = TomlSource::new(Path::new("rig.toml"), THEN);
+        assert_eq!(origin.rig(&copy).expect("the copy").text(), THEN);
+    }
+}

@@ -1,0 +1,92 @@
+//! A plan together with the rig that it is for.
+
+use std::path::Path;
+
+use super::CampaignError;
+use super::dry_run::{DryRun, dry_run};
+use super::lab::Lab;
+use fieldgap_input::{Fault, TomlSource};
+use fieldgap_records::{Part, Plan, Visit};
+use fieldgap_virtual_rig::Truth;
+
+/// A plan and the rig that will scan it.
+#[derive(Debug, Clone)]
+pub struct Campaign {
+    pub(super) plan: Plan,
+    pub(super) lab: Lab,
+    pub(super) visits: Vec<Visit>,
+}
+
+impl Campaign {
+    /// Reads a plan, and the rig file: the one given, else the one that the plan names.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the line of either file that does not fit.
+    pub fn read(plan: &Path, rig: Option<&Path>) -> Result<Self, CampaignError> {
+        let plan = Plan::read(plan)?;
+        let lab = match (rig, &plan.rig) {
+            (Some(given), _) => Lab::read(given)?,
+            (None, Some(named)) if named.is_file() => Lab::read(named)?,
+            (None, Some(named)) => {
+                return Err(plan
+                    .fault(
+                        Part::Rig,
+                        format!("there is no rig file {}", named.display()),
+                        "correct the name (it is looked for from the plan's folder), or give the file with --rig",
+                    )
+                    .into());
+            }
+            (None, None) => {
+                return Err(Fault::of_file(
+                    plan.path(),
+                    "names no rig",
+                    "add `rig = \"…\"`, or give the rig file with --rig",
+                )
+                .into());
+            }
+        };
+        Ok(Self::new(plan, lab))
+    }
+
+    /// Reads a plan and a rig file from texts that were kept, as if they still stood where they were read from.
+    pub(super) fn parse(plan: TomlSource, rig: TomlSource) -> Result<Self, CampaignError> {
+        Ok(Self::new(Plan::parse(plan)?, Lab::parse(rig)?))
+    }
+
+    fn new(plan: Plan, lab: Lab) -> Self {
+        let visits = plan.visits();
+        Self { plan, lab, visits }
+    }
+
+    /// What the scan will be called.
+    pub fn name(&self) -> &str {
+        &self.plan.name
+    }
+
+    /// The plan.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The rig.
+    pub fn lab(&self) -> &Lab {
+        &self.lab
+    }
+
+    /// The readings to be taken, in their order.
+    pub fn visits(&self) -> &[Visit] {
+        &self.visits
+    }
+
+    /// Holds the plan against the rig; nothing moves.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the part of the plan that the robot cannot do, or in the truth file of a virtual rig.
+    pub fn dry_run(&self) -> Result<DryRun, CampaignError> {
+        if let Some(config) = &self.lab.virtual_rig {
+            let beside = self.lab.source().path().parent().unwrap_or(Path::new(""));
+            Truth::read(&config.truth_path(beside))?;
+        }
+        Ok(dry_run(&self.plan, &self.lab, &self.visits)?)
+    }
+}

@@ -1,0 +1,192 @@
+//! On resuming a scan: points measured before are measured again, and the scan goes on only where both place and level
+//! are what they were.
+
+use fieldgap_records::{Sample, Tolerances, Visit, VisitKind};
+
+use super::conductor::distance_mm;
+
+/// Standard errors that two readings of one level may differ by.
+const STANDARD_ERRORS: f64 = 4.0;
+
+/// How many points are measured again, at most.
+const REFERENCES: usize = 3;
+
+/// Something is no longer where or what it was.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Moved {
+    /// The robot reports another place.
+    #[error(
+        "row {row}: the robot reports to be {moved_mm:.3} mm from where it reported before; {allowed_mm} mm is allowed"
+    )]
+    Robot {
+        /// Row of `samples.csv`.
+        row: usize,
+        /// Distance between the two reported places, mm.
+        moved_mm: f64,
+        /// How much the plan allows, mm.
+        allowed_mm: f64,
+    },
+    /// The level there is another.
+    #[error(
+        "row {row}: the level is {now:.5} where {kept:.5} was kept, {:+.1} %; {allowed_percent} % beyond the noise is allowed",
+        (now / kept - 1.0) * 100.0
+    )]
+    Level {
+        /// Row of `samples.csv`.
+        row: usize,
+        /// The reading that was kept.
+        kept: f64,
+        /// The reading now.
+        now: f64,
+        /// How much the plan allows, percent.
+        allowed_percent: f64,
+    },
+    /// Several points are not what they were.
+    #[error("{}{}", listed(.0), common_cause(.0))]
+    Several(Vec<Self>),
+}
+
+impl Moved {
+    /// What was found at several points as one.
+    pub(super) fn of(mut found: Vec<Self>) -> Result<(), Self> {
+        match found.len() {
+            0 => Ok(()),
+            1 => Err(found.remove(0)),
+            _ => Err(Self::Several(found)),
+        }
+    }
+}
+
+fn listed(found: &[Moved]) -> String {
+    found.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+}
+
+/// What points that changed say together: the level is a matter of gains where all changed by one factor, and of places where
+/// they did not.
+fn common_cause(found: &[Moved]) -> &'static str {
+    /// Factors this near each other are one.
+    const ALIKE: f64 = 0.02;
+    let factors: Vec<f64> = found
+        .iter()
+        .filter_map(|moved| match moved {
+            Moved::Level { kept, now, .. } => Some(now / kept),
+            _ => None,
+        })
+        .collect();
+    let [least, most] =
+        [f64::min, f64::max].map(|of| factors.iter().copied().reduce(of).unwrap_or(f64::NAN));
+    if factors.len() < found.len() {
+        ". The robot's origin is another: look at its end switches"
+    } else if most - least <= ALIKE * most {
+        ". All changed alike, as with another supply or another gain of the receiver"
+    } else {
+        ". They changed differently: array or receiver stand elsewhere than before, or elements failed"
+    }
+}
+
+/// The rows to measure again: the last visit to the plan's reference point, where it has one, and the strongest
+/// readings of the drives, which tell most, spread over the rows that are kept. Empty while nothing was measured with
+/// the array driven.
+pub(super) fn reference_rows(kept: &[Sample], visits: &[Visit]) -> Vec<usize> {
+    let reference = |row: &usize| visits[*row].kind == VisitKind::Reference;
+    let mut rows: Vec<usize> = (0..kept.len()).rev().find(reference).into_iter().collect();
+    let part = kept.len().div_ceil(REFERENCES).max(1);
+    let strongest = kept.chunks(part).enumerate().filter_map(|(number, rows)| {
+        rows.iter()
+            .enumerate()
+            .filter(|(_, sample)| sample.focus.is_some())
+            .max_by(|a, b| a.1.reading.total_cmp(&b.1.reading))
+            .map(|(row, _)| number * part + row)
+    });
+    rows.extend(strongest.take(REFERENCES - rows.len()));
+    rows
+}
+
+/// Holds a reading against the one that was kept.
+pub(super) fn compare(
+    row: usize,
+    kept: &Sample,
+    now: &Sample,
+    allowed: Tolerances,
+) -> Result<(), Moved> {
+    let (allowed_mm, allowed_percent) = (allowed.place_mm.get(), allowed.level_percent.get());
+    let moved_mm = distance_mm(kept.position_m(), now.position_m());
+    if moved_mm > allowed_mm {
+        return Err(Moved::Robot { row, moved_mm, allowed_mm });
+    }
+    let noise = STANDARD_ERRORS * standard_error(kept).hypot(standard_error(now));
+    if (now.reading - kept.reading).abs() > allowed_percent / 100.0 * kept.reading + noise {
+        return Err(Moved::Level { row, kept: kept.reading, now: now.reading, allowed_percent });
+    }
+    Ok(())
+}
+
+/// Standard error of a sample's mean, in the record's unit; zero where its spread is not known.
+pub(super) fn standard_error(sample: &Sample) -> f64 {
+    sample.spread.map_or(0.0, |spread| spread.std / f64::from(spread.count).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fieldgap_acoustics::Vec3;
+    use fieldgap_input::Positive;
+    use fieldgap_records::{Part, Spread};
+
+    fn sample(focus: Option<usize>, x_mm: f64, reading: f64) -> Sample {
+        let spread = Some(Spread { std: 0.01, count: 16 });
+        Sample::measured(0.0, focus, Vec3::new(x_mm * 1e-3, 0.0, 0.1), reading, spread)
+    }
+
+    fn visits(count: usize, reference: Option<usize>) -> Vec<Visit> {
+        let kind = |row| {
+            if Some(row) == reference { VisitKind::Reference } else { VisitKind::Point }
+        };
+        let visit = |row| Visit {
+            kind: kind(row),
+            focus: Some(0),
+            position_m: Vec3::zeros(),
+            part: Part::Region(0),
+        };
+        (0..count).map(visit).collect()
+    }
+
+    #[test]
+    fn the_strongest_driven_reading_of_each_third_is_measured_again() {
+        let kept: Vec<Sample> = [9.0, 1.0, 3.0, 2.0, 5.0, 4.0]
+            .into_iter()
+            .enumerate()
+            .map(|(row, reading)| sample((row > 0).then_some(0), row as f64, reading))
+            .collect();
+        assert_eq!(reference_rows(&kept, &visits(6, None)), [1, 2, 4]);
+        assert_eq!(reference_rows(&kept, &visits(6, Some(3))), [3, 1, 2]);
+        assert!(reference_rows(&[], &[]).is_empty());
+        assert!(reference_rows(&[sample(None, 0.0, 1.0)], &visits(1, None)).is_empty());
+    }
+
+    #[test]
+    fn a_shift_or_another_level_is_told() {
+        let kept = sample(Some(0), 1.0, 2.0);
+        let compared = |now| compare(7, &kept, &now, Tolerances::default());
+        assert_eq!(compared(sample(Some(0), 1.04, 2.05)), Ok(()));
+        assert!(matches!(compared(sample(Some(0), 1.06, 2.0)), Err(Moved::Robot { row: 7, .. })));
+        assert!(matches!(compared(sample(Some(0), 1.0, 2.1)), Err(Moved::Level { row: 7, .. })));
+        let wide = Tolerances {
+            place_mm: Positive::new(0.2).expect("above zero"),
+            level_percent: Positive::new(6.0).expect("above zero"),
+        };
+        assert_eq!(compare(7, &kept, &sample(Some(0), 1.1, 2.1), wide), Ok(()));
+    }
+
+    #[test]
+    fn what_moved_is_told_from_how_the_points_changed() {
+        let level = |row, kept, now| Moved::Level { row, kept, now, allowed_percent: 3.0 };
+        let robot = Moved::Robot { row: 1, moved_mm: 0.2, allowed_mm: 0.05 };
+        let said = |found| Moved::of(found).expect_err("moved").to_string();
+        assert_eq!(Moved::of(vec![]), Ok(()));
+        assert!(said(vec![level(3, 2.0, 1.8), level(5, 1.0, 0.9)]).contains("another gain"));
+        let shifted = said(vec![level(3, 2.0, 1.8), level(5, 1.0, 1.1)]);
+        assert!(shifted.contains("row 3") && shifted.contains("stand elsewhere"), "{shifted}");
+        assert!(said(vec![robot, level(3, 2.0, 1.8)]).contains("end switches"));
+    }
+}

@@ -1,0 +1,160 @@
+//! The rows of a plan: runs of visits that a robot can fly over.
+
+use std::ops::Range;
+
+use fieldgap_acoustics::Vec3;
+use fieldgap_records::{Visit, VisitKind};
+
+/// Fewest points of a row: fewer are sooner measured one by one.
+const FEWEST: usize = 4;
+
+/// How far steps of a row may differ, m.
+const SAME_STEP_M: f64 = 1e-9;
+
+/// A part of the way, as indices of visits.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Leg {
+    /// One point, at which the robot stands still.
+    Stop(usize),
+    /// A row that it flies over.
+    Row(Range<usize>),
+}
+
+impl Leg {
+    /// The visits that are made on it.
+    pub fn rows(&self) -> Range<usize> {
+        match self {
+            Self::Stop(visit) => *visit..visit + 1,
+            Self::Row(row) => row.clone(),
+        }
+    }
+}
+
+/// The legs of the visits from `done` on, in their order; only stops unless rows are flown.
+pub(super) fn legs(visits: &[Visit], done: usize, flown: bool) -> Vec<Leg> {
+    let mut legs = Vec::new();
+    let mut at = done;
+    while at < visits.len() {
+        let length = if flown { row_length(&visits[at..]) } else { 1 };
+        if length >= FEWEST {
+            legs.push(Leg::Row(at..at + length));
+            at += length;
+        } else {
+            legs.push(Leg::Stop(at));
+            at += 1;
+        }
+    }
+    legs
+}
+
+/// How many of the first visits lie in one row.
+fn row_length(visits: &[Visit]) -> usize {
+    let in_row = |visit: &Visit| {
+        visit.kind == VisitKind::Point
+            && (visit.focus, visit.part) == (visits[0].focus, visits[0].part)
+    };
+    let Some(second) = visits.get(1) else { return 1 };
+    let step_m = second.position_m - visits[0].position_m;
+    if !in_row(&visits[0]) || !in_row(second) || step_m.norm() < SAME_STEP_M {
+        return 1;
+    }
+    let follows = |pair: &&[Visit]| {
+        in_row(&pair[1]) && (pair[1].position_m - pair[0].position_m - step_m).norm() < SAME_STEP_M
+    };
+    1 + visits.windows(2).take_while(follows).count()
+}
+
+/// A row in space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Line {
+    /// The first point, m, array frame.
+    pub first_m: Vec3,
+    /// The last.
+    pub last_m: Vec3,
+    /// How many points; two or more.
+    pub points: usize,
+}
+
+impl Line {
+    /// Of the visits of a row.
+    pub fn of(row: &[Visit]) -> Self {
+        let (first, last) = (row[0].position_m, row[row.len() - 1].position_m);
+        Self { first_m: first, last_m: last, points: row.len() }
+    }
+
+    /// The same, gone the other way.
+    pub fn back(self) -> Self {
+        Self { first_m: self.last_m, last_m: self.first_m, ..self }
+    }
+
+    /// From each point to the next, m.
+    pub fn step_m(&self) -> f64 {
+        (self.last_m - self.first_m).norm() / (self.points - 1) as f64
+    }
+
+    /// Where a flight over it begins and ends, with a lead to either side, m.
+    pub fn ends_m(&self, lead_m: f64) -> [Vec3; 2] {
+        let lead_m = (self.last_m - self.first_m).normalize() * lead_m;
+        [self.first_m - lead_m, self.last_m + lead_m]
+    }
+
+    /// How far a point is from it, m.
+    pub fn distance_m(&self, point_m: Vec3) -> f64 {
+        let along = self.last_m - self.first_m;
+        let share = (point_m - self.first_m).dot(&along) / along.norm_squared();
+        (self.first_m + along * share.clamp(0.0, 1.0) - point_m).norm()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fieldgap_input::TomlSource;
+    use fieldgap_records::Plan;
+
+    fn visits(regions: &str) -> Vec<Visit> {
+        let text = format!(
+            "name = \"t\"\n[simulator]\nmodel = \"piston\"\n[[focus]]\nx_mm = 0\ny_mm = 0\nz_mm = 100\n{regions}"
+        );
+        Plan::parse(TomlSource::new(std::path::Path::new("plan.toml"), text))
+            .expect("valid")
+            .visits()
+    }
+
+    #[test]
+    fn a_plane_is_flown_row_by_row_and_the_rest_is_stopped_at() {
+        let visits = visits(
+            "[dark]\nbefore = 2\n[reference]\nat_mm = [0, 0, 100]\nevery_points = 18\n\
+             [[plane]]\nz_mm = 100\nsize_mm = [20, 10]\nstep_mm = 4\n\
+             [[points]]\nat_mm = [[0, 0, 50], [1, 0, 50], [2, 0, 50]]\n",
+        );
+        // 6 columns and 3 rows, whose ends are joined by a step of the same length but another way.
+        let found = legs(&visits, 0, true);
+        let rows: Vec<&Leg> = found.iter().filter(|leg| matches!(leg, Leg::Row(_))).collect();
+        assert_eq!(rows, [&Leg::Row(3..9), &Leg::Row(9..15), &Leg::Row(15..21)]);
+        let stops = found.iter().filter(|leg| matches!(leg, Leg::Stop(_))).count();
+        assert_eq!(stops, visits.len() - 18);
+        assert_eq!(legs(&visits, 0, false).len(), visits.len());
+    }
+
+    #[test]
+    fn what_is_left_of_a_row_is_a_shorter_row() {
+        let visits = visits("[[line]]\nfrom_mm = [0, 0, 50]\nto_mm = [0, 0, 59]\nstep_mm = 1\n");
+        assert_eq!(legs(&visits, 4, true), [Leg::Row(4..10)]);
+        assert_eq!(legs(&visits, 7, true), [Leg::Stop(7), Leg::Stop(8), Leg::Stop(9)]);
+    }
+
+    #[test]
+    fn a_flight_begins_before_the_first_point_and_ends_behind_the_last() {
+        let line = Line {
+            first_m: Vec3::new(0.01, 0.0, 0.1),
+            last_m: Vec3::new(-0.01, 0.0, 0.1),
+            points: 11,
+        };
+        let [from_m, to_m] = line.ends_m(5e-3);
+        assert!((from_m.x - 0.015).abs() < 1e-15 && (to_m.x + 0.015).abs() < 1e-15);
+        assert!((line.step_m() - 2e-3).abs() < 1e-15);
+        assert!((line.distance_m(Vec3::new(0.02, 0.0, 0.1)) - 0.01).abs() < 1e-15);
+        assert!((line.distance_m(Vec3::new(0.0, 0.03, 0.1)) - 0.03).abs() < 1e-15);
+    }
+}

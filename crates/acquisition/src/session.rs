@@ -1,0 +1,310 @@
+//! One scan from its first move to its safe end, and the return to one that ended early.
+
+mod attended;
+mod course;
+mod keeping;
+
+use std::any::Any;
+use std::future::{Future, poll_fn};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::pin::pin;
+use std::process::Command;
+use std::task::Poll;
+
+use jiff::Timestamp;
+
+use super::CampaignError;
+use super::attendant::Attendant;
+use super::clock::begins;
+use super::dry_run::{DryRun, dry_run, room_for};
+use super::event::{Event, Watch};
+use super::lab::Lab;
+use super::open::OpenRig;
+use super::origin::{self, Origin};
+use super::pause::Pause;
+use super::plan_on_rig::Campaign;
+use super::references::reference_rows;
+use fieldgap_input::{TomlSource, toml_file};
+use fieldgap_records::{Columns, Journal, Sample, ScanSetup, ScanState, Visit};
+use fieldgap_rig::ReceiverIdentity;
+use fieldgap_rig::call::Call;
+
+/// The plan and the rig file as they were when the scan was begun, kept beside it.
+const PLAN_COPY: &str = "plan.toml";
+pub(super) const RIG_COPY: &str = "rig.toml";
+
+/// The folder of all that was said on the wires.
+pub(super) const WIRE_LOGS: &str = "wire";
+
+/// Where the watchdog writes what it did, where it had to.
+const WATCHDOG_LOG: &str = "watchdog.log";
+
+/// A scan that is about to run.
+pub struct Session {
+    campaign: Campaign,
+    open: OpenRig,
+    journal: Journal,
+    setup: ScanSetup,
+    kept: Vec<Sample>,
+    check: DryRun,
+    pause: Pause,
+}
+
+/// How a scan ended; its record is on disk either way, and the rig is safe.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Ending {
+    /// Every point of the plan is there.
+    Complete,
+    /// It ended before its plan; `resume` goes on with it.
+    Partial {
+        /// Why.
+        reason: String,
+    },
+}
+
+impl Session {
+    /// Begins a new scan in `folder`: holds the plan against the rig and the disk, opens the rig, and lays out the
+    /// record. Nothing moves yet.
+    ///
+    /// # Errors
+    /// [`CampaignError`] if the plan cannot be done, the rig cannot be opened, or the folder holds a scan already or
+    /// cannot be written.
+    pub async fn begin(mut campaign: Campaign, folder: &Path) -> Result<Self, CampaignError> {
+        let check = dry_run(&campaign.plan, &campaign.lab, &campaign.visits)?;
+        room_for(check.bytes, folder)?;
+        let mut open = OpenRig::open(&campaign.lab).await?;
+        if let Some((air, config)) = open.air().zip(campaign.lab.rig.environment.as_ref())
+            && config.sound_speed
+        {
+            campaign.lab.medium = air.medium(config).await?;
+        }
+        let (plan, lab) = (&campaign.plan, &campaign.lab);
+        let setup = ScanSetup {
+            name: plan.name.clone(),
+            recorded: begins(lab.virtual_rig.is_some()),
+            unit: open.rig().receiver().identity().unit.clone(),
+            array: lab.array.clone(),
+            medium: lab.medium,
+            simulator: plan.simulator,
+            foci: plan.foci.clone(),
+        };
+        let origin = Origin::of(plan, lab)?.to_toml();
+        let copies = [
+            (PLAN_COPY, plan.text().as_bytes()),
+            (RIG_COPY, lab.source().text().as_bytes()),
+            (origin::FILE, origin.as_bytes()),
+        ];
+        let columns = Columns::WithSpread;
+        let journal = Journal::create(folder, &setup, columns, &copies, Timestamp::now())?;
+        open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
+        if let Some(air) = open.air() {
+            air.write_to(folder)?;
+        }
+        Ok(Self { campaign, open, journal, setup, kept: Vec::new(), check, pause: Pause::never() })
+    }
+
+    /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig. Ports may be
+    /// others by now: they are taken from the rig file as it stands.
+    ///
+    /// # Errors
+    /// [`CampaignError`] if the folder holds no scan, or a complete one, or one that another process is at; if what is left
+    /// of the plan cannot be done; or if the rig cannot be opened. What was measured stays as it is.
+    pub async fn resume(folder: &Path) -> Result<Self, CampaignError> {
+        let resumed = Journal::resume(folder, Timestamp::now())?;
+        let kept: Vec<Sample> = resumed.records.iter().map(|record| record.sample).collect();
+        let copy = |name: &str| TomlSource::read(&folder.join(name));
+        let opened = async {
+            let origin: Origin = toml_file(&folder.join(origin::FILE))?;
+            let mut campaign =
+                Campaign::parse(origin.plan(&copy(PLAN_COPY)?), origin.rig(&copy(RIG_COPY)?)?)?;
+            origin.same_truth(&campaign.lab)?;
+            same_set_up(&campaign.lab, &resumed.setup)?;
+            let way = way_of_resume(&campaign, &kept);
+            let check = dry_run(&campaign.plan, &campaign.lab, &way)?;
+            room_for(check.bytes, folder)?;
+            // What was measured at its beginning, where the rig file asks for that: one scan, one medium.
+            campaign.lab.medium = resumed.setup.medium;
+            let mut open = OpenRig::open(&campaign.lab).await?;
+            open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
+            if let Some(air) = open.air() {
+                air.write_to(folder)?;
+            }
+            open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
+            Ok((campaign, open, check))
+        };
+        match opened.await {
+            Ok((campaign, open, check)) => Ok(Self {
+                campaign,
+                open,
+                journal: resumed.journal,
+                setup: resumed.setup,
+                kept,
+                check,
+                pause: Pause::never(),
+            }),
+            Err(error) => {
+                end(resumed.journal, Some(&CampaignError::to_string(&error)))?;
+                Err(error)
+            }
+        }
+    }
+
+    /// Readings that the whole plan has.
+    pub fn visits(&self) -> usize {
+        self.campaign.visits.len()
+    }
+
+    /// Readings that are on disk already.
+    pub fn done(&self) -> usize {
+        self.journal.visits_done()
+    }
+
+    /// What was measured before, sample k of visit k of the plan.
+    pub fn kept(&self) -> &[Sample] {
+        &self.kept
+    }
+
+    /// The plan and the rig.
+    pub fn campaign(&self) -> &Campaign {
+        &self.campaign
+    }
+
+    /// What the receiver says of itself.
+    pub fn receiver(&mut self) -> &ReceiverIdentity {
+        self.open.rig().receiver().identity()
+    }
+
+    /// Somebody to stay with the scan.
+    pub fn attendant(&self) -> Attendant {
+        Attendant::new(&self.campaign, self.journal.folder(), self.check.slowest_s)
+    }
+
+    /// Lets `pause` say when the scan waits.
+    pub fn paused_by(&mut self, pause: Pause) {
+        self.pause = pause;
+    }
+
+    /// Has the rig guarded from now on by a process of its own, which writes `watchdog.log` beside the record should it have to
+    /// act: see [`OpenRig::guard`].
+    ///
+    /// # Errors
+    /// [`CampaignError::Watchdog`] if it does not start.
+    pub fn guard(&mut self, program: Command) -> Result<(), CampaignError> {
+        let log = self.journal.folder().join(WATCHDOG_LOG);
+        self.open.guard(program, Some(&log))
+    }
+
+    /// Runs the scan to its end. Each reading is on disk, and synced, before the next move.
+    ///
+    /// Where the disk has no room left, the array is silenced and the scan waits until there is.
+    ///
+    /// When `stop` resolves (with who asked), when a device fails, the disk fails or this program itself panics: the array
+    /// is silenced, the robot stopped, the record closed as partial.
+    ///
+    /// # Errors
+    /// [`CampaignError::Moved`] if, on resuming, the rig is not as it was; [`CampaignError::Journal`] if the end could not be
+    /// kept. What was measured is on disk.
+    pub async fn run(
+        mut self,
+        watch: Watch<'_>,
+        stop: impl Future<Output = &'static str>,
+    ) -> Result<Ending, CampaignError> {
+        let stopped = tokio::select! {
+            biased;
+            who = stop => Err(Stopped::Asked(who)),
+            ended = unless_panicking(self.conduct(&mut *watch)) => ended.unwrap_or_else(Err),
+        };
+        let reason = match &stopped {
+            Ok(()) => {
+                self.open.rig().perform(Call::Silence).await.err().map(|error| error.to_string())
+            }
+            Err(stopped) => Some(stopped.to_string()),
+        };
+        let reason = match reason {
+            Some(reason) => Some(self.open.rig().make_safe(reason).await.to_string()),
+            None => None,
+        };
+        let (rows, of) = (self.journal.visits_done(), self.campaign.visits.len());
+        let ended = end(self.journal, reason.as_deref());
+        let reason = match (reason, ended) {
+            // A scan that failed has failed, also where the disk has no room left to say so.
+            (Some(reason), Err(error)) => Some(format!("{reason}; {error}")),
+            (reason, ended) => {
+                ended?;
+                reason
+            }
+        };
+        let ended = Event::Ended { rows, of, reason: reason.clone() };
+        if matches!(stopped, Err(Stopped::Panicked(_))) {
+            // Whoever watches may be the one who panics; the record is closed already.
+            let _ = catch_unwind(AssertUnwindSafe(|| watch(&ended)));
+        } else {
+            watch(&ended);
+        }
+        match stopped {
+            Err(Stopped::Failed(error @ CampaignError::Moved(_))) => Err(error),
+            _ => Ok(reason.map_or(Ending::Complete, |reason| Ending::Partial { reason })),
+        }
+    }
+}
+
+fn end(journal: Journal, reason: Option<&str>) -> Result<(), CampaignError> {
+    let state = match reason {
+        None => ScanState::Complete,
+        Some(reason) => ScanState::Partial { reason: reason.to_owned() },
+    };
+    Ok(journal.end(Timestamp::now(), &state)?)
+}
+
+/// The visits of a resumed scan: those that are made again, then those that are left.
+fn way_of_resume(campaign: &Campaign, kept: &[Sample]) -> Vec<Visit> {
+    let again = reference_rows(kept, &campaign.visits);
+    let again = again.into_iter().map(|row| campaign.visits[row]);
+    again.chain(campaign.visits[kept.len()..].iter().copied()).collect()
+}
+
+/// Makes sure that files which the rig file names have not been changed since the scan was begun.
+fn same_set_up(lab: &Lab, setup: &ScanSetup) -> Result<(), CampaignError> {
+    // Positions are written in millimetres, so the last bits may differ.
+    const SAME_M: f64 = 1e-9;
+    let (now, then) = (lab.believed_array().elements(), setup.array.array().elements());
+    let same = now.len() == then.len()
+        && now.iter().zip(then).all(|(now, then)| (now.centre_m - then.centre_m).norm() < SAME_M);
+    if same { Ok(()) } else { Err(CampaignError::OtherSetUp) }
+}
+
+/// Why a running scan stopped.
+#[derive(Debug, thiserror::Error)]
+enum Stopped {
+    #[error("{0}")]
+    Asked(&'static str),
+    #[error("{0}")]
+    Failed(CampaignError),
+    #[error("the program itself failed: {0}")]
+    Panicked(String),
+}
+
+impl<E: Into<CampaignError>> From<E> for Stopped {
+    fn from(error: E) -> Self {
+        Self::Failed(error.into())
+    }
+}
+
+/// Runs a future to its end, or to a panic within it, whose words are given.
+async fn unless_panicking<T>(work: impl Future<Output = T>) -> Result<T, Stopped> {
+    let mut work = pin!(work);
+    poll_fn(|context| {
+        let polled = catch_unwind(AssertUnwindSafe(|| work.as_mut().poll(context)));
+        match polled {
+            Ok(polled) => polled.map(Ok),
+            Err(panic) => Poll::Ready(Err(Stopped::Panicked(words_of(&*panic)))),
+        }
+    })
+    .await
+}
+
+fn words_of(panic: &(dyn Any + Send)) -> String {
+    let literal = panic.downcast_ref::<&str>().map(|words| (*words).to_owned());
+    literal.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default()
+}

@@ -1,0 +1,123 @@
+//! A running scan, attended: let wait and go on, its reference point revisited, a person asked for.
+
+use std::ops::Range;
+
+use jiff::Timestamp;
+use tokio::time::Instant;
+
+use super::{Session, Stopped};
+use crate::CampaignError;
+use crate::conductor::{Conductor, Measurement};
+use crate::drift::{Drift, Drifted};
+use crate::event::{Event, Watch};
+use crate::fly::Flights;
+use fieldgap_records::{EventKind, Sample, Visit};
+
+impl Session {
+    /// Measures a visit. Asked to wait, the scan does so with the array silent, and the point is measured anew afterwards.
+    pub(super) async fn measure(
+        &mut self,
+        conductor: &mut Conductor,
+        visit: &Visit,
+        watch: Watch<'_>,
+    ) -> Result<Measurement, Stopped> {
+        loop {
+            if self.pause.is_asked() {
+                self.wait(conductor, &mut *watch).await?;
+            }
+            let measurement = conductor.measure(self.open.rig(), visit).await?;
+            if !self.pause.is_asked() {
+                return Ok(measurement);
+            }
+        }
+    }
+
+    /// Flies over a row, as [`Session::measure`] measures a visit.
+    pub(super) async fn fly(
+        &mut self,
+        flights: &mut Flights,
+        conductor: &mut Conductor,
+        row: &Range<usize>,
+        watch: Watch<'_>,
+    ) -> Result<Vec<Measurement>, Stopped> {
+        loop {
+            if self.pause.is_asked() {
+                self.wait(conductor, &mut *watch).await?;
+            }
+            let visits = &self.campaign.visits[row.clone()];
+            let measured = flights.measure(conductor, self.open.rig(), visits).await?;
+            if !self.pause.is_asked() {
+                return Ok(measured);
+            }
+        }
+    }
+
+    /// Waits, the array silent and the robot where it is, until the scan may go on.
+    async fn wait(&mut self, conductor: &mut Conductor, watch: Watch<'_>) -> Result<(), Stopped> {
+        let since = Instant::now();
+        conductor.silence(self.open.rig()).await?;
+        self.journal.record(Timestamp::now(), EventKind::Paused, "the array is silent")?;
+        watch(&Event::Paused);
+        self.pause.over().await;
+        let waited_s = since.elapsed().as_secs_f64();
+        self.journal.record(Timestamp::now(), EventKind::Continued, &format!("{waited_s:.1} s"))?;
+        watch(&Event::Continued { waited_s });
+        Ok(())
+    }
+
+    /// Revisits the reference point where that is due before `next`.
+    pub(super) async fn revisit(
+        &mut self,
+        conductor: &mut Conductor,
+        drift: Option<&mut Drift>,
+        last: Option<&Sample>,
+        next: &Visit,
+        watch: Watch<'_>,
+    ) -> Result<(), Stopped> {
+        let motion = &self.campaign.lab.rig.motion;
+        let robot = (&motion.envelope(), &motion.frame());
+        let (now_s, at_m) = (last.map_or(0.0, |last| last.time_s), last.map(Sample::position_m));
+        let Some((drift, visit)) = drift.and_then(|drift| {
+            let visit = drift.due(now_s, at_m, next.position_m, robot)?;
+            Some((drift, visit))
+        }) else {
+            return Ok(());
+        };
+        let sample = self.measure(conductor, &visit, &mut *watch).await?.sample;
+        let drifted = drift.read(&sample);
+        let text = format!(
+            "reference point: {} where {} was first ({:+.2} %), {:.3} mm apart",
+            drifted.now,
+            drifted.first,
+            drifted.percent(),
+            drifted.moved_mm
+        );
+        self.journal.record(Timestamp::now(), EventKind::ReferenceChecked, &text)?;
+        watch(&Event::ReferenceRevisited {
+            at_mm: sample.position_mm.into(),
+            first: drifted.first,
+            now: drifted.now,
+            moved_mm: drifted.moved_mm,
+        });
+        Ok(self.tell_drift(drifted, watch)?)
+    }
+
+    /// Asks for a person where the level at the reference point has drifted too far.
+    pub(super) fn tell_drift(
+        &mut self,
+        drifted: Drifted,
+        watch: Watch<'_>,
+    ) -> Result<(), CampaignError> {
+        if drifted.is_news {
+            let text = format!(
+                "the level at the reference point is {:.5} where it was {:.5} ({:+.1} %): array, receiver or air have changed",
+                drifted.now,
+                drifted.first,
+                drifted.percent()
+            );
+            self.journal.record(Timestamp::now(), EventKind::Question, &text)?;
+            watch(&Event::Question { text });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,204 @@
+//! How each effect of the catalogue is drawn: its parameters but for the size, and how the size sets them.
+//!
+//! A size is zero for "not at all", and the gap grows with it, in proportion where that can be had. The simulator's defects
+//! (`phase-plane`, `on-axis-unit`) are left out: no world has them.
+
+use std::f64::consts::TAU;
+
+use super::causes::Parameters;
+use super::dice::Dice;
+use super::laboratory::{Laboratory, SPEED_M_S};
+use fieldgap_acoustics::Vec3;
+
+/// The parameters of an effect, but for its size.
+pub(super) enum Sizes {
+    /// Any size from zero to the largest that is still physical.
+    Any {
+        /// The largest.
+        largest: f64,
+        /// The parameters at a size.
+        at: Box<dyn Fn(f64) -> Parameters>,
+    },
+    /// Some that were drawn, to choose from.
+    OneOf(Vec<Parameters>),
+}
+
+/// Every id that is drawn.
+pub(super) const IDS: [&str; 30] = [
+    "sound-speed",
+    "absorption",
+    "flow",
+    "temperature-gradient",
+    "turbulence",
+    "spreading",
+    "directivity",
+    "element-gain",
+    "element-phase",
+    "dead-elements",
+    "polarity",
+    "swapped-channels",
+    "pitch",
+    "array-tilt",
+    "phase-quantisation",
+    "drive-frequency",
+    "offset",
+    "rotation",
+    "axis-scale",
+    "skew",
+    "backlash",
+    "lag",
+    "receiver-directivity",
+    "aperture",
+    "saturation",
+    "noise-floor",
+    "clipping",
+    "reflection",
+    "standing-wave",
+    "gain-drift",
+];
+
+/// Draws of elements, or of a number of steps, from which the nearest to the wanted gap is taken.
+const DRAWS: usize = 6;
+
+/// Steps in a period that drivers have: a few bits of delay.
+const STEPS: [i64; 8] = [3, 4, 5, 6, 8, 10, 12, 16];
+
+/// Draws an effect. `id` is one of [`IDS`].
+pub(super) fn draw(id: &str, laboratory: &Laboratory, dice: &mut Dice) -> Sizes {
+    let count = laboratory.elements().len();
+    let peak_v = laboratory.peak_v;
+    let sign = dice.sign();
+    let angle_rad = dice.angle_rad();
+    let (sin, cos) = angle_rad.sin_cos();
+    let direction = on_sphere(dice);
+    match id {
+        "sound-speed" => any(0.03, move |size| one("c_m_s", SPEED_M_S * (1.0 + sign * size))),
+        "absorption" => any(40.0, |size| one("db_per_m", size)),
+        "flow" => any(12.0, move |size| of([("vx_m_s", size * cos), ("vy_m_s", size * sin)])),
+        "temperature-gradient" => any(0.3, move |size| {
+            let gradient = size * direction;
+            of([("gx", gradient.x), ("gy", gradient.y), ("gz", gradient.z)])
+        }),
+        "turbulence" => any(3.0, |size| one("rad_per_sqrt_m", size)),
+        "spreading" => any(1.0, move |size| one("exponent", 1.0 + sign * size)),
+        "directivity" => any(0.4, move |size| one("width_ratio", (sign * size).exp())),
+        "element-gain" => any(0.4, |size| one("spread", size)),
+        "element-phase" => any(1.0, |size| one("spread_rad", size)),
+        "dead-elements" | "polarity" => one_of(|| {
+            let how_many = 1 + dice.index(3);
+            elements(&dice.distinct(how_many, count))
+        }),
+        "swapped-channels" => one_of(|| elements(&dice.distinct(2, count))),
+        "pitch" => any(0.05, move |size| one("ratio", 1.0 + sign * size)),
+        "array-tilt" => {
+            any(0.12, move |size| of([("about_x_rad", size * cos), ("about_y_rad", size * sin)]))
+        }
+        "phase-quantisation" => Sizes::OneOf(
+            STEPS.iter().map(|&steps| one("steps", toml::Value::Integer(steps))).collect(),
+        ),
+        "drive-frequency" => any(0.03, move |size| one("ratio", 1.0 + sign * size)),
+        "offset" => any(5.0, move |size| {
+            let way_mm = size * direction;
+            of([("x_mm", way_mm.x), ("y_mm", way_mm.y), ("z_mm", way_mm.z)])
+        }),
+        "rotation" | "skew" => any(0.15, move |size| one("rad", sign * size)),
+        "axis-scale" => {
+            // As often one axis alone (a wrong motor or belt) as all three.
+            let alone = Vec3::ith(dice.index(3), sign);
+            let direction = if dice.chance(0.5) { alone } else { direction };
+            any(0.06, move |size| {
+                let ratio = Vec3::repeat(1.0) + size * direction;
+                of([("x", ratio.x), ("y", ratio.y), ("z", ratio.z)])
+            })
+        }
+        "backlash" => any(2.0, |size| one("mm", size)),
+        "lag" => any(0.1, |size| one("s", size)),
+        // The loss goes with one over the square of the angle.
+        "receiver-directivity" => any(1.0, |size| one("half_angle_deg", 20.0 / size.sqrt())),
+        // The loss goes with the square of the radius.
+        "aperture" => any(1.0, |size| one("radius_mm", 5.0 * size.sqrt())),
+        // The loss goes with the square of the level over this one.
+        "saturation" => any(1.5, move |size| one("level", peak_v / size.sqrt())),
+        // Powers add.
+        "noise-floor" => any(0.04, move |size| one("level", peak_v * size.sqrt())),
+        "clipping" => any(0.7, move |size| one("level", peak_v * (1.0 - size))),
+        "reflection" => {
+            let height_mm = dice.uniform(215.0, 400.0);
+            any(0.6, move |size| {
+                let mut parameters = complex(size * cos, size * sin);
+                parameters.insert("height_mm".to_owned(), height_mm.into());
+                parameters
+            })
+        }
+        "standing-wave" => any(0.3, move |size| complex(size * cos, size * sin)),
+        "gain-drift" => {
+            let over_s = laboratory.survey.lasts_s();
+            any(0.4, move |size| of([("relative", sign * size), ("over_s", over_s)]))
+        }
+        _ => unreachable!("{id} is none of the catalogue's ids that are drawn"),
+    }
+}
+
+fn on_sphere(dice: &mut Dice) -> Vec3 {
+    let z = dice.uniform(-1.0, 1.0);
+    let (sin, cos) = dice.uniform(0.0, TAU).sin_cos();
+    let across = (1.0 - z * z).sqrt();
+    Vec3::new(across * cos, across * sin, z)
+}
+
+fn any(largest: f64, at: impl Fn(f64) -> Parameters + 'static) -> Sizes {
+    Sizes::Any { largest, at: Box::new(at) }
+}
+
+fn one_of(mut drawn: impl FnMut() -> Parameters) -> Sizes {
+    Sizes::OneOf((0..DRAWS).map(|_| drawn()).collect())
+}
+
+fn one(name: &str, value: impl Into<toml::Value>) -> Parameters {
+    Parameters::from_iter([(name.to_owned(), value.into())])
+}
+
+fn of<const N: usize>(values: [(&str, f64); N]) -> Parameters {
+    values.into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect()
+}
+
+fn complex(re: f64, im: f64) -> Parameters {
+    one("coefficient", vec![re, im])
+}
+
+fn elements(numbers: &[usize]) -> Parameters {
+    one("elements", numbers.iter().map(|&number| number as i64).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::causes::Causes;
+    use super::super::world::World;
+    use super::*;
+    use fieldgap_virtual_rig::luck::Luck;
+
+    #[test]
+    fn every_draw_is_a_valid_truth_that_changes_something_when_it_is_large() {
+        let laboratory = Laboratory::draw(&mut Dice::new(Luck::new(2)));
+        let chosen: Vec<usize> = (64..2000).step_by(97).collect();
+        let none = Causes::none();
+        let believed = World::new(&laboratory, &none, 1.0, Luck::new(1));
+        let levels = |world: &World<'_>| -> Vec<f64> {
+            let stops = &laboratory.survey.stops;
+            let raw = world.levels_v(&chosen);
+            chosen.iter().zip(raw).map(|(&n, v)| world.noiseless_v(&stops[n], v)).collect()
+        };
+        for id in IDS {
+            for draw_number in 0..3 {
+                let mut dice = Dice::new(Luck::new(draw_number));
+                let parameters = match draw(id, &laboratory, &mut dice) {
+                    Sizes::Any { largest, at } => at(largest),
+                    Sizes::OneOf(drawn) => drawn[0].clone(),
+                };
+                let causes = Causes::of_catalogue(vec![(id, parameters)]);
+                let world = World::new(&laboratory, &causes, 1.0, Luck::new(1));
+                assert_ne!(levels(&world), levels(&believed), "{id}");
+            }
+        }
+    }
+}

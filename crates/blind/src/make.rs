@@ -1,0 +1,236 @@
+//! Makes a set of scans whose causes are known to its answers alone.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::answer::{Answer, Answers};
+use super::assignment::{Assignment, Category, Shares, assign};
+use super::catalogue;
+use super::causes::Causes;
+use super::dice::Dice;
+use super::error::BlindError;
+use super::laboratory::Laboratory;
+use super::noise_units::Believed;
+use super::outside::OUTSIDE;
+use super::sizing::{Sizing, Wanted};
+use super::world::World;
+use fieldgap_records::{RecordedScan, Sample};
+use fieldgap_virtual_rig::luck::Luck;
+
+/// Gaps of a cause that is alone.
+const ALONE: Wanted = Wanted { least: 0.1, most: 10.0 };
+
+/// Gaps of each of two effects: below this one of them is as good as not there.
+const OF_TWO: Wanted = Wanted { least: 0.3, most: 10.0 };
+
+/// A set that is to be made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SetToMake {
+    /// Scans.
+    pub count: usize,
+    /// Seed of all chance.
+    pub seed: u64,
+    /// Shares of the categories.
+    pub shares: Shares,
+}
+
+impl SetToMake {
+    /// Makes the scans, each written into a folder of its own under `out`, and gives their answers. The same set has the
+    /// same bytes on any number of threads. `made` is called after each.
+    ///
+    /// # Errors
+    /// [`BlindError`] if a scan cannot be written.
+    pub fn make(self, out: &Path, made: impl Fn() + Sync) -> Result<Answers, BlindError> {
+        let luck = Luck::new(self.seed).stream("blind set");
+        let mut dice = Dice::new(luck.stream("assignment"));
+        let assignments = assign(self.count, self.shares, &mut dice);
+        let width = self.count.saturating_sub(1).to_string().len().max(4);
+        let answers = assignments
+            .par_iter()
+            .enumerate()
+            .map(|(number, assignment)| {
+                let name = format!("{number:0width$}");
+                let (scan, answer) = one(name, assignment, luck.of_thing(number as u64));
+                scan.write(&out.join(&answer.name))?;
+                made();
+                Ok(answer)
+            })
+            .collect::<Result<_, BlindError>>()?;
+        Ok(Answers { format: 1, seed: self.seed, answers })
+    }
+}
+
+/// One scan and what is true of it.
+fn one(name: String, assignment: &Assignment, luck: Luck) -> (RecordedScan, Answer) {
+    let mut dice = Dice::new(luck.stream("draws"));
+    let laboratory = Laboratory::draw(&mut dice);
+    let believed = Believed::new(&laboratory);
+    let sizing = Sizing { laboratory: &laboratory, believed: &believed, luck };
+    let (category, causes, gaps_alone_sigma) = match assignment {
+        Assignment::None => (Category::None, Causes::none(), Vec::new()),
+        Assignment::Effects(ids) => {
+            let (category, wanted) =
+                if ids.len() == 1 { (Category::One, ALONE) } else { (Category::Two, OF_TWO) };
+            let drawn: Vec<_> = ids
+                .iter()
+                .map(|&id| {
+                    let sizes = catalogue::draw(id, &laboratory, &mut dice);
+                    (id, sizing.effect(id, sizes, wanted, &mut dice))
+                })
+                .collect();
+            let alone =
+                drawn.iter().map(|one| sizing.gap(&Causes::of_catalogue(vec![one.clone()])));
+            let alone = alone.collect();
+            (category, Causes::of_catalogue(drawn), alone)
+        }
+        &Assignment::Outside(number) => {
+            let draw = OUTSIDE[number].1(&laboratory, &mut dice);
+            let causes = Causes::of_outside(sizing.outside(&draw, ALONE, &mut dice));
+            let gap = sizing.gap(&causes);
+            (Category::Outside, causes, vec![gap])
+        }
+    };
+    let world = World::new(&laboratory, &causes, believed.volts, luck);
+    let answer = Answer {
+        category,
+        effects: causes.names(),
+        parameters: causes.parameters(),
+        gap_sigma: sizing.gap(&causes),
+        gaps_alone_sigma,
+        elements: elements(&world, &laboratory),
+        noise: [laboratory.noise().multiplicative, laboratory.noise().additive_v],
+        peak_v: laboratory.peak_v,
+        name: name.clone(),
+    };
+    (scan(&name, &laboratory, &world), answer)
+}
+
+fn scan(name: &str, laboratory: &Laboratory, world: &World<'_>) -> RecordedScan {
+    let stops = &laboratory.survey.stops;
+    let every: Vec<usize> = (0..stops.len()).collect();
+    let samples = stops
+        .iter()
+        .zip(world.levels_v(&every))
+        .enumerate()
+        .map(|(n, (stop, level_v))| {
+            let reading = micro(world.reading_v(n, stop, level_v));
+            Sample::measured(stop.time_s, stop.focus, stop.at_mm * 1e-3, reading, None)
+        })
+        .collect();
+    RecordedScan { setup: laboratory.setup(name), samples }
+}
+
+/// Amplitude and phase of every element, if an effect changed any.
+fn elements(world: &World<'_>, laboratory: &Laboratory) -> Option<Vec<[f64; 2]>> {
+    let of = |element: &fieldgap_acoustics::Element| [element.amplitude, element.phase_rad];
+    let truly: Vec<_> = world.field().array().elements.iter().map(of).collect();
+    let believed: Vec<_> = laboratory.elements().elements().iter().map(of).collect();
+    (truly != believed).then_some(truly)
+}
+
+/// Readings are written to the microvolt, as the receiver would.
+fn micro(reading_v: f64) -> f64 {
+    (reading_v * 1e6).round() / 1e6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fieldgap_acoustics::Vec3;
+    use fieldgap_acoustics::rayleigh::{DiscRule, Piston};
+    use num_complex::Complex64;
+
+    /// The same scene summed anew: every face in far more patches, phases as a focus wants them.
+    fn pressure(laboratory: &Laboratory, focus_m: Vec3, at_m: Vec3, rule: &DiscRule) -> f64 {
+        let k = std::f64::consts::TAU * 40e3 / 343.0;
+        let sum: Complex64 = laboratory
+            .elements()
+            .elements()
+            .iter()
+            .map(|element| {
+                let face = Piston::new(element.centre_m, element.normal, 4.5e-3, rule);
+                let ahead = Complex64::from_polar(1.0, -k * (focus_m - element.centre_m).norm());
+                ahead * face.field(at_m, k)
+            })
+            .sum();
+        sum.norm()
+    }
+
+    #[test]
+    fn a_scan_without_effects_is_the_pistons_field_and_noise_of_the_stated_size() {
+        let luck = Luck::new(11);
+        let (scan, answer) = one("0000".to_owned(), &Assignment::None, luck);
+        let laboratory = Laboratory::draw(&mut Dice::new(luck.stream("draws")));
+        let rule = DiscRule::new(8, 24);
+        let [multiplicative, additive_v] = answer.noise;
+        let pairs: Vec<(f64, f64)> = scan
+            .samples
+            .iter()
+            .filter_map(|sample| Some((laboratory.foci_mm[sample.focus?], sample)))
+            .step_by(9)
+            .map(|(focus_mm, sample)| {
+                let expected = pressure(&laboratory, focus_mm / 1e3, sample.position_m(), &rule);
+                (sample.reading, expected)
+            })
+            // Near zero a magnitude is not normally distributed.
+            .filter(|(reading, _)| *reading > 8.0 * additive_v)
+            .collect();
+        let chi2 = |gain: f64| {
+            let squares = pairs.iter().map(|(reading, expected)| {
+                let level_v = gain * expected;
+                (reading - level_v).powi(2) / additive_v.hypot(multiplicative * level_v).powi(2)
+            });
+            squares.sum::<f64>() / pairs.len() as f64
+        };
+        let weigh = |f: fn(f64, f64) -> f64| {
+            pairs
+                .iter()
+                .map(|&(reading, expected)| f(reading, expected) / reading.powi(2))
+                .sum::<f64>()
+        };
+        let gain = weigh(|reading, expected| reading * expected) / weigh(|_, e| e * e);
+        let tolerance = 4.0 * (2.0 / pairs.len() as f64).sqrt();
+        assert!(pairs.len() > 200 && (chi2(gain) - 1.0).abs() < tolerance, "{}", chi2(gain));
+        let silent: Vec<f64> = scan.silent().map(|sample| sample.reading).collect();
+        let power = silent.iter().map(|v| v * v).sum::<f64>() / silent.len() as f64;
+        assert!((power / (2.0 * additive_v * additive_v) - 1.0).abs() < 0.5);
+    }
+
+    #[test]
+    fn a_set_does_not_depend_on_the_number_of_threads() {
+        let shares = Shares { none: 0.0, pairs: 0.5, outside: 0.5 };
+        let set = SetToMake { count: 2, seed: 9, shares };
+        let of_threads = |threads: usize| {
+            let folder = tempfile::tempdir().expect("a folder");
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let pool = pool.expect("threads");
+            let answers = pool.install(|| set.make(folder.path(), || ())).expect("made");
+            let bytes = |answer: &Answer| {
+                std::fs::read(folder.path().join(&answer.name).join("samples.csv")).expect("there")
+            };
+            let samples: Vec<_> = answers.answers.iter().map(bytes).collect();
+            (answers, samples)
+        };
+        assert_eq!(of_threads(1), of_threads(3));
+    }
+
+    #[test]
+    fn a_set_is_sealed_opened_and_scored() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let shares = Shares { none: 1.0, pairs: 0.0, outside: 0.0 };
+        let set = SetToMake { count: 1, seed: 3, shares };
+        let answers = set.make(folder.path(), || ()).expect("made");
+        let seal = super::super::Seal::of(folder.path(), None);
+        seal.close(&answers).expect("sealed");
+        let diagnoses = folder.path().join("diagnoses");
+        let empty = super::super::Score::of_folder(&answers, &diagnoses);
+        assert!(matches!(empty, Err(BlindError::NothingToScore(_))));
+        std::fs::create_dir(&diagnoses).expect("made");
+        std::fs::write(diagnoses.join("0000.json"), r#"{"verdict":"none"}"#).expect("written");
+        // Diagnoses are no part of what was committed to.
+        let opened = seal.open(None).expect("untouched");
+        let score = super::super::Score::of_folder(&opened, &diagnoses).expect("one");
+        assert_eq!((score.scored, score.confusion[0].exact), (1, 1));
+    }
+}

@@ -1,0 +1,57 @@
+//! The level jumps at one moment of the scan: a plug that slips, an amplifier that changes its range.
+
+use super::super::causes::Parameters;
+use super::super::dice::Dice;
+use super::super::laboratory::Laboratory;
+use super::{Draw, Outside};
+use fieldgap_virtual_rig::effects::Effect;
+
+pub(super) const NAME: &str = "gain-jump";
+
+#[derive(Debug, Clone, Copy)]
+struct GainJump {
+    at_s: f64,
+    relative: f64,
+}
+
+/// Somewhere in the middle half of the scan: near an end it would be a jump of nothing.
+pub(super) fn draw(laboratory: &Laboratory, dice: &mut Dice) -> Draw {
+    let at_s = dice.uniform(0.25, 0.75) * laboratory.survey.lasts_s();
+    let sign = dice.sign();
+    Draw::new(0.5, move |size| GainJump { at_s, relative: sign * size })
+}
+
+impl Effect for GainJump {
+    fn level_v(&self, level_v: f64, time_s: f64) -> f64 {
+        if time_s < self.at_s { level_v } else { level_v * (1.0 + self.relative) }
+    }
+}
+
+impl Outside for GainJump {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn parameters(&self) -> Parameters {
+        toml::toml! {
+            at_s = (self.at_s)
+            relative = (self.relative)
+        }
+    }
+
+    fn effect(&self) -> Option<(&'static str, Box<dyn Effect>)> {
+        Some((NAME, Box::new(*self)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_level_is_another_from_one_moment_on() {
+        let jump = GainJump { at_s: 100.0, relative: -0.2 };
+        assert_eq!(jump.level_v(1.0, 99.9), 1.0);
+        assert_eq!(jump.level_v(1.0, 100.0), 0.8);
+    }
+}

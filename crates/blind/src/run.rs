@@ -1,0 +1,176 @@
+//! Diagnoses every scan of a folder. What is sealed there is never opened.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use rayon::ThreadPoolBuilder;
+use serde::Serialize;
+
+use super::error::BlindError;
+use super::said::Said;
+use fieldgap_comparison::Incomparable;
+use fieldgap_records::RecordedScan;
+
+/// Scans to be diagnosed, and where what is said of them is kept.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// The folder whose folders are the scans.
+    pub folder: PathBuf,
+    /// Where the diagnoses go, as `NAME.json`.
+    pub diagnoses: PathBuf,
+    /// These alone; none: all.
+    pub only: Vec<String>,
+}
+
+/// One scan diagnosed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Diagnosed {
+    /// The scan's folder.
+    pub name: String,
+    /// What was said.
+    pub said: Said,
+    /// How long it took, s.
+    pub seconds: f64,
+}
+
+impl std::fmt::Display for Diagnosed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let number = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.4}"));
+        let verdict = serde_json::to_value(self.said.verdict).unwrap_or_default();
+        write!(
+            f,
+            "{}  {:<11}  {:<40}  gap {}  explained {}  {:.1} s",
+            self.name,
+            verdict.as_str().unwrap_or_default(),
+            self.said.named(),
+            number(self.said.gap_before),
+            number(self.said.explained_fraction),
+            self.seconds
+        )
+    }
+}
+
+impl Run {
+    /// The scans' names, in order.
+    ///
+    /// # Errors
+    /// [`BlindError`] if the folder cannot be read, has no scans, or none of a name that was asked for.
+    pub fn names(&self) -> Result<Vec<String>, BlindError> {
+        let help = "name the folder whose folders are recorded scans";
+        let failed = |error| BlindError::reading(&self.folder, help)(error);
+        let mut names = Vec::new();
+        for entry in std::fs::read_dir(&self.folder).map_err(failed)? {
+            let entry = entry.map_err(failed)?;
+            if entry.path().join("scan.toml").exists() {
+                names.push(entry.file_name().to_string_lossy().into_owned());
+            }
+        }
+        names.sort_unstable();
+        if names.is_empty() {
+            return Err(BlindError::NoScans(self.folder.clone()));
+        }
+        if let Some(name) = self.only.iter().find(|name| !names.contains(name)) {
+            let (folder, name) = (self.folder.clone(), name.clone());
+            return Err(BlindError::UnknownScan { folder, name });
+        }
+        if !self.only.is_empty() {
+            names.retain(|name| self.only.contains(name));
+        }
+        Ok(names)
+    }
+
+    /// Diagnoses these scans, several at a time, and keeps each diagnosis as soon as it is there. `done` is told of each as
+    /// it comes; a scan that fails does not stop the others.
+    ///
+    /// Each is worked on by threads of its own, so that the seconds of one are not those of another.
+    pub fn each<D: Serialize + Send>(
+        &self,
+        names: &[String],
+        diagnose: impl Fn(&[RecordedScan]) -> Result<D, Incomparable> + Sync,
+        done: impl Fn(Result<Diagnosed, BlindError>) + Sync,
+    ) {
+        let threads = rayon::current_num_threads();
+        let at_a_time = threads.min(names.len()).max(1);
+        let next = AtomicUsize::new(0);
+        let (next, diagnose, done) = (&next, &diagnose, &done);
+        std::thread::scope(|scope| {
+            for _ in 0..at_a_time {
+                scope.spawn(move || {
+                    let pool = ThreadPoolBuilder::new().num_threads(threads / at_a_time).build();
+                    while let Some(name) = names.get(next.fetch_add(1, Ordering::Relaxed)) {
+                        done(match &pool {
+                            Ok(pool) => self.one(name, &|scans| pool.install(|| diagnose(scans))),
+                            // Without threads of its own it borrows those of the program.
+                            Err(_) => self.one(name, diagnose),
+                        });
+                    }
+                });
+            }
+        });
+    }
+
+    fn one<D: Serialize>(
+        &self,
+        name: &str,
+        diagnose: &impl Fn(&[RecordedScan]) -> Result<D, Incomparable>,
+    ) -> Result<Diagnosed, BlindError> {
+        let scan = RecordedScan::open(&self.folder.join(name))?;
+        let begun = Instant::now();
+        let diagnosis = diagnose(std::slice::from_ref(&scan))
+            .map_err(|source| BlindError::Incomparable { name: name.to_owned(), source })?;
+        let seconds = begun.elapsed().as_secs_f64();
+        let path = diagnosis_of(&self.diagnoses, name);
+        let no_json = |source| {
+            let help = "this is a fault of the program: what it says is not JSON of format 1";
+            BlindError::Json { path: path.clone(), source, help }
+        };
+        let bytes = serde_json::to_vec(&diagnosis).map_err(no_json)?;
+        std::fs::create_dir_all(&self.diagnoses).map_err(BlindError::writing(&self.diagnoses))?;
+        std::fs::write(&path, &bytes).map_err(BlindError::writing(&path))?;
+        let said = serde_json::from_slice(&bytes).map_err(no_json)?;
+        Ok(Diagnosed { name: name.to_owned(), said, seconds })
+    }
+}
+
+/// Where the diagnosis of a scan is kept.
+pub(super) fn diagnosis_of(diagnoses: &Path, name: &str) -> PathBuf {
+    diagnoses.join(format!("{name}.json"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::super::assignment::Shares;
+    use super::super::make::SetToMake;
+    use super::*;
+
+    #[test]
+    fn every_scan_is_diagnosed_and_one_that_fails_does_not_stop_the_others() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let shares = Shares { none: 1.0, pairs: 0.0, outside: 0.0 };
+        let set = SetToMake { count: 2, seed: 1, shares };
+        set.make(folder.path(), || ()).expect("made");
+        std::fs::write(folder.path().join("answers.sealed"), "closed").expect("written");
+        let diagnoses = folder.path().join("diagnoses");
+        let mut run = Run { folder: folder.path().to_owned(), diagnoses, only: Vec::new() };
+        assert_eq!(run.names().expect("two scans"), ["0000", "0001"]);
+        let lines = Mutex::new(Vec::new());
+        run.each(
+            &run.names().expect("two scans"),
+            |scans| match scans[0].setup.name.as_str() {
+                "0000" => Ok(serde_json::json!({ "verdict": "none", "gap_before": 0.04 })),
+                name => Err(Incomparable::AllZero(name.to_owned())),
+            },
+            |done| lines.lock().expect("no panic").push(done.map(|done| done.to_string())),
+        );
+        let lines = lines.into_inner().expect("no panic");
+        assert_eq!(lines.iter().filter(|line| line.is_err()).count(), 1);
+        let good = lines.iter().flatten().next().expect("one is diagnosed");
+        assert!(good.starts_with("0000  none") && good.contains("gap 0.0400"), "{good}");
+        assert!(Said::read(&diagnosis_of(&run.diagnoses, "0000")).is_ok());
+        run.only = vec!["0007".to_owned()];
+        assert!(matches!(run.names(), Err(BlindError::UnknownScan { .. })));
+    }
+}

@@ -1,0 +1,100 @@
+//! Every pair of laws held against the readings.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::laws::described;
+use super::pair_fit::Axis;
+use super::{AxisLaw, AxisPose, CharacterizationError, LobeLaw, PairFit, Profile, Readings};
+use fieldgap_input::Positive;
+use fieldgap_records::TransducerFile;
+
+/// How many of the preferred pairs get an axis of their own.
+const FREED: usize = 4;
+
+/// Share of the readings' variance that the best pair has to explain: a transducer's field far exceeds it, noise never gets
+/// there.
+const LEAST_R_SQUARED: f64 = 0.5;
+
+/// What the readings say of a transducer.
+#[derive(Debug, Clone, Serialize)]
+pub struct Characterization {
+    /// Every pair of laws that could be fitted, the one that the readings prefer first: by the Bayesian criterion.
+    pub pairs: Vec<PairFit>,
+    /// What the readings show, about the axis of the preferred pair.
+    pub profile: Profile,
+}
+
+/// Fits every law on the axis with every lobe.
+///
+/// # Errors
+/// [`CharacterizationError::NoFit`] if none of them explains half of the readings' variance.
+pub fn characterize(readings: &Readings) -> Result<Characterization, CharacterizationError> {
+    // The axis is that of the freest pair; then every pair is held against the readings about it.
+    let guess = Axis::From(AxisPose::guess(readings));
+    let freest = PairFit::new(readings, AxisLaw::Absorbed, LobeLaw::Table, guess)
+        .or_else(|| PairFit::new(readings, AxisLaw::Power, LobeLaw::Gaussian, guess))
+        .ok_or(CharacterizationError::NoFit)?;
+    let laws: Vec<(AxisLaw, LobeLaw)> = AxisLaw::ALL
+        .into_iter()
+        .flat_map(|axis| LobeLaw::ALL.into_iter().map(move |lobe| (axis, lobe)))
+        .collect();
+    let mut pairs: Vec<PairFit> = laws
+        .into_par_iter()
+        .filter_map(|(axis, lobe)| PairFit::new(readings, axis, lobe, Axis::Held(freest.axis)))
+        .collect();
+    by_preference(&mut pairs);
+    // The nearest are fitted again with an axis of their own.
+    let near = FREED.min(pairs.len());
+    pairs[..near].par_iter_mut().for_each(|pair| {
+        let start = Axis::From(pair.axis);
+        if let Some(freed) = PairFit::new(readings, pair.axis_law, pair.lobe_law, start) {
+            *pair = freed;
+        }
+    });
+    by_preference(&mut pairs);
+    let best = pairs
+        .first()
+        .filter(|best| best.r_squared >= LEAST_R_SQUARED)
+        .ok_or(CharacterizationError::NoFit)?;
+    let profile = Profile::of(readings, best);
+    Ok(Characterization { pairs, profile })
+}
+
+fn by_preference(pairs: &mut [PairFit]) {
+    pairs.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+}
+
+impl Characterization {
+    /// The pair that the readings prefer.
+    pub fn best(&self) -> &PairFit {
+        &self.pairs[0]
+    }
+
+    /// The pair of two laws, if it could be fitted.
+    pub fn pair(&self, axis: AxisLaw, lobe: LobeLaw) -> Option<&PairFit> {
+        self.pairs.iter().find(|pair| pair.axis_law == axis && pair.lobe_law == lobe)
+    }
+
+    /// Each law on the axis with the preferred lobe, and the share of the on-axis variance that it explains.
+    pub fn axis_laws(&self) -> Vec<(&PairFit, f64)> {
+        let pairs = AxisLaw::ALL.into_iter().filter_map(|law| self.pair(law, self.best().lobe_law));
+        pairs.map(|pair| (pair, self.profile.on_axis_r_squared(pair))).collect()
+    }
+
+    /// Each lobe with the preferred law on the axis, and the share of the variance about the axis that it explains.
+    pub fn lobe_laws(&self) -> Vec<(&PairFit, f64)> {
+        let pairs = LobeLaw::ALL.into_iter().filter_map(|law| self.pair(self.best().axis_law, law));
+        pairs.map(|pair| (pair, self.profile.lobe_r_squared(pair))).collect()
+    }
+
+    /// A transducer file of the preferred pair, for rig files to name. Its pressure is relative: the gain from pressure to
+    /// reading is not known.
+    pub fn transducer_file(&self, name: &str, source: &str) -> TransducerFile {
+        let best = self.best();
+        let (transducer, radius_m) =
+            described((best.axis_law, &best.axis_free), (&best.lobe, &best.lobe_free));
+        let radius_m = radius_m.and_then(|radius_m| Positive::new(radius_m).ok());
+        TransducerFile::describing(name, source, radius_m, transducer)
+    }
+}

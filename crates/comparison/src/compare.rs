@@ -1,0 +1,229 @@
+//! Scan against simulation, height by height.
+
+use super::comparison::{
+    Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, Noise, NoiseSource,
+    PlaneComparison,
+};
+use super::noise::Roughness;
+use super::pose::Pose;
+use super::readings::Readings;
+use super::receiver_face::as_heard;
+use super::register::{Registered, register};
+use super::registration::Registering;
+use fieldgap_acoustics::metrics::PlaneMap;
+use fieldgap_acoustics::{Simulation, Simulator, Vec3};
+use fieldgap_records::{OFF_LINE_MM, Plane, RecordedScan, SAME_HEIGHT_MM, plane_map};
+
+/// Fewer readings than a gain and a shift have numbers tell nothing.
+const FEWEST: usize = 5;
+
+/// Why a scan cannot be compared with anything.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Incomparable {
+    /// Every row has focus -1, or there is none.
+    #[error(
+        "the scan `{0}` holds no reading taken with the array driven; at least one row of samples.csv needs a \
+         focus of 0 or above"
+    )]
+    NothingDriven(String),
+    /// Too little to tell anything from.
+    #[error(
+        "the scan `{name}` holds {readings} driven readings; at least {FEWEST} are needed to compare it with anything"
+    )]
+    TooFew {
+        /// What the scan is called.
+        name: String,
+        /// How many there are.
+        readings: usize,
+    },
+    /// Nothing but zeros.
+    #[error("every driven reading of the scan `{0}` is zero: was the receiver connected?")]
+    AllZero(String),
+    /// The simulated field is zero at every reading.
+    #[error(
+        "the simulated field is zero at every reading of the scan `{0}`: are all heights above the array \
+         (z_mm above 0), and do the elements face them?"
+    )]
+    NothingSimulated(String),
+    /// Scans to be taken together, and there is none.
+    #[error("there is no scan to diagnose; at least one is needed")]
+    NoScan,
+    /// Scans to be taken together that are not of one rig.
+    #[error(
+        "the scans `{one}` and `{other}` were made with different arrays; only scans of one rig can be diagnosed \
+         together"
+    )]
+    OtherArray {
+        /// The first scan.
+        one: String,
+        /// The one that differs.
+        other: String,
+    },
+}
+
+/// Registers a scan to a simulator and compares the two. The same scan gives the same bits.
+///
+/// # Errors
+/// [`Incomparable`] if there is nothing to compare.
+pub fn compare(
+    scan: &RecordedScan,
+    simulator: Simulator,
+    registering: Registering,
+) -> Result<Comparison, Incomparable> {
+    let readings = Readings::of(scan, simulator);
+    comparable(scan, &readings)?;
+    let name = || scan.setup.name.clone();
+    let Registered { registration, fit } = register(&readings, registering);
+    let values = readings.values();
+    let mut comparison = Comparison {
+        scan_name: name(),
+        reading_unit: scan.setup.unit.clone(),
+        simulator,
+        points: readings.len(),
+        noise: Noise { additive: f64::NAN, multiplicative: 0.0, source: NoiseSource::Residual },
+        registration,
+        planes: Vec::new(),
+        overall: Agreement::of(&fit.simulated, &values, fit.gain),
+    };
+    let planes: Vec<SimulatedPlane<'_>> = scan
+        .planes(SAME_HEIGHT_MM)
+        .into_iter()
+        .filter_map(|plane| {
+            let simulation = scan.setup.simulation(simulator, plane.focus)?;
+            let simulation = match comparison.registration.receiver_face_m {
+                Some(face) => as_heard(&simulation, face.value),
+                None => simulation,
+            };
+            Some(SimulatedPlane::of(&simulation, plane, &fit.pose, fit.gain))
+        })
+        .collect();
+    let mut roughness = Roughness::default();
+    for map in planes.iter().filter_map(|plane| plane.map.as_ref().ok()) {
+        roughness.add(&map.scan, &map.simulation, map.x_m.len());
+    }
+    let of_residual = roughness.noise().unwrap_or(Noise {
+        additive: comparison.overall.residual_rms,
+        multiplicative: 0.0,
+        source: NoiseSource::Residual,
+    });
+    comparison.noise = Noise::of(scan, of_residual);
+    comparison.planes = planes.into_iter().map(|plane| plane.compared(&comparison)).collect();
+    Ok(comparison)
+}
+
+/// Whether there is anything to compare.
+pub fn comparable(scan: &RecordedScan, readings: &Readings) -> Result<(), Incomparable> {
+    let name = || scan.setup.name.clone();
+    if readings.is_empty() {
+        return Err(Incomparable::NothingDriven(name()));
+    }
+    if readings.len() < FEWEST {
+        return Err(Incomparable::TooFew { name: name(), readings: readings.len() });
+    }
+    if readings.values().iter().all(|reading| *reading == 0.0) {
+        return Err(Incomparable::AllZero(name()));
+    }
+    if readings.simulate(&Pose::default()).iter().all(|magnitude| *magnitude == 0.0) {
+        return Err(Incomparable::NothingSimulated(name()));
+    }
+    Ok(())
+}
+
+/// A plane with the simulation beside each of its readings, and on its grid.
+struct SimulatedPlane<'s> {
+    plane: Plane<'s>,
+    target_m: Option<Vec3>,
+    target_in_scan_m: Option<Vec3>,
+    positions_m: Vec<Vec3>,
+    readings: Vec<f64>,
+    /// In the simulator's unit.
+    simulated: Vec<f64>,
+    gain: f64,
+    map: Result<ComparedMap, String>,
+}
+
+impl<'s> SimulatedPlane<'s> {
+    fn of(simulation: &Simulation, plane: Plane<'s>, pose: &Pose, gain: f64) -> Self {
+        let simulate = |positions_m: &[Vec3]| {
+            let points_m: Vec<Vec3> = positions_m.iter().map(|at| pose.to_array(at)).collect();
+            simulation.magnitudes(&points_m)
+        };
+        let positions_m: Vec<Vec3> = plane.samples.iter().map(|s| s.position_m()).collect();
+        let map = plane_map(&plane, OFF_LINE_MM).map_err(|why| why.to_string()).map(|mapped| {
+            let (x_m, y_m) = (mapped.map.x_m().to_vec(), mapped.map.y_m().to_vec());
+            let grid: Vec<Vec3> = y_m
+                .iter()
+                .flat_map(|y| x_m.iter().map(|x| Vec3::new(*x, *y, plane.z_mm * 1e-3)))
+                .collect();
+            let simulation = simulate(&grid).into_iter().map(|m| gain * m).collect();
+            ComparedMap { scan: mapped.map.values().to_vec(), simulation, x_m, y_m }
+        });
+        let target_m = simulation.excitation.focus_m();
+        Self {
+            target_m,
+            target_in_scan_m: target_m.map(|target| pose.to_scan(&target)),
+            simulated: simulate(&positions_m),
+            readings: plane.samples.iter().map(|sample| sample.reading).collect(),
+            positions_m,
+            gain,
+            map,
+            plane,
+        }
+    }
+
+    fn compared(self, comparison: &Comparison) -> PlaneComparison {
+        let figures = self.map.as_ref().ok().and_then(|map| {
+            let scan = FieldFigures::of_scan(&map.scan_map(), &comparison.noise)?;
+            let simulation =
+                FieldFigures::of_simulation(&map.simulation_map(), &comparison.registration)?;
+            Some((scan, simulation))
+        });
+        let (scan, simulation) = figures.unwrap_or_else(|| {
+            let scaled: Vec<f64> = self.simulated.iter().map(|m| self.gain * m).collect();
+            let gain = comparison.registration.gain;
+            let of_gain = |value: f64| value * gain.standard_error / gain.value.abs();
+            let at = &self.positions_m;
+            let of_noise = |value: f64| comparison.noise.at(value);
+            (
+                FieldFigures::of_scattered(at, &self.readings, of_noise),
+                FieldFigures::of_scattered(at, &scaled, of_gain),
+            )
+        });
+        let (map, why_no_map) = match self.map {
+            Ok(map) => (Some(map), None),
+            Err(why) => (None, Some(why)),
+        };
+        PlaneComparison {
+            focus: self.plane.focus,
+            z_m: self.plane.z_mm * 1e-3,
+            target_m: self.target_m,
+            target_in_scan_m: self.target_in_scan_m,
+            map,
+            why_no_map,
+            discrepancy: Discrepancy::between(&scan, &simulation),
+            scan,
+            simulation,
+            agreement: Agreement::of(&self.simulated, &self.readings, self.gain),
+            points: self.readings.len(),
+        }
+    }
+}
+
+impl ComparedMap {
+    /// The scan as a map.
+    pub fn scan_map(&self) -> PlaneMap {
+        self.map_of(self.scan.clone())
+    }
+
+    /// The simulation as a map, where the scan was measured: the same figures from the same points.
+    pub fn simulation_map(&self) -> PlaneMap {
+        let seen =
+            |(scan, simulation): (&f64, &f64)| if scan.is_nan() { f64::NAN } else { *simulation };
+        self.map_of(self.scan.iter().zip(&self.simulation).map(seen).collect())
+    }
+
+    fn map_of(&self, values: Vec<f64>) -> PlaneMap {
+        PlaneMap::new(self.x_m.clone(), self.y_m.clone(), values)
+            .expect("columns and rows of a map rise, and there is a value for each point")
+    }
+}

@@ -1,0 +1,163 @@
+//! What a comparison of a scan with its simulation says: the result, as data.
+//!
+//! Everything here serialises to JSON with the unit in the name of each field; readings are in the
+//! scan's own unit, named once by [`Comparison::reading_unit`]. A number that does not exist (a
+//! radius cut off by the map's edge, a point that was not measured) is `null` there.
+
+use serde::Serialize;
+
+use super::registration::Registration;
+use fieldgap_acoustics::{Simulator, Vec3};
+pub use fieldgap_text::Uncertain;
+
+/// A scan and its simulation, registered and compared.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Name of the scan, as its record gives it.
+    pub scan_name: String,
+    /// Unit of the readings, as the record gives it.
+    pub reading_unit: String,
+    /// The simulator whose gap this is.
+    pub simulator: Simulator,
+    /// Number of readings compared (array driven, not silent).
+    pub points: usize,
+    /// Standard deviation of the noise of one reading, in the reading's unit, and where it is from.
+    pub noise: Noise,
+    /// How the two were brought to the same coordinates and the same unit.
+    pub registration: Registration,
+    /// One entry for each drive and height, by drive, then by height.
+    pub planes: Vec<PlaneComparison>,
+    /// All readings together, at one gain.
+    pub overall: Agreement,
+}
+
+/// The noise of one reading: standard deviation as `additive + multiplicative · reading`, added in
+/// power.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Noise {
+    /// Part that does not depend on the level, in the reading's unit.
+    pub additive: f64,
+    /// Part in proportion to the level, relative.
+    pub multiplicative: f64,
+    /// What it was estimated from.
+    pub source: NoiseSource,
+}
+
+/// Where an estimate of the noise is from, best first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoiseSource {
+    /// Points that were measured several times.
+    Repeats,
+    /// Readings with the array silent; no repeats.
+    SilentReadings,
+    /// The finest structure of what the simulation leaves: an upper bound, as some of the gap is in it.
+    Residual,
+}
+
+/// How well simulation and scan agree over a set of points.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Agreement {
+    /// Pearson's correlation of scan and simulation, -1 to 1.
+    pub correlation: f64,
+    /// Rms of the residual over the rms of the scan's readings, at the gain of the registration; 0
+    /// to about 1.
+    pub residual_rms_ratio: f64,
+    /// The same, at the gain that suits these points best.
+    pub residual_rms_ratio_own_gain: f64,
+    /// That gain over the registration's: how much louder the scan is here than the simulation says.
+    pub gain_ratio: f64,
+    /// Rms of the residual, in the reading's unit, at the gain of the registration.
+    pub residual_rms: f64,
+    /// Rms of the readings, in the reading's unit.
+    pub scan_rms: f64,
+    /// Number of readings.
+    pub points: usize,
+}
+
+/// Scan and simulation at one height, for one drive.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PlaneComparison {
+    /// Number of the drive, as in the record.
+    pub focus: usize,
+    /// Height in the scan's coordinates, metres.
+    pub z_m: f64,
+    /// Where the drive wanted the focus, in the array's coordinates, metres.
+    #[serde(serialize_with = "vector")]
+    pub target_m: Option<Vec3>,
+    /// The same in the coordinates of the scan, where the maps are drawn, metres.
+    #[serde(serialize_with = "vector")]
+    pub target_in_scan_m: Option<Vec3>,
+    /// The two maps on one grid, where the points lie on one.
+    pub map: Option<ComparedMap>,
+    /// Why there is no map, where there is none.
+    pub why_no_map: Option<String>,
+    /// Figures of the scanned field.
+    pub scan: FieldFigures,
+    /// Figures of the simulated field, by the same rules from the same points.
+    pub simulation: FieldFigures,
+    /// How the two sets of figures differ.
+    pub discrepancy: Discrepancy,
+    /// Agreement over this plane's readings.
+    pub agreement: Agreement,
+    /// Number of readings.
+    pub points: usize,
+}
+
+/// Scan and simulation on one grid, in the coordinates and the unit of the scan.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ComparedMap {
+    /// Columns, ascending, metres.
+    pub x_m: Vec<f64>,
+    /// Rows, ascending, metres.
+    pub y_m: Vec<f64>,
+    /// Readings, row by row (y outer, x inner), mean where a point was measured several times, NaN
+    /// where it was not.
+    pub scan: Vec<f64>,
+    /// The simulation at the same points times the gain, at every point of the grid.
+    pub simulation: Vec<f64>,
+}
+
+/// What the thesis asks of a map: its peak, its focal radius, its sub-peaks.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FieldFigures {
+    /// Value of the peak, refined below the step, in the reading's unit.
+    pub peak: Uncertain,
+    /// Where it stands (x, y), refined below the step, in the scan's coordinates, metres.
+    pub peak_position_m: [Uncertain; 2],
+    /// Whether the largest point lies on the map's edge, so that the true peak may lie outside.
+    pub peak_at_edge: bool,
+    /// Mean half-width at half the peak, by the thesis's definition; `None` without a map.
+    pub focal_radius: Option<FocalRadiusFigure>,
+    /// Local maxima above half the peak besides the peak itself; `None` without a map.
+    pub sub_peaks: Option<usize>,
+}
+
+/// A focal radius and the sides it was taken from.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FocalRadiusFigure {
+    /// Mean of the sides that fall below the threshold inside the map, metres; `None` when none does.
+    pub radius_m: Option<Uncertain>,
+    /// Half-width towards +x, -x, +y, -y, metres; `None` where the map's edge cuts it off.
+    pub sides_m: [Option<f64>; 4],
+}
+
+/// Simulation against scan at one height.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Discrepancy {
+    /// Peak of the scan over peak of the simulation.
+    pub peak_ratio: Uncertain,
+    /// From the simulated peak to the scanned one (x, y), metres.
+    pub peak_shift_m: [Uncertain; 2],
+    /// Length of that shift, metres.
+    pub peak_distance_m: Uncertain,
+    /// Focal radius of the scan less that of the simulation, metres, over the sides that both have.
+    pub focal_radius_m: Option<Uncertain>,
+    /// Number of sub-peaks of the scan less that of the simulation.
+    pub sub_peaks: Option<i64>,
+}
+
+/// A vector as `[x, y, z]`.
+fn vector<S: serde::Serializer>(value: &Option<Vec3>, serializer: S) -> Result<S::Ok, S::Error> {
+    value.map(|v| [v.x, v.y, v.z]).serialize(serializer)
+}

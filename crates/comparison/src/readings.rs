@@ -1,0 +1,186 @@
+//! The readings that a registration works on, each beside what the simulator has to be asked for it.
+
+use fieldgap_acoustics::{Array, Simulation, Simulator, Vec3};
+use fieldgap_records::RecordedScan;
+
+use super::pose::Pose;
+
+/// Step of the difference quotient of the simulated field, metres: a ten-thousandth of a radian of phase at 40 kHz,
+/// far above rounding and far below the field's own structure.
+const DIFFERENCE_M: f64 = 2e-7;
+
+/// Fraction of the golden section, by which readings are thinned out: it meets no period of a grid.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// The readings taken with the array driven, drive by drive, in the order they were taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Readings {
+    drives: Vec<Drive>,
+}
+
+/// The readings of one drive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drive {
+    /// Its number in the record.
+    pub focus: usize,
+    /// The set-up that is simulated.
+    pub simulation: Simulation,
+    /// Where the robot said it was, metres.
+    pub positions_m: Vec<Vec3>,
+    /// What was read, in the record's unit.
+    pub readings: Vec<f64>,
+}
+
+/// The simulated field at each reading, and how it changes as the point moves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SimulatedGradient {
+    /// Magnitudes, in the simulator's unit.
+    pub magnitudes: Vec<f64>,
+    /// Their change per metre along x, y and z of the array.
+    pub per_m: [Vec<f64>; 3],
+}
+
+impl Readings {
+    /// The driven readings of a scan, to be simulated by `simulator`.
+    pub fn of(scan: &RecordedScan, simulator: Simulator) -> Self {
+        let drives = (0..scan.setup.foci.len())
+            .filter_map(|focus| {
+                let samples = scan.samples.iter().filter(|sample| sample.focus == Some(focus));
+                let (positions_m, readings): (Vec<Vec3>, Vec<f64>) =
+                    samples.map(|sample| (sample.position_m(), sample.reading)).unzip();
+                let simulation = scan.setup.simulation(simulator, focus)?;
+                (!readings.is_empty()).then_some(Drive { focus, simulation, positions_m, readings })
+            })
+            .collect();
+        Self { drives }
+    }
+
+    /// Takes drives as they are.
+    pub fn from_drives(drives: Vec<Drive>) -> Self {
+        Self { drives }
+    }
+
+    /// The drives.
+    pub fn drives(&self) -> &[Drive] {
+        &self.drives
+    }
+
+    /// How many readings there are.
+    pub fn len(&self) -> usize {
+        self.drives.iter().map(|drive| drive.readings.len()).sum()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Every reading, drive by drive.
+    pub fn values(&self) -> Vec<f64> {
+        self.drives.iter().flat_map(|drive| drive.readings.iter().copied()).collect()
+    }
+
+    /// Where each was taken, as the robot said, metres.
+    pub fn positions_m(&self) -> Vec<Vec3> {
+        self.drives.iter().flat_map(|drive| drive.positions_m.iter().copied()).collect()
+    }
+
+    /// Shortest wavelength among the drives, metres; of a scan without readings, infinite.
+    pub fn wavelength_m(&self) -> f64 {
+        self.drives
+            .iter()
+            .map(|drive| drive.simulation.medium.wavelength_m(drive.simulation.frequency_hz))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// About `count` of them, spread evenly over each drive, always the same ones.
+    pub fn thinned(&self, count: usize) -> Self {
+        let share = count as f64 / self.len().max(1) as f64;
+        if share >= 1.0 {
+            return self.clone();
+        }
+        let drives = self
+            .drives
+            .iter()
+            .map(|drive| {
+                let kept: Vec<usize> = (0..drive.readings.len())
+                    .filter(|&index| (index as f64 * GOLDEN).fract() < share)
+                    .collect();
+                Drive {
+                    positions_m: kept.iter().map(|&index| drive.positions_m[index]).collect(),
+                    readings: kept.iter().map(|&index| drive.readings[index]).collect(),
+                    ..drive.clone()
+                }
+            })
+            .filter(|drive| !drive.readings.is_empty())
+            .collect();
+        Self { drives }
+    }
+
+    /// The simulated magnitude at each reading, if the scan lies at `pose`.
+    pub fn simulate(&self, pose: &Pose) -> Vec<f64> {
+        self.magnitudes(|scan_m| pose.to_array(scan_m))
+    }
+
+    /// The same with its gradient.
+    pub fn simulate_gradient(&self, pose: &Pose) -> SimulatedGradient {
+        let magnitudes = self.simulate(pose);
+        let per_m = [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| {
+            let beside = self.magnitudes(|scan_m| pose.to_array(scan_m) + axis * DIFFERENCE_M);
+            difference_quotient(&magnitudes, &beside, DIFFERENCE_M)
+        });
+        SimulatedGradient { magnitudes, per_m }
+    }
+
+    /// Change of the simulated magnitudes per relative change of the array's pitch, its drive being kept.
+    pub fn simulate_pitch(&self, pose: &Pose) -> Vec<f64> {
+        /// Relative, as small for a field a few hundred wavelengths wide as the step above.
+        const STRETCH: f64 = 1e-6;
+        let stretched = Self {
+            drives: self
+                .drives
+                .iter()
+                .map(|drive| Drive {
+                    simulation: stretched(&drive.simulation, 1.0 + STRETCH),
+                    ..drive.clone()
+                })
+                .collect(),
+        };
+        difference_quotient(&self.simulate(pose), &stretched.simulate(pose), STRETCH)
+    }
+
+    fn magnitudes(&self, to_array: impl Fn(&Vec3) -> Vec3) -> Vec<f64> {
+        self.drives
+            .iter()
+            .flat_map(|drive| {
+                let points_m: Vec<Vec3> = drive.positions_m.iter().map(&to_array).collect();
+                drive.simulation.magnitudes(&points_m)
+            })
+            .collect()
+    }
+}
+
+/// A set-up whose elements stand wider apart than the lab believes: the phases that they are driven with stay.
+fn stretched(simulation: &Simulation, ratio: f64) -> Simulation {
+    let phases_of = |array: &Array| {
+        simulation.excitation.phases_rad(array, &simulation.medium, simulation.frequency_hz)
+    };
+    let mut elements = simulation.array.elements().to_vec();
+    for element in &mut elements {
+        element.centre_m.x *= ratio;
+        element.centre_m.y *= ratio;
+    }
+    let mut array = Array::from_elements(elements.clone()).expect("as many elements as before");
+    // A focus would be aimed at anew from the elements' new places: what that changes is taken back.
+    let believed = phases_of(&simulation.array);
+    let aimed_anew = phases_of(&array);
+    for ((element, believed), anew) in elements.iter_mut().zip(believed).zip(aimed_anew) {
+        element.phase_rad += believed - anew;
+    }
+    array = Array::from_elements(elements).expect("as many elements as before");
+    Simulation { array, ..simulation.clone() }
+}
+
+fn difference_quotient(at: &[f64], beside: &[f64], step: f64) -> Vec<f64> {
+    at.iter().zip(beside).map(|(at, beside)| (beside - at) / step).collect()
+}

@@ -1,0 +1,218 @@
+//! A TOML file edited in place: what is not changed stays as it was written, comments included.
+
+use std::path::Path;
+
+use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, Value};
+
+use super::change::{Change, Correction};
+use super::no_home::Unwritten;
+use fieldgap_input::Fault;
+use fieldgap_records::{ArraySection, Layout, MediumSection};
+
+/// The keys of `[array]` that only some layouts have.
+const LATTICE_KEYS: [&str; 8] =
+    ["columns", "rows", "count", "rings", "seed", "file", "element_diameter_mm", "spacing_mm"];
+/// The keys of `[medium]` that give the speed of sound by the state of the air.
+const AIR_KEYS: [&str; 3] = ["temperature_c", "humidity_percent", "pressure_kpa"];
+
+/// A set-up file that is being corrected.
+pub(super) struct Document(DocumentMut);
+
+impl Document {
+    /// Takes the text of a file that was read without fault.
+    ///
+    /// # Errors
+    /// A [`Fault`] if it is no TOML after all.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, Fault> {
+        text.parse().map(Self).map_err(|error: toml_edit::TomlError| {
+            let range = error.span().unwrap_or(0..0);
+            Fault::at(path, text, range, error.message(), "correct this line")
+        })
+    }
+
+    /// The text, with what was done to it said at its head.
+    pub fn text(&self, head: &str) -> String {
+        let comment: String = head.lines().map(comment).collect();
+        format!("{comment}\n{}", self.0)
+    }
+
+    /// A section as a table that comments can be written into.
+    pub fn section(&mut self, name: &str) -> &mut Table {
+        if let Some(mut key) = self.0.key_mut(name) {
+            // Between an inline table's name and its equals sign.
+            key.leaf_decor_mut().set_suffix("");
+        }
+        let item = self.0.entry(name).or_insert(Item::Table(Table::new()));
+        as_table(item)
+    }
+
+    /// Every `[[focus]]`.
+    pub fn foci(&mut self) -> impl Iterator<Item = &mut Table> {
+        let item = self.0.entry("focus").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
+        let taken = std::mem::take(item);
+        *item = Item::ArrayOfTables(taken.into_array_of_tables().unwrap_or_default());
+        item.as_array_of_tables_mut().into_iter().flat_map(ArrayOfTables::iter_mut)
+    }
+
+    /// Corrects `[medium]`.
+    pub fn correct_medium(&mut self, correction: &Correction, believed: &MediumSection) {
+        let Change::SpeedOfSound(m_s) = correction.change else { return };
+        let before = believed.medium().speed_of_sound_m_s;
+        let medium = self.section("medium");
+        for key in AIR_KEYS {
+            medium.remove(key);
+        }
+        let note = format!("{}; {before:.2} before", correction.found);
+        set(medium, "speed_of_sound_m_s", m_s.into(), &note);
+    }
+
+    /// Corrects the frequency and, of a lattice that stays one, the pitch.
+    pub fn correct_array(&mut self, correction: &Correction, believed: &ArraySection) {
+        match (&correction.change, believed.layout()) {
+            (Change::Frequency(ratio), _) => {
+                let before = believed.frequency_hz();
+                let note = format!("{}; {before} before", correction.found);
+                let corrected_hz = to(before * ratio, 1e-3);
+                set(self.section("array"), "frequency_hz", corrected_hz.into(), &note);
+            }
+            (
+                Change::Pitch(ratio),
+                Layout::Square { rims, .. }
+                | Layout::Linear { rims, .. }
+                | Layout::Hexagonal { rims, .. }
+                | Layout::HexagonalThesis { rims, .. }
+                | Layout::Random { rims, .. },
+            ) => {
+                let pitch_mm = rims.pitch_m() * 1e3;
+                let spacing_mm = to(pitch_mm * ratio - rims.diameter_mm.get(), 1e-5);
+                let note =
+                    format!("{}; a pitch of {} mm before", correction.found, to(pitch_mm, 1e-6));
+                let array = self.section("array");
+                if spacing_mm >= 0.0 {
+                    set(array, "spacing_mm", spacing_mm.into(), &note);
+                } else {
+                    // The diameter does nothing else than to keep the elements apart.
+                    let diameter_mm = to(pitch_mm * ratio, 1e-5);
+                    set(array, "element_diameter_mm", diameter_mm.into(), &note);
+                    set(array, "spacing_mm", 0.0.into(), "");
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Has the elements read from a file.
+    pub fn name_elements(&mut self, file: &str, note: &str) {
+        let array = self.section("array");
+        for key in LATTICE_KEYS {
+            array.remove(key);
+        }
+        set(array, "layout", "elements".into(), note);
+        set(array, "file", file.into(), "");
+    }
+}
+
+/// Sets the value of a key, a comment above it; what stood behind the old value stays behind the new one.
+pub(super) fn set(table: &mut Table, key: &str, mut value: Value, note: &str) {
+    if let Some(old) = table.get(key).and_then(Item::as_value) {
+        *value.decor_mut() = old.decor().clone();
+    }
+    table.insert(key, Item::Value(value));
+    if note.is_empty() {
+        return;
+    }
+    let Some(mut key) = table.key_mut(key) else { return };
+    let decor = key.leaf_decor_mut();
+    let before = decor.prefix().and_then(|prefix| prefix.as_str()).unwrap_or_default().to_owned();
+    decor.set_prefix(before + &comment(note));
+}
+
+/// A line of comment. What users call things may hold control characters, for which TOML has no place.
+fn comment(words: &str) -> String {
+    let words: String = words.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    format!("# {}\n", words.trim_end())
+}
+
+/// Numbers as a value.
+pub(super) fn numbers(numbers: impl IntoIterator<Item = f64>) -> Value {
+    Value::Array(numbers.into_iter().collect::<Array>())
+}
+
+/// What is said at the head of a corrected file.
+pub(super) fn head(
+    from: &Path,
+    scans: &[String],
+    probability: f64,
+    written: &[&Correction],
+    unwritten: &[Unwritten],
+) -> String {
+    let scans: Vec<String> = scans.iter().map(|scan| format!("`{scan}`")).collect();
+    let mut head = format!(
+        "{}, corrected by `fieldgap diagnose` for what {} showed (probability {probability:.3}):\n",
+        from.file_name().unwrap_or_default().to_string_lossy(),
+        scans.join(", ")
+    );
+    for correction in written {
+        head += &format!("  {}\n", correction.found);
+    }
+    if !unwritten.is_empty() {
+        head += "Not in this file, and still to be dealt with:\n";
+        for effect in unwritten {
+            head += &format!("  {effect}\n");
+        }
+    }
+    head
+}
+
+fn as_table(item: &mut Item) -> &mut Table {
+    if !item.is_table() {
+        let taken = std::mem::take(item);
+        *item = Item::Table(taken.into_table().unwrap_or_default());
+    }
+    item.as_table_mut().expect("made one just now")
+}
+
+/// A number to a multiple of a small step, without the rounding of binary fractions.
+pub(super) fn to(value: f64, step: f64) -> f64 {
+    let decimals = (-step.log10()).round().max(0.0) as usize;
+    let text = format!("{value:.decimals$}");
+    // No minus before what was rounded to zero.
+    text.parse::<f64>().expect("a number reads back") + 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn document(text: &str) -> Document {
+        Document::parse(Path::new("rig.toml"), text).expect("TOML")
+    }
+
+    #[test]
+    fn comments_and_order_stay() {
+        let mut document = document("# mine\n[a]\nx = 1.0   # metres\ny = 2 # two\n");
+        set(document.section("a"), "x", 1.5.into(), "found");
+        assert_eq!(
+            document.text("why\n"),
+            "# why\n\n# mine\n[a]\n# found\nx = 1.5   # metres\ny = 2 # two\n"
+        );
+    }
+
+    #[test]
+    fn an_inline_section_becomes_one_of_its_own() {
+        let mut document = document("medium = { temperature_c = 20.0 }\n");
+        set(document.section("medium"), "speed_of_sound_m_s", 347.1.into(), "found");
+        let text = document.text("");
+        assert!(
+            text.contains("[medium]") && text.contains("# found\nspeed_of_sound_m_s = 347.1"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn numbers_are_rounded_to_the_step() {
+        assert_eq!(to(10.3 - 0.1 - 10.2, 1e-5), 0.0);
+        assert_eq!(to(10.71 - 10.5, 1e-5), 0.21);
+        assert_eq!(to(-0.03, 1e-3), -0.03);
+    }
+}

@@ -1,0 +1,137 @@
+//! A rig file corrected for the scans to come.
+
+use std::path::Path;
+
+use super::change::{Change, Correction, corrections};
+use super::document::{Document, head, numbers, set, to};
+use super::elements::{changed, difference, is_of_elements};
+use super::no_home::Unwritten;
+use super::{Corrected, CorrectionError, write_new};
+use fieldgap_acquisition::Lab;
+use fieldgap_diagnosis::Diagnosis;
+use fieldgap_records::{Layout, ScanSetup, write_elements};
+use fieldgap_rig::MotionConfig;
+
+/// Writes a rig file `out`, and a file of elements beside it where single elements changed, in which the cause that the
+/// diagnosis names is believed. `scanned` is the set-up of the scan that was diagnosed.
+///
+/// # Errors
+/// [`CorrectionError`] if the diagnosis names no cause, if nothing of it has a key in a rig file, if the rig is not the one
+/// that was scanned, or if a file would have to be overwritten.
+pub fn correct_rig_file(
+    diagnosis: &Diagnosis,
+    scanned: &ScanSetup,
+    rig: &Path,
+    out: &Path,
+) -> Result<Corrected, CorrectionError> {
+    let (corrections, mut unwritten) = corrections(diagnosis)?;
+    let lab = Lab::read(rig)?;
+    let other = |what| CorrectionError::OtherArray { path: rig.to_owned(), what };
+    if let Some(what) = difference(lab.believed_array(), scanned.array.array()) {
+        return Err(other(what));
+    }
+    if lab.array.frequency_hz() != scanned.array.frequency_hz() {
+        return Err(other("its frequency"));
+    }
+    let written: Vec<&Correction> = corrections
+        .iter()
+        .filter(|correction| match no_key(&correction.change) {
+            Some(why) => {
+                unwritten.push(Unwritten::new(correction.effect, why));
+                false
+            }
+            None => true,
+        })
+        .collect();
+    if written.is_empty() {
+        return Err(CorrectionError::NoHome { path: rig.to_owned(), unwritten });
+    }
+
+    let mut document = Document::parse(rig, lab.source().text())?;
+    let of_elements = written.iter().any(|correction| is_of_elements(&correction.change));
+    let by_file = of_elements || matches!(lab.array.layout(), Layout::Elements { .. });
+    let mut elements = lab.believed_array().elements().to_vec();
+    let mut notes = Vec::new();
+    for correction in &written {
+        document.correct_medium(correction, &lab.medium);
+        match &correction.change {
+            Change::Offset(offset_mm) => {
+                let origin_mm = lab.rig.motion.frame().origin_m * 1e3 - offset_mm;
+                correct_origin(&mut document, correction, &lab.rig.motion, origin_mm.into());
+            }
+            Change::Pitch(_) if !by_file => document.correct_array(correction, &lab.array),
+            change => {
+                document.correct_array(correction, &lab.array);
+                if is_of_elements(change) || matches!(change, Change::Pitch(_)) {
+                    elements = changed(elements, change)?;
+                    notes.push(correction.found.as_str());
+                }
+            }
+        }
+    }
+    let rig_folder = rig.parent().unwrap_or(Path::new(""));
+    if let Some(transducer) = lab.array.transducer_path()
+        && rig.parent() != out.parent()
+    {
+        let transducer = rig_folder.join(transducer);
+        let transducer = std::path::absolute(&transducer).unwrap_or(transducer);
+        let named = transducer.display().to_string();
+        set(document.section("array"), "transducer", named.into(), "");
+    }
+    if let Some(config) = &lab.virtual_rig
+        && rig.parent() != out.parent()
+    {
+        // What is named from the rig file's folder has to be found from the new one.
+        let truth = config.truth_path(rig_folder);
+        let truth = std::path::absolute(&truth).unwrap_or(truth);
+        set(document.section("virtual"), "truth", truth.display().to_string().into(), "");
+    }
+
+    let mut files = Vec::new();
+    let probability = diagnosis.best().map_or(f64::NAN, |best| best.probability);
+    let head = head(rig, &diagnosis.scans, probability, &written, &unwritten);
+    if out.exists() {
+        return Err(CorrectionError::Occupied(out.to_owned()));
+    }
+    if by_file {
+        let stem = out.file_stem().unwrap_or_default().to_string_lossy();
+        let name = format!("{stem}-elements.csv");
+        document.name_elements(&name, &notes.join(", "));
+        let path = out.with_file_name(name);
+        let mut bytes = Vec::new();
+        write_elements(&mut bytes, &elements).map_err(CorrectionError::writing(&path))?;
+        write_new(&path, &bytes)?;
+        files.push(path);
+    }
+    write_new(out, document.text(&head).as_bytes())?;
+    files.push(out.to_owned());
+    let written = written.iter().map(|correction| correction.found.clone()).collect();
+    Ok(Corrected { files, written, unwritten })
+}
+
+/// Why a change has no key in a rig file, where it has none.
+fn no_key(change: &Change) -> Option<&'static str> {
+    match change {
+        Change::Slips => Some(
+            "a rig file names no simulator; write model = \"corrected\" into [simulator] of the plan, or give --simulator \
+             corrected",
+        ),
+        Change::Steps(_) => Some(
+            "a rig file has no key for the steps of the driver; use one that resolves more of a period",
+        ),
+        _ => None,
+    }
+}
+
+/// Moves the array's centre in the robot's axes, mm.
+fn correct_origin(
+    document: &mut Document,
+    correction: &Correction,
+    believed: &MotionConfig,
+    origin_mm: [f64; 3],
+) {
+    let [x, y, z] = believed.origin_mm.map(|along| along.get());
+    let note = format!("{}; [{x}, {y}, {z}] before", correction.found);
+    let origin_mm = origin_mm.map(|along| to(along, 1e-3));
+    set(document.section("motion"), "origin_mm", numbers(origin_mm), &note);
+}

@@ -1,0 +1,81 @@
+//! What a diagnosis begins with: the readings of all scans, in the array's coordinates, and what effects measure themselves
+//! against.
+
+use super::effects::Context;
+use super::observations::Observations;
+use super::scatter::USUAL_SHARE;
+use super::silence::Silence;
+use fieldgap_acoustics::Simulator;
+use fieldgap_comparison::{Incomparable, comparable};
+use fieldgap_comparison::{Pose, Readings};
+use fieldgap_comparison::{Registered, register};
+use fieldgap_comparison::{Registering, Registration};
+use fieldgap_records::RecordedScan;
+
+/// What a diagnosis begins with.
+pub(super) struct Prepared {
+    pub simulator: Simulator,
+    pub observations: Observations,
+    pub context: Context,
+    pub registrations: Vec<Registration>,
+}
+
+impl Prepared {
+    /// Of scans of one rig; `simulator` as for [`diagnose`].
+    pub fn of(scans: &[RecordedScan], simulator: Option<Simulator>) -> Result<Self, Incomparable> {
+        let first = scans.first().ok_or(Incomparable::NoScan)?;
+        if let Some(other) =
+            scans.iter().find(|s| s.setup.array.array() != first.setup.array.array())
+        {
+            let [one, other] = [first, other].map(|scan| scan.setup.name.clone());
+            return Err(Incomparable::OtherArray { one, other });
+        }
+        let simulator = simulator.unwrap_or(first.setup.simulator);
+        let mut registrations = Vec::new();
+        let mut poses = Vec::new();
+        for scan in scans {
+            let readings = Readings::of(scan, simulator);
+            comparable(scan, &readings)?;
+            let Registered { registration, .. } = register(&readings, Registering::Auto);
+            let pose = match is_in_other_coordinates(&registration) {
+                true => registration.pose(),
+                false => Pose::default(),
+            };
+            registrations.push(registration);
+            poses.push(pose);
+        }
+        let observations = Observations::of(scans, simulator, &poses);
+        let context = context(&observations, scans);
+        Ok(Self { simulator, observations, context, registrations })
+    }
+}
+
+/// Whether a scan lies in coordinates of its own: only then is it laid on the array's by a pose before anything else. What
+/// resembles the believed field at all is in the lab's coordinates, and a pose would eat what is to be found.
+fn is_in_other_coordinates(registration: &Registration) -> bool {
+    const UNLIKE: f64 = 0.5;
+    const ALIKE: f64 = 0.8;
+    let correlation = |with_pose: bool| {
+        let tried = registration.tried.iter();
+        let of = tried.filter(|t| (t.registering == Registering::Pose) == with_pose);
+        of.map(|tried| tried.correlation).fold(f64::NEG_INFINITY, f64::max)
+    };
+    registration.chosen == Registering::Pose
+        && correlation(false) < UNLIKE
+        && correlation(true) > ALIKE
+}
+
+fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {
+    let drives = || observations.scans.iter().flat_map(|scan| &scan.drives);
+    let highest = drives().flat_map(|drive| &drive.visits).map(|visit| visit.at_m.z);
+    let silence =
+        observations.scans.iter().filter_map(|scan| Silence::of(&scan.silent, scan.averaged));
+    let floors = silence.map(|silence| silence.told(USUAL_SHARE).floor);
+    Context {
+        believed: observations.first().believed.clone(),
+        largest_reading: observations.readings().into_iter().fold(0.0, f64::max),
+        unit: scans[0].setup.unit.clone(),
+        highest_m: highest.fold(0.0, f64::max),
+        silent_floor: floors.fold(0.0, f64::max),
+    }
+}

@@ -1,0 +1,133 @@
+//! From a display file to what the controller is told.
+
+use num_complex::Complex64;
+
+use super::error::DisplayError;
+use super::file::DisplayFile;
+use super::modulation::Sweep;
+use super::timeline::{Slot, join};
+use fieldgap_acoustics::foci::{Quality, Transfer};
+use fieldgap_acoustics::transducer::Transducer;
+use fieldgap_acoustics::{Array, Medium, Vec3};
+use fieldgap_rig::focus_array::{ArrayIdentity, DriveFrame, DriveProgram, Envelope};
+
+/// The array that a display is made for, as it is believed to be.
+#[derive(Clone, Copy)]
+pub struct SoundingArray<'a> {
+    /// Its elements.
+    pub array: &'a Array,
+    /// The air before it.
+    pub medium: Medium,
+    /// Its carrier, Hz.
+    pub frequency_hz: f64,
+    /// How its elements radiate.
+    pub transducer: &'a dyn Transducer,
+}
+
+/// A display as the controller plays it, and how it came about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Composed {
+    /// What the controller is told.
+    pub program: DriveProgram,
+    /// What sounds in each of its frames.
+    pub slots: Vec<Slot>,
+    /// How well several foci at once are served by what is sent, the mean over those frames; `None` where there are none.
+    pub quality: Option<Quality>,
+    /// The frequency of its modulation as it is really played, Hz; `None` for a continuous wave.
+    pub modulation_hz: Option<f64>,
+    /// How that goes up and down, where it does.
+    pub sweep: Option<Sweep>,
+}
+
+/// Composes a display for an array behind a controller.
+///
+/// # Errors
+/// [`DisplayError`] if the controller cannot play it.
+pub fn compose(
+    display: &DisplayFile,
+    sounding: &SoundingArray,
+    controller: &ArrayIdentity,
+) -> Result<Composed, DisplayError> {
+    let tracks = display.tracks();
+    for (focus, track) in tracks.iter().enumerate() {
+        if let Some(piece) = track.pieces().iter().find(|piece| piece.at_m.z <= 0.0) {
+            return Err(DisplayError::BehindArray { focus, z_mm: piece.at_m.z * 1e3 });
+        }
+    }
+    let carrier_hz = controller.carrier_hz();
+    let slots = join(&tracks, display.turns(), carrier_hz, controller.most_frames)?;
+    let (frames, quality) = frames(display, sounding, controller, &slots)?;
+    let envelope = match display.modulation {
+        Some(modulation) => modulation.envelope(carrier_hz, controller.most_levels)?,
+        None => Envelope::continuous(),
+    };
+    let program = DriveProgram::new(frames, envelope)?;
+    program.fits(controller)?;
+    let modulation_hz = match display.modulation {
+        // A movement's frequency is that of the loop as it was cut.
+        Some(modulation) if program.envelope().levels().len() == 1 => {
+            let asked_hz = modulation.frequency_hz();
+            let loop_s = program.loop_periods() as f64 / carrier_hz;
+            Some((asked_hz * loop_s).round().max(1.0) / loop_s)
+        }
+        Some(modulation) => Some(modulation.achieved_hz(carrier_hz, controller.most_levels)?),
+        None => None,
+    };
+    let most = controller.most_levels;
+    let sweep =
+        display.modulation.map(|modulation| modulation.sweep(carrier_hz, most)).transpose()?;
+    Ok(Composed { program, slots, quality, modulation_hz, sweep: sweep.flatten() })
+}
+
+/// The frame of each slot, and the mean quality of those with several foci.
+fn frames(
+    display: &DisplayFile,
+    sounding: &SoundingArray,
+    controller: &ArrayIdentity,
+    slots: &[Slot],
+) -> Result<(Vec<DriveFrame>, Option<Quality>), DisplayError> {
+    let places: Vec<Vec3> =
+        slots.iter().flat_map(|slot| slot.foci.iter().map(|(_, at_m)| *at_m)).collect();
+    let wavenumber_rad_m = sounding.medium.wavenumber_rad_m(sounding.frequency_hz);
+    let transfer = Transfer::new(sounding.array, sounding.transducer, wavenumber_rad_m, &places);
+    let rounds = display.rounds.get() as usize;
+    let mut frames = Vec::with_capacity(slots.len());
+    let mut qualities = Vec::new();
+    let mut first = 0;
+    for slot in slots {
+        let rows: Vec<usize> = (first..first + slot.foci.len()).collect();
+        first += slot.foci.len();
+        let here = transfer.to_points(&rows);
+        let wanted: Vec<f64> =
+            slot.foci.iter().map(|(focus, _)| display.focus[*focus].level.get()).collect();
+        let phases_rad = here.solve(display.solver, &wanted, rounds);
+        let drives = phases_rad.into_iter().map(|phase_rad| (phase_rad, 1.0));
+        let frame = DriveFrame::nearest(controller, drives, slot.periods)?;
+        if wanted.len() > 1 {
+            qualities.push(here.quality(&phasors(&frame, controller), &wanted));
+        }
+        frames.push(frame);
+    }
+    let mean = |read: fn(&Quality) -> f64| {
+        qualities.iter().map(read).sum::<f64>() / qualities.len() as f64
+    };
+    let quality = (!qualities.is_empty()).then(|| Quality {
+        uniformity: mean(|quality| quality.uniformity),
+        efficiency: mean(|quality| quality.efficiency),
+    });
+    Ok((frames, quality))
+}
+
+/// What each element is driven with by a frame at full envelope.
+pub(super) fn phasors(frame: &DriveFrame, controller: &ArrayIdentity) -> Vec<Complex64> {
+    let full = fieldgap_rig::focus_array::FULL_LEVEL;
+    frame
+        .fundamentals(full, controller.period_steps)
+        .map(|fundamental| {
+            fundamental.map_or(Complex64::ZERO, |fundamental| {
+                let turns = fundamental.delay_steps / f64::from(controller.period_steps);
+                Complex64::from_polar(fundamental.amplitude, std::f64::consts::TAU * turns)
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,363 @@
+//! A display file.
+
+use std::num::NonZeroU32;
+use std::path::{Path as FilePath, PathBuf};
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::modulation::Modulation;
+use super::path::Path;
+use super::timeline::Turns;
+use super::track::{Pace, Swing, Track};
+use fieldgap_acoustics::Simulator;
+use fieldgap_acoustics::foci::Solver;
+use fieldgap_acoustics::radiation::AIR_DENSITY_KG_M3;
+use fieldgap_input::{Fault, Finite, NonNegative, Positive, TomlSource};
+
+/// What is to be felt, and where.
+#[derive(Debug, Clone)]
+pub struct DisplayFile {
+    /// What it is called; results are kept under this name.
+    pub name: String,
+    /// The rig file, relative to this one.
+    pub rig: PathBuf,
+    /// How long it plays, s; absent: until it is stopped.
+    pub seconds: Option<Positive>,
+    /// When several foci sound.
+    pub foci: Foci,
+    /// How far a focus goes from frame to frame, at most, mm.
+    pub step_mm: Positive,
+    /// How several foci at once are found.
+    pub solver: Solver,
+    /// Rounds of the solver, at most.
+    pub rounds: NonZeroU32,
+    /// What makes it felt; absent: a continuous wave.
+    pub modulation: Option<Modulation>,
+    /// The foci, at least one.
+    pub focus: Vec<FocusSection>,
+    /// How loud the elements are.
+    pub output: Output,
+    /// What a picture of it shows.
+    pub picture: Picture,
+    source: TomlSource,
+}
+
+/// `[[focus]]`: a path and how it is gone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FocusSection {
+    /// The path.
+    pub path: Path,
+    /// How fast.
+    pub pace: Pace,
+    /// Its sound pressure against that of the other foci at the same time, above 0.
+    pub level: Positive,
+}
+
+/// `foci = "together"` or `foci = { alternate_ms = 5.0 }`
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Foci {
+    /// All at once.
+    #[default]
+    Together,
+    /// In turns of so many milliseconds.
+    AlternateMs(Positive),
+}
+
+/// `[output]`: how loud the elements are, and which simulator says so.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    /// Level of one element on its axis 300 mm away, dB re 20 µPa rms. The default is the data sheet's of the thesis's
+    /// transducer (Murata MA40S4S: 120 dB at 10 V rms); 20 lg(V/10) more at another voltage.
+    pub element_db_at_300_mm: Finite,
+    /// How an element radiates; path lengths are those to where it is observed, also for `as-written`.
+    pub simulator: Simulator,
+    /// Of the air, kg/m³.
+    pub air_density_kg_m3: Positive,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Self {
+            element_db_at_300_mm: Finite::new(120.0).expect("a literal"),
+            simulator: Simulator::Piston,
+            air_density_kg_m3: Positive::new(AIR_DENSITY_KG_M3).expect("above zero"),
+        }
+    }
+}
+
+/// Points of a picture's plane, at most: more than it has pixels show nothing.
+const MOST_POINTS: f64 = 500_000.0;
+
+/// Pictures of a loop, at most: a film of more is larger than anybody looks at.
+const MOST_PICTURES: u32 = 400;
+
+/// `[picture]`: the plane that is drawn, and how often.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(try_from = "PictureKeys")]
+pub struct Picture {
+    /// Height of the plane, mm; absent: that of the first focus where it begins.
+    pub z_mm: Option<Positive>,
+    /// Side of the plane, about the axis, mm.
+    pub size_mm: Positive,
+    /// Step of the plane, mm.
+    pub step_mm: Positive,
+    /// Pictures of one loop, at most.
+    pub frames: NonZeroU32,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct PictureKeys {
+    z_mm: Option<Positive>,
+    size_mm: Positive,
+    step_mm: Positive,
+    frames: NonZeroU32,
+}
+
+impl Default for PictureKeys {
+    fn default() -> Self {
+        let positive = |value| Positive::new(value).expect("a literal above zero");
+        Self {
+            z_mm: None,
+            size_mm: positive(80.0),
+            step_mm: positive(1.0),
+            frames: NonZeroU32::new(40).expect("above zero"),
+        }
+    }
+}
+
+impl Default for Picture {
+    fn default() -> Self {
+        PictureKeys::default().try_into().expect("the defaults are small")
+    }
+}
+
+impl TryFrom<PictureKeys> for Picture {
+    type Error = String;
+    fn try_from(keys: PictureKeys) -> Result<Self, String> {
+        let PictureKeys { z_mm, size_mm, step_mm, frames } = keys;
+        let points = (size_mm.get() / step_mm.get() + 1.0).powi(2);
+        if points > MOST_POINTS {
+            return Err(format!(
+                "a picture of {points:.3e} points is too fine; {MOST_POINTS} are the most: take a larger step_mm"
+            ));
+        }
+        if frames.get() > MOST_PICTURES {
+            return Err(format!(
+                "{frames} pictures of a loop are too many; {MOST_PICTURES} are the most"
+            ));
+        }
+        Ok(Self { z_mm, size_mm, step_mm, frames })
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DisplayKeys {
+    name: String,
+    rig: PathBuf,
+    seconds: Option<Positive>,
+    #[serde(default)]
+    foci: Foci,
+    #[serde(default = "a_millimetre")]
+    step_mm: Positive,
+    #[serde(default = "weighted")]
+    solver: Solver,
+    #[serde(default = "fifty")]
+    rounds: NonZeroU32,
+    modulation: Option<Spanned<Modulation>>,
+    focus: Vec<Spanned<FocusKeys>>,
+    #[serde(default)]
+    output: Output,
+    #[serde(default)]
+    picture: Picture,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FocusKeys {
+    path: Path,
+    speed_mm_s: Option<Positive>,
+    loops_per_s: Option<Positive>,
+    dwell_ms: Option<NonNegative>,
+    #[serde(default = "a_millimetre")]
+    level: Positive,
+}
+
+/// One: a millimetre where it is a step, the whole where it is a level.
+fn a_millimetre() -> Positive {
+    Positive::new(1.0).expect("one is above zero")
+}
+
+fn weighted() -> Solver {
+    Solver::Weighted
+}
+
+fn fifty() -> NonZeroU32 {
+    NonZeroU32::new(50).expect("above zero")
+}
+
+impl DisplayFile {
+    /// Reads a display file.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the line that does not fit.
+    pub fn read(path: &FilePath) -> Result<Self, Fault> {
+        Self::parse(TomlSource::read(path)?)
+    }
+
+    /// Makes sense of a text as a display file.
+    ///
+    /// # Errors
+    /// As [`DisplayFile::read`].
+    pub fn parse(source: TomlSource) -> Result<Self, Fault> {
+        let keys: DisplayKeys = source.parse()?;
+        if keys.focus.is_empty() {
+            let remedy = "add a table [[focus]] with a `path`";
+            return Err(Fault::of_file(source.path(), "a display has one focus or more", remedy));
+        }
+        let modulation = keys.modulation.as_ref().map(|modulation| *modulation.get_ref());
+        let focus = keys
+            .focus
+            .into_iter()
+            .map(|focus| {
+                let span = focus.span();
+                focus
+                    .into_inner()
+                    .section(modulation)
+                    .map_err(|(problem, remedy)| source.fault(span, problem, remedy))
+            })
+            .collect::<Result<Vec<_>, Fault>>()?;
+        let moves = |section: &FocusSection| !section.path.is_still();
+        if let (Some(spanned), Some(Modulation::Spatiotemporal(_))) = (keys.modulation, modulation)
+            && !focus.iter().any(moves)
+        {
+            return Err(source.fault(
+                spanned.span(),
+                "no focus moves, so a spatiotemporal modulation has nothing to do",
+                "give a focus a path, or take am, pwm or lateral",
+            ));
+        }
+        Ok(Self {
+            name: keys.name,
+            rig: keys.rig,
+            seconds: keys.seconds,
+            foci: keys.foci,
+            step_mm: keys.step_mm,
+            solver: keys.solver,
+            rounds: keys.rounds,
+            modulation,
+            focus,
+            output: keys.output,
+            picture: keys.picture,
+            source,
+        })
+    }
+
+    /// The file that it was read from.
+    pub fn path(&self) -> &FilePath {
+        self.source.path()
+    }
+
+    /// The rig file that it names.
+    pub fn rig_path(&self) -> PathBuf {
+        self.path().parent().unwrap_or(FilePath::new("")).join(&self.rig)
+    }
+
+    /// The tracks of its foci.
+    pub fn tracks(&self) -> Vec<Track> {
+        let step_m = self.step_mm.get() * 1e-3;
+        self.focus
+            .iter()
+            .map(|focus| {
+                let track = Track::new(&focus.path, focus.pace, step_m);
+                match self.modulation {
+                    Some(Modulation::Lateral(lateral)) => track.swinging(
+                        Swing {
+                            frequency_hz: lateral.frequency_hz.get(),
+                            amplitude_m: lateral.amplitude_mm.get() * 1e-3,
+                            along: lateral.along.unit(),
+                        },
+                        step_m,
+                    ),
+                    _ => track,
+                }
+            })
+            .collect()
+    }
+
+    /// When its foci sound.
+    pub fn turns(&self) -> Turns {
+        match self.foci {
+            Foci::Together => Turns::Together,
+            Foci::AlternateMs(alternate_ms) => Turns::Alternate(alternate_ms.get() * 1e-3),
+        }
+    }
+}
+
+impl FocusKeys {
+    /// Problem and remedy where the keys contradict each other.
+    fn section(
+        self,
+        modulation: Option<Modulation>,
+    ) -> Result<FocusSection, (&'static str, &'static str)> {
+        let Self { path, speed_mm_s, loops_per_s, dwell_ms, level } = self;
+        let dwell_s = dwell_ms.map_or(0.0, |dwell_ms| dwell_ms.get() * 1e-3);
+        let timed = speed_mm_s.is_some() || loops_per_s.is_some() || dwell_ms.is_some();
+        let has_corners = matches!(path, Path::Line(_) | Path::Polygon(_));
+        let pace = match (&path, modulation, speed_mm_s, loops_per_s) {
+            (Path::PointMm(_), ..) if timed => {
+                return Err((
+                    "a focus that stays at a point has no speed and no dwell",
+                    "leave these keys out, or take a path such as `line` or `points_mm`",
+                ));
+            }
+            (Path::PointMm(_), ..) => Pace::Dwell(1.0),
+            (_, Some(Modulation::Spatiotemporal(_)), ..) if timed => {
+                return Err((
+                    "a spatiotemporal modulation says how often the path is gone",
+                    "leave `speed_mm_s`, `loops_per_s` and `dwell_ms` out",
+                ));
+            }
+            (_, Some(Modulation::Spatiotemporal(spatiotemporal)), ..) => {
+                Pace::Rate(spatiotemporal.frequency_hz.get())
+            }
+            (Path::PointsMm(_), _, None, Some(rate)) if dwell_ms.is_none() => {
+                Pace::Rate(rate.get())
+            }
+            (Path::PointsMm(_), _, None, None) if dwell_s > 0.0 => Pace::Dwell(dwell_s),
+            (Path::PointsMm(_), ..) => {
+                return Err((
+                    "points that are jumped to need either `dwell_ms` above 0 or `loops_per_s`, and no speed",
+                    "for example dwell_ms = 100.0",
+                ));
+            }
+            (_, _, Some(speed), None) if dwell_ms.is_none() || has_corners => {
+                Pace::Speed { speed_m_s: speed.get() * 1e-3, dwell_s }
+            }
+            (_, _, None, Some(rate)) if dwell_ms.is_none() => Pace::Rate(rate.get()),
+            (_, _, Some(_), Some(_)) => {
+                return Err(("both `speed_mm_s` and `loops_per_s` are given", "keep one of them"));
+            }
+            (_, _, None, None) => {
+                return Err((
+                    "a path needs `speed_mm_s` or `loops_per_s`",
+                    "for example speed_mm_s = 100.0",
+                ));
+            }
+            _ => {
+                return Err((
+                    "`dwell_ms` is a rest at corners: of a line or polygon, with `speed_mm_s`",
+                    "leave it out, or say how fast with `speed_mm_s`",
+                ));
+            }
+        };
+        Ok(FocusSection { path, pace, level })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,282 @@
+//! What makes a focus felt: the envelope of the whole array, or a movement of the focus.
+
+mod fm;
+
+use std::num::NonZeroU32;
+
+use serde::{Deserialize, Serialize};
+
+use super::error::DisplayError;
+use super::path::Direction;
+use fieldgap_input::{Fraction, Positive};
+use fieldgap_rig::config::Percent;
+use fieldgap_rig::focus_array::{Envelope, FULL_LEVEL};
+pub use fm::{Fm, Sweep};
+
+/// Levels in a cycle, at least: fewer make no waveform.
+const LEAST_LEVELS: f64 = 8.0;
+
+/// Cycles that an envelope may hold to come nearer to a frequency.
+const MOST_CYCLES: u32 = 64;
+
+/// How near is near enough, relative.
+const NEAR: f64 = 1e-6;
+
+/// `[modulation.…]`; none is a continuous wave.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Modulation {
+    /// The amplitude follows a waveform.
+    Am(Am),
+    /// The amplitude follows a waveform whose rate goes up and down.
+    Fm(Fm),
+    /// The array is on for a share of each cycle.
+    Pwm(Pwm),
+    /// The focus swings across its place.
+    Lateral(Lateral),
+    /// The focus runs along its path.
+    Spatiotemporal(Spatiotemporal),
+}
+
+/// `[modulation.am]`
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Am {
+    /// Cycles a second, Hz.
+    pub frequency_hz: Positive,
+    /// How far it goes down, 0 (no modulation) to 1 (to silence).
+    #[serde(default = "whole")]
+    pub depth: Fraction,
+    /// What it follows.
+    #[serde(default)]
+    pub waveform: Waveform,
+    /// What it shapes.
+    #[serde(default)]
+    pub of: Of,
+}
+
+/// `[modulation.pwm]`
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pwm {
+    /// Cycles a second, Hz.
+    pub frequency_hz: Positive,
+    /// Share of each cycle that it is on.
+    pub duty_percent: Percent,
+}
+
+/// `[modulation.lateral]`
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Lateral {
+    /// Swings a second, Hz.
+    pub frequency_hz: Positive,
+    /// How far to either side, mm.
+    pub amplitude_mm: Positive,
+    /// Along which.
+    #[serde(default = "along_x")]
+    pub along: Direction,
+}
+
+/// `[modulation.spatiotemporal]`
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spatiotemporal {
+    /// Rounds a second, Hz.
+    pub frequency_hz: Positive,
+}
+
+/// The shape of a cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Waveform {
+    /// A sine.
+    #[default]
+    Sine,
+    /// One half above, one half below.
+    Square,
+    /// Straight up and down.
+    Triangle,
+    /// Straight up, and down at once.
+    Sawtooth,
+}
+
+/// What an amplitude modulation shapes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Of {
+    /// The sound pressure. The force, its square, then has the second harmonic too.
+    #[default]
+    Pressure,
+    /// The force: the sound pressure is its root.
+    Force,
+}
+
+fn whole() -> Fraction {
+    Fraction::new(1.0).expect("one is in range")
+}
+
+fn along_x() -> Direction {
+    [1.0, 0.0, 0.0]
+        .map(|part| fieldgap_input::Finite::new(part).expect("a literal"))
+        .try_into()
+        .expect("not zero")
+}
+
+impl Waveform {
+    /// Its value after a share of a cycle, -1 to 1.
+    pub fn at(self, turns: f64) -> f64 {
+        let turns = turns.rem_euclid(1.0);
+        match self {
+            Self::Sine => (std::f64::consts::TAU * turns).sin(),
+            Self::Square => {
+                if turns < 0.5 {
+                    1.0
+                } else {
+                    -1.0
+                }
+            }
+            Self::Triangle => 1.0 - 4.0 * (0.5 - (turns + 0.25).rem_euclid(1.0)).abs(),
+            Self::Sawtooth => 2.0 * turns - 1.0,
+        }
+    }
+}
+
+impl Modulation {
+    /// How often a second; the mean where that changes.
+    pub fn frequency_hz(&self) -> f64 {
+        match self {
+            Self::Am(am) => am.frequency_hz.get(),
+            Self::Fm(fm) => fm.frequency_hz.get(),
+            Self::Pwm(pwm) => pwm.frequency_hz.get(),
+            Self::Lateral(lateral) => lateral.frequency_hz.get(),
+            Self::Spatiotemporal(spatiotemporal) => spatiotemporal.frequency_hz.get(),
+        }
+    }
+
+    /// The amplitude after a share of a cycle, 0 to 1: (1 + m w)/(1 + m) for a depth m and a waveform w. Movements leave it at 1.
+    pub fn amplitude_at(&self, turns: f64) -> f64 {
+        match self {
+            Self::Fm(fm) => shaped(fm.depth, fm.waveform, turns),
+            Self::Am(am) => {
+                let shaped = shaped(am.depth, am.waveform, turns);
+                match am.of {
+                    Of::Pressure => shaped,
+                    Of::Force => shaped.max(0.0).sqrt(),
+                }
+            }
+            Self::Pwm(pwm) => {
+                if turns.rem_euclid(1.0) < pwm.duty_percent.get() / 100.0 {
+                    1.0
+                } else {
+                    0.0
+                }
+            }
+            Self::Lateral(_) | Self::Spatiotemporal(_) => 1.0,
+        }
+    }
+
+    /// How its rate goes up and down, where it does.
+    ///
+    /// # Errors
+    /// As [`Fm::sweep`].
+    pub fn sweep(&self, carrier_hz: f64, most: usize) -> Result<Option<Sweep>, DisplayError> {
+        match self {
+            Self::Fm(fm) => fm.sweep(carrier_hz, most).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    /// The envelope that a controller of `most` levels makes of it.
+    ///
+    /// Its loop holds as few cycles as bring it within a millionth of the frequency, or one sweep; see [`Modulation::achieved_hz`].
+    ///
+    /// # Errors
+    /// [`DisplayError::TooFast`] above an eighth of the carrier; and as [`Fm::sweep`].
+    pub fn envelope(&self, carrier_hz: f64, most: usize) -> Result<Envelope, DisplayError> {
+        if matches!(self, Self::Lateral(_) | Self::Spatiotemporal(_)) {
+            return Ok(Envelope::continuous());
+        }
+        let level = |amplitude: f64| (amplitude * f64::from(FULL_LEVEL)).round() as u8;
+        if let Some(sweep) = self.sweep(carrier_hz, most)? {
+            let middle = |n: u32| (f64::from(n) + 0.5) * f64::from(sweep.hold.get());
+            let levels = (0..sweep.levels).map(|n| self.amplitude_at(sweep.turns(middle(n))));
+            return Ok(Envelope::new(levels.map(level).collect(), sweep.hold)?);
+        }
+        let rhythm = Rhythm::nearest(self.frequency_hz(), carrier_hz, most)?;
+        let levels = (0..rhythm.levels)
+            .map(|n| {
+                let turns = (f64::from(n) + 0.5) / f64::from(rhythm.levels);
+                level(self.amplitude_at(turns * f64::from(rhythm.cycles)))
+            })
+            .collect();
+        Ok(Envelope::new(levels, rhythm.hold)?)
+    }
+
+    /// The frequency that its envelope really has, Hz; that asked for where the focus moves instead.
+    ///
+    /// # Errors
+    /// As [`Modulation::envelope`].
+    pub fn achieved_hz(&self, carrier_hz: f64, most: usize) -> Result<f64, DisplayError> {
+        match self {
+            Self::Am(_) | Self::Pwm(_) => {
+                Ok(Rhythm::nearest(self.frequency_hz(), carrier_hz, most)?.frequency_hz(carrier_hz))
+            }
+            Self::Fm(fm) => Ok(fm.sweep(carrier_hz, most)?.mean_hz(carrier_hz)),
+            Self::Lateral(_) | Self::Spatiotemporal(_) => Ok(self.frequency_hz()),
+        }
+    }
+}
+
+/// (1 + m w)/(1 + m) for a depth m and a waveform w.
+fn shaped(depth: Fraction, waveform: Waveform, turns: f64) -> f64 {
+    let depth = depth.get();
+    (1.0 + depth * waveform.at(turns)) / (1.0 + depth)
+}
+
+/// Cycles in a loop of levels that are each held for some periods.
+#[derive(Debug, Clone, Copy)]
+struct Rhythm {
+    cycles: u32,
+    levels: u32,
+    hold: NonZeroU32,
+}
+
+impl Rhythm {
+    fn frequency_hz(self, carrier_hz: f64) -> f64 {
+        carrier_hz * f64::from(self.cycles) / (f64::from(self.levels) * f64::from(self.hold.get()))
+    }
+
+    fn nearest(frequency_hz: f64, carrier_hz: f64, most: usize) -> Result<Self, DisplayError> {
+        let a_cycle = carrier_hz / frequency_hz;
+        if a_cycle < LEAST_LEVELS {
+            let least = LEAST_LEVELS;
+            return Err(DisplayError::TooFast { frequency_hz, periods: a_cycle, least });
+        }
+        let most = most.max(LEAST_LEVELS as usize) as f64;
+        let mut best: Option<(f64, Self)> = None;
+        for cycles in 1..=MOST_CYCLES {
+            let periods = a_cycle * f64::from(cycles);
+            // As many levels as there is room for, as long as each cycle has enough of them.
+            let hold = (periods / most).ceil().max(1.0);
+            let levels = (periods / hold).round().min(most);
+            if levels < LEAST_LEVELS * f64::from(cycles) || hold > f64::from(u32::MAX) {
+                break;
+            }
+            let hold = NonZeroU32::new(hold as u32).expect("at least one");
+            let rhythm = Self { cycles, levels: levels as u32, hold };
+            let error = (rhythm.frequency_hz(carrier_hz) / frequency_hz - 1.0).abs();
+            if best.is_none_or(|(least, _)| error < least) {
+                best = Some((error, rhythm));
+            }
+            if error < NEAR {
+                break;
+            }
+        }
+        let none = DisplayError::TooFast { frequency_hz, periods: a_cycle, least: LEAST_LEVELS };
+        best.map(|(_, rhythm)| rhythm).ok_or(none)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,93 @@
+//! The field of a display as it is sent.
+
+use super::compose::{SoundingArray, phasors};
+use fieldgap_acoustics::radiation::of_level_pa;
+use fieldgap_acoustics::{Array, Element, FieldKernel, PathLengths, Vec3};
+use fieldgap_rig::focus_array::{ArrayIdentity, Channel, DriveProgram, FULL_LEVEL};
+
+/// Distance at which an element's level is stated, m.
+const STATED_AT_M: f64 = 0.3;
+
+/// A program on an array: sound pressures at any place and time, from what the controller plays.
+pub struct Playback<'a> {
+    program: &'a DriveProgram,
+    sounding: SoundingArray<'a>,
+    controller: &'a ArrayIdentity,
+    /// Pa rms in the simulator's unit.
+    gain_pa: f64,
+}
+
+impl<'a> Playback<'a> {
+    /// Plays a program on an array whose nominal element has a level of `element_db` on its axis at 300 mm.
+    pub fn new(
+        program: &'a DriveProgram,
+        sounding: SoundingArray<'a>,
+        controller: &'a ArrayIdentity,
+        element_db: f64,
+    ) -> Self {
+        let alone = Array::from_elements(vec![Element::at(0.0, 0.0)]).expect("one element");
+        let wavenumber_rad_m = sounding.medium.wavenumber_rad_m(sounding.frequency_hz);
+        let kernel = FieldKernel::new(
+            &alone,
+            &[0.0],
+            sounding.transducer,
+            wavenumber_rad_m,
+            PathLengths::Observed,
+        );
+        let unit = kernel.at(&[Vec3::z() * STATED_AT_M])[0].norm();
+        Self { program, sounding, controller, gain_pa: of_level_pa(element_db) / unit }
+    }
+
+    /// The program.
+    pub fn program(&self) -> &DriveProgram {
+        self.program
+    }
+
+    /// Sound pressures of a frame under the whole envelope, Pa rms.
+    pub fn rms_pa(&self, frame: usize, points_m: &[Vec3]) -> Vec<f64> {
+        let drives = phasors(&self.program.frames()[frame], self.controller);
+        let driven = self
+            .sounding
+            .array
+            .elements()
+            .iter()
+            .zip(&drives)
+            .map(|(element, drive)| Element {
+                amplitude: element.amplitude * drive.norm(),
+                ..*element
+            })
+            .collect();
+        let array = Array::from_elements(driven).expect("as many as before");
+        let phases_rad: Vec<f64> = drives.iter().map(|drive| drive.arg()).collect();
+        let wavenumber_rad_m = self.sounding.medium.wavenumber_rad_m(self.sounding.frequency_hz);
+        FieldKernel::new(
+            &array,
+            &phases_rad,
+            self.sounding.transducer,
+            wavenumber_rad_m,
+            PathLengths::Observed,
+        )
+        .at(points_m)
+        .into_iter()
+        .map(|pressure| pressure.norm() * self.gain_pa)
+        .collect()
+    }
+
+    /// What the envelope leaves of a full channel's amplitude in a period of the carrier, 0 to 1.
+    pub fn envelope_at(&self, period: u64) -> f64 {
+        let level = self.program.envelope().level_at(period);
+        let steps = self.controller.period_steps;
+        Channel { delay_steps: 0, level: FULL_LEVEL }
+            .pulse(level, steps)
+            .map_or(0.0, |pulse| pulse.fundamental(steps).amplitude)
+    }
+
+    /// Sound pressure at a place in each period of the carrier from the start, Pa rms.
+    pub fn course_pa(&self, at_m: Vec3, periods: u64) -> Vec<f64> {
+        let frames: Vec<f64> =
+            (0..self.program.frames().len()).map(|frame| self.rms_pa(frame, &[at_m])[0]).collect();
+        (0..periods)
+            .map(|period| frames[self.program.frame_at(period)] * self.envelope_at(period))
+            .collect()
+    }
+}

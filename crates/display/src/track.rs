@@ -1,0 +1,219 @@
+//! A focus in space and time: its path, cut into pieces that each last.
+
+use super::path::{Course, Path};
+use fieldgap_acoustics::Vec3;
+
+/// Places in one swing of a lateral modulation, at least.
+const LEAST_PLACES_A_SWING: usize = 8;
+
+/// How fast a path is gone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pace {
+    /// So many metres a second along its way, with a rest at each corner, s.
+    Speed {
+        /// m/s, above zero.
+        speed_m_s: f64,
+        /// Rest at each corner, s.
+        dwell_s: f64,
+    },
+    /// So long at each place.
+    Dwell(f64),
+    /// All of it so many times a second.
+    Rate(f64),
+}
+
+/// A focus that swings across its place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Swing {
+    /// Swings a second.
+    pub frequency_hz: f64,
+    /// Farthest from its place to either side, m.
+    pub amplitude_m: f64,
+    /// Along which it swings, of unit length.
+    pub along: Vec3,
+}
+
+/// One place, and how long the focus is there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece {
+    /// Where, m.
+    pub at_m: Vec3,
+    /// How long, s, above zero.
+    pub lasts_s: f64,
+}
+
+/// Pieces in a loop, at least one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Track {
+    pieces: Vec<Piece>,
+    still: bool,
+}
+
+impl Track {
+    /// Cuts a path into pieces no longer than `step_m`, gone at a pace.
+    ///
+    /// Each piece stands for its middle.
+    pub fn new(path: &Path, pace: Pace, step_m: f64) -> Self {
+        let legs = match path.course() {
+            Course::Still(at_m) => {
+                return Self { pieces: vec![Piece { at_m, lasts_s: 1.0 }], still: true };
+            }
+            Course::Jumps(places) => {
+                let lasts_s = match pace {
+                    Pace::Dwell(dwell_s) | Pace::Speed { dwell_s, .. } => dwell_s,
+                    Pace::Rate(rate_hz) => 1.0 / (rate_hz * places.len() as f64),
+                };
+                let pieces = places.into_iter().map(|at_m| Piece { at_m, lasts_s }).collect();
+                return Self { pieces, still: false };
+            }
+            Course::Legs(legs) => legs,
+        };
+        let whole_m: f64 = legs.iter().map(|leg| leg.length_m).sum();
+        let (speed_m_s, dwell_s) = match pace {
+            Pace::Speed { speed_m_s, dwell_s } => (speed_m_s, dwell_s),
+            Pace::Rate(rate_hz) => (whole_m * rate_hz, 0.0),
+            Pace::Dwell(loop_s) => (whole_m / loop_s, 0.0),
+        };
+        let mut pieces = Vec::new();
+        for leg in &legs {
+            if dwell_s > 0.0 && legs.len() > 1 {
+                pieces.push(Piece { at_m: leg.at(0.0), lasts_s: dwell_s });
+            }
+            let parts = (leg.length_m / step_m).ceil().max(1.0) as usize;
+            let lasts_s = leg.length_m / speed_m_s / parts as f64;
+            pieces.extend((0..parts).map(|part| {
+                let at_m = leg.at((part as f64 + 0.5) / parts as f64);
+                Piece { at_m, lasts_s }
+            }));
+        }
+        Self { pieces, still: false }
+    }
+
+    /// The same swinging, cut so that the swing too is followed in steps of `step_m`.
+    ///
+    /// A whole number of swings fits into the loop: their frequency gives way by less than half a swing in it.
+    pub fn swinging(&self, swing: Swing, step_m: f64) -> Self {
+        let loop_s = if self.still { 1.0 / swing.frequency_hz } else { self.loop_s() };
+        let swings = (loop_s * swing.frequency_hz).round().max(1.0);
+        let places = ((4.0 * swing.amplitude_m / step_m).ceil() as usize).max(LEAST_PLACES_A_SWING);
+        let count = swings as usize * places;
+        let lasts_s = loop_s / count as f64;
+        let pieces = (0..count)
+            .map(|place| {
+                let time_s = (place as f64 + 0.5) * lasts_s;
+                let phase = std::f64::consts::TAU * swings * time_s / loop_s;
+                let at_m = self.at(time_s) + swing.along * (swing.amplitude_m * phase.sin());
+                Piece { at_m, lasts_s }
+            })
+            .collect();
+        Self { pieces, still: false }
+    }
+
+    /// Its pieces, at least one.
+    pub fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// Whether it stays where it is: then it goes with a loop of any length.
+    pub fn is_still(&self) -> bool {
+        self.still
+    }
+
+    /// How long it takes, s.
+    pub fn loop_s(&self) -> f64 {
+        self.pieces.iter().map(|piece| piece.lasts_s).sum()
+    }
+
+    /// The same in another time.
+    pub fn lasting(&self, loop_s: f64) -> Self {
+        let factor = loop_s / self.loop_s();
+        let longer = |piece: &Piece| Piece { lasts_s: piece.lasts_s * factor, ..*piece };
+        Self { pieces: self.pieces.iter().map(longer).collect(), still: self.still }
+    }
+
+    /// Where it is at a time from its start, s, in any of its loops.
+    pub fn at(&self, time_s: f64) -> Vec3 {
+        let mut left_s = if self.still { 0.0 } else { time_s.rem_euclid(self.loop_s()) };
+        for piece in &self.pieces {
+            if left_s < piece.lasts_s {
+                return piece.at_m;
+            }
+            left_s -= piece.lasts_s;
+        }
+        self.pieces[self.pieces.len() - 1].at_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn path(text: &str) -> Path {
+        #[derive(serde::Deserialize)]
+        struct File {
+            path: Path,
+        }
+        toml::from_str::<File>(text).expect("valid").path
+    }
+
+    proptest! {
+        #[test]
+        fn a_track_keeps_the_speed_and_the_step(
+            radius in 2.0..30.0f64, speed in 10.0..2000.0f64, step in 0.3..5.0f64,
+        ) {
+            let circle = path(&format!("path.circle = {{ centre_mm = [0, 0, 100], radius_mm = {radius} }}"));
+            let track = Track::new(&circle, Pace::Speed { speed_m_s: speed * 1e-3, dwell_s: 0.0 }, step * 1e-3);
+            let length = std::f64::consts::TAU * radius;
+            prop_assert!((track.loop_s() - length / speed).abs() < 1e-9 * track.loop_s());
+            let pieces = track.pieces();
+            for (piece, next) in pieces.iter().zip(pieces.iter().cycle().skip(1)) {
+                prop_assert!((next.at_m - piece.at_m).norm() <= step * 1e-3 + 1e-12);
+                prop_assert!(((piece.at_m - Vec3::new(0.0, 0.0, 0.1)).norm() - radius * 1e-3).abs() < 1e-12);
+            }
+        }
+
+        #[test]
+        fn every_instant_has_its_place(time in -5.0..20.0f64) {
+            let square = path("path.polygon.corners_mm = [[0, 0, 100], [20, 0, 100], [20, 20, 100], [0, 20, 100]]");
+            let track = Track::new(&square, Pace::Speed { speed_m_s: 0.04, dwell_s: 0.1 }, 1e-3);
+            prop_assert!((track.loop_s() - (4.0 * 0.5 + 4.0 * 0.1)).abs() < 1e-12);
+            let at = track.at(time);
+            let within = time.rem_euclid(2.4);
+            let (side, into) = ((within / 0.6) as usize, within % 0.6);
+            let gone = ((into - 0.1).max(0.0) * 0.04).min(0.02);
+            let corner = [(0.0, 0.0), (0.02, 0.0), (0.02, 0.02), (0.0, 0.02)][side];
+            let along = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)][side];
+            let truth = Vec3::new(corner.0 + along.0 * gone, corner.1 + along.1 * gone, 0.1);
+            prop_assert!((at - truth).norm() <= 0.5e-3 + 1e-9, "{} {}", at, truth);
+        }
+    }
+
+    #[test]
+    fn jumps_last_as_long_as_they_dwell() {
+        let places = path("path.points_mm = [[0, 0, 100], [20, 0, 100], [0, 20, 100]]");
+        let track = Track::new(&places, Pace::Dwell(0.25), 1e-3);
+        assert_eq!(track.pieces().len(), 3);
+        assert_eq!(track.at(0.3).x, 0.02);
+        let fast = Track::new(&places, Pace::Rate(100.0), 1e-3);
+        assert!((fast.loop_s() - 0.01).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_swing_goes_as_far_as_its_amplitude_to_both_sides() {
+        let still = Track::new(&path("path.point_mm = [0, 5, 100]"), Pace::Dwell(1.0), 1e-3);
+        let swing = Swing { frequency_hz: 200.0, amplitude_m: 4e-3, along: Vec3::x() };
+        let track = still.swinging(swing, 0.5e-3);
+        assert!((track.loop_s() - 5e-3).abs() < 1e-15);
+        let xs: Vec<f64> = track.pieces().iter().map(|piece| piece.at_m.x).collect();
+        let (least, most) = xs.iter().fold((0.0f64, 0.0f64), |(a, b), &x| (a.min(x), b.max(x)));
+        assert!(least < -3.9e-3 && most > 3.9e-3 && (least + most).abs() < 1e-9, "{least} {most}");
+        assert!(track.pieces().iter().all(|piece| piece.at_m.y == 5e-3));
+        // By its own period, on a way that takes two seconds: four hundred swings.
+        let line = path("path.line = { from_mm = [0, 0, 100], to_mm = [0, 20, 100] }");
+        let moving = Track::new(&line, Pace::Rate(0.5), 1e-3).swinging(swing, 2e-3);
+        assert_eq!(moving.pieces().len(), 400 * 8);
+        assert!((moving.loop_s() - 2.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,178 @@
+//! The keys of `[array]`, and which of them belong to which layout.
+
+use std::num::NonZeroU32;
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+use toml::Spanned;
+
+use super::layout::{Layout, Rims};
+use super::section::{Key, Section, place, written};
+use fieldgap_input::{Fault, NonNegative, Positive, TomlSource};
+
+/// An `[array]` as it is written; [`ArraySection::read`](super::ArraySection::read) makes sense of it.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ArrayTable {
+    frequency_hz: Positive,
+    layout: Spanned<LayoutName>,
+    columns: Key<NonZeroU32>,
+    rows: Key<NonZeroU32>,
+    count: Key<NonZeroU32>,
+    rings: Key<u32>,
+    seed: Key<u32>,
+    file: Key<String>,
+    element_diameter_mm: Key<Positive>,
+    spacing_mm: Key<NonNegative>,
+    transducer: Key<String>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum LayoutName {
+    Square,
+    Linear,
+    Hexagonal,
+    HexagonalThesis,
+    Random,
+    Elements,
+}
+
+impl LayoutName {
+    /// What an array of this layout is called, and the keys that it has, all of them needed.
+    fn keys(self) -> (&'static str, &'static [&'static str]) {
+        match self {
+            Self::Square => {
+                ("a square array", &["columns", "rows", "element_diameter_mm", "spacing_mm"])
+            }
+            Self::Linear => ("a linear array", &["count", "element_diameter_mm", "spacing_mm"]),
+            Self::Hexagonal => {
+                ("a hexagonal array", &["rings", "element_diameter_mm", "spacing_mm"])
+            }
+            Self::HexagonalThesis => {
+                ("a hexagonal-thesis array", &["rings", "element_diameter_mm", "spacing_mm"])
+            }
+            Self::Random => {
+                ("a random array", &["count", "seed", "element_diameter_mm", "spacing_mm"])
+            }
+            Self::Elements => ("an array of elements", &["file"]),
+        }
+    }
+}
+
+impl ArrayTable {
+    /// The layout, once every key is known to belong to it.
+    ///
+    /// # Errors
+    /// A [`Fault`] at a key that does not belong to the layout, or at the layout, naming a key that is missing.
+    pub fn layout(&self, source: &TomlSource) -> Result<Layout, Fault> {
+        let name = *self.layout.get_ref();
+        let (kind, keys) = name.keys();
+        let section = Section::new(source, self.layout.span(), kind, listed(keys));
+        for (key, place) in self.given() {
+            if !keys.contains(&key) {
+                section.refuse_at(key, place)?;
+            }
+        }
+        let count = || section.need("count", &self.count);
+        let rings = || section.need("rings", &self.rings);
+        let rims = || {
+            Ok(Rims {
+                diameter_mm: section.need("element_diameter_mm", &self.element_diameter_mm)?,
+                spacing_mm: section.need("spacing_mm", &self.spacing_mm)?,
+            })
+        };
+        Ok(match name {
+            LayoutName::Square => Layout::Square {
+                columns: section.need("columns", &self.columns)?,
+                rows: section.need("rows", &self.rows)?,
+                rims: rims()?,
+            },
+            LayoutName::Linear => Layout::Linear { count: count()?, rims: rims()? },
+            LayoutName::Hexagonal => Layout::Hexagonal { rings: rings()?, rims: rims()? },
+            LayoutName::HexagonalThesis => {
+                Layout::HexagonalThesis { rings: rings()?, rims: rims()? }
+            }
+            LayoutName::Random => Layout::Random {
+                count: count()?,
+                seed: section.need("seed", &self.seed)?,
+                rims: rims()?,
+            },
+            LayoutName::Elements => Layout::Elements { file: section.need("file", &self.file)? },
+        })
+    }
+
+    /// Drive frequency.
+    pub fn frequency_hz(&self) -> Positive {
+        self.frequency_hz
+    }
+
+    /// Where the name of the layout stands.
+    pub fn layout_place(&self) -> Range<usize> {
+        self.layout.span()
+    }
+
+    /// The transducer that the array is made of, if it is named.
+    pub fn transducer(&self) -> &Key<String> {
+        &self.transducer
+    }
+
+    /// A layout as it is written, and the transducer's name.
+    pub fn of(frequency_hz: Positive, layout: &Layout, transducer: Option<&str>) -> Self {
+        let blank = |name, rims: Option<Rims>| Self {
+            frequency_hz,
+            layout: Spanned::new(0..0, name),
+            columns: None,
+            rows: None,
+            count: None,
+            rings: None,
+            seed: None,
+            file: None,
+            element_diameter_mm: rims.and_then(|rims| written(rims.diameter_mm)),
+            spacing_mm: rims.and_then(|rims| written(rims.spacing_mm)),
+            transducer: transducer.and_then(|name| written(name.to_owned())),
+        };
+        match *layout {
+            Layout::Square { columns, rows, rims } => Self {
+                columns: written(columns),
+                rows: written(rows),
+                ..blank(LayoutName::Square, Some(rims))
+            },
+            Layout::Linear { count, rims } => {
+                Self { count: written(count), ..blank(LayoutName::Linear, Some(rims)) }
+            }
+            Layout::Hexagonal { rings, rims } => {
+                Self { rings: written(rings), ..blank(LayoutName::Hexagonal, Some(rims)) }
+            }
+            Layout::HexagonalThesis { rings, rims } => {
+                Self { rings: written(rings), ..blank(LayoutName::HexagonalThesis, Some(rims)) }
+            }
+            Layout::Random { count, seed, rims } => Self {
+                count: written(count),
+                seed: written(seed),
+                ..blank(LayoutName::Random, Some(rims))
+            },
+            Layout::Elements { ref file } => {
+                Self { file: written(file.clone()), ..blank(LayoutName::Elements, None) }
+            }
+        }
+    }
+
+    /// The keys that only some layouts have, and where their values stand.
+    fn given(&self) -> [(&'static str, Option<Range<usize>>); 8] {
+        [
+            ("columns", place(&self.columns)),
+            ("rows", place(&self.rows)),
+            ("count", place(&self.count)),
+            ("rings", place(&self.rings)),
+            ("seed", place(&self.seed)),
+            ("file", place(&self.file)),
+            ("element_diameter_mm", place(&self.element_diameter_mm)),
+            ("spacing_mm", place(&self.spacing_mm)),
+        ]
+    }
+}
+
+fn listed(keys: &[&str]) -> String {
+    keys.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,189 @@
+//! `[hooks]` and `[alarm]` of a plan or a rig file: who is told, and when.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use fieldgap_input::Positive;
+
+/// `[hooks]`: programs that are started when something happens to a scan.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hooks {
+    /// The scan ended before its plan did.
+    on_failure: Option<HookCommand>,
+    /// The scan is complete.
+    on_finish: Option<HookCommand>,
+    /// A person is wanted: the scan goes on, or waits.
+    on_question: Option<HookCommand>,
+}
+
+/// What a hook is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HookKind {
+    /// The scan ended before its plan did.
+    Failure,
+    /// The scan is complete.
+    Finish,
+    /// A person is wanted.
+    Question,
+}
+
+impl HookKind {
+    /// As `FIELDGAP_EVENT` has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Failure => "failure",
+            Self::Finish => "finish",
+            Self::Question => "question",
+        }
+    }
+}
+
+impl Hooks {
+    /// The program for a kind of event.
+    pub fn command(&self, kind: HookKind) -> Option<&HookCommand> {
+        match kind {
+            HookKind::Failure => self.on_failure.as_ref(),
+            HookKind::Finish => self.on_finish.as_ref(),
+            HookKind::Question => self.on_question.as_ref(),
+        }
+    }
+
+    /// These, their programs looked for from a folder where they are given as relative paths.
+    pub fn beside(&self, folder: &Path) -> Self {
+        let beside = |command: &Option<HookCommand>| {
+            let mut command = command.clone()?;
+            if command.program.contains('/') {
+                command.program = folder.join(&command.program).to_string_lossy().into_owned();
+            }
+            Some(command)
+        };
+        Self {
+            on_failure: beside(&self.on_failure),
+            on_finish: beside(&self.on_finish),
+            on_question: beside(&self.on_question),
+        }
+    }
+
+    /// These, and where one is missing that of `others`.
+    pub fn or(&self, others: &Self) -> Self {
+        let or = |one: &Option<HookCommand>, other: &Option<HookCommand>| {
+            one.as_ref().or(other.as_ref()).cloned()
+        };
+        Self {
+            on_failure: or(&self.on_failure, &others.on_failure),
+            on_finish: or(&self.on_finish, &others.on_finish),
+            on_question: or(&self.on_question, &others.on_question),
+        }
+    }
+}
+
+/// A program and its arguments. No shell is between: nothing is expanded, nothing piped.
+///
+/// Written as a list of words, or as one line whose words are parted at spaces, and kept together by quotes.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "Written")]
+pub struct HookCommand {
+    program: String,
+    arguments: Vec<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Written {
+    Line(String),
+    Words(Vec<String>),
+}
+
+impl TryFrom<Written> for HookCommand {
+    type Error = String;
+    fn try_from(written: Written) -> Result<Self, String> {
+        let words = match written {
+            Written::Words(words) => words,
+            Written::Line(line) => shlex::split(&line)
+                .ok_or_else(|| format!("a quote in `{line}` is opened and not closed"))?,
+        };
+        if words.iter().any(|word| word.contains('\0')) {
+            return Err("a word of a command cannot hold a zero byte".to_owned());
+        }
+        let mut words = words.into_iter();
+        match words.next().filter(|program| !program.is_empty()) {
+            Some(program) => Ok(Self { program, arguments: words.collect() }),
+            None => Err("the command is empty: name a program".to_owned()),
+        }
+    }
+}
+
+impl HookCommand {
+    /// The program: a path, or a name that is looked for as a shell would.
+    pub fn program(&self) -> &str {
+        &self.program
+    }
+
+    /// Its arguments.
+    pub fn arguments(&self) -> &[String] {
+        &self.arguments
+    }
+}
+
+/// `[alarm]`: when a scan that does not go on is no longer taken to be slow.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Alarm {
+    /// Seconds without a point after which a person is told; without it, as the plan's slowest point suggests.
+    pub no_progress_s: Option<Positive>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fieldgap_input::{Fault, toml_text};
+
+    fn hooks(text: &str) -> Result<Hooks, Fault> {
+        toml_text(Path::new("plan.toml"), text)
+    }
+
+    #[test]
+    fn a_line_is_parted_into_words_and_nothing_is_expanded() {
+        let hooks = hooks(
+            "on_failure = \"notify 'two words' $HOME ; rm *\"\non_finish = [\"mail\", \"a b\"]\n",
+        )
+        .expect("valid");
+        let failure = hooks.command(HookKind::Failure).expect("given");
+        assert_eq!(failure.program(), "notify");
+        assert_eq!(failure.arguments(), ["two words", "$HOME", ";", "rm", "*"]);
+        assert_eq!(hooks.command(HookKind::Finish).expect("given").arguments(), ["a b"]);
+        assert_eq!(hooks.command(HookKind::Question), None);
+    }
+
+    #[test]
+    fn what_is_no_command_is_shown_at_its_line() {
+        for wrong in ["\"\"", "[]", "\"say 'hello\"", "[\"\"]", "3"] {
+            let fault = hooks(&format!("# hooks\non_failure = {wrong}\n")).expect_err(wrong);
+            assert_eq!(fault.line_column().map(|(line, _)| line), Some(2), "{fault}");
+        }
+        assert!(hooks("on_failre = \"x\"\n").is_err());
+    }
+
+    #[test]
+    fn a_path_is_looked_for_from_its_file_and_a_name_as_a_shell_would() {
+        let hooks =
+            hooks("on_finish = './tell.sh x'\non_failure = 'mail'\non_question = '/bin/x'\n");
+        let hooks = hooks.expect("valid").beside(Path::new("scans"));
+        let program = |kind| hooks.command(kind).expect("given").program();
+        assert_eq!(program(HookKind::Finish), "scans/./tell.sh");
+        assert_eq!(program(HookKind::Failure), "mail");
+        assert_eq!(program(HookKind::Question), "/bin/x");
+    }
+
+    #[test]
+    fn those_of_the_plan_go_before_those_of_the_rig() {
+        let plan = hooks("on_finish = \"plan\"\n").expect("valid");
+        let rig = hooks("on_finish = \"rig\"\non_question = \"rig\"\n").expect("valid");
+        let both = plan.or(&rig);
+        assert_eq!(both.command(HookKind::Finish).map(HookCommand::program), Some("plan"));
+        assert_eq!(both.command(HookKind::Question).map(HookCommand::program), Some("rig"));
+    }
+}

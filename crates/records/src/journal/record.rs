@@ -1,0 +1,140 @@
+//! `journal.csv`: every point as it was made, a line each with its checksum.
+//!
+//! `row,to_x_mm,to_y_mm,to_z_mm,` where the robot was sent (array frame), then the point as it stands in `samples.csv`, with
+//! where it reported to be, then `crc32` (IEEE 802.3, eight hexadecimal digits) of all before the last comma.
+
+use std::path::Path;
+
+use crate::sample::{Sample, millimetres};
+use crate::samples_csv::{Columns, UnwritableSample, samples_of};
+use crate::table::Table;
+use fieldgap_acoustics::Vec3;
+use fieldgap_input::Fault;
+
+pub(super) const FILE: &str = "journal.csv";
+
+/// Longest part of a damaged line that a fault shows, characters.
+const SHOWN: usize = 120;
+
+/// A point and where the robot was sent for it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// Where the robot was sent, millimetres, array frame; none in records that were begun without a journal.
+    pub commanded_mm: Option<Vec3>,
+    /// What was measured, and where the robot reported to be.
+    pub sample: Sample,
+}
+
+impl Record {
+    /// A sample for which the robot was sent to a place in metres (array frame), kept to the nanometre.
+    pub fn new(sample: Sample, commanded_m: Vec3) -> Self {
+        Self { commanded_mm: Some(commanded_m.map(millimetres)), sample }
+    }
+}
+
+/// The header line, with its line end.
+pub(super) fn header(columns: Columns) -> String {
+    format!("row,to_x_mm,to_y_mm,to_z_mm,{},crc32\n", columns.names().join(","))
+}
+
+/// A record as a line, with its line end, and its line of `samples.csv`.
+pub(super) fn lines(
+    row: usize,
+    record: &Record,
+    columns: Columns,
+) -> Result<(String, String), UnwritableSample> {
+    let sample = columns.line(&record.sample)?;
+    let to = record
+        .commanded_mm
+        .map_or(",,".to_owned(), |to| format!("{:?},{:?},{:?}", to.x, to.y, to.z));
+    let body = format!("{row},{to},{}", sample.trim_end());
+    let crc = crc32fast::hash(body.as_bytes());
+    Ok((format!("{body},{crc:08x}\n"), sample))
+}
+
+/// What stands in a journal.
+#[derive(Debug)]
+pub(super) struct Contents {
+    pub columns: Columns,
+    pub records: Vec<Record>,
+    /// Bytes of the header and the whole records.
+    pub whole: usize,
+}
+
+/// Reads a journal: its whole records, up to a tail that is torn.
+///
+/// # Errors
+/// A [`Fault`] at a damaged line that has whole ones after it: that is no torn tail but a damaged file.
+pub(super) fn read(path: &Path, bytes: &[u8], foci: usize) -> Result<Contents, Fault> {
+    let columns = [Columns::Plain, Columns::WithSpread]
+        .into_iter()
+        .find(|columns| bytes.starts_with(header(*columns).as_bytes()))
+        .ok_or_else(|| {
+            Fault::of_file(
+                path,
+                "does not begin as a journal does",
+                "bring it back from a copy; without it, move it away: the scan goes on from samples.csv",
+            )
+        })?;
+    let mut whole = header(columns).len();
+    let (mut commanded, mut samples) = (Vec::new(), columns.header());
+    let mut rest = bytes[whole..].split_inclusive(|&byte| byte == b'\n');
+    for line in rest.by_ref() {
+        let Some((to_mm, sample)) = checked(line, commanded.len()) else {
+            // A record behind this one would be lost with the tail.
+            if let Some(later) = rest.position(is_record) {
+                return Err(damaged(path, line, commanded.len(), later));
+            }
+            break;
+        };
+        whole += line.len();
+        commanded.push(to_mm);
+        samples += sample;
+        samples.push('\n');
+    }
+    let (_, samples) = samples_of(&Table::new(path, samples), foci)?;
+    let records = commanded.into_iter().zip(samples);
+    let records = records.map(|(commanded_mm, sample)| Record { commanded_mm, sample }).collect();
+    Ok(Contents { columns, records, whole })
+}
+
+/// Where the robot was sent, and the sample's line, of a whole line that is record `row`.
+fn checked(line: &[u8], row: usize) -> Option<(Option<Vec3>, &str)> {
+    let body = body(line)?;
+    let (number, rest) = body.split_once(',')?;
+    let mut cells = rest.splitn(4, ',');
+    let to: [&str; 3] = [cells.next()?, cells.next()?, cells.next()?];
+    let sample = cells.next()?;
+    if number.parse() != Ok(row) {
+        return None;
+    }
+    if to == [""; 3] {
+        return Some((None, sample));
+    }
+    let [x, y, z] = to.map(|cell| cell.parse::<f64>().ok().filter(|mm| mm.is_finite()));
+    Some((Some(Vec3::new(x?, y?, z?)), sample))
+}
+
+fn is_record(line: &[u8]) -> bool {
+    body(line).is_some()
+}
+
+/// What a whole line's checksum is of.
+fn body(line: &[u8]) -> Option<&str> {
+    let line = std::str::from_utf8(line).ok()?.strip_suffix('\n')?;
+    let (body, crc) = line.rsplit_once(',')?;
+    (crc == format!("{:08x}", crc32fast::hash(body.as_bytes()))).then_some(body)
+}
+
+fn damaged(path: &Path, line: &[u8], row: usize, later: usize) -> Fault {
+    let shown: String = String::from_utf8_lossy(line).trim_end().chars().take(SHOWN).collect();
+    Fault::on_line(
+        path,
+        row + 2,
+        1,
+        &shown,
+        format!("record {row} is damaged, and whole ones follow ({later} lines further on)"),
+        "bring the file back from a copy; or move it away, and the scan goes on from samples.csv, without where the \
+         robot was sent",
+    )
+}

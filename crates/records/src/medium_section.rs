@@ -1,0 +1,190 @@
+//! `[medium]`: the air, as the lab believes it to be.
+
+use serde::{Deserialize, Serialize};
+use toml::Spanned;
+
+use super::section::{Key, Section, written};
+use fieldgap_acoustics::Medium;
+use fieldgap_input::{Fault, Finite, Positive, TomlSource};
+
+/// Temperatures for which the formula for air is trusted, °C: where laboratories are, and some way beyond the 0 to
+/// 30 °C for which its source states an accuracy.
+const TEMPERATURES_C: std::ops::RangeInclusive<f64> = -20.0..=50.0;
+/// Pressures for which the formula for air is trusted, kPa: from a high mountain to a strong anticyclone.
+const PRESSURES_KPA: std::ops::RangeInclusive<f64> = 60.0..=110.0;
+
+/// A `[medium]` as it is written; [`MediumSection::read`] makes sense of it.
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MediumTable {
+    speed_of_sound_m_s: Key<Positive>,
+    temperature_c: Key<Finite>,
+    humidity_percent: Key<Finite>,
+    pressure_kpa: Key<Finite>,
+}
+
+/// The medium, by its speed of sound or by the state of the air.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MediumSection {
+    /// Given outright, metres per second.
+    SpeedOfSound(Positive),
+    /// Air, from which the speed of sound follows.
+    Air {
+        /// Temperature, °C, -20 to 50.
+        temperature_c: Finite,
+        /// Relative humidity, percent, 0 to 100.
+        humidity_percent: Finite,
+        /// Pressure, kPa, 60 to 110.
+        pressure_kpa: Finite,
+    },
+}
+
+impl MediumSection {
+    /// Makes sense of the `[medium]` of `source`.
+    ///
+    /// # Errors
+    /// A [`Fault`] at keys that exclude each other or are out of range, or naming those that are missing.
+    pub fn read(table: &Spanned<MediumTable>, source: &TomlSource) -> Result<Self, Fault> {
+        let keys = table.get_ref();
+        if let Some(speed) = &keys.speed_of_sound_m_s {
+            let section = Section::new(
+                source,
+                table.span(),
+                "a medium given by its speed of sound",
+                "`speed_of_sound_m_s` alone",
+            );
+            section.refuse("temperature_c", &keys.temperature_c)?;
+            section.refuse("humidity_percent", &keys.humidity_percent)?;
+            section.refuse("pressure_kpa", &keys.pressure_kpa)?;
+            return Ok(Self::SpeedOfSound(*speed.get_ref()));
+        }
+        let section = Section::new(
+            source,
+            table.span(),
+            "[medium] without `speed_of_sound_m_s`",
+            "`temperature_c`, `humidity_percent` and `pressure_kpa`",
+        );
+        let temperature_c = section.need("temperature_c", &keys.temperature_c)?;
+        let humidity_percent = section.need("humidity_percent", &keys.humidity_percent)?;
+        let pressure_kpa = section.need("pressure_kpa", &keys.pressure_kpa)?;
+        within(&keys.temperature_c, &TEMPERATURES_C, "°C", source)?;
+        within(&keys.humidity_percent, &(0.0..=100.0), "percent", source)?;
+        within(&keys.pressure_kpa, &PRESSURES_KPA, "kPa", source)?;
+        Ok(Self::Air { temperature_c, humidity_percent, pressure_kpa })
+    }
+
+    /// Air in a measured state; `None` where the speed of sound in it cannot be computed.
+    pub fn of_air(temperature_c: f64, humidity_percent: f64, pressure_kpa: f64) -> Option<Self> {
+        let computable = TEMPERATURES_C.contains(&temperature_c)
+            && (0.0..=100.0).contains(&humidity_percent)
+            && PRESSURES_KPA.contains(&pressure_kpa);
+        let finite = |value: f64| Finite::new(value).ok();
+        computable.then_some(())?;
+        Some(Self::Air {
+            temperature_c: finite(temperature_c)?,
+            humidity_percent: finite(humidity_percent)?,
+            pressure_kpa: finite(pressure_kpa)?,
+        })
+    }
+
+    /// The medium, in the terms of acoustics.
+    pub fn medium(&self) -> Medium {
+        match *self {
+            Self::SpeedOfSound(speed) => Medium { speed_of_sound_m_s: speed.get() },
+            Self::Air { temperature_c, humidity_percent, pressure_kpa } => {
+                Medium::air(temperature_c.get(), humidity_percent.get(), pressure_kpa.get())
+            }
+        }
+    }
+
+    /// As it is written.
+    pub fn table(&self) -> MediumTable {
+        match *self {
+            Self::SpeedOfSound(speed) => {
+                MediumTable { speed_of_sound_m_s: written(speed), ..MediumTable::default() }
+            }
+            Self::Air { temperature_c, humidity_percent, pressure_kpa } => MediumTable {
+                speed_of_sound_m_s: None,
+                temperature_c: written(temperature_c),
+                humidity_percent: written(humidity_percent),
+                pressure_kpa: written(pressure_kpa),
+            },
+        }
+    }
+}
+
+fn within(
+    key: &Key<Finite>,
+    range: &std::ops::RangeInclusive<f64>,
+    unit: &str,
+    source: &TomlSource,
+) -> Result<(), Fault> {
+    match key {
+        Some(value) if !range.contains(&value.get_ref().get()) => Err(source.fault(
+            value.span(),
+            format!(
+                "{} lies outside {} to {} {unit}, where the speed of sound in air can be computed",
+                value.get_ref().get(),
+                range.start(),
+                range.end()
+            ),
+            "correct the value, or give `speed_of_sound_m_s` instead",
+        )),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[derive(Deserialize)]
+    struct File {
+        medium: Spanned<MediumTable>,
+    }
+
+    fn read(text: &str) -> Result<MediumSection, Fault> {
+        let source = TomlSource::new(Path::new("m.toml"), format!("[medium]\n{text}"));
+        let file: File = source.parse()?;
+        MediumSection::read(&file.medium, &source)
+    }
+
+    #[test]
+    fn both_ways_to_say_it_give_a_medium() {
+        let medium = read("speed_of_sound_m_s = 343.0\n").expect("good").medium();
+        assert_eq!(medium.speed_of_sound_m_s, 343.0);
+        let air = "temperature_c = 20\nhumidity_percent = 0.0\npressure_kpa = 101.325\n";
+        let medium = read(air).expect("good").medium();
+        assert!((medium.speed_of_sound_m_s - 343.4).abs() < 0.2);
+    }
+
+    #[test]
+    fn measured_air_is_a_medium_where_its_sound_can_be_computed() {
+        let air = MediumSection::of_air(20.0, 0.0, 101.325).expect("a room");
+        assert!((air.medium().speed_of_sound_m_s - 343.4).abs() < 0.2);
+        for (t, rh, p) in [(60.0, 50.0, 101.0), (20.0, 101.0, 101.0), (20.0, 50.0, 20.0)] {
+            assert_eq!(MediumSection::of_air(t, rh, p), None);
+        }
+        assert_eq!(MediumSection::of_air(f64::NAN, 50.0, 101.0), None);
+    }
+
+    #[test]
+    fn faults_are_placed() {
+        let cases = [
+            ("speed_of_sound_m_s = -343.0\n", 2, "above zero"),
+            ("speed_of_sound_m_s = 343.0\npressure_kpa = 100.0\n", 3, "`pressure_kpa`"),
+            ("temperature_c = 20.0\nhumidity_percent = 50.0\n", 1, "`pressure_kpa`"),
+            ("temperature_c = 20.0\nhumidity_percent = 50.0\npressure_kpa = 1013.25\n", 4, "kPa"),
+            ("temperature_c = 293.15\nhumidity_percent = 50.0\npressure_kpa = 101.0\n", 2, "°C"),
+            ("temperature_c = 20.0\nhumidity_percent = 150\npressure_kpa = 101.0\n", 3, "percent"),
+            ("", 1, "`temperature_c`"),
+        ];
+        for (text, line, said) in cases {
+            let fault = read(text).expect_err(text);
+            assert_eq!(fault.line_column().map(|place| place.0), Some(line), "{text}: {fault}");
+            assert!(fault.problem().contains(said), "{text}: {fault}");
+        }
+    }
+}

@@ -1,0 +1,288 @@
+//! The plan of a scan: which foci, which points, in what order.
+
+mod fly;
+mod one_or_many;
+mod reference;
+mod region;
+mod visits;
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml::Spanned;
+
+pub use self::fly::Fly;
+pub use self::reference::Reference;
+use self::reference::ReferenceTable;
+pub use self::region::{Axis, Layers, Region, Shape};
+use self::region::{LineTable, PlaneTable, PointsTable, Reader, VolumeTable};
+pub use self::visits::{Visit, VisitKind};
+use super::focus_section::{FocusSection, FocusTable};
+use super::hooks::{Alarm, Hooks};
+use fieldgap_acoustics::Simulator;
+use fieldgap_input::{Fault, Positive, TomlSource, file_name};
+
+/// Most visits of a plan: at ten a second, two weeks.
+const MAX_VISITS: usize = 10_000_000;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlanFile {
+    name: Spanned<String>,
+    rig: Option<Spanned<String>>,
+    #[serde(default)]
+    order: Order,
+    #[serde(default)]
+    diagnose: bool,
+    fly: Option<Fly>,
+    simulator: SimulatorTable,
+    #[serde(default)]
+    focus: Vec<Spanned<FocusTable>>,
+    #[serde(default)]
+    dark: Dark,
+    reference: Option<ReferenceTable>,
+    #[serde(default)]
+    resume: Tolerances,
+    #[serde(default)]
+    hooks: Hooks,
+    #[serde(default)]
+    alarm: Alarm,
+    #[serde(default)]
+    plane: Vec<Spanned<PlaneTable>>,
+    #[serde(default)]
+    volume: Vec<Spanned<VolumeTable>>,
+    #[serde(default)]
+    line: Vec<Spanned<LineTable>>,
+    #[serde(default)]
+    points: Vec<Spanned<PointsTable>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SimulatorTable {
+    model: Simulator,
+    #[serde(default)]
+    also: Vec<Simulator>,
+}
+
+/// How the rows of a plane follow one another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// There and back: every second row runs backwards, and every second plane from its last row. No way is
+    /// travelled without measuring.
+    #[default]
+    Serpentine,
+    /// Every row in the same direction, so that play in the drive shifts all rows alike.
+    Raster,
+}
+
+/// Readings with the array silent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dark {
+    /// Before all others.
+    #[serde(default)]
+    pub before: u32,
+    /// After all others.
+    #[serde(default)]
+    pub after: u32,
+}
+
+/// `[resume]`: how far points that are measured again may be from what they were for a broken-off scan to go on.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tolerances {
+    /// Of the place, mm.
+    pub place_mm: Positive,
+    /// Of the level beyond its noise, percent.
+    pub level_percent: Positive,
+}
+
+impl Default for Tolerances {
+    fn default() -> Self {
+        let positive = |value| Positive::new(value).expect("a literal above zero");
+        Self { place_mm: positive(0.05), level_percent: positive(3.0) }
+    }
+}
+
+/// The plan of a scan.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// What the scan will be called; fit to name a file.
+    pub name: String,
+    /// The rig file it names, from where this program was started.
+    pub rig: Option<PathBuf>,
+    /// How the rows of a plane follow one another.
+    pub order: Order,
+    /// Whether a run is to name the cause of the gap too, correct the set-up by it, and compare once more.
+    pub diagnose: bool,
+    /// How rows are flown over, where the robot is not to stop at each point.
+    pub fly: Option<Fly>,
+    /// The simulator whose gap to the scan is in question.
+    pub simulator: Simulator,
+    /// Further simulators to compare with; neither `simulator` nor one twice.
+    pub also: Vec<Simulator>,
+    /// What the array will be told; at least one.
+    pub foci: Vec<FocusSection>,
+    /// Readings in silence.
+    pub dark: Dark,
+    /// The point to come back to.
+    pub reference: Reference,
+    /// How far the rig may be from what it was for a broken-off scan to go on.
+    pub resume: Tolerances,
+    /// Who is told of what happens.
+    pub hooks: Hooks,
+    /// When a scan that does not go on is no longer taken to be slow.
+    pub alarm: Alarm,
+    /// What is measured; at least one. Planes, volumes, lines, lists of points, each in the plan's order.
+    pub regions: Vec<Region>,
+    source: TomlSource,
+    rig_place: Option<Range<usize>>,
+    focus_places: Vec<Range<usize>>,
+}
+
+/// A part of a plan that something was found wrong with after it was read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// The name of the rig file.
+    Rig,
+    /// A `[[focus]]`, by its number.
+    Focus(usize),
+    /// One of [`Plan::regions`], by its index.
+    Region(usize),
+    /// The point of `[reference]`.
+    Reference,
+}
+
+impl Plan {
+    /// Reads a plan.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the first key or value that cannot be right.
+    pub fn read(path: &Path) -> Result<Self, Fault> {
+        Self::parse(TomlSource::read(path)?)
+    }
+
+    /// Makes sense of a text as a plan.
+    ///
+    /// # Errors
+    /// As [`Plan::read`].
+    pub fn parse(source: TomlSource) -> Result<Self, Fault> {
+        let file: PlanFile = source.parse()?;
+        let name = file_name(&file.name, "the folder of the scan", &source)?;
+        let foci = FocusSection::read_all(&file.focus, &source)?;
+        let reader = Reader { source: &source, foci: foci.len() };
+        let regions = file
+            .plane
+            .iter()
+            .map(|table| reader.plane(table))
+            .chain(file.volume.iter().map(|table| reader.volume(table)))
+            .chain(file.line.iter().map(|table| reader.line(table)))
+            .chain(file.points.iter().map(|table| reader.points(table)))
+            .collect::<Result<Vec<_>, _>>()?;
+        if regions.is_empty() {
+            return Err(Fault::of_file(
+                source.path(),
+                "the plan is empty: it has nothing to measure",
+                "add a [[plane]], [[volume]], [[line]] or [[points]]",
+            ));
+        }
+        let reference = Reference::read(file.reference.as_ref(), &foci, &reader)?;
+        let mut also = Vec::new();
+        for simulator in file.simulator.also {
+            if simulator != file.simulator.model && !also.contains(&simulator) {
+                also.push(simulator);
+            }
+        }
+        let beside = source.path().parent().unwrap_or(Path::new(""));
+        let plan = Self {
+            name,
+            rig: file.rig.as_ref().map(|rig| beside.join(rig.get_ref())),
+            order: file.order,
+            diagnose: file.diagnose,
+            fly: file.fly,
+            simulator: file.simulator.model,
+            also,
+            foci,
+            dark: file.dark,
+            reference,
+            resume: file.resume,
+            hooks: file.hooks,
+            alarm: file.alarm,
+            regions,
+            rig_place: file.rig.as_ref().map(Spanned::span),
+            focus_places: file.focus.iter().map(Spanned::span).collect(),
+            source,
+        };
+        plan.within_bounds()?;
+        Ok(plan)
+    }
+
+    /// The text of the plan, to be kept with the scan.
+    pub fn text(&self) -> &str {
+        self.source.text()
+    }
+
+    /// Where the plan was read from.
+    pub fn path(&self) -> &Path {
+        self.source.path()
+    }
+
+    /// A fault of the plan found after it was read, such as a point outside the robot's travel, shown at the part that
+    /// it comes from.
+    pub fn fault(
+        &self,
+        part: Part,
+        problem: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Fault {
+        let place = match part {
+            Part::Rig => self.rig_place.clone(),
+            Part::Focus(number) => self.focus_places.get(number).cloned(),
+            Part::Region(index) => self.regions.get(index).map(|region| region.place.clone()),
+            Part::Reference => self.reference.place.clone(),
+        };
+        match place {
+            Some(place) => self.source.fault(place, problem, remedy),
+            None => Fault::of_file(self.source.path(), problem, remedy),
+        }
+    }
+
+    /// Makes sure that foci given by phases have one for each of the array's elements.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the first focus that has another number.
+    pub fn fits_array(&self, elements: usize) -> Result<(), Fault> {
+        for (number, focus) in self.foci.iter().enumerate() {
+            focus.fits(elements).map_err(|wrong| {
+                self.fault(
+                    Part::Focus(number),
+                    wrong.to_string(),
+                    "give one phase for each element of the rig's array",
+                )
+            })?;
+        }
+        Ok(())
+    }
+
+    fn within_bounds(&self) -> Result<(), Fault> {
+        let mut visits = self.dark.before as usize + self.dark.after as usize;
+        for (index, region) in self.regions.iter().enumerate() {
+            let points = region.shape.points().saturating_mul(region.foci.len());
+            visits = visits.saturating_add(points);
+            if visits > MAX_VISITS {
+                return Err(self.fault(
+                    Part::Region(index),
+                    format!("with this the plan has {visits} points; {MAX_VISITS} are the most"),
+                    "make the step larger, or split the plan",
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

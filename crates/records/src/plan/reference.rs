@@ -1,0 +1,89 @@
+//! `[reference]` of a plan: a point to come back to, which shows what drifts.
+
+use std::num::NonZeroU32;
+use std::ops::Range;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::region::Reader;
+use crate::FocusSection;
+use fieldgap_acoustics::Vec3;
+use fieldgap_input::{Fault, Finite, NonNegative, Positive};
+
+/// How often the point is revisited where the plan does not say, minutes.
+const EVERY_MIN: f64 = 15.0;
+
+/// By how much the level there may drift where the plan does not say, percent.
+const DRIFT_PERCENT: f64 = 3.0;
+
+/// `[reference]` as it is written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ReferenceTable {
+    at_mm: Option<Spanned<[Finite; 3]>>,
+    every_points: Option<Spanned<NonZeroU32>>,
+    every_min: Option<NonNegative>,
+    drift_percent: Option<Positive>,
+    focus: Option<Spanned<usize>>,
+}
+
+/// A point that is measured again and again, to show what drifts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// Where it is, millimetres, array frame: as the plan says, else where its focus is. `None` where neither tells.
+    pub at_mm: Option<Vec3>,
+    /// After how many points it is visited again as a part of the plan. It is then also the first point and the last.
+    pub every_points: Option<NonZeroU32>,
+    /// After how many minutes it is visited again beside the plan; 0: never.
+    pub every_min: NonNegative,
+    /// By how much the level there may drift before a person is told, percent.
+    pub drift_percent: Positive,
+    /// Number of the focus under which it is measured, always the same.
+    pub focus: usize,
+    /// Where the plan says `at_mm`, bytes; `None` where it leaves it to the focus.
+    pub(super) place: Option<Range<usize>>,
+}
+
+impl Reference {
+    /// Whether the plan says where it is.
+    pub fn is_given(&self) -> bool {
+        self.place.is_some()
+    }
+
+    /// The reference of a plan, which need not say anything of it.
+    pub(super) fn read(
+        table: Option<&ReferenceTable>,
+        foci: &[FocusSection],
+        reader: &Reader<'_>,
+    ) -> Result<Self, Fault> {
+        let focus = match table.and_then(|table| table.focus.as_ref()) {
+            Some(number) => reader.focus(*number.get_ref(), number.span())?,
+            None => 0,
+        };
+        let given = table.and_then(|table| table.at_mm.as_ref());
+        let of_focus = || foci.get(focus)?.excitation().focus_m().map(|at_m| at_m * 1e3);
+        let at_mm = match given {
+            Some(at_mm) => Some(Vec3::from(at_mm.get_ref().map(Finite::get))),
+            None => of_focus(),
+        };
+        let every_points = table.and_then(|table| table.every_points.as_ref());
+        if let (Some(every), None) = (every_points, at_mm) {
+            return Err(reader.source.fault(
+                every.span(),
+                "the plan does not say where its reference point is, and its focus is at no place",
+                "add at_mm = [x, y, z]",
+            ));
+        }
+        let minutes = table.and_then(|table| table.every_min);
+        let percent = table.and_then(|table| table.drift_percent);
+        Ok(Self {
+            at_mm,
+            every_points: every_points.map(|every| *every.get_ref()),
+            every_min: minutes.unwrap_or(NonNegative::new(EVERY_MIN).expect("above zero")),
+            drift_percent: percent.unwrap_or(Positive::new(DRIFT_PERCENT).expect("above zero")),
+            focus,
+            place: given.map(Spanned::span),
+        })
+    }
+}

@@ -1,0 +1,295 @@
+//! What a plan wants measured: planes, volumes, lines and lists of points.
+
+use std::ops::Range;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::one_or_many::OneOrMany;
+use fieldgap_acoustics::Vec3;
+use fieldgap_input::{Fault, Finite, Positive, TomlSource};
+
+/// Share of a step by which a length may miss a whole number of steps through rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Most points along one axis of a region; more are a slip in the step.
+const MAX_POINTS_ALONG: f64 = 1e6;
+
+/// A `[[plane]]` as it is written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PlaneTable {
+    z_mm: Spanned<OneOrMany<Finite>>,
+    /// Without it, over the array's centre.
+    #[serde(default)]
+    centre_mm: [Finite; 2],
+    size_mm: Spanned<[Positive; 2]>,
+    step_mm: Spanned<Positive>,
+    foci: Option<Spanned<Vec<usize>>>,
+}
+
+/// A `[[volume]]` as it is written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct VolumeTable {
+    min_mm: [Finite; 3],
+    max_mm: Spanned<[Finite; 3]>,
+    step_mm: Spanned<OneOrMany<Positive>>,
+    foci: Option<Spanned<Vec<usize>>>,
+}
+
+/// A `[[line]]` as it is written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LineTable {
+    from_mm: [Finite; 3],
+    to_mm: Spanned<[Finite; 3]>,
+    step_mm: Spanned<Positive>,
+    foci: Option<Spanned<Vec<usize>>>,
+}
+
+/// A `[[points]]` as it is written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PointsTable {
+    at_mm: Spanned<Vec<[Finite; 3]>>,
+    foci: Option<Spanned<Vec<usize>>>,
+}
+
+/// Points to be measured, and under which foci.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Region {
+    /// The points.
+    pub shape: Shape,
+    /// Numbers of the foci under which they are measured, each once, rising.
+    pub foci: Vec<usize>,
+    /// Where the region stands in the plan, bytes.
+    pub(super) place: Range<usize>,
+}
+
+/// Points in space; millimetres, array frame.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// Planes of one grid, one above the other.
+    Planes(Layers),
+    /// A grid in space.
+    Volume(Layers),
+    /// Points in a row, from its start.
+    Line {
+        /// The first point.
+        from_mm: Vec3,
+        /// From each point to the next.
+        step_mm: Vec3,
+        /// Points; at least one.
+        count: usize,
+    },
+    /// Any points, in the order given; at least one.
+    Points(Vec<Vec3>),
+}
+
+/// A grid along x and y, repeated at each height.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layers {
+    /// Columns.
+    pub x: Axis,
+    /// Rows.
+    pub y: Axis,
+    /// Heights, millimetres, rising; at least one.
+    pub z_mm: Vec<f64>,
+}
+
+/// Equally spaced positions along an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// The first position, millimetres.
+    pub first_mm: f64,
+    /// From each to the next, millimetres, above zero.
+    pub step_mm: f64,
+    /// Positions; at least one.
+    pub count: usize,
+}
+
+impl Axis {
+    /// A position, millimetres.
+    pub fn at_mm(&self, index: usize) -> f64 {
+        self.first_mm + self.step_mm * index as f64
+    }
+}
+
+impl Shape {
+    /// How many points there are; at least one.
+    pub fn points(&self) -> usize {
+        match self {
+            Self::Planes(layers) | Self::Volume(layers) => {
+                layers.x.count.saturating_mul(layers.y.count).saturating_mul(layers.z_mm.len())
+            }
+            Self::Line { count, .. } => *count,
+            Self::Points(points) => points.len(),
+        }
+    }
+}
+
+/// Reads regions: knows the plan's text, and how many foci there are.
+pub(super) struct Reader<'p> {
+    pub source: &'p TomlSource,
+    pub foci: usize,
+}
+
+impl Reader<'_> {
+    /// A `[[plane]]`: as many whole steps as fit in its size, centred.
+    pub fn plane(&self, table: &Spanned<PlaneTable>) -> Result<Region, Fault> {
+        let keys = table.get_ref();
+        let step_mm = keys.step_mm.get_ref().get();
+        let size_mm = keys.size_mm.get_ref().map(Positive::get);
+        if size_mm.iter().any(|&size_mm| size_mm < step_mm) {
+            return Err(self.source.fault(
+                keys.size_mm.span(),
+                format!("the plane is smaller than its step of {step_mm} mm"),
+                "make `size_mm` larger or `step_mm` smaller; for single points use [[points]]",
+            ));
+        }
+        let centred = |axis: usize| -> Result<Axis, Fault> {
+            let steps = self.whole_steps(size_mm[axis], step_mm, &keys.step_mm.span())?;
+            let first_mm = keys.centre_mm[axis].get() - step_mm * (steps as f64 / 2.0);
+            Ok(Axis { first_mm, step_mm, count: steps + 1 })
+        };
+        let (x, y) = (centred(0)?, centred(1)?);
+        let mut z_mm: Vec<f64> = keys.z_mm.get_ref().0.iter().map(|z| z.get()).collect();
+        z_mm.sort_by(f64::total_cmp);
+        if z_mm.is_empty() {
+            return Err(self.source.fault(
+                keys.z_mm.span(),
+                "the plane has no height",
+                "give at least one, such as `z_mm = 100.0`",
+            ));
+        }
+        self.region(Shape::Planes(Layers { x, y, z_mm }), &keys.foci, table.span())
+    }
+
+    /// A `[[volume]]`: from its least corner by whole steps, up to its greatest.
+    pub fn volume(&self, table: &Spanned<VolumeTable>) -> Result<Region, Fault> {
+        let keys = table.get_ref();
+        let steps_mm = match keys.step_mm.get_ref().0[..] {
+            [same] => [same; 3],
+            [x, y, z] => [x, y, z],
+            _ => {
+                return Err(self.source.fault(
+                    keys.step_mm.span(),
+                    "a volume has one step, or three",
+                    "give one number for all axes, or [x, y, z]",
+                ));
+            }
+        };
+        let along = |axis: usize| -> Result<Axis, Fault> {
+            let first_mm = keys.min_mm[axis].get();
+            let size_mm = keys.max_mm.get_ref()[axis].get() - first_mm;
+            if size_mm < 0.0 {
+                return Err(self.source.fault(
+                    keys.max_mm.span(),
+                    format!("`max_mm` lies below `min_mm` along {}", ["x", "y", "z"][axis]),
+                    "exchange the two numbers",
+                ));
+            }
+            let step_mm = steps_mm[axis].get();
+            let steps = self.whole_steps(size_mm, step_mm, &keys.step_mm.span())?;
+            Ok(Axis { first_mm, step_mm, count: steps + 1 })
+        };
+        let z = along(2)?;
+        let z_mm = (0..z.count).map(|layer| z.at_mm(layer)).collect();
+        let layers = Layers { x: along(0)?, y: along(1)?, z_mm };
+        self.region(Shape::Volume(layers), &keys.foci, table.span())
+    }
+
+    /// A `[[line]]`: from its start by whole steps, up to its end.
+    pub fn line(&self, table: &Spanned<LineTable>) -> Result<Region, Fault> {
+        let keys = table.get_ref();
+        let from_mm = Vec3::from(keys.from_mm.map(Finite::get));
+        let along_mm = Vec3::from(keys.to_mm.get_ref().map(Finite::get)) - from_mm;
+        let step_mm = keys.step_mm.get_ref().get();
+        let steps = self.whole_steps(along_mm.norm(), step_mm, &keys.step_mm.span())?;
+        if steps == 0 {
+            return Err(self.source.fault(
+                keys.to_mm.span(),
+                format!("the line is shorter than its step of {step_mm} mm"),
+                "move its end away or make `step_mm` smaller; for single points use [[points]]",
+            ));
+        }
+        let step_mm = along_mm.normalize() * step_mm;
+        self.region(Shape::Line { from_mm, step_mm, count: steps + 1 }, &keys.foci, table.span())
+    }
+
+    /// A `[[points]]`.
+    pub fn points(&self, table: &Spanned<PointsTable>) -> Result<Region, Fault> {
+        let keys = table.get_ref();
+        let points: Vec<Vec3> =
+            keys.at_mm.get_ref().iter().map(|at| Vec3::from(at.map(Finite::get))).collect();
+        if points.is_empty() {
+            return Err(self.source.fault(
+                keys.at_mm.span(),
+                "the list of points is empty",
+                "give at least one, such as `at_mm = [[0.0, 0.0, 100.0]]`",
+            ));
+        }
+        self.region(Shape::Points(points), &keys.foci, table.span())
+    }
+
+    /// A number of a focus that is there.
+    pub fn focus(&self, number: usize, place: Range<usize>) -> Result<usize, Fault> {
+        if number < self.foci {
+            return Ok(number);
+        }
+        Err(self.source.fault(
+            place,
+            format!(
+                "there is no focus {number}: the plan has {} [[focus]], numbered from 0",
+                self.foci
+            ),
+            "correct the number, or add the [[focus]]",
+        ))
+    }
+
+    fn region(
+        &self,
+        shape: Shape,
+        foci: &Option<Spanned<Vec<usize>>>,
+        place: Range<usize>,
+    ) -> Result<Region, Fault> {
+        let foci = match foci {
+            None => (0..self.foci).collect(),
+            Some(listed) => {
+                for &number in listed.get_ref() {
+                    self.focus(number, listed.span())?;
+                }
+                let mut foci = listed.get_ref().clone();
+                foci.sort_unstable();
+                foci.dedup();
+                if foci.is_empty() {
+                    return Err(self.source.fault(
+                        listed.span(),
+                        "the list of foci is empty, so nothing would be measured here",
+                        "name at least one, or leave `foci` out for all of them",
+                    ));
+                }
+                foci
+            }
+        };
+        Ok(Region { shape, foci, place })
+    }
+
+    fn whole_steps(
+        &self,
+        length_mm: f64,
+        step_mm: f64,
+        place: &Range<usize>,
+    ) -> Result<usize, Fault> {
+        let steps = (length_mm / step_mm + ROUNDING).floor();
+        if steps < MAX_POINTS_ALONG {
+            return Ok(steps as usize);
+        }
+        Err(self.source.fault(
+            place.clone(),
+            format!("a step of {step_mm} mm makes {steps:.0} steps over {length_mm} mm"),
+            "the step is in millimetres; make it larger",
+        ))
+    }
+}

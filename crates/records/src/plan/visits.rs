@@ -1,0 +1,146 @@
+//! The visits of a plan, in their order.
+
+use super::region::{Layers, Shape};
+use super::{Order, Part, Plan};
+use fieldgap_acoustics::Vec3;
+
+/// What a visit is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum VisitKind {
+    /// A reading in silence.
+    Dark,
+    /// A point of the plan.
+    Point,
+    /// The point that is measured again and again.
+    Reference,
+}
+
+/// One point at which the robot stands still and one sample is taken: row k of the samples is visit k of the plan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Visit {
+    /// What it is for.
+    pub kind: VisitKind,
+    /// Number of the focus that is driven; none in silence.
+    pub focus: Option<usize>,
+    /// Where, metres, array frame.
+    pub position_m: Vec3,
+    /// The part of the plan that puts it there.
+    pub part: Part,
+}
+
+impl Plan {
+    /// The visits, in their order; the same for the same plan, always. At least one.
+    ///
+    /// For each focus: planes by height, then volumes, lines and lists of points. The reference point comes first,
+    /// after every so many points, and last. Readings in silence are taken where the robot stands anyhow: before
+    /// the first of these, and after the last.
+    pub fn visits(&self) -> Vec<Visit> {
+        let driven = self.with_references(self.points());
+        let silent = |at: Option<&Visit>, count: u32| {
+            let dark = at.map(|at| Visit { kind: VisitKind::Dark, focus: None, ..*at });
+            dark.into_iter().flat_map(move |dark| std::iter::repeat_n(dark, count as usize))
+        };
+        let before = silent(driven.first(), self.dark.before);
+        let after = silent(driven.last(), self.dark.after);
+        before.chain(driven.iter().copied()).chain(after).collect()
+    }
+
+    fn points(&self) -> Vec<Visit> {
+        let mut way = Way { order: self.order, rows: 0, planes: 0, points: Vec::new() };
+        for focus in 0..self.foci.len() {
+            let regions = || {
+                let all = self.regions.iter().enumerate();
+                all.filter(|(_, region)| region.foci.contains(&focus))
+            };
+            let mut planes: Vec<(f64, usize, &Layers)> = regions()
+                .filter_map(|(index, region)| match &region.shape {
+                    Shape::Planes(layers) => Some((index, layers)),
+                    _ => None,
+                })
+                .flat_map(|(index, layers)| layers.z_mm.iter().map(move |&z| (z, index, layers)))
+                .collect();
+            planes.sort_by(|(a_mm, ..), (b_mm, ..)| a_mm.total_cmp(b_mm));
+            for (z_mm, index, layers) in planes {
+                way.plane(focus, Part::Region(index), layers, z_mm);
+            }
+            for (index, region) in regions() {
+                let part = Part::Region(index);
+                match &region.shape {
+                    Shape::Planes(_) => {}
+                    Shape::Volume(layers) => {
+                        layers.z_mm.iter().for_each(|&z_mm| way.plane(focus, part, layers, z_mm));
+                    }
+                    Shape::Line { from_mm, step_mm, count } => {
+                        (0..*count)
+                            .for_each(|n| way.point(focus, part, from_mm + step_mm * n as f64));
+                    }
+                    Shape::Points(points) => {
+                        points.iter().for_each(|&at_mm| way.point(focus, part, at_mm));
+                    }
+                }
+            }
+        }
+        way.points
+    }
+
+    fn with_references(&self, points: Vec<Visit>) -> Vec<Visit> {
+        let reference = &self.reference;
+        let (Some(every), Some(at_mm)) = (reference.every_points, reference.at_mm) else {
+            return points;
+        };
+        let revisit = Visit {
+            kind: VisitKind::Reference,
+            focus: Some(reference.focus),
+            position_m: at_mm / 1e3,
+            part: Part::Reference,
+        };
+        let mut visits = vec![revisit];
+        for between in points.chunks(every.get() as usize) {
+            visits.extend_from_slice(between);
+            visits.push(revisit);
+        }
+        visits
+    }
+}
+
+/// The robot's way, as far as it is laid out.
+struct Way {
+    order: Order,
+    /// Rows and planes so far: in a serpentine every second one runs backwards.
+    rows: usize,
+    planes: usize,
+    points: Vec<Visit>,
+}
+
+impl Way {
+    fn plane(&mut self, focus: usize, part: Part, layers: &Layers, z_mm: f64) {
+        let from_last_row = self.runs_backwards(self.planes);
+        for row in along(layers.y.count, from_last_row) {
+            let backwards = self.runs_backwards(self.rows);
+            for column in along(layers.x.count, backwards) {
+                let at_mm = Vec3::new(layers.x.at_mm(column), layers.y.at_mm(row), z_mm);
+                self.point(focus, part, at_mm);
+            }
+            self.rows += 1;
+        }
+        self.planes += 1;
+    }
+
+    fn point(&mut self, focus: usize, part: Part, at_mm: Vec3) {
+        self.points.push(Visit {
+            kind: VisitKind::Point,
+            focus: Some(focus),
+            position_m: at_mm / 1e3,
+            part,
+        });
+    }
+
+    fn runs_backwards(&self, number: usize) -> bool {
+        self.order == Order::Serpentine && number % 2 == 1
+    }
+}
+
+/// Indices up to `count`, from either end.
+fn along(count: usize, backwards: bool) -> impl Iterator<Item = usize> {
+    (0..count).map(move |index| if backwards { count - 1 - index } else { index })
+}

@@ -1,0 +1,97 @@
+//! Samples grouped by what was driven and by height.
+
+use super::sample::Sample;
+
+/// How far the reported heights of one plane may lie from one another's neighbours, millimetres: twice what a robot
+/// is allowed to miss its target by.
+pub const SAME_HEIGHT_MM: f64 = 0.1;
+
+/// The samples of one focus at one height, in the order they were taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plane<'s> {
+    /// Number of the focus.
+    pub focus: usize,
+    /// Mean height of the samples, millimetres, array frame.
+    pub z_mm: f64,
+    /// The samples; at least one.
+    pub samples: Vec<&'s Sample>,
+}
+
+/// Groups the samples taken with the array driven: by focus, then by height, rising.
+///
+/// Heights belong to one plane as long as no gap between neighbours is wider than `tolerance_mm`.
+pub fn planes(samples: &[Sample], tolerance_mm: f64) -> Vec<Plane<'_>> {
+    let mut driven: Vec<(usize, usize, &Sample)> = samples
+        .iter()
+        .enumerate()
+        .filter_map(|(row, sample)| Some((sample.focus?, row, sample)))
+        .collect();
+    driven.sort_by(|(focus_a, _, a), (focus_b, _, b)| {
+        focus_a.cmp(focus_b).then(a.position_mm.z.total_cmp(&b.position_mm.z))
+    });
+    driven
+        .chunk_by(|(focus_a, _, a), (focus_b, _, b)| {
+            focus_a == focus_b && b.position_mm.z - a.position_mm.z <= tolerance_mm
+        })
+        .map(|same| {
+            let mut same = same.to_vec();
+            same.sort_by_key(|(_, row, _)| *row);
+            let samples: Vec<&Sample> = same.iter().map(|(_, _, sample)| *sample).collect();
+            let heights_mm: f64 = samples.iter().map(|sample| sample.position_mm.z).sum();
+            Plane { focus: same[0].0, z_mm: heights_mm / samples.len() as f64, samples }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use fieldgap_acoustics::Vec3;
+
+    fn sample(time_s: f64, focus: Option<usize>, z_mm: f64) -> Sample {
+        let position_mm = Vec3::new(0.0, 0.0, z_mm);
+        Sample { time_s, focus, position_mm, reading: 1.0, spread: None }
+    }
+
+    #[test]
+    fn planes_are_told_apart_by_focus_and_height_and_keep_the_order_of_their_samples() {
+        let samples = [
+            sample(0.0, Some(1), 100.0),
+            sample(1.0, Some(0), 150.02),
+            sample(2.0, None, 100.0),
+            sample(3.0, Some(0), 149.98),
+            sample(4.0, Some(0), 50.0),
+        ];
+        let planes = planes(&samples, SAME_HEIGHT_MM);
+        let seen: Vec<(usize, f64, Vec<f64>)> = planes
+            .iter()
+            .map(|plane| {
+                (plane.focus, plane.z_mm, plane.samples.iter().map(|s| s.time_s).collect())
+            })
+            .collect();
+        let expected = [(0, 50.0, vec![4.0]), (0, 150.0, vec![1.0, 3.0]), (1, 100.0, vec![0.0])];
+        assert_eq!(seen, expected);
+    }
+
+    proptest! {
+        #[test]
+        fn every_driven_sample_is_in_one_plane(
+            rows in prop::collection::vec((prop::option::of(0usize..3), 0.0..3.0f64), 0..40),
+        ) {
+            let samples: Vec<Sample> = rows.iter().enumerate()
+                .map(|(row, &(focus, z_mm))| sample(row as f64, focus, z_mm)).collect();
+            let planes = planes(&samples, SAME_HEIGHT_MM);
+            let mut times: Vec<f64> = planes.iter()
+                .flat_map(|plane| plane.samples.iter().map(|sample| sample.time_s)).collect();
+            times.sort_by(f64::total_cmp);
+            let driven: Vec<f64> =
+                samples.iter().filter(|s| s.focus.is_some()).map(|s| s.time_s).collect();
+            prop_assert_eq!(times, driven);
+            for pair in planes.windows(2).filter(|pair| pair[0].focus == pair[1].focus) {
+                prop_assert!(pair[1].z_mm > pair[0].z_mm);
+            }
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! `samples.csv`: the readings of a record, in the order they were taken.
+//!
+//! `time_s,focus,x_mm,y_mm,z_mm,reading` and, where the receiver gives them, `std,count`. Focus -1 means that
+//! the array was silent. A row that cannot be right is a fault at its line and column, never left out.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use super::sample::{Sample, Spread};
+use super::table::{Row, Table};
+use fieldgap_acoustics::Vec3;
+use fieldgap_input::Fault;
+
+const NAMES: [&str; 8] = ["time_s", "focus", "x_mm", "y_mm", "z_mm", "reading", "std", "count"];
+
+/// Which columns a `samples.csv` has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Columns {
+    /// The six that every record has.
+    Plain,
+    /// With standard deviation and count.
+    WithSpread,
+}
+
+impl Columns {
+    /// The columns that hold all that `samples` know: with spread, if every one of them has it.
+    pub fn of(samples: &[Sample]) -> Self {
+        let spread = !samples.is_empty() && samples.iter().all(|sample| sample.spread.is_some());
+        if spread { Self::WithSpread } else { Self::Plain }
+    }
+
+    /// The names of the columns.
+    pub fn names(self) -> &'static [&'static str] {
+        match self {
+            Self::Plain => &NAMES[..6],
+            Self::WithSpread => &NAMES,
+        }
+    }
+
+    /// The header line, with its line end.
+    pub fn header(self) -> String {
+        self.names().join(",") + "\n"
+    }
+
+    /// One sample as a line, with its line end; each number is the shortest that reads back the same.
+    ///
+    /// # Errors
+    /// [`UnwritableSample`] if the reader would not take it back.
+    pub fn line(self, sample: &Sample) -> Result<String, UnwritableSample> {
+        check(sample)?;
+        let at = sample.position_mm;
+        let focus = sample.focus.map_or_else(|| "-1".to_owned(), |focus| focus.to_string());
+        // {:?} writes the shortest digits that read back the same, with an exponent where that is shorter.
+        let plain = format!(
+            "{:?},{focus},{:?},{:?},{:?},{:?}",
+            sample.time_s, at.x, at.y, at.z, sample.reading
+        );
+        match (self, sample.spread) {
+            (Self::Plain, None) => Ok(plain + "\n"),
+            (Self::WithSpread, Some(spread)) => {
+                Ok(format!("{plain},{:?},{}\n", spread.std, spread.count))
+            }
+            _ => Err(UnwritableSample::SpreadMismatch),
+        }
+    }
+
+    fn of_header(header: &Row<'_>) -> Result<Self, Fault> {
+        for columns in [Self::Plain, Self::WithSpread] {
+            if header.cells().eq(columns.names().iter().copied()) {
+                return Ok(columns);
+            }
+        }
+        let wrong = (0..header.len()).find(|&index| Some(&header.cell(index)) != NAMES.get(index));
+        Err(header.fault(
+            wrong.unwrap_or(header.len()),
+            "the header is not that of a samples.csv",
+            "the first line is `time_s,focus,x_mm,y_mm,z_mm,reading`, with `,std,count` after it where \
+             the receiver gives them",
+        ))
+    }
+}
+
+/// Why a sample does not go into a `samples.csv`: the reader would refuse it.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum UnwritableSample {
+    /// The sample and the columns do not agree on whether there is a standard deviation and count.
+    #[error("in one samples.csv either every row has std and count or none has")]
+    SpreadMismatch,
+    /// A number is not finite.
+    #[error("{column} is {value}, which is no finite number")]
+    NotFinite {
+        /// The column.
+        column: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// A magnitude is negative.
+    #[error("{column} is {value}, and a magnitude is not negative")]
+    Negative {
+        /// The column.
+        column: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// The mean of no readings.
+    #[error("count is 0, so nothing was read")]
+    NothingRead,
+}
+
+fn check(sample: &Sample) -> Result<(), UnwritableSample> {
+    let at = sample.position_mm;
+    let (std, count) = sample.spread.map_or((0.0, 1), |spread| (spread.std, spread.count));
+    for (column, value) in [
+        ("time_s", sample.time_s),
+        ("x_mm", at.x),
+        ("y_mm", at.y),
+        ("z_mm", at.z),
+        ("reading", sample.reading),
+        ("std", std),
+    ] {
+        if !value.is_finite() {
+            return Err(UnwritableSample::NotFinite { column, value });
+        }
+    }
+    for (column, value) in [("reading", sample.reading), ("std", std)] {
+        if value < 0.0 {
+            return Err(UnwritableSample::Negative { column, value });
+        }
+    }
+    if count == 0 { Err(UnwritableSample::NothingRead) } else { Ok(()) }
+}
+
+/// Reads a `samples.csv` whose `[[focus]]` entries are `foci` in number.
+///
+/// # Errors
+/// A [`Fault`] at the first row that cannot be right: wrong number of columns, unreadable or non-finite number,
+/// negative reading, focus without an entry, last line cut off.
+pub fn read_samples(path: &Path, foci: usize) -> Result<(Columns, Vec<Sample>), Fault> {
+    samples_of(&Table::read(path)?, foci)
+}
+
+pub fn samples_of(table: &Table, foci: usize) -> Result<(Columns, Vec<Sample>), Fault> {
+    let mut rows = table.rows(b',');
+    let header = rows.next().ok_or_else(|| {
+        Fault::of_file(
+            table.path(),
+            "is empty",
+            "its first line is `time_s,focus,x_mm,y_mm,z_mm,reading`; if the recorder was killed, \
+             bring the file back from a copy",
+        )
+    })?;
+    let columns = Columns::of_header(&header)?;
+    let mut samples = Vec::with_capacity(table.text().len() / 32);
+    let mut last = header;
+    for row in rows {
+        samples.push(sample_of(&row, columns, foci)?);
+        last = row;
+    }
+    table.refuse_cut_end(&last)?;
+    Ok((columns, samples))
+}
+
+fn sample_of(row: &Row<'_>, columns: Columns, foci: usize) -> Result<Sample, Fault> {
+    let wanted = columns.names().len();
+    if row.len() != wanted {
+        return Err(row.fault(
+            row.len().min(wanted),
+            format!("the row has {} cells where the header has {wanted}", row.len()),
+            "complete the row, or take it out on purpose; a file cut short shows this at its end",
+        ));
+    }
+    let number = |index: usize| row.number(index, NAMES[index]);
+    let magnitude = |index: usize| match number(index)? {
+        value if value >= 0.0 => Ok(value),
+        _ => Err(row.wrong(index, NAMES[index], "zero or a number above it")),
+    };
+    Ok(Sample {
+        time_s: number(0)?,
+        focus: focus_of(row, foci)?,
+        position_mm: Vec3::new(number(2)?, number(3)?, number(4)?),
+        reading: magnitude(5)?,
+        spread: match columns {
+            Columns::Plain => None,
+            Columns::WithSpread => Some(Spread { std: magnitude(6)?, count: count_of(row)? }),
+        },
+    })
+}
+
+fn focus_of(row: &Row<'_>, foci: usize) -> Result<Option<usize>, Fault> {
+    let number: i64 = row.parse(1, NAMES[1], "-1 (silent) or the number of a [[focus]]")?;
+    match usize::try_from(number) {
+        Ok(focus) if focus < foci => Ok(Some(focus)),
+        Err(_) if number == -1 => Ok(None),
+        _ => Err(row.fault(
+            1,
+            format!("focus {number} has no entry: scan.toml has {foci} [[focus]], numbered from 0"),
+            "correct the number (-1 means silent), or add the [[focus]] to scan.toml",
+        )),
+    }
+}
+
+fn count_of(row: &Row<'_>) -> Result<u32, Fault> {
+    let wanted = "a whole number above zero";
+    match row.parse(7, NAMES[7], wanted)? {
+        0 => Err(row.wrong(7, NAMES[7], wanted)),
+        count => Ok(count),
+    }
+}
+
+/// Writes a whole `samples.csv`.
+///
+/// # Errors
+/// What `out` reports, or [`UnwritableSample`] (as [`io::ErrorKind::InvalidInput`]).
+pub fn write_samples(out: &mut impl Write, samples: &[Sample]) -> io::Result<()> {
+    let columns = Columns::of(samples);
+    out.write_all(columns.header().as_bytes())?;
+    for sample in samples {
+        let line = columns
+            .line(sample)
+            .map_err(|unwritable| io::Error::new(io::ErrorKind::InvalidInput, unwritable))?;
+        out.write_all(line.as_bytes())?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,172 @@
+//! `scan.toml`: what was set up when a field was recorded.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+use toml::Spanned;
+use toml::value::Datetime;
+
+use super::array_section::{ArraySection, TRANSDUCER_BESIDE};
+use super::array_table::ArrayTable;
+use super::elements_csv::write_elements;
+use super::focus_section::{FocusSection, FocusTable};
+use super::layout::Layout;
+use super::medium_section::{MediumSection, MediumTable};
+use fieldgap_acoustics::{Simulation, Simulator};
+use fieldgap_input::{Fault, TomlSource};
+
+/// The format of recorded scans that this program reads and writes.
+const FORMAT: i64 = 1;
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ScanFile {
+    format: Spanned<i64>,
+    name: String,
+    recorded: Spanned<Datetime>,
+    reading: String,
+    array: Spanned<ArrayTable>,
+    medium: Spanned<MediumTable>,
+    simulator: SimulatorTable,
+    #[serde(default)]
+    focus: Vec<Spanned<FocusTable>>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SimulatorTable {
+    model: Simulator,
+}
+
+/// What was set up when a field was recorded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScanSetup {
+    /// What the scan is called.
+    pub name: String,
+    /// When it was begun.
+    pub recorded: Timestamp,
+    /// Unit of the readings, as text: `V`, `count`. The gain from pressure to reading is unknown.
+    pub unit: String,
+    /// The array.
+    pub array: ArraySection,
+    /// The medium, as the lab believed it to be.
+    pub medium: MediumSection,
+    /// The simulator whose gap to the scan is in question.
+    pub simulator: Simulator,
+    /// What the array was told; samples name these by their number from 0.
+    pub foci: Vec<FocusSection>,
+}
+
+/// A set-up that no `scan.toml` can hold: a year beyond four digits, a number that is not finite.
+#[derive(Debug, thiserror::Error)]
+#[error("the set-up of the scan cannot be written as TOML: {0}")]
+pub struct UnwritableSetup(String);
+
+impl ScanSetup {
+    /// Reads a `scan.toml`, and the file of elements if it names one.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the first key or value that does not fit the format, or at a row of the file of elements.
+    pub fn read(path: &Path) -> Result<Self, Fault> {
+        Self::parse(&TomlSource::read(path)?)
+    }
+
+    /// Makes sense of a text as a `scan.toml`; a file of elements is looked for beside it.
+    ///
+    /// # Errors
+    /// As [`ScanSetup::read`].
+    pub fn parse(source: &TomlSource) -> Result<Self, Fault> {
+        let file: ScanFile = source.parse()?;
+        if *file.format.get_ref() != FORMAT {
+            return Err(source.fault(
+                file.format.span(),
+                format!("format {} is not known", file.format.get_ref()),
+                format!("this program reads format {FORMAT}; a later one may read this scan"),
+            ));
+        }
+        let array = ArraySection::read(&file.array, source)?;
+        let foci = FocusSection::read_all(&file.focus, source)?;
+        for (focus, table) in foci.iter().zip(&file.focus) {
+            focus.fits(array.array().len()).map_err(|wrong| {
+                source.fault(table.span(), wrong.to_string(), "give one phase for each element")
+            })?;
+        }
+        Ok(Self {
+            name: file.name,
+            recorded: instant(&file.recorded, source)?,
+            unit: file.reading,
+            array,
+            medium: MediumSection::read(&file.medium, source)?,
+            simulator: file.simulator.model,
+            foci,
+        })
+    }
+
+    /// The text of the `scan.toml`.
+    ///
+    /// # Errors
+    /// [`UnwritableSetup`] if the format has no way to say it.
+    pub fn to_toml(&self) -> Result<String, UnwritableSetup> {
+        let recorded = Datetime::from_str(&self.recorded.to_string())
+            .map_err(|_| UnwritableSetup(format!("{} is no date of TOML", self.recorded)))?;
+        let spanless = |value| Spanned::new(0..0, value);
+        let file = ScanFile {
+            format: Spanned::new(0..0, FORMAT),
+            name: self.name.clone(),
+            recorded: spanless(recorded),
+            reading: self.unit.clone(),
+            array: Spanned::new(0..0, self.array.table()),
+            medium: Spanned::new(0..0, self.medium.table()),
+            simulator: SimulatorTable { model: self.simulator },
+            focus: self.foci.iter().map(|focus| Spanned::new(0..0, focus.table())).collect(),
+        };
+        toml::to_string(&file).map_err(|error| UnwritableSetup(error.to_string()))
+    }
+
+    /// The files that hold the set-up, by name: elements and transducer first, if they are kept in files, `scan.toml`
+    /// last, as it names the others.
+    ///
+    /// # Errors
+    /// As [`ScanSetup::to_toml`].
+    pub fn files(&self) -> Result<Vec<(&'static str, Vec<u8>)>, UnwritableSetup> {
+        let mut files = Vec::new();
+        let beside = Self { array: self.array.clone().with_file_beside(), ..self.clone() };
+        if let Layout::Elements { .. } = self.array.layout() {
+            let mut bytes = Vec::new();
+            write_elements(&mut bytes, self.array.array().elements())
+                .map_err(|error| UnwritableSetup(error.to_string()))?;
+            files.push(("elements.csv", bytes));
+        }
+        if let Some(transducer) = self.array.transducer_file() {
+            files.push((TRANSDUCER_BESIDE, transducer.text().as_bytes().to_vec()));
+        }
+        files.push(("scan.toml", beside.to_toml()?.into_bytes()));
+        Ok(files)
+    }
+
+    /// The set-up as a simulator takes it, driven by one of the foci; `None` if there is no such focus.
+    pub fn simulation(&self, simulator: Simulator, focus: usize) -> Option<Simulation> {
+        Some(Simulation {
+            simulator,
+            array: self.array.array().clone(),
+            medium: self.medium.medium(),
+            frequency_hz: self.array.frequency_hz(),
+            excitation: self.foci.get(focus)?.excitation(),
+        })
+    }
+}
+
+fn instant(recorded: &Spanned<Datetime>, source: &TomlSource) -> Result<Timestamp, Fault> {
+    recorded.get_ref().to_string().parse().map_err(|_| {
+        source.fault(
+            recorded.span(),
+            format!("{} is not an instant", recorded.get_ref()),
+            "write date, time and zone, such as 2026-11-20T17:00:00Z",
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,200 @@
+use std::num::NonZeroU32;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::Rims;
+use fieldgap_acoustics::{Element, Excitation, Vec3};
+use fieldgap_input::{Finite, NonNegative, Positive};
+
+const EXAMPLE: &str = r#"format = 1
+name = "focus-planes"
+recorded = 2026-11-20T17:00:00Z
+reading = "V"
+
+[array]
+frequency_hz = 40000.0
+layout = "square"
+columns = 6
+rows = 6
+element_diameter_mm = 10.5
+spacing_mm = 0.0
+
+[medium]
+speed_of_sound_m_s = 343.0
+
+[simulator]
+model = "corrected"
+
+[[focus]]
+x_mm = 17.5
+y_mm = -22.5
+z_mm = 100.0
+"#;
+
+fn parse(text: &str) -> Result<ScanSetup, Fault> {
+    ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), text))
+}
+
+#[test]
+fn the_example_of_the_format_is_read() {
+    let setup = parse(EXAMPLE).expect("good");
+    assert_eq!(setup.name, "focus-planes");
+    assert_eq!(setup.recorded.to_string(), "2026-11-20T17:00:00Z");
+    assert_eq!(setup.unit, "V");
+    let simulation = setup.simulation(Simulator::Piston, 0).expect("one focus");
+    assert_eq!(simulation.array.len(), 36);
+    assert_eq!(simulation.frequency_hz, 40e3);
+    assert_eq!(simulation.excitation, Excitation::Focus(Vec3::new(0.0175, -0.0225, 0.1)));
+    assert_eq!(setup.simulation(Simulator::Piston, 1), None);
+}
+
+#[test]
+fn what_is_written_is_the_example_again() {
+    let written = parse(EXAMPLE).expect("good").to_toml().expect("writable");
+    assert_eq!(written, EXAMPLE);
+}
+
+#[test]
+fn faults_are_placed() {
+    let cases = [
+        ("format = 1", "format = 2", 1, "format 2"),
+        ("17:00:00Z", "17:00:00", 3, "not an instant"),
+        ("reading", "readings", 4, "readings"),
+        ("\"corrected\"", "\"perfect\"", 18, "perfect"),
+        ("x_mm = 17.5\n", "", 20, "`x_mm`"),
+        ("x_mm = 17.5\ny_mm = -22.5\nz_mm = 100.0", "phases_rad = [0.0]", 20, "36 elements"),
+        ("[medium]\nspeed_of_sound_m_s = 343.0\n", "", 1, "medium"),
+    ];
+    for (from, to, line, said) in cases {
+        let text = EXAMPLE.replace(from, to);
+        assert_ne!(text, EXAMPLE);
+        let fault = parse(&text).expect_err(to);
+        assert_eq!(fault.line_column().map(|place| place.0), Some(line), "{to}: {fault}");
+        assert!(fault.problem().contains(said), "{to}: {fault}");
+    }
+}
+
+#[test]
+fn a_year_that_toml_cannot_write_is_refused() {
+    let setup = ScanSetup { recorded: Timestamp::MIN, ..parse(EXAMPLE).expect("good") };
+    assert!(setup.to_toml().is_err());
+}
+
+fn any_positive() -> impl Strategy<Value = Positive> {
+    (1e-6..1e6f64).prop_map(|value| Positive::new(value).expect("above zero"))
+}
+
+prop_compose! {
+    fn any_rims()(diameter_mm in any_positive(), spacing_mm in 0.0..1e3f64) -> Rims {
+        Rims { diameter_mm, spacing_mm: NonNegative::new(spacing_mm).expect("above zero") }
+    }
+}
+
+fn any_lattice() -> impl Strategy<Value = Layout> {
+    let count = || (1u32..20).prop_filter_map("above zero", NonZeroU32::new);
+    prop_oneof![
+        (count(), count(), any_rims()).prop_map(|(columns, rows, rims)| Layout::Square {
+            columns,
+            rows,
+            rims
+        }),
+        (count(), any_rims()).prop_map(|(count, rims)| Layout::Linear { count, rims }),
+        (0u32..5, any_rims()).prop_map(|(rings, rims)| Layout::Hexagonal { rings, rims }),
+        (0u32..4, any_rims()).prop_map(|(rings, rims)| Layout::HexagonalThesis { rings, rims }),
+        (3u32..20, any::<u32>(), any_rims()).prop_filter_map(
+            "above zero",
+            |(count, seed, rims)| {
+                Some(Layout::Random { count: NonZeroU32::new(count)?, seed, rims })
+            }
+        ),
+    ]
+}
+
+prop_compose! {
+    fn any_element()(
+        at_um in [-90_000i32..90_000, -90_000i32..90_000, 0i32..30_000],
+        direction in [-1.0..1.0f64, -1.0..1.0f64, 0.1..1.0f64],
+        amplitude in 0.0..2.0f64,
+        phase_rad in -4.0..4.0f64,
+    ) -> Element {
+        Element {
+            centre_m: Vec3::from(at_um.map(|um| f64::from(um) / 1e3)) / 1e3,
+            normal: Vec3::from(direction).normalize(),
+            radius_m: 0.0045,
+            amplitude,
+            phase_rad,
+        }
+    }
+}
+
+fn any_array() -> impl Strategy<Value = ArraySection> {
+    prop_oneof![
+        (any_positive(), any_lattice()).prop_map(|(frequency_hz, layout)| {
+            ArraySection::of_layout(frequency_hz, layout).expect("room for few elements")
+        }),
+        (any_positive(), prop::collection::vec(any_element(), 1..5)).prop_map(
+            |(frequency_hz, elements)| {
+                ArraySection::of_elements(frequency_hz, elements).expect("some elements")
+            }
+        ),
+    ]
+}
+
+fn any_medium() -> impl Strategy<Value = MediumSection> {
+    let finite = |range: std::ops::Range<f64>| {
+        range.prop_map(|value| Finite::new(value).expect("a range of finite numbers"))
+    };
+    prop_oneof![
+        any_positive().prop_map(MediumSection::SpeedOfSound),
+        (finite(-20.0..50.0), finite(0.0..100.0), finite(60.0..110.0)).prop_map(
+            |(temperature_c, humidity_percent, pressure_kpa)| MediumSection::Air {
+                temperature_c,
+                humidity_percent,
+                pressure_kpa,
+            }
+        ),
+    ]
+}
+
+fn any_focus(elements: usize) -> impl Strategy<Value = FocusSection> {
+    let phases = prop::collection::vec(-7.0..7.0f64, elements);
+    prop_oneof![
+        [-1e3..1e3f64, -1e3..1e3f64, -1e3..1e3f64].prop_map(|at| FocusSection::Point(at.into())),
+        Just(FocusSection::AllZero),
+        phases.prop_map(FocusSection::Phases),
+    ]
+}
+
+fn any_setup() -> impl Strategy<Value = ScanSetup> {
+    any_array().prop_flat_map(|array| {
+        let foci = prop::collection::vec(any_focus(array.array().len()), 1..3);
+        let seconds = 0i64..4_000_000_000;
+        let simulator = prop::sample::select(Simulator::ALL.to_vec());
+        ("\\PC{0,12}", seconds, "[a-zA-Z\"\\\\\n]{1,8}", any_medium(), simulator, foci).prop_map(
+            move |(name, seconds, unit, medium, simulator, foci)| ScanSetup {
+                name,
+                recorded: Timestamp::from_second(seconds).expect("this century or the next"),
+                unit,
+                array: array.clone(),
+                medium,
+                simulator,
+                foci,
+            },
+        )
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn any_setup_reads_back_equal(setup in any_setup()) {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (name, bytes) in setup.files().expect("writable") {
+            std::fs::write(folder.path().join(name), bytes).expect("written");
+        }
+        let again = ScanSetup::read(&folder.path().join("scan.toml"));
+        prop_assert_eq!(again.expect("what was written reads"), setup);
+    }
+}

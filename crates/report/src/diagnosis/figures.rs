@@ -1,0 +1,58 @@
+//! Which pictures the report of a diagnosis has, and what their files are called.
+
+use rayon::prelude::*;
+
+use super::super::figure::Figure;
+use super::super::picture::{Drawn, PictureError, ResidualMaps};
+use super::{evidence, waterfall};
+use fieldgap_diagnosis::{DiagnosedPlane, Diagnosis};
+use fieldgap_text::fixed;
+
+/// All pictures of a diagnosis.
+pub(super) struct DiagnosisFigures {
+    /// How probable each candidate is; `None` where none was tried.
+    pub evidence: Option<Figure>,
+    /// What each effect explains; `None` where there is nothing to explain.
+    pub waterfall: Option<Figure>,
+    /// The maps of each plane; `None` where its points lie on no grid.
+    pub planes: Vec<Option<Figure>>,
+}
+
+impl DiagnosisFigures {
+    /// Draws them all.
+    pub fn draw(diagnosis: &Diagnosis) -> Result<Self, PictureError> {
+        let named = |name: &str, drawn: Drawn| Figure::new(name.to_owned(), drawn);
+        let evidence = evidence::chart(diagnosis).map(|chart| Drawn::new(&chart)).transpose()?;
+        let waterfall = waterfall::chart(diagnosis).map(|chart| Drawn::new(&chart)).transpose()?;
+        let planes = diagnosis
+            .planes
+            .par_iter()
+            .map(|plane| {
+                let maps = ResidualMaps::new(plane, &diagnosis.reading_unit);
+                let drawn = maps.map(|maps| Drawn::new(&maps)).transpose()?;
+                Ok(drawn.map(|drawn| Figure::new(name(diagnosis, plane), drawn)))
+            })
+            .collect::<Result<Vec<_>, PictureError>>()?;
+        Ok(Self {
+            evidence: evidence.map(|drawn| named("evidence", drawn)),
+            waterfall: waterfall.map(|drawn| named("waterfall", drawn)),
+            planes,
+        })
+    }
+
+    /// Every picture.
+    pub fn all(&self) -> impl Iterator<Item = &Figure> {
+        [&self.evidence, &self.waterfall].into_iter().chain(&self.planes).flatten()
+    }
+}
+
+/// What a plane's picture is called, without its extension.
+fn name(diagnosis: &Diagnosis, plane: &DiagnosedPlane) -> String {
+    let scan =
+        if diagnosis.scans.len() > 1 { format!("-scan{}", plane.scan) } else { String::new() };
+    let several_drives = diagnosis.planes.iter().any(|other| other.focus != plane.focus);
+    let drive = if several_drives { format!("-drive{}", plane.focus) } else { String::new() };
+    let height = fixed(plane.z_mm, 3).replace('\u{2212}', "-");
+    let height = height.trim_end_matches('0').trim_end_matches('.');
+    format!("left{scan}{drive}-z{height}mm")
+}

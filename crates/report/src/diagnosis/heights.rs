@@ -1,0 +1,199 @@
+//! Before and after, height by height: the figures and the maps.
+
+use super::super::html::{Html, element, paragraph, text};
+use super::super::peak_distance::peak_distance_m;
+use super::super::picture::{LEAST_SIGNED_SIGMA, REACH_SIGMA, rms};
+use super::figures::DiagnosisFigures;
+use fieldgap_comparison::{FieldFigures, Uncertain};
+use fieldgap_diagnosis::{DiagnosedPlane, Diagnosis, PlaneShare};
+use fieldgap_text::{ABSENT, fixed, height_mm, millimetres, percent, uncertain};
+
+/// Marks what a peak on the map's edge makes doubtful.
+const AT_EDGE: &str = "*";
+/// Marks a focal radius that lacks a side.
+const CUT_OFF: &str = "\u{2020}";
+
+/// The table and the maps.
+pub(super) fn heights(diagnosis: &Diagnosis, figures: &DiagnosisFigures) -> Vec<Html> {
+    let mut content = vec![
+        table(diagnosis),
+        element(
+            "div",
+            &[("class", "notes")],
+            notes(diagnosis).into_iter().chain([paragraph(&format!(
+                "The maps show the scan, and what is left of it when the simulation is taken off, as believed and \
+                 corrected. White is no difference; the colours end at \u{b1}{REACH_SIGMA} standard deviations of the \
+                 noise, on all heights alike. Signs stand where more than {LEAST_SIGNED_SIGMA} are left."
+            ))]),
+        ),
+    ];
+    for (plane, figure) in diagnosis.planes.iter().zip(&figures.planes) {
+        content.push(element("h3", &[], [text(&place(diagnosis, plane))]));
+        let words = paragraph(&caption(plane));
+        content.push(match figure {
+            Some(figure) => {
+                let caption = element("figcaption", &[], [words, figure.files()]);
+                element("figure", &[], [figure.image(), caption])
+            }
+            None => element(
+                "div",
+                &[],
+                [paragraph("No map: the points of this height lie on no grid."), words],
+            ),
+        });
+    }
+    content
+}
+
+/// What the marks of the table mean, those that stand in it.
+fn notes(diagnosis: &Diagnosis) -> Vec<Html> {
+    let any = |has: fn(&FieldFigures) -> bool| {
+        diagnosis.planes.iter().flat_map(|plane| plane.figures.iter().flatten()).any(has)
+    };
+    let mut notes = Vec::new();
+    if any(|figures| figures.peak_at_edge) {
+        notes.push(format!(
+            "{AT_EDGE} a peak stands on the map's edge; the true one may lie outside."
+        ));
+    }
+    if any(has_cut_off) {
+        notes.push(format!("{CUT_OFF} without the sides that the map's edge cuts off."));
+    }
+    notes.iter().map(|note| paragraph(note)).collect()
+}
+
+fn has_cut_off(figures: &FieldFigures) -> bool {
+    figures.focal_radius.as_ref().is_some_and(|radius| radius.sides_m.iter().any(Option::is_none))
+}
+
+/// Which plane it is, in words.
+fn place(diagnosis: &Diagnosis, plane: &DiagnosedPlane) -> String {
+    let mut place = String::new();
+    if diagnosis.scans.len() > 1 {
+        let name = diagnosis.scans.get(plane.scan).map_or("", String::as_str);
+        place += &format!("Scan {name}, ");
+    }
+    if several_drives(diagnosis) {
+        place += &format!("Drive {}, ", plane.focus);
+    }
+    format!("{place}z = {} mm", height_mm(plane.z_mm * 1e-3))
+}
+
+fn several_drives(diagnosis: &Diagnosis) -> bool {
+    diagnosis.planes.windows(2).any(|pair| pair[0].focus != pair[1].focus)
+}
+
+fn caption(plane: &DiagnosedPlane) -> String {
+    let left = |values: &[f64]| rms(values).map_or(ABSENT.to_owned(), |rms| fixed(rms, 2));
+    let mut caption = format!(
+        "The simulation as believed leaves {} standard deviations of the noise (rms), the corrected one {}; noise alone \
+         would leave 1.",
+        left(&plane.residual_before),
+        left(&plane.residual_after)
+    );
+    let missing = plane.measured.iter().filter(|reading| !reading.is_finite()).count();
+    if missing > 0 {
+        caption += &format!(" {missing} of {} points were not measured.", plane.measured.len());
+    }
+    caption
+}
+
+/// One row a plane: its gap, and how peak and focal radius differ, before and after.
+fn table(diagnosis: &Diagnosis) -> Html {
+    let groups = [
+        ("Gap", 2),
+        ("Peak of the scan over the simulation's", 2),
+        ("Peaks apart (mm)", 2),
+        ("Focal radius (mm)", 3),
+    ];
+    let before_after = ["before", "after"];
+    let columns = before_after.into_iter().chain(before_after).chain(before_after).chain([
+        "scan",
+        "scan less before",
+        "scan less after",
+    ]);
+    let mut lead = Vec::new();
+    if diagnosis.scans.len() > 1 {
+        lead.push("scan");
+    }
+    if several_drives(diagnosis) {
+        lead.push("drive");
+    }
+    lead.push("z (mm)");
+    let corner = element("td", &[("colspan", &lead.len().to_string())], []);
+    let group = |(words, width): (&str, usize)| {
+        element("th", &[("colspan", &width.to_string()), ("scope", "colgroup")], [text(words)])
+    };
+    let groups = std::iter::once(corner).chain(groups.map(group));
+    let column = |words| element("th", &[("scope", "col")], [text(words)]);
+    let columns = lead.iter().copied().chain(columns).map(column);
+    let rows = diagnosis.planes.iter().map(|plane| {
+        let cell = |words: &str| element("td", &[], [text(words)]);
+        let mut cells = Vec::new();
+        if diagnosis.scans.len() > 1 {
+            cells.push(cell(diagnosis.scans.get(plane.scan).map_or("", String::as_str)));
+        }
+        if several_drives(diagnosis) {
+            cells.push(cell(&plane.focus.to_string()));
+        }
+        let height = height_mm(plane.z_mm * 1e-3);
+        cells.push(element("th", &[("scope", "row")], [text(&height)]));
+        cells.extend(figures(diagnosis, plane).iter().map(|words| cell(words)));
+        element("tr", &[], cells)
+    });
+    let rows: Vec<Html> = rows.collect();
+    let caption = "Before: the simulation as believed. After: with the best candidate added. \u{b1} one standard error.";
+    let table = element(
+        "table",
+        &[],
+        [
+            element("caption", &[], [text(caption)]),
+            element("thead", &[], [element("tr", &[], groups), element("tr", &[], columns)]),
+            element("tbody", &[], rows),
+        ],
+    );
+    element("div", &[("class", "wide")], [table])
+}
+
+/// What stands in the row of a plane.
+fn figures(diagnosis: &Diagnosis, plane: &DiagnosedPlane) -> Vec<String> {
+    let here = |share: &&PlaneShare| {
+        (share.scan, share.focus) == (plane.scan, plane.focus)
+            && (share.z_mm - plane.z_mm).abs() < 1e-6
+    };
+    let share = diagnosis.r#where.planes.iter().find(here);
+    let gap =
+        |of: fn(&PlaneShare) -> f64| share.map_or(ABSENT.to_owned(), |share| percent(of(share)));
+    let mut cells = vec![gap(|share| share.gap), gap(|share| share.gap_after)];
+    let Some([scan, before, after]) = &plane.figures else {
+        cells.extend((0..7).map(|_| ABSENT.to_owned()));
+        return cells;
+    };
+    let marked = |number: String, mark: bool, with: &str| number + if mark { with } else { "" };
+    let ratio = |simulation: &FieldFigures| {
+        let ratio = Uncertain {
+            value: scan.peak.value / simulation.peak.value,
+            standard_error: scan.peak.standard_error / simulation.peak.value,
+        };
+        marked(uncertain(ratio), scan.peak_at_edge || simulation.peak_at_edge, AT_EDGE)
+    };
+    let apart = |simulation: &FieldFigures| {
+        let [x, y] = simulation.peak_position_m;
+        let apart = millimetres(peak_distance_m(scan.peak_position_m, (x.value, y.value)));
+        marked(apart, scan.peak_at_edge || simulation.peak_at_edge, AT_EDGE)
+    };
+    let radius = |figures: &FieldFigures| figures.focal_radius.as_ref()?.radius_m;
+    let wider = |simulation: &FieldFigures| {
+        let wider = radius(scan).zip(radius(simulation)).map(|(scan, simulation)| Uncertain {
+            value: scan.value - simulation.value,
+            standard_error: scan.standard_error,
+        });
+        let cut_off = has_cut_off(scan) || has_cut_off(simulation);
+        marked(wider.map_or(ABSENT.to_owned(), millimetres), cut_off, CUT_OFF)
+    };
+    cells.extend([ratio(before), ratio(after), apart(before), apart(after)]);
+    let of_scan = radius(scan).map_or(ABSENT.to_owned(), millimetres);
+    cells.push(marked(of_scan, has_cut_off(scan), CUT_OFF));
+    cells.extend([wider(before), wider(after)]);
+    cells
+}

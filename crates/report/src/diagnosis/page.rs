@@ -1,0 +1,143 @@
+//! The page of a diagnosis: one HTML file that needs nothing beside it.
+
+use super::super::context::ReportContext;
+use super::super::html::{Html, element, facts, link, paragraph, section, text};
+use super::super::page::{STYLE, registration, warnings};
+use super::super::provenance;
+use super::super::words::{listed, sentence};
+use super::figures::DiagnosisFigures;
+use super::{JSON_NAME, TEXT_NAME, causes, guide, heights, outlook, remains};
+use fieldgap_comparison::NoiseSource;
+use fieldgap_diagnosis::{Diagnosis, Verdict};
+use fieldgap_text::{ABSENT, percent, significant};
+
+/// What this page has beyond the others.
+const OWN_STYLE: &str = include_str!("style.css");
+
+/// The page of a diagnosis, with the pictures drawn of it.
+pub(super) fn page(
+    context: &ReportContext,
+    diagnosis: &Diagnosis,
+    figures: &DiagnosisFigures,
+) -> String {
+    let sections = [
+        ("verdict", "Verdict", Some(verdict(diagnosis))),
+        ("causes", "Causes", Some(causes::in_question(diagnosis, figures))),
+        ("waterfall", "What explains how much", remains::waterfall(figures)),
+        ("heights", "Before and after", Some(heights::heights(diagnosis, figures))),
+        ("where", "Where the gap lies", Some(remains::whereabouts(diagnosis))),
+        ("left", "What is left", remains::structure(diagnosis)),
+        ("ruled-out", "What is ruled out", causes::ruled_out(diagnosis)),
+        ("open", "What these data cannot tell", outlook::open(diagnosis)),
+        ("next", "The next measurement", outlook::next(diagnosis)),
+        ("guide", "How to read this page", Some(guide::guide())),
+        ("registration", "How the scan was laid on the simulation", Some(laid(diagnosis))),
+    ];
+    let present: Vec<(&str, &str, Vec<Html>)> = sections
+        .into_iter()
+        .filter_map(|(id, heading, content)| Some((id, heading, content?)))
+        .collect();
+    let ends = [("set-up", "Set-up"), ("provenance", "Provenance")];
+    let entries = present.iter().map(|(id, heading, _)| (*id, *heading)).chain(ends);
+    let items = entries
+        .map(|(id, heading)| element("li", &[], [link(&format!("#{id}"), heading)]))
+        .collect::<Vec<_>>();
+    let navigation = element("nav", &[("aria-label", "Sections")], [element("ul", &[], items)]);
+    let mut main: Vec<Html> =
+        present.into_iter().map(|(id, heading, content)| section(id, heading, content)).collect();
+    main.push(provenance::set_up(context, Some(diagnosis.points)));
+    main.push(provenance::provenance(context, &[TEXT_NAME, JSON_NAME]));
+    let body = [header(diagnosis), navigation, warnings(context), element("main", &[], main)];
+    let title = format!("{}: diagnosis", context.title);
+    Html::document(&title, &[STYLE, OWN_STYLE], Html::all(body))
+}
+
+fn header(diagnosis: &Diagnosis) -> Html {
+    let scans = match diagnosis.scans.len() {
+        0 | 1 => format!("scan {} differs", diagnosis.scan),
+        _ => format!("scans {} differ", listed(&diagnosis.scans)),
+    };
+    let subtitle = format!(
+        "Why {scans} from the {} simulation: diagnosed from {} readings",
+        diagnosis.simulator, diagnosis.points
+    );
+    element(
+        "header",
+        &[("class", "diagnosis")],
+        [
+            element("h1", &[], [text(&diagnosis.sentence)]),
+            element("p", &[("class", "subtitle")], [text(&subtitle)]),
+        ],
+    )
+}
+
+/// The verdict and the numbers that it rests on.
+fn verdict(diagnosis: &Diagnosis) -> Vec<Html> {
+    let sets = |sets: &[Vec<&'static str>]| {
+        let sets: Vec<String> = sets.iter().map(|set| set.join(" + ")).collect();
+        sets.join(", or ")
+    };
+    let words = match diagnosis.verdict {
+        Verdict::Explained => format!(
+            "Explained by {}: this explains the gap, and its rivals do not.",
+            diagnosis.effects.join(" + ")
+        ),
+        Verdict::Ambiguous => format!(
+            "Ambiguous: {} explain these readings equally well.",
+            sets(&diagnosis.alternatives)
+        ),
+        Verdict::Unexplained => {
+            "Unexplained: there is a gap, and no effect of the catalogue explains it.".to_owned()
+        }
+        Verdict::None => "None: there is no gap beyond noise.".to_owned(),
+    };
+    let best = diagnosis.best().filter(|best| !best.effects.is_empty());
+    let with = best.map_or("corrected".to_owned(), |best| format!("with {}", best.name()));
+    let tile = |number: String, words: &str| {
+        element(
+            "div",
+            &[],
+            [element("dt", &[], [text(words)]), element("dd", &[], [text(&number)])],
+        )
+    };
+    let tiles = [
+        tile(percent(diagnosis.gap_before_held_out), "gap of the simulation as believed"),
+        tile(
+            best.map_or(ABSENT.to_owned(), |best| percent(best.gap_after_held_out)),
+            &format!("gap {with}"),
+        ),
+        tile(percent(diagnosis.noise_floor), "what noise alone leaves"),
+        tile(percent(diagnosis.explained_fraction), "of the squared gap beyond noise explained"),
+    ];
+    vec![
+        element("div", &[("class", "verdict")], [paragraph(&words)]),
+        element("dl", &[("class", "tiles")], tiles),
+        element(
+            "div",
+            &[("class", "notes")],
+            [paragraph(
+                "Gaps are the rms of scan less simulation over the rms of the scan, over readings that were kept out of \
+                 every fit.",
+            )],
+        ),
+    ]
+}
+
+/// How the scan was brought to the simulation's coordinates, and what its noise is.
+fn laid(diagnosis: &Diagnosis) -> Vec<Html> {
+    let mut content = registration::registration(&diagnosis.registration, &diagnosis.reading_unit);
+    let noise = &diagnosis.noise;
+    let source = match noise.source {
+        NoiseSource::Repeats => "points that were measured several times",
+        NoiseSource::SilentReadings => "readings with the array silent",
+        NoiseSource::Residual => "what the simulation leaves, so that it is an upper bound",
+    };
+    let level = format!("{} {}", significant(noise.additive, 3), diagnosis.reading_unit);
+    content.push(element("h3", &[], [text("Noise of one reading")]));
+    content.push(facts([
+        (text("At every level"), text(level.trim_end())),
+        (text("In proportion to the level"), text(&percent(noise.multiplicative))),
+        (text("Known from"), text(&sentence(source))),
+    ]));
+    content
+}

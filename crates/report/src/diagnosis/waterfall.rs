@@ -1,0 +1,51 @@
+//! What each effect takes off the gap, as bars that hang on one another.
+
+use super::super::picture::{Bar, BarChart, Weight};
+use super::super::words::listed;
+use fieldgap_diagnosis::Diagnosis;
+use fieldgap_text::percent;
+
+/// What stands for the last step.
+const REMAINS: &str = "what remains";
+
+/// The squared gap beyond noise, effect by effect; `None` where nothing was added.
+pub(super) fn chart(diagnosis: &Diagnosis) -> Option<BarChart> {
+    if !diagnosis.waterfall.iter().any(|step| step.effect.is_some()) {
+        return None;
+    }
+    let bar = |name: &str, (from, to): (f64, f64), note: String, weight| Bar {
+        name: name.to_owned(),
+        from,
+        to,
+        note,
+        weight,
+    };
+    let mut bars = vec![bar("simulation as believed", (0.0, 1.0), percent(1.0), Weight::Faint)];
+    let mut left = 1.0;
+    for step in &diagnosis.waterfall {
+        bars.push(match step.effect {
+            Some(effect) => {
+                let hangs = (left, left - step.share);
+                left -= step.share;
+                bar(effect, hangs, format!("\u{2212}{}", percent(step.share)), Weight::Strong)
+            }
+            None => bar(REMAINS, (0.0, step.share), percent(step.share), Weight::Plain),
+        });
+    }
+    let parts: Vec<String> = diagnosis
+        .waterfall
+        .iter()
+        .map(|step| format!("{} {}", step.effect.unwrap_or(REMAINS), percent(step.share)))
+        .collect();
+    Some(BarChart {
+        bars,
+        range: (0.0, 1.0),
+        ticks: (0..=5).map(|fifth| (f64::from(fifth) / 5.0, format!("{} %", 20 * fifth))).collect(),
+        label: "squared gap beyond noise".to_owned(),
+        guides: Vec::new(),
+        description: format!(
+            "Bars of the squared gap beyond noise as the effects are added one after another: {}.",
+            listed(&parts)
+        ),
+    })
+}

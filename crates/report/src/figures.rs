@@ -1,0 +1,82 @@
+//! Which pictures a report has, and what their files are called.
+
+use rayon::prelude::*;
+
+use super::figure::Figure;
+use super::judgement::drives;
+use super::picture::{Drawn, HeightCurves, PictureError, PlaneMaps};
+use fieldgap_comparison::Comparison;
+use fieldgap_text::height_mm;
+
+/// All pictures of a report.
+pub(super) struct Figures {
+    /// Every plane against every simulator: by drive, then height, then simulator.
+    pub planes: Vec<PlaneFigure>,
+    /// Curves against height, one for each drive that has several heights.
+    pub curves: Vec<Figure>,
+}
+
+/// The maps of a plane of a comparison.
+pub(super) struct PlaneFigure {
+    /// Index of the comparison.
+    pub comparison: usize,
+    /// Index of the plane in it.
+    pub plane: usize,
+    /// The maps; `None` where the plane has none.
+    pub picture: Option<Figure>,
+}
+
+impl Figures {
+    /// Draws them all.
+    pub fn draw(comparisons: &[Comparison]) -> Result<Self, PictureError> {
+        let several_drives = comparisons.iter().any(|comparison| drives(comparison).len() > 1);
+        let drive_name =
+            |drive: usize| if several_drives { format!("-drive{drive}") } else { String::new() };
+        let mut places: Vec<(usize, usize)> = comparisons
+            .iter()
+            .enumerate()
+            .flat_map(|(index, comparison)| {
+                (0..comparison.planes.len()).map(move |plane| (index, plane))
+            })
+            .collect();
+        let plane_at = |(comparison, plane): (usize, usize)| &comparisons[comparison].planes[plane];
+        places.sort_by(|&a, &b| {
+            let (plane_a, plane_b) = (plane_at(a), plane_at(b));
+            let drive = plane_a.focus.cmp(&plane_b.focus);
+            drive.then(plane_a.z_m.total_cmp(&plane_b.z_m)).then(a.cmp(&b))
+        });
+        let planes = places
+            .par_iter()
+            .map(|&(index, number)| {
+                let (comparison, plane) = (&comparisons[index], plane_at((index, number)));
+                let name = format!(
+                    "map{}-z{}mm-{}",
+                    drive_name(plane.focus),
+                    height_mm(plane.z_m).replace('\u{2212}', "-"),
+                    comparison.simulator
+                );
+                let maps = PlaneMaps::new(plane, comparison.simulator, &comparison.reading_unit);
+                let drawn = maps.map(|maps| Drawn::new(&maps)).transpose()?;
+                let picture = drawn.map(|drawn| Figure::new(name, drawn));
+                Ok(PlaneFigure { comparison: index, plane: number, picture })
+            })
+            .collect::<Result<Vec<_>, PictureError>>()?;
+        let curves = comparisons
+            .first()
+            .map(drives)
+            .unwrap_or_default()
+            .into_iter()
+            .filter_map(|drive| Some((drive, HeightCurves::new(comparisons, drive)?)))
+            .map(|(drive, curves)| {
+                let name = format!("curves{}", drive_name(drive));
+                Ok(Figure::new(name, Drawn::new(&curves)?))
+            })
+            .collect::<Result<Vec<_>, PictureError>>()?;
+        Ok(Self { planes, curves })
+    }
+
+    /// Every picture.
+    pub fn all(&self) -> impl Iterator<Item = &Figure> {
+        self.planes.iter().filter_map(|plane| plane.picture.as_ref()).chain(&self.curves)
+    }
+}

@@ -1,0 +1,64 @@
+//! Whether scan and simulation agree at a height.
+
+use fieldgap_comparison::{Comparison, FieldFigures, PlaneComparison};
+
+/// Maps that correlate at least this well have the same shape.
+pub(super) const LEAST_CORRELATION: f64 = 0.9;
+/// Peaks that are apart by at most this share of the focal radius stand at the same place.
+pub(super) const SAME_PLACE_SHARE: f64 = 0.5;
+/// A plane farther than this from the focus, metres, is not at the focal height, even if no other is nearer.
+const FOCAL_HEIGHT_REACH_M: f64 = 5e-3;
+
+/// What a plane comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Judgement {
+    /// Peak and shape agree.
+    Agrees,
+    /// The peaks stand apart.
+    PeakApart,
+    /// The shapes agree, but of several maxima another one is the largest.
+    OtherMaximum,
+    /// The peaks stand together, the shapes differ.
+    ShapeDiffers,
+    /// There is too little to judge by.
+    Unknown,
+}
+
+/// Judges a plane, by the two limits that the page states.
+pub(super) fn judge(plane: &PlaneComparison) -> Judgement {
+    let correlation = plane.agreement.correlation;
+    if !correlation.is_finite() {
+        return Judgement::Unknown;
+    }
+    let apart_m = plane.discrepancy.peak_distance_m.value;
+    let radius_m = radius_m(&plane.scan).or_else(|| radius_m(&plane.simulation));
+    let same_place = radius_m.is_none_or(|radius_m| apart_m <= SAME_PLACE_SHARE * radius_m);
+    let several = [&plane.scan, &plane.simulation].iter().any(|f| f.sub_peaks.unwrap_or(0) > 0);
+    match (same_place, correlation >= LEAST_CORRELATION) {
+        (true, true) => Judgement::Agrees,
+        (true, false) => Judgement::ShapeDiffers,
+        (false, true) if several => Judgement::OtherMaximum,
+        (false, _) => Judgement::PeakApart,
+    }
+}
+
+fn radius_m(figures: &FieldFigures) -> Option<f64> {
+    Some(figures.focal_radius.as_ref()?.radius_m?.value)
+}
+
+/// The drives of a comparison, by number.
+pub(super) fn drives(comparison: &Comparison) -> Vec<usize> {
+    let mut drives: Vec<usize> = comparison.planes.iter().map(|plane| plane.focus).collect();
+    drives.sort_unstable();
+    drives.dedup();
+    drives
+}
+
+/// The height, metres, of the plane of a drive that lies at its focus, in the coordinates of the scan.
+pub(super) fn focal_height_m(comparison: &Comparison, drive: usize) -> Option<f64> {
+    let to_focus_m =
+        |plane: &&PlaneComparison| Some(((plane.target_in_scan_m?.z - plane.z_m).abs(), plane.z_m));
+    let planes = comparison.planes.iter().filter(|plane| plane.focus == drive);
+    let nearest = planes.filter_map(|plane| to_focus_m(&plane)).min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.filter(|&(to_focus_m, _)| to_focus_m <= FOCAL_HEIGHT_REACH_M).map(|(_, z_m)| z_m)
+}

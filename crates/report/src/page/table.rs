@@ -1,0 +1,184 @@
+//! The figures height by height, as tables.
+
+use super::super::judgement::drives;
+use super::html::{Html, element, paragraph, text};
+use fieldgap_comparison::{Comparison, FieldFigures, Noise, NoiseSource, PlaneComparison};
+use fieldgap_text::{ABSENT, fixed, height_mm, millimetres, percent, significant, uncertain};
+
+/// The tables of a comparison and what has to be said with them.
+pub(super) fn tables(comparison: &Comparison) -> Vec<Html> {
+    let unit = &comparison.reading_unit;
+    let unit_name = if unit.is_empty() { "the receiver's unit" } else { unit };
+    let figures = table(
+        comparison,
+        &format!(
+            "Readings in {unit_name}, lengths in millimetres, \u{b1} one standard error. The simulation is multiplied by \
+             the gain."
+        ),
+        &[("Peak", 3), ("Peak at (x, y)", 3), ("Focal radius", 3), ("Sub-peaks", 2)],
+        &[
+            "scan",
+            "simulation",
+            "ratio",
+            "scan",
+            "simulation",
+            "apart",
+            "scan",
+            "simulation",
+            "difference",
+            "scan",
+            "simulation",
+        ],
+        figure_cells,
+    );
+    let agreement = table(
+        comparison,
+        "Agreement over the readings of each height.",
+        &[("Readings", 2), ("Fit", 2), ("Residual over the scan's rms", 2)],
+        &[
+            "number",
+            &format!("rms ({unit_name})"),
+            "correlation",
+            "level",
+            "at the common gain",
+            "at the best gain",
+        ],
+        agreement_cells,
+    );
+    let any = |has: fn(&FieldFigures) -> bool| {
+        comparison.planes.iter().any(|plane| has(&plane.scan) || has(&plane.simulation))
+    };
+    let mut notes = Vec::new();
+    if any(|figures| figures.peak_at_edge) {
+        notes.push("* on the map's edge; the true peak may lie outside.".to_owned());
+    }
+    if any(has_cut_off) {
+        notes.push(
+            "\u{2020} without the sides that the map's edge cuts off; the difference is over the sides that both have."
+                .to_owned(),
+        );
+    }
+    let level = "Level: the gain that suits a height best, over the common gain; above 1 the scan is louder there than \
+                 the simulation says.";
+    let noise = noise(&comparison.noise, unit);
+    vec![
+        figures,
+        element("div", &[("class", "notes")], notes.iter().map(|note| paragraph(note))),
+        agreement,
+        element("div", &[("class", "notes")], [paragraph(level), paragraph(&noise)]),
+    ]
+}
+
+/// A table of one row a plane: groups of columns with their widths, the columns, and what fills them.
+fn table(
+    comparison: &Comparison,
+    caption: &str,
+    groups: &[(&str, usize)],
+    columns: &[&str],
+    cells: fn(&PlaneComparison) -> Vec<String>,
+) -> Html {
+    let several_drives = drives(comparison).len() > 1;
+    let lead: &[&str] = if several_drives { &["drive", "z (mm)"] } else { &["z (mm)"] };
+    let group = |(words, width): (&str, usize)| {
+        element("th", &[("colspan", &width.to_string()), ("scope", "colgroup")], [text(words)])
+    };
+    let corner = element("td", &[("colspan", &lead.len().to_string())], []);
+    let groups = std::iter::once(corner).chain(groups.iter().copied().map(group));
+    let columns =
+        lead.iter().chain(columns).map(|words| element("th", &[("scope", "col")], [text(words)]));
+    let rows = comparison.planes.iter().map(|plane| {
+        let cell = |words: &String| element("td", &[], [text(words)]);
+        let drive = several_drives.then(|| cell(&plane.focus.to_string()));
+        let height = element("th", &[("scope", "row")], [text(&height_mm(plane.z_m))]);
+        let cells = cells(plane);
+        element("tr", &[], drive.into_iter().chain([height]).chain(cells.iter().map(cell)))
+    });
+    let table = element(
+        "table",
+        &[],
+        [
+            element("caption", &[], [text(caption)]),
+            element("thead", &[], [element("tr", &[], groups), element("tr", &[], columns)]),
+            element("tbody", &[], rows),
+        ],
+    );
+    element("div", &[("class", "wide")], [table])
+}
+
+fn figure_cells(plane: &PlaneComparison) -> Vec<String> {
+    let discrepancy = &plane.discrepancy;
+    vec![
+        peak(&plane.scan),
+        peak(&plane.simulation),
+        uncertain(discrepancy.peak_ratio),
+        position(&plane.scan),
+        position(&plane.simulation),
+        millimetres(discrepancy.peak_distance_m),
+        radius(&plane.scan),
+        radius(&plane.simulation),
+        discrepancy.focal_radius_m.map_or_else(absent, millimetres),
+        count(plane.scan.sub_peaks),
+        count(plane.simulation.sub_peaks),
+    ]
+}
+
+fn agreement_cells(plane: &PlaneComparison) -> Vec<String> {
+    let agreement = &plane.agreement;
+    vec![
+        plane.points.to_string(),
+        significant(agreement.scan_rms, 4),
+        fixed(agreement.correlation, 3),
+        fixed(agreement.gain_ratio, 3),
+        percent(agreement.residual_rms_ratio),
+        percent(agreement.residual_rms_ratio_own_gain),
+    ]
+}
+
+fn absent() -> String {
+    ABSENT.to_owned()
+}
+
+fn peak(figures: &FieldFigures) -> String {
+    let mark = if figures.peak_at_edge { "*" } else { "" };
+    format!("{}{mark}", uncertain(figures.peak))
+}
+
+fn position(figures: &FieldFigures) -> String {
+    let [x, y] = figures.peak_position_m.map(|along| along.value * 1e3);
+    if x.is_finite() && y.is_finite() {
+        format!("({}, {})", fixed(x, 1), fixed(y, 1))
+    } else {
+        absent()
+    }
+}
+
+fn radius(figures: &FieldFigures) -> String {
+    let mark = if has_cut_off(figures) { "\u{2020}" } else { "" };
+    let radius_m = figures.focal_radius.as_ref().and_then(|radius| radius.radius_m);
+    format!("{}{mark}", radius_m.map_or_else(absent, millimetres))
+}
+
+fn has_cut_off(figures: &FieldFigures) -> bool {
+    figures.focal_radius.as_ref().is_some_and(|radius| radius.sides_m.iter().any(Option::is_none))
+}
+
+fn count(number: Option<usize>) -> String {
+    number.map_or_else(absent, |number| number.to_string())
+}
+
+fn noise(noise: &Noise, unit: &str) -> String {
+    let additive = significant(noise.additive, 3);
+    let from = match noise.source {
+        NoiseSource::Repeats => "from points that were measured several times",
+        NoiseSource::SilentReadings => "from readings with the array silent",
+        NoiseSource::Residual => {
+            "from what the simulation leaves unexplained: an upper bound, as it holds the gap too"
+        }
+    };
+    let multiplicative = if noise.multiplicative > 0.0 {
+        format!(", and {} of the level", percent(noise.multiplicative))
+    } else {
+        String::new()
+    };
+    format!("Noise of one reading, {from}: {additive} {unit}{multiplicative}.")
+}

@@ -1,0 +1,82 @@
+//! A plane of a display: sound pressure, or what skin feels of it, with the foci and their ways.
+
+use plotters::backend::DrawingBackend;
+
+use super::axes::LABEL_TEXT;
+use super::canvas::{Canvas, Lies, Pen, Point, WHITE};
+use super::colour_scale::ColourScale;
+use super::map_layout::MapLayout;
+use super::marker::focus_on_map;
+use super::{Picture, PictureError};
+use fieldgap_acoustics::PlaneGrid;
+
+/// One map of it.
+pub(crate) struct Shown {
+    /// What it is of.
+    pub title: String,
+    /// The colour bar's label.
+    pub label: String,
+    /// Row by row.
+    pub values: Vec<f64>,
+    /// The value of the lightest colour.
+    pub top: f64,
+    /// Where foci stand, x and y, mm.
+    pub foci_mm: Vec<Point>,
+}
+
+/// Maps of a plane, one or two.
+pub(crate) struct DisplayMap {
+    maps: Vec<Shown>,
+    /// The ways of the foci, x and y, mm.
+    ways_mm: Vec<Vec<Point>>,
+    layout: MapLayout,
+}
+
+impl DisplayMap {
+    /// One or two maps of a grid; `None` for a grid without points.
+    pub fn new(grid: &PlaneGrid, maps: Vec<Shown>, ways_mm: Vec<Vec<Point>>) -> Option<Self> {
+        let layout = MapLayout::new(&grid.x_m, &grid.y_m)?;
+        let layout = if maps.len() > 1 { layout.with_bar_after_first() } else { layout };
+        Some(Self { maps, ways_mm, layout })
+    }
+}
+
+impl Picture for DisplayMap {
+    fn size(&self) -> (u32, u32) {
+        self.layout.size(self.maps.len())
+    }
+
+    fn description(&self) -> String {
+        let titles: Vec<&str> = self.maps.iter().map(|map| map.title.as_str()).collect();
+        format!("Maps over x and y: {}.", titles.join("; "))
+    }
+
+    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+        for (index, map) in self.maps.iter().enumerate() {
+            let scale = ColourScale { top: if map.top > 0.0 { map.top } else { 1.0 } };
+            let axes = self
+                .layout
+                .map(canvas, index, &map.title, &map.values, |value| scale.colour(value))?;
+            let pen = Pen { colour: WHITE, width: 1.0 };
+            for way in &self.ways_mm {
+                let inside = way.iter().all(|&(x, y)| axes.holds(x, y));
+                let places: Vec<Point> = way.iter().map(|&(x, y)| axes.place(x, y)).collect();
+                if inside && places.len() > 1 {
+                    canvas.dashed(&places, &[2.0, 3.0], pen)?;
+                }
+            }
+            for &(x, y) in map.foci_mm.iter().filter(|(x, y)| axes.holds(*x, *y)) {
+                focus_on_map(canvas, axes.place(x, y))?;
+            }
+            let range = (0.0, scale.top);
+            self.layout
+                .colour_bar(canvas, index, range, &map.label, |value| scale.colour(value))?;
+        }
+        if self.maps.iter().any(|map| !map.foci_mm.is_empty()) {
+            let at = (self.layout.panel(0).corner.0 + 8.0, f64::from(self.size().1) - 18.0);
+            focus_on_map(canvas, at)?;
+            canvas.text("focus", (at.0 + 17.0, at.1), LABEL_TEXT, Lies::Right)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,110 @@
+//! A transducer model beside the integral over a vibrating face.
+
+use plotters::backend::DrawingBackend;
+
+use super::axes::{Axes, LABEL_TEXT};
+use super::canvas::{Canvas, Lies, Pen, Point};
+use super::marker::Series;
+use super::{Picture, PictureError, panel_row};
+use fieldgap_study::{LOBE_DISTANCES_M, ModelBesideIntegral};
+
+/// Errors beyond this are off the panel, percent of the axis.
+const WORST_PERCENT: f64 = 30.0;
+
+/// Three panels: on the axis, the lobe, and its error at three distances.
+pub(crate) struct ModelCurves<'a>(pub &'a ModelBesideIntegral);
+
+impl ModelCurves<'_> {
+    fn on_axis<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+        let top = self.0.on_axis.iter().map(|(_, model, truth)| model.max(*truth));
+        let top = top.fold(0.0, f64::max).min(2.0);
+        let axes = panel_row::axes(0, (0.0, 305.0), (0.0, panel_row::a_little_above(top)));
+        panel_row::frame(canvas, &axes, "on the axis", "pressure times height")?;
+        axes.x_axis(canvas, "height z (mm)")?;
+        let line = |read: fn(&(f64, f64, f64)) -> f64| -> Vec<(f64, f64)> {
+            self.0.on_axis.iter().map(|row| (row.0 * 1e3, read(row))).collect()
+        };
+        curve(canvas, &axes, 0, &line(|row| row.2))?;
+        curve(canvas, &axes, 1, &line(|row| row.1))
+    }
+
+    fn lobe<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+        let axes = panel_row::axes(1, (0.0, 90.0), (0.0, 1.1));
+        let title = format!("lobe at {:.0} mm", LOBE_DISTANCES_M[1] * 1e3);
+        panel_row::frame(canvas, &axes, &title, "pressure over that on the axis")?;
+        axes.x_axis(canvas, "angle (°)")?;
+        let line = |read: fn(&(f64, f64, f64)) -> f64| -> Vec<(f64, f64)> {
+            self.0.lobes[1].iter().map(|row| (row.0.to_degrees(), read(row))).collect()
+        };
+        curve(canvas, &axes, 0, &line(|row| row.2))?;
+        curve(canvas, &axes, 1, &line(|row| row.1))
+    }
+
+    fn errors<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+        let error = |row: &(f64, f64, f64)| 100.0 * (row.1 - row.2).abs();
+        let worst = self.0.lobes.iter().flatten().map(error).fold(0.0, f64::max);
+        let top = panel_row::a_little_above(worst).clamp(0.02, WORST_PERCENT);
+        let axes = panel_row::axes(2, (0.0, 90.0), (0.0, top));
+        panel_row::frame(canvas, &axes, "error of the lobe", "percent of the axis")?;
+        axes.x_axis(canvas, "angle (°)")?;
+        for (number, lobe) in self.0.lobes.iter().enumerate() {
+            let line: Vec<(f64, f64)> =
+                lobe.iter().map(|row| (row.0.to_degrees(), error(row))).collect();
+            curve(canvas, &axes, number + 1, &line)?;
+        }
+        Ok(())
+    }
+}
+
+impl Picture for ModelCurves<'_> {
+    fn size(&self) -> (u32, u32) {
+        panel_row::size(3)
+    }
+
+    fn description(&self) -> String {
+        format!(
+            "The {} transducer beside the integral over its face: on the axis, its lobe, and the lobe's error at three distances.",
+            self.0.simulator
+        )
+    }
+
+    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+        self.on_axis(canvas)?;
+        self.lobe(canvas)?;
+        self.errors(canvas)?;
+        let y = f64::from(self.size().1) - 18.0;
+        let entry = |canvas: &mut Canvas<B>, at: Point, number: usize, words: &str| {
+            let series = Series::Numbered(number);
+            let pen = Pen { colour: series.colour(), width: 2.0 };
+            canvas.dashed(&[at, (at.0 + 36.0, at.1)], series.dash(), pen)?;
+            canvas.text(words, (at.0 + 42.0, at.1), LABEL_TEXT, Lies::Right)
+        };
+        entry(canvas, (panel_row::LEFT_ROOM, y), 0, "integral over the face")?;
+        let name = self.0.simulator.to_string();
+        entry(canvas, (panel_row::LEFT_ROOM + 230.0, y), 1, &name)?;
+        let left = panel_row::axes(2, (0.0, 1.0), (0.0, 1.0)).corner.0;
+        for (number, distance_m) in LOBE_DISTANCES_M.into_iter().enumerate() {
+            let words = format!("{:.0} mm", distance_m * 1e3);
+            entry(canvas, (left - 48.0 + 112.0 * number as f64, y), number + 1, &words)?;
+        }
+        Ok(())
+    }
+}
+
+/// A line as far as it stays in its panel.
+fn curve<B: DrawingBackend>(
+    canvas: &mut Canvas<B>,
+    axes: &Axes,
+    number: usize,
+    points: &[(f64, f64)],
+) -> Result<(), PictureError> {
+    let series = Series::Numbered(number);
+    let pen = Pen { colour: series.colour(), width: 2.0 };
+    for inside in points.chunk_by(|a, b| axes.holds(a.0, a.1) == axes.holds(b.0, b.1)) {
+        if axes.holds(inside[0].0, inside[0].1) {
+            let line: Vec<Point> = inside.iter().map(|&(x, y)| axes.place(x, y)).collect();
+            canvas.dashed(&line, series.dash(), pen)?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,227 @@
+//! Focal radius, peak and sub-peaks against what a study sweeps over.
+
+use plotters::backend::DrawingBackend;
+
+use super::axes::{Axes, LABEL_TEXT};
+use super::canvas::{Canvas, Lies, Pen, Point};
+use super::marker::Series;
+use super::{Picture, PictureError, panel_row};
+use fieldgap_study::{Figure, Row, Study, StudyResult};
+
+/// Values of the second sweep that get a curve each, at most.
+const MOST_CURVES: usize = 5;
+
+/// The three panels of a study.
+pub(crate) struct StudyCurves<'a> {
+    study: &'a Study,
+    result: &'a StudyResult,
+    along: Along,
+}
+
+/// What stands along x.
+enum Along {
+    Numbers(Vec<f64>),
+    Names(Vec<String>),
+}
+
+impl Along {
+    fn at(&self, index: usize) -> f64 {
+        match self {
+            Self::Numbers(numbers) => numbers[index],
+            Self::Names(_) => index as f64,
+        }
+    }
+}
+
+impl<'a> StudyCurves<'a> {
+    /// The curves of a study, its first sweep along x, a curve for each value of its second; `None` if that has too many.
+    pub fn new(study: &'a Study, result: &'a StudyResult) -> Option<Self> {
+        let first = study.sweeps.first()?;
+        let few = study.sweeps.get(1).is_none_or(|second| second.values.len() <= MOST_CURVES);
+        let along = match first.rising_numbers() {
+            Some(numbers) => Along::Numbers(numbers),
+            None => Along::Names(first.values.iter().map(|value| value.label.clone()).collect()),
+        };
+        few.then_some(Self { study, result, along })
+    }
+
+    /// The rows of each curve: one, or one for each value of the second sweep.
+    fn curves(&self) -> Vec<Vec<&'a Row>> {
+        let count = self.study.sweeps.get(1).map_or(1, |second| second.values.len());
+        let own = |curve: usize| {
+            let belongs = move |row: &&Row| row.values.get(1).is_none_or(|&value| value == curve);
+            self.result.rows.iter().filter(belongs).collect()
+        };
+        (0..count).map(own).collect()
+    }
+
+    fn range(&self) -> (f64, f64) {
+        match &self.along {
+            Along::Names(names) => (-0.5, names.len() as f64 - 0.5),
+            Along::Numbers(numbers) => {
+                let (from, to) = (numbers[0], numbers[numbers.len() - 1]);
+                let margin = if to > from { 0.06 * (to - from) } else { 1.0 };
+                (from - margin, to + margin)
+            }
+        }
+    }
+
+    fn panel<B: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<B>,
+        index: usize,
+        figure: Figure,
+    ) -> Result<(), PictureError> {
+        let curves = self.curves();
+        let reach =
+            |row: &&Row| row.figure(figure).map_or(0.0, |found| found.p95.max(found.median));
+        let top = curves.iter().flatten().map(reach).fold(0.0, f64::max);
+        let axes = panel_row::axes(index, self.range(), (0.0, panel_row::a_little_above(top)));
+        let (title, label) = titles(figure);
+        panel_row::frame(canvas, &axes, title, label)?;
+        let label = axis_label(&self.study.sweeps[0].parameters);
+        match &self.along {
+            Along::Numbers(_) => axes.x_axis(canvas, &label)?,
+            Along::Names(names) => axes.x_names(canvas, names, &label)?,
+        }
+        for (number, rows) in curves.iter().enumerate() {
+            self.curve(canvas, &axes, (number, curves.len()), rows, figure)?;
+        }
+        Ok(())
+    }
+
+    fn curve<B: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<B>,
+        axes: &Axes,
+        (number, of): (usize, usize),
+        rows: &[&Row],
+        figure: Figure,
+    ) -> Result<(), PictureError> {
+        let series = Series::Numbered(number);
+        let pen = Pen { colour: series.colour(), width: 1.75 };
+        // Names have no order that a line could show; beside one another their marks stay apart.
+        let aside = match self.along {
+            Along::Names(_) => 0.12 * (number as f64 - 0.5 * (of as f64 - 1.0)),
+            Along::Numbers(_) => 0.0,
+        };
+        let found: Vec<_> = rows
+            .iter()
+            .filter_map(|row| {
+                Some((self.along.at(row.values[0]) + aside, *row, row.figure(figure)?))
+            })
+            .collect();
+        if let Along::Numbers(_) = self.along {
+            let line: Vec<Point> =
+                found.iter().map(|(x, _, found)| axes.place(*x, found.median)).collect();
+            canvas.dashed(&line, series.dash(), pen)?;
+        }
+        for (x, row, found) in found {
+            if row.draws.len() > 1 {
+                let (low, high) = (axes.place(x, found.p05), axes.place(x, found.p95));
+                canvas.line(low, high, pen)?;
+                for end in [low, high] {
+                    canvas.line((end.0 - 5.0, end.1), (end.0 + 5.0, end.1), pen)?;
+                }
+            }
+            let whole = match figure {
+                Figure::FocalRadius => row.first().cut_off.is_empty(),
+                Figure::Peak | Figure::SubPeaks => !row.first().peak_at_edge,
+            };
+            series.mark_on_curve(canvas, axes.place(x, found.median), whole)?;
+        }
+        Ok(())
+    }
+}
+
+impl Picture for StudyCurves<'_> {
+    fn size(&self) -> (u32, u32) {
+        panel_row::size(Figure::ALL.len())
+    }
+
+    fn description(&self) -> String {
+        let sweeps: Vec<String> = self.study.sweeps.iter().map(|sweep| sweep.name()).collect();
+        format!("Focal radius, peak and number of sub-peaks against {}.", sweeps.join(" and "))
+    }
+
+    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+        for (index, figure) in Figure::ALL.into_iter().enumerate() {
+            self.panel(canvas, index, figure)?;
+        }
+        let y = f64::from(self.size().1) - 18.0;
+        let mut x = panel_row::LEFT_ROOM;
+        if let Some(second) = self.study.sweeps.get(1) {
+            let name = format!("{}:", axis_label(&second.parameters));
+            canvas.text(&name, (x, y), LABEL_TEXT, Lies::Right)?;
+            x += 24.0 + 7.5 * name.chars().count() as f64;
+            for (number, value) in second.values.iter().enumerate() {
+                Series::Numbered(number).mark_on_curve(canvas, (x, y), true)?;
+                canvas.text(&value.label, (x + 14.0, y), LABEL_TEXT, Lies::Right)?;
+                x += 44.0 + 7.5 * value.label.chars().count() as f64;
+            }
+        }
+        if self.result.rows.iter().any(|row| row.draws.len() > 1) {
+            let words = "bars: nine in ten of the arrays drawn at random";
+            canvas.text(words, (x, y), LABEL_TEXT, Lies::Right)?;
+            x += 24.0 + 7.0 * words.chars().count() as f64;
+        }
+        let reserved = |row: &Row| !row.first().cut_off.is_empty() || row.first().peak_at_edge;
+        if self.result.rows.iter().any(reserved) {
+            Series::Numbered(0).mark_on_curve(canvas, (x + 6.0, y), false)?;
+            let words = "open: cut off by the map's edge";
+            canvas.text(words, (x + 20.0, y), LABEL_TEXT, Lies::Right)?;
+        }
+        Ok(())
+    }
+}
+
+/// Title of a figure's panel, and label of its axis.
+pub(super) fn titles(figure: Figure) -> (&'static str, &'static str) {
+    match figure {
+        Figure::FocalRadius => ("focal radius", "radius (mm)"),
+        Figure::Peak => ("peak", "pressure (simulator's unit)"),
+        Figure::SubPeaks => ("sub-peaks", "number"),
+    }
+}
+
+/// Keys as the label of an axis: `array.spacing_mm` is "array: spacing (mm)".
+pub(super) fn axis_label(parameters: &[String]) -> String {
+    const UNITS: [(&str, &str); 9] = [
+        ("_mm", "mm"),
+        ("_hz", "Hz"),
+        ("_m_s", "m/s"),
+        ("_c", "°C"),
+        ("_percent", "%"),
+        ("_kpa", "kPa"),
+        ("_rad", "rad"),
+        ("_deg", "°"),
+        ("_pct", "%"),
+    ];
+    let keys: Vec<&str> =
+        parameters.iter().map(|key| key.rsplit('.').next().unwrap_or(key)).collect();
+    let section = parameters[0].rsplit_once('.').map_or("", |(section, _)| section);
+    let unit = UNITS.iter().find(|(ending, _)| keys.iter().all(|key| key.ends_with(ending)));
+    let ending = unit.map_or("", |(ending, _)| ending);
+    let words: Vec<String> =
+        keys.iter().map(|key| key.trim_end_matches(ending).replace('_', " ")).collect();
+    let words = words.join(" = ");
+    let named =
+        if section.is_empty() { words } else { format!("{}: {words}", section.replace('.', " ")) };
+    unit.map_or(named.clone(), |(_, unit)| format!("{named} ({unit})"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_become_labels_with_their_units() {
+        let label = |keys: &[&str]| {
+            axis_label(&keys.iter().map(|key| (*key).to_owned()).collect::<Vec<_>>())
+        };
+        assert_eq!(label(&["array.spacing_mm"]), "array: spacing (mm)");
+        assert_eq!(label(&["array.columns", "array.rows"]), "array: columns = rows");
+        assert_eq!(label(&["medium.speed_of_sound_m_s"]), "medium: speed of sound (m/s)");
+        assert_eq!(label(&["focus"]), "focus");
+    }
+}

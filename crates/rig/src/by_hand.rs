@@ -1,0 +1,189 @@
+//! Those devices of a rig that a person uses at the moment; the others may be in somebody else's hands.
+
+use std::fmt;
+use std::time::Duration;
+
+use tokio::time::timeout;
+
+use super::config::RigConfig;
+use super::device::Device;
+use super::emergency::Emergency;
+use super::error::{Cause, RigError};
+use super::safety::{Ports, open_motion};
+use super::{FocusArray, Motion, Receiver};
+
+/// How long each device may take to confirm that it is safe.
+const SAFE_WITHIN: Duration = Duration::from_millis(250);
+
+/// Which devices are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Wanted {
+    /// The focus array.
+    pub array: bool,
+    /// The robot.
+    pub robot: bool,
+    /// The receiver.
+    pub receiver: bool,
+}
+
+/// The open devices. Dropping it silences the array as far as that can be done without waiting.
+pub struct ByHand {
+    // Dropped in this order.
+    array: Option<Box<dyn FocusArray>>,
+    robot: Option<Box<dyn Motion>>,
+    receiver: Option<Box<dyn Receiver>>,
+}
+
+impl ByHand {
+    /// Opens the devices that are wanted: the array first, which is silent from then on. Nothing moves.
+    ///
+    /// # Errors
+    /// The first device that cannot be opened; those already open are left safe.
+    pub async fn open(config: &RigConfig, ports: &Ports, wanted: Wanted) -> Result<Self, RigError> {
+        let array = match wanted.array {
+            true => Some(config.focus_array.open(ports.focus_array.as_deref()).await?),
+            false => None,
+        };
+        let receiver = match wanted.receiver {
+            true => Some(config.receiver.open(ports.receiver.as_deref()).await?),
+            false => None,
+        };
+        let robot = match wanted.robot {
+            true => Some(open_motion(&config.motion, ports).await?),
+            false => None,
+        };
+        Ok(Self { array, robot, receiver })
+    }
+
+    /// Puts devices together. The robot is guarded by the caller or by [`ByHand::open`].
+    pub fn new(
+        array: Option<Box<dyn FocusArray>>,
+        robot: Option<Box<dyn Motion>>,
+        receiver: Option<Box<dyn Receiver>>,
+    ) -> Self {
+        Self { array, robot, receiver }
+    }
+
+    /// The focus array.
+    ///
+    /// # Panics
+    /// If it was not asked for.
+    pub fn array(&mut self) -> &mut dyn FocusArray {
+        &mut **self.array.as_mut().expect("the array was asked for")
+    }
+
+    /// The robot.
+    ///
+    /// # Panics
+    /// If it was not asked for.
+    pub fn robot(&mut self) -> &mut dyn Motion {
+        &mut **self.robot.as_mut().expect("the robot was asked for")
+    }
+
+    /// The receiver.
+    ///
+    /// # Panics
+    /// If it was not asked for.
+    pub fn receiver(&mut self) -> &mut dyn Receiver {
+        &mut **self.receiver.as_mut().expect("the receiver was asked for")
+    }
+
+    /// Robot and receiver at once, where both are there.
+    pub fn robot_and_receiver(&mut self) -> (&mut dyn Motion, Option<&mut dyn Receiver>) {
+        let robot = &mut **self.robot.as_mut().expect("the robot was asked for");
+        let receiver = self.receiver.as_mut().map(|receiver| &mut **receiver as &mut dyn Receiver);
+        (robot, receiver)
+    }
+
+    /// What a watchdog says to the open devices should this program be gone.
+    pub fn emergencies(&self) -> Vec<Emergency> {
+        let array = self.array.as_ref().and_then(|array| array.emergency());
+        let robot = self.robot.as_ref().and_then(|robot| robot.emergency());
+        [array, robot].into_iter().flatten().collect()
+    }
+
+    /// Silences the array, then stops the robot, each within a quarter of a second, and tells what could not be done.
+    ///
+    /// May be called at any time, also when a call to a device was cancelled in its middle. The robot's position
+    /// is unknown afterwards.
+    pub async fn make_safe(&mut self, reason: impl Into<String>) -> MadeSafe {
+        let mut made = MadeSafe { reason: reason.into(), array: None, robot: None };
+        if let Some(array) = &mut self.array {
+            let silenced = timeout(SAFE_WITHIN, array.silence()).await;
+            made.array =
+                Some(silenced.unwrap_or_else(|_| Err(unconfirmed(array.device(), "silencing it"))));
+        }
+        if let Some(robot) = &mut self.robot {
+            let stopped = timeout(SAFE_WITHIN, robot.stop()).await;
+            made.robot =
+                Some(stopped.unwrap_or_else(|_| Err(unconfirmed(robot.device(), "stopping it"))));
+        }
+        tracing::warn!("{made}");
+        made
+    }
+}
+
+fn unconfirmed(device: &Device, attempt: &str) -> RigError {
+    RigError::new(device.clone(), attempt, Cause::Silent { waited: SAFE_WITHIN }, None)
+}
+
+/// What was done to leave the open devices safe, and what could not be.
+#[derive(Debug)]
+pub struct MadeSafe {
+    /// Why.
+    pub reason: String,
+    /// Whether the array confirmed its silence; `None` where it was not open.
+    pub array: Option<Result<(), RigError>>,
+    /// Whether the robot confirmed its standstill; `None` where it was not open.
+    pub robot: Option<Result<(), RigError>>,
+}
+
+impl MadeSafe {
+    /// Whether every open device confirmed.
+    pub fn is_safe(&self) -> bool {
+        [&self.array, &self.robot].into_iter().flatten().all(Result::is_ok)
+    }
+}
+
+impl fmt::Display for MadeSafe {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let array = self.array.as_ref().map(|array| match array {
+            Ok(()) => "the array is silent".to_owned(),
+            Err(error) => format!("THE ARRAY MAY STILL EMIT ({error})"),
+        });
+        let robot = self.robot.as_ref().map(|robot| match robot {
+            Ok(()) => "the robot stands still".to_owned(),
+            Err(error) => format!("THE ROBOT MAY STILL MOVE ({error})"),
+        });
+        let done: Vec<String> = [array, robot].into_iter().flatten().collect();
+        write!(f, "{}", self.reason)?;
+        if done.is_empty() { Ok(()) } else { write!(f, ": {}", done.join(", ")) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::Role;
+
+    #[test]
+    fn only_what_was_open_is_spoken_of() {
+        let made = |array, robot| MadeSafe { reason: "interrupted".into(), array, robot };
+        assert_eq!(made(None, None).to_string(), "interrupted");
+        assert_eq!(made(None, Some(Ok(()))).to_string(), "interrupted: the robot stands still");
+        let lost = unconfirmed(&Device::new(Role::FocusArray, "/dev/ttyUSB2"), "silencing it");
+        let made = made(Some(Err(lost)), Some(Ok(())));
+        assert!(!made.is_safe());
+        assert_eq!(
+            made.to_string(),
+            "interrupted: THE ARRAY MAY STILL EMIT (focus array on /dev/ttyUSB2, silencing it: no \
+             answer within 0.2 s), the robot stands still"
+        );
+    }
+
+    #[tokio::test]
+    async fn nothing_open_is_safe_at_once() {
+        let mut nothing = ByHand::new(None, None, None);
+        assert!(nothing.make_safe("done").await.is_safe());
+    }
+}

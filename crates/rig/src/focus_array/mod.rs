@@ -1,0 +1,80 @@
+//! Phased arrays: what their controllers are told, and the drivers.
+
+mod config;
+mod file_sink;
+mod frame;
+mod one_way;
+mod program;
+pub mod protocol;
+mod sensed;
+mod sonic_surface;
+mod thesis;
+#[cfg(test)]
+mod thesis_tests;
+mod ultraino;
+mod wiring;
+
+pub use config::ThesisConfig;
+pub use file_sink::FileSinkConfig;
+pub use frame::{Channel, DriveFrame, FULL_LEVEL, FrameFault, Fundamental, Pulse};
+pub use program::{DriveProgram, Envelope, ProgramFault};
+pub use sensed::Sensed;
+pub use sonic_surface::SonicSurfaceConfig;
+pub use sonic_surface::channels_by_position as sonic_surface_channels;
+pub use thesis::{Modulation, ThesisArray};
+pub use ultraino::{Model as UltrainoModel, UltrainoConfig};
+pub use wiring::WiringFault;
+
+/// What the thesis's controller calls itself, with the version of its protocol.
+pub const THESIS_NAME: &str = "thesis-array 1";
+
+/// When an element emits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ElementDelay {
+    /// So long after the common trigger, s, from zero upwards.
+    Seconds(f64),
+    /// Not at all.
+    Silent,
+}
+
+/// What an array's controller says of itself.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct ArrayIdentity {
+    /// Its name and protocol version.
+    pub name: String,
+    /// How many elements it drives.
+    pub elements: usize,
+    /// Rate of the clock that delays are counted in, Hz.
+    pub clock_hz: f64,
+    /// Clock steps in one period of the carrier: delays are taken modulo this.
+    pub period_steps: u32,
+    /// Frames of a display that it holds; 0: it plays none.
+    pub most_frames: usize,
+    /// Levels of a display's envelope that it holds.
+    pub most_levels: usize,
+    /// Elements that it can listen with at a time; 0: with none.
+    pub most_sensors: usize,
+    /// Whether it answers what it is told. Where it does not, nothing shows that it heard.
+    pub acknowledges: bool,
+}
+
+impl ArrayIdentity {
+    /// The carrier that its clock makes, Hz.
+    pub fn carrier_hz(&self) -> f64 {
+        self.clock_hz / f64::from(self.period_steps)
+    }
+
+    /// The thesis's controller for so many elements and a carrier: 256 clock steps in its period, and memory for displays.
+    pub fn of_thesis(elements: usize, carrier_hz: f64) -> Self {
+        Self {
+            name: THESIS_NAME.to_owned(),
+            elements,
+            clock_hz: carrier_hz * 256.0,
+            period_steps: 256,
+            most_frames: 4096,
+            most_levels: 4096,
+            most_sensors: 4,
+            acknowledges: true,
+        }
+    }
+}

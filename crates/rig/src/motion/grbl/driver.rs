@@ -1,0 +1,317 @@
+//! The robot behind a GRBL firmware.
+
+use std::time::Duration;
+
+use async_trait::async_trait;
+use tokio::time::Instant;
+
+use super::advice::advice;
+use super::build_info::BuildInfo;
+use super::config::{GrblConfig, HomingCommand};
+use super::error_code;
+use super::line::{Line, SOFT_RESET, SYNC};
+use super::session::{Outcome, Session, homing_is_off};
+use super::settings::Settings;
+use super::status::State;
+use crate::config::MotionConfig;
+use crate::device::{Device, Role};
+use crate::error::{Cause, RigError};
+use crate::link::{ByteLink, Wire, open_serial};
+use crate::motion::Advice;
+use crate::motion::travel::Envelope;
+use crate::space::{Feed, RobotPosition};
+use crate::{Emergency, Motion};
+
+/// How long a stop may take to be confirmed.
+const STOPPED_WITHIN: Duration = Duration::from_secs(2);
+
+/// A move may take twice as long as its settings make it take, and this much more.
+const MOVE_SLACK: Duration = Duration::from_secs(10);
+
+/// How long a move may take when its start or its speed is not known.
+const LONGEST_MOVE: Duration = Duration::from_secs(600);
+
+/// How often a move that was not executed is sent again.
+const MOST_REPEATS: u32 = 5;
+
+/// Homing takes longer than this, at any speed.
+const SHORTEST_HOMING: Duration = Duration::from_secs(1);
+
+/// So many reports of a standstill elsewhere, and that is where the robot stands.
+const ELSEWHERE_REPORTS: u32 = 3;
+
+/// A robot behind a GRBL firmware, 1.1 or grblHAL.
+///
+/// It moves as told: homing, travel and keep-out boxes are looked after by
+/// [`Guarded`](crate::motion::guarded::Guarded), through which alone a rig gives access to it.
+#[derive(Debug)]
+pub struct Grbl<L> {
+    session: Session<L>,
+    firmware: String,
+    settings: Settings,
+    advice: Vec<Advice>,
+    home: Vec<HomingCommand>,
+    home_within: Duration,
+    hold_motors: bool,
+    envelope: Envelope,
+    feed: Feed,
+    at: Option<RobotPosition>,
+    /// Whether nothing was told since the session was set up, so that homing may begin at once.
+    fresh: bool,
+}
+
+impl GrblConfig {
+    pub(crate) async fn open(
+        &self,
+        section: &MotionConfig,
+        port: Option<&str>,
+    ) -> Result<Box<dyn Motion>, RigError> {
+        let wire = open_serial(Role::Robot, port, self.port.as_deref(), self.baud)?;
+        Ok(Box::new(Grbl::begin(wire, self, section.envelope(), section.feed()).await?))
+    }
+}
+
+impl<L: ByteLink> Grbl<L> {
+    /// Begins a session with the firmware at the other end of `wire`. What moves is stopped.
+    ///
+    /// `envelope` is held against the firmware's own soft limits, `feed` against its speeds.
+    ///
+    /// # Errors
+    /// That nothing answers, or not as GRBL does, or that its soft limits are narrower than `envelope`.
+    pub async fn begin(
+        wire: Wire<L>,
+        config: &GrblConfig,
+        envelope: Envelope,
+        feed: Feed,
+    ) -> Result<Self, RigError> {
+        let mut robot = Self {
+            session: Session::new(wire),
+            firmware: String::new(),
+            settings: Settings::default(),
+            advice: Vec::new(),
+            home: config.home.clone(),
+            home_within: Duration::try_from_secs_f64(config.home_within_s.get())
+                .unwrap_or(LONGEST_MOVE),
+            hold_motors: config.hold_motors,
+            envelope,
+            feed,
+            at: None,
+            fresh: false,
+        };
+        robot.set_up().await?;
+        Ok(robot)
+    }
+
+    async fn set_up(&mut self) -> Result<(), RigError> {
+        self.session.wire.attempting("opening a session with the firmware");
+        self.session.begin().await?;
+        match self.session.state().await? {
+            State::Idle | State::Alarm => {}
+            state => return Err(self.session.paused(state)),
+        }
+        let is_build = |said: &[String]| said.iter().any(|line| line.starts_with("[OPT:"));
+        let build = BuildInfo::from_lines(&self.session.ask("$I", is_build).await?);
+        if let Some(bytes) = build.receive_buffer {
+            self.session.set_receive_buffer(bytes);
+        }
+        self.read_settings(build).await?;
+        if self.hold_motors
+            && let Some(idle_ms) = self.settings.motors_release_after_ms()
+        {
+            self.session.ask("$1=255", |_| true).await?;
+            tracing::warn!(device = %self.session.wire.device(), "its motors let go after {idle_ms} ms; set `$1=255`, so that they hold");
+            self.settings.motors_hold();
+        }
+        self.firmware = self.session.name().to_owned();
+        self.advice = advice(&self.settings, self.feed);
+        for Advice { problem, .. } in &self.advice {
+            tracing::debug!(device = %self.session.wire.device(), "{problem}");
+        }
+        self.settings
+            .check_travel(&self.envelope)
+            .map_err(|cause| self.session.wire.error(cause))?;
+        self.fresh = true;
+        Ok(())
+    }
+
+    async fn read_settings(&mut self, build: BuildInfo) -> Result<(), RigError> {
+        let flavour = self.session.flavour();
+        let whole = |said: &[String]| Settings::from_lines(said, build, flavour).is_complete();
+        let said = self.session.ask("$$", whole).await?;
+        self.settings = Settings::from_lines(&said, build, flavour);
+        self.session.set_reports_inches(self.settings.reports_inches());
+        Ok(())
+    }
+
+    /// Homes by one command, and takes it for done where that shows.
+    ///
+    /// A machine that was never homed may be idle as well, so that neither that nor a stray `ok` is enough: the
+    /// machine must stand where homing ends, or have taken its time.
+    async fn home_by(&mut self, command: &str, within: Duration) -> Result<(), RigError> {
+        for _ in 0..MOST_REPEATS {
+            let begun = Instant::now();
+            let answered = self.session.home(command, within).await?;
+            let took_its_time = answered && begun.elapsed() > SHORTEST_HOMING;
+            if took_its_time || self.stands_where_homing_ends(command).await? {
+                return Ok(());
+            }
+            // What is left of a damaged command goes with it.
+            self.session.begin().await?;
+        }
+        Err(self.session.wire.error(Cause::KeepsGarbling { times: MOST_REPEATS }))
+    }
+
+    async fn stands_where_homing_ends(&mut self, command: &str) -> Result<bool, RigError> {
+        let seen = self.session.status().await?;
+        let axes = match command {
+            "$HX" => 0..1,
+            "$HY" => 1..2,
+            "$HZ" => 2..3,
+            _ => 0..3,
+        };
+        let (at_mm, home_mm) = (seen.at.axes_mm(), self.settings.home_mm());
+        let tolerance_mm = 2.0 * self.settings.resolution_mm();
+        Ok(seen.state == State::Idle
+            && axes.into_iter().all(|axis| (at_mm[axis] - home_mm[axis]).abs() <= tolerance_mm))
+    }
+
+    /// Waits until the machine stands still and says where: at `target`, or several times elsewhere.
+    ///
+    /// Called after the dwell was answered. The report is asked for behind it, so it is of the time after the move.
+    async fn stand_still(
+        &mut self,
+        target: RobotPosition,
+        deadline: Instant,
+    ) -> Result<RobotPosition, RigError> {
+        let mut elsewhere = 0;
+        loop {
+            let seen = self.session.status().await?;
+            match seen.state {
+                State::Idle if self.is_at(seen.at, target) => return Ok(seen.at),
+                State::Idle if elsewhere == ELSEWHERE_REPORTS => return Ok(seen.at),
+                State::Idle => elsewhere += 1,
+                State::Run | State::Jog | State::Home => elsewhere = 0,
+                State::Alarm => return Err(self.session.alarm_state()),
+                state => return Err(self.session.paused(state)),
+            }
+            if Instant::now() >= deadline {
+                return Err(self.session.wire.error(Cause::StillMoving));
+            }
+        }
+    }
+
+    fn is_at(&self, at: RobotPosition, target: RobotPosition) -> bool {
+        at.is_within(self.settings.resolution_mm() * 1e-3, target)
+    }
+
+    /// Whether a place is on the straight path from `start` to `target`, ends included.
+    fn is_between(&self, at: RobotPosition, start: RobotPosition, target: RobotPosition) -> bool {
+        let detour_m = start.distance_m(at) + at.distance_m(target) - start.distance_m(target);
+        detour_m <= self.settings.resolution_mm() * 1e-3
+    }
+
+    /// The distance over the slowest speed, and the time to reach it and to stop.
+    fn longest_for(&self, target: RobotPosition, feed: Feed) -> Duration {
+        let slowest = || {
+            let mm_s = self.settings.slowest_axis_mm_s()?.min(feed.m_s() * 1e3);
+            let length_mm = self.at?.distance_m(target) * 1e3;
+            let ramps_s = 2.0 * mm_s / self.settings.least_acceleration_mm_s2()?;
+            Duration::try_from_secs_f64(length_mm / mm_s + ramps_s).ok()
+        };
+        slowest().map_or(LONGEST_MOVE, |moving| {
+            moving.saturating_mul(2).saturating_add(MOVE_SLACK).min(LONGEST_MOVE)
+        })
+    }
+}
+
+#[async_trait]
+impl<L: ByteLink> Motion for Grbl<L> {
+    fn device(&self) -> &Device {
+        self.session.wire.device()
+    }
+
+    fn firmware(&self) -> &str {
+        &self.firmware
+    }
+
+    fn advice(&self) -> &[Advice] {
+        &self.advice
+    }
+
+    /// Acts at once wherever it stands, and ends any motion; the position is lost.
+    fn emergency(&self) -> Option<Emergency> {
+        self.session.wire.emergency(SOFT_RESET)
+    }
+
+    async fn home(&mut self) -> Result<RobotPosition, RigError> {
+        self.at = None;
+        // After whatever happened before: an alarm, a hold, a cancelled move are ended by a reset.
+        if !self.fresh {
+            self.set_up().await?;
+        }
+        self.fresh = false;
+        self.session.wire.attempting("homing");
+        if !self.settings.homing_enabled() {
+            return Err(self.session.wire.error(homing_is_off()));
+        }
+        let within =
+            self.settings.homing_within().unwrap_or(self.home_within).min(self.home_within);
+        for command in self.home.clone() {
+            self.home_by(command.as_str(), within).await?;
+        }
+        let seen = self.session.status().await?;
+        match seen.state {
+            State::Idle => {}
+            State::Alarm => return Err(self.session.alarm_state()),
+            state => return Err(self.session.paused(state)),
+        }
+        self.at = Some(seen.at);
+        Ok(seen.at)
+    }
+
+    async fn move_to(
+        &mut self,
+        target: RobotPosition,
+        feed: Feed,
+    ) -> Result<RobotPosition, RigError> {
+        self.session.wire.attempting(format!("moving to {target}"));
+        let within = self.longest_for(target, feed);
+        let start = self.at.take();
+        let lines = [Line::straight_to(target, feed), Line::new(SYNC)]
+            .into_iter()
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|cause| self.session.wire.error(cause))?;
+        for _ in 0..MOST_REPEATS {
+            let deadline = Instant::now() + within;
+            match self.session.run(&lines, within).await? {
+                Outcome::Taken => {}
+                Outcome::Unanswered => self.session.begin().await?,
+                Outcome::Refused(code) if error_code::may_be_damage(code) => {
+                    self.session.clear_error().await?;
+                }
+                Outcome::Refused(code) => return Err(self.session.refused(code)),
+            }
+            let at = self.stand_still(target, deadline).await?;
+            // Not executed, or ended in its middle, as where the firmware's steps ran out: what is left is on the way
+            // that was found free, and may be gone.
+            let is_on_its_way = start.is_some_and(|start| self.is_between(at, start, target));
+            if self.is_at(at, target) || !is_on_its_way {
+                self.at = Some(at);
+                return Ok(at);
+            }
+        }
+        Err(self.session.wire.error(Cause::KeepsGarbling { times: MOST_REPEATS }))
+    }
+
+    async fn position(&mut self) -> Result<RobotPosition, RigError> {
+        self.session.wire.attempting("asking for the position");
+        Ok(self.session.status().await?.at)
+    }
+
+    async fn stop(&mut self) -> Result<(), RigError> {
+        self.at = None;
+        self.fresh = false;
+        self.session.wire.attempting("stopping");
+        self.session.stop(STOPPED_WITHIN).await
+    }
+}

@@ -1,0 +1,492 @@
+//! Lines sent and answered, reports asked for and believed.
+//!
+//! An `ok` lets things go on and proves nothing by itself: one may be lost, and the answer to an earlier line may come
+//! late. So whoever moves asks where the machine is ([`Session::status`]) and takes that for the truth.
+
+use std::time::Duration;
+
+use tokio::time::{Instant, sleep_until};
+
+use super::alarm;
+use super::error_code::{self, HOMING_OFF, LOCKED};
+use super::line::{FEED_OVERRIDE_100, Line, SOFT_RESET, STATUS_QUERY};
+use super::reply::{Flavour, Reply};
+use super::status::{Place, State, Status};
+use super::window::Window;
+use crate::error::{Cause, RigError};
+use crate::link::{ByteLink, Wire};
+use crate::space::RobotPosition;
+
+/// The least time between two status queries: a board at 8 bits has to find the time for the answer.
+const BETWEEN_QUERIES: Duration = Duration::from_millis(200);
+
+/// Silence in which a report is lost. It is answered between two segments of a move, not behind them.
+const REPORT_WITHIN: Duration = Duration::from_secs(1);
+
+/// Queries without a report after which the machine is given up.
+const MOST_QUERIES: u32 = 6;
+
+/// Silence after which it is asked what becomes of the line under way.
+const QUIET: Duration = Duration::from_secs(1);
+
+/// So many reports of a machine at rest, while a line waits for its answer, mean that line or answer were lost.
+const REST_REPORTS: u32 = 3;
+
+/// How long a firmware may take to start: boot loader, then banner.
+const START_WITHIN: Duration = Duration::from_secs(20);
+
+/// How long the answer to a reset may take before it is sent again.
+const GREETS_WITHIN: Duration = Duration::from_millis(1500);
+
+/// A stop is repeated at this interval until it is confirmed: its one byte may be lost.
+const STOP_AGAIN: Duration = Duration::from_millis(80);
+
+/// How long after a greeting there may be another one, or messages that belong to it.
+const GREETING_ENDS: Duration = Duration::from_millis(150);
+
+/// How long the firmware may take for a command of its own, such as writing a setting.
+const COMMAND_WITHIN: Duration = Duration::from_secs(5);
+
+/// How often a command whose answer was lost or damaged is repeated.
+const MOST_REPEATS: u32 = 5;
+
+/// Silence while homing after which it is asked whether homing is over: its `ok` may have been lost.
+const HOMING_QUIET: Duration = Duration::from_secs(5);
+
+/// What became of lines that were sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Outcome {
+    /// Each was answered `ok`.
+    Taken,
+    /// One was refused; the others were answered.
+    Refused(u32),
+    /// The machine stands still, and an answer is missing.
+    Unanswered,
+}
+
+/// What it means that the machine is locked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Lock {
+    /// It has not been homed yet, and stands still.
+    IsRest,
+    /// Something happened in a move.
+    IsAFault,
+}
+
+/// What the machine said of itself at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Observed {
+    /// What it is doing.
+    pub(super) state: State,
+    /// Where it is, machine coordinates.
+    pub(super) at: RobotPosition,
+}
+
+/// The conversation with one firmware.
+#[derive(Debug)]
+pub(super) struct Session<L> {
+    pub(super) wire: Wire<L>,
+    window: Window,
+    flavour: Flavour,
+    name: String,
+    /// The first refusal of the lines under way.
+    refused: Option<u32>,
+    /// Resets sent and not yet greeted: any other greeting is the firmware's own.
+    resets_due: u32,
+    last_query: Option<Instant>,
+    /// Queries sent and not yet reported on: only the last report speaks of now.
+    reports_due: u32,
+    work_offset: Option<[f64; 3]>,
+    mm_per_unit: f64,
+}
+
+impl<L: ByteLink> Session<L> {
+    pub(super) fn new(wire: Wire<L>) -> Self {
+        Self {
+            wire,
+            window: Window::new(),
+            flavour: Flavour::Grbl,
+            name: String::new(),
+            refused: None,
+            resets_due: 0,
+            last_query: None,
+            reports_due: 0,
+            work_offset: None,
+            mm_per_unit: 1.0,
+        }
+    }
+
+    /// Which dialect greeted.
+    pub(super) fn flavour(&self) -> Flavour {
+        self.flavour
+    }
+
+    /// How the firmware called itself when it greeted.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub(super) fn set_receive_buffer(&mut self, bytes: usize) {
+        self.window.set_buffer(bytes);
+    }
+
+    pub(super) fn set_reports_inches(&mut self, inches: bool) {
+        self.mm_per_unit = if inches { 25.4 } else { 1.0 };
+    }
+
+    /// Brings a firmware, which may just be starting, to rest and to a greeting.
+    pub(super) async fn begin(&mut self) -> Result<(), RigError> {
+        self.reset(START_WITHIN, GREETS_WITHIN).await?;
+        let quiet = || Instant::now() + GREETING_ENDS;
+        while let Some(line) = self.wire.line(quiet()).await? {
+            if let Reply::Greeting(flavour) = Reply::parse(&line) {
+                self.greeted(flavour, &line);
+            }
+        }
+        self.resets_due = 0;
+        Ok(())
+    }
+
+    /// Stops whatever moves and waits for the greeting that confirms it.
+    pub(super) async fn stop(&mut self, within: Duration) -> Result<(), RigError> {
+        self.reset(within, STOP_AGAIN).await
+    }
+
+    /// Resets the firmware again and again until it greets.
+    ///
+    /// What it was told and has not done is forgotten, a line of which only a part has arrived included.
+    async fn reset(&mut self, within: Duration, again: Duration) -> Result<(), RigError> {
+        let until = Instant::now() + within;
+        let (mut stranger, mut sent) = (None, 0);
+        while Instant::now() < until {
+            self.wire.send(SOFT_RESET).await?;
+            self.resets_due += 1;
+            sent += 1;
+            if sent > 1 {
+                // Another firmware takes the byte for the beginning of a line, and answers its end.
+                self.wire.send(b"\n").await?;
+            }
+            let next = until.min(Instant::now() + again);
+            while let Some(line) = self.wire.line(next).await? {
+                match Reply::parse(&line) {
+                    Reply::Greeting(flavour) => {
+                        self.greeted(flavour, &line);
+                        return Ok(());
+                    }
+                    Reply::Marlin => stranger = Some(line),
+                    _ => {}
+                }
+            }
+            if let Some(heard) = stranger {
+                return Err(self.wire.error(Cause::OtherFirmware { named: "GRBL", heard }));
+            }
+        }
+        Err(self.wire.error(Cause::Silent { waited: within }))
+    }
+
+    fn greeted(&mut self, flavour: Flavour, line: &str) {
+        self.flavour = flavour;
+        self.name = line.split(" [").next().unwrap_or(line).to_owned();
+        self.window.clear();
+        self.resets_due = self.resets_due.saturating_sub(1);
+        self.reports_due = 0;
+        self.work_offset = None;
+    }
+
+    /// Sends a `$` command by itself and returns what was said to it: `accept` says whether that is whole.
+    ///
+    /// Asked again where an answer is lost or damaged.
+    pub(super) async fn ask(
+        &mut self,
+        command: &str,
+        accept: impl Fn(&[String]) -> bool,
+    ) -> Result<Vec<String>, RigError> {
+        let line = self.line(command)?;
+        for _ in 0..MOST_REPEATS {
+            let mut said = Vec::new();
+            match self
+                .exchange(std::slice::from_ref(&line), COMMAND_WITHIN, Lock::IsRest, &mut said)
+                .await?
+            {
+                Outcome::Taken if accept(&said) => return Ok(said),
+                Outcome::Taken => {}
+                Outcome::Refused(code) if !error_code::may_be_damage(code) => {
+                    return Err(self.refused(code));
+                }
+                Outcome::Refused(_) => self.clear_error().await?,
+                Outcome::Unanswered => self.begin().await?,
+            }
+        }
+        Err(self.wire.error(Cause::KeepsGarbling { times: MOST_REPEATS }))
+    }
+
+    /// Sends lines as the receive buffer has room for them and waits for their answers.
+    pub(super) async fn run(
+        &mut self,
+        lines: &[Line],
+        within: Duration,
+    ) -> Result<Outcome, RigError> {
+        let outcome = self.exchange(lines, within, Lock::IsAFault, &mut Vec::new()).await?;
+        if let Outcome::Refused(LOCKED) = outcome {
+            return Err(self.alarm("error:9".to_owned(), error_code::meaning(LOCKED)));
+        }
+        Ok(outcome)
+    }
+
+    async fn exchange(
+        &mut self,
+        lines: &[Line],
+        within: Duration,
+        lock: Lock,
+        said: &mut Vec<String>,
+    ) -> Result<Outcome, RigError> {
+        let deadline = Instant::now() + within;
+        let (mut next, mut rests, mut moves) = (0, 0, false);
+        self.refused = None;
+        loop {
+            while let Some(line) =
+                lines.get(next).filter(|line| self.window.has_room_for(line.bytes().len()))
+            {
+                self.wire.send(line.bytes()).await?;
+                self.window.sent(line.bytes().len());
+                next += 1;
+            }
+            if next == lines.len() && self.window.is_empty() {
+                return Ok(self.refused.map_or(Outcome::Taken, Outcome::Refused));
+            }
+            let quiet = Instant::now() + QUIET;
+            let Some(line) = self.wire.line(quiet.min(deadline)).await? else {
+                if Instant::now() >= deadline {
+                    let silent = Cause::Silent { waited: within };
+                    return Err(self.wire.error(if moves { Cause::StillMoving } else { silent }));
+                }
+                // A dwell and the end of a move show as `Idle` too, once; one that stays is standstill.
+                let state = self.status().await?.state;
+                moves = state == State::Run;
+                rests = match state {
+                    State::Idle => rests + 1,
+                    State::Alarm if lock == Lock::IsRest => rests + 1,
+                    State::Alarm => return Err(self.alarm_state()),
+                    State::Run | State::Jog | State::Home => 0,
+                    state => return Err(self.paused(state)),
+                };
+                if rests == REST_REPORTS && !self.window.is_empty() {
+                    return Ok(Outcome::Unanswered);
+                }
+                continue;
+            };
+            match Reply::parse(&line) {
+                Reply::Status(status) => self.note(&status),
+                Reply::Other | Reply::Setting(..) => said.push(line),
+                reply => self.heard(reply, line)?,
+            }
+        }
+    }
+
+    /// Ends the state in which grblHAL repeats its last error; elsewhere a blank line does nothing.
+    pub(super) async fn clear_error(&mut self) -> Result<(), RigError> {
+        let blank = self.line("")?;
+        match self.exchange(&[blank], COMMAND_WITHIN, Lock::IsRest, &mut Vec::new()).await? {
+            Outcome::Taken | Outcome::Refused(_) => Ok(()),
+            Outcome::Unanswered => self.begin().await,
+        }
+    }
+
+    /// Sends a homing command and waits for its end. Returns whether its `ok` was heard; otherwise the machine
+    /// rests, homed or not.
+    ///
+    /// GRBL says nothing while it homes, not even to `?`; one that was asked is answered behind it.
+    pub(super) async fn home(&mut self, command: &str, within: Duration) -> Result<bool, RigError> {
+        let line = self.line(command)?;
+        let deadline = Instant::now() + within;
+        self.wire.send(line.bytes()).await?;
+        let mut rests = 0;
+        loop {
+            let quiet = Instant::now() + HOMING_QUIET;
+            let Some(heard) = self.wire.line(quiet.min(deadline)).await? else {
+                if Instant::now() >= deadline {
+                    return Err(self.wire.error(Cause::Silent { waited: within }));
+                }
+                self.wire.send(STATUS_QUERY).await?;
+                self.last_query = Some(Instant::now());
+                self.reports_due = 1;
+                continue;
+            };
+            match Reply::parse(&heard) {
+                Reply::Ok => return Ok(true),
+                Reply::Error(HOMING_OFF) => return Err(self.wire.error(homing_is_off())),
+                Reply::Error(code) if error_code::may_be_damage(code) => {
+                    self.clear_error().await?;
+                    return Ok(false);
+                }
+                Reply::Error(code) => return Err(self.refused(code)),
+                Reply::Alarm(code) => {
+                    self.swallow_failed_homing().await?;
+                    return Err(self.alarm(heard, alarm::meaning(code)));
+                }
+                Reply::Status(status) => {
+                    self.note(&status);
+                    match status.state {
+                        // Its `ok` was lost, or the command itself.
+                        State::Idle | State::Alarm if rests > 0 => return Ok(false),
+                        State::Idle | State::Alarm => rests += 1,
+                        _ => rests = 0,
+                    }
+                }
+                reply => self.heard(reply, heard)?,
+            }
+        }
+    }
+
+    /// What follows the alarm of a failed homing: an `ok`, then the greeting.
+    async fn swallow_failed_homing(&mut self) -> Result<(), RigError> {
+        let until = Instant::now() + GREETS_WITHIN;
+        while let Some(line) = self.wire.line(until).await? {
+            if let Reply::Greeting(flavour) = Reply::parse(&line) {
+                self.greeted(flavour, &line);
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// What the machine is doing and where, at an instant after the call.
+    pub(super) async fn status(&mut self) -> Result<Observed, RigError> {
+        for _ in 0..MOST_QUERIES {
+            if let Some(status) = self.query().await?
+                && let Some(at) = self.machine_position(&status)
+            {
+                return Ok(Observed { state: status.state, at });
+            }
+        }
+        Err(self.wire.error(Cause::Silent { waited: REPORT_WITHIN * MOST_QUERIES }))
+    }
+
+    /// The machine's state; its position may not be known yet.
+    pub(super) async fn state(&mut self) -> Result<State, RigError> {
+        for _ in 0..MOST_QUERIES {
+            if let Some(status) = self.query().await? {
+                return Ok(status.state);
+            }
+        }
+        Err(self.wire.error(Cause::Silent { waited: REPORT_WITHIN * MOST_QUERIES }))
+    }
+
+    /// One query and its report, `None` where it was lost. A report that may be the late answer to an earlier
+    /// query is passed over.
+    async fn query(&mut self) -> Result<Option<Status>, RigError> {
+        if let Some(last) = self.last_query {
+            sleep_until(last + BETWEEN_QUERIES).await;
+        }
+        self.wire.send(STATUS_QUERY).await?;
+        self.last_query = Some(Instant::now());
+        self.reports_due += 1;
+        let until = Instant::now() + REPORT_WITHIN;
+        let mut latest = None;
+        while let Some(line) = self.wire.line(until).await? {
+            match Reply::parse(&line) {
+                Reply::Status(status) => {
+                    self.note(&status);
+                    latest = Some(status);
+                    if self.reports_due == 0 {
+                        self.mend_feed(&status).await?;
+                        return Ok(latest);
+                    }
+                }
+                // Among them answers to lines before: a dwell may end while it is asked for.
+                reply => self.heard(reply, line)?,
+            }
+        }
+        // Nothing more will come: the last report, if any, is the answer to the last query.
+        if latest.is_some() {
+            self.reports_due = 0;
+        }
+        Ok(latest)
+    }
+
+    fn note(&mut self, status: &Status) {
+        self.reports_due = self.reports_due.saturating_sub(1);
+        self.work_offset = status.work_offset.or(self.work_offset);
+    }
+
+    /// A feed override, left by another program or made by a damaged byte, would change every feed.
+    async fn mend_feed(&mut self, status: &Status) -> Result<(), RigError> {
+        match status.feed_override {
+            Some(percent) if percent != 100 => {
+                tracing::warn!(device = %self.wire.device(), "its feed override was {percent} %, set to 100 %");
+                self.wire.send(FEED_OVERRIDE_100).await
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Machine coordinates; `None` where the report has the work's and the offset has not been heard yet.
+    fn machine_position(&self, status: &Status) -> Option<RobotPosition> {
+        let place = match (status.place, self.work_offset) {
+            (Place::Machine(place), _) => place,
+            (Place::Work(place), Some(offset)) => {
+                std::array::from_fn(|axis| place[axis] + offset[axis])
+            }
+            (Place::Work(_), None) => return None,
+        };
+        Some(RobotPosition::from_axes_mm(place.map(|value| value * self.mm_per_unit)))
+    }
+
+    fn line(&self, text: &str) -> Result<Line, RigError> {
+        Line::new(text).map_err(|cause| self.wire.error(cause))
+    }
+
+    /// The fault that a refusal is.
+    pub(super) fn refused(&self, code: u32) -> RigError {
+        let reply = format!("error:{code}, {}", error_code::meaning(code));
+        self.wire.error(Cause::Refused { reply })
+    }
+
+    /// The fault that a machine which waits for a person is.
+    pub(super) fn paused(&self, state: State) -> RigError {
+        self.wire.error(Cause::Paused { state: format!("{state:?}").to_lowercase() })
+    }
+
+    /// The fault that an alarm is whose code was not heard.
+    pub(super) fn alarm_state(&self) -> RigError {
+        self.alarm("Alarm".to_owned(), "it has locked itself; the position may be lost")
+    }
+
+    fn alarm(&self, reply: String, meaning: &'static str) -> RigError {
+        self.wire.error(Cause::Alarm { reply, meaning })
+    }
+
+    /// What is neither a report nor an answer that somebody reads.
+    fn heard(&mut self, reply: Reply, line: String) -> Result<(), RigError> {
+        match reply {
+            Reply::Ok => {
+                self.window.answered();
+            }
+            Reply::Error(code) => {
+                self.window.answered();
+                self.refused = self.refused.or(Some(code));
+            }
+            Reply::Alarm(code) => return Err(self.alarm(line, alarm::meaning(code))),
+            Reply::Greeting(flavour) => {
+                let expected = self.resets_due > 0;
+                self.greeted(flavour, &line);
+                if !expected {
+                    return Err(self.wire.error(Cause::Reset));
+                }
+            }
+            Reply::Marlin => {
+                return Err(self.wire.error(Cause::OtherFirmware { named: "GRBL", heard: line }));
+            }
+            Reply::Status(_) | Reply::Setting(..) | Reply::Other => {}
+        }
+        Ok(())
+    }
+}
+
+/// The fault that switched-off homing is.
+pub(super) fn homing_is_off() -> Cause {
+    Cause::Setting {
+        name: "$22".to_owned(),
+        problem: "homing is off, so its position cannot be known".to_owned(),
+    }
+}

@@ -1,0 +1,213 @@
+//! A robot that refuses what it must not do.
+
+use async_trait::async_trait;
+
+use super::Advice;
+use super::travel::Envelope;
+use crate::device::Device;
+use crate::error::{Cause, RigError};
+use crate::space::{Feed, RobotPosition};
+use crate::{Emergency, Motion};
+
+/// Any robot, held to homing, travel, keep-out boxes and to arriving where it was sent.
+///
+/// A rig gives access to its robot through this alone, so that no driver can forget a check. A failed or cancelled
+/// move leaves the position unknown, and nothing moves again before homing.
+pub struct Guarded {
+    robot: Box<dyn Motion>,
+    envelope: Envelope,
+    tolerance_m: f64,
+    at: Option<RobotPosition>,
+}
+
+impl Guarded {
+    /// Guards `robot`: it stays within `envelope` and arrives within `tolerance_m` along each axis.
+    pub fn new(robot: Box<dyn Motion>, envelope: Envelope, tolerance_m: f64) -> Self {
+        Self { robot, envelope, tolerance_m, at: None }
+    }
+
+    fn error(&self, attempt: String, cause: Cause) -> RigError {
+        RigError::new(self.robot.device().clone(), attempt, cause, None)
+    }
+}
+
+#[async_trait]
+impl Motion for Guarded {
+    fn device(&self) -> &Device {
+        self.robot.device()
+    }
+
+    fn firmware(&self) -> &str {
+        self.robot.firmware()
+    }
+
+    fn advice(&self) -> &[Advice] {
+        self.robot.advice()
+    }
+
+    async fn home(&mut self) -> Result<RobotPosition, RigError> {
+        self.at = None;
+        let position = self.robot.home().await?;
+        self.at = Some(position);
+        Ok(position)
+    }
+
+    async fn move_to(
+        &mut self,
+        target: RobotPosition,
+        feed: Feed,
+    ) -> Result<RobotPosition, RigError> {
+        let attempt = || format!("moving to {target}");
+        let from = self.at.ok_or_else(|| self.error(attempt(), Cause::NotHomed))?;
+        self.envelope
+            .check_path(from, target)
+            .map_err(|fault| self.error(attempt(), Cause::Forbidden(fault)))?;
+        self.at = None;
+        let mut reported = self.robot.move_to(target, feed).await?;
+        if !reported.is_within(self.tolerance_m, target) {
+            // A digit may have been damaged on its way; a robot that stands elsewhere says so twice.
+            reported = self.robot.position().await?;
+        }
+        if !reported.is_within(self.tolerance_m, target) {
+            let tolerance_m = self.tolerance_m;
+            let cause = Cause::Elsewhere { commanded: target, reported, tolerance_m };
+            return Err(self.error(attempt(), cause));
+        }
+        self.at = Some(reported);
+        Ok(reported)
+    }
+
+    async fn position(&mut self) -> Result<RobotPosition, RigError> {
+        self.robot.position().await
+    }
+
+    async fn stop(&mut self) -> Result<(), RigError> {
+        self.at = None;
+        self.robot.stop().await
+    }
+
+    fn emergency(&self) -> Option<Emergency> {
+        self.robot.emergency()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::VecDeque;
+    use std::sync::{Arc, Mutex};
+
+    use super::*;
+    use crate::device::Role;
+    use crate::motion::travel::{AxisBox, KeepOut};
+    use fieldgap_input::Positive;
+
+    /// A robot that goes where it is told, unless `misreports` says otherwise, and notes every move.
+    struct Notebook {
+        device: Device,
+        at: RobotPosition,
+        moves: Arc<Mutex<Vec<RobotPosition>>>,
+        misreports: VecDeque<RobotPosition>,
+    }
+
+    #[async_trait]
+    impl Motion for Notebook {
+        fn device(&self) -> &Device {
+            &self.device
+        }
+        fn firmware(&self) -> &str {
+            "notebook"
+        }
+        async fn home(&mut self) -> Result<RobotPosition, RigError> {
+            self.at = mm(0.0, 0.0, 0.0);
+            Ok(self.at)
+        }
+        async fn move_to(
+            &mut self,
+            target: RobotPosition,
+            _: Feed,
+        ) -> Result<RobotPosition, RigError> {
+            self.moves.lock().expect("not poisoned").push(target);
+            self.at = target;
+            self.position().await
+        }
+        async fn position(&mut self) -> Result<RobotPosition, RigError> {
+            Ok(self.misreports.pop_front().unwrap_or(self.at))
+        }
+        async fn stop(&mut self) -> Result<(), RigError> {
+            Ok(())
+        }
+        fn emergency(&self) -> Option<Emergency> {
+            None
+        }
+    }
+
+    fn mm(x: f64, y: f64, z: f64) -> RobotPosition {
+        RobotPosition::from_axes_mm([x, y, z])
+    }
+
+    fn feed() -> Feed {
+        Feed::from_mm_s(Positive::new(80.0).expect("positive"))
+    }
+
+    fn guarded(misreports: &[RobotPosition]) -> (Guarded, Arc<Mutex<Vec<RobotPosition>>>) {
+        let moves = Arc::default();
+        let robot = Notebook {
+            device: Device::new(Role::Robot, "memory"),
+            at: mm(0.0, 0.0, 0.0),
+            moves: Arc::clone(&moves),
+            misreports: misreports.iter().copied().collect(),
+        };
+        let envelope = Envelope {
+            travel: AxisBox { least_m: [0.0; 3], largest_m: [0.3; 3] },
+            keep_out: vec![KeepOut {
+                name: "array".into(),
+                space: AxisBox { least_m: [0.1, 0.1, 0.0], largest_m: [0.2, 0.2, 0.1] },
+            }],
+        };
+        (Guarded::new(Box::new(robot), envelope, 0.05e-3), moves)
+    }
+
+    #[tokio::test]
+    async fn nothing_moves_before_homing_nor_after_a_stop() {
+        let (mut robot, moves) = guarded(&[]);
+        let refused = robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect_err("not homed");
+        assert!(matches!(refused.cause(), Cause::NotHomed));
+        robot.home().await.expect("homes");
+        robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect("moves");
+        robot.stop().await.expect("stops");
+        assert!(robot.move_to(mm(20.0, 0.0, 0.0), feed()).await.is_err());
+        assert_eq!(moves.lock().expect("not poisoned").len(), 1);
+    }
+
+    #[tokio::test]
+    async fn a_forbidden_move_is_not_sent_and_the_robot_may_go_on() {
+        let (mut robot, moves) = guarded(&[]);
+        robot.home().await.expect("homes");
+        for forbidden in [mm(301.0, 0.0, 0.0), mm(250.0, 250.0, 50.0), mm(f64::NAN, 0.0, 0.0)] {
+            let refused = robot.move_to(forbidden, feed()).await.expect_err("forbidden");
+            assert!(matches!(refused.cause(), Cause::Forbidden(_)), "{refused}");
+        }
+        assert!(moves.lock().expect("not poisoned").is_empty());
+        robot.move_to(mm(0.0, 0.0, 200.0), feed()).await.expect("free");
+        robot.move_to(mm(250.0, 250.0, 200.0), feed()).await.expect("free, over the box");
+    }
+
+    #[tokio::test]
+    async fn a_robot_that_stands_elsewhere_is_found_out() {
+        let clamped = mm(9.94, 0.0, 0.0);
+        let (mut robot, _) = guarded(&[clamped, clamped]);
+        robot.home().await.expect("homes");
+        let error = robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect_err("elsewhere");
+        assert!(error.to_string().contains("0.060 mm off where 0.050 mm is allowed"), "{error}");
+        let error = robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect_err("lost");
+        assert!(matches!(error.cause(), Cause::NotHomed));
+    }
+
+    #[tokio::test]
+    async fn one_damaged_report_is_asked_for_again() {
+        let (mut robot, _) = guarded(&[mm(100.0, 0.0, 0.0)]);
+        robot.home().await.expect("homes");
+        let reported = robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect("arrives");
+        assert_eq!(reported, mm(10.0, 0.0, 0.0));
+    }
+}

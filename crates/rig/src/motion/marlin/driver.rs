@@ -1,0 +1,219 @@
+//! The robot behind a Marlin firmware.
+
+use std::time::Duration;
+
+use async_trait::async_trait;
+
+use super::config::{HomeLine, MarlinConfig};
+use super::session::Session;
+use crate::config::MotionConfig;
+use crate::device::{Device, Role};
+use crate::error::RigError;
+use crate::link::{ByteLink, Wire, open_serial};
+use crate::motion::Advice;
+use crate::space::{Feed, RobotPosition};
+use crate::{Emergency, Motion};
+
+/// How long the firmware may take to put one command into its queue.
+const TAKEN_WITHIN: Duration = Duration::from_secs(20);
+
+/// How long a stop may take to be confirmed.
+const STOPPED_WITHIN: Duration = Duration::from_secs(2);
+
+/// A move may take this many times its length over its feed, for axes whose own limit is lower...
+const SLOWER_AXES: f64 = 20.0;
+
+/// ... and this much more, for acceleration and a firmware at other work.
+const MOVE_SLACK: Duration = Duration::from_secs(60);
+
+/// How long a move may take when it is not known where it starts.
+const LONGEST_MOVE: Duration = Duration::from_secs(600);
+
+/// Stops whatever moves, unnumbered and behind a line that may have been broken off.
+const STOP: &[u8] = b"\nM410\n";
+
+/// Idle motors would let go after two minutes in most builds.
+const KEEP_MOTORS_ON: &str = "M84 S0";
+
+/// Said once at the start; builds without one of them do without.
+///
+/// Motors stay on (an overnight scan must not lose its position), the firmware says that it is busy, lengths are
+/// millimetres, coordinates absolute.
+const SETTINGS: [&str; 4] = [KEEP_MOTORS_ON, "M113 S2", "G21", "G90"];
+
+/// A robot behind a Marlin firmware.
+///
+/// It moves as told: homing, travel and keep-out boxes are looked after by
+/// [`Guarded`](crate::motion::guarded::Guarded), through which alone a rig gives access to it.
+#[derive(Debug)]
+pub struct Marlin<L: ByteLink> {
+    session: Session<L>,
+    firmware: String,
+    home: Vec<HomeLine>,
+    home_within: Duration,
+    advice: Vec<Advice>,
+    at: Option<RobotPosition>,
+}
+
+impl MarlinConfig {
+    pub(crate) async fn open(
+        &self,
+        _: &MotionConfig,
+        port: Option<&str>,
+    ) -> Result<Box<dyn Motion>, RigError> {
+        let wire = open_serial(Role::Robot, port, self.port.as_deref(), self.baud)?;
+        Ok(Box::new(Marlin::begin(wire, self).await?))
+    }
+}
+
+impl<L: ByteLink> Marlin<L> {
+    /// Begins a session with the firmware at the other end of `wire`. Nothing moves.
+    ///
+    /// # Errors
+    /// That nothing answers, or not as Marlin does.
+    pub async fn begin(wire: Wire<L>, config: &MarlinConfig) -> Result<Self, RigError> {
+        let mut robot = Self {
+            session: Session::new(wire),
+            firmware: String::new(),
+            home: config.home.clone(),
+            home_within: Duration::try_from_secs_f64(config.home_within_s.get())
+                .unwrap_or(LONGEST_MOVE),
+            advice: Vec::new(),
+            at: None,
+        };
+        robot.set_up().await?;
+        Ok(robot)
+    }
+
+    async fn set_up(&mut self) -> Result<(), RigError> {
+        self.session.wire.attempting("opening a session with the firmware");
+        self.session.begin().await?;
+        let answer = self.session.command("M115", TAKEN_WITHIN).await?;
+        self.firmware = firmware_name(&answer.lines);
+        self.advice.clear();
+        if answer.lines.iter().any(|line| line == "Cap:EMERGENCY_PARSER:0") {
+            self.advice.push(Advice {
+                problem: "its build has no emergency parser: a stop waits for the end of the move under way".to_owned(),
+                remedy: "build the firmware with EMERGENCY_PARSER, and keep a hand near the switch until then",
+            });
+        }
+        for setting in SETTINGS {
+            let Some(reply) = self.session.command(setting, TAKEN_WITHIN).await?.unknown else {
+                continue;
+            };
+            tracing::debug!(device = %self.session.wire.device(), "does without {setting}: {reply}");
+            if setting == KEEP_MOTORS_ON {
+                self.advice.push(Advice {
+                    problem: "its motors let go when they are idle, and it does not know `M84 S0`".to_owned(),
+                    remedy: "build the firmware so that its steppers stay on: an axis that sags in a pause loses its place",
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until the robot stands still and asks where.
+    async fn arrive(&mut self, within: Duration) -> Result<RobotPosition, RigError> {
+        self.session.required("M400", within).await?;
+        let position = self.session.position(within).await?;
+        self.at = Some(position);
+        Ok(position)
+    }
+
+    fn longest_for(&self, target: RobotPosition, feed: Feed) -> Duration {
+        self.at
+            .map(|at| at.distance_m(target) / feed.m_s() * SLOWER_AXES)
+            .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
+            .map_or(LONGEST_MOVE, |moving| MOVE_SLACK.saturating_add(moving).min(LONGEST_MOVE))
+    }
+}
+
+#[async_trait]
+impl<L: ByteLink> Motion for Marlin<L> {
+    fn device(&self) -> &Device {
+        self.session.wire.device()
+    }
+
+    fn firmware(&self) -> &str {
+        &self.firmware
+    }
+
+    fn advice(&self) -> &[Advice] {
+        &self.advice
+    }
+
+    async fn home(&mut self) -> Result<RobotPosition, RigError> {
+        self.at = None;
+        if !self.session.in_step() {
+            self.set_up().await?;
+        }
+        self.session.wire.attempting("homing");
+        for line in self.home.clone() {
+            self.session.required(line.as_str(), self.home_within).await?;
+        }
+        self.arrive(self.home_within).await
+    }
+
+    async fn move_to(
+        &mut self,
+        target: RobotPosition,
+        feed: Feed,
+    ) -> Result<RobotPosition, RigError> {
+        self.session.wire.attempting(format!("moving to {target}"));
+        let within = self.longest_for(target, feed);
+        self.at = None;
+        let [x, y, z] = target.axes_mm();
+        let g1 = format!("G1 X{x:.3} Y{y:.3} Z{z:.3} F{:.1}", feed.mm_min());
+        self.session.required(&g1, TAKEN_WITHIN).await?;
+        self.arrive(within).await
+    }
+
+    async fn position(&mut self) -> Result<RobotPosition, RigError> {
+        self.session.wire.attempting("asking for the position");
+        self.session.position(TAKEN_WITHIN).await
+    }
+
+    async fn stop(&mut self) -> Result<(), RigError> {
+        self.at = None;
+        self.session.wire.attempting("stopping");
+        self.session.quick_stop(STOPPED_WITHIN).await
+    }
+
+    fn emergency(&self) -> Option<Emergency> {
+        self.session.wire.emergency(STOP)
+    }
+}
+
+impl<L: ByteLink> Drop for Marlin<L> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.session.wire.last_words(STOP);
+        }
+    }
+}
+
+/// The name in `FIRMWARE_NAME:Marlin 2.1.2.1 (…) SOURCE_CODE_URL:… …`, or what was said at all.
+fn firmware_name(lines: &[String]) -> String {
+    let Some(named) = lines.iter().find_map(|line| line.strip_prefix("FIRMWARE_NAME:")) else {
+        return lines.first().cloned().unwrap_or_else(|| "unnamed firmware".to_owned());
+    };
+    let is_next_key = |word: &&str| {
+        word.split_once(':').is_some_and(|(key, _)| {
+            !key.is_empty() && key.chars().all(|c| c.is_ascii_uppercase() || c == '_')
+        })
+    };
+    let words: Vec<&str> = named.split(' ').take_while(|word| !is_next_key(word)).collect();
+    words.join(" ")
+}
+
+#[cfg(test)]
+mod name_tests {
+    use super::firmware_name;
+
+    #[test]
+    fn the_name_ends_where_the_next_key_begins() {
+        let line = "FIRMWARE_NAME:Marlin 2.1.2.1 (May 1 2023 12:00:00) SOURCE_CODE_URL:x PROTOCOL_VERSION:1.0";
+        assert_eq!(firmware_name(&[line.to_owned()]), "Marlin 2.1.2.1 (May 1 2023 12:00:00)");
+        assert_eq!(firmware_name(&[]), "unnamed firmware");
+    }
+}

@@ -1,0 +1,370 @@
+//! An oscilloscope that speaks SCPI, over a network socket or a serial port: the receiver's raw signal, and the carrier's
+//! amplitude out of each record.
+
+mod block;
+mod dialect;
+mod lock_in;
+
+use std::time::Duration;
+
+use async_trait::async_trait;
+use serde::Deserialize;
+use tokio::time::{Instant, sleep};
+
+use super::reading::{Reading, ReceiverIdentity, Tally};
+use crate::Receiver;
+use crate::config::ReceiverConfig;
+use crate::device::{Device, Role};
+use crate::error::{Cause, RigError};
+use crate::link::{ByteLink, Wire, open_serial, open_tcp};
+use block::{Block, read_block};
+use dialect::{Commands, Dialect, Preset, Scale, ScaleQueries};
+use fieldgap_input::Positive;
+pub use lock_in::RecordFault;
+
+/// Silence after which a message without a stated length has ended.
+const QUIET: Duration = Duration::from_millis(200);
+
+/// Errors that an instrument keeps, at most, before it is taken not to understand the question for them.
+const MOST_ERRORS: usize = 30;
+
+/// Pause between two questions whether a record was taken.
+const ASK_AGAIN: Duration = Duration::from_millis(5);
+
+/// `[receiver.scpi]`: where the instrument is reached, and whose words it understands.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScpiConfig {
+    /// Its network address, `192.168.1.20:5555`.
+    address: Option<String>,
+    /// Or its serial port; both are absent where a virtual rig gives one.
+    port: Option<String>,
+    /// Speed of the serial port, bits a second.
+    #[serde(default = "default_baud")]
+    baud: u32,
+    /// Whose words.
+    #[serde(default)]
+    dialect: Preset,
+    /// The channel that the receiver hangs on.
+    #[serde(default = "first_channel")]
+    channel: u8,
+    /// The carrier, Hz.
+    #[serde(default = "forty_kilohertz")]
+    carrier_hz: Positive,
+    /// Said after the dialect's own set-up, for instance time base and volts a division.
+    #[serde(default)]
+    setup: Vec<String>,
+    /// How long one answer, or one record, may take, s.
+    #[serde(default = "five_seconds")]
+    answer_within_s: Positive,
+    /// Words that go before the dialect's.
+    #[serde(default)]
+    commands: Commands,
+}
+
+fn default_baud() -> u32 {
+    115_200
+}
+
+fn first_channel() -> u8 {
+    1
+}
+
+fn forty_kilohertz() -> Positive {
+    Positive::new(40e3).expect("a literal above zero")
+}
+
+fn five_seconds() -> Positive {
+    Positive::new(5.0).expect("a literal above zero")
+}
+
+impl ScpiConfig {
+    pub(crate) async fn open(
+        &self,
+        _: &ReceiverConfig,
+        port: Option<&str>,
+    ) -> Result<Box<dyn Receiver>, RigError> {
+        let address = match port {
+            Some(chosen) => is_address(chosen).then_some(chosen),
+            None => self.address.as_deref(),
+        };
+        Ok(match address {
+            Some(address) => {
+                let wire = open_tcp(Role::Receiver, address).await?;
+                Box::new(ScpiReceiver::begin(wire, self).await?)
+            }
+            None => {
+                let wire = open_serial(Role::Receiver, port, self.port.as_deref(), self.baud)?;
+                Box::new(ScpiReceiver::begin(wire, self).await?)
+            }
+        })
+    }
+}
+
+/// Whether this is a network address and no port's path.
+fn is_address(port: &str) -> bool {
+    let number = port.rsplit_once(':').map(|(_, number)| number);
+    !port.starts_with('/') && number.is_some_and(|number| number.parse::<u16>().is_ok())
+}
+
+/// An oscilloscope on a line.
+#[derive(Debug)]
+pub struct ScpiReceiver<L> {
+    wire: Wire<L>,
+    identity: ReceiverIdentity,
+    name: String,
+    dialect: Dialect,
+    carrier_hz: f64,
+    within: Duration,
+    began: Instant,
+    /// False while an answer may be on its way that nobody waits for any more.
+    in_step: bool,
+}
+
+/// One record.
+#[derive(Debug, Clone, Copy)]
+struct Shot {
+    amplitude_v: f64,
+    clipped: bool,
+    full_scale_v: f64,
+    taken_s: f64,
+}
+
+impl<L: ByteLink> ScpiReceiver<L> {
+    /// Asks the instrument what it is, sets it up, and takes a first record.
+    ///
+    /// # Errors
+    /// That it does not answer, refuses a command, or takes records that cannot show the carrier.
+    pub async fn begin(wire: Wire<L>, config: &ScpiConfig) -> Result<Self, RigError> {
+        let mut dialect = Dialect::new(config.dialect, config.channel, &config.commands);
+        dialect.setup.extend(config.setup.iter().cloned());
+        let within = Duration::try_from_secs_f64(config.answer_within_s.get());
+        let mut receiver = Self {
+            wire,
+            identity: ReceiverIdentity {
+                rate_hz: 1.0,
+                full_scale: 1.0,
+                unit: "V".to_owned(),
+                own_clock: false,
+            },
+            name: String::new(),
+            dialect,
+            carrier_hz: config.carrier_hz.get(),
+            within: within.unwrap_or(Duration::MAX),
+            began: Instant::now(),
+            in_step: false,
+        };
+        receiver.wire.attempting("asking the instrument what it is");
+        receiver.drain().await?;
+        receiver.name = receiver.ask("*IDN?").await?;
+        receiver.in_step = true;
+        tracing::info!(instrument = %receiver.name);
+        receiver.say("*CLS").await?;
+        for command in receiver.dialect.setup.clone() {
+            receiver.wire.attempting(format!("setting it up by `{command}`"));
+            receiver.say(&command).await?;
+            receiver.refuse_errors().await?;
+        }
+        receiver.wire.attempting("taking a first record");
+        let started = Instant::now();
+        let shot = receiver.shot().await?;
+        receiver.refuse_errors().await?;
+        receiver.identity.full_scale = shot.full_scale_v;
+        receiver.identity.rate_hz = 1.0 / started.elapsed().as_secs_f64().max(1e-3);
+        Ok(receiver)
+    }
+
+    async fn say(&mut self, command: &str) -> Result<(), RigError> {
+        self.wire.send(format!("{command}\n").as_bytes()).await
+    }
+
+    /// The answer to a question; where none comes, what the instrument says is wrong.
+    async fn ask(&mut self, question: &str) -> Result<String, RigError> {
+        self.say(question).await?;
+        match self.wire.line(Instant::now() + self.within).await? {
+            Some(line) => Ok(line),
+            None => Err(self.complaint().await),
+        }
+    }
+
+    /// Why an answer did not come: the instrument's own words, or else its silence.
+    async fn complaint(&mut self) -> RigError {
+        self.in_step = false;
+        let silent = self.wire.error(Cause::Silent { waited: self.within });
+        let question = self.dialect.error.clone();
+        if self.say(&question).await.is_err() {
+            return silent;
+        }
+        match self.wire.line(Instant::now() + self.within.min(Duration::from_secs(1))).await {
+            Ok(Some(reply)) if !is_no_error(&reply) => self.wire.error(Cause::Refused { reply }),
+            _ => silent,
+        }
+    }
+
+    /// Reads the instrument's errors until there is none; the first is the one that counts.
+    async fn refuse_errors(&mut self) -> Result<(), RigError> {
+        let question = self.dialect.error.clone();
+        if question.is_empty() {
+            return Ok(());
+        }
+        let mut first = None;
+        for _ in 0..MOST_ERRORS {
+            let reply = self.ask(&question).await?;
+            if is_no_error(&reply) {
+                break;
+            }
+            first.get_or_insert(reply);
+        }
+        match first {
+            Some(reply) => Err(self.wire.error(Cause::Refused { reply })),
+            None => Ok(()),
+        }
+    }
+
+    /// Throws away what has come.
+    async fn drain(&mut self) -> Result<(), RigError> {
+        let until = Instant::now() + self.within;
+        while Instant::now() < until && !self.wire.bytes(Instant::now() + QUIET).await?.is_empty() {
+        }
+        Ok(())
+    }
+
+    /// After a call that ended in its middle: what was still on its way is let pass, and a known answer asked for.
+    async fn get_in_step(&mut self) -> Result<(), RigError> {
+        if self.in_step {
+            return Ok(());
+        }
+        for _ in 0..2 {
+            self.drain().await?;
+            if self.ask("*IDN?").await? == self.name {
+                self.in_step = true;
+                return Ok(());
+            }
+        }
+        let seen = "answers to other questions than were asked".to_owned();
+        Err(self.wire.error(Cause::Unreadable { seen }))
+    }
+
+    /// Takes one record from now on, and finds the carrier in it.
+    async fn shot(&mut self) -> Result<Shot, RigError> {
+        self.get_in_step().await?;
+        self.in_step = false;
+        for command in self.dialect.arm.clone() {
+            self.say(&command).await?;
+        }
+        self.wait_until_taken().await?;
+        let taken_s = self.began.elapsed().as_secs_f64();
+        let scale = self.scale().await?;
+        let question = self.dialect.data.clone();
+        self.say(&question).await?;
+        let samples = self.block().await?;
+        self.in_step = true;
+        let code = self.dialect.code;
+        let volts: Vec<(f64, bool)> = samples.iter().map(|&byte| scale.volts(byte, code)).collect();
+        let values: Vec<f64> = volts.iter().map(|(volts, _)| *volts).collect();
+        let amplitude_v = lock_in::lock_in(&values, scale.interval_s, self.carrier_hz)
+            .map_err(|fault| self.wire.error(Cause::Record(fault)))?;
+        Ok(Shot {
+            amplitude_v,
+            clipped: volts.iter().any(|(_, clipped)| *clipped),
+            full_scale_v: scale.full_scale_v(code),
+            taken_s,
+        })
+    }
+
+    async fn wait_until_taken(&mut self) -> Result<(), RigError> {
+        let (question, force) = (self.dialect.state.clone(), self.dialect.force.clone());
+        let until = Instant::now() + self.within;
+        loop {
+            let state = self.ask(&question).await?;
+            // Some repeat the question before the answer.
+            let said = state.split_ascii_whitespace().last().unwrap_or_default();
+            if self.dialect.taken.iter().any(|taken| taken.eq_ignore_ascii_case(said)) {
+                return Ok(());
+            }
+            if Instant::now() >= until {
+                return Err(self.complaint().await);
+            }
+            if !force.is_empty() {
+                self.say(&force).await?;
+            }
+            sleep(ASK_AGAIN).await;
+        }
+    }
+
+    async fn scale(&mut self) -> Result<Scale, RigError> {
+        let (scale, seen) = match self.dialect.scale.clone() {
+            ScaleQueries::Preamble { query, origin } => {
+                let answer = self.ask(&query).await?;
+                (Scale::of_preamble(&answer, origin), answer)
+            }
+            ScaleQueries::Settings { volts, offset, rate } => {
+                let (volts, offset) = (self.ask(&volts).await?, self.ask(&offset).await?);
+                let rate = self.ask(&rate).await?;
+                (Scale::of_settings(&volts, &offset, &rate), format!("{volts}, {offset}, {rate}"))
+            }
+        };
+        scale.ok_or_else(|| self.wire.error(Cause::Unreadable { seen }))
+    }
+
+    async fn block(&mut self) -> Result<Vec<u8>, RigError> {
+        let until = Instant::now() + self.within;
+        let mut message = Vec::new();
+        loop {
+            let may_have_ended = matches!(read_block(&message), Block::Indefinite { .. });
+            let wait = if may_have_ended { until.min(Instant::now() + QUIET) } else { until };
+            let more = self.wire.bytes(wait).await?;
+            let nothing_more = more.is_empty();
+            message.extend(more);
+            match read_block(&message) {
+                Block::Definite { data, rest } => {
+                    let data = data.to_vec();
+                    self.wire.put_back(rest.to_vec());
+                    return Ok(data);
+                }
+                Block::Indefinite { data } if nothing_more => return Ok(data.to_vec()),
+                Block::Damaged => {
+                    let start = &message[..message.len().min(40)];
+                    let seen = String::from_utf8_lossy(start).escape_debug().to_string();
+                    return Err(self.wire.error(Cause::Unreadable { seen }));
+                }
+                _ if nothing_more || Instant::now() >= until => {
+                    return Err(self.complaint().await);
+                }
+                Block::Partial | Block::Indefinite { .. } => {}
+            }
+        }
+    }
+}
+
+/// Whether an answer to the question for errors says that there is none: its first number is zero.
+fn is_no_error(reply: &str) -> bool {
+    let code = reply.split(',').next().unwrap_or_default().split_ascii_whitespace().last();
+    code.is_some_and(|code| code.parse::<f64>() == Ok(0.0))
+}
+
+#[async_trait]
+impl<L: ByteLink> Receiver for ScpiReceiver<L> {
+    fn device(&self) -> &Device {
+        self.wire.device()
+    }
+
+    fn identity(&self) -> &ReceiverIdentity {
+        &self.identity
+    }
+
+    /// An instrument has no clock to be asked: `settle` is this machine's, and each record is armed after it.
+    async fn read_point(&mut self, settle: Duration, count: usize) -> Result<Reading, RigError> {
+        self.wire.attempting("reading a point");
+        sleep(settle).await;
+        let mut tally = Tally::default();
+        for _ in 0..count {
+            let shot = self.shot().await?;
+            tally.add((shot.taken_s * 1e6).round() as u64, shot.amplitude_v, shot.clipped);
+        }
+        tally.reading(0).ok_or_else(|| self.wire.error(Cause::NoReadings { asked: count }))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,233 @@
+//! The driver against instruments written from their makers' guides.
+
+use std::f64::consts::TAU;
+
+use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, DuplexStream, duplex};
+
+use super::*;
+use fieldgap_input::toml_text;
+
+/// What the instrument does not do as it should.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Fault {
+    None,
+    /// It does not know a command.
+    Unknown(&'static str),
+    /// It never says that a record was taken.
+    NeverTriggers,
+    /// It says nothing to a question any more once so many records were read.
+    MuteAfter(u32),
+    /// Its block is none.
+    NoBlock,
+    /// A block that is shorter than it says.
+    ShortBlock,
+    /// Its block has no stated length.
+    Indefinite,
+    /// The signal is larger than its range.
+    Overdriven,
+    /// The record is shorter than three cycles.
+    ShortRecord,
+}
+
+/// An oscilloscope with 25 steps a division of 0.1 V, 1 µs apart, which sees a carrier of 0.8 V on 0.05 V.
+struct Instrument {
+    link: BufReader<DuplexStream>,
+    fault: Fault,
+    armed: bool,
+    records: u32,
+    errors: Vec<String>,
+}
+
+impl Instrument {
+    async fn run(mut self) {
+        let mut line = String::new();
+        while self.link.read_line(&mut line).await.is_ok_and(|count| count > 0) {
+            let answer = self.answer(line.trim());
+            line.clear();
+            if let Some(answer) = answer
+                && self.link.get_mut().write_all(&answer).await.is_err()
+            {
+                return;
+            }
+        }
+    }
+
+    fn answer(&mut self, command: &str) -> Option<Vec<u8>> {
+        let text = |answer: &str| Some(format!("{answer}\n").into_bytes());
+        if self.fault == Fault::Unknown("*IDN?") {
+            return None;
+        }
+        if matches!(self.fault, Fault::MuteAfter(records) if self.records >= records) {
+            return None;
+        }
+        if matches!(self.fault, Fault::Unknown(unknown) if command == unknown) {
+            self.errors.push("-113,\"Undefined header\"".to_owned());
+            return None;
+        }
+        match command {
+            "*IDN?" => text("ACME,SCOPE,1,1.0"),
+            "*CLS" => {
+                self.errors.clear();
+                None
+            }
+            ":SYST:ERR?" => text(&self.errors.pop().unwrap_or("0,\"No error\"".to_owned())),
+            "CMR?" => text(if self.errors.pop().is_some() { "CMR 1" } else { "CMR 0" }),
+            ":SING" | "ARM" | ":DIG CHAN1" => {
+                self.armed = true;
+                None
+            }
+            // Nothing triggers by itself in silence.
+            ":TFOR" | "FRTR" if self.fault != Fault::NeverTriggers => {
+                self.armed = false;
+                None
+            }
+            ":TRIG:STAT?" => text(if self.armed { "WAIT" } else { "STOP" }),
+            "SAST?" => text(if self.armed { "SAST Ready" } else { "SAST Stop" }),
+            "*OPC?" => text("1"),
+            ":WAV:PRE?" => text(&format!("0,0,{},1,1e-6,0,0,0.004,10,127", self.points())),
+            "C1:VDIV?" => text("1.00E-01V"),
+            "C1:OFST?" => text("-4.00E-02V"),
+            "SARA?" => text("1.00MSa/s"),
+            ":WAV:DATA?" => Some(self.block(137.0)),
+            "C1:WF? DAT2" => Some([b"DAT2,", &*self.block(10.0 - 20.0), b"\n"].concat()),
+            _ => None,
+        }
+    }
+
+    fn points(&self) -> usize {
+        if self.fault == Fault::ShortRecord { 60 } else { 333 }
+    }
+
+    /// 333 samples are 13.32 cycles.
+    fn block(&mut self, zero: f64) -> Vec<u8> {
+        self.records += 1;
+        let amplitude_v = if self.fault == Fault::Overdriven { 3.0 } else { 0.4 };
+        let sample = |n: usize| {
+            let volts = 0.02 + amplitude_v * (TAU * 40e3 * 1e-6 * n as f64 + 0.7).sin();
+            let steps = (volts / 0.004 + zero).round();
+            if zero > 100.0 {
+                steps.clamp(0.0, 255.0) as u8
+            } else {
+                (steps.clamp(-128.0, 127.0) as i8).cast_unsigned()
+            }
+        };
+        let samples: Vec<u8> = (0..self.points()).map(sample).collect();
+        let header = match self.fault {
+            Fault::NoBlock => "#nothing".to_owned(),
+            Fault::Indefinite => "#0".to_owned(),
+            Fault::ShortBlock => "#41000".to_owned(),
+            _ => format!("#9{:09}", samples.len()),
+        };
+        [header.as_bytes(), &samples, b"\n"].concat()
+    }
+}
+
+async fn opened(fault: Fault, keys: &str) -> Result<ScpiReceiver<DuplexStream>, RigError> {
+    let (near, far) = duplex(64 * 1024);
+    let instrument = Instrument {
+        link: BufReader::new(far),
+        fault,
+        armed: false,
+        records: 0,
+        errors: Vec::new(),
+    };
+    tokio::spawn(instrument.run());
+    let config: ScpiConfig =
+        toml_text(std::path::Path::new("rig.toml"), keys).expect("a valid table");
+    ScpiReceiver::begin(Wire::new(near, Device::new(Role::Receiver, "memory")), &config).await
+}
+
+const SETTLE: Duration = Duration::from_millis(20);
+
+#[tokio::test(start_paused = true)]
+async fn the_carrier_is_read_in_every_makers_words() {
+    for dialect in ["rigol", "siglent", "keysight"] {
+        // Keysight's ninth number is in volts: the same signal stands 10 V higher there, which the lock-in takes off.
+        let mut receiver =
+            opened(Fault::None, &format!("dialect = \"{dialect}\"")).await.expect(dialect);
+        let started = Instant::now();
+        let reading = receiver.read_point(SETTLE, 3).await.expect("it answers");
+        assert!(started.elapsed() >= SETTLE);
+        assert!((reading.mean - 0.4).abs() < 1e-3, "{dialect}: {reading:?}");
+        assert_eq!((reading.count, reading.clipped, reading.gaps), (3, false, 0));
+        assert!(!receiver.identity().own_clock);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_block_without_length_is_read_to_its_messages_end() {
+    let mut receiver = opened(Fault::Indefinite, "").await.expect("opens");
+    let reading = receiver.read_point(SETTLE, 2).await.expect("it answers");
+    assert!((reading.mean - 0.4).abs() < 1e-3, "{reading:?}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_signal_beyond_the_range_is_told() {
+    let mut receiver = opened(Fault::Overdriven, "").await.expect("opens");
+    assert!(receiver.read_point(SETTLE, 1).await.expect("it answers").clipped);
+    // 255 - 137 steps of 4 mV on one side, 137 on the other.
+    assert!((receiver.identity().full_scale - 118.0 * 0.004).abs() < 1e-12);
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_the_instrument_refuses_is_told_in_its_words() {
+    let keys = "setup = [\":TIM:MAIN:SCAL fast\"]";
+    let error =
+        opened(Fault::Unknown(":TIM:MAIN:SCAL fast"), keys).await.expect_err("it is refused");
+    assert!(matches!(error.cause(), Cause::Refused { .. }));
+    let said = error.to_string();
+    for words in ["receiver on memory", ":TIM:MAIN:SCAL fast", "-113,\"Undefined header\""] {
+        assert!(said.contains(words), "{said}");
+    }
+    // A question that is not known is not answered either: the instrument's word goes before its silence.
+    let error = opened(Fault::Unknown(":WAV:PRE?"), "").await.expect_err("no scale");
+    assert!(matches!(error.cause(), Cause::Refused { .. }), "{error}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn each_wait_ends() {
+    for fault in [Fault::Unknown("*IDN?"), Fault::NeverTriggers, Fault::ShortBlock] {
+        let started = Instant::now();
+        let error = opened(fault, "answer_within_s = 2.0").await.expect_err("it fails");
+        assert!(matches!(error.cause(), Cause::Silent { .. }), "{fault:?}: {error}");
+        assert!(started.elapsed() < Duration::from_secs(12), "{fault:?} {:?}", started.elapsed());
+    }
+    let mut receiver = opened(Fault::MuteAfter(2), "").await.expect("the first record comes");
+    let error = receiver.read_point(SETTLE, 3).await.expect_err("the third does not");
+    assert!(matches!(error.cause(), Cause::Silent { .. }), "{error}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_no_block_and_a_record_that_shows_no_carrier_are_told() {
+    let error = opened(Fault::NoBlock, "").await.expect_err("no block");
+    assert!(matches!(error.cause(), Cause::Unreadable { .. }), "{error}");
+    let error = opened(Fault::ShortRecord, "").await.expect_err("2.4 cycles");
+    assert!(matches!(error.cause(), Cause::Record(_)), "{error}");
+    assert!(error.remedy().contains("time base"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_call_cancelled_in_its_middle_does_not_confuse_the_next() {
+    let mut receiver = opened(Fault::None, "").await.expect("opens");
+    for steps in 1..12 {
+        let mut point = Box::pin(receiver.read_point(Duration::ZERO, 2));
+        for _ in 0..steps {
+            let pending = std::future::poll_fn(|context| {
+                std::task::Poll::Ready(point.as_mut().poll(context).is_pending())
+            });
+            if !pending.await {
+                break;
+            }
+            tokio::time::sleep(Duration::from_millis(3)).await;
+        }
+        drop(point);
+        let reading = receiver.read_point(Duration::ZERO, 1).await.expect("it is in step again");
+        assert!((reading.mean - 0.4).abs() < 1e-3, "{reading:?}");
+    }
+}
+
+#[test]
+fn an_address_is_told_from_a_port() {
+    assert!(is_address("192.168.1.20:5555") && is_address("scope.lab:5025"));
+    assert!(!is_address("/dev/ttyUSB0") && !is_address("COM3") && !is_address("/dev/x:1"));
+}

@@ -1,0 +1,551 @@
+//! The receiver that samples when it is asked.
+
+use std::time::Duration;
+
+use async_trait::async_trait;
+use tokio::time::Instant;
+
+use super::binary::FrameDecoder;
+use super::config::{Encoding, StreamConfig};
+use super::protocol::{Event, parse_identity, parse_time};
+use super::reading::{Reading, ReceiverIdentity};
+use super::recording::{Meanwhile, Recorder, Recording};
+use super::run::Run;
+use super::text::TextDecoder;
+use crate::Receiver;
+use crate::config::ReceiverConfig;
+use crate::device::{Device, Role};
+use crate::error::{Cause, RigError};
+use crate::link::{ByteLink, Wire, open_serial};
+
+/// How long a receiver that starts up may take to its first answer.
+const START_WITHIN: Duration = Duration::from_secs(10);
+
+/// How long one answer may take before the question is asked again while starting up.
+const ASK_AGAIN_AFTER: Duration = Duration::from_secs(1);
+
+/// Silence after which an answer or the rest of a run is taken for lost.
+const QUIET: Duration = Duration::from_secs(2);
+
+/// Silence after which nothing older is under way.
+const CAUGHT_UP_AFTER: Duration = Duration::from_millis(250);
+
+/// How often a point is asked for before it is given up.
+const TRIES: u32 = 3;
+
+/// Noise kept while looking for an answer, bytes.
+const LOOKED_AT: usize = 64 * 1024;
+
+/// A receiver behind the protocol of [`super::protocol`].
+#[derive(Debug)]
+pub struct StreamReceiver<L> {
+    wire: Wire<L>,
+    identity: ReceiverIdentity,
+    encoding: Encoding,
+    /// False while answers or a run may be under way: during a call, and after one that was cancelled or missed something.
+    idle: bool,
+}
+
+impl StreamConfig {
+    pub(crate) async fn open(
+        &self,
+        _: &ReceiverConfig,
+        port: Option<&str>,
+    ) -> Result<Box<dyn Receiver>, RigError> {
+        let wire = open_serial(Role::Receiver, port, self.port.as_deref(), self.baud)?;
+        Ok(Box::new(StreamReceiver::begin(wire, self.encoding).await?))
+    }
+}
+
+impl<L: ByteLink> StreamReceiver<L> {
+    /// Stops whatever the receiver is doing, asks what it is, and chooses how it sends samples.
+    ///
+    /// # Errors
+    /// That nothing answers, or not by this protocol.
+    pub async fn begin(mut wire: Wire<L>, encoding: Encoding) -> Result<Self, RigError> {
+        wire.attempting("asking the receiver what it is");
+        let started = Instant::now();
+        let identity = loop {
+            if let Some(line) = ask(&mut wire, "X\n?\n", &["receiver "], ASK_AGAIN_AFTER).await? {
+                break parse_identity(&line)
+                    .ok_or_else(|| wire.error(Cause::Unreadable { seen: line }))?;
+            }
+            if started.elapsed() >= START_WITHIN {
+                return Err(wire.error(Cause::Silent { waited: START_WITHIN }));
+            }
+        };
+        wire.attempting("choosing how samples are sent");
+        let choice = match encoding {
+            Encoding::Binary => "E binary\n",
+            Encoding::Text => "E text\n",
+        };
+        match ask(&mut wire, choice, &["ok", "error "], QUIET).await? {
+            None => return Err(wire.error(Cause::Silent { waited: QUIET })),
+            Some(reply) if reply.starts_with("error ") => {
+                return Err(wire.error(Cause::Refused { reply }));
+            }
+            Some(_) => {}
+        }
+        // What was asked before the port was opened may still be answered.
+        Ok(Self { wire, identity, encoding, idle: false })
+    }
+
+    /// Ends whatever is under way, and takes in all that was: answers to earlier questions come before the answer to this,
+    /// and one that came late would be taken for the answer to the next. False where none came.
+    async fn catch_up(&mut self) -> Result<bool, RigError> {
+        let until = Instant::now() + QUIET;
+        if ask(&mut self.wire, "X\nT\n", &["time "], QUIET).await?.is_none() {
+            return Ok(false);
+        }
+        while Instant::now() < until + QUIET {
+            if self.wire.bytes(Instant::now() + CAUGHT_UP_AFTER).await?.is_empty() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Asks for the time and for samples until further notice. The time, or `None` where the answer was lost.
+    async fn begin_recording(&mut self) -> Result<Option<u64>, RigError> {
+        self.time_and_samples(0).await
+    }
+
+    /// Asks for the time and for so many samples. The time, or `None` where the answer was lost.
+    async fn time_and_samples(&mut self, samples: u32) -> Result<Option<u64>, RigError> {
+        if !self.idle && !self.catch_up().await? {
+            return Ok(None);
+        }
+        self.idle = false;
+        // The receiver's time goes before the samples, so that nothing older can be taken for part of them.
+        let question = format!("T\nS {samples}\n");
+        let time = ask(&mut self.wire, &question, &["time "], QUIET).await?;
+        Ok(time.as_deref().and_then(parse_time))
+    }
+
+    /// Takes what comes while `meanwhile` runs, then stops the samples and waits for the end mark.
+    async fn collect(
+        &mut self,
+        asked_at_us: u64,
+        mut meanwhile: Meanwhile<'_>,
+    ) -> Result<Recording, RigError> {
+        let mut recorder = Recorder::new(asked_at_us, self.identity.rate_hz);
+        let mut decoder = Decoder::new(self.encoding);
+        loop {
+            let far = Instant::now() + QUIET;
+            tokio::select! {
+                biased;
+                bytes = self.wire.bytes(far) => decoder.push(&bytes?),
+                () = &mut meanwhile => break,
+            }
+            while let Some(event) = decoder.next_event() {
+                // An end mark here is a stray one: nobody has stopped the samples yet.
+                let _ = recorder.take(event);
+            }
+        }
+        for _ in 0..TRIES {
+            self.wire.send(b"X\n").await?;
+            let until = Instant::now() + QUIET;
+            while Instant::now() < until {
+                decoder.push(&self.wire.bytes(until).await?);
+                while let Some(event) = decoder.next_event() {
+                    if let Some(ended_at_us) = recorder.take(event) {
+                        self.idle = true;
+                        return Ok(recorder.recording(ended_at_us));
+                    }
+                }
+            }
+        }
+        Err(self.wire.error(Cause::Silent { waited: TRIES * QUIET }))
+    }
+
+    /// One run of samples; `None` where nothing usable came of it.
+    async fn run(&mut self, settle: Duration, count: usize) -> Result<Option<Reading>, RigError> {
+        let rate_hz = self.identity.rate_hz;
+        let samples = Run::samples_for(settle, count, rate_hz);
+        let Some(asked_at_us) = self.time_and_samples(samples).await? else {
+            return Ok(None);
+        };
+        let mut run = Run::new(asked_at_us, settle, count, samples, rate_hz);
+        let mut decoder = Decoder::new(self.encoding);
+        let period = Duration::try_from_secs_f64(1.0 / rate_hz).unwrap_or(QUIET);
+        let until = Instant::now() + 2 * QUIET + period.saturating_mul(samples.saturating_mul(2));
+        loop {
+            let bytes = self.wire.bytes(until.min(Instant::now() + QUIET + 20 * period)).await?;
+            if bytes.is_empty() {
+                // The end mark was lost, or the receiver fell silent: what has come is whole as far as it goes.
+                return Ok(run.reading());
+            }
+            decoder.push(&bytes);
+            while let Some(event) = decoder.next_event() {
+                if run.take(event) {
+                    self.idle = true;
+                    return Ok(run.reading());
+                }
+            }
+            if Instant::now() >= until {
+                return Ok(run.reading());
+            }
+        }
+    }
+}
+
+#[async_trait]
+impl<L: ByteLink> Receiver for StreamReceiver<L> {
+    fn device(&self) -> &Device {
+        self.wire.device()
+    }
+
+    fn identity(&self) -> &ReceiverIdentity {
+        &self.identity
+    }
+
+    async fn read_point(&mut self, settle: Duration, count: usize) -> Result<Reading, RigError> {
+        self.wire.attempting("reading a point");
+        for _ in 0..TRIES {
+            if let Some(reading) = self.run(settle, count).await? {
+                return Ok(reading);
+            }
+        }
+        Err(self.wire.error(Cause::NoReadings { asked: count }))
+    }
+
+    async fn record(&mut self, meanwhile: Meanwhile<'_>) -> Result<Recording, RigError> {
+        self.wire.attempting("recording while the robot moves");
+        for _ in 0..TRIES {
+            if let Some(asked_at_us) = self.begin_recording().await? {
+                return self.collect(asked_at_us, meanwhile).await;
+            }
+        }
+        Err(self.wire.error(Cause::Silent { waited: TRIES * QUIET }))
+    }
+}
+
+/// Sends a question and looks for its answer, a line that begins with one of `prefixes`.
+async fn ask<L: ByteLink>(
+    wire: &mut Wire<L>,
+    question: &str,
+    prefixes: &[&str],
+    within: Duration,
+) -> Result<Option<String>, RigError> {
+    wire.send(question.as_bytes()).await?;
+    find_answer(wire, prefixes, Instant::now() + within).await
+}
+
+/// Looks for a line that begins with one of `prefixes`, passing over whatever else comes: the rest of an earlier
+/// run, frames, noise. What follows the line is left for the next reader.
+async fn find_answer<L: ByteLink>(
+    wire: &mut Wire<L>,
+    prefixes: &[&str],
+    until: Instant,
+) -> Result<Option<String>, RigError> {
+    let mut seen: Vec<u8> = Vec::new();
+    loop {
+        let more = wire.bytes(until).await?;
+        if more.is_empty() {
+            return Ok(None);
+        }
+        seen.extend(more);
+        if let Some(answer) = find_line(&seen, prefixes) {
+            let rest = seen.split_off(answer.end);
+            wire.put_back(rest);
+            wire.heard(&seen[answer.start..]);
+            return Ok(Some(String::from_utf8_lossy(&seen[answer.start..]).trim().to_owned()));
+        }
+        if seen.len() > LOOKED_AT {
+            // Whatever was asked has been answered long before so much noise.
+            return Ok(None);
+        }
+    }
+}
+
+/// Where the first whole line is that begins with one of `prefixes`; it may follow upon bytes without a line end.
+fn find_line(seen: &[u8], prefixes: &[&str]) -> Option<std::ops::Range<usize>> {
+    let begins =
+        |at: usize| prefixes.iter().any(|prefix| seen[at..].starts_with(prefix.as_bytes()));
+    let start = (0..seen.len()).find(|&at| begins(at))?;
+    let length = seen[start..].iter().position(|&byte| byte == b'\n')?;
+    Some(start..start + length + 1)
+}
+
+/// The decoder of the chosen encoding.
+#[derive(Debug)]
+enum Decoder {
+    Text(TextDecoder),
+    Binary(FrameDecoder),
+}
+
+impl Decoder {
+    fn new(encoding: Encoding) -> Self {
+        match encoding {
+            Encoding::Text => Self::Text(TextDecoder::default()),
+            Encoding::Binary => Self::Binary(FrameDecoder::default()),
+        }
+    }
+
+    fn push(&mut self, bytes: &[u8]) {
+        match self {
+            Self::Text(decoder) => decoder.push(bytes),
+            Self::Binary(decoder) => decoder.push(bytes),
+        }
+    }
+
+    fn next_event(&mut self) -> Option<Event> {
+        match self {
+            Self::Text(decoder) => decoder.next_event(),
+            Self::Binary(decoder) => decoder.next_event(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, DuplexStream, duplex};
+
+    use super::super::binary::tests::frame;
+    use super::*;
+
+    /// What goes wrong with one run of samples.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    enum Fault {
+        /// The byte at this place of the run is damaged.
+        Damage(usize),
+        /// The end mark is lost.
+        NoEnd,
+        /// The question is lost.
+        Deaf,
+        /// Samples with these places are lost.
+        Lose(u32, u32),
+        /// The converter clips at this place.
+        Clip(u32),
+        /// The cable is pulled in mid-run.
+        Unplug,
+    }
+
+    /// A receiver written from the protocol's page; the value of a sample is its time in seconds.
+    struct Firmware {
+        link: BufReader<DuplexStream>,
+        binary: bool,
+        t_us: u64,
+        seq: u32,
+        faults: Vec<Fault>,
+        endless: bool,
+    }
+
+    impl Firmware {
+        async fn run(mut self, greeting: &[u8]) {
+            if self.link.get_mut().write_all(greeting).await.is_err() {
+                return;
+            }
+            let mut line = String::new();
+            while self.link.read_line(&mut line).await.is_ok_and(|count| count > 0) {
+                self.t_us += 250;
+                let answer = match line.trim() {
+                    "?" => b"receiver 1 rate_hz=1000 full_scale=5.000000 unit=V\n".to_vec(),
+                    "E binary" => {
+                        self.binary = true;
+                        b"ok\n".to_vec()
+                    }
+                    "E text" => {
+                        self.binary = false;
+                        b"ok\n".to_vec()
+                    }
+                    // What came in between is told all at once.
+                    "X" if std::mem::take(&mut self.endless) => self.sample(40),
+                    "X" => self.end(),
+                    "S 0" => {
+                        self.endless = true;
+                        Vec::new()
+                    }
+                    "T" => format!("time {}\n", self.t_us).into_bytes(),
+                    sample if sample.starts_with("S ") => {
+                        self.sample(sample[2..].parse().expect("a number"))
+                    }
+                    unknown => format!("error unknown {unknown}\n").into_bytes(),
+                };
+                line.clear();
+                if self.link.get_mut().write_all(&answer).await.is_err() {
+                    return;
+                }
+                if self.faults.first() == Some(&Fault::Unplug) && answer.len() > 100 {
+                    return;
+                }
+            }
+        }
+
+        fn end(&self) -> Vec<u8> {
+            if self.binary {
+                frame(2, 0, self.seq, self.t_us, 0.0)
+            } else {
+                format!("end {} {}\n", self.seq, self.t_us).into_bytes()
+            }
+        }
+
+        fn sample(&mut self, count: u32) -> Vec<u8> {
+            let fault = (!self.faults.is_empty() && self.faults[0] != Fault::Unplug)
+                .then(|| self.faults.remove(0));
+            if fault == Some(Fault::Deaf) {
+                return Vec::new();
+            }
+            let mut bytes = Vec::new();
+            for place in 0..count {
+                let clipped = fault == Some(Fault::Clip(place));
+                let value = self.t_us as f64 * 1e-6;
+                let lost =
+                    matches!(fault, Some(Fault::Lose(from, to)) if (from..to).contains(&place));
+                if lost {
+                } else if self.binary {
+                    bytes.extend(frame(1, u8::from(clipped), self.seq, self.t_us, value as f32));
+                } else {
+                    let mark = if clipped { " !" } else { "" };
+                    bytes
+                        .extend(format!("{} {} {value}{mark}\n", self.seq, self.t_us).into_bytes());
+                }
+                self.seq += 1;
+                self.t_us += 1000;
+            }
+            if fault != Some(Fault::NoEnd) {
+                bytes.extend(self.end());
+            }
+            if let Some(Fault::Damage(place)) = fault {
+                bytes[place] ^= 0x10;
+            }
+            bytes
+        }
+    }
+
+    async fn bench(
+        encoding: Encoding,
+        greeting: &[u8],
+        faults: &[Fault],
+    ) -> StreamReceiver<DuplexStream> {
+        let (near, far) = duplex(64 * 1024);
+        let firmware = Firmware {
+            link: BufReader::new(far),
+            binary: false,
+            t_us: 3_000_000,
+            seq: 100,
+            faults: faults.to_vec(),
+            endless: false,
+        };
+        let greeting = greeting.to_vec();
+        tokio::spawn(async move { firmware.run(&greeting).await });
+        let wire = Wire::new(near, Device::new(Role::Receiver, "memory"));
+        StreamReceiver::begin(wire, encoding).await.expect("opens")
+    }
+
+    const SETTLE: Duration = Duration::from_millis(20);
+
+    #[tokio::test(start_paused = true)]
+    async fn a_point_is_read_in_both_encodings() {
+        for encoding in [Encoding::Text, Encoding::Binary] {
+            let mut receiver = bench(encoding, b"", &[]).await;
+            assert_eq!(receiver.identity().unit, "V");
+            for _ in 0..3 {
+                let reading = receiver.read_point(SETTLE, 16).await.expect("reads");
+                assert_eq!((reading.count, reading.gaps, reading.clipped), (16, 0, false));
+                let middle_s = (reading.first_t_s + reading.last_t_s) / 2.0;
+                assert!((reading.mean - middle_s).abs() < 1e-4, "{encoding:?}: {reading:?}");
+                assert!((reading.last_t_s - reading.first_t_s - 0.015).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_receiver_found_in_mid_run_is_stopped_and_understood() {
+        let old = [&frame(1, 0, 7, 1000, 9.0)[3..], &frame(1, 0, 8, 2000, 9.0), b"12 3000 9.0\n"]
+            .concat();
+        for encoding in [Encoding::Text, Encoding::Binary] {
+            let mut receiver = bench(encoding, &old, &[]).await;
+            let reading = receiver.read_point(SETTLE, 16).await.expect("reads");
+            assert!(reading.first_t_s > 3.0 && reading.mean < 9.0, "{reading:?}");
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn nothing_of_a_cancelled_run_reaches_the_next_point() {
+        for encoding in [Encoding::Text, Encoding::Binary] {
+            let mut receiver = bench(encoding, b"", &[]).await;
+            let before = receiver.read_point(SETTLE, 16).await.expect("reads");
+            // Cancelled with the question sent and no answer read.
+            let cancelled = {
+                let mut point = Box::pin(receiver.read_point(SETTLE, 16));
+                std::future::poll_fn(|context| {
+                    std::task::Poll::Ready(point.as_mut().poll(context).is_pending())
+                })
+                .await
+            };
+            assert!(cancelled);
+            tokio::time::sleep(Duration::from_millis(1)).await;
+            let reading = receiver.read_point(SETTLE, 16).await.expect("reads");
+            // The cancelled run took 37 ms of the receiver's time.
+            let since_s = reading.first_t_s - before.last_t_s;
+            assert!(since_s > 0.037 + 0.020, "{encoding:?}: {reading:?}");
+            assert_eq!((reading.count, reading.gaps), (16, 0));
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_is_heard_during_a_move_is_recorded_and_a_point_read_after_it() {
+        for encoding in [Encoding::Text, Encoding::Binary] {
+            let mut receiver = bench(encoding, b"", &[Fault::Lose(5, 8)]).await;
+            let mut moved = false;
+            let moving = async {
+                tokio::time::sleep(Duration::from_secs(30)).await;
+                moved = true;
+            };
+            let recording = receiver.record(Box::pin(moving)).await.expect("it samples");
+            assert!(moved);
+            assert_eq!(recording.samples.len(), 37);
+            assert!(recording.began_s <= recording.samples[0].t_s);
+            assert!(recording.samples[36].t_s <= recording.ended_s);
+            for sample in &recording.samples {
+                assert!((sample.value - sample.t_s).abs() < 1e-6, "{encoding:?}: {sample:?}");
+            }
+            let reading = receiver.read_point(SETTLE, 16).await.expect("reads");
+            assert_eq!((reading.count, reading.gaps), (16, 0));
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_damaged_frame_is_a_gap() {
+        let mut receiver = bench(Encoding::Binary, b"", &[Fault::Damage(25 * 24 + 9)]).await;
+        let reading = receiver.read_point(SETTLE, 16).await.expect("reads");
+        assert_eq!((reading.count, reading.gaps), (16, 1), "one is asked for to spare");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn lost_samples_are_counted_and_a_clipped_one_is_told() {
+        let faults = [Fault::Lose(30, 34), Fault::Clip(25), Fault::Clip(5)];
+        let mut receiver = bench(Encoding::Binary, b"", &faults).await;
+        let lossy = receiver.read_point(SETTLE, 16).await.expect("reads");
+        assert_eq!((lossy.count, lossy.gaps, lossy.clipped), (13, 4, false));
+        assert!(receiver.read_point(SETTLE, 16).await.expect("reads").clipped);
+        let settled = receiver.read_point(SETTLE, 16).await.expect("reads");
+        assert!(!settled.clipped, "it clipped while settling");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_lost_end_mark_costs_nothing_and_a_lost_question_a_retry() {
+        for fault in [Fault::NoEnd, Fault::Deaf, Fault::Lose(0, 40)] {
+            let mut receiver = bench(Encoding::Binary, b"", &[fault]).await;
+            let reading = receiver.read_point(SETTLE, 16).await.expect("reads");
+            assert_eq!((reading.count, reading.gaps), (16, 0), "{fault:?}");
+            assert!(receiver.read_point(SETTLE, 16).await.is_ok());
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_receiver_that_never_samples_is_given_up() {
+        let mut receiver = bench(Encoding::Binary, b"", &[Fault::Deaf; 3]).await;
+        let error = receiver.read_point(SETTLE, 16).await.expect_err("deaf");
+        assert!(matches!(error.cause(), Cause::NoReadings { asked: 16 }), "{error}");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_pulled_cable_is_a_disconnection() {
+        let mut receiver = bench(Encoding::Binary, b"", &[Fault::Unplug]).await;
+        receiver.read_point(SETTLE, 16).await.expect("the first run was sent whole");
+        let error = receiver.read_point(SETTLE, 16).await.expect_err("pulled");
+        assert!(matches!(error.cause(), Cause::Disconnected), "{error}");
+    }
+}

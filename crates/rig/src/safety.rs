@@ -1,0 +1,374 @@
+//! The whole rig, and how it is left: the array silent, the robot still.
+
+use std::fmt;
+use std::time::Duration;
+
+use tokio::time::{Instant, timeout_at};
+
+use super::call::{Call, Devices, Outcome};
+use super::config::{MotionConfig, RigConfig};
+use super::device::{Device, Role};
+use super::error::{Cause, RigError};
+use super::link::WireLogs;
+use super::motion::guarded::Guarded;
+use super::{AirSensor, Emergency, Feed, FocusArray, Motion, Receiver, Recording, RobotPosition};
+
+/// How long making the rig safe may take.
+const SAFE_WITHIN: Duration = Duration::from_millis(500);
+
+/// Ports that go before those of the rig file: a virtual rig's, or a person's choice on the command line.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Ports {
+    /// The robot's.
+    pub motion: Option<String>,
+    /// The receiver's.
+    pub receiver: Option<String>,
+    /// The focus array's.
+    pub focus_array: Option<String>,
+    /// The environment sensor's.
+    pub environment: Option<String>,
+}
+
+/// Opens the environment sensor, where the rig file has one.
+///
+/// # Errors
+/// That it cannot be opened.
+pub async fn open_air_sensor(
+    config: &RigConfig,
+    ports: &Ports,
+) -> Result<Option<Box<dyn AirSensor>>, RigError> {
+    match &config.environment {
+        Some(environment) => Ok(Some(environment.open(ports.environment.as_deref()).await?)),
+        None => Ok(None),
+    }
+}
+
+/// Opens the three devices: the array first, which is silent from then on. Nothing moves.
+///
+/// # Errors
+/// The first device that cannot be opened; those already open are left safe.
+pub async fn open(config: &RigConfig, ports: &Ports) -> Result<SafeRig, RigError> {
+    let array = config.focus_array.open(ports.focus_array.as_deref()).await?;
+    let receiver = config.receiver.open(ports.receiver.as_deref()).await?;
+    let motion = open_motion(&config.motion, ports).await?;
+    Ok(SafeRig::new(motion, receiver, array))
+}
+
+/// Opens the focus array alone, which is silent from then on.
+///
+/// # Errors
+/// That it cannot be opened.
+pub async fn open_array(
+    config: &RigConfig,
+    ports: &Ports,
+) -> Result<Box<dyn FocusArray>, RigError> {
+    config.focus_array.open(ports.focus_array.as_deref()).await
+}
+
+/// Opens the robot, behind its guard.
+pub(super) async fn open_motion(
+    config: &MotionConfig,
+    ports: &Ports,
+) -> Result<Box<dyn Motion>, RigError> {
+    let robot = config.open(ports.motion.as_deref()).await?;
+    Ok(Box::new(Guarded::new(robot, config.envelope(), config.position_tolerance_m())))
+}
+
+/// The three devices of a rig, owned together so that they can be made safe together.
+///
+/// Dropping it silences the array as far as that can be done without waiting.
+pub struct SafeRig {
+    // Dropped in this order.
+    array: Box<dyn FocusArray>,
+    motion: Box<dyn Motion>,
+    receiver: Box<dyn Receiver>,
+    logs: Option<WireLogs>,
+}
+
+impl SafeRig {
+    /// Puts devices together. The robot is guarded by the caller or by [`open`].
+    pub fn new(
+        motion: Box<dyn Motion>,
+        receiver: Box<dyn Receiver>,
+        array: Box<dyn FocusArray>,
+    ) -> Self {
+        Self { array, motion, receiver, logs: None }
+    }
+
+    /// Notes what is asked of the devices in the logs of their wires, from now on.
+    pub fn noting_calls(self, logs: WireLogs) -> Self {
+        Self { logs: Some(logs), ..self }
+    }
+
+    /// Does something, and notes it in the log of the device's wire.
+    ///
+    /// # Errors
+    /// The device's.
+    pub async fn perform(&mut self, call: Call) -> Result<Outcome, RigError> {
+        self.note_call(&call);
+        let outcome = match call.role() {
+            Role::Robot => call.perform(Devices::robot(&mut *self.motion)).await,
+            Role::Receiver => call.perform(Devices::receiver(&mut *self.receiver)).await,
+            Role::FocusArray | Role::Environment => {
+                call.perform(Devices::array(&mut *self.array)).await
+            }
+        };
+        if let Some(logs) = &self.logs {
+            logs.note(call.role(), ':', &Outcome::in_words(&outcome));
+        }
+        outcome
+    }
+
+    fn note_call(&self, call: &Call) {
+        if let Some(logs) = &self.logs {
+            logs.note(call.role(), '=', &call.encode());
+        }
+    }
+
+    /// The robot.
+    pub fn motion(&mut self) -> &mut dyn Motion {
+        &mut *self.motion
+    }
+
+    /// The receiver.
+    pub fn receiver(&mut self) -> &mut dyn Receiver {
+        &mut *self.receiver
+    }
+
+    /// Goes straight to a place, the receiver listening all the way. Where the robot says it arrived, and what was heard.
+    ///
+    /// # Errors
+    /// The robot's, or else the receiver's.
+    pub async fn hear_going(
+        &mut self,
+        target: RobotPosition,
+        feed: Feed,
+    ) -> Result<(RobotPosition, Recording), RigError> {
+        let call = Call::move_to(target, feed);
+        self.note_call(&call);
+        if let Some(logs) = &self.logs {
+            // How long it listens is the robot's affair: what follows is not run again.
+            logs.note(Role::Receiver, '~', "a row is flown");
+        }
+        let mut arrived = None;
+        let motion = &mut *self.motion;
+        let going = async { arrived = Some(motion.move_to(target, feed).await) };
+        let recording = self.receiver.record(Box::pin(going)).await;
+        if let (Some(logs), Some(arrived)) = (&self.logs, &arrived) {
+            let stands = |position: &RobotPosition| Outcome::Stands(position.axes_m());
+            match arrived {
+                Ok(position) => {
+                    logs.note(Role::Robot, ':', &Outcome::in_words(&Ok(stands(position))));
+                }
+                Err(error) => logs.note(Role::Robot, ':', &format!("error {error}")),
+            }
+        }
+        let arrived = arrived.transpose()?;
+        Ok((arrived.unwrap_or(target), recording?))
+    }
+
+    /// The focus array.
+    pub fn array(&mut self) -> &mut dyn FocusArray {
+        &mut *self.array
+    }
+
+    /// What another process sends to make the rig safe should this one be gone; the array first.
+    pub fn emergencies(&self) -> Vec<Emergency> {
+        [self.array.emergency(), self.motion.emergency()].into_iter().flatten().collect()
+    }
+
+    /// Silences the array and stops the robot, both at once and within half a second, and tells what could not be done.
+    ///
+    /// May be called at any time, also when a call to a device was cancelled in its middle. The robot's position
+    /// is unknown afterwards.
+    pub async fn make_safe(&mut self, reason: impl Into<String>) -> SafetyReport {
+        let until = Instant::now() + SAFE_WITHIN;
+        [Call::Silence, Call::Stop].iter().for_each(|call| self.note_call(call));
+        let (silencing, stopping) = tokio::join!(
+            biased;
+            timeout_at(until, self.array.silence()),
+            timeout_at(until, self.motion.stop()),
+        );
+        let array =
+            silencing.unwrap_or_else(|_| Err(unconfirmed(self.array.device(), "silencing it")));
+        let robot =
+            stopping.unwrap_or_else(|_| Err(unconfirmed(self.motion.device(), "stopping it")));
+        let report = SafetyReport { reason: reason.into(), array, robot };
+        tracing::warn!("{report}");
+        report
+    }
+}
+
+fn unconfirmed(device: &Device, attempt: &str) -> RigError {
+    RigError::new(device.clone(), attempt, Cause::Silent { waited: SAFE_WITHIN }, None)
+}
+
+/// What was done to leave the rig safe, and what could not be.
+#[derive(Debug)]
+pub struct SafetyReport {
+    /// Why the rig was made safe.
+    pub reason: String,
+    /// Whether the array confirmed its silence.
+    pub array: Result<(), RigError>,
+    /// Whether the robot confirmed its standstill.
+    pub robot: Result<(), RigError>,
+}
+
+impl SafetyReport {
+    /// Whether both were confirmed.
+    pub fn is_safe(&self) -> bool {
+        self.array.is_ok() && self.robot.is_ok()
+    }
+}
+
+impl fmt::Display for SafetyReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.reason)?;
+        match &self.array {
+            Ok(()) => write!(f, "the array is silent, ")?,
+            Err(error) => write!(f, "THE ARRAY MAY STILL EMIT ({error}), ")?,
+        }
+        match &self.robot {
+            Ok(()) => write!(f, "the robot stands still"),
+            Err(error) => write!(f, "THE ROBOT MAY STILL MOVE ({error})"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use async_trait::async_trait;
+
+    use super::*;
+    use crate::device::Role;
+    use crate::{ArrayIdentity, ElementDelay, Feed, Reading, ReceiverIdentity, RobotPosition};
+
+    type Log = Arc<Mutex<Vec<&'static str>>>;
+
+    /// Stands for any device: notes what it is asked, and answers at once or never.
+    struct Double {
+        device: Device,
+        log: Log,
+        answers: bool,
+    }
+
+    impl Double {
+        async fn asked(&self, what: &'static str) -> Result<(), RigError> {
+            self.log.lock().expect("not poisoned").push(what);
+            if !self.answers {
+                std::future::pending::<()>().await;
+            }
+            Ok(())
+        }
+    }
+
+    #[async_trait]
+    impl Motion for Double {
+        fn device(&self) -> &Device {
+            &self.device
+        }
+        fn firmware(&self) -> &str {
+            "double"
+        }
+        async fn home(&mut self) -> Result<RobotPosition, RigError> {
+            unreachable!("making safe only silences and stops")
+        }
+        async fn move_to(&mut self, _: RobotPosition, _: Feed) -> Result<RobotPosition, RigError> {
+            unreachable!("making safe only silences and stops")
+        }
+        async fn position(&mut self) -> Result<RobotPosition, RigError> {
+            unreachable!("making safe only silences and stops")
+        }
+        async fn stop(&mut self) -> Result<(), RigError> {
+            self.asked("stop").await
+        }
+        fn emergency(&self) -> Option<Emergency> {
+            None
+        }
+    }
+
+    #[async_trait]
+    impl Receiver for Double {
+        fn device(&self) -> &Device {
+            &self.device
+        }
+        fn identity(&self) -> &ReceiverIdentity {
+            unreachable!("making safe only silences and stops")
+        }
+        async fn read_point(&mut self, _: Duration, _: usize) -> Result<Reading, RigError> {
+            unreachable!("making safe only silences and stops")
+        }
+    }
+
+    #[async_trait]
+    impl FocusArray for Double {
+        fn device(&self) -> &Device {
+            &self.device
+        }
+        fn identity(&self) -> &ArrayIdentity {
+            unreachable!("making safe only silences and stops")
+        }
+        async fn silence(&mut self) -> Result<(), RigError> {
+            self.asked("silence").await
+        }
+        fn emergency(&self) -> Option<Emergency> {
+            None
+        }
+        async fn set_delays(&mut self, _: &[ElementDelay]) -> Result<(), RigError> {
+            unreachable!("making safe only silences and stops")
+        }
+        async fn continuous_wave(&mut self) -> Result<(), RigError> {
+            unreachable!("making safe does not change the modulation")
+        }
+        async fn emit(&mut self) -> Result<(), RigError> {
+            unreachable!("making safe only silences and stops")
+        }
+    }
+
+    fn rig(array_answers: bool, robot_answers: bool) -> (SafeRig, Log) {
+        let log = Log::default();
+        let double = |role, answers| {
+            Box::new(Double { device: Device::new(role, "memory"), log: Arc::clone(&log), answers })
+        };
+        let rig = SafeRig::new(
+            double(Role::Robot, robot_answers),
+            double(Role::Receiver, true),
+            double(Role::FocusArray, array_answers),
+        );
+        (rig, log)
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn the_array_is_silenced_before_the_robot_is_stopped() {
+        let (mut rig, log) = rig(true, true);
+        let report = rig.make_safe("interrupted").await;
+        assert!(report.is_safe());
+        assert_eq!(*log.lock().expect("not poisoned"), ["silence", "stop"]);
+        assert_eq!(report.to_string(), "interrupted: the array is silent, the robot stands still");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_dead_array_does_not_keep_the_robot_from_being_stopped_in_time() {
+        let (mut rig, log) = rig(false, true);
+        let start = Instant::now();
+        let report = rig.make_safe("the receiver was lost").await;
+        assert!(start.elapsed() <= SAFE_WITHIN);
+        assert_eq!(*log.lock().expect("not poisoned"), ["silence", "stop"]);
+        assert!(report.array.is_err() && report.robot.is_ok());
+        assert!(
+            report.to_string().contains("THE ARRAY MAY STILL EMIT (focus array on memory"),
+            "{report}"
+        );
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn dead_devices_are_told_within_half_a_second() {
+        let (mut rig, _) = rig(false, false);
+        let start = Instant::now();
+        let report = rig.make_safe("everything was lost").await;
+        assert!(start.elapsed() <= SAFE_WITHIN && !report.is_safe());
+        assert!(report.to_string().contains("THE ROBOT MAY STILL MOVE"), "{report}");
+    }
+}

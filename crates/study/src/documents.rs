@@ -1,0 +1,132 @@
+//! The files a study's set-up stands in, with values written into them.
+
+use std::path::{Path, PathBuf};
+
+use toml_edit::{DocumentMut, Item, Table, Value};
+
+use fieldgap_input::{Fault, TomlSource};
+
+/// The sections that a rig file gives, where the study names one.
+const OF_RIG: [&str; 2] = ["array", "medium"];
+
+/// A study's file and, where it names one, its rig's.
+#[derive(Debug, Clone)]
+pub(super) struct Documents {
+    study: (PathBuf, DocumentMut),
+    rig: Option<(PathBuf, DocumentMut)>,
+}
+
+/// A key that no value can be given to: something on its way is a value already, and no section.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no key of a section, such as `array.spacing_mm`")]
+pub(super) struct NoSuchPlace(String);
+
+impl Documents {
+    /// Takes the text of a study and of its rig file.
+    ///
+    /// # Errors
+    /// A [`Fault`] at what is no TOML.
+    pub fn parse(study: &TomlSource, rig: Option<&TomlSource>) -> Result<Self, Fault> {
+        let document = |source: &TomlSource| -> Result<(PathBuf, DocumentMut), Fault> {
+            let parsed = source.text().parse().map_err(|error: toml_edit::TomlError| {
+                let range = error.span().unwrap_or(0..0);
+                source.fault(range, error.message(), "correct this line")
+            })?;
+            Ok((source.path().to_owned(), parsed))
+        };
+        Ok(Self { study: document(study)?, rig: rig.map(document).transpose()? })
+    }
+
+    /// The study's own document.
+    pub fn study(&self) -> &DocumentMut {
+        &self.study.1
+    }
+
+    /// Gives a value to a key, its sections named with points between; sections that are missing are made.
+    ///
+    /// # Errors
+    /// [`NoSuchPlace`] where the way to the key leads through a value.
+    pub fn set(&mut self, key: &str, mut value: Value) -> Result<(), NoSuchPlace> {
+        let nowhere = || NoSuchPlace(key.to_owned());
+        let mut sections: Vec<&str> = key.split('.').collect();
+        let last = sections.pop().filter(|last| !last.is_empty()).ok_or_else(nowhere)?;
+        let of_rig = OF_RIG.contains(sections.first().unwrap_or(&last));
+        let document = match &mut self.rig {
+            Some((_, rig)) if of_rig => rig,
+            _ => &mut self.study.1,
+        };
+        let mut table: &mut dyn toml_edit::TableLike = document.as_table_mut();
+        for section in sections {
+            table = table
+                .entry(section)
+                .or_insert(Item::Table(Table::new()))
+                .as_table_like_mut()
+                .ok_or_else(nowhere)?;
+        }
+        // What stood around the old value, a comment say, stays.
+        if let Some(before) = table.get(last).and_then(Item::as_value) {
+            *value.decor_mut() = before.decor().clone();
+        }
+        table.insert(last, Item::Value(value));
+        Ok(())
+    }
+
+    /// The study's file as it now is, `said` beside its name.
+    pub fn study_source(&self, said: &str) -> TomlSource {
+        source(&self.study, said)
+    }
+
+    /// The file that the array and the medium stand in, as it now is.
+    pub fn rig_source(&self, said: &str) -> TomlSource {
+        source(self.rig.as_ref().unwrap_or(&self.study), said)
+    }
+}
+
+/// A fault names the file and what was written into it; files that it names are still found beside it.
+fn source((path, document): &(PathBuf, DocumentMut), said: &str) -> TomlSource {
+    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
+    let said = if said.is_empty() { name } else { format!("{name} ({})", said.replace('/', "|")) };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    TomlSource::new(&folder.join(said), document.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "name = \"n\"\n[array]\ncolumns = 6 # across\n[focus]\nx_mm = 1.0\n";
+
+    fn documents() -> Documents {
+        let study = TomlSource::new(Path::new("a/s.toml"), TEXT);
+        Documents::parse(&study, None).expect("TOML")
+    }
+
+    #[test]
+    fn a_value_takes_the_place_of_another_and_the_rest_stays() {
+        let mut documents = documents();
+        documents.set("array.columns", Value::from(3)).expect("a key");
+        documents.set("map.step_mm", Value::from(0.5)).expect("a key");
+        let source = documents.study_source("array.columns = 3");
+        assert_eq!(source.path(), Path::new("a/s.toml (array.columns = 3)"));
+        let text = TEXT.replace("6 #", "3 #") + "\n[map]\nstep_mm = 0.5\n";
+        assert_eq!(source.text(), text);
+    }
+
+    #[test]
+    fn array_and_medium_are_changed_in_the_rig_file_where_there_is_one() {
+        let study = TomlSource::new(Path::new("s.toml"), "[focus]\nx_mm = 1.0\n");
+        let rig = TomlSource::new(Path::new("r.toml"), "[array]\ncolumns = 6\n");
+        let mut documents = Documents::parse(&study, Some(&rig)).expect("TOML");
+        documents.set("array.columns", Value::from(3)).expect("a key");
+        documents.set("focus.x_mm", Value::from(2.0)).expect("a key");
+        assert_eq!(documents.rig_source("").text(), "[array]\ncolumns = 3\n");
+        assert_eq!(documents.study_source("").text(), "[focus]\nx_mm = 2.0\n");
+    }
+
+    #[test]
+    fn a_value_is_no_section() {
+        for key in ["name.x", "array.columns.x", "array.", ""] {
+            assert!(documents().set(key, Value::from(1)).is_err(), "{key}");
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! The set-up at one combination of a study's values.
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml_edit::Value;
+
+use super::{Limits, Study, SweptValue};
+use fieldgap_acoustics::metrics::{Convention, THESIS_THRESHOLD};
+use fieldgap_acoustics::{PlaneGrid, Simulation, Simulator};
+use fieldgap_input::{Fault, Finite, Fraction, Positive, TomlSource};
+use fieldgap_records::{
+    ArraySection, ArrayTable, FocusSection, FocusTable, Layout, MediumSection, MediumTable,
+};
+
+/// Points of a map, at most.
+const MOST_MAP_POINTS: f64 = 3e7;
+
+/// The sections of a rig file that matter here.
+#[derive(Debug, Deserialize)]
+struct RigPart {
+    array: Spanned<ArrayTable>,
+    medium: Spanned<MediumTable>,
+}
+
+/// The other sections of a study.
+#[derive(Debug, Deserialize)]
+struct StudyPart {
+    simulator: Spanned<SimulatorTable>,
+    focus: Spanned<FocusTable>,
+    #[serde(default)]
+    map: MapTable,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SimulatorTable {
+    model: Simulator,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MapTable {
+    z_mm: Option<Positive>,
+    size_mm: Option<Spanned<Positive>>,
+    step_mm: Option<Spanned<Positive>>,
+    centre_mm: Option<[Finite; 2]>,
+    threshold: Option<Fraction>,
+}
+
+/// What is simulated at one combination of values.
+#[derive(Debug, Clone)]
+pub(super) struct Point {
+    /// The set-up; several where elements are drawn at random, a seed each.
+    pub draws: Vec<Draw>,
+    /// Where the field is observed.
+    pub grid: PlaneGrid,
+    /// For focal radius and sub-peaks, relative to the peak.
+    pub threshold: f64,
+    /// How the figures are read off.
+    pub convention: Convention,
+    /// What theory says of the set-up; of its first draw.
+    pub limits: Limits,
+}
+
+/// One array of those drawn at random, or the only one.
+#[derive(Debug, Clone)]
+pub(super) struct Draw {
+    pub seed: Option<u32>,
+    pub simulation: Simulation,
+}
+
+impl Point {
+    /// The set-up of a study with one value of each sweep.
+    ///
+    /// # Errors
+    /// A [`Fault`] in the file as it is with those values.
+    pub fn read(study: &Study, values: &[&SweptValue]) -> Result<Self, Fault> {
+        let mut documents = study.documents.clone();
+        let mut said = Vec::new();
+        for (sweep, value) in study.sweeps.iter().zip(values) {
+            for key in &sweep.parameters {
+                documents.set(key, value.value.clone()).map_err(|nowhere| {
+                    study.source().fault(
+                        sweep.place.clone(),
+                        nowhere.to_string(),
+                        "name the section and the key",
+                    )
+                })?;
+            }
+            said.push(format!("{} = {}", sweep.name(), value.label));
+        }
+        let said = said.join(", ");
+        let rig_source = documents.rig_source(&said);
+        let study_source = documents.study_source(&said);
+        let rig: RigPart = rig_source.parse()?;
+        let part: StudyPart = study_source.parse()?;
+        let array = ArraySection::read(&rig.array, &rig_source)?;
+        let medium = MediumSection::read(&rig.medium, &rig_source)?.medium();
+        let focus = FocusSection::read(&part.focus, &study_source)?;
+        focus.fits(array.array().len()).map_err(|wrong| {
+            study_source.fault(
+                part.focus.span(),
+                wrong.to_string(),
+                "give one phase for each element",
+            )
+        })?;
+        let excitation = focus.excitation();
+        let grid = grid(&part.map, excitation.focus_m().map(|focus| focus.z), &study_source)?;
+        let model = part.simulator.get_ref().model;
+        let limits = Limits::of(&array, &medium, &excitation);
+        let simulation = |array: &ArraySection| Simulation {
+            simulator: model,
+            array: array.array().clone(),
+            medium,
+            frequency_hz: array.frequency_hz(),
+            excitation: excitation.clone(),
+        };
+        let mut draws = Vec::new();
+        match *array.layout() {
+            Layout::Random { seed: first, .. } => {
+                for draw in 0..study.draws {
+                    let seed = first.wrapping_add(draw);
+                    documents.set("array.seed", Value::from(i64::from(seed))).map_err(
+                        |nowhere| {
+                            Fault::of_file(rig_source.path(), nowhere.to_string(), "write [array]")
+                        },
+                    )?;
+                    let source = documents.rig_source(&format!("{said}, seed {seed}"));
+                    let rig: RigPart = source.parse()?;
+                    let drawn = ArraySection::read(&rig.array, &source)?;
+                    draws.push(Draw { seed: Some(seed), simulation: simulation(&drawn) });
+                }
+            }
+            _ => draws.push(Draw { seed: None, simulation: simulation(&array) }),
+        }
+        Ok(Self {
+            draws,
+            grid,
+            threshold: part.map.threshold.map_or(THESIS_THRESHOLD, Fraction::get),
+            convention: match model {
+                Simulator::AsWritten => Convention::AsWritten,
+                _ => Convention::Corrected,
+            },
+            limits,
+        })
+    }
+}
+
+fn grid(table: &MapTable, focus_z_m: Option<f64>, source: &TomlSource) -> Result<PlaneGrid, Fault> {
+    let z_m = table.z_mm.map(|z_mm| z_mm.get() * 1e-3).or(focus_z_m).ok_or_else(|| {
+        Fault::of_file(
+            source.path(),
+            "says neither where the focus is nor at which height the field is observed",
+            "give `z_mm` in [map]",
+        )
+    })?;
+    let get = |key: &Option<Spanned<Positive>>, default: f64| {
+        key.as_ref().map_or(default, |value| value.get_ref().get())
+    };
+    let (size_mm, step_mm) = (get(&table.size_mm, 100.0), get(&table.step_mm, 1.0));
+    let steps = (0.5 * size_mm / step_mm + 1e-9).floor();
+    let place = table.step_mm.as_ref().or(table.size_mm.as_ref()).map(Spanned::span);
+    if steps < 1.0 || (2.0 * steps + 1.0).powi(2) > MOST_MAP_POINTS {
+        return Err(source.fault(
+            place.unwrap_or(0..0),
+            format!(
+                "a map of {size_mm} mm in steps of {step_mm} mm has too few or too many points"
+            ),
+            "let it have 3 to 5000 points along each side",
+        ));
+    }
+    let mut grid = PlaneGrid::square(steps * step_mm * 1e-3, step_mm * 1e-3, z_m);
+    if let Some([x, y]) = table.centre_mm {
+        grid.x_m.iter_mut().for_each(|along| *along += x.get() * 1e-3);
+        grid.y_m.iter_mut().for_each(|along| *along += y.get() * 1e-3);
+    }
+    Ok(grid)
+}

@@ -1,0 +1,158 @@
+//! A study, run: every combination of values simulated and read off.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::point::Point;
+use super::shared_sums::shared_magnitudes;
+use super::{Limits, Observation, Quantiles, Study, SweptValue};
+use fieldgap_acoustics::metrics::PlaneMap;
+use fieldgap_acoustics::{Simulator, Vec3};
+use fieldgap_input::Fault;
+
+/// What a study found.
+#[derive(Debug, Clone)]
+pub struct StudyResult {
+    /// A row for each combination of values, the last sweep's running fastest.
+    pub rows: Vec<Row>,
+}
+
+/// One combination of values.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// Which value of each sweep.
+    pub values: Vec<usize>,
+    /// The simulator.
+    pub simulator: Simulator,
+    /// Elements of the array.
+    pub elements: usize,
+    /// The focus, metres, where there is one.
+    pub focus_m: Option<Vec3>,
+    /// Height at which the field was observed, millimetres.
+    pub z_mm: f64,
+    /// What theory says.
+    pub limits: Limits,
+    /// What was read off: once, or for each array drawn at random, with its seed; at least one.
+    pub draws: Vec<(Option<u32>, Observation)>,
+    /// The map, of the first draw, where maps were asked for.
+    pub map: Option<PlaneMap>,
+}
+
+/// One of the three figures that the thesis reads off a map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Figure {
+    /// Focal radius, millimetres.
+    FocalRadius,
+    /// Largest value, the simulator's unit.
+    Peak,
+    /// Sub-peaks.
+    SubPeaks,
+}
+
+impl Figure {
+    /// In the thesis's order.
+    pub const ALL: [Self; 3] = [Self::FocalRadius, Self::Peak, Self::SubPeaks];
+
+    /// The figure of a map; none where the map has none.
+    pub fn of(self, observation: &Observation) -> Option<f64> {
+        match self {
+            Self::FocalRadius => observation.focal_radius_mm,
+            Self::Peak => Some(observation.peak),
+            Self::SubPeaks => Some(observation.sub_peaks as f64),
+        }
+    }
+}
+
+impl Row {
+    /// The figure, or over draws how it is distributed; none where no map has it.
+    pub fn figure(&self, figure: Figure) -> Option<Quantiles> {
+        Quantiles::of(self.draws.iter().filter_map(|(_, observed)| figure.of(observed)))
+    }
+
+    /// The only observation, or the first draw's.
+    pub fn first(&self) -> &Observation {
+        &self.draws[0].1
+    }
+}
+
+/// Runs a study; with `keep_maps`, each row keeps its field.
+///
+/// # Errors
+/// A [`Fault`] at the first combination of values that makes no set-up, before anything is simulated.
+pub fn run(study: &Study, keep_maps: bool) -> Result<StudyResult, Fault> {
+    let combinations: Vec<Vec<usize>> = combinations(study);
+    let read: Vec<Result<Point, Fault>> =
+        combinations.par_iter().map(|values| Point::read(study, &chosen(study, values))).collect();
+    let points: Vec<Point> = read.into_iter().collect::<Result<_, Fault>>()?;
+    let observed = observe(&points, keep_maps);
+    let rows = combinations
+        .into_iter()
+        .zip(&points)
+        .zip(observed)
+        .map(|((values, point), (draws, map))| {
+            let first = &point.draws[0].simulation;
+            let seeds = point.draws.iter().map(|draw| draw.seed);
+            Row {
+                values,
+                simulator: first.simulator,
+                elements: first.array.len(),
+                focus_m: first.excitation.focus_m(),
+                z_mm: point.grid.z_m * 1e3,
+                limits: point.limits,
+                draws: seeds.zip(draws).collect(),
+                map,
+            }
+        })
+        .collect();
+    Ok(StudyResult { rows })
+}
+
+/// The values of one combination.
+fn chosen<'s>(study: &'s Study, values: &[usize]) -> Vec<&'s SweptValue> {
+    study.sweeps.iter().zip(values).map(|(sweep, &value)| &sweep.values[value]).collect()
+}
+
+fn combinations(study: &Study) -> Vec<Vec<usize>> {
+    study.sweeps.iter().fold(vec![Vec::new()], |before, sweep| {
+        before
+            .into_iter()
+            .flat_map(|head| {
+                (0..sweep.values.len()).map(move |value| [head.clone(), vec![value]].concat())
+            })
+            .collect()
+    })
+}
+
+/// Simulates points and reads their maps; of each the first draw's map, where they are kept.
+fn observe(points: &[Point], keep_maps: bool) -> Vec<(Vec<Observation>, Option<PlaneMap>)> {
+    let jobs: Vec<_> = points
+        .iter()
+        .flat_map(|point| point.draws.iter().map(move |draw| (&draw.simulation, &point.grid)))
+        .collect();
+    let owner: Vec<&Point> =
+        points.iter().flat_map(|point| point.draws.iter().map(move |_| point)).collect();
+    let mut observed: Vec<(Observation, Option<PlaneMap>)> =
+        shared_magnitudes(&jobs, |job, values| {
+            let (point, grid) = (owner[job], jobs[job].1);
+            let map = PlaneMap::new(grid.x_m.clone(), grid.y_m.clone(), values)
+                .expect("a grid's axes rise and its points are all simulated");
+            (Observation::of(&map, point.threshold, point.convention), keep_maps.then_some(map))
+        });
+    let mut rest = observed.drain(..);
+    points
+        .iter()
+        .map(|point| {
+            let own: Vec<_> = rest.by_ref().take(point.draws.len()).collect();
+            let (observations, mut maps): (Vec<_>, Vec<_>) = own.into_iter().unzip();
+            (observations, maps.swap_remove(0))
+        })
+        .collect()
+}
+
+/// The sub-peaks of a study's set-up with one more value in place of its only sweep's; `None` where that makes no set-up.
+pub(super) fn sub_peaks_at(study: &Study, value: f64) -> Option<usize> {
+    let point = Point::read(study, &[&SweptValue::of_number(value)]).ok()?;
+    let (observations, _) = observe(std::slice::from_ref(&point), false).swap_remove(0);
+    Some(observations[0].sub_peaks)
+}

@@ -1,0 +1,196 @@
+//! A study, as its file has it.
+
+use std::num::NonZeroU32;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use toml::Spanned;
+use toml_edit::Value;
+
+use super::documents::Documents;
+use super::sweep::{Sweep, SweepTable};
+use fieldgap_acoustics::Simulator;
+use fieldgap_input::{Fault, TomlSource, file_name};
+
+/// Most combinations of values.
+const MOST_POINTS: usize = 100_000;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StudyTable {
+    name: Spanned<String>,
+    rig: Option<Spanned<PathBuf>>,
+    draws: Option<NonZeroU32>,
+    // Read for each combination of values.
+    #[serde(rename = "array")]
+    _array: Option<Spanned<IgnoredAny>>,
+    #[serde(rename = "medium")]
+    _medium: Option<Spanned<IgnoredAny>>,
+    #[serde(rename = "focus")]
+    _focus: Option<IgnoredAny>,
+    #[serde(rename = "simulator")]
+    _simulator: Option<IgnoredAny>,
+    #[serde(rename = "map")]
+    _map: Option<IgnoredAny>,
+    #[serde(default)]
+    sweep: Vec<Spanned<SweepTable>>,
+}
+
+/// A study: a set-up, and one or two sweeps over it.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// What it is called; fit to name a folder.
+    pub name: String,
+    /// The sweeps: one or two.
+    pub sweeps: Vec<Sweep>,
+    /// How often an array of elements at random is drawn; seeds rise from the array's own.
+    pub draws: u32,
+    pub(super) documents: Documents,
+    source: TomlSource,
+}
+
+/// A name that no study of the thesis has.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the thesis has no study called `{0}`; there are shape, height, count, spacing and comparison"
+)]
+pub struct UnknownStudy(String);
+
+impl Study {
+    /// The studies of the thesis: names and files.
+    pub const OF_THESIS: [(&'static str, &'static str); 5] = [
+        ("shape", include_str!("thesis/shape.toml")),
+        ("height", include_str!("thesis/height.toml")),
+        ("count", include_str!("thesis/count.toml")),
+        ("spacing", include_str!("thesis/spacing.toml")),
+        ("comparison", include_str!("thesis/comparison.toml")),
+    ];
+
+    /// The file of a study of the thesis.
+    ///
+    /// # Errors
+    /// [`UnknownStudy`] if there is none of that name.
+    pub fn of_thesis(name: &str) -> Result<TomlSource, UnknownStudy> {
+        let found = Self::OF_THESIS.iter().find(|(known, _)| *known == name);
+        let (name, text) = found.ok_or_else(|| UnknownStudy(name.to_owned()))?;
+        Ok(TomlSource::new(Path::new(&format!("study {name}")), *text))
+    }
+
+    /// Makes sense of a study's file. A rig that it names is looked for from the folder that the file is in.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the first key or value that does not fit. What the sweeps make of the set-up is read when it runs.
+    pub fn read(source: TomlSource) -> Result<Self, Fault> {
+        let file: StudyTable = source.parse()?;
+        let name = file_name(&file.name, "the folder of the study", &source)?;
+        let rig = match &file.rig {
+            None => None,
+            Some(rig) => {
+                for (key, there) in [("array", &file._array), ("medium", &file._medium)] {
+                    if let Some(section) = there {
+                        return Err(source.fault(
+                            section.span(),
+                            format!("`rig` gives [{key}] already"),
+                            "take out this section, or `rig`",
+                        ));
+                    }
+                }
+                let folder = source.path().parent().unwrap_or(Path::new(""));
+                let path = folder.join(rig.get_ref());
+                Some(TomlSource::read(&path).map_err(|fault| {
+                    source.fault(
+                        rig.span(),
+                        fault.to_string(),
+                        "name a rig file, from this file's folder",
+                    )
+                })?)
+            }
+        };
+        let documents = Documents::parse(&source, rig.as_ref())?;
+        let sweeps = sweeps(&file.sweep, &documents, &source)?;
+        let draws = file.draws.map_or(1, NonZeroU32::get);
+        Ok(Self { name, sweeps, draws, documents, source })
+    }
+
+    /// The same with a value written into its file, as if it had stood there: `key` as in a sweep, `value` as in TOML, or
+    /// plain text.
+    ///
+    /// # Errors
+    /// A [`Fault`] if the file then does not fit.
+    pub fn with(mut self, key: &str, value: &str) -> Result<Self, Fault> {
+        let said = format!("{key} = {value}");
+        let parsed: Value = value.parse().unwrap_or_else(|_| Value::from(value));
+        self.documents.set(key, parsed.decorated(" ", "")).map_err(|nowhere| {
+            Fault::of_file(self.source.path(), nowhere.to_string(), "name the section and the key")
+        })?;
+        let path = self.source.path().to_owned();
+        let source = TomlSource::new(&path, self.documents.study_source("").text());
+        let file: StudyTable = self.documents.study_source(&said).parse()?;
+        self.sweeps = sweeps(&file.sweep, &self.documents, &source)?;
+        self.draws = file.draws.map_or(1, NonZeroU32::get);
+        self.name = file_name(&file.name, "the folder of the study", &source)?;
+        Ok(Self { source, ..self })
+    }
+
+    /// The same by a convention's simulator, in place of its own.
+    ///
+    /// # Errors
+    /// A [`Fault`] if the study sweeps over the simulator.
+    pub fn with_simulator(self, simulator: Simulator) -> Result<Self, Fault> {
+        let swept = self.sweeps.iter().find(|sweep| {
+            sweep.parameters.iter().any(|key| key.split('.').next() == Some("simulator"))
+        });
+        if let Some(sweep) = swept {
+            return Err(self.source.fault(
+                sweep.place.clone(),
+                format!("the study sweeps over the simulator, which cannot be {simulator} throughout as well"),
+                "leave out the one or the other",
+            ));
+        }
+        self.with("simulator.model", &simulator.to_string())
+    }
+
+    /// The file as it now is.
+    pub fn source(&self) -> &TomlSource {
+        &self.source
+    }
+
+    /// How many combinations of values there are.
+    pub fn points(&self) -> usize {
+        self.sweeps.iter().map(|sweep| sweep.values.len()).product()
+    }
+}
+
+fn sweeps(
+    tables: &[Spanned<SweepTable>],
+    documents: &Documents,
+    source: &TomlSource,
+) -> Result<Vec<Sweep>, Fault> {
+    if tables.is_empty() || tables.len() > 2 {
+        let place = tables.get(2).map_or(0..0, Spanned::span);
+        return Err(source.fault(
+            place,
+            format!("{} sweeps; a study has one or two [[sweep]]", tables.len()),
+            "keys that go together are one sweep: parameter = [\"array.columns\", \"array.rows\"]",
+        ));
+    }
+    let items = documents.study().get("sweep").and_then(|item| item.as_array_of_tables());
+    let Some(items) = items else {
+        return Err(source.fault(tables[0].span(), "is no section of its own", "write [[sweep]]"));
+    };
+    let sweeps = tables
+        .iter()
+        .zip(items)
+        .map(|(table, item)| Sweep::read(table, item, source))
+        .collect::<Result<Vec<Sweep>, Fault>>()?;
+    let points: usize = sweeps.iter().map(|sweep| sweep.values.len()).product();
+    if points > MOST_POINTS {
+        return Err(source.fault(
+            tables[0].span(),
+            format!("{points} combinations of values; {MOST_POINTS} are the most"),
+            "take larger steps",
+        ));
+    }
+    Ok(sweeps)
+}

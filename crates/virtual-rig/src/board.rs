@@ -1,0 +1,182 @@
+//! A device: its firmware behind its pseudo-terminal, in virtual time, with the faults that are injected.
+
+use std::sync::Arc;
+use std::sync::mpsc::SyncSender;
+use std::time::Duration;
+
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::sync::mpsc::UnboundedReceiver;
+use tokio_serial::SerialStream;
+use tokio_util::sync::CancellationToken;
+
+use super::clock::Clock;
+use super::faults::{Fault, LineFaults};
+use super::firmware::Firmware;
+use super::pty::PseudoTerminal;
+use fieldgap_rig::link::trouble::{Outcome, Trouble, TroubleRates};
+
+/// How long an answer that nobody reads holds the device up, wall time. A board's own buffer would overflow too.
+const UNREAD_PATIENCE: Duration = Duration::from_secs(1);
+
+/// Interval at which a port that a dead client kept for itself is freed, wall time.
+const FREE_PORT_EVERY: Duration = Duration::from_secs(1);
+
+/// Something done to a device from outside; the sender is told when it is done.
+pub(super) struct Order {
+    pub fault: Fault,
+    pub done: SyncSender<()>,
+}
+
+/// The device's end of its wire.
+pub(super) trait DeviceEnd {
+    /// What bytes come and go by.
+    type Stream: AsyncRead + AsyncWrite + Unpin;
+
+    /// What bytes come and go by.
+    fn stream(&mut self) -> &mut Self::Stream;
+
+    /// Frees the port after a client that died.
+    fn forget_dead_client(&self) {}
+}
+
+impl DeviceEnd for PseudoTerminal {
+    type Stream = SerialStream;
+
+    fn stream(&mut self) -> &mut SerialStream {
+        &mut self.stream
+    }
+
+    fn forget_dead_client(&self) {
+        PseudoTerminal::forget_dead_client(self);
+    }
+}
+
+/// The trouble on a device's wire, to the device and from it.
+pub(super) struct WireTrouble {
+    to_device: Trouble,
+    from_device: Trouble,
+}
+
+impl WireTrouble {
+    /// Of the device with this number.
+    pub fn new(rates: TroubleRates, seed: u64, device: u64) -> Self {
+        let [to_device, from_device] =
+            [0, 1].map(|direction| Trouble::new(rates, seed, 2 * device + direction));
+        Self { to_device, from_device }
+    }
+}
+
+/// Runs a device until it is stopped or unplugged.
+pub(super) async fn run(
+    mut firmware: impl Firmware,
+    mut wire: impl DeviceEnd,
+    mut trouble: WireTrouble,
+    clock: Arc<Clock>,
+    mut orders: UnboundedReceiver<Order>,
+    stop: CancellationToken,
+) {
+    let mut faults = LineFaults::default();
+    let mut out = Vec::new();
+    let mut received = [0; 512];
+    firmware.power_up(clock.now_s(), &mut out);
+    loop {
+        work(&mut firmware, &clock, &mut out);
+        faults.apply(&mut out);
+        for outcome in trouble.from_device.meet(&std::mem::take(&mut out)) {
+            match outcome {
+                Outcome::Pass(mut bytes) => tokio::select! {
+                    () = stop.cancelled() => return,
+                    () = send(wire.stream(), &mut bytes, &clock) => {}
+                },
+                Outcome::Wait(time) => tokio::time::sleep(time).await,
+                Outcome::Reset => firmware.power_up(clock.now_s(), &mut out),
+                Outcome::Cut => {
+                    drop(wire);
+                    return stop.cancelled().await;
+                }
+            }
+        }
+        if !out.is_empty() {
+            continue;
+        }
+        let next = async {
+            match firmware.wake() {
+                Some(wake) => clock.reached(wake.at_s).await,
+                None => std::future::pending().await,
+            }
+        };
+        tokio::select! {
+            biased;
+            () = stop.cancelled() => return,
+            Some(order) = orders.recv() => {
+                match order.fault {
+                    Fault::Unplug => {
+                        drop(wire);
+                        let _ = order.done.send(());
+                        // The carriage and the air do not care: only the wire is gone.
+                        return stop.cancelled().await;
+                    }
+                    Fault::Reset => firmware.power_up(clock.now_s(), &mut out),
+                    Fault::OnLines(fault) => faults.add(fault),
+                }
+                let _ = order.done.send(());
+            }
+            read = wire.stream().read(&mut received) => match read {
+                Ok(count) if count > 0 => {
+                    for outcome in trouble.to_device.meet(&received[..count]) {
+                        match outcome {
+                            Outcome::Pass(bytes) => take(&mut firmware, &bytes, &clock, &mut out),
+                            Outcome::Wait(time) => tokio::time::sleep(time).await,
+                            Outcome::Reset => firmware.power_up(clock.now_s(), &mut out),
+                            Outcome::Cut => {
+                                drop(wire);
+                                return stop.cancelled().await;
+                            }
+                        }
+                    }
+                }
+                // With a handle of the client's end kept open this is not seen; if it is, do not spin on it.
+                _ => tokio::time::sleep(Duration::from_millis(20)).await,
+            },
+            () = next => {}
+            () = tokio::time::sleep(FREE_PORT_EVERY) => wire.forget_dead_client(),
+        }
+    }
+}
+
+fn take(firmware: &mut impl Firmware, bytes: &[u8], clock: &Clock, out: &mut Vec<u8>) {
+    for &byte in bytes {
+        firmware.receive(byte, clock.now_s());
+        if byte == b'\n' {
+            work(firmware, clock, out);
+        }
+    }
+}
+
+/// Lets the firmware do all it can now; in lockstep, makes the time pass that its answers need.
+///
+/// Called after each line, so that in lockstep the answers depend on the order of the lines and not on how
+/// the system happened to cut the stream into reads.
+fn work(firmware: &mut impl Firmware, clock: &Clock, out: &mut Vec<u8>) {
+    loop {
+        firmware.step(clock.now_s(), out);
+        match firmware.wake() {
+            Some(wake) if wake.answer_needs_it && clock.is_lockstep() => clock.jump_to(wake.at_s),
+            _ => return,
+        }
+    }
+}
+
+async fn send(stream: &mut (impl AsyncWrite + Unpin), out: &mut Vec<u8>, clock: &Clock) {
+    while !out.is_empty() {
+        let written = stream.write(out);
+        let written = match clock.is_lockstep() {
+            true => Ok(written.await),
+            false => tokio::time::timeout(UNREAD_PATIENCE, written).await,
+        };
+        match written {
+            Ok(Ok(count)) => drop(out.drain(..count)),
+            _ => out.clear(),
+        }
+    }
+}

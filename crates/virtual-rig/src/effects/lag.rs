@@ -1,0 +1,33 @@
+//! The reading trails the motion: it is that of where the nozzle was a moment ago.
+//!
+//! Where the robot dwells longer than this at each point nothing is seen of it.
+
+use serde::Deserialize;
+
+use super::Effect;
+use fieldgap_input::NonNegative;
+
+/// Its parameters.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Lag {
+    /// The delay, s.
+    s: NonNegative,
+}
+
+impl Effect for Lag {
+    fn lag_s(&self) -> f64 {
+        self.s.get()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::effect;
+    use super::*;
+
+    #[test]
+    fn the_reading_is_late() {
+        assert_eq!(effect::<Lag>("s = 0.02").lag_s(), 0.02);
+    }
+}

@@ -1,0 +1,300 @@
+//! The physical causes that can make the true field differ from the simulated one.
+//!
+//! Each effect is one file and **one line in the registry below** (and its `mod`). It acts on the physical world at the
+//! place where the cause does: the air, the array, a path of sound, the nozzle's place, the receiver. The
+//! simulator's own defects (`phase-plane`, `on-axis-unit`) are not here: no air and no wire can have them.
+
+mod absorption;
+mod aperture;
+mod array_tilt;
+mod axis_scale;
+mod backlash;
+mod clipping;
+mod dead_elements;
+mod directivity;
+mod drive_frequency;
+mod element_gain;
+mod element_phase;
+mod flow;
+mod gain_drift;
+mod lag;
+mod noise_floor;
+mod offset;
+mod phase_quantisation;
+mod pitch;
+mod polarity;
+mod receiver_directivity;
+mod reflection;
+mod rotation;
+mod saturation;
+mod skew;
+mod sound_speed;
+mod spreading;
+mod standing_wave;
+mod swapped_channels;
+mod temperature_gradient;
+mod turbulence;
+
+use num_complex::Complex64;
+use serde::Deserialize;
+
+use super::luck::Luck;
+use super::trajectory::Carriage;
+use fieldgap_acoustics::{Element, Medium, Vec3};
+
+/// The array as it physically is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrueArray {
+    /// The elements; a negative amplitude is a reversed polarity.
+    pub elements: Vec<Element>,
+    /// The output of the controller that each element hangs on.
+    pub channels: Vec<usize>,
+    /// Width of every element's lobe over its kind's.
+    pub lobe_stretch: f64,
+}
+
+/// Sound on its way from one element to one point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Path {
+    /// The element's number.
+    pub element: usize,
+    /// Where it starts, metres.
+    pub from_m: Vec3,
+    /// Where it ends.
+    pub to_m: Vec3,
+    /// Speed of sound in still air at the array's centre.
+    pub speed_m_s: f64,
+    /// Time on the way.
+    pub time_s: f64,
+    /// Amplitude relative to that of the undisturbed path.
+    pub gain: f64,
+}
+
+impl Path {
+    /// The path through still, uniform air without loss.
+    pub fn straight(element: usize, from_m: Vec3, to_m: Vec3, speed_m_s: f64) -> Self {
+        let time_s = (to_m - from_m).norm() / speed_m_s;
+        Self { element, from_m, to_m, speed_m_s, time_s, gain: 1.0 }
+    }
+
+    /// Its length.
+    pub fn distance_m(&self) -> f64 {
+        (self.to_m - self.from_m).norm()
+    }
+
+    /// Its direction, of unit length; along z if it has no length.
+    pub fn direction(&self) -> Vec3 {
+        (self.to_m - self.from_m).try_normalize(0.0).unwrap_or_else(Vec3::z)
+    }
+}
+
+/// A plane parallel to the array that reflects sound.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mirror {
+    /// Its height above the array.
+    pub height_m: f64,
+    /// Reflected over incident pressure.
+    pub coefficient: Complex64,
+}
+
+impl Mirror {
+    /// The image of an element.
+    pub fn image(&self, element: &Element) -> Element {
+        let flip = Vec3::new(1.0, 1.0, -1.0);
+        let mut image = *element;
+        image.centre_m = element.centre_m.component_mul(&flip) + Vec3::z() * 2.0 * self.height_m;
+        image.normal = element.normal.component_mul(&flip);
+        image
+    }
+}
+
+/// One cause. Every method is a place where it may act; by default it does nothing there.
+///
+/// Where several effects act at one place they do so in the order of the registry.
+pub trait Effect: std::fmt::Debug + Send + Sync {
+    /// Whether it makes sense for an array of so many elements, and why not.
+    fn check(&self, _elements: usize) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// Changes the air.
+    fn medium(&self, _medium: &mut Medium) {}
+
+    /// Changes the array: places, faces, amplitudes, wiring.
+    fn array(&self, _array: &mut TrueArray, _luck: Luck) {}
+
+    /// A reflecting plane that it puts above the field.
+    fn mirror(&self) -> Option<Mirror> {
+        None
+    }
+
+    /// The carrier that is truly emitted.
+    fn frequency_hz(&self, frequency_hz: f64) -> f64 {
+        frequency_hz
+    }
+
+    /// The delay that an output truly has.
+    fn delay_s(&self, delay_s: f64, _frequency_hz: f64) -> f64 {
+        delay_s
+    }
+
+    /// Changes time and amplitude on a path.
+    fn path(&self, _path: &mut Path) {}
+
+    /// Whether [`Effect::flicker_rad`] is ever other than zero.
+    fn flickers(&self) -> bool {
+        false
+    }
+
+    /// A phase on the path from an element that changes with time, rad.
+    fn flicker_rad(&self, _element: usize, _distance_m: f64, _time_s: f64, _luck: Luck) -> f64 {
+        0.0
+    }
+
+    /// Moves the nozzle away from where the robot believes it to be (array's frame, metres).
+    fn place(&self, _at_m: &mut Vec3, _carriage: &Carriage) {}
+
+    /// How old the field in a reading is, s.
+    fn lag_s(&self) -> f64 {
+        0.0
+    }
+
+    /// Radius of the receiver's face; 0 is a point.
+    fn face_radius_m(&self) -> f64 {
+        0.0
+    }
+
+    /// A factor on the whole field at a place.
+    fn resonance(&self, _at_m: Vec3, _wavenumber_rad_m: f64) -> Complex64 {
+        Complex64::ONE
+    }
+
+    /// What becomes of the level before the converter, V.
+    fn level_v(&self, level_v: f64, _time_s: f64) -> f64 {
+        level_v
+    }
+
+    /// The converter's full scale, V.
+    fn full_scale_v(&self, full_scale_v: f64) -> f64 {
+        full_scale_v
+    }
+}
+
+/// Declares the table `[effects]` of a truth file: each key an effect's parameters.
+macro_rules! registry {
+    ($($id:literal => $module:ident::$effect:ident,)*) => {
+        /// The table `[effects]` as it is written.
+        #[derive(Debug, Default, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        #[allow(non_snake_case)]
+        pub(super) struct EffectTables {
+            $(#[serde(rename = $id)] $effect: Option<$module::$effect>,)*
+            #[serde(rename = "phase-plane")]
+            #[allow(dead_code)]
+            phase_plane: Option<DefectOfSimulator>,
+            #[serde(rename = "on-axis-unit")]
+            #[allow(dead_code)]
+            on_axis_unit: Option<DefectOfSimulator>,
+        }
+
+        impl EffectTables {
+            /// The effects that are there, with their ids, in the order of the registry.
+            pub fn into_effects(self) -> Vec<(&'static str, Box<dyn Effect>)> {
+                let mut effects: Vec<(&'static str, Box<dyn Effect>)> = Vec::new();
+                $(if let Some(effect) = self.$effect { effects.push(($id, Box::new(effect))); })*
+                effects
+            }
+        }
+    };
+}
+
+registry! {
+    // medium
+    "sound-speed" => sound_speed::SoundSpeed,
+    "absorption" => absorption::Absorption,
+    "flow" => flow::Flow,
+    "temperature-gradient" => temperature_gradient::TemperatureGradient,
+    "turbulence" => turbulence::Turbulence,
+    // source
+    "spreading" => spreading::Spreading,
+    "directivity" => directivity::Directivity,
+    "element-gain" => element_gain::ElementGain,
+    "element-phase" => element_phase::ElementPhase,
+    "dead-elements" => dead_elements::DeadElements,
+    "polarity" => polarity::Polarity,
+    "swapped-channels" => swapped_channels::SwappedChannels,
+    "pitch" => pitch::Pitch,
+    "array-tilt" => array_tilt::ArrayTilt,
+    "phase-quantisation" => phase_quantisation::PhaseQuantisation,
+    "drive-frequency" => drive_frequency::DriveFrequency,
+    // geometry
+    "backlash" => backlash::Backlash,
+    "axis-scale" => axis_scale::AxisScale,
+    "skew" => skew::Skew,
+    "rotation" => rotation::Rotation,
+    "offset" => offset::Offset,
+    "lag" => lag::Lag,
+    // receiver and environment
+    "receiver-directivity" => receiver_directivity::ReceiverDirectivity,
+    "aperture" => aperture::Aperture,
+    "reflection" => reflection::Reflection,
+    "standing-wave" => standing_wave::StandingWave,
+    "gain-drift" => gain_drift::GainDrift,
+    "saturation" => saturation::Saturation,
+    "noise-floor" => noise_floor::NoiseFloor,
+    "clipping" => clipping::Clipping,
+}
+
+/// Accepts nothing: what stands here is a mistake of a program, not of the world.
+#[derive(Debug)]
+pub(super) struct DefectOfSimulator;
+
+impl<'de> Deserialize<'de> for DefectOfSimulator {
+    fn deserialize<D: serde::Deserializer<'de>>(_: D) -> Result<Self, D::Error> {
+        Err(serde::de::Error::custom(
+            "this is a defect of the simulator, which no world can have; choose the simulator in the plan",
+        ))
+    }
+}
+
+/// Whether all these elements exist.
+fn all_exist(wanted: &[usize], elements: usize) -> Result<(), String> {
+    match wanted.iter().find(|&&n| n >= elements) {
+        Some(n) => Err(format!("there is no element {n}; the array has 0 to {}", elements - 1)),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod testing {
+    use super::*;
+
+    /// The effect with these parameters.
+    pub fn effect<E: serde::de::DeserializeOwned>(parameters: &str) -> E {
+        toml::from_str(parameters).expect("the parameters are those of the effect")
+    }
+
+    impl TrueArray {
+        pub(crate) fn of_two() -> Self {
+            Self {
+                elements: vec![Element::at(-0.01, 0.0), Element::at(0.01, 0.0)],
+                channels: vec![0, 1],
+                lobe_stretch: 1.0,
+            }
+        }
+
+        pub(crate) fn of_many(count: usize) -> Self {
+            Self {
+                elements: vec![Element::at(0.0, 0.0); count],
+                channels: (0..count).collect(),
+                lobe_stretch: 1.0,
+            }
+        }
+    }
+
+    impl Carriage {
+        pub(crate) fn resting() -> Self {
+            Self { position_mm: Vec3::zeros(), x_direction: 0.0, x_since_reversal_mm: 0.0 }
+        }
+    }
+}

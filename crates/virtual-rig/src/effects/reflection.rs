@@ -1,0 +1,45 @@
+//! A plane above the field, parallel to the array, returns an image of it.
+//!
+//! By the method of images (Pierce, *Acoustics*, section 1-4) the reflected field is that of the array mirrored at the plane,
+//! times the plane's coefficient.
+
+use num_complex::Complex64;
+use serde::Deserialize;
+
+use super::{Effect, Mirror};
+use fieldgap_input::{Finite, Positive};
+
+/// Its parameters.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Reflection {
+    /// Height of the plane above the array, mm.
+    height_mm: Positive,
+    /// Reflection coefficient of pressure, real and imaginary part.
+    coefficient: [Finite; 2],
+}
+
+impl Effect for Reflection {
+    fn mirror(&self) -> Option<Mirror> {
+        let [re, im] = self.coefficient.map(Finite::get);
+        let coefficient = Complex64::new(re, im);
+        Some(Mirror { height_m: self.height_mm.get() * 1e-3, coefficient })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::TrueArray;
+    use super::super::testing::effect;
+    use super::*;
+
+    #[test]
+    fn the_image_stands_as_far_behind_the_plane_and_looks_down() {
+        let mirror = effect::<Reflection>("height_mm = 200.0\ncoefficient = [0.3, -0.1]")
+            .mirror()
+            .expect("a reflection has a mirror");
+        let image = mirror.image(&TrueArray::of_two().elements[1]);
+        assert!((image.centre_m.z - 0.4).abs() < 1e-12 && image.normal.z == -1.0);
+        assert_eq!(mirror.coefficient, Complex64::new(0.3, -0.1));
+    }
+}

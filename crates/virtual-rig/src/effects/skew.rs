@@ -1,0 +1,41 @@
+//! The robot's y axis leans towards x instead of standing square on it.
+
+use serde::Deserialize;
+
+use super::Effect;
+use crate::trajectory::Carriage;
+use fieldgap_acoustics::Vec3;
+use fieldgap_input::Finite;
+
+/// Its parameters.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Skew {
+    /// The lean, rad.
+    rad: Finite,
+}
+
+impl Effect for Skew {
+    fn place(&self, at_m: &mut Vec3, _carriage: &Carriage) {
+        let (sin, cos) = self.rad.get().sin_cos();
+        *at_m = Vec3::new(at_m.x + sin * at_m.y, cos * at_m.y, at_m.z);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::effect;
+    use super::*;
+
+    #[test]
+    fn the_angle_between_the_axes_is_less_than_a_right_one_by_the_lean() {
+        let skew = effect::<Skew>("rad = 0.05");
+        let (mut x, mut y) = (Vec3::x(), Vec3::y());
+        skew.place(&mut x, &Carriage::resting());
+        skew.place(&mut y, &Carriage::resting());
+        assert!((x.angle(&y) - (FRAC_PI_2 - 0.05)).abs() < 1e-12);
+        assert!((y.norm() - 1.0).abs() < 1e-12);
+    }
+
+    use std::f64::consts::FRAC_PI_2;
+}

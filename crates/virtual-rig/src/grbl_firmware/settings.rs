@@ -1,0 +1,111 @@
+//! What is compiled into, or stored in, the virtual robot's GRBL firmware at power-up.
+
+use serde::Deserialize;
+
+use fieldgap_input::{NonNegative, Positive};
+
+/// The two dialects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dialect {
+    /// GRBL 1.1.
+    Grbl,
+    /// grblHAL.
+    GrblHal,
+}
+
+/// The robot's mechanics and its firmware's build options and settings, `[virtual.robot]` with `firmware = "grbl"` or
+/// `"grblhal"`.
+///
+/// Every key has a default, that of a common three-axis gantry whose settings somebody has made. The switches stand at
+/// the low ends; machine coordinates go from minus the travel to zero, as in stock builds.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GrblSettings {
+    /// How far each axis can go from its switch (`$130` to `$132`).
+    pub travel_mm: [Positive; 3],
+    /// Where the carriage stands at power-up, from its switches; the firmware does not know it before homing.
+    pub parked_mm: [NonNegative; 3],
+    /// Acceleration along the path (`$120` to `$122`).
+    pub acceleration_mm_s2: Positive,
+    /// The most that each axis does (`$110` to `$112`).
+    pub max_feed_mm_s: [Positive; 3],
+    /// Speed towards the switches (`$25`).
+    pub homing_feed_mm_s: Positive,
+    /// How far it backs off its switches (`$27`).
+    pub pull_off_mm: Positive,
+    /// Steps of the motors in a millimetre (`$100` to `$102`).
+    pub steps_per_mm: Positive,
+    /// Moves that the planner holds before `ok` has to wait; 15, or 100 of grblHAL.
+    pub planner_moves: Option<usize>,
+    /// Bytes of the receive buffer; those that come while it is full are lost, and nothing is said. 128, or 1024 of
+    /// grblHAL.
+    pub receive_buffer: Option<usize>,
+    /// Idle time after which the motors let go, ms (`$1`; 255: never). 25 unless somebody has changed it.
+    pub idle_ms: u8,
+    /// How far the z axis falls each time that the motors let go.
+    pub sag_mm: NonNegative,
+    /// What reports hold (`$10`): 1 the machine's position, else the work's; 2 the free places of the buffers.
+    pub report_mask: u8,
+    /// Whether positions are reported in inches (`$13`).
+    pub report_inches: bool,
+    /// Whether targets are held against the travel (`$20`).
+    pub soft_limits: bool,
+    /// Whether the switches stop the machine (`$21`).
+    pub hard_limits: bool,
+    /// Whether it can home (`$22`).
+    pub homing: bool,
+    /// Whether homing makes the place after backing off zero; otherwise zero is at the far end.
+    pub origin_at_switches: bool,
+}
+
+impl Default for GrblSettings {
+    fn default() -> Self {
+        let positive = |value| Positive::new(value).expect("a literal above zero");
+        let non_negative = |value| NonNegative::new(value).expect("a literal not below zero");
+        Self {
+            travel_mm: [positive(300.0), positive(300.0), positive(250.0)],
+            parked_mm: [non_negative(42.0), non_negative(61.0), non_negative(180.0)],
+            acceleration_mm_s2: positive(500.0),
+            max_feed_mm_s: [positive(100.0); 3],
+            homing_feed_mm_s: positive(50.0),
+            pull_off_mm: positive(2.0),
+            steps_per_mm: positive(250.0),
+            planner_moves: None,
+            receive_buffer: None,
+            idle_ms: 25,
+            sag_mm: non_negative(1.0),
+            report_mask: 1,
+            report_inches: false,
+            soft_limits: true,
+            hard_limits: true,
+            homing: true,
+            origin_at_switches: false,
+        }
+    }
+}
+
+impl GrblSettings {
+    /// Moves that the planner holds.
+    pub(super) fn planner_moves(&self, dialect: Dialect) -> usize {
+        self.planner_moves.unwrap_or(match dialect {
+            Dialect::Grbl => 15,
+            Dialect::GrblHal => 100,
+        })
+    }
+
+    /// Bytes of the receive buffer.
+    pub(super) fn receive_buffer(&self, dialect: Dialect) -> usize {
+        self.receive_buffer.unwrap_or(match dialect {
+            Dialect::Grbl => 128,
+            Dialect::GrblHal => 1024,
+        })
+    }
+
+    /// Where the machine's zero lies once it is homed, from the switches, mm.
+    pub fn machine_zero_mm(&self) -> [f64; 3] {
+        match self.origin_at_switches {
+            true => [self.pull_off_mm.get(); 3],
+            false => self.travel_mm.map(f64::from),
+        }
+    }
+}

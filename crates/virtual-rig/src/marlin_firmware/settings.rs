@@ -1,0 +1,73 @@
+//! What is compiled into, or configured in, the virtual robot's firmware.
+
+use serde::Deserialize;
+
+use fieldgap_input::{NonNegative, Positive};
+
+/// The robot's mechanics and its firmware's build options, `[virtual.robot]` in a rig file.
+///
+/// Every key has a default, that of a common three-axis gantry on an eight-bit board.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MarlinSettings {
+    /// How far each axis can go from its switch.
+    pub travel_mm: [Positive; 3],
+    /// Where the carriage stands at power-up; the firmware does not know it before homing.
+    pub parked_mm: [NonNegative; 3],
+    /// Acceleration along the path.
+    pub acceleration_mm_s2: Positive,
+    /// The most that each axis does.
+    pub max_feed_mm_s: [Positive; 3],
+    /// Speed towards the switches.
+    pub homing_feed_mm_s: Positive,
+    /// Steps of the motors in a millimetre: targets are rounded to a step.
+    pub steps_per_mm: Positive,
+    /// Moves that the planner holds before `ok` has to wait.
+    pub planner_moves: usize,
+    /// Commands that wait behind the one in execution.
+    pub command_ring: usize,
+    /// Bytes that wait while the ring is full; those that come then are lost, and nothing is said.
+    pub receive_buffer: usize,
+    /// Length at which lines are cut (the last character is the terminator's).
+    pub line_length: usize,
+    /// `echo:busy: processing` comes at this interval while a command is in execution.
+    pub busy_interval_s: Positive,
+    /// Whether `M112` and `M410` act at once, also while other commands wait.
+    pub emergency_parser: bool,
+    /// Whether `Resend:` is followed by an `ok` that acknowledges nothing.
+    pub resend_ok: bool,
+    /// Whether `ok` carries line number and free places, `ok N12 P15 B3`.
+    pub advanced_ok: bool,
+    /// Whether the build has `M114 R` and `M114 D`.
+    pub true_position: bool,
+    /// Idle time after which the motors let go (0: never); `M84 S` changes it.
+    pub stepper_timeout_s: NonNegative,
+    /// How far the z axis then falls.
+    pub sag_mm: NonNegative,
+}
+
+impl Default for MarlinSettings {
+    fn default() -> Self {
+        let positive = |value| Positive::new(value).expect("a literal above zero");
+        let non_negative = |value| NonNegative::new(value).expect("a literal not below zero");
+        Self {
+            travel_mm: [positive(300.0), positive(300.0), positive(250.0)],
+            parked_mm: [non_negative(42.0), non_negative(61.0), non_negative(180.0)],
+            acceleration_mm_s2: positive(1000.0),
+            max_feed_mm_s: [positive(200.0), positive(200.0), positive(100.0)],
+            homing_feed_mm_s: positive(50.0),
+            steps_per_mm: positive(80.0),
+            planner_moves: 15,
+            command_ring: 4,
+            receive_buffer: 128,
+            line_length: 96,
+            busy_interval_s: positive(2.0),
+            emergency_parser: true,
+            resend_ok: true,
+            advanced_ok: false,
+            true_position: true,
+            stepper_timeout_s: non_negative(120.0),
+            sag_mm: non_negative(1.0),
+        }
+    }
+}

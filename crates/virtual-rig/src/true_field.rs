@@ -1,0 +1,243 @@
+//! The sound at the receiver: what every element's face radiates, through the air as it is.
+
+use num_complex::Complex64;
+
+use super::drive::Output;
+use super::effects::{Effect, Path, TrueArray};
+use super::luck::Luck;
+use super::radiator::{NEAREST_RADII, Radiator, Radiators};
+use super::trajectory::Carriage;
+use super::truth::TrueSource;
+use fieldgap_acoustics::rayleigh::DiscRule;
+use fieldgap_acoustics::{Array, Medium, Vec3};
+
+/// One face that sounds: an element's, or its image in a reflecting plane.
+#[derive(Debug, Clone)]
+struct Source {
+    element: usize,
+    centre_m: Vec3,
+    radiator: Radiator,
+    coefficient: Complex64,
+}
+
+/// What each element contributes to the pressure at one point, driven alone with unit amplitude.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contributions {
+    /// One for each element, 1/m.
+    pressures: Vec<Complex64>,
+    /// Distance from each element, m.
+    distances_m: Vec<f64>,
+}
+
+impl Contributions {
+    /// Adds to these what is heard elsewhere, times a factor: an echo, or a wave that something scatters.
+    pub fn add(&mut self, elsewhere: &Self, factor: Complex64) {
+        for (pressure, other) in self.pressures.iter_mut().zip(&elsewhere.pressures) {
+            *pressure += factor * other;
+        }
+    }
+}
+
+/// The world's acoustics.
+#[derive(Debug)]
+pub struct TrueField {
+    array: TrueArray,
+    sources: Vec<Source>,
+    /// Where the receiver's face feels the pressure, from its centre, with weights that sum to 1.
+    face: Vec<(Vec3, f64)>,
+    speed_m_s: f64,
+    frequency_hz: f64,
+    nominal_frequency_hz: f64,
+    effects: Vec<Box<dyn Effect>>,
+    luck: Luck,
+}
+
+impl TrueField {
+    /// The world of an array as believed, with what the effects make of it.
+    pub fn new(
+        believed: &Array,
+        medium: Medium,
+        frequency_hz: f64,
+        source: &TrueSource,
+        effects: Vec<(&'static str, Box<dyn Effect>)>,
+        luck: Luck,
+    ) -> Self {
+        let mut array = TrueArray {
+            elements: believed.elements().to_vec(),
+            channels: (0..believed.len()).collect(),
+            lobe_stretch: 1.0,
+        };
+        if let Some(radius_m) = source.face_radius_m {
+            array.elements.iter_mut().for_each(|element| element.radius_m = radius_m);
+        }
+        let mut medium = medium;
+        let mut true_frequency_hz = frequency_hz;
+        for (id, effect) in &effects {
+            effect.medium(&mut medium);
+            effect.array(&mut array, luck.stream(id));
+            true_frequency_hz = effect.frequency_hz(true_frequency_hz);
+        }
+        let effects: Vec<_> = effects.into_iter().map(|(_, effect)| effect).collect();
+        let wavenumber_rad_m = medium.wavenumber_rad_m(true_frequency_hz);
+        let sources = sources(&array, source, &effects, wavenumber_rad_m);
+        let face = receiver_face(&effects, wavenumber_rad_m);
+        Self {
+            array,
+            sources,
+            face,
+            speed_m_s: medium.speed_of_sound_m_s,
+            frequency_hz: true_frequency_hz,
+            nominal_frequency_hz: frequency_hz,
+            effects,
+            luck,
+        }
+    }
+
+    /// The array as it truly is, with what chance gave each element.
+    pub fn array(&self) -> &TrueArray {
+        &self.array
+    }
+
+    /// The wavenumber of what is truly emitted, in still air at the array's centre.
+    pub fn wavenumber_rad_m(&self) -> f64 {
+        std::f64::consts::TAU * self.frequency_hz / self.speed_m_s
+    }
+
+    /// The carrier that is truly emitted, Hz.
+    pub fn carrier_hz(&self) -> f64 {
+        self.frequency_hz
+    }
+
+    /// Where the nozzle truly is, array's frame, if the robot believes it to be at `believed_m`.
+    pub fn place(&self, believed_m: Vec3, carriage: &Carriage) -> Vec3 {
+        let mut at_m = believed_m;
+        self.effects.iter().for_each(|effect| effect.place(&mut at_m, carriage));
+        at_m
+    }
+
+    /// How old the field in a reading is.
+    pub fn lag_s(&self) -> f64 {
+        self.effects.iter().map(|effect| effect.lag_s()).sum()
+    }
+
+    /// The amplitude with which each element sounds where the channels send `outputs`.
+    ///
+    /// A delay τ turns the phase by +ωτ, as the time convention is exp(-iωt).
+    pub fn weights(&self, outputs: &[Option<Output>]) -> Vec<Complex64> {
+        let omega = std::f64::consts::TAU * self.frequency_hz;
+        self.array
+            .elements
+            .iter()
+            .zip(&self.array.channels)
+            .map(|(element, &channel)| {
+                let Some(Some(output)) = outputs.get(channel) else {
+                    return Complex64::ZERO;
+                };
+                let delay_s = self.effects.iter().fold(output.delay_s, |delay_s, effect| {
+                    effect.delay_s(delay_s, self.nominal_frequency_hz)
+                });
+                let amplitude = element.amplitude * output.amplitude;
+                amplitude * Complex64::from_polar(1.0, element.phase_rad + omega * delay_s)
+            })
+            .collect()
+    }
+
+    /// What each element contributes at a point.
+    pub fn contributions(&self, at_m: Vec3) -> Contributions {
+        let wavenumber_rad_m = self.wavenumber_rad_m();
+        let mut pressures = vec![Complex64::ZERO; self.array.elements.len()];
+        for &(offset_m, share) in &self.face {
+            let point_m = at_m + offset_m;
+            let resonance = self.effects.iter().fold(Complex64::ONE, |factor, effect| {
+                factor * effect.resonance(point_m, wavenumber_rad_m)
+            });
+            for source in &self.sources {
+                pressures[source.element] += share * resonance * self.heard(source, point_m);
+            }
+        }
+        let distances_m =
+            self.array.elements.iter().map(|element| (at_m - element.centre_m).norm()).collect();
+        Contributions { pressures, distances_m }
+    }
+
+    fn heard(&self, source: &Source, at_m: Vec3) -> Complex64 {
+        let straight = Path::straight(source.element, source.centre_m, at_m, self.speed_m_s);
+        let mut path = straight;
+        self.effects.iter().for_each(|effect| effect.path(&mut path));
+        let omega = std::f64::consts::TAU * self.frequency_hz;
+        let undisturbed = source.radiator.field(at_m, omega / self.speed_m_s);
+        let disturbance = Complex64::from_polar(path.gain, omega * (path.time_s - straight.time_s));
+        source.coefficient * disturbance * undisturbed
+    }
+
+    /// Whether the field at rest changes from sample to sample.
+    pub fn flickers(&self) -> bool {
+        self.effects.iter().any(|effect| effect.flickers())
+    }
+
+    /// The magnitude of the pressure at an instant, 1/m: times an element's pressure at 1 m, pascals.
+    pub fn magnitude(&self, heard: &Contributions, weights: &[Complex64], time_s: f64) -> f64 {
+        let terms = heard.pressures.iter().zip(weights).map(|(pressure, weight)| pressure * weight);
+        if !self.flickers() {
+            return terms.sum::<Complex64>().norm();
+        }
+        let sum: Complex64 = terms
+            .zip(&heard.distances_m)
+            .enumerate()
+            .map(|(n, (term, &distance_m))| {
+                let phase_rad: f64 = self
+                    .effects
+                    .iter()
+                    .map(|effect| {
+                        effect.flicker_rad(n, distance_m, time_s, self.luck.stream("air"))
+                    })
+                    .sum();
+                term * Complex64::from_polar(1.0, phase_rad)
+            })
+            .sum();
+        sum.norm()
+    }
+
+    /// What becomes of a level on its way to the converter.
+    pub fn level_v(&self, level_v: f64, time_s: f64) -> f64 {
+        self.effects.iter().fold(level_v, |level_v, effect| effect.level_v(level_v, time_s))
+    }
+
+    /// The converter's true full scale.
+    pub fn full_scale_v(&self, full_scale_v: f64) -> f64 {
+        self.effects.iter().fold(full_scale_v, |v, effect| effect.full_scale_v(v))
+    }
+}
+
+fn sources(
+    array: &TrueArray,
+    source: &TrueSource,
+    effects: &[Box<dyn Effect>],
+    wavenumber_rad_m: f64,
+) -> Vec<Source> {
+    let mut radiators = Radiators::new(source, wavenumber_rad_m);
+    let mut sources = Vec::new();
+    let mirrors: Vec<_> = effects.iter().filter_map(|effect| effect.mirror()).collect();
+    for (n, element) in array.elements.iter().enumerate() {
+        let images = mirrors.iter().map(|mirror| (mirror.image(element), mirror.coefficient));
+        for (face, coefficient) in std::iter::once((*element, Complex64::ONE)).chain(images) {
+            let radiator = radiators.of(face, array.lobe_stretch);
+            sources.push(Source { element: n, centre_m: face.centre_m, radiator, coefficient });
+        }
+    }
+    sources
+}
+
+fn receiver_face(effects: &[Box<dyn Effect>], wavenumber_rad_m: f64) -> Vec<(Vec3, f64)> {
+    let radius_m = effects.iter().map(|effect| effect.face_radius_m()).fold(0.0, f64::max);
+    if radius_m == 0.0 {
+        return vec![(Vec3::zeros(), 1.0)];
+    }
+    // Receiving is radiating in reverse, so the same rule serves. Each patch costs a whole field: a percent will do.
+    let rule = DiscRule::for_piston(wavenumber_rad_m * radius_m, NEAREST_RADII, 1e-2);
+    let patch_m = |u: f64, v: f64| Vec3::new(u, v, 0.0) * radius_m;
+    rule.patches().iter().map(|patch| (patch_m(patch.u, patch.v), patch.weight)).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,275 @@
+//! The truth file: what the world is really like, as against what the laboratory believes.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::effects::{Effect, EffectTables};
+use super::hand::HandTruth;
+use super::sealed_truth;
+use fieldgap_acoustics::transducer::DescribedTransducer;
+use fieldgap_input::{Fault, NonNegative, Positive, TomlSource};
+use fieldgap_records::TransducerFile;
+
+/// The physical world of a virtual rig.
+///
+/// Without a section its defaults hold: pistons of the thesis's transducer's face and a receiver of its family, no noise, no effects.
+#[derive(Debug)]
+pub struct Truth {
+    /// What the elements really are.
+    pub source: TrueSource,
+    /// Pressure of one nominal element on its axis at 0.1 m, times 0.1 m, rms, Pa: that at 1 m where it falls as 1/d.
+    pub pressure_pa_at_1_m: Positive,
+    /// What the receiver's microphone really is.
+    pub microphone: MicrophoneTruth,
+    /// What every reading carries.
+    pub noise: NoiseTruth,
+    /// The causes at work, with their ids.
+    pub effects: Vec<(&'static str, Box<dyn Effect>)>,
+    /// A hand that swipes over the array, where there is one.
+    pub hand: Option<HandTruth>,
+    path: PathBuf,
+}
+
+/// What the elements really are.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TrueSource {
+    /// Radius of the vibrating face of every element, m; `None`: as the laboratory believes.
+    pub face_radius_m: Option<f64>,
+    /// How each radiates; `None`: as a piston, by its integral.
+    pub transducer: Option<Arc<DescribedTransducer>>,
+}
+
+/// `[source]`
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct SourceTable {
+    /// The thesis's transducer: 120 dB at 0.3 m and 10 V rms by its data sheet, which is 6 Pa at 1 m; less at the
+    /// thesis's drive.
+    pressure_pa_at_1_m: Positive,
+    face_radius_mm: Option<Positive>,
+    transducer: Option<Spanned<String>>,
+}
+
+impl SourceTable {
+    /// Reads the transducer's file, which is looked for from the folder of `source` as a rig file's is.
+    fn true_source(&self, source: &TomlSource) -> Result<TrueSource, Fault> {
+        let named = self.transducer.as_ref();
+        let file = named.map(|name| TransducerFile::named(name, source)).transpose()?;
+        let said_m = self.face_radius_mm.map(|radius_mm| radius_mm.get() * 1e-3);
+        Ok(TrueSource {
+            face_radius_m: said_m.or(file.as_ref().and_then(TransducerFile::face_radius_m)),
+            transducer: file.map(|file| Arc::clone(file.transducer())),
+        })
+    }
+}
+
+/// `[microphone]`
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MicrophoneTruth {
+    /// Reading for a pressure on its axis, V/Pa.
+    pub sensitivity_v_pa: Positive,
+}
+
+/// `[noise]`
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NoiseTruth {
+    /// Relative standard deviation of each sample's level.
+    pub multiplicative: NonNegative0,
+    /// Standard deviation of each quadrature of the noise that adds to the signal before it is rectified, V.
+    /// A silent field then reads about 1.25 times this (Rayleigh's distribution).
+    pub additive_v: NonNegative0,
+}
+
+/// A number not below zero that is zero if it is not given.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(transparent)]
+pub struct NonNegative0(NonNegative);
+
+impl NonNegative0 {
+    /// The number.
+    pub fn get(self) -> f64 {
+        self.0.get()
+    }
+}
+
+impl Default for NonNegative0 {
+    fn default() -> Self {
+        Self(NonNegative::new(0.0).expect("zero is not below zero"))
+    }
+}
+
+impl Default for SourceTable {
+    fn default() -> Self {
+        Self {
+            pressure_pa_at_1_m: Positive::new(4.0).expect("a literal above zero"),
+            face_radius_mm: None,
+            transducer: None,
+        }
+    }
+}
+
+impl Default for MicrophoneTruth {
+    fn default() -> Self {
+        Self { sensitivity_v_pa: Positive::new(0.006).expect("a literal above zero") }
+    }
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct TruthFile {
+    source: SourceTable,
+    microphone: MicrophoneTruth,
+    noise: NoiseTruth,
+    effects: EffectTables,
+    hand: Option<HandTruth>,
+}
+
+impl Truth {
+    /// Reads a truth file, which may be [sealed](super::sealed_truth).
+    ///
+    /// # Errors
+    /// A [`Fault`] at the line of an unknown effect or parameter, or of a value out of range; of a sealed file, one that
+    /// does not say what is in it.
+    pub fn read(path: &Path) -> Result<Self, Fault> {
+        if !sealed_truth::is_sealed(path) {
+            return Self::from_source(&TomlSource::read(path)?);
+        }
+        let source = TomlSource::new(path, sealed_truth::open(path)?);
+        Self::from_source(&source).map_err(|_| {
+            let remedy = "seal it anew by this version (`fieldgap blind seal-truth`), which shows what is wrong";
+            Fault::of_file(path, "what is sealed in it is no truth file", remedy)
+        })
+    }
+
+    /// Parses a truth file's text.
+    ///
+    /// # Errors
+    /// As [`Truth::read`].
+    pub fn from_source(source: &TomlSource) -> Result<Self, Fault> {
+        let TruthFile { source: table, microphone, noise, effects, hand } = source.parse()?;
+        Ok(Self {
+            source: table.true_source(source)?,
+            pressure_pa_at_1_m: table.pressure_pa_at_1_m,
+            microphone,
+            noise,
+            effects: effects.into_effects(),
+            hand,
+            path: source.path().to_owned(),
+        })
+    }
+
+    /// Checks that the effects make sense for an array of so many elements.
+    ///
+    /// # Errors
+    /// A [`Fault`] of the file that names the effect.
+    pub fn check(&self, elements: usize) -> Result<(), Fault> {
+        for (id, effect) in &self.effects {
+            effect.check(elements).map_err(|why| {
+                let remedy = "elements are numbered from 0, row by row from the top left";
+                if sealed_truth::is_sealed(&self.path) {
+                    let problem = "what is sealed in it does not fit the array";
+                    return Fault::of_file(&self.path, problem, remedy);
+                }
+                Fault::of_file(&self.path, format!("effect `{id}`: {why}"), remedy)
+            })?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn truth(text: &str) -> Result<Truth, Fault> {
+        Truth::from_source(&TomlSource::new(Path::new("truth.toml"), text))
+    }
+
+    #[test]
+    fn effects_are_read_with_their_ids_in_the_registrys_order() {
+        let truth = truth("[effects.offset]\nx_mm = 1\ny_mm = 0\nz_mm = 0\n[effects.sound-speed]\nc_m_s = 347.1\n")
+            .expect("valid");
+        let ids: Vec<_> = truth.effects.iter().map(|(id, _)| *id).collect();
+        assert_eq!(ids, ["sound-speed", "offset"]);
+    }
+
+    /// Every physical id of the catalogue of effects, with its parameters.
+    const CATALOGUE: &str = "
+        [effects.sound-speed]\nc_m_s = 347.1
+        [effects.absorption]\ndb_per_m = 1.3
+        [effects.flow]\nvx_m_s = 0.5\nvy_m_s = 0.0
+        [effects.temperature-gradient]\ngx = 0.0\ngy = 0.0\ngz = 0.01
+        [effects.turbulence]\nrad_per_sqrt_m = 0.5
+        [effects.spreading]\nexponent = 1.1
+        [effects.directivity]\nwidth_ratio = 1.1
+        [effects.element-gain]\nspread = 0.1
+        [effects.element-phase]\nspread_rad = 0.1
+        [effects.dead-elements]\nelements = [3]
+        [effects.polarity]\nelements = [4]
+        [effects.swapped-channels]\nelements = [5, 6]
+        [effects.pitch]\nratio = 1.01
+        [effects.array-tilt]\nabout_x_rad = 0.01\nabout_y_rad = 0.0
+        [effects.phase-quantisation]\nsteps = 16
+        [effects.drive-frequency]\nratio = 1.001
+        [effects.offset]\nx_mm = 1.0\ny_mm = 0.0\nz_mm = 0.0
+        [effects.rotation]\nrad = 0.01
+        [effects.axis-scale]\nx = 1.01\ny = 1.0\nz = 1.0
+        [effects.skew]\nrad = 0.01
+        [effects.backlash]\nmm = 0.2
+        [effects.lag]\ns = 0.01
+        [effects.receiver-directivity]\nhalf_angle_deg = 40.0
+        [effects.aperture]\nradius_mm = 3.0
+        [effects.saturation]\nlevel = 4.0
+        [effects.noise-floor]\nlevel = 0.05
+        [effects.clipping]\nlevel = 3.0
+        [effects.reflection]\nheight_mm = 300.0\ncoefficient = [0.2, 0.1]
+        [effects.standing-wave]\ncoefficient = [0.1, 0.0]
+        [effects.gain-drift]\nrelative = -0.05\nover_s = 600.0";
+
+    #[test]
+    fn every_physical_effect_of_the_catalogue_is_registered() {
+        let truth = truth(CATALOGUE).expect("all are known, with these parameters");
+        let mut ids: Vec<_> = truth.effects.iter().map(|(id, _)| *id).collect();
+        ids.sort_unstable();
+        let mut named: Vec<_> = CATALOGUE
+            .lines()
+            .filter_map(|line| line.trim().strip_prefix("[effects.")?.strip_suffix(']'))
+            .collect();
+        named.sort_unstable();
+        assert_eq!(ids, named);
+        assert_eq!(ids.len(), 30);
+    }
+
+    #[test]
+    fn an_unknown_effect_or_parameter_and_a_missing_one_are_shown_at_their_line() {
+        for (text, line) in [
+            ("[noise]\n[effects.sound-sped]\nc_m_s = 347.1\n", 2),
+            ("[effects.sound-speed]\nc_m_s = 347.1\nc = 1\n", 3),
+            ("[effects.sound-speed]\nc_m_s = -1\n", 2),
+            ("[effects.flow]\nvx_m_s = 1\n", 1),
+        ] {
+            let fault = truth(text).expect_err("faulty");
+            assert_eq!(fault.line_column().map(|(line, _)| line), Some(line), "{fault}");
+        }
+    }
+
+    #[test]
+    fn a_defect_of_the_simulator_is_refused_with_its_reason() {
+        let fault = truth("[effects.phase-plane]\n").expect_err("no world has it");
+        assert!(fault.to_string().contains("defect of the simulator"), "{fault}");
+        assert!(fault.line_column().is_some());
+    }
+
+    #[test]
+    fn elements_that_do_not_exist_are_refused_when_the_array_is_known() {
+        let truth = truth("[effects.dead-elements]\nelements = [35, 36]\n").expect("valid so far");
+        assert!(truth.check(37).is_ok());
+        let fault = truth.check(36).expect_err("there is no element 36");
+        assert!(fault.to_string().contains("dead-elements"), "{fault}");
+    }
+}

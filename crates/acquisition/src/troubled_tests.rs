@@ -45,7 +45,7 @@ struct Tally {
 }
 
 fn lab() -> Lab {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/virtual.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rigs/virtual.toml");
     Lab::parse(TomlSource::read(&path).expect("it is there")).expect("a rig file")
 }
 

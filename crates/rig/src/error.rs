@@ -293,10 +293,10 @@ impl Cause {
                 "leave [fly] out of the plan: the robot then stands still at each point"
             }
             Self::NoDisplays => {
-                "a display needs a controller whose answer to `hello` has `frames=` (src/rig/focus_array/protocol.rs)"
+                "a display needs a controller whose answer to `hello` has `frames=` (crates/rig/src/focus_array/protocol.rs)"
             }
             Self::NoSensors | Self::TooManySensors { .. } => {
-                "listening needs a controller whose answer to `hello` has `sensors=` (src/rig/focus_array/protocol.rs)"
+                "listening needs a controller whose answer to `hello` has `sensors=` (crates/rig/src/focus_array/protocol.rs)"
             }
             Self::NoModulation { .. } => {
                 "set `modulation_hz` and `modulation_duty_percent` in [focus_array] to what the board makes; scans are made without"

@@ -2,7 +2,7 @@
 //!
 //! `NAME.sealed` is a truth file encrypted under the key in `NAME.key`, which lies beside it, because the virtual rig has to
 //! open it to play the laboratory. It is thus sealed against eyes, and against the diagnosis, which gets the recorded scan and
-//! nothing else; it is not sealed against somebody who takes the key to cheat. (The answers of a [set](fieldgap_blind) are: their
+//! nothing else; it is not sealed against somebody who takes the key to cheat. (The answers of a set of the `blind` crate are: their
 //! key can be kept elsewhere.)
 
 use std::path::{Path, PathBuf};

@@ -70,7 +70,7 @@ pub(super) fn hands_on(
     })
 }
 
-fn fits(lab: &Lab, wanted: Wanted, rig: &mut ByHand) -> Result<(), CampaignError> {
+fn fits(lab: &Lab, wanted: Wanted, rig: &mut ByHand) -> miette::Result<()> {
     if !wanted.array {
         return Ok(());
     }
@@ -78,7 +78,7 @@ fn fits(lab: &Lab, wanted: Wanted, rig: &mut ByHand) -> Result<(), CampaignError
     if believed == controller {
         Ok(())
     } else {
-        Err(CampaignError::OtherArray { believed, controller })
+        Err(CampaignError::OtherArray { believed, controller }.into())
     }
 }
 

@@ -10,6 +10,7 @@ mod element;
 mod excitation;
 mod field;
 pub mod foci;
+pub mod golden_section;
 mod grid;
 mod lanes;
 pub mod least_squares;

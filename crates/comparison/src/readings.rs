@@ -1,5 +1,6 @@
 //! The readings that a registration works on, each beside what the simulator has to be asked for it.
 
+use fieldgap_acoustics::golden_section::even_fraction;
 use fieldgap_acoustics::{Array, Simulation, Simulator, Vec3};
 use fieldgap_records::RecordedScan;
 
@@ -8,9 +9,6 @@ use super::pose::Pose;
 /// Step of the difference quotient of the simulated field, metres: a ten-thousandth of a radian of phase at 40 kHz,
 /// far above rounding and far below the field's own structure.
 const DIFFERENCE_M: f64 = 2e-7;
-
-/// Fraction of the golden section, by which readings are thinned out: it meets no period of a grid.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// The readings taken with the array driven, drive by drive, in the order they were taken.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,7 +102,7 @@ impl Readings {
             .iter()
             .map(|drive| {
                 let kept: Vec<usize> = (0..drive.readings.len())
-                    .filter(|&index| (index as f64 * GOLDEN).fract() < share)
+                    .filter(|&index| even_fraction(index) < share)
                     .collect();
                 Drive {
                     positions_m: kept.iter().map(|&index| drive.positions_m[index]).collect(),

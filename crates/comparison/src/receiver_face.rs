@@ -9,7 +9,7 @@
 use super::pose::Pose;
 use super::readings::{Drive, Readings};
 use super::refine::{Fit, PoseParameter, Search, refine};
-use fieldgap_acoustics::{Array, Element, Simulation, Simulator, Vec3};
+use fieldgap_acoustics::{Array, Element, Simulation, Simulator, Vec3, golden_section};
 
 /// Radii that are tried, metres: up to twice the face of a common 40 kHz receiver.
 const LARGEST_M: f64 = 10e-3;
@@ -47,7 +47,8 @@ pub fn find_receiver_face(readings: &Readings, posed: &Fit) -> Option<Heard> {
         refine(&heard_by(readings, radius_m), start, &Search { free: free.clone(), iterations })
     };
     let squared = |radius_m: f64| fit(&some, posed.pose, radius_m, 4).residual_ratio.powi(2);
-    let (face_radius_m, least) = golden_section(LARGEST_M, WIDTH_M, squared);
+    let golden_section::Minimum { at: face_radius_m, value: least, .. } =
+        golden_section::minimise([0.0, LARGEST_M], WIDTH_M, squared);
     let start = fit(&some, posed.pose, face_radius_m, 6).pose;
     let heard = fit(readings, start, face_radius_m, 3);
     if heard.residual_ratio.powi(2) > TELLS * posed.residual_ratio.powi(2) {
@@ -84,26 +85,6 @@ pub fn as_heard(simulation: &Simulation, face_radius_m: f64) -> Simulation {
 fn can_tell(simulation: &Simulation) -> bool {
     simulation.simulator == Simulator::Piston
         && simulation.array.elements().iter().all(|element| element.normal == Vec3::z())
-}
-
-/// The least of a function with one minimum from 0 to `largest`, to `width`: where, and how much.
-fn golden_section(largest: f64, width: f64, function: impl Fn(f64) -> f64) -> (f64, f64) {
-    const RATIO: f64 = 0.618_033_988_749_894_9;
-    let (mut from, mut to) = (0.0, largest);
-    let mut inner =
-        [to - RATIO * (to - from), from + RATIO * (to - from)].map(|x| (x, function(x)));
-    while to - from > width {
-        if inner[0].1 < inner[1].1 {
-            to = inner[1].0;
-            let x = to - RATIO * (to - from);
-            inner = [(x, function(x)), inner[0]];
-        } else {
-            from = inner[0].0;
-            let x = from + RATIO * (to - from);
-            inner = [inner[1], (x, function(x))];
-        }
-    }
-    if inner[0].1 < inner[1].1 { inner[0] } else { inner[1] }
 }
 
 #[cfg(test)]
@@ -163,11 +144,5 @@ mod tests {
         let readings = readings(0.0);
         let posed = Fit::at(&readings, Pose::default());
         assert_eq!(find_receiver_face(&readings, &posed), None);
-    }
-
-    #[test]
-    fn a_section_finds_the_lowest_point() {
-        let (at, least) = golden_section(10.0, 1e-6, |x| (x - 3.7).powi(2) + 2.0);
-        assert!((at - 3.7).abs() < 1e-3 && (least - 2.0).abs() < 1e-6);
     }
 }

@@ -9,7 +9,7 @@ use super::pose::Pose;
 use super::readings::Readings;
 use super::receiver_face::as_heard;
 use super::register::{Registered, register};
-use super::registration::Registering;
+use super::registration::{Registering, Registration};
 use fieldgap_acoustics::metrics::PlaneMap;
 use fieldgap_acoustics::{Simulation, Simulator, Vec3};
 use fieldgap_records::{OFF_LINE_MM, Plane, RecordedScan, SAME_HEIGHT_MM, plane_map};
@@ -111,8 +111,22 @@ pub fn compare(
     Ok(comparison)
 }
 
+/// Registers a scan to a simulator without comparing the two. The same scan gives the same bits.
+///
+/// # Errors
+/// [`Incomparable`] if the scan has too few driven readings, or readings or simulation are zero everywhere.
+pub fn register_scan(
+    scan: &RecordedScan,
+    simulator: Simulator,
+    registering: Registering,
+) -> Result<Registration, Incomparable> {
+    let readings = Readings::of(scan, simulator);
+    comparable(scan, &readings)?;
+    Ok(register(&readings, registering).registration)
+}
+
 /// Whether there is anything to compare.
-pub fn comparable(scan: &RecordedScan, readings: &Readings) -> Result<(), Incomparable> {
+fn comparable(scan: &RecordedScan, readings: &Readings) -> Result<(), Incomparable> {
     let name = || scan.setup.name.clone();
     if readings.is_empty() {
         return Err(Incomparable::NothingDriven(name()));

@@ -38,14 +38,12 @@ mod standard_errors;
 mod table;
 
 pub use closing::{Closing, Gaps, PlaneClosing};
-pub use compare::{Incomparable, comparable, compare};
+pub use compare::{Incomparable, compare, register_scan};
 pub use comparison::{
     Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, FocalRadiusFigure, Noise,
     NoiseSource, PlaneComparison, Uncertain,
 };
 pub use pose::{Mirror, Pose};
-pub use readings::Readings;
-pub use register::{Registered, register};
 pub use registration::{
     Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,
 };

@@ -6,10 +6,7 @@ use super::observations::Observations;
 use super::scatter::USUAL_SHARE;
 use super::silence::Silence;
 use fieldgap_acoustics::Simulator;
-use fieldgap_comparison::{Incomparable, comparable};
-use fieldgap_comparison::{Pose, Readings};
-use fieldgap_comparison::{Registered, register};
-use fieldgap_comparison::{Registering, Registration};
+use fieldgap_comparison::{Incomparable, Pose, Registering, Registration, register_scan};
 use fieldgap_records::RecordedScan;
 
 /// What a diagnosis begins with.
@@ -34,9 +31,7 @@ impl Prepared {
         let mut registrations = Vec::new();
         let mut poses = Vec::new();
         for scan in scans {
-            let readings = Readings::of(scan, simulator);
-            comparable(scan, &readings)?;
-            let Registered { registration, .. } = register(&readings, Registering::Auto);
+            let registration = register_scan(scan, simulator, Registering::Auto)?;
             let pose = match is_in_other_coordinates(&registration) {
                 true => registration.pose(),
                 false => Pose::default(),

@@ -182,9 +182,9 @@ impl FieldKernel {
         Self { propagation, ..self }
     }
 
-    /// The same heard by a receiver that looks along -z and whose sensitivity depends on the angle of arrival, 0 to pi/2
-    /// rad, as `sensitivity` says; it must be smooth in that angle's cosine.
-    pub fn heard_with(self, sensitivity: impl Fn(f64) -> f64) -> Self {
+    /// The same field as a receiver that looks along -z reads it. `sensitivity` gives the receiver's relative sensitivity at
+    /// an angle of arrival from 0 to π/2 rad; it must be smooth in the cosine of that angle.
+    pub fn with_receiver_directivity(self, sensitivity: impl Fn(f64) -> f64) -> Self {
         let reception = Fit::new(&[], |cosine| sensitivity(cosine.acos()));
         Self { reception: Some(reception), ..self }
     }

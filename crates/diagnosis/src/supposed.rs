@@ -292,7 +292,8 @@ impl Supposed {
         }
         kernel = kernel.through(self.air(believed)).with_near_field(nuisance.near_field);
         if self.reception_half_rad.is_finite() || self.face_radius_m > 0.0 {
-            kernel = kernel.heard_with(|angle_rad| self.reception(angle_rad, wavenumber));
+            kernel =
+                kernel.with_receiver_directivity(|angle_rad| self.reception(angle_rad, wavenumber));
         }
         kernel
     }

@@ -164,7 +164,7 @@ proptest! {
         let kernel = FieldKernel::new(&array, &[0.0; 9], &Piston, wavenumber, PathLengths::Observed)
             .with_on_axis(OnAxis::Power { exponent })
             .through(propagation)
-            .heard_with(hears);
+            .with_receiver_directivity(hears);
         let points: Vec<Vec3> = points.into_iter().map(|(x, y, z)| Vec3::new(x, y, z)).collect();
         for (sum, x) in kernel.sums_at(&points).into_iter().zip(&points) {
             let (mut field, mut power) = (Complex64::ZERO, 0.0);

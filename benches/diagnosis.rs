@@ -11,7 +11,7 @@ use std::time::Instant;
 use fieldgap::acoustics::{Excitation, Medium, PlaneGrid, Simulation, Simulator, Vec3};
 use fieldgap::diagnosis::diagnose;
 use fieldgap::input::TomlSource;
-use fieldgap::records::{RecordedScan, Sample, ScanSetup};
+use fieldgap::records::{RecordedSample, RecordedScan, ScanSetup};
 use fieldgap::virtual_rig::luck::Luck;
 
 const ROUNDS: usize = 3;
@@ -90,7 +90,7 @@ fn scan(side: usize, step_mm: f64) -> RecordedScan {
     let mut samples = Vec::new();
     let mut sample = |focus, position_mm, level| {
         let (time_s, reading) = (0.1 * samples.len() as f64, read(samples.len(), level));
-        samples.push(Sample { time_s, focus, position_mm, reading, spread: None });
+        samples.push(RecordedSample { time_s, focus, position_mm, reading, spread: None });
     };
     for _ in 0..SILENT {
         sample(None, Vec3::new(0.0, 0.0, 150.0), 0.0);

@@ -13,7 +13,7 @@ use fieldgap::acquisition::Lab;
 use fieldgap::correction::{Corrected, CorrectionError, correct_recorded_scan, correct_rig_file};
 use fieldgap::diagnosis::{Diagnosis, FittedParameter};
 use fieldgap::input::TomlSource;
-use fieldgap::records::{RecordedScan, Sample, ScanSetup};
+use fieldgap::records::{RecordedSample, RecordedScan, ScanSetup};
 use nalgebra::{Rotation3, Vector3};
 
 const SCAN_TOML: &str = r#"format = 1
@@ -79,8 +79,10 @@ impl Bench {
         let dir = tempfile::tempdir().expect("a folder");
         let source = TomlSource::new(Path::new("scan.toml"), scan_toml);
         let setup = ScanSetup::parse(&source).expect("good");
-        let samples =
-            points().iter().map(|at_m| Sample::measured(0.0, Some(0), *at_m, 1.0, None)).collect();
+        let samples = points()
+            .iter()
+            .map(|at_m| RecordedSample::measured(0.0, Some(0), *at_m, 1.0, None))
+            .collect();
         let scan = RecordedScan { setup: setup.clone(), samples };
         scan.write(&dir.path().join("scan")).expect("written");
         std::fs::write(dir.path().join("scan/scan.toml"), scan_toml).expect("written");

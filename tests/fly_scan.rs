@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use fieldgap::records::{EventKind, RecordedScan, Sample, read_events};
+use fieldgap::records::{EventKind, RecordedSample, RecordedScan, read_events};
 
 /// Noise of one sample: `rigs/truth/thesis-lab.toml`.
 const OF_LEVEL: f64 = 0.01;
@@ -51,12 +51,12 @@ impl Bench {
             .expect("it runs")
     }
 
-    fn samples(&self, name: &str, plane: &str, more: &str) -> Vec<Sample> {
+    fn samples(&self, name: &str, plane: &str, more: &str) -> Vec<RecordedSample> {
         let output = self.scan(name, plane, more);
         assert!(output.status.success(), "{}", said(&output));
         let mut samples = RecordedScan::open(&self.path(name)).expect("a record").samples;
         samples.sort_by(|a, b| {
-            let key = |sample: &Sample| (sample.position_mm.y, sample.position_mm.x);
+            let key = |sample: &RecordedSample| (sample.position_mm.y, sample.position_mm.x);
             key(a).partial_cmp(&key(b)).expect("finite")
         });
         samples
@@ -75,9 +75,9 @@ fn said(output: &Output) -> String {
 }
 
 /// Mean square of the differences over that of the noise, which is known.
-fn apart(some: &[Sample], others: &[Sample]) -> f64 {
+fn apart(some: &[RecordedSample], others: &[RecordedSample]) -> f64 {
     assert_eq!(some.len(), others.len());
-    let variance = |sample: &Sample| {
+    let variance = |sample: &RecordedSample| {
         let count = f64::from(sample.spread.expect("spreads are kept").count);
         ((OF_LEVEL * sample.reading).powi(2) + ADDED_V.powi(2)) / count
     };
@@ -88,7 +88,7 @@ fn apart(some: &[Sample], others: &[Sample]) -> f64 {
     squares.sum::<f64>() / some.len() as f64
 }
 
-fn lasted_s(samples: &[Sample]) -> f64 {
+fn lasted_s(samples: &[RecordedSample]) -> f64 {
     let times = || samples.iter().map(|sample| sample.time_s);
     times().fold(0.0, f64::max) - times().fold(f64::INFINITY, f64::min)
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use fieldgap::records::{RecordedScan, Sample};
+use fieldgap::records::{RecordedSample, RecordedScan};
 
 const PLAN: &str = r#"
 name = "three-by-three"
@@ -50,7 +50,7 @@ fn readings(rig: &str, from: &str, to: &str) -> Vec<(String, f64)> {
     let (output, out) = scan(home.path(), rig, from, to);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let scan = RecordedScan::open(&out).expect("a whole record");
-    let place = |sample: &Sample| {
+    let place = |sample: &RecordedSample| {
         let [x, y, z]: [f64; 3] = sample.position_mm.into();
         format!("({x:.2}, {y:.2}, {z:.2})")
     };

@@ -14,7 +14,7 @@ use fieldgap_records::import::{
     Anchor, FirstRow, GridCsv, GridPlacement, MADE_UP_SECONDS_A_POINT, ThesisLog, ThesisLogSetup,
     TransducerAxis,
 };
-use fieldgap_records::{RecordedScan, Sample, ScanSetup};
+use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
 
 /// The `import` command.
 #[derive(Debug, Args)]
@@ -136,8 +136,9 @@ impl GridArgs {
                     Row::Bottom => FirstRow::Bottom,
                 },
             };
-            let from_s =
-                samples.last().map_or(0.0, |last: &Sample| last.time_s + MADE_UP_SECONDS_A_POINT);
+            let from_s = samples
+                .last()
+                .map_or(0.0, |last: &RecordedSample| last.time_s + MADE_UP_SECONDS_A_POINT);
             samples.extend(grid.samples(&placement, self.focus, from_s));
         }
         Ok(RecordedScan { setup, samples })

@@ -5,7 +5,7 @@ use std::path::Path;
 use fieldgap::acoustics::rayleigh::{DiscRule, Piston};
 use fieldgap::acoustics::{PlaneGrid, Simulator, Vec3};
 use fieldgap::input::TomlSource;
-use fieldgap::records::{RecordedScan, Sample, ScanSetup};
+use fieldgap::records::{RecordedSample, RecordedScan, ScanSetup};
 use fieldgap::virtual_rig::luck::Luck;
 use num_complex::Complex64;
 
@@ -113,7 +113,7 @@ pub fn scan(heights_mm: &[f64], truth: &Truth) -> RecordedScan {
         .map(|(focus, position_mm, reading)| {
             time_s += ((position_mm - before_mm).norm() / SPEED_MM_S).max(0.01);
             before_mm = position_mm;
-            Sample { time_s, focus, position_mm, reading, spread: None }
+            RecordedSample { time_s, focus, position_mm, reading, spread: None }
         })
         .collect();
     RecordedScan { setup, samples }

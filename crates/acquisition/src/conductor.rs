@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::clock::ScanClock;
 use super::lab::Lab;
 use fieldgap_acoustics::{Excitation, Vec3, delays_s};
-use fieldgap_records::{FocusSection, Sample, Spread, Visit};
+use fieldgap_records::{FocusSection, RecordedSample, Spread, Visit};
 use fieldgap_rig::call::Call;
 use fieldgap_rig::{ElementDelay, Feed, Frame, RigError, SafeRig};
 
@@ -31,7 +31,7 @@ enum Emission {
 /// One measurement.
 #[derive(Debug)]
 pub(super) struct Measurement {
-    pub(super) sample: Sample,
+    pub(super) sample: RecordedSample,
     /// Whether the converter was at its limit.
     pub(super) clipped: bool,
     /// Samples that were lost on their way from the receiver.
@@ -66,7 +66,7 @@ impl Conductor {
         let read = Call::ReadPoint { settle: self.settle, count: self.readings };
         let reading = rig.perform(read).await?.reading().expect("a reading is read");
         rig.perform(Call::Confirm { emits: visit.focus.is_some() }).await?;
-        let sample = Sample::measured(
+        let sample = RecordedSample::measured(
             // Its end: the middle of a reading in which the receiver's clock wraps would be hours away.
             self.clock.at(reading.last_t_s),
             visit.focus,

@@ -6,7 +6,7 @@
 use super::conductor::distance_mm;
 use super::references::standard_error;
 use fieldgap_acoustics::Vec3;
-use fieldgap_records::{Part, Plan, Sample, Visit, VisitKind};
+use fieldgap_records::{Plan, PlanPart, RecordedSample, Visit, VisitKind};
 use fieldgap_rig::{Envelope, Frame};
 
 /// Standard errors that two readings of one level may differ by.
@@ -21,7 +21,7 @@ pub(super) struct Drift {
     /// How much the level may change, relative.
     bound: f64,
     /// The first reading there.
-    first: Option<Sample>,
+    first: Option<RecordedSample>,
     /// When it was last read, s on the scan's clock.
     read_at_s: f64,
     /// How far the level had changed when a person was last told, in bounds.
@@ -49,7 +49,12 @@ impl Drifted {
 impl Drift {
     /// For a plan that takes `about_s`, of which `kept` is measured already. A scan that is over before its reference is due
     /// makes no visits of its own.
-    pub(super) fn of(plan: &Plan, visits: &[Visit], about_s: f64, kept: &[Sample]) -> Option<Self> {
+    pub(super) fn of(
+        plan: &Plan,
+        visits: &[Visit],
+        about_s: f64,
+        kept: &[RecordedSample],
+    ) -> Option<Self> {
         let reference = &plan.reference;
         let every_s = Some(reference.every_min.get() * 60.0).filter(|&s| s > 0.0 && about_s > s);
         let of_plan = |visit: &&Visit| visit.kind == VisitKind::Reference;
@@ -76,7 +81,7 @@ impl Drift {
     }
 
     /// A visit of the plan was measured; what it shows, where it was the reference point's.
-    pub(super) fn measured(&mut self, visit: &Visit, sample: &Sample) -> Option<Drifted> {
+    pub(super) fn measured(&mut self, visit: &Visit, sample: &RecordedSample) -> Option<Drifted> {
         (visit.kind == VisitKind::Reference).then(|| self.read(sample))
     }
 
@@ -102,7 +107,7 @@ impl Drift {
     }
 
     /// The reference point was read.
-    pub(super) fn read(&mut self, now: &Sample) -> Drifted {
+    pub(super) fn read(&mut self, now: &RecordedSample) -> Drifted {
         self.read_at_s = now.time_s;
         let first = *self.first.get_or_insert(*now);
         let noise = STANDARD_ERRORS * standard_error(&first).hypot(standard_error(now));
@@ -123,7 +128,7 @@ impl Drift {
 }
 
 fn revisit(focus: usize, position_m: Vec3) -> Visit {
-    Visit { kind: VisitKind::Reference, focus: Some(focus), position_m, part: Part::Reference }
+    Visit { kind: VisitKind::Reference, focus: Some(focus), position_m, part: PlanPart::Reference }
 }
 
 #[cfg(test)]
@@ -145,9 +150,9 @@ mod tests {
         Drift::of(&plan, &plan.visits(), about_s, &[]).expect("it has a focus")
     }
 
-    fn sample(time_s: f64, reading: f64) -> Sample {
+    fn sample(time_s: f64, reading: f64) -> RecordedSample {
         let spread = Some(Spread { std: 0.004, count: 16 });
-        Sample::measured(time_s, Some(0), Vec3::new(1e-3, 2e-3, 0.1), reading, spread)
+        RecordedSample::measured(time_s, Some(0), Vec3::new(1e-3, 2e-3, 0.1), reading, spread)
     }
 
     fn robot() -> (Envelope, Frame) {

@@ -11,7 +11,7 @@ use super::lab::Lab;
 use super::rows::{Leg, Line, legs};
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::Fault;
-use fieldgap_records::{Part, Plan, Visit, VisitKind};
+use fieldgap_records::{Plan, PlanPart, Visit, VisitKind};
 use fieldgap_rig::{Feed, RobotPosition};
 
 /// Room that a point takes in `samples.csv`, the journal and its share of the events, bytes.
@@ -75,7 +75,7 @@ pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault
     let mut from = RobotPosition::from_axes_m(envelope.travel.least_m);
     reference_within_travel(plan, lab)?;
     let (mut way_m, mut about_s, mut slowest_s) = (0.0, 0.0, 0.0_f64);
-    let mut go = |to_m: Vec3, part: Part, feed: Feed| {
+    let mut go = |to_m: Vec3, part: PlanPart, feed: Feed| {
         let to = frame.to_robot(to_m);
         envelope.check_path(from, to).map_err(|path_fault| {
             let at_mm = to_m * 1e3;
@@ -138,7 +138,7 @@ fn foci_within_travel(plan: &Plan, lab: &Lab) -> Result<(), Fault> {
             let [least, largest] = [envelope.travel.least_m, envelope.travel.largest_m]
                 .map(|corner| frame.to_array(RobotPosition::from_axes_m(corner)) * 1e3);
             return Err(plan.fault(
-                Part::Focus(number),
+                PlanPart::Focus(number),
                 "the focus lies outside the robot's travel, so the scan could never see it",
                 format!(
                     "in the array's frame the robot reaches x {:.1} to {:.1}, y {:.1} to {:.1}, z {:.1} to {:.1} mm",
@@ -157,7 +157,7 @@ fn reference_within_travel(plan: &Plan, lab: &Lab) -> Result<(), Fault> {
     let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
     envelope.check_target(frame.to_robot(at_mm / 1e3)).map_err(|fault| {
         plan.fault(
-            Part::Reference,
+            PlanPart::Reference,
             format!("the robot cannot stand at the reference point: {fault}"),
             "choose another one, or leave at_mm out: it is then the focus's place",
         )

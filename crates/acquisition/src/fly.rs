@@ -7,7 +7,7 @@ use super::flight::{Course, LEAST_SAMPLES, Lag};
 use super::lab::Lab;
 use super::rows::Line;
 use fieldgap_acoustics::Vec3;
-use fieldgap_records::{Fly, Sample, Spread, Visit};
+use fieldgap_records::{Fly, RecordedSample, Spread, Visit};
 use fieldgap_rig::call::Call;
 use fieldgap_rig::{Feed, Recording, SafeRig};
 
@@ -268,7 +268,7 @@ impl Flights {
                     let share = point as f64 / (row.len() - 1) as f64;
                     let at_m = visit.position_m + off_m[0] * (1.0 - share) + off_m[1] * share;
                     Measurement {
-                        sample: Sample::measured(
+                        sample: RecordedSample::measured(
                             conductor.time_s(placed.t_s),
                             visit.focus,
                             at_m,

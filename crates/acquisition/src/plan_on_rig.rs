@@ -6,7 +6,7 @@ use super::CampaignError;
 use super::dry_run::{DryRun, dry_run};
 use super::lab::Lab;
 use fieldgap_input::{Fault, TomlSource};
-use fieldgap_records::{Part, Plan, Visit};
+use fieldgap_records::{Plan, PlanPart, Visit};
 use fieldgap_virtual_rig::Truth;
 
 /// A plan and the rig that will scan it.
@@ -30,7 +30,7 @@ impl Campaign {
             (None, Some(named)) => {
                 return Err(plan
                     .fault(
-                        Part::Rig,
+                        PlanPart::Rig,
                         format!("there is no rig file {}", named.display()),
                         "correct the name (it is looked for from the plan's folder), or give the file with --rig",
                     )

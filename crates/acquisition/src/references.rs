@@ -1,7 +1,7 @@
 //! On resuming a scan: points measured before are measured again, and the scan goes on only where both place and level
 //! are what they were.
 
-use fieldgap_records::{Sample, Tolerances, Visit, VisitKind};
+use fieldgap_records::{RecordedSample, Tolerances, Visit, VisitKind};
 
 use super::conductor::distance_mm;
 
@@ -87,7 +87,7 @@ fn common_cause(found: &[Moved]) -> &'static str {
 /// The rows to measure again: the last visit to the plan's reference point, where it has one, and the strongest
 /// readings of the drives, which tell most, spread over the rows that are kept. Empty while nothing was measured with
 /// the array driven.
-pub(super) fn reference_rows(kept: &[Sample], visits: &[Visit]) -> Vec<usize> {
+pub(super) fn reference_rows(kept: &[RecordedSample], visits: &[Visit]) -> Vec<usize> {
     let reference = |row: &usize| visits[*row].kind == VisitKind::Reference;
     let mut rows: Vec<usize> = (0..kept.len()).rev().find(reference).into_iter().collect();
     let part = kept.len().div_ceil(REFERENCES).max(1);
@@ -105,8 +105,8 @@ pub(super) fn reference_rows(kept: &[Sample], visits: &[Visit]) -> Vec<usize> {
 /// Holds a reading against the one that was kept.
 pub(super) fn compare(
     row: usize,
-    kept: &Sample,
-    now: &Sample,
+    kept: &RecordedSample,
+    now: &RecordedSample,
     allowed: Tolerances,
 ) -> Result<(), Moved> {
     let (allowed_mm, allowed_percent) = (allowed.place_mm.get(), allowed.level_percent.get());
@@ -122,7 +122,7 @@ pub(super) fn compare(
 }
 
 /// Standard error of a sample's mean, in the record's unit; zero where its spread is not known.
-pub(super) fn standard_error(sample: &Sample) -> f64 {
+pub(super) fn standard_error(sample: &RecordedSample) -> f64 {
     sample.spread.map_or(0.0, |spread| spread.std / f64::from(spread.count).sqrt())
 }
 
@@ -131,11 +131,11 @@ mod tests {
     use super::*;
     use fieldgap_acoustics::Vec3;
     use fieldgap_input::Positive;
-    use fieldgap_records::{Part, Spread};
+    use fieldgap_records::{PlanPart, Spread};
 
-    fn sample(focus: Option<usize>, x_mm: f64, reading: f64) -> Sample {
+    fn sample(focus: Option<usize>, x_mm: f64, reading: f64) -> RecordedSample {
         let spread = Some(Spread { std: 0.01, count: 16 });
-        Sample::measured(0.0, focus, Vec3::new(x_mm * 1e-3, 0.0, 0.1), reading, spread)
+        RecordedSample::measured(0.0, focus, Vec3::new(x_mm * 1e-3, 0.0, 0.1), reading, spread)
     }
 
     fn visits(count: usize, reference: Option<usize>) -> Vec<Visit> {
@@ -146,14 +146,14 @@ mod tests {
             kind: kind(row),
             focus: Some(0),
             position_m: Vec3::zeros(),
-            part: Part::Region(0),
+            part: PlanPart::Region(0),
         };
         (0..count).map(visit).collect()
     }
 
     #[test]
     fn the_strongest_driven_reading_of_each_third_is_measured_again() {
-        let kept: Vec<Sample> = [9.0, 1.0, 3.0, 2.0, 5.0, 4.0]
+        let kept: Vec<RecordedSample> = [9.0, 1.0, 3.0, 2.0, 5.0, 4.0]
             .into_iter()
             .enumerate()
             .map(|(row, reading)| sample((row > 0).then_some(0), row as f64, reading))

@@ -26,7 +26,7 @@ use super::pause::Pause;
 use super::plan_on_rig::Campaign;
 use super::references::reference_rows;
 use fieldgap_input::{TomlSource, toml_file};
-use fieldgap_records::{Columns, Journal, Sample, ScanSetup, ScanState, Visit};
+use fieldgap_records::{Columns, Journal, RecordedSample, ScanSetup, ScanState, Visit};
 use fieldgap_rig::ReceiverIdentity;
 use fieldgap_rig::call::Call;
 
@@ -46,7 +46,7 @@ pub struct Session {
     open: OpenRig,
     journal: Journal,
     setup: ScanSetup,
-    kept: Vec<Sample>,
+    kept: Vec<RecordedSample>,
     check: DryRun,
     pause: Pause,
 }
@@ -112,7 +112,8 @@ impl Session {
     /// of the plan cannot be done; or if the rig cannot be opened. What was measured stays as it is.
     pub async fn resume(folder: &Path) -> Result<Self, CampaignError> {
         let resumed = Journal::resume(folder, Timestamp::now())?;
-        let kept: Vec<Sample> = resumed.records.iter().map(|record| record.sample).collect();
+        let kept: Vec<RecordedSample> =
+            resumed.records.iter().map(|record| record.sample).collect();
         let copy = |name: &str| TomlSource::read(&folder.join(name));
         let opened = async {
             let origin: Origin = toml_file(&folder.join(origin::FILE))?;
@@ -161,7 +162,7 @@ impl Session {
     }
 
     /// What was measured before, sample k of visit k of the plan.
-    pub fn kept(&self) -> &[Sample] {
+    pub fn kept(&self) -> &[RecordedSample] {
         &self.kept
     }
 
@@ -258,7 +259,7 @@ fn end(journal: Journal, reason: Option<&str>) -> Result<(), CampaignError> {
 }
 
 /// The visits of a resumed scan: those that are made again, then those that are left.
-fn way_of_resume(campaign: &Campaign, kept: &[Sample]) -> Vec<Visit> {
+fn way_of_resume(campaign: &Campaign, kept: &[RecordedSample]) -> Vec<Visit> {
     let again = reference_rows(kept, &campaign.visits);
     let again = again.into_iter().map(|row| campaign.visits[row]);
     again.chain(campaign.visits[kept.len()..].iter().copied()).collect()

@@ -14,7 +14,7 @@ use super::conductor::Conductor;
 use super::lab::Lab;
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::TomlSource;
-use fieldgap_records::{FocusSection, Part, Visit, VisitKind};
+use fieldgap_records::{FocusSection, PlanPart, Visit, VisitKind};
 use fieldgap_rig::focus_array::{Modulation, ThesisArray};
 use fieldgap_rig::link::Wire;
 use fieldgap_rig::link::trouble::TroubleRates;
@@ -167,7 +167,8 @@ impl Troubled {
             let position_m =
                 Vec3::new(mm(draws, -30.0, 30.0), mm(draws, -30.0, 30.0), mm(draws, 60.0, 150.0));
             let focus = [None, Some(0), Some(0), Some(1)][draws.random_range(0..4)];
-            let visit = Visit { kind: VisitKind::Point, focus, position_m, part: Part::Region(0) };
+            let visit =
+                Visit { kind: VisitKind::Point, focus, position_m, part: PlanPart::Region(0) };
             let begun = Instant::now();
             let measured = conductor.measure(rig, &visit).await;
             self.took(begun, "a point");
@@ -198,7 +199,7 @@ impl Troubled {
         memory: &MemoryRig,
         conductor: &Conductor,
         visit: &Visit,
-        sample: &fieldgap_records::Sample,
+        sample: &fieldgap_records::RecordedSample,
     ) {
         // At its last sample: what restarts later has no part in it.
         let (world, now_s) = (&memory.world, memory.clock.now_s() - 1e-3);

@@ -15,7 +15,7 @@ use super::noise_units::Believed;
 use super::outside::OUTSIDE;
 use super::sizing::{Sizing, Wanted};
 use super::world::World;
-use fieldgap_records::{RecordedScan, Sample};
+use fieldgap_records::{RecordedSample, RecordedScan};
 use fieldgap_virtual_rig::luck::Luck;
 
 /// Gaps of a cause that is alone.
@@ -115,7 +115,7 @@ fn scan(name: &str, laboratory: &Laboratory, world: &World<'_>) -> RecordedScan 
         .enumerate()
         .map(|(n, (stop, level_v))| {
             let reading = micro(world.reading_v(n, stop, level_v));
-            Sample::measured(stop.time_s, stop.focus, stop.at_mm * 1e-3, reading, None)
+            RecordedSample::measured(stop.time_s, stop.focus, stop.at_mm * 1e-3, reading, None)
         })
         .collect();
     RecordedScan { setup: laboratory.setup(name), samples }

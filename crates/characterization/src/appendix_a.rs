@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::{CharacterizationError, Constant, LEVELS_DB};
 use fieldgap_acoustics::least_squares::{Linearisation, Parameter, Stopping, minimise};
-use fieldgap_records::{RecordedScan, SAME_HEIGHT_MM, Sample, planes};
+use fieldgap_records::{RecordedSample, RecordedScan, SAME_HEIGHT_MM, planes};
 
 /// Steps of height that the script leaves out of the lobe.
 const LEFT_OUT_STEPS: f64 = 4.0;
@@ -46,7 +46,7 @@ pub struct AppendixA {
 /// # Errors
 /// [`CharacterizationError`] where it would find nothing to fit.
 pub fn appendix_a(scan: &RecordedScan) -> Result<AppendixA, CharacterizationError> {
-    let driven: Vec<Sample> =
+    let driven: Vec<RecordedSample> =
         scan.samples.iter().filter(|sample| sample.focus.is_some()).copied().collect();
     let noise = driven.iter().map(|sample| sample.reading).fold(f64::INFINITY, f64::min);
     let first_largest = driven.iter().reduce(|a, b| if b.reading > a.reading { b } else { a });

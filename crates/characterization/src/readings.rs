@@ -90,7 +90,7 @@ impl Readings {
             .samples
             .iter()
             .filter(|sample| sample.focus.is_some())
-            .map(|sample| fieldgap_records::Sample { focus: Some(0), ..*sample })
+            .map(|sample| fieldgap_records::RecordedSample { focus: Some(0), ..*sample })
             .collect();
         for plane in fieldgap_records::planes(&samples, SAME_HEIGHT_MM) {
             let height_m = plane.z_mm * 1e-3 - element.centre_m.z;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::agreement::rms;
 use super::comparison::{Comparison, Noise};
-use fieldgap_records::{RecordedScan, SAME_HEIGHT_MM, Sample};
+use fieldgap_records::{RecordedSample, RecordedScan, SAME_HEIGHT_MM};
 use fieldgap_text::{percent, table};
 
 /// The gap of one scan before and after its set-up was corrected.
@@ -64,7 +64,7 @@ impl Closing {
             let gaps = Gaps { before: of(before)?, after: of(after)?, noise };
             Some(PlaneClosing { focus: plane.focus, z_mm: plane.z_mm, gaps })
         });
-        let driven: Vec<&Sample> =
+        let driven: Vec<&RecordedSample> =
             scan.samples.iter().filter(|sample| sample.focus.is_some()).collect();
         let overall = Gaps {
             before: before.overall.residual_rms_ratio,
@@ -104,7 +104,7 @@ impl Closing {
 }
 
 /// Rms of the noise over the rms of the readings.
-fn noise_ratio(noise: &Noise, samples: &[&Sample]) -> f64 {
+fn noise_ratio(noise: &Noise, samples: &[&RecordedSample]) -> f64 {
     let levels = || samples.iter().map(|sample| sample.reading);
     rms(levels().map(|level| noise.at(level))) / rms(levels())
 }

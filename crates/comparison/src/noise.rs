@@ -136,22 +136,22 @@ mod tests {
 
     use super::*;
     use fieldgap_acoustics::Vec3;
-    use fieldgap_records::Sample;
+    use fieldgap_records::RecordedSample;
 
-    fn sample(reading: f64) -> Sample {
-        Sample::measured(0.0, Some(0), Vec3::zeros(), reading, None)
+    fn sample(reading: f64) -> RecordedSample {
+        RecordedSample::measured(0.0, Some(0), Vec3::zeros(), reading, None)
     }
 
-    fn repeat<'s>(samples: &'s [Sample]) -> Repeat<'s> {
+    fn repeat<'s>(samples: &'s [RecordedSample]) -> Repeat<'s> {
         Repeat { focus: Some(0), position_mm: Vec3::zeros(), samples: samples.iter().collect() }
     }
 
     #[test]
     fn what_repeats_scatter_beyond_the_floor_goes_with_the_level() {
         // Two levels, each ±2 % about its mean: as variance about the mean 1.2 times (2 % of level)².
-        let low: Vec<Sample> =
+        let low: Vec<RecordedSample> =
             (0..6).map(|i| sample(10.0 + 0.2 * f64::from(1 - 2 * (i % 2)))).collect();
-        let high: Vec<Sample> =
+        let high: Vec<RecordedSample> =
             (0..6).map(|i| sample(100.0 + 2.0 * f64::from(1 - 2 * (i % 2)))).collect();
         let repeats = [repeat(&low), repeat(&high)];
         let noise = from_repeats(&repeats, Some(1e-6)).expect("ten degrees of freedom");

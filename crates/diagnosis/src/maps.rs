@@ -6,7 +6,7 @@ use super::residual_tests::by_height;
 use fieldgap_acoustics::metrics::PlaneMap;
 use fieldgap_comparison::Registration;
 use fieldgap_comparison::{FieldFigures, Noise, NoiseSource};
-use fieldgap_records::{OFF_LINE_MM, Plane, Sample, plane_map};
+use fieldgap_records::{OFF_LINE_MM, Plane, RecordedSample, plane_map};
 
 /// What is drawn of each reading.
 pub(super) struct Drawn<'d> {
@@ -36,11 +36,11 @@ pub(super) fn maps(
         for drive in &observed.drives {
             for own in by_height(drive) {
                 let map_of = |values: &dyn Fn(usize) -> f64| -> Option<PlaneMap> {
-                    let samples: Vec<Sample> = own
+                    let samples: Vec<RecordedSample> = own
                         .iter()
                         .map(|&i| {
                             let at_m = drive.visits[i].at_m;
-                            Sample::measured(0.0, Some(drive.focus), at_m, values(i), None)
+                            RecordedSample::measured(0.0, Some(drive.focus), at_m, values(i), None)
                         })
                         .collect();
                     let samples = samples.iter().collect();

@@ -29,7 +29,7 @@ pub use self::event::{Event, EventKind, read_events};
 pub use self::record::Record;
 pub use self::state::ScanState;
 use super::durable::{self, Lines};
-use super::sample::Sample;
+use super::sample::RecordedSample;
 use super::samples_csv::{Columns, samples_of};
 use super::setup::ScanSetup;
 use super::table::Table;
@@ -201,7 +201,11 @@ impl Journal {
     ///
     /// # Errors
     /// As [`Journal::append_row`].
-    pub fn append(&mut self, sample: &Sample, commanded_m: Vec3) -> Result<(), JournalError> {
+    pub fn append(
+        &mut self,
+        sample: &RecordedSample,
+        commanded_m: Vec3,
+    ) -> Result<(), JournalError> {
         self.append_row(&[(*sample, commanded_m)])
     }
 
@@ -210,7 +214,7 @@ impl Journal {
     /// # Errors
     /// [`JournalError::Sample`] if the record could not be read with one of them, [`JournalError::Append`] if they did not
     /// reach the disk. Either way all points before them are safe, nothing of these is left, and they may be tried again.
-    pub fn append_row(&mut self, points: &[(Sample, Vec3)]) -> Result<(), JournalError> {
+    pub fn append_row(&mut self, points: &[(RecordedSample, Vec3)]) -> Result<(), JournalError> {
         let (mut records, mut lines) = (String::new(), String::new());
         for (n, &(sample, commanded_m)) in points.iter().enumerate() {
             let (record, line) = self

@@ -48,14 +48,14 @@ pub use journal::{
 pub use layout::{Layout, Rims};
 pub use medium_section::{MediumSection, MediumTable};
 pub use plan::{
-    Axis, Dark, Fly, Layers, Order, Part, Plan, Reference, Region, Shape, Tolerances, Visit,
+    Axis, Dark, Fly, Layers, Order, Plan, PlanPart, Reference, Region, Shape, Tolerances, Visit,
     VisitKind,
 };
 pub use plane_map::{MappedPlane, NotAGrid, OFF_LINE_MM, plane_map};
 pub use planes::{Plane, SAME_HEIGHT_MM, planes};
 pub use recorded::{RecordError, RecordedScan};
 pub use repeats::{Repeat, RepeatNoise, SAME_POINT_MM, repeat_noise, repeats};
-pub use sample::{Sample, Spread};
+pub use sample::{RecordedSample, Spread};
 pub use samples_csv::{Columns, UnwritableSample, read_samples, write_samples};
 pub use setup::{ScanSetup, UnwritableSetup};
 pub use transducer_file::TransducerFile;

@@ -145,7 +145,7 @@ pub struct Plan {
 
 /// A part of a plan that something was found wrong with after it was read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum PlanPart {
     /// The name of the rig file.
     Rig,
     /// A `[[focus]]`, by its number.
@@ -234,15 +234,15 @@ impl Plan {
     /// it comes from.
     pub fn fault(
         &self,
-        part: Part,
+        part: PlanPart,
         problem: impl Into<String>,
         remedy: impl Into<String>,
     ) -> Fault {
         let place = match part {
-            Part::Rig => self.rig_place.clone(),
-            Part::Focus(number) => self.focus_places.get(number).cloned(),
-            Part::Region(index) => self.regions.get(index).map(|region| region.place.clone()),
-            Part::Reference => self.reference.place.clone(),
+            PlanPart::Rig => self.rig_place.clone(),
+            PlanPart::Focus(number) => self.focus_places.get(number).cloned(),
+            PlanPart::Region(index) => self.regions.get(index).map(|region| region.place.clone()),
+            PlanPart::Reference => self.reference.place.clone(),
         };
         match place {
             Some(place) => self.source.fault(place, problem, remedy),
@@ -258,7 +258,7 @@ impl Plan {
         for (number, focus) in self.foci.iter().enumerate() {
             focus.fits(elements).map_err(|wrong| {
                 self.fault(
-                    Part::Focus(number),
+                    PlanPart::Focus(number),
                     wrong.to_string(),
                     "give one phase for each element of the rig's array",
                 )
@@ -274,7 +274,7 @@ impl Plan {
             visits = visits.saturating_add(points);
             if visits > MAX_VISITS {
                 return Err(self.fault(
-                    Part::Region(index),
+                    PlanPart::Region(index),
                     format!("with this the plan has {visits} points; {MAX_VISITS} are the most"),
                     "make the step larger, or split the plan",
                 ));

@@ -1,7 +1,7 @@
 //! The samples of a plane as a map on a regular grid, if that is how they were taken.
 
 use super::planes::Plane;
-use super::sample::Sample;
+use super::sample::RecordedSample;
 use fieldgap_acoustics::metrics::PlaneMap;
 
 /// How far a reported position may lie off its grid line, millimetres.
@@ -93,7 +93,7 @@ pub fn plane_map(plane: &Plane<'_>, tolerance_mm: f64) -> Result<MappedPlane, No
 }
 
 fn fill(
-    samples: &[&Sample],
+    samples: &[&RecordedSample],
     (x, columns): (&Clusters, &RegularLines),
     (y, rows): (&Clusters, &RegularLines),
 ) -> Result<MappedPlane, NotAGrid> {

@@ -1,6 +1,6 @@
 //! Samples grouped by what was driven and by height.
 
-use super::sample::Sample;
+use super::sample::RecordedSample;
 
 /// How far the reported heights of one plane may lie from one another's neighbours, millimetres: twice what a robot
 /// is allowed to miss its target by.
@@ -14,14 +14,14 @@ pub struct Plane<'s> {
     /// Mean height of the samples, millimetres, array frame.
     pub z_mm: f64,
     /// The samples; at least one.
-    pub samples: Vec<&'s Sample>,
+    pub samples: Vec<&'s RecordedSample>,
 }
 
 /// Groups the samples taken with the array driven: by focus, then by height, rising.
 ///
 /// Heights belong to one plane as long as no gap between neighbours is wider than `tolerance_mm`.
-pub fn planes(samples: &[Sample], tolerance_mm: f64) -> Vec<Plane<'_>> {
-    let mut driven: Vec<(usize, usize, &Sample)> = samples
+pub fn planes(samples: &[RecordedSample], tolerance_mm: f64) -> Vec<Plane<'_>> {
+    let mut driven: Vec<(usize, usize, &RecordedSample)> = samples
         .iter()
         .enumerate()
         .filter_map(|(row, sample)| Some((sample.focus?, row, sample)))
@@ -36,7 +36,7 @@ pub fn planes(samples: &[Sample], tolerance_mm: f64) -> Vec<Plane<'_>> {
         .map(|same| {
             let mut same = same.to_vec();
             same.sort_by_key(|(_, row, _)| *row);
-            let samples: Vec<&Sample> = same.iter().map(|(_, _, sample)| *sample).collect();
+            let samples: Vec<&RecordedSample> = same.iter().map(|(_, _, sample)| *sample).collect();
             let heights_mm: f64 = samples.iter().map(|sample| sample.position_mm.z).sum();
             Plane { focus: same[0].0, z_mm: heights_mm / samples.len() as f64, samples }
         })
@@ -50,9 +50,9 @@ mod tests {
     use super::*;
     use fieldgap_acoustics::Vec3;
 
-    fn sample(time_s: f64, focus: Option<usize>, z_mm: f64) -> Sample {
+    fn sample(time_s: f64, focus: Option<usize>, z_mm: f64) -> RecordedSample {
         let position_mm = Vec3::new(0.0, 0.0, z_mm);
-        Sample { time_s, focus, position_mm, reading: 1.0, spread: None }
+        RecordedSample { time_s, focus, position_mm, reading: 1.0, spread: None }
     }
 
     #[test]
@@ -80,7 +80,7 @@ mod tests {
         fn every_driven_sample_is_in_one_plane(
             rows in prop::collection::vec((prop::option::of(0usize..3), 0.0..3.0f64), 0..40),
         ) {
-            let samples: Vec<Sample> = rows.iter().enumerate()
+            let samples: Vec<RecordedSample> = rows.iter().enumerate()
                 .map(|(row, &(focus, z_mm))| sample(row as f64, focus, z_mm)).collect();
             let planes = planes(&samples, SAME_HEIGHT_MM);
             let mut times: Vec<f64> = planes.iter()

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::durable;
 use super::planes::{Plane, planes};
 use super::repeats::{Repeat, repeats};
-use super::sample::Sample;
+use super::sample::RecordedSample;
 use super::samples_csv::{read_samples, write_samples};
 use super::setup::{ScanSetup, UnwritableSetup};
 use fieldgap_input::Fault;
@@ -17,7 +17,7 @@ pub struct RecordedScan {
     /// What was set up.
     pub setup: ScanSetup,
     /// What was measured.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<RecordedSample>,
 }
 
 /// Why a recorded scan was not written.
@@ -83,7 +83,7 @@ impl RecordedScan {
     }
 
     /// The samples taken with the array silent: the noise floor.
-    pub fn silent(&self) -> impl Iterator<Item = &Sample> {
+    pub fn silent(&self) -> impl Iterator<Item = &RecordedSample> {
         self.samples.iter().filter(|sample| sample.focus.is_none())
     }
 
@@ -106,8 +106,9 @@ mod tests {
                     [medium]\nspeed_of_sound_m_s = 343.0\n[simulator]\nmodel = \"piston\"\n\
                     [[focus]]\nphases = \"all-zero\"\n";
         let setup = ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), text)).expect("good");
-        let at =
-            |focus, x: f64| Sample::measured(0.1, focus, Vec3::new(x, -0.0355, 0.05), 0.3, None);
+        let at = |focus, x: f64| {
+            RecordedSample::measured(0.1, focus, Vec3::new(x, -0.0355, 0.05), 0.3, None)
+        };
         RecordedScan { setup, samples: vec![at(None, 0.0), at(Some(0), 0.0), at(Some(0), 0.1)] }
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::sample::Sample;
+use super::sample::RecordedSample;
 use fieldgap_acoustics::Vec3;
 
 /// How far two visits of one point may be reported apart, millimetres, along each axis.
@@ -16,7 +16,7 @@ pub struct Repeat<'s> {
     /// Where it was first measured, millimetres, array frame.
     pub position_mm: Vec3,
     /// The samples; at least two.
-    pub samples: Vec<&'s Sample>,
+    pub samples: Vec<&'s RecordedSample>,
 }
 
 /// A spread estimated from repeats.
@@ -45,7 +45,7 @@ impl Repeat<'_> {
 ///
 /// A sample belongs to the first point that was visited, under the same drive, within `tolerance_mm` of it along
 /// each axis.
-pub fn repeats(samples: &[Sample], tolerance_mm: f64) -> Vec<Repeat<'_>> {
+pub fn repeats(samples: &[RecordedSample], tolerance_mm: f64) -> Vec<Repeat<'_>> {
     let mut points: Vec<Repeat<'_>> = Vec::new();
     let mut points_in_cell: HashMap<(Option<usize>, [i64; 3]), Vec<usize>> = HashMap::new();
     for sample in samples {
@@ -101,9 +101,9 @@ mod tests {
 
     use super::*;
 
-    fn sample(focus: Option<usize>, x_mm: f64, reading: f64) -> Sample {
+    fn sample(focus: Option<usize>, x_mm: f64, reading: f64) -> RecordedSample {
         let position_mm = Vec3::new(x_mm, -x_mm, 100.0);
-        Sample { time_s: 0.0, focus, position_mm, reading, spread: None }
+        RecordedSample { time_s: 0.0, focus, position_mm, reading, spread: None }
     }
 
     #[test]
@@ -135,7 +135,7 @@ mod tests {
     proptest! {
         #[test]
         fn on_a_grid_repeats_are_the_points_that_stand_twice(at in prop::collection::vec(-4i32..4, 0..20)) {
-            let samples: Vec<Sample> =
+            let samples: Vec<RecordedSample> =
                 at.iter().map(|&step| sample(Some(0), f64::from(step), 1.0)).collect();
             let mut counts = std::collections::BTreeMap::new();
             at.iter().for_each(|step| *counts.entry(step).or_insert(0) += 1);

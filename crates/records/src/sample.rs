@@ -14,9 +14,9 @@ pub fn millimetres(metres: f64) -> f64 {
 /// One reading, as a row of `samples.csv` holds it.
 ///
 /// The position is kept in the file's own millimetres, so that a record read and written again stays the same
-/// to the last bit; [`Sample::position_m`] gives it to whoever computes.
+/// to the last bit; [`RecordedSample::position_m`] gives it to whoever computes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+pub struct RecordedSample {
     /// Seconds on the recorder's clock, any origin.
     pub time_s: f64,
     /// Number of the `[[focus]]` that was driven; none if the array was silent.
@@ -38,7 +38,7 @@ pub struct Spread {
     pub count: u32,
 }
 
-impl Sample {
+impl RecordedSample {
     /// A sample taken at a position in metres (array frame), kept to the nanometre.
     pub fn measured(
         time_s: f64,
@@ -64,7 +64,7 @@ mod tests {
         #[test]
         fn a_position_set_in_tenths_of_a_micrometre_is_recorded_as_set(steps in -10_000_000i64..10_000_000) {
             let millimetre = steps as f64 / 1e4;
-            let sample = Sample::measured(0.0, None, Vec3::repeat(millimetre / 1e3), 0.0, None);
+            let sample = RecordedSample::measured(0.0, None, Vec3::repeat(millimetre / 1e3), 0.0, None);
             proptest::prop_assert_eq!(sample.position_mm, Vec3::repeat(millimetre));
         }
     }

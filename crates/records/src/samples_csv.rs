@@ -6,7 +6,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::sample::{Sample, Spread};
+use super::sample::{RecordedSample, Spread};
 use super::table::{Row, Table};
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::Fault;
@@ -24,7 +24,7 @@ pub enum Columns {
 
 impl Columns {
     /// The columns that hold all that `samples` know: with spread, if every one of them has it.
-    pub fn of(samples: &[Sample]) -> Self {
+    pub fn of(samples: &[RecordedSample]) -> Self {
         let spread = !samples.is_empty() && samples.iter().all(|sample| sample.spread.is_some());
         if spread { Self::WithSpread } else { Self::Plain }
     }
@@ -46,7 +46,7 @@ impl Columns {
     ///
     /// # Errors
     /// [`UnwritableSample`] if the reader would not take it back.
-    pub fn line(self, sample: &Sample) -> Result<String, UnwritableSample> {
+    pub fn line(self, sample: &RecordedSample) -> Result<String, UnwritableSample> {
         check(sample)?;
         let at = sample.position_mm;
         let focus = sample.focus.map_or_else(|| "-1".to_owned(), |focus| focus.to_string());
@@ -107,7 +107,7 @@ pub enum UnwritableSample {
     NothingRead,
 }
 
-fn check(sample: &Sample) -> Result<(), UnwritableSample> {
+fn check(sample: &RecordedSample) -> Result<(), UnwritableSample> {
     let at = sample.position_mm;
     let (std, count) = sample.spread.map_or((0.0, 1), |spread| (spread.std, spread.count));
     for (column, value) in [
@@ -135,11 +135,11 @@ fn check(sample: &Sample) -> Result<(), UnwritableSample> {
 /// # Errors
 /// A [`Fault`] at the first row that cannot be right: wrong number of columns, unreadable or non-finite number,
 /// negative reading, focus without an entry, last line cut off.
-pub fn read_samples(path: &Path, foci: usize) -> Result<(Columns, Vec<Sample>), Fault> {
+pub fn read_samples(path: &Path, foci: usize) -> Result<(Columns, Vec<RecordedSample>), Fault> {
     samples_of(&Table::read(path)?, foci)
 }
 
-pub fn samples_of(table: &Table, foci: usize) -> Result<(Columns, Vec<Sample>), Fault> {
+pub fn samples_of(table: &Table, foci: usize) -> Result<(Columns, Vec<RecordedSample>), Fault> {
     let mut rows = table.rows(b',');
     let header = rows.next().ok_or_else(|| {
         Fault::of_file(
@@ -160,7 +160,7 @@ pub fn samples_of(table: &Table, foci: usize) -> Result<(Columns, Vec<Sample>), 
     Ok((columns, samples))
 }
 
-fn sample_of(row: &Row<'_>, columns: Columns, foci: usize) -> Result<Sample, Fault> {
+fn sample_of(row: &Row<'_>, columns: Columns, foci: usize) -> Result<RecordedSample, Fault> {
     let wanted = columns.names().len();
     if row.len() != wanted {
         return Err(row.fault(
@@ -174,7 +174,7 @@ fn sample_of(row: &Row<'_>, columns: Columns, foci: usize) -> Result<Sample, Fau
         value if value >= 0.0 => Ok(value),
         _ => Err(row.wrong(index, NAMES[index], "zero or a number above it")),
     };
-    Ok(Sample {
+    Ok(RecordedSample {
         time_s: number(0)?,
         focus: focus_of(row, foci)?,
         position_mm: Vec3::new(number(2)?, number(3)?, number(4)?),
@@ -211,7 +211,7 @@ fn count_of(row: &Row<'_>) -> Result<u32, Fault> {
 ///
 /// # Errors
 /// What `out` reports, or [`UnwritableSample`] (as [`io::ErrorKind::InvalidInput`]).
-pub fn write_samples(out: &mut impl Write, samples: &[Sample]) -> io::Result<()> {
+pub fn write_samples(out: &mut impl Write, samples: &[RecordedSample]) -> io::Result<()> {
     let columns = Columns::of(samples);
     out.write_all(columns.header().as_bytes())?;
     for sample in samples {

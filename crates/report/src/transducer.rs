@@ -9,7 +9,7 @@ use super::picture::{Drawn, PolarLobe, ResidualPlanes, TransducerCurves};
 use fieldgap_acoustics::Vec3;
 use fieldgap_acoustics::metrics::PlaneMap;
 use fieldgap_characterization::{Characterization, Readings, csv};
-use fieldgap_records::{OFF_LINE_MM, Plane, Sample, TransducerFile, plane_map};
+use fieldgap_records::{OFF_LINE_MM, Plane, RecordedSample, TransducerFile, plane_map};
 
 /// The files that a characterization leaves.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,11 +58,11 @@ fn residual_maps(found: &Characterization, readings: &Readings) -> Vec<(f64, Pla
     let residual = |index: usize| (readings.values[index] - predicted[index]) / best.residual_rms;
     (0..readings.heights_m.len())
         .filter_map(|height| {
-            let samples: Vec<Sample> = (0..readings.values.len())
+            let samples: Vec<RecordedSample> = (0..readings.values.len())
                 .filter(|&index| readings.height_of[index] == height)
                 .map(|index| {
                     let at_m: Vec3 = readings.at_m[index];
-                    Sample::measured(0.0, Some(0), at_m, residual(index), None)
+                    RecordedSample::measured(0.0, Some(0), at_m, residual(index), None)
                 })
                 .collect();
             let z_mm = readings.heights_m[height] * 1e3;

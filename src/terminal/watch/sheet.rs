@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fieldgap_records::{Layers, Part, Plan, Shape, Visit, VisitKind};
+use fieldgap_records::{Layers, Plan, PlanPart, Shape, Visit, VisitKind};
 
 /// The readings of one focus in one plane, or along one line, as cells.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,7 +83,7 @@ impl Sheets {
         let places = visits
             .iter()
             .map(|visit| {
-                let (VisitKind::Point, Part::Region(index), Some(focus)) =
+                let (VisitKind::Point, PlanPart::Region(index), Some(focus)) =
                     (visit.kind, visit.part, visit.focus)
                 else {
                     return None;

@@ -7,7 +7,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::sheet::Sheets;
 use fieldgap_acquisition::Event;
-use fieldgap_records::{Plan, Sample, Visit, VisitKind};
+use fieldgap_records::{Plan, RecordedSample, Visit, VisitKind};
 
 /// Notes that are kept; older ones stand in `events.jsonl`.
 const NOTES: usize = 50;
@@ -98,7 +98,7 @@ impl ScanView {
     pub fn new(
         plan: &Plan,
         visits: &[Visit],
-        kept: &[Sample],
+        kept: &[RecordedSample],
         unit: impl Into<String>,
         full_scale: f64,
     ) -> Self {

@@ -11,7 +11,7 @@ use crate::conductor::{Conductor, Measurement};
 use crate::drift::{Drift, Drifted};
 use crate::event::{Event, Watch};
 use crate::fly::Flights;
-use fieldgap_records::{EventKind, Sample, Visit};
+use fieldgap_records::{EventKind, RecordedSample, Visit};
 
 impl Session {
     /// Measures a visit. Asked to wait, the scan does so with the array silent, and the point is measured anew afterwards.
@@ -70,13 +70,14 @@ impl Session {
         &mut self,
         conductor: &mut Conductor,
         drift: Option<&mut Drift>,
-        last: Option<&Sample>,
+        last: Option<&RecordedSample>,
         next: &Visit,
         watch: Watch<'_>,
     ) -> Result<(), Stopped> {
         let motion = &self.campaign.lab.rig.motion;
         let robot = (&motion.envelope(), &motion.frame());
-        let (now_s, at_m) = (last.map_or(0.0, |last| last.time_s), last.map(Sample::position_m));
+        let (now_s, at_m) =
+            (last.map_or(0.0, |last| last.time_s), last.map(RecordedSample::position_m));
         let Some((drift, visit)) = drift.and_then(|drift| {
             let visit = drift.due(now_s, at_m, next.position_m, robot)?;
             Some((drift, visit))

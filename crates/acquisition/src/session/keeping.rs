@@ -12,7 +12,7 @@ use crate::conductor::{Conductor, Measurement};
 use crate::drift::Drift;
 use crate::event::{Event, Watch};
 use fieldgap_acoustics::Vec3;
-use fieldgap_records::{EventKind, Journal, JournalError, Sample};
+use fieldgap_records::{EventKind, Journal, JournalError, RecordedSample};
 
 /// How often it is looked whether there is room again.
 const LOOK_FOR_ROOM_EVERY: Duration = Duration::from_secs(1);
@@ -39,7 +39,7 @@ impl Session {
             }
         }
         let visits = self.campaign.visits[rows.clone()].to_vec();
-        let points: Vec<(Sample, Vec3)> = measured
+        let points: Vec<(RecordedSample, Vec3)> = measured
             .iter()
             .zip(&visits)
             .map(|(measurement, visit)| (measurement.sample, visit.position_m))

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::MADE_UP_SECONDS_A_POINT;
-use crate::sample::Sample;
+use crate::sample::RecordedSample;
 use crate::table::{Row, Table};
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::{Fault, Positive};
@@ -109,7 +109,7 @@ impl GridCsv {
         placement: &GridPlacement,
         focus: usize,
         first_time_s: f64,
-    ) -> Vec<Sample> {
+    ) -> Vec<RecordedSample> {
         let counts = [self.columns, self.rows()];
         let least_mm = match placement.anchor {
             Anchor::LeastCorner(at_mm) => at_mm,
@@ -134,7 +134,7 @@ impl GridCsv {
                 };
                 let at_mm = Vec3::new(at_mm(0, column), at_mm(1, row), placement.z_mm);
                 let time_s = first_time_s + order as f64 * MADE_UP_SECONDS_A_POINT;
-                Sample::measured(time_s, Some(focus), at_mm / 1e3, reading, None)
+                RecordedSample::measured(time_s, Some(focus), at_mm / 1e3, reading, None)
             })
             .collect()
     }

@@ -10,7 +10,7 @@ use std::path::Path;
 use jiff::Timestamp;
 
 use super::MADE_UP_SECONDS_A_POINT;
-use crate::sample::{Sample, millimetres};
+use crate::sample::{RecordedSample, millimetres};
 use crate::table::{Row, Table};
 use crate::{ArraySection, FocusSection, Layout, MediumSection, RecordedScan, Rims, ScanSetup};
 use fieldgap_acoustics::{Simulator, Vec3};
@@ -106,7 +106,7 @@ impl ThesisLog {
         let origin_mm = Vec3::new(x_mm, y_mm, 0.0);
         let samples = self.readings.iter().enumerate().map(|(row, &(at_mm, reading))| {
             let time_s = row as f64 * MADE_UP_SECONDS_A_POINT;
-            Sample::measured(time_s, Some(0), (at_mm - origin_mm) / 1e3, reading, None)
+            RecordedSample::measured(time_s, Some(0), (at_mm - origin_mm) / 1e3, reading, None)
         });
         RecordedScan {
             samples: samples.collect(),

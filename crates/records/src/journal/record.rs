@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use crate::sample::{Sample, millimetres};
+use crate::sample::{RecordedSample, millimetres};
 use crate::samples_csv::{Columns, UnwritableSample, samples_of};
 use crate::table::Table;
 use fieldgap_acoustics::Vec3;
@@ -22,12 +22,12 @@ pub struct Record {
     /// Where the robot was sent, millimetres, array frame; none in records that were begun without a journal.
     pub commanded_mm: Option<Vec3>,
     /// What was measured, and where the robot reported to be.
-    pub sample: Sample,
+    pub sample: RecordedSample,
 }
 
 impl Record {
     /// A sample for which the robot was sent to a place in metres (array frame), kept to the nanometre.
-    pub fn new(sample: Sample, commanded_m: Vec3) -> Self {
+    pub fn new(sample: RecordedSample, commanded_m: Vec3) -> Self {
         Self { commanded_mm: Some(commanded_m.map(millimetres)), sample }
     }
 }

@@ -12,10 +12,10 @@ fn setup() -> ScanSetup {
     ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), text)).expect("good")
 }
 
-fn sample(visit: u32) -> Sample {
+fn sample(visit: u32) -> RecordedSample {
     let spread = Some(Spread { std: 0.01, count: 16 });
     let at = Vec3::new(0.001 * f64::from(visit), -0.0225, 0.1);
-    Sample::measured(0.25 * f64::from(visit), Some(0), at, 0.5 + f64::from(visit), spread)
+    RecordedSample::measured(0.25 * f64::from(visit), Some(0), at, 0.5 + f64::from(visit), spread)
 }
 
 fn noon() -> Timestamp {
@@ -38,7 +38,7 @@ fn append(journal: &mut Journal, visit: u32) {
     keep(journal, &sample(visit)).expect("room on the disk");
 }
 
-fn keep(journal: &mut Journal, sample: &Sample) -> Result<(), JournalError> {
+fn keep(journal: &mut Journal, sample: &RecordedSample) -> Result<(), JournalError> {
     journal.append(sample, sample.position_m() + Vec3::new(0.0, 0.0, 1e-5))
 }
 
@@ -90,7 +90,7 @@ fn records_before(bytes: &[u8], end: usize) -> usize {
     bytes[..end].iter().filter(|&&byte| byte == b'\n').count().saturating_sub(1)
 }
 
-fn samples_of(resumed: &Resumed) -> Vec<Sample> {
+fn samples_of(resumed: &Resumed) -> Vec<RecordedSample> {
     resumed.records.iter().map(|record| record.sample).collect()
 }
 
@@ -316,9 +316,9 @@ fn a_sample_that_would_spoil_the_record_is_refused_and_the_next_one_kept() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut journal = create(folder.path()).expect("an empty folder");
     let bad = [
-        Sample { reading: f64::NAN, ..sample(0) },
-        Sample { focus: Some(1), ..sample(0) },
-        Sample { spread: None, ..sample(0) },
+        RecordedSample { reading: f64::NAN, ..sample(0) },
+        RecordedSample { focus: Some(1), ..sample(0) },
+        RecordedSample { spread: None, ..sample(0) },
     ];
     for sample in bad {
         let refused = keep(&mut journal, &sample).expect_err("unreadable");

@@ -96,7 +96,7 @@ fn volumes_lines_and_points_follow_the_planes() {
 fn the_rig_is_looked_for_from_the_plans_folder() {
     let plan = parse(&format!("rig = \"../rigs/virtual.toml\"\n{HEAD}{PLANE}")).expect("good");
     assert_eq!(plan.rig, Some(PathBuf::from("scans/../rigs/virtual.toml")));
-    let fault = plan.fault(Part::Rig, "is not there", "name another");
+    let fault = plan.fault(PlanPart::Rig, "is not there", "name another");
     assert_eq!(fault.line_column(), Some((1, 7)));
 }
 
@@ -107,10 +107,10 @@ fn regions_and_reference_may_name_their_foci() {
          focus = 1\n[[points]]\nat_mm = [[1, 1, 1]]\nfoci = [1]\n[[points]]\nat_mm = [[2, 2, 2]]\n"
     );
     let plan = parse(&text).expect("good");
-    let seen: Vec<(VisitKind, Option<usize>, Part)> =
+    let seen: Vec<(VisitKind, Option<usize>, PlanPart)> =
         plan.visits().iter().map(|visit| (visit.kind, visit.focus, visit.part)).collect();
-    let reference = (VisitKind::Reference, Some(1), Part::Reference);
-    let point = |focus, region| (VisitKind::Point, Some(focus), Part::Region(region));
+    let reference = (VisitKind::Reference, Some(1), PlanPart::Reference);
+    let point = |focus, region| (VisitKind::Point, Some(focus), PlanPart::Region(region));
     assert_eq!(seen, [reference, point(0, 1), point(1, 0), reference, point(1, 1), reference]);
 }
 

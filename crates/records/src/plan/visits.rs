@@ -1,7 +1,7 @@
 //! The visits of a plan, in their order.
 
 use super::region::{Layers, Shape};
-use super::{Order, Part, Plan};
+use super::{Order, Plan, PlanPart};
 use fieldgap_acoustics::Vec3;
 
 /// What a visit is for.
@@ -25,7 +25,7 @@ pub struct Visit {
     /// Where, metres, array frame.
     pub position_m: Vec3,
     /// The part of the plan that puts it there.
-    pub part: Part,
+    pub part: PlanPart,
 }
 
 impl Plan {
@@ -61,10 +61,10 @@ impl Plan {
                 .collect();
             planes.sort_by(|(a_mm, ..), (b_mm, ..)| a_mm.total_cmp(b_mm));
             for (z_mm, index, layers) in planes {
-                way.plane(focus, Part::Region(index), layers, z_mm);
+                way.plane(focus, PlanPart::Region(index), layers, z_mm);
             }
             for (index, region) in regions() {
-                let part = Part::Region(index);
+                let part = PlanPart::Region(index);
                 match &region.shape {
                     Shape::Planes(_) => {}
                     Shape::Volume(layers) => {
@@ -92,7 +92,7 @@ impl Plan {
             kind: VisitKind::Reference,
             focus: Some(reference.focus),
             position_m: at_mm / 1e3,
-            part: Part::Reference,
+            part: PlanPart::Reference,
         };
         let mut visits = vec![revisit];
         for between in points.chunks(every.get() as usize) {
@@ -113,7 +113,7 @@ struct Way {
 }
 
 impl Way {
-    fn plane(&mut self, focus: usize, part: Part, layers: &Layers, z_mm: f64) {
+    fn plane(&mut self, focus: usize, part: PlanPart, layers: &Layers, z_mm: f64) {
         let from_last_row = self.runs_backwards(self.planes);
         for row in along(layers.y.count, from_last_row) {
             let backwards = self.runs_backwards(self.rows);
@@ -126,7 +126,7 @@ impl Way {
         self.planes += 1;
     }
 
-    fn point(&mut self, focus: usize, part: Part, at_mm: Vec3) {
+    fn point(&mut self, focus: usize, part: PlanPart, at_mm: Vec3) {
         self.points.push(Visit {
             kind: VisitKind::Point,
             focus: Some(focus),

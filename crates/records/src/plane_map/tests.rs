@@ -3,18 +3,18 @@ use proptest::prelude::*;
 use super::*;
 use fieldgap_acoustics::Vec3;
 
-fn sample(x_mm: f64, y_mm: f64, reading: f64) -> Sample {
+fn sample(x_mm: f64, y_mm: f64, reading: f64) -> RecordedSample {
     let position_mm = Vec3::new(x_mm, y_mm, 100.0);
-    Sample { time_s: 0.0, focus: Some(0), position_mm, reading, spread: None }
+    RecordedSample { time_s: 0.0, focus: Some(0), position_mm, reading, spread: None }
 }
 
-fn map_of(samples: &[Sample]) -> Result<MappedPlane, NotAGrid> {
+fn map_of(samples: &[RecordedSample]) -> Result<MappedPlane, NotAGrid> {
     let plane = Plane { focus: 0, z_mm: 100.0, samples: samples.iter().collect() };
     plane_map(&plane, OFF_LINE_MM)
 }
 
 /// A grid of 8 x 6 points, 2 mm by 3 mm, with readings that tell where they were taken.
-fn grid() -> Vec<Sample> {
+fn grid() -> Vec<RecordedSample> {
     (0..6)
         .flat_map(|row| (0..8).map(move |column| (f64::from(column), f64::from(row))))
         .map(|(column, row)| sample(-7.0 + 2.0 * column, 3.0 * row, 10.0 * row + column))
@@ -58,7 +58,7 @@ fn a_point_revisited_between_the_lines_is_left_out_and_counted() {
 
 #[test]
 fn what_is_no_grid_says_why() {
-    let line: Vec<Sample> = (0..9).map(|n| sample(f64::from(n), 0.0, 1.0)).collect();
+    let line: Vec<RecordedSample> = (0..9).map(|n| sample(f64::from(n), 0.0, 1.0)).collect();
     assert_eq!(map_of(&line), Err(NotAGrid::TooFewLines { columns: 0, rows: 1 }));
 
     let mut irregular = grid();
@@ -89,7 +89,7 @@ proptest! {
         jitters in prop::collection::vec((-0.04..0.04f64, -0.04..0.04f64), 144),
         turn in 0usize..144,
     ) {
-        let mut samples: Vec<Sample> = (0..columns * rows).map(|n| {
+        let mut samples: Vec<RecordedSample> = (0..columns * rows).map(|n| {
             let (column, row) = ((n % columns) as f64, (n / columns) as f64);
             let (jitter_x, jitter_y) = jitters[n];
             sample(corner_mm + step_mm * column + jitter_x, step_mm * row + jitter_y, n as f64)
@@ -103,7 +103,7 @@ proptest! {
 
     #[test]
     fn any_points_are_mapped_or_refused(points in prop::collection::vec((-3i32..4, -3i32..4), 1..40)) {
-        let samples: Vec<Sample> =
+        let samples: Vec<RecordedSample> =
             points.iter().map(|&(x, y)| sample(f64::from(x), f64::from(y), 1.0)).collect();
         if let Ok(mapped) = map_of(&samples) {
             let on_map = mapped.map.values().iter().filter(|value| !value.is_nan()).count();

@@ -4,7 +4,7 @@ use super::*;
 
 const HEADER: &str = "time_s,focus,x_mm,y_mm,z_mm,reading\n";
 
-fn read(text: &str) -> Result<(Columns, Vec<Sample>), Fault> {
+fn read(text: &str) -> Result<(Columns, Vec<RecordedSample>), Fault> {
     samples_of(&Table::new(Path::new("samples.csv"), text), 2)
 }
 
@@ -83,24 +83,24 @@ fn a_file_cut_anywhere_but_at_a_line_end_is_a_fault_on_its_last_line() {
 
 #[test]
 fn samples_with_and_without_spread_do_not_go_into_one_file() {
-    let plain = Sample::measured(0.0, None, Vec3::zeros(), 0.0, None);
-    let spread = Sample { spread: Some(Spread { std: 0.0, count: 1 }), ..plain };
+    let plain = RecordedSample::measured(0.0, None, Vec3::zeros(), 0.0, None);
+    let spread = RecordedSample { spread: Some(Spread { std: 0.0, count: 1 }), ..plain };
     let error = write_samples(&mut Vec::new(), &[plain, spread]).expect_err("mixed");
     assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
 }
 
 #[test]
 fn what_the_reader_would_refuse_is_not_written() {
-    let good = Sample::measured(0.0, None, Vec3::zeros(), 0.5, None);
+    let good = RecordedSample::measured(0.0, None, Vec3::zeros(), 0.5, None);
     let spread = |std, count| Some(Spread { std, count });
     let bad = [
-        Sample { time_s: f64::INFINITY, ..good },
-        Sample { position_mm: Vec3::new(0.0, f64::NAN, 0.0), ..good },
-        Sample { reading: f64::NAN, ..good },
-        Sample { reading: -1e-9, ..good },
-        Sample { spread: spread(-0.1, 1), ..good },
-        Sample { spread: spread(f64::NAN, 1), ..good },
-        Sample { spread: spread(0.1, 0), ..good },
+        RecordedSample { time_s: f64::INFINITY, ..good },
+        RecordedSample { position_mm: Vec3::new(0.0, f64::NAN, 0.0), ..good },
+        RecordedSample { reading: f64::NAN, ..good },
+        RecordedSample { reading: -1e-9, ..good },
+        RecordedSample { spread: spread(-0.1, 1), ..good },
+        RecordedSample { spread: spread(f64::NAN, 1), ..good },
+        RecordedSample { spread: spread(0.1, 0), ..good },
     ];
     for sample in bad {
         assert!(Columns::of(&[sample]).line(&sample).is_err(), "{sample:?}");
@@ -125,9 +125,9 @@ prop_compose! {
         reading in any_magnitude(),
         std in any_magnitude(),
         count in 1u32..,
-    ) -> Sample {
+    ) -> RecordedSample {
         let spread = Some(Spread { std, count });
-        Sample { time_s, focus, position_mm: Vec3::from(at), reading, spread }
+        RecordedSample { time_s, focus, position_mm: Vec3::from(at), reading, spread }
     }
 }
 

@@ -2,8 +2,8 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use maud::{Markup, html};
 
-use super::html::{Html, element, link, text, void};
 use super::picture::Drawn;
 
 /// A picture and the name of its files.
@@ -28,32 +28,23 @@ impl Figure {
         format!("{}.svg", self.name)
     }
 
-    /// The picture itself, inside the page.
-    pub fn image(&self) -> Html {
-        let source = format!("data:image/png;base64,{}", STANDARD.encode(&self.drawn.png));
-        let (width, height) = self.drawn.size;
-        void(
-            "img",
-            &[
-                ("alt", &self.drawn.description),
-                ("width", &width.to_string()),
-                ("height", &height.to_string()),
-                ("src", &source),
-            ],
-        )
+    /// The picture with its caption, inside the page.
+    pub fn markup(&self, caption: &Markup) -> Markup {
+        html! {
+            figure { (self.image()) figcaption { (caption) (self.files()) } }
+        }
     }
 
-    /// The way to its files.
-    pub fn files(&self) -> Html {
-        element(
-            "p",
-            &[],
-            [
-                text("As a file: "),
-                link(&self.png_name(), "PNG"),
-                text(", "),
-                link(&self.svg_name(), "SVG"),
-            ],
-        )
+    fn image(&self) -> Markup {
+        let source = format!("data:image/png;base64,{}", STANDARD.encode(&self.drawn.png));
+        let (width, height) = self.drawn.size;
+        html! { img alt=(self.drawn.description) width=(width) height=(height) src=(source); }
+    }
+
+    /// Links to its files.
+    fn files(&self) -> Markup {
+        html! {
+            p { "As a file: " a href=(self.png_name()) { "PNG" } ", " a href=(self.svg_name()) { "SVG" } }
+        }
     }
 }

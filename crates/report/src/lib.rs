@@ -15,6 +15,7 @@ mod judgement;
 mod page;
 mod peak_distance;
 mod picture;
+mod plane_table;
 mod provenance;
 mod study;
 mod tables;

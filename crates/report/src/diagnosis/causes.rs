@@ -1,6 +1,8 @@
 //! The causes that are in question, with their parameters, and those that are not.
 
-use super::super::html::{Html, element, paragraph, table, text};
+use maud::{Markup, html};
+
+use super::super::html::table;
 use super::evidence::MOST_BARS;
 use super::figures::DiagnosisFigures;
 use fieldgap_comparison::Uncertain;
@@ -8,93 +10,84 @@ use fieldgap_diagnosis::{Candidate, Diagnosis, FittedParameter};
 use fieldgap_text::{ABSENT, fixed, percent, raised, significant, uncertain};
 
 /// How probable the candidates are, and the parameters of those in question.
-pub(super) fn in_question(diagnosis: &Diagnosis, figures: &DiagnosisFigures) -> Vec<Html> {
-    let mut content = Vec::new();
-    if let Some(figure) = &figures.evidence {
-        let note = format!(
-            "Probability of each cause or set of causes{}; for those out of the question, the odds against the best. \
-             The scale goes in powers of ten.",
-            if diagnosis.ranked.len() > MOST_BARS {
-                format!(", the {MOST_BARS} most probable")
-            } else {
-                String::new()
-            }
-        );
-        let caption = element("figcaption", &[], [paragraph(&note), figure.files()]);
-        content.push(element("figure", &[], [figure.image(), caption]));
-    }
+pub(super) fn in_question(diagnosis: &Diagnosis, figures: &DiagnosisFigures) -> Markup {
     let contenders = diagnosis.contenders();
-    if !contenders.is_empty() {
-        content.push(parameters(diagnosis, &contenders));
+    html! {
+        @if let Some(figure) = &figures.evidence { (figure.markup(&evidence_note(diagnosis))) }
+        @if !contenders.is_empty() { (parameters(diagnosis, &contenders)) }
     }
-    content
 }
 
-/// How the cells of a parameter look.
-const NAME: [(&str, &str); 1] = [("class", "name")];
-const VALUE: [(&str, &str); 1] = [("class", "value")];
+fn evidence_note(diagnosis: &Diagnosis) -> Markup {
+    html! {
+        p {
+            "Probability of each cause or set of causes"
+            @if diagnosis.ranked.len() > MOST_BARS { ", the " (MOST_BARS) " most probable" }
+            "; for those out of the question, the odds against the best. The scale goes in powers of ten."
+        }
+    }
+}
+
+/// The columns of the parameters, with their classes.
+const COLUMNS: [(&str, &str); 6] = [
+    ("Cause", "name"),
+    ("Probability", ""),
+    ("Gap after", ""),
+    ("Parameter", "name"),
+    ("Value", "value"),
+    ("What it means", "words"),
+];
+
+/// The table of the parameters.
+fn parameters(diagnosis: &Diagnosis, contenders: &[&Candidate]) -> Markup {
+    html! {
+        div class="wide" {
+            table class="names" {
+                caption {
+                    "The causes in question, \u{b1} one standard error. The gap after is over readings kept out of the fit."
+                }
+                thead {
+                    tr { @for (words, class) in COLUMNS { th scope="col" class=(class) { (words) } } }
+                }
+                tbody { @for candidate in contenders { (rows(diagnosis, candidate)) } }
+            }
+        }
+    }
+}
 
 /// One row a parameter; what is said of the cause stands beside its first.
-fn parameters(diagnosis: &Diagnosis, contenders: &[&Candidate]) -> Html {
-    let columns = ["Cause", "Probability", "Gap after", "Parameter", "Value", "What it means"];
-    let classes = ["name", "", "", "name", "value", "words"];
-    let head = columns
-        .into_iter()
-        .zip(classes)
-        .map(|(words, class)| element("th", &[("scope", "col"), ("class", class)], [text(words)]));
-    let rows = contenders.iter().flat_map(|candidate| {
-        let count = candidate.parameters.len().max(1).to_string();
-        let spanning = [("rowspan", count.as_str())];
-        let cause = element(
-            "th",
-            &[("scope", "rowgroup"), ("class", "name"), spanning[0]],
-            [text(&candidate.name())],
-        );
-        let cell = |words: &str| element("td", &spanning, [text(words)]);
-        let meaning = candidate.readings.iter().map(|reading| paragraph(reading));
-        let first = [
-            cause,
-            cell(&fixed(candidate.probability, 3)),
-            cell(&percent(candidate.gap_after_held_out)),
-        ];
-        let meaning = element("td", &[("class", "words"), spanning[0]], meaning);
-        let mut values: Vec<[Html; 2]> = candidate
-            .parameters
-            .iter()
-            .map(|(name, value)| {
-                let value = in_words(value, name, &diagnosis.reading_unit);
-                // A number and its error stay on one line.
-                let value = value.replace(" ± ", "\u{a0}±\u{a0}");
-                [element("td", &NAME, [text(name)]), element("td", &VALUE, [text(&value)])]
-            })
-            .collect();
-        if values.is_empty() {
-            values.push([NAME, VALUE].map(|class| element("td", &class, [text(ABSENT)])));
-        }
-        let mut first = Some((first, meaning));
-        let rows: Vec<Html> = values
-            .into_iter()
-            .map(|value| match first.take() {
-                Some((first, meaning)) => {
-                    element("tr", &[], first.into_iter().chain(value).chain([meaning]))
+fn rows(diagnosis: &Diagnosis, candidate: &Candidate) -> Markup {
+    let mut values: Vec<(&str, String)> = candidate
+        .parameters
+        .iter()
+        .map(|(name, value)| {
+            let value = in_words(value, name, &diagnosis.reading_unit);
+            // A number and its error stay on one line.
+            (name.as_str(), value.replace(" ± ", "\u{a0}±\u{a0}"))
+        })
+        .collect();
+    if values.is_empty() {
+        values.push((ABSENT, ABSENT.to_owned()));
+    }
+    let span = values.len();
+    html! {
+        @for (place, (name, value)) in values.iter().enumerate() {
+            tr {
+                @if place == 0 {
+                    th scope="rowgroup" class="name" rowspan=(span) { (candidate.name()) }
+                    td rowspan=(span) { (fixed(candidate.probability, 3)) }
+                    td rowspan=(span) { (percent(candidate.gap_after_held_out)) }
                 }
-                None => element("tr", &[], value),
-            })
-            .collect();
-        rows
-    });
-    let rows: Vec<Html> = rows.collect();
-    let caption = "The causes in question, \u{b1} one standard error. The gap after is over readings kept out of the fit.";
-    let table = element(
-        "table",
-        &[("class", "names")],
-        [
-            element("caption", &[], [text(caption)]),
-            element("thead", &[], [element("tr", &[], head)]),
-            element("tbody", &[], rows),
-        ],
-    );
-    element("div", &[("class", "wide")], [table])
+                td class="name" { (name) }
+                td class="value" { (value) }
+                @if place == 0 {
+                    td class="words" rowspan=(span) {
+                        @for reading in &candidate.readings { p { (reading) } }
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// A parameter with its error and unit.
@@ -124,7 +117,7 @@ fn in_words(parameter: &FittedParameter, name: &str, reading_unit: &str) -> Stri
 }
 
 /// The causes that are out, and how firmly; `None` where there is none.
-pub(super) fn ruled_out(diagnosis: &Diagnosis) -> Option<Vec<Html>> {
+pub(super) fn ruled_out(diagnosis: &Diagnosis) -> Option<Markup> {
     let out = diagnosis.ruled_out();
     if out.is_empty() {
         return None;
@@ -132,11 +125,11 @@ pub(super) fn ruled_out(diagnosis: &Diagnosis) -> Option<Vec<Html>> {
     let rows = out.iter().map(|candidate| {
         let (standing, odds) = diagnosis.standing(candidate);
         vec![
-            text(&candidate.name()),
-            text(&standing.to_string()),
-            text(&raised(&odds)),
-            text(&fixed(candidate.log_evidence, 1)),
-            text(&percent(candidate.gap_after_held_out)),
+            candidate.name(),
+            standing.to_string(),
+            raised(&odds),
+            fixed(candidate.log_evidence, 1),
+            percent(candidate.gap_after_held_out),
         ]
     });
     let caption = "Unlikely from odds of 1 : 20 on, ruled out beyond 1 : 150. What a cause leaves is over readings kept out \
@@ -148,5 +141,5 @@ pub(super) fn ruled_out(diagnosis: &Diagnosis) -> Option<Vec<Html>> {
         "Log evidence, best = 0",
         "Gap that it leaves",
     ];
-    Some(vec![table(caption, &columns, rows)])
+    Some(table(caption, &columns, rows))
 }

@@ -1,9 +1,11 @@
 //! How to read the page, for those who never saw one.
 
-use super::super::html::{Html, element, paragraph, text};
+use maud::{Markup, html};
+
+use super::super::html::glossary;
 
 /// What the words and pictures mean.
-pub(super) fn guide() -> Vec<Html> {
+pub(super) fn guide() -> Markup {
     let terms = [
         (
             "Gap",
@@ -38,14 +40,11 @@ pub(super) fn guide() -> Vec<Html> {
         ),
         ("\u{b1}", "One standard error; two thirds of repeated scans would fall within it."),
     ];
-    let list = terms.iter().flat_map(|(term, meaning)| {
-        [element("dt", &[], [text(term)]), element("dd", &[], [text(meaning)])]
-    });
-    vec![
-        paragraph(
+    html! {
+        p {
             "A robot carried a receiver through the ultrasonic field of a phased array, and the same set-up was simulated. \
-             Where the two differ by more than noise, something is not as the simulation believes. This page says what.",
-        ),
-        element("dl", &[], list),
-    ]
+             Where the two differ by more than noise, something is not as the simulation believes. This page says what."
+        }
+        (glossary(terms))
+    }
 }

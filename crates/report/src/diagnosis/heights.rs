@@ -1,8 +1,10 @@
 //! Before and after, height by height: the figures and the maps.
 
-use super::super::html::{Html, element, paragraph, text};
+use maud::{Markup, html};
+
 use super::super::peak_distance::peak_distance_m;
 use super::super::picture::{LEAST_SIGNED_SIGMA, REACH_SIGMA, rms};
+use super::super::plane_table::{PlaneRow, PlaneTable};
 use super::figures::DiagnosisFigures;
 use fieldgap_comparison::{FieldFigures, Uncertain};
 use fieldgap_diagnosis::{DiagnosedPlane, Diagnosis, PlaneShare};
@@ -14,39 +16,29 @@ const AT_EDGE: &str = "*";
 const CUT_OFF: &str = "\u{2020}";
 
 /// The table and the maps.
-pub(super) fn heights(diagnosis: &Diagnosis, figures: &DiagnosisFigures) -> Vec<Html> {
-    let mut content = vec![
-        table(diagnosis),
-        element(
-            "div",
-            &[("class", "notes")],
-            notes(diagnosis).into_iter().chain([paragraph(&format!(
+pub(super) fn heights(diagnosis: &Diagnosis, figures: &DiagnosisFigures) -> Markup {
+    html! {
+        (table(diagnosis))
+        div class="notes" {
+            @for note in notes(diagnosis) { p { (note) } }
+            p {
                 "The maps show the scan, and what is left of it when the simulation is taken off, as believed and \
-                 corrected. White is no difference; the colours end at \u{b1}{REACH_SIGMA} standard deviations of the \
-                 noise, on all heights alike. Signs stand where more than {LEAST_SIGNED_SIGMA} are left."
-            ))]),
-        ),
-    ];
-    for (plane, figure) in diagnosis.planes.iter().zip(&figures.planes) {
-        content.push(element("h3", &[], [text(&place(diagnosis, plane))]));
-        let words = paragraph(&caption(plane));
-        content.push(match figure {
-            Some(figure) => {
-                let caption = element("figcaption", &[], [words, figure.files()]);
-                element("figure", &[], [figure.image(), caption])
+                 corrected. White is no difference; the colours end at \u{b1}" (REACH_SIGMA) " standard deviations of \
+                 the noise, on all heights alike. Signs stand where more than " (LEAST_SIGNED_SIGMA) " are left."
             }
-            None => element(
-                "div",
-                &[],
-                [paragraph("No map: the points of this height lie on no grid."), words],
-            ),
-        });
+        }
+        @for (plane, figure) in diagnosis.planes.iter().zip(&figures.planes) {
+            h3 { (place(diagnosis, plane)) }
+            @match figure {
+                Some(figure) => (figure.markup(&html! { p { (caption(plane)) } })),
+                None => div { p { "No map: the points of this height lie on no grid." } p { (caption(plane)) } },
+            }
+        }
     }
-    content
 }
 
 /// What the marks of the table mean, those that stand in it.
-fn notes(diagnosis: &Diagnosis) -> Vec<Html> {
+fn notes(diagnosis: &Diagnosis) -> Vec<String> {
     let any = |has: fn(&FieldFigures) -> bool| {
         diagnosis.planes.iter().flat_map(|plane| plane.figures.iter().flatten()).any(has)
     };
@@ -59,7 +51,7 @@ fn notes(diagnosis: &Diagnosis) -> Vec<Html> {
     if any(has_cut_off) {
         notes.push(format!("{CUT_OFF} without the sides that the map's edge cuts off."));
     }
-    notes.iter().map(|note| paragraph(note)).collect()
+    notes
 }
 
 fn has_cut_off(figures: &FieldFigures) -> bool {
@@ -99,60 +91,45 @@ fn caption(plane: &DiagnosedPlane) -> String {
 }
 
 /// One row a plane: its gap, and how peak and focal radius differ, before and after.
-fn table(diagnosis: &Diagnosis) -> Html {
-    let groups = [
-        ("Gap", 2),
-        ("Peak of the scan over the simulation's", 2),
-        ("Peaks apart (mm)", 2),
-        ("Focal radius (mm)", 3),
-    ];
-    let before_after = ["before", "after"];
-    let columns = before_after.into_iter().chain(before_after).chain(before_after).chain([
-        "scan",
-        "scan less before",
-        "scan less after",
-    ]);
-    let mut lead = Vec::new();
-    if diagnosis.scans.len() > 1 {
-        lead.push("scan");
-    }
-    if several_drives(diagnosis) {
-        lead.push("drive");
-    }
-    lead.push("z (mm)");
-    let corner = element("td", &[("colspan", &lead.len().to_string())], []);
-    let group = |(words, width): (&str, usize)| {
-        element("th", &[("colspan", &width.to_string()), ("scope", "colgroup")], [text(words)])
+fn table(diagnosis: &Diagnosis) -> Markup {
+    let several_scans = diagnosis.scans.len() > 1;
+    let several_drives = several_drives(diagnosis);
+    let scan_name = |plane: &DiagnosedPlane| diagnosis.scans.get(plane.scan).cloned();
+    let lead = [several_scans.then_some("scan"), several_drives.then_some("drive"), Some("z (mm)")];
+    let row = |plane: &DiagnosedPlane| PlaneRow {
+        lead: [
+            several_scans.then(|| scan_name(plane).unwrap_or_default()),
+            several_drives.then(|| plane.focus.to_string()),
+        ]
+        .into_iter()
+        .flatten()
+        .collect(),
+        height: height_mm(plane.z_mm * 1e-3),
+        cells: figures(diagnosis, plane),
     };
-    let groups = std::iter::once(corner).chain(groups.map(group));
-    let column = |words| element("th", &[("scope", "col")], [text(words)]);
-    let columns = lead.iter().copied().chain(columns).map(column);
-    let rows = diagnosis.planes.iter().map(|plane| {
-        let cell = |words: &str| element("td", &[], [text(words)]);
-        let mut cells = Vec::new();
-        if diagnosis.scans.len() > 1 {
-            cells.push(cell(diagnosis.scans.get(plane.scan).map_or("", String::as_str)));
-        }
-        if several_drives(diagnosis) {
-            cells.push(cell(&plane.focus.to_string()));
-        }
-        let height = height_mm(plane.z_mm * 1e-3);
-        cells.push(element("th", &[("scope", "row")], [text(&height)]));
-        cells.extend(figures(diagnosis, plane).iter().map(|words| cell(words)));
-        element("tr", &[], cells)
-    });
-    let rows: Vec<Html> = rows.collect();
-    let caption = "Before: the simulation as believed. After: with the best candidate added. \u{b1} one standard error.";
-    let table = element(
-        "table",
-        &[],
-        [
-            element("caption", &[], [text(caption)]),
-            element("thead", &[], [element("tr", &[], groups), element("tr", &[], columns)]),
-            element("tbody", &[], rows),
+    PlaneTable {
+        caption: "Before: the simulation as believed. After: with the best candidate added. \u{b1} one standard error.",
+        lead: &lead.into_iter().flatten().collect::<Vec<_>>(),
+        groups: &[
+            ("Gap", 2),
+            ("Peak of the scan over the simulation's", 2),
+            ("Peaks apart (mm)", 2),
+            ("Focal radius (mm)", 3),
         ],
-    );
-    element("div", &[("class", "wide")], [table])
+        columns: &[
+            "before",
+            "after",
+            "before",
+            "after",
+            "before",
+            "after",
+            "scan",
+            "scan less before",
+            "scan less after",
+        ],
+        rows: diagnosis.planes.iter().map(row).collect(),
+    }
+    .markup()
 }
 
 /// What stands in the row of a plane.

@@ -1,7 +1,9 @@
 //! The page of a diagnosis: one HTML file that needs nothing beside it.
 
+use maud::{Markup, html};
+
 use super::super::context::ReportContext;
-use super::super::html::{Html, element, facts, link, paragraph, section, text};
+use super::super::html::{document, facts, navigation, section};
 use super::super::page::{STYLE, registration, warnings};
 use super::super::provenance;
 use super::super::words::{listed, sentence};
@@ -33,46 +35,43 @@ pub(super) fn page(
         ("guide", "How to read this page", Some(guide::guide())),
         ("registration", "How the scan was laid on the simulation", Some(laid(diagnosis))),
     ];
-    let present: Vec<(&str, &str, Vec<Html>)> = sections
+    let present: Vec<(&str, &str, Markup)> = sections
         .into_iter()
         .filter_map(|(id, heading, content)| Some((id, heading, content?)))
         .collect();
     let ends = [("set-up", "Set-up"), ("provenance", "Provenance")];
     let entries = present.iter().map(|(id, heading, _)| (*id, *heading)).chain(ends);
-    let items = entries
-        .map(|(id, heading)| element("li", &[], [link(&format!("#{id}"), heading)]))
-        .collect::<Vec<_>>();
-    let navigation = element("nav", &[("aria-label", "Sections")], [element("ul", &[], items)]);
-    let mut main: Vec<Html> =
-        present.into_iter().map(|(id, heading, content)| section(id, heading, content)).collect();
-    main.push(provenance::set_up(context, Some(diagnosis.points)));
-    main.push(provenance::provenance(context, &[TEXT_NAME, JSON_NAME]));
-    let body = [header(diagnosis), navigation, warnings(context), element("main", &[], main)];
-    let title = format!("{}: diagnosis", context.title);
-    Html::document(&title, &[STYLE, OWN_STYLE], Html::all(body))
+    let body = html! {
+        (header(diagnosis))
+        (navigation(entries))
+        (warnings(context))
+        main {
+            @for (id, heading, content) in &present { (section(id, heading, content)) }
+            (provenance::set_up(context, Some(diagnosis.points)))
+            (provenance::provenance(context, &[TEXT_NAME, JSON_NAME]))
+        }
+    };
+    document(&format!("{}: diagnosis", context.title), &[STYLE, OWN_STYLE], &body)
 }
 
-fn header(diagnosis: &Diagnosis) -> Html {
+fn header(diagnosis: &Diagnosis) -> Markup {
     let scans = match diagnosis.scans.len() {
         0 | 1 => format!("scan {} differs", diagnosis.scan),
         _ => format!("scans {} differ", listed(&diagnosis.scans)),
     };
-    let subtitle = format!(
-        "Why {scans} from the {} simulation: diagnosed from {} readings",
-        diagnosis.simulator, diagnosis.points
-    );
-    element(
-        "header",
-        &[("class", "diagnosis")],
-        [
-            element("h1", &[], [text(&diagnosis.sentence)]),
-            element("p", &[("class", "subtitle")], [text(&subtitle)]),
-        ],
-    )
+    html! {
+        header class="diagnosis" {
+            h1 { (diagnosis.sentence) }
+            p class="subtitle" {
+                "Why " (scans) " from the " (diagnosis.simulator.to_string()) " simulation: diagnosed from "
+                (diagnosis.points) " readings"
+            }
+        }
+    }
 }
 
 /// The verdict and the numbers that it rests on.
-fn verdict(diagnosis: &Diagnosis) -> Vec<Html> {
+fn verdict(diagnosis: &Diagnosis) -> Markup {
     let sets = |sets: &[Vec<&'static str>]| {
         let sets: Vec<String> = sets.iter().map(|set| set.join(" + ")).collect();
         sets.join(", or ")
@@ -93,39 +92,34 @@ fn verdict(diagnosis: &Diagnosis) -> Vec<Html> {
     };
     let best = diagnosis.best().filter(|best| !best.effects.is_empty());
     let with = best.map_or("corrected".to_owned(), |best| format!("with {}", best.name()));
-    let tile = |number: String, words: &str| {
-        element(
-            "div",
-            &[],
-            [element("dt", &[], [text(words)]), element("dd", &[], [text(&number)])],
-        )
-    };
     let tiles = [
-        tile(percent(diagnosis.gap_before_held_out), "gap of the simulation as believed"),
-        tile(
+        (percent(diagnosis.gap_before_held_out), "gap of the simulation as believed".to_owned()),
+        (
             best.map_or(ABSENT.to_owned(), |best| percent(best.gap_after_held_out)),
-            &format!("gap {with}"),
+            format!("gap {with}"),
         ),
-        tile(percent(diagnosis.noise_floor), "what noise alone leaves"),
-        tile(percent(diagnosis.explained_fraction), "of the squared gap beyond noise explained"),
+        (percent(diagnosis.noise_floor), "what noise alone leaves".to_owned()),
+        (
+            percent(diagnosis.explained_fraction),
+            "of the squared gap beyond noise explained".to_owned(),
+        ),
     ];
-    vec![
-        element("div", &[("class", "verdict")], [paragraph(&words)]),
-        element("dl", &[("class", "tiles")], tiles),
-        element(
-            "div",
-            &[("class", "notes")],
-            [paragraph(
+    html! {
+        div class="verdict" { p { (words) } }
+        dl class="tiles" {
+            @for (number, words) in tiles { div { dt { (words) } dd { (number) } } }
+        }
+        div class="notes" {
+            p {
                 "Gaps are the rms of scan less simulation over the rms of the scan, over readings that were kept out of \
-                 every fit.",
-            )],
-        ),
-    ]
+                 every fit."
+            }
+        }
+    }
 }
 
 /// How the scan was brought to the simulation's coordinates, and what its noise is.
-fn laid(diagnosis: &Diagnosis) -> Vec<Html> {
-    let mut content = registration::registration(&diagnosis.registration, &diagnosis.reading_unit);
+fn laid(diagnosis: &Diagnosis) -> Markup {
     let noise = &diagnosis.noise;
     let source = match noise.source {
         NoiseSource::Repeats => "points that were measured several times",
@@ -133,11 +127,13 @@ fn laid(diagnosis: &Diagnosis) -> Vec<Html> {
         NoiseSource::Residual => "what the simulation leaves, so that it is an upper bound",
     };
     let level = format!("{} {}", significant(noise.additive, 3), diagnosis.reading_unit);
-    content.push(element("h3", &[], [text("Noise of one reading")]));
-    content.push(facts([
-        (text("At every level"), text(level.trim_end())),
-        (text("In proportion to the level"), text(&percent(noise.multiplicative))),
-        (text("Known from"), text(&sentence(source))),
-    ]));
-    content
+    html! {
+        (registration::registration(&diagnosis.registration, &diagnosis.reading_unit))
+        h3 { "Noise of one reading" }
+        (facts([
+            ("At every level", html! { (level.trim_end()) }),
+            ("In proportion to the level", html! { (percent(noise.multiplicative)) }),
+            ("Known from", html! { (sentence(source)) }),
+        ]))
+    }
 }

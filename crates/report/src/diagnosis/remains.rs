@@ -1,21 +1,25 @@
 //! Where the gap lies, what takes it away, and what is left of it.
 
-use super::super::html::{Html, element, paragraph, table, text};
+use maud::{Markup, html};
+
+use super::super::html::table;
 use super::figures::DiagnosisFigures;
 use fieldgap_diagnosis::{Diagnosis, PlaneShare};
 use fieldgap_text::{fixed, height_mm, percent};
 
 /// What each effect takes off the gap; `None` where nothing does.
-pub(super) fn waterfall(figures: &DiagnosisFigures) -> Option<Vec<Html>> {
+pub(super) fn waterfall(figures: &DiagnosisFigures) -> Option<Markup> {
     let figure = figures.waterfall.as_ref()?;
-    let note = "How the squared gap beyond noise shrinks as the named effects are added one after another, the largest \
-                first.";
-    let caption = element("figcaption", &[], [paragraph(note), figure.files()]);
-    Some(vec![element("figure", &[], [figure.image(), caption])])
+    Some(figure.markup(&html! {
+        p {
+            "How the squared gap beyond noise shrinks as the named effects are added one after another, the largest \
+             first."
+        }
+    }))
 }
 
 /// Shares of the gap by height, by region and by kind.
-pub(super) fn whereabouts(diagnosis: &Diagnosis) -> Vec<Html> {
+pub(super) fn whereabouts(diagnosis: &Diagnosis) -> Markup {
     let shares = &diagnosis.r#where;
     let several_scans = diagnosis.scans.len() > 1;
     let several_drives = shares.planes.windows(2).any(|pair| pair[0].focus != pair[1].focus);
@@ -28,7 +32,7 @@ pub(super) fn whereabouts(diagnosis: &Diagnosis) -> Vec<Html> {
         let drive = if several_drives { format!("drive {}, ", plane.focus) } else { String::new() };
         format!("{scan}{drive}{} mm", height_mm(plane.z_mm * 1e-3))
     };
-    let row = |name: &str, share: f64| vec![text(name), text(&percent(share))];
+    let row = |name: &str, share: f64| vec![name.to_owned(), percent(share)];
     let planes = shares.planes.iter().map(|plane| row(&place(plane), plane.share));
     let regions = shares.regions.iter().map(|part| row(part.region.name(), part.share));
     let kinds = [
@@ -38,25 +42,21 @@ pub(super) fn whereabouts(diagnosis: &Diagnosis) -> Vec<Html> {
         ("noise", shares.kinds.noise),
     ];
     let kinds = kinds.into_iter().map(|(name, share)| row(name, share));
-    vec![
-        paragraph(
+    html! {
+        p {
             "Shares of the squared gap beyond noise. Regions are those of the field as believed; kinds are what a simple change \
-             of the simulation would remove.",
-        ),
-        element(
-            "div",
-            &[("class", "side-by-side")],
-            [
-                table("By height", &["Height", "Share"], planes),
-                table("By region", &["Region", "Share"], regions),
-                table("By kind", &["Kind", "Share"], kinds),
-            ],
-        ),
-    ]
+             of the simulation would remove."
+        }
+        div class="side-by-side" {
+            (table("By height", &["Height", "Share"], planes))
+            (table("By region", &["Region", "Share"], regions))
+            (table("By kind", &["Kind", "Share"], kinds))
+        }
+    }
 }
 
 /// Tests of what the best candidate leaves; `None` where none was made.
-pub(super) fn structure(diagnosis: &Diagnosis) -> Option<Vec<Html>> {
+pub(super) fn structure(diagnosis: &Diagnosis) -> Option<Markup> {
     if diagnosis.residual_tests.is_empty() {
         return None;
     }
@@ -71,12 +71,12 @@ pub(super) fn structure(diagnosis: &Diagnosis) -> Option<Vec<Html>> {
             (false, false) => "never there".to_owned(),
         };
         vec![
-            text(test.name),
-            text(&test.z_before.map_or_else(String::new, |z| fixed(z, 1))),
-            text(&fixed(test.z, 1)),
-            text(&finding),
+            test.name.to_owned(),
+            test.z_before.map_or_else(String::new, |z| fixed(z, 1)),
+            fixed(test.z, 1),
+            finding,
         ]
     });
     let caption = "Structure in what is left, in standard deviations of what noise alone gives";
-    Some(vec![table(caption, &["Looked for", "Before", "After", "Found"], rows)])
+    Some(table(caption, &["Looked for", "Before", "After", "Found"], rows))
 }

@@ -1,10 +1,12 @@
 //! How to read the page, for those who never saw one.
 
+use maud::{Markup, html};
+
 use super::super::judgement::{LEAST_CORRELATION, SAME_PLACE_SHARE};
 use super::super::picture::LEAST_SIGNED_SHARE;
-use super::html::{Html, element, paragraph, section, text};
+use super::html::{glossary, section};
 
-pub(super) fn guide() -> Html {
+pub(super) fn guide() -> Markup {
     let terms = [
         (
             "The three maps of a height",
@@ -68,18 +70,12 @@ pub(super) fn guide() -> Html {
                 .to_owned(),
         ),
     ];
-    let list = terms.iter().flat_map(|(term, meaning)| {
-        [element("dt", &[], [text(term)]), element("dd", &[], [text(meaning)])]
-    });
-    section(
-        "guide",
-        "How to read this page",
-        [
-            paragraph(
-                "A robot carried a receiver through the ultrasonic field of a phased array and took a reading at every \
-             point of a grid. The same set-up was simulated. This page shows where the two differ.",
-            ),
-            element("dl", &[], list),
-        ],
-    )
+    let content = html! {
+        p {
+            "A robot carried a receiver through the ultrasonic field of a phased array and took a reading at every \
+             point of a grid. The same set-up was simulated. This page shows where the two differ."
+        }
+        (glossary(terms.iter().map(|(term, meaning)| (*term, meaning.as_str()))))
+    };
+    section("guide", "How to read this page", &content)
 }

@@ -5,9 +5,11 @@ mod pictures;
 pub(super) mod registration;
 mod table;
 
+use maud::{Markup, html};
+
 use super::context::ReportContext;
 use super::figures::Figures;
-use super::html::{self, Html, element, link, paragraph, section, text};
+use super::html::{self, navigation, section};
 use super::provenance;
 use super::tables::{CSV_NAME, JSON_NAME, TEXT_NAME};
 use super::verdict;
@@ -24,19 +26,22 @@ pub(super) fn page(
     figures: &Figures,
 ) -> String {
     let curves = pictures::curves(figures);
-    let mut main = vec![findings(comparisons), guide::guide()];
-    main.push(pictures::heights(comparisons, figures));
-    main.extend(curves.clone());
-    main.extend(comparisons.iter().map(|comparison| simulator(comparison, comparisons)));
-    main.push(provenance::set_up(context, comparisons.first().map(|comparison| comparison.points)));
-    main.push(provenance::provenance(context, &[TEXT_NAME, CSV_NAME, JSON_NAME]));
-    let body = Html::all([
-        header(context, comparisons),
-        navigation(comparisons, curves.is_some()),
-        warnings(context),
-        element("main", &[], main),
-    ]);
-    Html::document(&context.title, &[STYLE], body)
+    let readings = comparisons.first().map(|comparison| comparison.points);
+    let body = html! {
+        (header(context, comparisons))
+        (sections(comparisons, curves.is_some()))
+        (warnings(context))
+        main {
+            (findings(comparisons))
+            (guide::guide())
+            (pictures::heights(comparisons, figures))
+            @if let Some(curves) = curves { (curves) }
+            @for comparison in comparisons { (simulator(comparison, comparisons)) }
+            (provenance::set_up(context, readings))
+            (provenance::provenance(context, &[TEXT_NAME, CSV_NAME, JSON_NAME]))
+        }
+    };
+    html::document(&context.title, &[STYLE], &body)
 }
 
 /// Anchor of what belongs to a simulator.
@@ -44,77 +49,76 @@ fn anchor(comparison: &Comparison) -> String {
     format!("simulator-{}", comparison.simulator)
 }
 
-fn header(context: &ReportContext, comparisons: &[Comparison]) -> Html {
+fn header(context: &ReportContext, comparisons: &[Comparison]) -> Markup {
     let simulators: Vec<String> =
         comparisons.iter().map(|comparison| comparison.simulator.to_string()).collect();
     let scan = comparisons.first();
-    let subtitle = format!(
-        "Scan {} against its simulation ({}), {} readings",
-        scan.map_or("", |comparison| comparison.scan_name.as_str()),
-        listed(&simulators),
-        scan.map_or(0, |comparison| comparison.points),
-    );
-    element(
-        "header",
-        &[],
-        [
-            element("h1", &[], [text(&context.title)]),
-            element("p", &[("class", "subtitle")], [text(&subtitle)]),
-        ],
-    )
+    html! {
+        header {
+            h1 { (context.title) }
+            p class="subtitle" {
+                "Scan " (scan.map_or("", |comparison| comparison.scan_name.as_str()))
+                " against its simulation (" (listed(&simulators)) "), "
+                (scan.map_or(0, |comparison| comparison.points)) " readings"
+            }
+        }
+    }
 }
 
-fn navigation(comparisons: &[Comparison], curves: bool) -> Html {
-    let mut entries = vec![
-        link("#findings", "Findings"),
-        link("#guide", "How to read this page"),
-        link("#heights", "Height by height"),
+fn sections(comparisons: &[Comparison], curves: bool) -> Markup {
+    let simulators: Vec<(String, String)> = comparisons
+        .iter()
+        .map(|comparison| (anchor(comparison), format!("Figures: {}", comparison.simulator)))
+        .collect();
+    let pictures = [
+        ("findings", "Findings"),
+        ("guide", "How to read this page"),
+        ("heights", "Height by height"),
     ];
-    if curves {
-        entries.push(link("#curves", "Against height"));
-    }
-    entries.extend(comparisons.iter().map(|comparison| {
-        link(&format!("#{}", anchor(comparison)), &format!("Figures: {}", comparison.simulator))
-    }));
-    entries.push(link("#set-up", "Set-up"));
-    entries.push(link("#provenance", "Provenance"));
-    let items = entries.into_iter().map(|entry| element("li", &[], [entry]));
-    element("nav", &[("aria-label", "Sections")], [element("ul", &[], items)])
+    let curves = curves.then_some(("curves", "Against height"));
+    let figures = simulators.iter().map(|(id, heading)| (id.as_str(), heading.as_str()));
+    let ends = [("set-up", "Set-up"), ("provenance", "Provenance")];
+    navigation(pictures.into_iter().chain(curves).chain(figures).chain(ends))
 }
 
 /// What a reader has to know first.
-pub(super) fn warnings(context: &ReportContext) -> Html {
-    if context.warnings.is_empty() {
-        return Html::default();
+pub(super) fn warnings(context: &ReportContext) -> Markup {
+    html! {
+        @if !context.warnings.is_empty() {
+            div class="warnings" role="note" { @for warning in &context.warnings { p { (warning) } } }
+        }
     }
-    let paragraphs = context.warnings.iter().map(|warning| paragraph(warning));
-    element("div", &[("class", "warnings"), ("role", "note")], paragraphs)
 }
 
-fn findings(comparisons: &[Comparison]) -> Html {
-    let mut content = Vec::new();
-    content.extend(verdict::closest(comparisons).map(|sentence| paragraph(&sentence)));
-    for comparison in comparisons {
-        let heading = format!("Against the {} simulation", comparison.simulator);
-        content.push(element("h3", &[], [text(&heading)]));
-        content.extend(verdict::sentences(comparison).iter().map(|sentence| paragraph(sentence)));
-    }
-    section("findings", "Findings", [element("div", &[("class", "verdict")], content)])
+fn findings(comparisons: &[Comparison]) -> Markup {
+    let content = html! {
+        div class="verdict" {
+            @if let Some(sentence) = verdict::closest(comparisons) { p { (sentence) } }
+            @for comparison in comparisons {
+                h3 { "Against the " (comparison.simulator.to_string()) " simulation" }
+                @for sentence in verdict::sentences(comparison) { p { (sentence) } }
+            }
+        }
+    };
+    section("findings", "Findings", &content)
 }
 
-/// Table and registration of one simulator, with the way to the others.
-fn simulator(comparison: &Comparison, all: &[Comparison]) -> Html {
-    let mut content = table::tables(comparison);
-    content.extend(registration::registration(&comparison.registration, &comparison.reading_unit));
+/// Table and registration of one simulator, with links to the others.
+fn simulator(comparison: &Comparison, all: &[Comparison]) -> Markup {
     let others: Vec<&Comparison> =
         all.iter().filter(|other| other.simulator != comparison.simulator).collect();
-    if !others.is_empty() {
-        let links = others.iter().flat_map(|other| {
-            [text(" "), link(&format!("#{}", anchor(other)), &other.simulator.to_string())]
-        });
-        let words = std::iter::once(text("The same scan against other simulations:")).chain(links);
-        content.push(element("p", &[], words));
-    }
+    let content = html! {
+        (table::tables(comparison))
+        (registration::registration(&comparison.registration, &comparison.reading_unit))
+        @if !others.is_empty() {
+            p {
+                "The same scan against other simulations:"
+                @for other in others {
+                    " " a href={ "#" (anchor(other)) } { (other.simulator.to_string()) }
+                }
+            }
+        }
+    };
     let heading = format!("Figures against the {} simulation", comparison.simulator);
-    section(&anchor(comparison), &heading, content)
+    section(&anchor(comparison), &heading, &content)
 }

@@ -1,45 +1,51 @@
 //! The pictures with their captions.
 
+use maud::{Markup, html};
+
 use super::super::figures::{Figures, PlaneFigure};
 use super::super::judgement::{drives, focal_height_m};
 use super::super::words::{listed, sentence};
-use super::html::{Html, element, link, paragraph, section, text};
+use super::html::section;
 use fieldgap_acoustics::metrics::Side;
 use fieldgap_comparison::{Comparison, FieldFigures, PlaneComparison};
 use fieldgap_text::{fixed, height_mm, millimetres, percent, uncertain};
 
 /// Height by height, each against every simulator.
-pub(super) fn heights(comparisons: &[Comparison], figures: &Figures) -> Html {
-    let mut content = Vec::new();
-    let mut last = None;
-    for figure in &figures.planes {
-        let comparison = &comparisons[figure.comparison];
-        let plane = &comparison.planes[figure.plane];
-        let here = (plane.focus, plane.z_m.to_bits());
-        if last != Some(here) {
-            content.push(element("h3", &[], [text(&heading(comparison, plane))]));
-            last = Some(here);
+pub(super) fn heights(comparisons: &[Comparison], figures: &Figures) -> Markup {
+    // Figures of one drive and height follow one another.
+    let same_height = |a: &PlaneFigure, b: &PlaneFigure| {
+        let place = |figure: &PlaneFigure| {
+            let plane = &comparisons[figure.comparison].planes[figure.plane];
+            (plane.focus, plane.z_m.to_bits())
+        };
+        place(a) == place(b)
+    };
+    let content = html! {
+        @for group in figures.planes.chunk_by(same_height) {
+            @for (place, figure) in group.iter().enumerate() {
+                @let comparison = &comparisons[figure.comparison];
+                @let plane = &comparison.planes[figure.plane];
+                @if place == 0 { h3 { (heading(comparison, plane)) } }
+                (plane_figure(comparison, plane, figure))
+            }
         }
-        content.push(plane_figure(comparison, plane, figure));
-    }
-    section("heights", "Height by height", content)
+    };
+    section("heights", "Height by height", &content)
 }
 
 /// The curves against height; `None` where there are none.
-pub(super) fn curves(figures: &Figures) -> Option<Html> {
+pub(super) fn curves(figures: &Figures) -> Option<Markup> {
     if figures.curves.is_empty() {
         return None;
     }
-    let note = "Bars are one standard error. An open mark comes with a reservation: the peak stands on the map's \
-                edge, or the edge cuts off a side of the focal radius.";
-    let content = figures.curves.iter().map(|figure| {
-        element(
-            "figure",
-            &[],
-            [figure.image(), element("figcaption", &[], [paragraph(note), figure.files()])],
-        )
-    });
-    Some(section("curves", "Against height", content))
+    let note = html! {
+        p {
+            "Bars are one standard error. An open mark comes with a reservation: the peak stands on the map's edge, or \
+             the edge cuts off a side of the focal radius."
+        }
+    };
+    let content = html! { @for figure in &figures.curves { (figure.markup(&note)) } };
+    Some(section("curves", "Against height", &content))
 }
 
 fn heading(comparison: &Comparison, plane: &PlaneComparison) -> String {
@@ -50,48 +56,23 @@ fn heading(comparison: &Comparison, plane: &PlaneComparison) -> String {
     format!("{drive}z = {} mm{focal}", height_mm(plane.z_m))
 }
 
-fn plane_figure(comparison: &Comparison, plane: &PlaneComparison, figure: &PlaneFigure) -> Html {
+fn plane_figure(comparison: &Comparison, plane: &PlaneComparison, figure: &PlaneFigure) -> Markup {
     let words = caption(plane);
     let Some(picture) = &figure.picture else {
         let why = plane.why_no_map.as_deref().unwrap_or("the grid has no point to draw");
-        return element(
-            "div",
-            &[],
-            [
-                paragraph(&sentence(&format!("Against {}: no map, {why}", comparison.simulator))),
-                paragraph(&words),
-            ],
-        );
+        let no_map = sentence(&format!("Against {}: no map, {why}", comparison.simulator));
+        return html! { div { p { (no_map) } p { (words) } } };
     };
-    element(
-        "figure",
-        &[],
-        [
-            picture.image(),
-            element(
-                "figcaption",
-                &[],
-                [
-                    element(
-                        "p",
-                        &[],
-                        [
-                            element(
-                                "strong",
-                                &[],
-                                [link(
-                                    &format!("#{}", super::anchor(comparison)),
-                                    &format!("Against {}.", comparison.simulator),
-                                )],
-                            ),
-                            text(&format!(" {words}")),
-                        ],
-                    ),
-                    picture.files(),
-                ],
-            ),
-        ],
-    )
+    picture.markup(&html! {
+        p {
+            strong {
+                a href={ "#" (super::anchor(comparison)) } {
+                    "Against " (comparison.simulator.to_string()) "."
+                }
+            }
+            " " (words)
+        }
+    })
 }
 
 fn caption(plane: &PlaneComparison) -> String {

@@ -1,50 +1,40 @@
 //! How scan and simulation were brought together.
 
+use maud::{Markup, html};
+
 use super::super::words::{listed, parameter, sentence};
-use super::html::{Html, element, facts, paragraph, text};
+use super::html::facts;
 use fieldgap_comparison::{
     Estimate, Mirror, Registering, Registration, TriedRegistration, Uncertain,
+    UndeterminedCombination,
 };
 use fieldgap_text::{fixed, percent, uncertain};
 
 /// What was estimated, with its errors, what was tried, and what the data cannot tell.
-pub(crate) fn registration(registration: &Registration, unit: &str) -> Vec<Html> {
-    let mut content = vec![
-        element("h3", &[], [text("Registration")]),
-        paragraph(&format!(
-            "Chosen: {}. {}",
-            name(registration.chosen),
-            sentence(&registration.why)
-        )),
-        estimates(registration, unit),
-    ];
-    if registration.tried.len() > 1 {
-        content.push(tried(&registration.tried));
+pub(crate) fn registration(registration: &Registration, unit: &str) -> Markup {
+    html! {
+        h3 { "Registration" }
+        p { "Chosen: " (name(registration.chosen)) ". " (sentence(&registration.why)) }
+        (estimates(registration, unit))
+        @if registration.tried.len() > 1 { (tried(&registration.tried)) }
+        @if !registration.undetermined.is_empty() {
+            h3 { "What these data cannot tell apart" }
+            ul { @for combination in &registration.undetermined { (undetermined(combination)) } }
+        }
     }
-    if !registration.undetermined.is_empty() {
-        content.push(element("h3", &[], [text("What these data cannot tell apart")]));
-        let items = registration.undetermined.iter().map(|combination| {
-            let parameters: Vec<String> =
-                combination.parameters.iter().map(|name| parameter(name)).collect();
-            element(
-                "li",
-                &[],
-                [
-                    element("strong", &[], [text(&listed(&parameters))]),
-                    text(&format!(": {}", sentence(&combination.explanation))),
-                ],
-            )
-        });
-        content.push(element("ul", &[], items));
-    }
-    content
 }
 
-fn estimates(registration: &Registration, unit: &str) -> Html {
+fn undetermined(combination: &UndeterminedCombination) -> Markup {
+    let parameters: Vec<String> =
+        combination.parameters.iter().map(|name| parameter(name)).collect();
+    html! { li { strong { (listed(&parameters)) } ": " (sentence(&combination.explanation)) } }
+}
+
+fn estimates(registration: &Registration, unit: &str) -> Markup {
     let [x, y, z] = registration.shift_m;
     let per_unit = if unit.is_empty() { "reading" } else { unit };
-    let row = |label: &str, estimate: Estimate, factor: f64, unit: &str| {
-        (text(label), text(&estimated(estimate, factor, unit)))
+    let row = |label: &'static str, estimate: Estimate, factor: f64, unit: &str| {
+        (label, html! { (estimated(estimate, factor, unit)) })
     };
     let mirror = match registration.mirror {
         Mirror::None => "none: the scan has the array's handedness",
@@ -53,12 +43,12 @@ fn estimates(registration: &Registration, unit: &str) -> Html {
     };
     let face = match registration.receiver_face_m {
         Some(face) => row("Gain falls off with the angle as of a face of radius", face, 1e3, "mm"),
-        None => (text("Gain and angle of arrival"), text("one gain for all angles")),
+        None => ("Gain and angle of arrival", html! { "one gain for all angles" }),
     };
     facts([
         row("Gain", registration.gain, 1.0, &format!("{per_unit} per unit of the simulation")),
         face,
-        (text("Mirror"), text(mirror)),
+        ("Mirror", html! { (mirror) }),
         row("Turn about z", registration.turn_rad, 180.0 / std::f64::consts::PI, "\u{b0}"),
         row("True step over recorded step", registration.step_ratio, 1.0, ""),
         row("Scan's origin in the array's frame, x", x, 1e3, "mm"),
@@ -80,8 +70,8 @@ fn estimated(estimate: Estimate, factor: f64, unit: &str) -> String {
     }
 }
 
-fn tried(tried: &[TriedRegistration]) -> Html {
-    let header = [
+fn tried(tried: &[TriedRegistration]) -> Markup {
+    let columns = [
         "Tried",
         "shift x, y, z (mm)",
         "turn (\u{b0})",
@@ -90,32 +80,38 @@ fn tried(tried: &[TriedRegistration]) -> Html {
         "correlation",
         "residual",
     ];
-    let head = header.map(|words| element("th", &[("scope", "col")], [text(words)]));
-    let rows = tried.iter().map(|one| {
-        let shift_mm = one.pose.shift_m * 1e3;
-        let mirror = match one.pose.mirror {
-            Mirror::None => "none",
-            Mirror::X => "x",
-            Mirror::Y => "y",
-        };
-        let cells = [
-            format!("{}, {}, {}", fixed(shift_mm.x, 2), fixed(shift_mm.y, 2), fixed(shift_mm.z, 2)),
-            fixed(one.pose.turn_rad.to_degrees(), 2),
-            fixed(one.pose.step_ratio, 4),
-            mirror.to_owned(),
-            fixed(one.correlation, 3),
-            percent(one.residual_rms_ratio),
-        ];
-        let label = element("th", &[("scope", "row")], [text(name(one.registering))]);
-        let cells = cells.iter().map(|cell| element("td", &[], [text(cell)]));
-        element("tr", &[], std::iter::once(label).chain(cells))
-    });
-    let table = element(
-        "table",
-        &[],
-        [element("thead", &[], [element("tr", &[], head)]), element("tbody", &[], rows)],
-    );
-    element("div", &[("class", "wide")], [table])
+    html! {
+        div class="wide" {
+            table {
+                thead { tr { @for words in columns { th scope="col" { (words) } } } }
+                tbody {
+                    @for one in tried {
+                        tr {
+                            th scope="row" { (name(one.registering)) }
+                            @for words in tried_cells(one) { td { (words) } }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn tried_cells(one: &TriedRegistration) -> [String; 6] {
+    let shift_mm = one.pose.shift_m * 1e3;
+    let mirror = match one.pose.mirror {
+        Mirror::None => "none",
+        Mirror::X => "x",
+        Mirror::Y => "y",
+    };
+    [
+        format!("{}, {}, {}", fixed(shift_mm.x, 2), fixed(shift_mm.y, 2), fixed(shift_mm.z, 2)),
+        fixed(one.pose.turn_rad.to_degrees(), 2),
+        fixed(one.pose.step_ratio, 4),
+        mirror.to_owned(),
+        fixed(one.correlation, 3),
+        percent(one.residual_rms_ratio),
+    ]
 }
 
 fn name(registering: Registering) -> &'static str {

@@ -1,12 +1,14 @@
 //! The figures height by height, as tables.
 
+use maud::{Markup, html};
+
 use super::super::judgement::drives;
-use super::html::{Html, element, paragraph, text};
+use super::super::plane_table::{PlaneRow, PlaneTable};
 use fieldgap_comparison::{Comparison, FieldFigures, Noise, NoiseSource, PlaneComparison};
 use fieldgap_text::{ABSENT, fixed, height_mm, millimetres, percent, significant, uncertain};
 
 /// The tables of a comparison and what has to be said with them.
-pub(super) fn tables(comparison: &Comparison) -> Vec<Html> {
+pub(super) fn tables(comparison: &Comparison) -> Markup {
     let unit = &comparison.reading_unit;
     let unit_name = if unit.is_empty() { "the receiver's unit" } else { unit };
     let figures = table(
@@ -45,28 +47,27 @@ pub(super) fn tables(comparison: &Comparison) -> Vec<Html> {
         ],
         agreement_cells,
     );
+    let level = "Level: the gain that suits a height best, over the common gain; above 1 the scan is louder there than \
+                 the simulation says.";
+    html! {
+        (figures)
+        div class="notes" { @for note in notes(comparison) { p { (note) } } }
+        (agreement)
+        div class="notes" { p { (level) } p { (noise(&comparison.noise, unit)) } }
+    }
+}
+
+/// What the marks in the table of figures mean, those that stand in it.
+fn notes(comparison: &Comparison) -> impl Iterator<Item = &'static str> {
     let any = |has: fn(&FieldFigures) -> bool| {
         comparison.planes.iter().any(|plane| has(&plane.scan) || has(&plane.simulation))
     };
-    let mut notes = Vec::new();
-    if any(|figures| figures.peak_at_edge) {
-        notes.push("* on the map's edge; the true peak may lie outside.".to_owned());
-    }
-    if any(has_cut_off) {
-        notes.push(
-            "\u{2020} without the sides that the map's edge cuts off; the difference is over the sides that both have."
-                .to_owned(),
-        );
-    }
-    let level = "Level: the gain that suits a height best, over the common gain; above 1 the scan is louder there than \
-                 the simulation says.";
-    let noise = noise(&comparison.noise, unit);
-    vec![
-        figures,
-        element("div", &[("class", "notes")], notes.iter().map(|note| paragraph(note))),
-        agreement,
-        element("div", &[("class", "notes")], [paragraph(level), paragraph(&noise)]),
-    ]
+    let at_edge = any(|figures| figures.peak_at_edge)
+        .then_some("* on the map's edge; the true peak may lie outside.");
+    let cut_off = any(has_cut_off).then_some(
+        "\u{2020} without the sides that the map's edge cuts off; the difference is over the sides that both have.",
+    );
+    at_edge.into_iter().chain(cut_off)
 }
 
 /// A table of one row a plane: groups of columns with their widths, the columns, and what fills them.
@@ -76,33 +77,16 @@ fn table(
     groups: &[(&str, usize)],
     columns: &[&str],
     cells: fn(&PlaneComparison) -> Vec<String>,
-) -> Html {
+) -> Markup {
     let several_drives = drives(comparison).len() > 1;
-    let lead: &[&str] = if several_drives { &["drive", "z (mm)"] } else { &["z (mm)"] };
-    let group = |(words, width): (&str, usize)| {
-        element("th", &[("colspan", &width.to_string()), ("scope", "colgroup")], [text(words)])
+    let row = |plane: &PlaneComparison| PlaneRow {
+        lead: several_drives.then(|| plane.focus.to_string()).into_iter().collect(),
+        height: height_mm(plane.z_m),
+        cells: cells(plane),
     };
-    let corner = element("td", &[("colspan", &lead.len().to_string())], []);
-    let groups = std::iter::once(corner).chain(groups.iter().copied().map(group));
-    let columns =
-        lead.iter().chain(columns).map(|words| element("th", &[("scope", "col")], [text(words)]));
-    let rows = comparison.planes.iter().map(|plane| {
-        let cell = |words: &String| element("td", &[], [text(words)]);
-        let drive = several_drives.then(|| cell(&plane.focus.to_string()));
-        let height = element("th", &[("scope", "row")], [text(&height_mm(plane.z_m))]);
-        let cells = cells(plane);
-        element("tr", &[], drive.into_iter().chain([height]).chain(cells.iter().map(cell)))
-    });
-    let table = element(
-        "table",
-        &[],
-        [
-            element("caption", &[], [text(caption)]),
-            element("thead", &[], [element("tr", &[], groups), element("tr", &[], columns)]),
-            element("tbody", &[], rows),
-        ],
-    );
-    element("div", &[("class", "wide")], [table])
+    let lead: &[&str] = if several_drives { &["drive", "z (mm)"] } else { &["z (mm)"] };
+    let rows = comparison.planes.iter().map(row).collect();
+    PlaneTable { caption, lead, groups, columns, rows }.markup()
 }
 
 fn figure_cells(plane: &PlaneComparison) -> Vec<String> {

@@ -13,6 +13,7 @@ use fieldgap_virtual_rig::trajectory::Carriage;
 pub(super) fn carriages(stops: &[Stop], lag_s: f64) -> Vec<Carriage> {
     let mut x_direction = 0.0;
     let mut x_since_reversal_mm = 0.0;
+    let mut travelled_mm = 0.0;
     let mut before: Option<&Stop> = None;
     stops
         .iter()
@@ -26,12 +27,14 @@ pub(super) fn carriages(stops: &[Stop], lag_s: f64) -> Vec<Carriage> {
                     x_since_reversal_mm = 0.0;
                 }
                 x_since_reversal_mm += way_mm.x.abs();
+                travelled_mm += way_mm.norm();
             }
             before = Some(stop);
             Carriage {
                 position_mm: stop.at_mm - velocity_mm_s * lag_s,
                 x_direction,
                 x_since_reversal_mm,
+                travelled_mm,
             }
         })
         .collect()

@@ -1,11 +1,9 @@
 //! What is at work in one scan: effects of the catalogue by their ids and parameters, or a cause outside it.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 
 use super::outside::Outside;
-use fieldgap_input::TomlSource;
 use fieldgap_virtual_rig::Truth;
 use fieldgap_virtual_rig::effects::Effect;
 
@@ -78,10 +76,7 @@ impl Causes {
         let tables = catalogue
             .iter()
             .map(|(id, parameters)| ((*id).to_owned(), toml::Value::Table(parameters.clone())));
-        let mut truth = toml::Table::new();
-        truth.insert("effects".to_owned(), toml::Value::Table(tables.collect()));
-        let source = TomlSource::new(Path::new("the drawn causes"), truth.to_string());
-        let mut effects = Truth::from_source(&source)
+        let mut effects = Truth::of_effects(&tables.collect())
             .expect("every draw is a valid truth file; a test draws them all")
             .effects;
         effects.extend(self.outside().and_then(Outside::effect));

@@ -19,6 +19,8 @@ pub struct Carriage {
     pub x_direction: f64,
     /// Distance travelled along x since that direction was last reversed.
     pub x_since_reversal_mm: f64,
+    /// Length of the path since power-up.
+    pub travelled_mm: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -26,12 +28,14 @@ struct Leg {
     planned: PlannedMove,
     x_direction_before: f64,
     x_since_reversal_before_mm: f64,
+    travelled_before_mm: f64,
 }
 
 impl Leg {
     fn at(&self, time_s: f64) -> Carriage {
         let position_mm = self.planned.position_mm(time_s);
-        let dx_mm = position_mm.x - self.planned.start_mm().x;
+        let way_mm = position_mm - self.planned.start_mm();
+        let dx_mm = way_mm.x;
         let (x_direction, x_since_reversal_mm) = if dx_mm == 0.0 {
             (self.x_direction_before, self.x_since_reversal_before_mm)
         } else if dx_mm.signum() == self.x_direction_before {
@@ -39,7 +43,8 @@ impl Leg {
         } else {
             (dx_mm.signum(), dx_mm.abs())
         };
-        Carriage { position_mm, x_direction, x_since_reversal_mm }
+        let travelled_mm = self.travelled_before_mm + way_mm.norm();
+        Carriage { position_mm, x_direction, x_since_reversal_mm, travelled_mm }
     }
 }
 
@@ -65,7 +70,12 @@ impl Trajectory {
             None => {
                 let position_mm =
                     self.legs.front().map_or(self.parked_mm, |leg| leg.planned.start_mm());
-                Carriage { position_mm, x_direction: 0.0, x_since_reversal_mm: 0.0 }
+                Carriage {
+                    position_mm,
+                    x_direction: 0.0,
+                    x_since_reversal_mm: 0.0,
+                    travelled_mm: 0.0,
+                }
             }
         };
         carriage.position_mm = self.within_frame(carriage.position_mm);
@@ -111,6 +121,7 @@ impl Trajectory {
             planned,
             x_direction_before: before.x_direction,
             x_since_reversal_before_mm: before.x_since_reversal_mm,
+            travelled_before_mm: before.travelled_mm,
         });
         if self.legs.len() > REMEMBERED_MOVES {
             self.legs.pop_front();
@@ -198,6 +209,15 @@ mod tests {
         assert_eq!(trajectory.at(2.0).x_direction, 1.0);
         let at_the_end = trajectory.at(99.0);
         assert_eq!((at_the_end.x_direction, at_the_end.x_since_reversal_mm), (-1.0, 5.0));
+    }
+
+    #[test]
+    fn the_travelled_distance_adds_up_over_moves_and_does_not_change_at_rest() {
+        let trajectory = two_moves();
+        let travelled_mm = |time_s: f64| trajectory.at(time_s).travelled_mm;
+        assert_eq!([travelled_mm(0.5), travelled_mm(2.1)], [0.0, 10.0]);
+        assert_eq!([travelled_mm(50.0), travelled_mm(99.0)], [15.0, 15.0]);
+        assert!((0.0..10.0).contains(&travelled_mm(1.5)));
     }
 
     #[test]

@@ -112,7 +112,8 @@ impl TrueField {
     pub fn place(&self, believed_m: Vec3, carriage: &Carriage) -> Vec3 {
         let mut at_m = believed_m;
         self.effects.iter().for_each(|effect| effect.place(&mut at_m, carriage));
-        at_m
+        let luck = self.luck.stream("place");
+        at_m + self.effects.iter().map(|effect| effect.displacement_m(carriage, luck)).sum::<Vec3>()
     }
 
     /// How old the field in a reading is.

@@ -163,6 +163,16 @@ impl Truth {
         })
     }
 
+    /// A world with these effects, each by its id with its parameters, and defaults for all else.
+    ///
+    /// # Errors
+    /// A [`Fault`] that names an unknown effect or parameter, or a value out of range.
+    pub fn of_effects(effects: &toml::Table) -> Result<Self, Fault> {
+        let mut truth = toml::Table::new();
+        truth.insert("effects".to_owned(), toml::Value::Table(effects.clone()));
+        Self::from_source(&TomlSource::new(Path::new("effects"), truth.to_string()))
+    }
+
     /// Checks that the effects make sense for an array of so many elements.
     ///
     /// # Errors
@@ -222,6 +232,7 @@ mod tests {
         [effects.skew]\nrad = 0.01
         [effects.backlash]\nmm = 0.2
         [effects.lag]\ns = 0.01
+        [effects.position-jitter]\nx_mm = 0.1\ny_mm = 0.1\nz_mm = 0.05
         [effects.receiver-directivity]\nhalf_angle_deg = 40.0
         [effects.aperture]\nradius_mm = 3.0
         [effects.saturation]\nlevel = 4.0
@@ -242,7 +253,7 @@ mod tests {
             .collect();
         named.sort_unstable();
         assert_eq!(ids, named);
-        assert_eq!(ids.len(), 30);
+        assert_eq!(ids.len(), 31);
     }
 
     #[test]

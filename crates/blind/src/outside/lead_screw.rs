@@ -63,7 +63,12 @@ mod tests {
         let error_mm = |x_mm: f64| {
             let mut at_m = Vec3::zeros();
             let position_mm = Vec3::new(x_mm, 0.0, 0.0);
-            let carriage = Carriage { position_mm, x_direction: 1.0, x_since_reversal_mm: 9.0 };
+            let carriage = Carriage {
+                position_mm,
+                x_direction: 1.0,
+                x_since_reversal_mm: 9.0,
+                travelled_mm: 9.0,
+            };
             screw.place(&mut at_m, &carriage);
             at_m.x * 1e3
         };

@@ -23,6 +23,7 @@ mod offset;
 mod phase_quantisation;
 mod pitch;
 mod polarity;
+mod position_jitter;
 mod receiver_directivity;
 mod reflection;
 mod rotation;
@@ -34,6 +35,8 @@ mod standing_wave;
 mod swapped_channels;
 mod temperature_gradient;
 mod turbulence;
+
+pub(crate) use position_jitter::CELL_MM as JITTER_CELL_MM;
 
 use num_complex::Complex64;
 use serde::Deserialize;
@@ -154,6 +157,11 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
     /// Moves the nozzle away from where the robot believes it to be (array's frame, metres).
     fn place(&self, _at_m: &mut Vec3, _carriage: &Carriage) {}
 
+    /// A random displacement of the nozzle (array's frame, metres), added after [`Effect::place`] of all effects.
+    fn displacement_m(&self, _carriage: &Carriage, _luck: Luck) -> Vec3 {
+        Vec3::zeros()
+    }
+
     /// How old the field in a reading is, s.
     fn lag_s(&self) -> f64 {
         0.0
@@ -234,6 +242,7 @@ registry! {
     "rotation" => rotation::Rotation,
     "offset" => offset::Offset,
     "lag" => lag::Lag,
+    "position-jitter" => position_jitter::PositionJitter,
     // receiver and environment
     "receiver-directivity" => receiver_directivity::ReceiverDirectivity,
     "aperture" => aperture::Aperture,
@@ -294,7 +303,12 @@ mod testing {
 
     impl Carriage {
         pub(crate) fn resting() -> Self {
-            Self { position_mm: Vec3::zeros(), x_direction: 0.0, x_since_reversal_mm: 0.0 }
+            Self {
+                position_mm: Vec3::zeros(),
+                x_direction: 0.0,
+                x_since_reversal_mm: 0.0,
+                travelled_mm: 0.0,
+            }
         }
     }
 }

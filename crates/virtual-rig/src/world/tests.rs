@@ -66,6 +66,25 @@ fn a_lag_gives_the_reading_of_a_moment_ago() {
 }
 
 #[test]
+fn jitter_moves_the_nozzle_on_every_approach_and_holds_it_at_rest() {
+    let (world, trajectory) =
+        laboratory("[effects.position-jitter]\nx_mm = 0.1\ny_mm = 0.1\nz_mm = 0.1\n");
+    let here_mm = Vector3::new(150.0, 150.0, 80.0);
+    let away_mm = here_mm + Vector3::new(20.0, 0.0, 0.0);
+    let there = PlannedMove::new(here_mm, away_mm, 1000.0, 50.0, 1.0);
+    let back = PlannedMove::new(away_mm, here_mm, 1000.0, 50.0, there.ends_s());
+    lock(&trajectory).push(there);
+    lock(&trajectory).push(back);
+    let (before_m, after_m) = (world.nozzle_m(0.5), world.nozzle_m(back.ends_s() + 1.0));
+    assert_eq!(before_m, world.nozzle_m(0.9));
+    assert!((before_m - after_m).norm() > 1e-6);
+    for at_m in [before_m, after_m] {
+        assert!((at_m - Vec3::new(0.0, 0.0, 0.1)).norm() < 1e-3, "{at_m}");
+    }
+    assert_eq!(lock(&trajectory).at(0.5).position_mm, here_mm, "the robot reports nothing of it");
+}
+
+#[test]
 fn noise_has_the_deviation_of_the_truth_file_and_the_same_sample_the_same_noise() {
     let (quiet, _) = laboratory(QUIET);
     let (noisy, _) = laboratory(NOISY);

@@ -6,7 +6,6 @@ use super::clock::ScanClock;
 use super::lab::Lab;
 use fieldgap_acoustics::{Excitation, Vec3, delays_s};
 use fieldgap_records::{FocusSection, RecordedSample, Spread, Visit};
-use fieldgap_rig::call::Call;
 use fieldgap_rig::{ElementDelay, Feed, Frame, RigError, SafeRig};
 
 /// How each drive is told to the array, and how a point is read.
@@ -61,11 +60,9 @@ impl Conductor {
     ) -> Result<Measurement, RigError> {
         self.excite(rig, visit.focus).await?;
         let target = self.frame.to_robot(visit.position_m);
-        let reported = rig.perform(Call::move_to(target, self.feed)).await?.position();
-        let reported = reported.expect("a move says where the robot stands");
-        let read = Call::ReadPoint { settle: self.settle, count: self.readings };
-        let reading = rig.perform(read).await?.reading().expect("a reading is read");
-        rig.perform(Call::Confirm { emits: visit.focus.is_some() }).await?;
+        let reported = rig.move_to(target, self.feed).await?;
+        let reading = rig.read_point(self.settle, self.readings).await?;
+        rig.confirm(visit.focus.is_some()).await?;
         let sample = RecordedSample::measured(
             // Its end: the middle of a reading in which the receiver's clock wraps would be hours away.
             self.clock.at(reading.last_t_s),
@@ -112,13 +109,13 @@ impl Conductor {
     ) -> Result<(), RigError> {
         let wanted = focus.map_or(Emission::Silent, Emission::Drive);
         if wanted == self.emitting {
-            return rig.perform(Call::Refresh).await.map(drop);
+            return rig.refresh().await;
         }
         match wanted {
-            Emission::Silent => rig.perform(Call::Silence).await?,
+            Emission::Silent => rig.silence().await?,
             Emission::Drive(number) => {
-                rig.perform(Call::set_delays(&self.delays[number])).await?;
-                rig.perform(Call::Emit).await?
+                rig.set_delays(&self.delays[number]).await?;
+                rig.emit().await?
             }
         };
         self.emitting = wanted;

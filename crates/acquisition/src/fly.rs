@@ -8,7 +8,6 @@ use super::lab::Lab;
 use super::rows::Line;
 use fieldgap_acoustics::Vec3;
 use fieldgap_records::{Fly, RecordedSample, Spread, Visit};
-use fieldgap_rig::call::Call;
 use fieldgap_rig::{Feed, Recording, SafeRig};
 
 /// How often a row is flown before it is given up.
@@ -312,18 +311,17 @@ impl Flights {
         conductor.excite(rig, focus).await?;
         let frame = conductor.frame();
         let [from, to] = line.ends_m(self.flight.lead_m).map(|end_m| frame.to_robot(end_m));
-        let begins = rig.perform(Call::move_to(from, conductor.feed())).await?.position();
-        let begins = begins.expect("a move says where the robot stands");
+        let begins = rig.move_to(from, conductor.feed()).await?;
         let talk_s = match self.talk_s {
             Some(talk_s) => talk_s,
             None => {
-                let (_, stood) = rig.hear_going(from, self.flight.feed).await?;
+                let (_, stood) = rig.move_while_recording(from, self.flight.feed).await?;
                 stood.ended_s - stood.began_s
             }
         };
         self.talk_s = Some(talk_s);
-        let (ends, recording) = rig.hear_going(to, self.flight.feed).await?;
-        rig.perform(Call::Confirm { emits: focus.is_some() }).await?;
+        let (ends, recording) = rig.move_while_recording(to, self.flight.feed).await?;
+        rig.confirm(focus.is_some()).await?;
         let over_s = self.flight.over_s(&line, &recording, talk_s)?;
         let ends_m = [begins, ends].map(|end| frame.to_array(end));
         Ok(Flown { recording, ends_m, over_s })

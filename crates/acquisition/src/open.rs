@@ -34,7 +34,7 @@ impl OpenRig {
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let logs = WireLogs::default();
         let rig = logs.around(fieldgap_rig::open(&lab.rig, &ports)).await?;
-        let mut rig = rig.noting_calls(logs.clone());
+        let mut rig = rig.recording_calls(logs.clone());
         let (believed, controller) = (lab.believed_array().len(), rig.array().identity().elements);
         if believed != controller {
             return Err(CampaignError::OtherArray { believed, controller });

@@ -28,7 +28,6 @@ use super::references::reference_rows;
 use fieldgap_input::{TomlSource, toml_file};
 use fieldgap_records::{Columns, Journal, RecordedSample, ScanSetup, ScanState, Visit};
 use fieldgap_rig::ReceiverIdentity;
-use fieldgap_rig::call::Call;
 
 /// The plan and the rig file as they were when the scan was begun, kept beside it.
 const PLAN_COPY: &str = "plan.toml";
@@ -217,9 +216,7 @@ impl Session {
             ended = unless_panicking(self.conduct(&mut *watch)) => ended.unwrap_or_else(Err),
         };
         let reason = match &stopped {
-            Ok(()) => {
-                self.open.rig().perform(Call::Silence).await.err().map(|error| error.to_string())
-            }
+            Ok(()) => self.open.rig().silence().await.err().map(|error| error.to_string()),
             Err(stopped) => Some(stopped.to_string()),
         };
         let reason = match reason {

@@ -9,7 +9,7 @@
 
 pub mod air_sensor;
 mod by_hand;
-pub mod call;
+mod call;
 pub mod check;
 pub mod config;
 mod device;

@@ -11,12 +11,12 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until, timeout_at};
 
-use super::call::{Call, Devices, Outcome};
+use super::call::{Call, result_text};
 use super::config::RigConfig;
 use super::device::Role;
 use super::link::replayed;
 use super::safety::{Ports, open_motion};
-use super::{FocusArray, Motion, Receiver, RigError};
+use super::{ElementDelay, Feed, FocusArray, Motion, Receiver, RigError, RobotPosition};
 
 /// What passes between driver and log at once, bytes.
 const CAPACITY: usize = 1 << 20;
@@ -168,11 +168,35 @@ impl Driver {
         }
     }
 
-    fn devices(&mut self) -> Devices<'_> {
-        match self {
-            Self::Motion(robot) => Devices::robot(&mut **robot),
-            Self::Receiver(receiver) => Devices::receiver(&mut **receiver),
-            Self::Array(array) => Devices::array(&mut **array),
+    /// Makes a call again; its outcome as the log has it.
+    async fn perform(&mut self, call: &Call) -> String {
+        match (self, call) {
+            (Self::Motion(robot), Call::Home) => result_text(&robot.home().await),
+            (Self::Motion(robot), Call::MoveTo { target_m, feed_mm_s }) => {
+                let target = RobotPosition::from_axes_m(*target_m);
+                result_text(&robot.move_to(target, Feed::from_mm_s(*feed_mm_s)).await)
+            }
+            (Self::Motion(robot), Call::Stop) => result_text(&robot.stop().await),
+            (Self::Receiver(receiver), Call::ReadPoint { settle, count }) => {
+                result_text(&receiver.read_point(*settle, *count).await)
+            }
+            (Self::Array(array), Call::Silence) => result_text(&array.silence().await),
+            (Self::Array(array), Call::ContinuousWave) => {
+                result_text(&array.continuous_wave().await)
+            }
+            (Self::Array(array), Call::SetDelays(delays_s)) => {
+                let delay = |seconds: &Option<f64>| {
+                    seconds.map_or(ElementDelay::Silent, ElementDelay::Seconds)
+                };
+                let delays: Vec<ElementDelay> = delays_s.iter().map(delay).collect();
+                result_text(&array.set_delays(&delays).await)
+            }
+            (Self::Array(array), Call::Emit) => result_text(&array.emit().await),
+            (Self::Array(array), Call::Refresh) => result_text(&array.refresh().await),
+            (Self::Array(array), Call::Confirm { emits }) => {
+                result_text(&array.confirm(*emits).await)
+            }
+            (_, call) => format!("this device has no call {}", call.encode()),
         }
     }
 }
@@ -291,10 +315,10 @@ impl Session<'_> {
                 .iter()
                 .position(|entry| matches!(entry.kind, Kind::Call { .. } | Kind::Outcome(_)))
                 .map_or(self.entries.len(), |next| index + 1 + next);
-            let work = call.perform(driver.devices());
+            let work = driver.perform(call);
             if let Some(Entry { kind: Kind::Outcome(then), at_s }) = self.entries.get(next) {
                 let now = match timeout_at(self.at(*at_s) + LATER, work).await {
-                    Ok(outcome) => Outcome::in_words(&outcome),
+                    Ok(outcome) => outcome,
                     Err(_) => NOTHING.to_owned(),
                 };
                 if *then != now {

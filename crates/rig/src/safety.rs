@@ -5,13 +5,16 @@ use std::time::Duration;
 
 use tokio::time::{Instant, timeout_at};
 
-use super::call::{Call, Devices, Outcome};
+use super::call::{Call, Outcome, result_text};
 use super::config::{MotionConfig, RigConfig};
 use super::device::{Device, Role};
 use super::error::{Cause, RigError};
 use super::link::WireLogs;
 use super::motion::guarded::Guarded;
-use super::{AirSensor, Emergency, Feed, FocusArray, Motion, Receiver, Recording, RobotPosition};
+use super::{
+    AirSensor, ElementDelay, Emergency, Feed, FocusArray, Motion, Reading, Receiver, Recording,
+    RobotPosition,
+};
 
 /// How long making the rig safe may take.
 const SAFE_WITHIN: Duration = Duration::from_millis(500);
@@ -95,34 +98,92 @@ impl SafeRig {
         Self { array, motion, receiver, logs: None }
     }
 
-    /// Notes what is asked of the devices in the logs of their wires, from now on.
-    pub fn noting_calls(self, logs: WireLogs) -> Self {
+    /// Records calls of the devices in the logs of their wires, from now on.
+    pub fn recording_calls(self, logs: WireLogs) -> Self {
         Self { logs: Some(logs), ..self }
     }
 
-    /// Does something, and notes it in the log of the device's wire.
+    /// [`Motion::home`], recorded in the wire log.
     ///
     /// # Errors
-    /// The device's.
-    pub async fn perform(&mut self, call: Call) -> Result<Outcome, RigError> {
-        self.note_call(&call);
-        let outcome = match call.role() {
-            Role::Robot => call.perform(Devices::robot(&mut *self.motion)).await,
-            Role::Receiver => call.perform(Devices::receiver(&mut *self.receiver)).await,
-            Role::FocusArray | Role::Environment => {
-                call.perform(Devices::array(&mut *self.array)).await
-            }
-        };
-        if let Some(logs) = &self.logs {
-            logs.note(call.role(), ':', &Outcome::in_words(&outcome));
-        }
-        outcome
+    /// The robot's.
+    pub async fn home(&mut self) -> Result<RobotPosition, RigError> {
+        recorded(self.logs.as_ref(), &Call::Home, self.motion.home()).await
     }
 
-    fn note_call(&self, call: &Call) {
-        if let Some(logs) = &self.logs {
-            logs.note(call.role(), '=', &call.encode());
-        }
+    /// [`Motion::move_to`], recorded in the wire log.
+    ///
+    /// # Errors
+    /// The robot's.
+    pub async fn move_to(
+        &mut self,
+        target: RobotPosition,
+        feed: Feed,
+    ) -> Result<RobotPosition, RigError> {
+        let moving = self.motion.move_to(target, feed);
+        recorded(self.logs.as_ref(), &Call::move_to(target, feed), moving).await
+    }
+
+    /// [`Receiver::read_point`], recorded in the wire log.
+    ///
+    /// # Errors
+    /// The receiver's.
+    pub async fn read_point(
+        &mut self,
+        settle: Duration,
+        count: usize,
+    ) -> Result<Reading, RigError> {
+        let reading = self.receiver.read_point(settle, count);
+        recorded(self.logs.as_ref(), &Call::ReadPoint { settle, count }, reading).await
+    }
+
+    /// [`FocusArray::silence`], recorded in the wire log.
+    ///
+    /// # Errors
+    /// The array's.
+    pub async fn silence(&mut self) -> Result<(), RigError> {
+        recorded(self.logs.as_ref(), &Call::Silence, self.array.silence()).await
+    }
+
+    /// [`FocusArray::continuous_wave`], recorded in the wire log.
+    ///
+    /// # Errors
+    /// The array's.
+    pub async fn continuous_wave(&mut self) -> Result<(), RigError> {
+        recorded(self.logs.as_ref(), &Call::ContinuousWave, self.array.continuous_wave()).await
+    }
+
+    /// [`FocusArray::set_delays`], recorded in the wire log.
+    ///
+    /// # Errors
+    /// The array's.
+    pub async fn set_delays(&mut self, delays: &[ElementDelay]) -> Result<(), RigError> {
+        let setting = self.array.set_delays(delays);
+        recorded(self.logs.as_ref(), &Call::set_delays(delays), setting).await
+    }
+
+    /// [`FocusArray::emit`], recorded in the wire log.
+    ///
+    /// # Errors
+    /// The array's.
+    pub async fn emit(&mut self) -> Result<(), RigError> {
+        recorded(self.logs.as_ref(), &Call::Emit, self.array.emit()).await
+    }
+
+    /// [`FocusArray::refresh`], recorded in the wire log.
+    ///
+    /// # Errors
+    /// The array's.
+    pub async fn refresh(&mut self) -> Result<(), RigError> {
+        recorded(self.logs.as_ref(), &Call::Refresh, self.array.refresh()).await
+    }
+
+    /// [`FocusArray::confirm`], recorded in the wire log.
+    ///
+    /// # Errors
+    /// The array's.
+    pub async fn confirm(&mut self, emits: bool) -> Result<(), RigError> {
+        recorded(self.logs.as_ref(), &Call::Confirm { emits }, self.array.confirm(emits)).await
     }
 
     /// The robot.
@@ -135,33 +196,27 @@ impl SafeRig {
         &mut *self.receiver
     }
 
-    /// Goes straight to a place, the receiver listening all the way. Where the robot says it arrived, and what was heard.
+    /// Moves straight to `target` while the receiver records. Returns where the robot says it arrived, and the recording.
     ///
     /// # Errors
     /// The robot's, or else the receiver's.
-    pub async fn hear_going(
+    pub async fn move_while_recording(
         &mut self,
         target: RobotPosition,
         feed: Feed,
     ) -> Result<(RobotPosition, Recording), RigError> {
-        let call = Call::move_to(target, feed);
-        self.note_call(&call);
-        if let Some(logs) = &self.logs {
-            // How long it listens is the robot's affair: what follows is not run again.
+        let logs = self.logs.as_ref();
+        record_call(logs, &Call::move_to(target, feed));
+        if let Some(logs) = logs {
+            // The length of the recording depends on the robot, so a replay cannot repeat what follows.
             logs.note(Role::Receiver, '~', "a row is flown");
         }
         let mut arrived = None;
         let motion = &mut *self.motion;
-        let going = async { arrived = Some(motion.move_to(target, feed).await) };
-        let recording = self.receiver.record(Box::pin(going)).await;
-        if let (Some(logs), Some(arrived)) = (&self.logs, &arrived) {
-            let stands = |position: &RobotPosition| Outcome::Stands(position.axes_m());
-            match arrived {
-                Ok(position) => {
-                    logs.note(Role::Robot, ':', &Outcome::in_words(&Ok(stands(position))));
-                }
-                Err(error) => logs.note(Role::Robot, ':', &format!("error {error}")),
-            }
+        let moving = async { arrived = Some(motion.move_to(target, feed).await) };
+        let recording = self.receiver.record(Box::pin(moving)).await;
+        if let (Some(logs), Some(arrived)) = (logs, &arrived) {
+            logs.note(Role::Robot, ':', &result_text(arrived));
         }
         let arrived = arrived.transpose()?;
         Ok((arrived.unwrap_or(target), recording?))
@@ -183,7 +238,9 @@ impl SafeRig {
     /// is unknown afterwards.
     pub async fn make_safe(&mut self, reason: impl Into<String>) -> SafetyReport {
         let until = Instant::now() + SAFE_WITHIN;
-        [Call::Silence, Call::Stop].iter().for_each(|call| self.note_call(call));
+        for call in [Call::Silence, Call::Stop] {
+            record_call(self.logs.as_ref(), &call);
+        }
         let (silencing, stopping) = tokio::join!(
             biased;
             timeout_at(until, self.array.silence()),
@@ -196,6 +253,26 @@ impl SafeRig {
         let report = SafetyReport { reason: reason.into(), array, robot };
         tracing::warn!("{report}");
         report
+    }
+}
+
+/// Makes a call, and records it and its outcome in the log of the device's wire.
+async fn recorded<T: Into<Outcome> + Clone>(
+    logs: Option<&WireLogs>,
+    call: &Call,
+    calling: impl Future<Output = Result<T, RigError>>,
+) -> Result<T, RigError> {
+    record_call(logs, call);
+    let result = calling.await;
+    if let Some(logs) = logs {
+        logs.note(call.role(), ':', &result_text(&result));
+    }
+    result
+}
+
+fn record_call(logs: Option<&WireLogs>, call: &Call) {
+    if let Some(logs) = logs {
+        logs.note(call.role(), '=', &call.encode());
     }
 }
 
@@ -243,7 +320,7 @@ mod tests {
 
     use super::*;
     use crate::device::Role;
-    use crate::{ArrayIdentity, ElementDelay, Feed, Reading, ReceiverIdentity, RobotPosition};
+    use crate::{ArrayIdentity, ReceiverIdentity};
 
     type Log = Arc<Mutex<Vec<&'static str>>>;
 

@@ -12,14 +12,13 @@ use crate::fly::{Flight, Flights};
 use crate::references::{Moved, compare, reference_rows};
 use crate::rows::{Leg, Line, legs};
 use fieldgap_records::{EventKind, Visit};
-use fieldgap_rig::call::Call;
 
 impl Session {
     /// Runs what is left of the plan.
     pub(super) async fn conduct(&mut self, watch: Watch<'_>) -> Result<(), Stopped> {
         watch(&self.open.greeting());
-        self.open.rig().perform(Call::ContinuousWave).await?;
-        self.open.rig().perform(Call::Home).await?;
+        self.open.rig().continuous_wave().await?;
+        self.open.rig().home().await?;
         self.journal.record(Timestamp::now(), EventKind::Homed, "")?;
         watch(&Event::Homed);
         let clock = match self.kept.last() {

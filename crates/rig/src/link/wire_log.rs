@@ -5,7 +5,7 @@
 //! | mark | text |
 //! |---|---|
 //! | `@` | the device was opened: its port, the calendar's time, the number of the opening |
-//! | `=` | what the program asked of the driver ([`Call`](crate::call::Call), JSON) |
+//! | `=` | what the program asked of the driver (a call of a driver, JSON) |
 //! | `>` | bytes sent, unprintable ones escaped |
 //! | `<` | bytes heard, the same |
 //! | `:` | what came of the call: `ok` and a value, or `error` and its words; none where it was given up |

@@ -394,6 +394,32 @@ mod tests {
     }
 
     #[test]
+    fn tables_of_firmwares_share_their_keys_and_refuse_each_others_own() {
+        let open = |table: &str| motion(&format!("{COMMON}{table}")).map(|motion| motion.driver);
+        let shared = "port = \"/dev/ttyUSB3\"\nhome_within_s = 60.0\n";
+        let Ok(MotionDriver::Marlin(marlin)) = open(&format!("[motion.marlin]\n{shared}")) else {
+            panic!("a Marlin table")
+        };
+        let own = "hold_motors = false\n";
+        let Ok(MotionDriver::Grbl(grbl)) = open(&format!("[motion.grbl]\n{shared}{own}")) else {
+            panic!("a GRBL table")
+        };
+        assert_eq!(marlin.firmware.port, grbl.firmware.port);
+        assert_eq!(marlin.firmware.home_within_s.get(), 60.0);
+        assert_eq!((grbl.firmware.baud, grbl.hold_motors), (115_200, false));
+        assert_eq!(marlin.firmware.home[0].as_str(), "G28");
+        assert_eq!(grbl.firmware.home[0].as_str(), "$H");
+
+        let fault = open(&format!("[motion.marlin]\n{shared}{own}")).expect_err("not Marlin's");
+        assert_eq!(fault.line_column(), Some((9, 1)), "{fault}");
+        for key in ["hold_motors", "port", "baud", "home", "home_within_s"] {
+            assert!(fault.to_string().contains(key), "{fault}");
+        }
+        let fault = open("[motion.grbl]\nhome_within_s = -1.0\n").expect_err("negative");
+        assert_eq!(fault.line_column().map(|(line, _)| line), Some(7), "{fault}");
+    }
+
+    #[test]
     fn an_axis_that_ends_before_it_begins_is_shown_at_its_line() {
         let text = COMMON.replace("z = [0.0, 250.0]", "z = [250.0, 0.0]") + "[motion.marlin]\n";
         let fault = motion(&text).expect_err("reversed");

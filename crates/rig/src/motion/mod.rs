@@ -2,10 +2,13 @@
 
 mod advice;
 pub mod auto;
+mod firmware_table;
 pub mod grbl;
 pub mod guarded;
+mod limits;
 pub mod marlin;
 pub mod route;
 pub mod travel;
 
 pub use advice::Advice;
+pub use firmware_table::FirmwareKeys;

@@ -14,22 +14,17 @@ use super::session::{Outcome, Session, homing_is_off};
 use super::settings::Settings;
 use super::status::State;
 use crate::config::MotionConfig;
-use crate::device::{Device, Role};
+use crate::device::Device;
 use crate::error::{Cause, RigError};
-use crate::link::{ByteLink, Wire, open_serial};
+use crate::link::{ByteLink, Wire};
 use crate::motion::Advice;
+use crate::motion::limits::{STOPPED_WITHIN, Slack};
 use crate::motion::travel::Envelope;
 use crate::space::{Feed, RobotPosition};
 use crate::{Emergency, Motion};
 
-/// How long a stop may take to be confirmed.
-const STOPPED_WITHIN: Duration = Duration::from_secs(2);
-
-/// A move may take twice as long as its settings make it take, and this much more.
-const MOVE_SLACK: Duration = Duration::from_secs(10);
-
-/// How long a move may take when its start or its speed is not known.
-const LONGEST_MOVE: Duration = Duration::from_secs(600);
+/// Beyond what the firmware's settings make a move take.
+const MOVE_SLACK: Slack = Slack { factor: 2.0, extra: Duration::from_secs(10) };
 
 /// How often a move that was not executed is sent again.
 const MOST_REPEATS: u32 = 5;
@@ -66,7 +61,7 @@ impl GrblConfig {
         section: &MotionConfig,
         port: Option<&str>,
     ) -> Result<Box<dyn Motion>, RigError> {
-        let wire = open_serial(Role::Robot, port, self.port.as_deref(), self.baud)?;
+        let wire = self.firmware.open_port(port)?;
         Ok(Box::new(Grbl::begin(wire, self, section.envelope(), section.feed()).await?))
     }
 }
@@ -89,9 +84,8 @@ impl<L: ByteLink> Grbl<L> {
             firmware: String::new(),
             settings: Settings::default(),
             advice: Vec::new(),
-            home: config.home.clone(),
-            home_within: Duration::try_from_secs_f64(config.home_within_s.get())
-                .unwrap_or(LONGEST_MOVE),
+            home: config.firmware.home.clone(),
+            home_within: config.firmware.home_within(),
             hold_motors: config.hold_motors,
             envelope,
             feed,
@@ -212,15 +206,13 @@ impl<L: ByteLink> Grbl<L> {
 
     /// The distance over the slowest speed, and the time to reach it and to stop.
     fn longest_for(&self, target: RobotPosition, feed: Feed) -> Duration {
-        let slowest = || {
+        let expected_s = || {
             let mm_s = self.settings.slowest_axis_mm_s()?.min(feed.m_s() * 1e3);
             let length_mm = self.at?.distance_m(target) * 1e3;
             let ramps_s = 2.0 * mm_s / self.settings.least_acceleration_mm_s2()?;
-            Duration::try_from_secs_f64(length_mm / mm_s + ramps_s).ok()
+            Some(length_mm / mm_s + ramps_s)
         };
-        slowest().map_or(LONGEST_MOVE, |moving| {
-            moving.saturating_mul(2).saturating_add(MOVE_SLACK).min(LONGEST_MOVE)
-        })
+        MOVE_SLACK.longest(expected_s())
     }
 }
 

@@ -2,54 +2,26 @@
 
 use serde::Deserialize;
 
-use fieldgap_input::Positive;
+use crate::motion::firmware_table::{FirmwareKeys, firmware_table};
 
-/// `[motion.marlin]`: where the firmware is reached and how it homes.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MarlinConfig {
-    /// The serial port; absent where a virtual rig gives it.
-    pub port: Option<String>,
-    /// Its speed, bits a second.
-    #[serde(default = "default_baud")]
-    pub baud: u32,
-    /// The lines that home the robot, in order. The path of homing is the firmware's own, so no
-    /// keep-out box is checked on it: where something stands in the way, home the axis that
-    /// clears it first, for instance `["G28 Z", "G28 X Y"]`.
-    #[serde(default = "default_home")]
-    pub home: Vec<HomeLine>,
-    /// How long homing may take in all, s.
-    #[serde(default = "default_home_within_s")]
-    pub home_within_s: Positive,
-}
-
-impl Default for MarlinConfig {
-    fn default() -> Self {
-        Self {
-            port: None,
-            baud: default_baud(),
-            home: default_home(),
-            home_within_s: default_home_within_s(),
-        }
-    }
-}
-
-fn default_baud() -> u32 {
-    115_200
-}
-
-fn default_home() -> Vec<HomeLine> {
-    vec![HomeLine("G28".to_owned())]
-}
-
-fn default_home_within_s() -> Positive {
-    Positive::new(180.0).expect("180 is above zero")
+firmware_table! {
+    /// `[motion.marlin]`: where the firmware is reached and how it homes.
+    ///
+    /// Where something stands in the way of homing, home the axis that clears it first, for instance
+    /// `home = ["G28 Z", "G28 X Y"]`.
+    MarlinConfig homes by HomeLine {}
 }
 
 /// A `G28` line: homing and nothing else.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 pub struct HomeLine(String);
+
+impl Default for HomeLine {
+    fn default() -> Self {
+        Self("G28".to_owned())
+    }
+}
 
 impl HomeLine {
     /// The line as it is sent.

@@ -7,27 +7,20 @@ use async_trait::async_trait;
 use super::config::{HomeLine, MarlinConfig};
 use super::session::Session;
 use crate::config::MotionConfig;
-use crate::device::{Device, Role};
+use crate::device::Device;
 use crate::error::RigError;
-use crate::link::{ByteLink, Wire, open_serial};
+use crate::link::{ByteLink, Wire};
 use crate::motion::Advice;
+use crate::motion::limits::{STOPPED_WITHIN, Slack};
 use crate::space::{Feed, RobotPosition};
 use crate::{Emergency, Motion};
 
 /// How long the firmware may take to put one command into its queue.
 const TAKEN_WITHIN: Duration = Duration::from_secs(20);
 
-/// How long a stop may take to be confirmed.
-const STOPPED_WITHIN: Duration = Duration::from_secs(2);
-
-/// A move may take this many times its length over its feed, for axes whose own limit is lower...
-const SLOWER_AXES: f64 = 20.0;
-
-/// ... and this much more, for acceleration and a firmware at other work.
-const MOVE_SLACK: Duration = Duration::from_secs(60);
-
-/// How long a move may take when it is not known where it starts.
-const LONGEST_MOVE: Duration = Duration::from_secs(600);
+/// Beyond its length over its feed: axes may have a lower limit of their own, accelerate, and wait for other work of the
+/// firmware.
+const MOVE_SLACK: Slack = Slack { factor: 20.0, extra: Duration::from_secs(60) };
 
 /// Stops whatever moves, unnumbered and behind a line that may have been broken off.
 const STOP: &[u8] = b"\nM410\n";
@@ -61,7 +54,7 @@ impl MarlinConfig {
         _: &MotionConfig,
         port: Option<&str>,
     ) -> Result<Box<dyn Motion>, RigError> {
-        let wire = open_serial(Role::Robot, port, self.port.as_deref(), self.baud)?;
+        let wire = self.firmware.open_port(port)?;
         Ok(Box::new(Marlin::begin(wire, self).await?))
     }
 }
@@ -75,9 +68,8 @@ impl<L: ByteLink> Marlin<L> {
         let mut robot = Self {
             session: Session::new(wire),
             firmware: String::new(),
-            home: config.home.clone(),
-            home_within: Duration::try_from_secs_f64(config.home_within_s.get())
-                .unwrap_or(LONGEST_MOVE),
+            home: config.firmware.home.clone(),
+            home_within: config.firmware.home_within(),
             advice: Vec::new(),
             at: None,
         };
@@ -86,7 +78,7 @@ impl<L: ByteLink> Marlin<L> {
     }
 
     async fn set_up(&mut self) -> Result<(), RigError> {
-        self.session.wire.attempting("opening a session with the firmware");
+        self.session.line.wire.attempting("opening a session with the firmware");
         self.session.begin().await?;
         let answer = self.session.command("M115", TAKEN_WITHIN).await?;
         self.firmware = firmware_name(&answer.lines);
@@ -101,7 +93,7 @@ impl<L: ByteLink> Marlin<L> {
             let Some(reply) = self.session.command(setting, TAKEN_WITHIN).await?.unknown else {
                 continue;
             };
-            tracing::debug!(device = %self.session.wire.device(), "does without {setting}: {reply}");
+            tracing::debug!(device = %self.session.line.wire.device(), "does without {setting}: {reply}");
             if setting == KEEP_MOTORS_ON {
                 self.advice.push(Advice {
                     problem: "its motors let go when they are idle, and it does not know `M84 S0`".to_owned(),
@@ -121,17 +113,14 @@ impl<L: ByteLink> Marlin<L> {
     }
 
     fn longest_for(&self, target: RobotPosition, feed: Feed) -> Duration {
-        self.at
-            .map(|at| at.distance_m(target) / feed.m_s() * SLOWER_AXES)
-            .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
-            .map_or(LONGEST_MOVE, |moving| MOVE_SLACK.saturating_add(moving).min(LONGEST_MOVE))
+        MOVE_SLACK.longest(self.at.map(|at| at.distance_m(target) / feed.m_s()))
     }
 }
 
 #[async_trait]
 impl<L: ByteLink> Motion for Marlin<L> {
     fn device(&self) -> &Device {
-        self.session.wire.device()
+        self.session.line.wire.device()
     }
 
     fn firmware(&self) -> &str {
@@ -147,7 +136,7 @@ impl<L: ByteLink> Motion for Marlin<L> {
         if !self.session.in_step() {
             self.set_up().await?;
         }
-        self.session.wire.attempting("homing");
+        self.session.line.wire.attempting("homing");
         for line in self.home.clone() {
             self.session.required(line.as_str(), self.home_within).await?;
         }
@@ -159,7 +148,7 @@ impl<L: ByteLink> Motion for Marlin<L> {
         target: RobotPosition,
         feed: Feed,
     ) -> Result<RobotPosition, RigError> {
-        self.session.wire.attempting(format!("moving to {target}"));
+        self.session.line.wire.attempting(format!("moving to {target}"));
         let within = self.longest_for(target, feed);
         self.at = None;
         let [x, y, z] = target.axes_mm();
@@ -169,25 +158,25 @@ impl<L: ByteLink> Motion for Marlin<L> {
     }
 
     async fn position(&mut self) -> Result<RobotPosition, RigError> {
-        self.session.wire.attempting("asking for the position");
+        self.session.line.wire.attempting("asking for the position");
         self.session.position(TAKEN_WITHIN).await
     }
 
     async fn stop(&mut self) -> Result<(), RigError> {
         self.at = None;
-        self.session.wire.attempting("stopping");
+        self.session.line.wire.attempting("stopping");
         self.session.quick_stop(STOPPED_WITHIN).await
     }
 
     fn emergency(&self) -> Option<Emergency> {
-        self.session.wire.emergency(STOP)
+        self.session.line.wire.emergency(STOP)
     }
 }
 
 impl<L: ByteLink> Drop for Marlin<L> {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            self.session.wire.last_words(STOP);
+            self.session.line.wire.last_words(STOP);
         }
     }
 }

@@ -5,7 +5,7 @@
 //! - A line is numbered and carries a checksum (`line.rs`). A damaged or missing one is answered `Resend: n` and an
 //!   `ok` that acknowledges nothing, which some builds omit.
 //! - A repeat of either of the last two accepted numbers is dropped **without** an `ok`. So after silence nothing is
-//!   sent again: a numbered mark to be said back tells whether the line before it was taken (`session.rs`).
+//!   sent again: a numbered mark to be said back tells whether the line before it was taken (`exchange.rs`).
 //! - `ok` means planned, not arrived. Arrived means that `M400` came back, and the proof of that is a position report
 //!   asked for behind it: commands are executed in order.
 //! - One command is under way at a time: a firmware whose receive buffer overruns loses lines and says nothing.
@@ -16,7 +16,9 @@
 
 mod config;
 mod driver;
+mod exchange;
 mod line;
+mod numbered_line;
 mod reply;
 mod session;
 #[cfg(test)]

@@ -1,7 +1,9 @@
 //! What the firmware says, line by line.
 
-use super::session::MARK;
 use crate::space::RobotPosition;
+
+/// What marks begin with.
+pub(super) const MARK: &str = "fieldgap-";
 
 /// One line from the firmware.
 #[derive(Debug, Clone, PartialEq)]

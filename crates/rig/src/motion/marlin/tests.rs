@@ -13,7 +13,6 @@ use crate::Motion;
 use crate::device::{Device, Role};
 use crate::error::{Cause, RigError};
 use crate::link::Wire;
-use crate::motion::marlin::config::HomeLine;
 use crate::space::{Feed, RobotPosition};
 use fieldgap_input::Positive;
 
@@ -256,14 +255,8 @@ impl Bench {
             done: Arc::clone(&done),
         };
         tokio::spawn(firmware.run());
-        let config = MarlinConfig {
-            port: None,
-            baud: 115_200,
-            home: vec![HomeLine::try_from("G28".to_owned()).expect("a homing line")],
-            home_within_s: Positive::new(180.0).expect("positive"),
-        };
         let wire = Wire::new(near, Device::new(Role::Robot, "memory"));
-        Ok(Self { robot: Marlin::begin(wire, &config).await?, done })
+        Ok(Self { robot: Marlin::begin(wire, &MarlinConfig::default()).await?, done })
     }
 
     async fn go(&mut self, x_mm: f64) -> Result<RobotPosition, RigError> {

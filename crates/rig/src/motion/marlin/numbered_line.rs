@@ -1,0 +1,88 @@
+//! Numbered lines to one firmware, and what is known of its build.
+
+use std::collections::VecDeque;
+
+use super::line::numbered;
+use super::reply::MARK;
+use crate::error::{Cause, RigError};
+use crate::link::{ByteLink, Wire};
+
+/// Lines kept for a resend. One is under way at a time, and probes behind it.
+const KEPT_LINES: usize = 8;
+
+/// The line to a firmware: numbers given, lines kept for a resend, and how this build answers.
+#[derive(Debug)]
+pub(super) struct NumberedLine<L> {
+    pub(super) wire: Wire<L>,
+    next: u32,
+    sent: VecDeque<(u32, String)>,
+    /// Whether this build has reported that it is busy, so that its silence means something.
+    pub(super) says_busy: bool,
+    pub(super) position_query: &'static str,
+    /// The last mark; no two are alike.
+    pub(super) mark: u32,
+    /// Whether this build echoes marks; not known before the first exchange.
+    pub(super) says_marks: Option<bool>,
+}
+
+impl<L: ByteLink> NumberedLine<L> {
+    pub(super) fn new(wire: Wire<L>) -> Self {
+        Self {
+            wire,
+            next: 1,
+            sent: VecDeque::new(),
+            says_busy: false,
+            // The true position in builds that have it; the others ignore the letter.
+            position_query: "M114 R",
+            mark: 0,
+            says_marks: None,
+        }
+    }
+
+    /// Counts from 1 again, as a firmware does that was told `M110 N0`.
+    pub(super) fn restart(&mut self) {
+        self.sent.clear();
+        self.next = 1;
+    }
+
+    /// A command whose answer shows that all before it was executed: a mark not used before in this session, or a position
+    /// query where the build does not echo marks.
+    pub(super) fn probe(&mut self) -> String {
+        if self.says_marks == Some(false) {
+            return self.position_query.to_owned();
+        }
+        self.mark = self.mark.wrapping_add(1);
+        format!("M118 {MARK}{}", self.mark)
+    }
+
+    /// Gives a command the next number and keeps it for a resend.
+    pub(super) fn number(&mut self, command: &str) -> Result<u32, RigError> {
+        let number = self.next;
+        let line = numbered(number, command).map_err(|cause| self.wire.error(cause))?;
+        self.sent.push_back((number, line));
+        if self.sent.len() > KEPT_LINES {
+            self.sent.pop_front();
+        }
+        self.next += 1;
+        Ok(number)
+    }
+
+    /// Sends the line with a number, for the first time or again.
+    pub(super) async fn write(&mut self, number: u32) -> Result<(), RigError> {
+        let line = self.sent.iter().find(|(sent, _)| *sent == number).map(|(_, line)| line.clone());
+        match line {
+            Some(line) => self.wire.send(line.as_bytes()).await,
+            None => Err(self.wire.error(Cause::OutOfStep { wanted: number })),
+        }
+    }
+
+    /// Whether the line that the firmware asks for can be sent again.
+    pub(super) fn must_have_sent(&self, wanted: u32) -> Result<(), RigError> {
+        if self.sent.iter().any(|(sent, _)| *sent == wanted) {
+            return Ok(());
+        }
+        // A firmware that restarted counts from the beginning, even if its `start` was lost.
+        let cause = if wanted <= 1 { Cause::Reset } else { Cause::OutOfStep { wanted } };
+        Err(self.wire.error(cause))
+    }
+}

@@ -12,7 +12,7 @@ use fieldgap::acoustics::{Excitation, Medium, PlaneGrid, Simulation, Simulator, 
 use fieldgap::diagnosis::diagnose;
 use fieldgap::input::TomlSource;
 use fieldgap::records::{RecordedSample, RecordedScan, ScanSetup};
-use fieldgap::virtual_rig::luck::Luck;
+use fieldgap::virtual_rig::counter_rng::CounterRng;
 
 const ROUNDS: usize = 3;
 
@@ -81,9 +81,9 @@ fn scan(side: usize, step_mm: f64) -> RecordedScan {
     // (Delays are kept: they were told for the believed speed.)
     let levels = told_for(&setup, faster).magnitudes(&places_m);
     let largest = levels.iter().copied().fold(0.0, f64::max);
-    let luck = Luck::new(1);
+    let rng = CounterRng::new(1);
     let read = |n: usize, level: f64| {
-        let normal = |part: u64| luck.normal(3 * n as u64 + part);
+        let normal = |part: u64| rng.normal(3 * n as u64 + part);
         let detected = (level / largest + ADDITIVE * normal(0)).hypot(ADDITIVE * normal(1));
         detected * (1.0 + SHARE * normal(2))
     };

@@ -12,7 +12,7 @@ use fieldgap::input::TomlSource;
 use fieldgap::rig::{ArrayIdentity, FocusArray, open_array};
 use fieldgap::sensing::{Direction, SensingSession, Swipe};
 use fieldgap::virtual_rig::VirtualRig;
-use fieldgap::virtual_rig::hand::Way;
+use fieldgap::virtual_rig::gestures::Gesture;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -227,7 +227,7 @@ async fn swipes_are_told_over_the_port_as_they_happen() {
         .swipes_until(now_s)
         .into_iter()
         .filter(|swipe| swipe.begins_s > begun_s + 0.5 && swipe.ends_s < now_s - 0.5)
-        .map(|swipe| if swipe.way == Way::Left { Direction::Left } else { Direction::Right })
+        .map(|swipe| if swipe.kind == Gesture::Left { Direction::Left } else { Direction::Right })
         .collect();
     let told: Vec<Direction> = swipes.iter().map(|swipe| swipe.direction).collect();
     assert!(happened.len() >= 5 && told.len() >= happened.len() - 1, "{happened:?} {told:?}");

@@ -9,7 +9,7 @@ use fieldgap::rig::Sensed;
 use fieldgap::sensing::{Direction, Swipe, SwipeDetector};
 use fieldgap::virtual_rig::array_firmware::ArrayFirmware;
 use fieldgap::virtual_rig::firmware::Firmware;
-use fieldgap::virtual_rig::hand::Way;
+use fieldgap::virtual_rig::gestures::Gesture;
 use fieldgap::virtual_rig::trajectory::Trajectory;
 use fieldgap::virtual_rig::{Believed, Clock, Pace, Truth, World};
 
@@ -82,10 +82,10 @@ fn rates(from: &str, to: &str, seed: u64, gestures: usize) -> Rates {
     let mut rates = Rates::default();
     let mut matched = vec![false; swipes.len()];
     for gesture in &truth {
-        let way = match gesture.way {
-            Way::Left => Some(Direction::Left),
-            Way::Right => Some(Direction::Right),
-            Way::Push => None,
+        let way = match gesture.kind {
+            Gesture::Left => Some(Direction::Left),
+            Gesture::Right => Some(Direction::Right),
+            Gesture::Push => None,
         };
         let overlaps =
             |swipe: &Swipe| swipe.came_s < gesture.ends_s && swipe.went_s > gesture.begins_s;

@@ -1,4 +1,4 @@
-//! `fieldgap blind`: sets of scans whose causes are sealed away, to check diagnoses by.
+//! `fieldgap blind`: sets of scans with sealed causes, to check diagnoses.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -25,15 +25,15 @@ pub(super) struct Blind {
 
 #[derive(Debug, Subcommand)]
 enum Step {
-    /// Make a set of scans, and seal what is true of them
+    /// Make a set of scans, and seal their causes
     Make(Make),
-    /// Diagnose every scan of a folder; what is sealed there stays so
+    /// Diagnose every scan of a folder, without opening the seal
     Run(RunSet),
-    /// Open the seal and compare the diagnoses with what is true
+    /// Open the seal and compare the diagnoses with the true causes
     Score(ScoreSet),
-    /// Open the seal and print what is true, as JSON
+    /// Open the seal and print the true causes as JSON
     Open(Open),
-    /// Seal a truth file, so that the cause behind a virtual rig is read by nobody who scans it
+    /// Seal a truth file, so that the cause behind a virtual rig is withheld
     SealTruth(SealTruth),
 }
 
@@ -41,10 +41,10 @@ enum Step {
 struct Make {
     /// The folder for the set
     out: PathBuf,
-    /// Scans
+    /// Number of scans
     #[arg(long, value_name = "N")]
     count: usize,
-    /// Seed of all chance: whoever knows it can make the answers again; without it one is drawn, and sealed with them
+    /// Seed of all random numbers, from which the answers can be computed; by default a random one, sealed with the answers
     #[arg(long, value_name = "S")]
     seed: Option<u64>,
     /// Share of scans without any effect
@@ -53,25 +53,25 @@ struct Make {
     /// Share of scans with two effects
     #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
     pairs: f64,
-    /// Share of scans with a cause that the catalogue does not have
+    /// Share of scans with a cause that is not in the catalogue
     #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
     outside: f64,
-    /// Where the key is written; without it, answers.key in the set's folder
+    /// Where the key is written [default: answers.key in the set's folder]
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 struct RunSet {
-    /// The folder whose folders are recorded scans
+    /// The folder that contains the folders of recorded scans
     folder: PathBuf,
-    /// These scans alone
+    /// Only these scans
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     only: Vec<String>,
-    /// Where the diagnoses go; without it, diagnoses in the folder
+    /// Where the diagnoses go [default: diagnoses in the folder]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// The simulator whose gap is diagnosed; without it, that of each scan
+    /// The simulator whose gap is diagnosed [default: that of each scan]
     #[arg(long, value_name = "NAME")]
     simulator: Option<Simulator>,
 }
@@ -80,10 +80,10 @@ struct RunSet {
 struct ScoreSet {
     #[command(flatten)]
     sealed: Sealed,
-    /// Where the diagnoses are; without it, diagnoses in the set's folder
+    /// Where the diagnoses are [default: diagnoses in the set's folder]
     #[arg(long, value_name = "DIR")]
     diagnoses: Option<PathBuf>,
-    /// Everything as JSON
+    /// Print everything as JSON
     #[arg(long)]
     json: bool,
 }
@@ -99,16 +99,16 @@ struct Open {
 struct Sealed {
     /// The folder of the set
     set: PathBuf,
-    /// The key; without it, answers.key in the set's folder
+    /// The key [default: answers.key in the set's folder]
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
-    /// The commitment that was printed when the set was made; without it, the one in the set's folder
+    /// The commitment that was printed when the set was made [default: the one in the set's folder]
     #[arg(long, value_name = "DIGEST")]
     commitment: Option<String>,
 }
 
-/// The key lies beside the sealed file, as the virtual rig has to open it: this keeps a cause from eyes and from the
-/// diagnosis, not from somebody who cheats.
+/// The key lies beside the sealed file, because the virtual rig has to open it. This hides a cause from a reader and from the
+/// diagnosis, not from somebody who uses the key.
 #[derive(Debug, Args)]
 struct SealTruth {
     /// The truth file
@@ -140,7 +140,7 @@ impl Make {
         }
         let seal = Seal::of(&self.out, self.key.as_deref());
         seal.is_free()?;
-        let shares = Shares { none: self.none, pairs: self.pairs, outside: self.outside };
+        let shares = Shares { none: self.none, pairs: self.pairs, unmodelled: self.outside };
         let seed = self.seed.map_or_else(fresh_seed, Ok)?;
         let bar = bar(self.count, "scans made");
         let set = SetToMake { count: self.count, seed, shares };
@@ -164,7 +164,7 @@ impl RunSet {
             |scans| diagnose(scans, self.simulator),
             |done| {
                 bar.suspend(|| match done {
-                    // Whoever reads along may have gone away; the diagnoses are kept all the same.
+                    // Standard output may be closed; the diagnoses are written all the same.
                     Ok(diagnosed) => drop(print(&format!("{diagnosed}\n"))),
                     Err(error) => {
                         failures.fetch_add(1, Ordering::Relaxed);

@@ -6,7 +6,7 @@ use fieldgap::acoustics::rayleigh::{DiscRule, Piston};
 use fieldgap::acoustics::{PlaneGrid, Simulator, Vec3};
 use fieldgap::input::TomlSource;
 use fieldgap::records::{RecordedSample, RecordedScan, ScanSetup};
-use fieldgap::virtual_rig::luck::Luck;
+use fieldgap::virtual_rig::counter_rng::CounterRng;
 use num_complex::Complex64;
 
 const SETUP: &str = r#"
@@ -96,8 +96,8 @@ pub fn scan(heights_mm: &[f64], truth: &Truth) -> RecordedScan {
     places_mm.extend(again);
     let levels = levels(&setup, &places_mm, truth);
     let largest = levels.iter().copied().fold(0.0, f64::max);
-    let luck = Luck::new(1);
-    let noise = |n: usize, part: u64| luck.normal(3 * n as u64 + part);
+    let rng = CounterRng::new(1);
+    let noise = |n: usize, part: u64| rng.normal(3 * n as u64 + part);
     let read = |n: usize, level: f64| {
         let heard = (level / largest + ADDITIVE * noise(n, 0)).hypot(ADDITIVE * noise(n, 1));
         heard * (1.0 + SHARE * noise(n, 2))

@@ -1,4 +1,4 @@
-//! What is true of one scan of a set, as it is sealed away.
+//! The true causes of each scan of a set, as they are sealed.
 
 use std::collections::BTreeMap;
 
@@ -6,24 +6,25 @@ use serde::{Deserialize, Serialize};
 
 use super::assignment::Category;
 
-/// What is true of one scan.
+/// The truth of one scan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Answer {
     /// The scan's folder.
     pub name: String,
-    /// What kind of truth it has.
+    /// Its category.
     pub category: Category,
-    /// Ids of the catalogue, in its order; or the one name of a cause outside it.
+    /// Ids of the catalogue, in its order; or the name of an unmodelled cause.
     pub effects: Vec<String>,
     /// Parameters by `effect.parameter`.
     pub parameters: BTreeMap<String, serde_json::Value>,
-    /// The gap without noise, at the best gain and a small shift: rms over readings in standard deviations of their noise.
+    /// The gap without noise at the best gain and small shift: root mean square over the readings, in standard deviations of
+    /// their noise.
     pub gap_sigma: f64,
     /// The same for each effect alone, in the order of `effects`.
     pub gaps_alone_sigma: Vec<f64>,
-    /// Amplitude and phase, rad, that each element truly has, where an effect changed any.
+    /// True amplitude and phase, rad, of each element, if an effect changed any.
     pub elements: Option<Vec<[f64; 2]>>,
-    /// Noise: relative, and of each quadrature, V.
+    /// Standard deviations of the noise: relative, and of each quadrature, V.
     pub noise: [f64; 2],
     /// The largest reading that the laboratory expects, V.
     pub peak_v: f64,

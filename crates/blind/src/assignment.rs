@@ -1,117 +1,119 @@
-//! What each scan of a set is to hold: so many of each category, every cause as often as another, in no order.
+//! The causes of each scan of a set: a given share of each category, all causes equally often, in random order.
 
 use serde::{Deserialize, Serialize};
 
 use super::catalogue::IDS;
-use super::dice::Dice;
-use super::outside::OUTSIDE;
+use super::random_sequence::RandomSequence;
+use super::unmodelled::UNMODELLED;
 
-/// What kind of truth a scan has.
+/// The kind of cause of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Category {
-    /// Nothing but noise.
+    /// Noise alone.
     None,
     /// One effect of the catalogue.
     One,
     /// Two effects of the catalogue.
     Two,
-    /// A cause that the catalogue does not have.
-    Outside,
+    /// A cause that is not in the catalogue.
+    #[serde(rename = "outside")]
+    Unmodelled,
 }
 
-/// Shares of the categories, 0 to 1; the rest of the scans has one effect.
+/// Shares of the categories, 0 to 1. All other scans have one effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shares {
-    /// Nothing but noise.
+    /// Noise alone.
     pub none: f64,
     /// Two effects.
     pub pairs: f64,
-    /// Outside the catalogue.
-    pub outside: f64,
+    /// A cause that is not in the catalogue.
+    pub unmodelled: f64,
 }
 
 impl Default for Shares {
     fn default() -> Self {
-        Self { none: 0.1, pairs: 0.2, outside: 0.2 }
+        Self { none: 0.1, pairs: 0.2, unmodelled: 0.2 }
     }
 }
 
-/// What one scan is to hold.
+/// The causes of one scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Assignment {
     None,
     Effects(Vec<&'static str>),
-    /// By its place in [`OUTSIDE`].
-    Outside(usize),
+    /// By its index in [`UNMODELLED`].
+    Unmodelled(usize),
 }
 
 /// Assigns `count` scans.
-pub(super) fn assign(count: usize, shares: Shares, dice: &mut Dice) -> Vec<Assignment> {
+pub(super) fn assign(count: usize, shares: Shares, random: &mut RandomSequence) -> Vec<Assignment> {
     let of = |share: f64| (share * count as f64).round() as usize;
-    let (none, pairs, outside) = (of(shares.none), of(shares.pairs), of(shares.outside));
-    let one = count.saturating_sub(none + pairs + outside);
+    let (none, pairs, unmodelled) = (of(shares.none), of(shares.pairs), of(shares.unmodelled));
+    let one = count.saturating_sub(none + pairs + unmodelled);
     let mut assignments = vec![Assignment::None; none];
-    let mut singles = InTurn::new(IDS.len());
-    assignments.extend((0..one).map(|_| Assignment::Effects(vec![IDS[singles.next(dice)]])));
-    let mut halves = InTurn::new(IDS.len());
+    let mut singles = Rounds::new(IDS.len());
+    assignments.extend((0..one).map(|_| Assignment::Effects(vec![IDS[singles.next(random)]])));
+    let mut halves = Rounds::new(IDS.len());
     assignments.extend((0..pairs).map(|_| {
-        let first = halves.next(dice);
-        let mut second = halves.next(dice);
+        let first = halves.next(random);
+        let mut second = halves.next(random);
         // Across two rounds the same effect may come twice in a row.
         while second == first {
-            second = dice.index(IDS.len());
+            second = random.index(IDS.len());
         }
         let mut both = [first, second];
         both.sort_unstable();
         Assignment::Effects(both.map(|number| IDS[number]).to_vec())
     }));
-    let mut strange = InTurn::new(OUTSIDE.len());
-    assignments.extend((0..outside).map(|_| Assignment::Outside(strange.next(dice))));
+    let mut unmodelled_causes = Rounds::new(UNMODELLED.len());
+    assignments
+        .extend((0..unmodelled).map(|_| Assignment::Unmodelled(unmodelled_causes.next(random))));
     assignments.truncate(count);
-    dice.shuffle(&mut assignments);
+    random.shuffle(&mut assignments);
     assignments
 }
 
-/// Numbers in turn, each once a round, every round in another order.
-struct InTurn {
+/// Numbers in rounds: each once a round, every round in another random order.
+struct Rounds {
     of: usize,
-    left: Vec<usize>,
+    remaining: Vec<usize>,
 }
 
-impl InTurn {
+impl Rounds {
     fn new(of: usize) -> Self {
-        Self { of, left: Vec::new() }
+        Self { of, remaining: Vec::new() }
     }
 
-    fn next(&mut self, dice: &mut Dice) -> usize {
-        if self.left.is_empty() {
-            self.left = (0..self.of).collect();
-            dice.shuffle(&mut self.left);
+    fn next(&mut self, random: &mut RandomSequence) -> usize {
+        if self.remaining.is_empty() {
+            self.remaining = (0..self.of).collect();
+            random.shuffle(&mut self.remaining);
         }
-        self.left.pop().expect("it was filled above")
+        self.remaining.pop().expect("it was filled above")
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fieldgap_virtual_rig::luck::Luck;
+    use fieldgap_virtual_rig::counter_rng::CounterRng;
 
     #[test]
-    fn every_effect_comes_as_often_as_another_and_the_shares_are_kept() {
-        let assigned = assign(620, Shares::default(), &mut Dice::new(Luck::new(1)));
+    fn all_effects_are_equally_often_and_the_shares_are_kept() {
+        let assigned = assign(620, Shares::default(), &mut RandomSequence::new(CounterRng::new(1)));
         let count = |wanted: &dyn Fn(&Assignment) -> bool| {
             assigned.iter().filter(|assignment| wanted(assignment)).count()
         };
         assert_eq!(count(&|a| *a == Assignment::None), 62);
-        assert_eq!(count(&|a| matches!(a, Assignment::Outside(_))), 124);
+        assert_eq!(count(&|a| matches!(a, Assignment::Unmodelled(_))), 124);
         for id in IDS {
             assert_eq!(count(&|a| *a == Assignment::Effects(vec![id])), 10, "{id}");
         }
-        for number in 0..OUTSIDE.len() {
-            let times = count(&|a| *a == Assignment::Outside(number));
-            assert!(times.abs_diff(124 / OUTSIDE.len()) <= 1, "{number}: {times}");
+        for number in 0..UNMODELLED.len() {
+            let times = count(&|a| *a == Assignment::Unmodelled(number));
+            assert!(times.abs_diff(124 / UNMODELLED.len()) <= 1, "{number}: {times}");
         }
         assert!(count(&|a| matches!(a, Assignment::Effects(both) if both.len() == 2)) == 124);
         assert_eq!(

@@ -1,29 +1,29 @@
-//! How each effect of the catalogue is drawn: its parameters but for the size, and how the size sets them.
+//! Random parameters of each effect of the catalogue, as a function of its size.
 //!
-//! A size is zero for "not at all", and the gap grows with it, in proportion where that can be had. The simulator's defects
-//! (`phase-plane`, `on-axis-unit`) are left out: no world has them.
+//! Size zero means no effect. The gap grows with the size, where possible in proportion. The simulator's defects (`phase-plane`,
+//! `on-axis-unit`) are left out: a real set-up cannot have them.
 
 use std::f64::consts::TAU;
 
 use super::causes::Parameters;
-use super::dice::Dice;
 use super::laboratory::{Laboratory, SPEED_M_S};
+use super::random_sequence::RandomSequence;
 use fieldgap_acoustics::Vec3;
 
-/// The parameters of an effect, but for its size.
+/// The parameters of an effect as a function of its size.
 pub(super) enum Sizes {
-    /// Any size from zero to the largest that is still physical.
+    /// Any size from zero to the largest physical one.
     Any {
         /// The largest.
         largest: f64,
         /// The parameters at a size.
         at: Box<dyn Fn(f64) -> Parameters>,
     },
-    /// Some that were drawn, to choose from.
+    /// Several random draws to choose from.
     OneOf(Vec<Parameters>),
 }
 
-/// Every id that is drawn.
+/// Every id that can be drawn.
 pub(super) const IDS: [&str; 31] = [
     "sound-speed",
     "absorption",
@@ -58,20 +58,20 @@ pub(super) const IDS: [&str; 31] = [
     "gain-drift",
 ];
 
-/// Draws of elements, or of a number of steps, from which the nearest to the wanted gap is taken.
+/// Number of draws from which the nearest to the target gap is taken.
 const DRAWS: usize = 6;
 
-/// Steps in a period that drivers have: a few bits of delay.
+/// Steps per period of real drivers: a few bits of delay.
 const STEPS: [i64; 8] = [3, 4, 5, 6, 8, 10, 12, 16];
 
 /// Draws an effect. `id` is one of [`IDS`].
-pub(super) fn draw(id: &str, laboratory: &Laboratory, dice: &mut Dice) -> Sizes {
+pub(super) fn draw(id: &str, laboratory: &Laboratory, random: &mut RandomSequence) -> Sizes {
     let count = laboratory.elements().len();
     let peak_v = laboratory.peak_v;
-    let sign = dice.sign();
-    let angle_rad = dice.angle_rad();
+    let sign = random.sign();
+    let angle_rad = random.angle_rad();
     let (sin, cos) = angle_rad.sin_cos();
-    let direction = on_sphere(dice);
+    let direction = on_sphere(random);
     match id {
         "sound-speed" => any(0.03, move |size| one("c_m_s", SPEED_M_S * (1.0 + sign * size))),
         "absorption" => any(40.0, |size| one("db_per_m", size)),
@@ -86,10 +86,10 @@ pub(super) fn draw(id: &str, laboratory: &Laboratory, dice: &mut Dice) -> Sizes 
         "element-gain" => any(0.4, |size| one("spread", size)),
         "element-phase" => any(1.0, |size| one("spread_rad", size)),
         "dead-elements" | "polarity" => one_of(|| {
-            let how_many = 1 + dice.index(3);
-            elements(&dice.distinct(how_many, count))
+            let how_many = 1 + random.index(3);
+            elements(&random.distinct(how_many, count))
         }),
-        "swapped-channels" => one_of(|| elements(&dice.distinct(2, count))),
+        "swapped-channels" => one_of(|| elements(&random.distinct(2, count))),
         "pitch" => any(0.05, move |size| one("ratio", 1.0 + sign * size)),
         "array-tilt" => {
             any(0.12, move |size| of([("about_x_rad", size * cos), ("about_y_rad", size * sin)]))
@@ -99,14 +99,14 @@ pub(super) fn draw(id: &str, laboratory: &Laboratory, dice: &mut Dice) -> Sizes 
         ),
         "drive-frequency" => any(0.03, move |size| one("ratio", 1.0 + sign * size)),
         "offset" => any(5.0, move |size| {
-            let way_mm = size * direction;
-            of([("x_mm", way_mm.x), ("y_mm", way_mm.y), ("z_mm", way_mm.z)])
+            let shift_mm = size * direction;
+            of([("x_mm", shift_mm.x), ("y_mm", shift_mm.y), ("z_mm", shift_mm.z)])
         }),
         "rotation" | "skew" => any(0.15, move |size| one("rad", sign * size)),
         "axis-scale" => {
-            // As often one axis alone (a wrong motor or belt) as all three.
-            let alone = Vec3::ith(dice.index(3), sign);
-            let direction = if dice.chance(0.5) { alone } else { direction };
+            // One axis alone (a wrong motor or belt) as often as all three.
+            let alone = Vec3::ith(random.index(3), sign);
+            let direction = if random.chance(0.5) { alone } else { direction };
             any(0.06, move |size| {
                 let ratio = Vec3::repeat(1.0) + size * direction;
                 of([("x", ratio.x), ("y", ratio.y), ("z", ratio.z)])
@@ -114,23 +114,23 @@ pub(super) fn draw(id: &str, laboratory: &Laboratory, dice: &mut Dice) -> Sizes 
         }
         "backlash" => any(2.0, |size| one("mm", size)),
         "lag" => any(0.1, |size| one("s", size)),
-        // Up to some tenths of a millimetre: the repeatability of good screws is 0.02 mm, that of slack belts 0.3 mm. Belts move
-        // x and y alike. A screw, which holds z better, moves the third.
+        // Up to some tenths of a millimetre: the repeatability of good screws is 0.02 mm, that of slack belts 0.3 mm. x and y
+        // have equal belts; z has a screw, which repeats better.
         "position-jitter" => {
-            let z_over_xy = dice.uniform(0.2, 1.0);
+            let z_over_xy = random.uniform(0.2, 1.0);
             any(0.5, move |size| of([("x_mm", size), ("y_mm", size), ("z_mm", z_over_xy * size)]))
         }
-        // The loss goes with one over the square of the angle.
+        // The loss is inversely proportional to the square of the angle.
         "receiver-directivity" => any(1.0, |size| one("half_angle_deg", 20.0 / size.sqrt())),
-        // The loss goes with the square of the radius.
+        // The loss is proportional to the square of the radius.
         "aperture" => any(1.0, |size| one("radius_mm", 5.0 * size.sqrt())),
-        // The loss goes with the square of the level over this one.
+        // The loss is proportional to the square of the ratio of a reading to this level.
         "saturation" => any(1.5, move |size| one("level", peak_v / size.sqrt())),
         // Powers add.
         "noise-floor" => any(0.04, move |size| one("level", peak_v * size.sqrt())),
         "clipping" => any(0.7, move |size| one("level", peak_v * (1.0 - size))),
         "reflection" => {
-            let height_mm = dice.uniform(215.0, 400.0);
+            let height_mm = random.uniform(215.0, 400.0);
             any(0.6, move |size| {
                 let mut parameters = complex(size * cos, size * sin);
                 parameters.insert("height_mm".to_owned(), height_mm.into());
@@ -142,13 +142,13 @@ pub(super) fn draw(id: &str, laboratory: &Laboratory, dice: &mut Dice) -> Sizes 
             let over_s = laboratory.survey.lasts_s();
             any(0.4, move |size| of([("relative", sign * size), ("over_s", over_s)]))
         }
-        _ => unreachable!("{id} is none of the catalogue's ids that are drawn"),
+        _ => unreachable!("{id} is not an id that can be drawn"),
     }
 }
 
-fn on_sphere(dice: &mut Dice) -> Vec3 {
-    let z = dice.uniform(-1.0, 1.0);
-    let (sin, cos) = dice.uniform(0.0, TAU).sin_cos();
+fn on_sphere(random: &mut RandomSequence) -> Vec3 {
+    let z = random.uniform(-1.0, 1.0);
+    let (sin, cos) = random.uniform(0.0, TAU).sin_cos();
     let across = (1.0 - z * z).sqrt();
     Vec3::new(across * cos, across * sin, z)
 }
@@ -182,14 +182,14 @@ mod tests {
     use super::super::causes::Causes;
     use super::super::world::World;
     use super::*;
-    use fieldgap_virtual_rig::luck::Luck;
+    use fieldgap_virtual_rig::counter_rng::CounterRng;
 
     #[test]
-    fn every_draw_is_a_valid_truth_that_changes_something_when_it_is_large() {
-        let laboratory = Laboratory::draw(&mut Dice::new(Luck::new(2)));
+    fn every_draw_is_valid_and_a_large_one_changes_the_readings() {
+        let laboratory = Laboratory::draw(&mut RandomSequence::new(CounterRng::new(2)));
         let chosen: Vec<usize> = (64..2000).step_by(97).collect();
         let none = Causes::none();
-        let believed = World::new(&laboratory, &none, 1.0, Luck::new(1));
+        let believed = World::new(&laboratory, &none, 1.0, CounterRng::new(1));
         let levels = |world: &World<'_>| -> Vec<f64> {
             let stops = &laboratory.survey.stops;
             let raw = world.levels_v(&chosen);
@@ -197,13 +197,13 @@ mod tests {
         };
         for id in IDS {
             for draw_number in 0..3 {
-                let mut dice = Dice::new(Luck::new(draw_number));
-                let parameters = match draw(id, &laboratory, &mut dice) {
+                let mut random = RandomSequence::new(CounterRng::new(draw_number));
+                let parameters = match draw(id, &laboratory, &mut random) {
                     Sizes::Any { largest, at } => at(largest),
                     Sizes::OneOf(drawn) => drawn[0].clone(),
                 };
                 let causes = Causes::of_catalogue(vec![(id, parameters)]);
-                let world = World::new(&laboratory, &causes, 1.0, Luck::new(1));
+                let world = World::new(&laboratory, &causes, 1.0, CounterRng::new(1));
                 assert_ne!(levels(&world), levels(&believed), "{id}");
             }
         }

@@ -1,9 +1,9 @@
-//! What is at work in one scan: effects of the catalogue by their ids and parameters, or a cause outside it.
+//! The causes of one scan: effects of the catalogue by their ids and parameters, or an unmodelled cause.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::outside::Outside;
+use super::unmodelled::Unmodelled;
 use fieldgap_virtual_rig::Truth;
 use fieldgap_virtual_rig::effects::Effect;
 
@@ -13,44 +13,44 @@ pub(super) type Effects = Vec<(&'static str, Box<dyn Effect>)>;
 /// Parameters of one effect, as a truth file has them.
 pub(super) type Parameters = toml::Table;
 
-/// What is at work in one scan.
+/// The causes of one scan.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Causes {
     catalogue: Vec<(&'static str, Parameters)>,
-    outside: Option<Arc<dyn Outside>>,
+    unmodelled: Option<Arc<dyn Unmodelled>>,
 }
 
 impl Causes {
-    /// Nothing.
+    /// No cause.
     pub fn none() -> Self {
         Self::default()
     }
 
     /// Effects of the catalogue, each by its id.
     pub fn of_catalogue(catalogue: Vec<(&'static str, Parameters)>) -> Self {
-        Self { catalogue, outside: None }
+        Self { catalogue, unmodelled: None }
     }
 
-    /// A cause that the catalogue does not have.
-    pub fn of_outside(cause: Arc<dyn Outside>) -> Self {
-        Self { catalogue: Vec::new(), outside: Some(cause) }
+    /// A cause that is not in the catalogue.
+    pub fn of_unmodelled(cause: Arc<dyn Unmodelled>) -> Self {
+        Self { catalogue: Vec::new(), unmodelled: Some(cause) }
     }
 
-    /// The cause outside the catalogue.
-    pub fn outside(&self) -> Option<&dyn Outside> {
-        self.outside.as_deref()
+    /// The unmodelled cause, if any.
+    pub fn unmodelled(&self) -> Option<&dyn Unmodelled> {
+        self.unmodelled.as_deref()
     }
 
-    /// What they are called, in the catalogue's order.
+    /// Their names, in the catalogue's order.
     pub fn names(&self) -> Vec<String> {
         let catalogue = self.catalogue.iter().map(|(id, _)| (*id).to_owned());
-        catalogue.chain(self.outside().map(|cause| cause.name().to_owned())).collect()
+        catalogue.chain(self.unmodelled().map(|cause| cause.name().to_owned())).collect()
     }
 
     /// All parameters, by `effect.parameter`.
     pub fn parameters(&self) -> BTreeMap<String, serde_json::Value> {
-        let outside = self.outside().map(|cause| (cause.name(), cause.parameters()));
-        let of_all = self.catalogue.iter().cloned().chain(outside);
+        let unmodelled = self.unmodelled().map(|cause| (cause.name(), cause.parameters()));
+        let of_all = self.catalogue.iter().cloned().chain(unmodelled);
         of_all
             .flat_map(|(id, parameters)| {
                 parameters.into_iter().map(move |(name, value)| {
@@ -61,10 +61,10 @@ impl Causes {
             .collect()
     }
 
-    /// The effects at work from each time on, s; the first from the beginning.
+    /// The effects from each time on, s. The first set acts from the beginning.
     pub fn epochs(&self) -> Vec<(f64, Effects)> {
         let mut epochs = vec![(f64::NEG_INFINITY, self.effects_of(&self.catalogue))];
-        if let Some(cause) = self.outside() {
+        if let Some(cause) = self.unmodelled() {
             epochs.extend(
                 cause.changes().into_iter().map(|(time_s, more)| (time_s, self.effects_of(&more))),
             );
@@ -79,7 +79,7 @@ impl Causes {
         let mut effects = Truth::of_effects(&tables.collect())
             .expect("every draw is a valid truth file; a test draws them all")
             .effects;
-        effects.extend(self.outside().and_then(Outside::effect));
+        effects.extend(self.unmodelled().and_then(Unmodelled::effect));
         effects
     }
 }

@@ -1,4 +1,4 @@
-//! What can go wrong with a set.
+//! Errors of making, running and scoring a set.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,23 +10,23 @@ use fieldgap_records::RecordError;
 /// Why a set was not made, run or scored.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum BlindError {
-    /// There is something in the folder that a set is to be made in.
-    #[error("{} is not empty; a set is made in a folder of its own", .0.display())]
+    /// The folder for a new set is not empty.
+    #[error("{} is not empty; a set needs a folder of its own", .0.display())]
     #[diagnostic(help("name a folder that does not exist yet"))]
     Occupied(PathBuf),
     /// A key would be written over another.
     #[error("{} exists already; it may be the only key to another set", .0.display())]
-    #[diagnostic(help("name another file with --key, or take that one away"))]
+    #[diagnostic(help("name another file with --key, or move that one away"))]
     KeyExists(PathBuf),
     /// A sealed file would be written over another.
-    #[error("{} exists already and stays as it is", .0.display())]
-    #[diagnostic(help("name another file with --out, or take that one away"))]
+    #[error("{} exists already and is not overwritten", .0.display())]
+    #[diagnostic(help("name another file with --out, or move that one away"))]
     SealedExists(PathBuf),
-    /// A name that is not read as that of a sealed file.
-    #[error("{} would not be known for a sealed file by its name", .0.display())]
+    /// A name without the ending of a sealed file.
+    #[error("{} does not have the name of a sealed file", .0.display())]
     #[diagnostic(help("let the name end in .sealed"))]
     NotASealedName(PathBuf),
-    /// A scan could not be kept.
+    /// A scan could not be written.
     #[error(transparent)]
     Record(#[from] RecordError),
     /// A scan could not be read.
@@ -37,91 +37,91 @@ pub enum BlindError {
     #[error("cannot read {}: {source}", path.display())]
     #[diagnostic(help("{help}"))]
     Read {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// What was reported.
+        /// The system's or parser's error.
         source: io::Error,
-        /// What to do.
+        /// The remedy.
         help: &'static str,
     },
     /// A file could not be written.
     #[error("cannot write {}: {source}", path.display())]
     #[diagnostic(help("check that the disk has room and that the folder may be written"))]
     Write {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// What was reported.
+        /// The system's or parser's error.
         source: io::Error,
     },
     /// The system gave no random numbers for a key.
     #[error("no key could be drawn: {0}")]
-    #[diagnostic(help("without one nothing can be sealed; try again"))]
+    #[diagnostic(help("nothing can be sealed without a key; try again"))]
     NoKey(String),
-    /// A key file that holds no key.
+    /// A key file without a key.
     #[error("{} holds no key: 64 hexadecimal digits are expected", .0.display())]
     #[diagnostic(help("name the file that `blind make` wrote with --key"))]
     BadKey(PathBuf),
     /// A scan is not as it was when the answers were sealed.
     #[error("{} is not as it was when the answers were sealed", .0.display())]
     #[diagnostic(help(
-        "the set counts for nothing any more; take it from where it was made, or make another"
+        "its score would mean nothing; take the set from its source, or make another"
     ))]
     ScanChanged(PathBuf),
     /// Scans, list or sealed answers are not those of the commitment.
-    #[error("the set is not the one of the commitment {expected}: its own is {found}")]
+    #[error("the set does not match the commitment {expected}: its own is {found}")]
     #[diagnostic(help(
-        "scans, answers or key were exchanged after the set was made; take them from where they were made"
+        "scans, answers or key were exchanged after the set was made; take them from their source"
     ))]
     NotCommitted {
-        /// What was written down when the set was made.
+        /// The commitment noted when the set was made.
         expected: String,
-        /// What the files give now.
+        /// The commitment of the present files.
         found: String,
     },
     /// The answers do not open.
-    #[error("{} does not open: the key is not its own, or its bytes were changed", .0.display())]
-    #[diagnostic(help("name the key that was written with it (--key)"))]
+    #[error("{} does not open: the key is not its key, or its bytes were changed", .0.display())]
+    #[diagnostic(help("name the key that was written with the set (--key)"))]
     DoesNotOpen(PathBuf),
-    /// A file that should be JSON of some form is not.
-    #[error("{} is not what is expected there: {source}", path.display())]
+    /// A file is not the expected JSON.
+    #[error("{} is not the expected JSON: {source}", path.display())]
     #[diagnostic(help("{help}"))]
     Json {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// What was reported.
+        /// The system's or parser's error.
         source: serde_json::Error,
-        /// What to do.
+        /// The remedy.
         help: &'static str,
     },
-    /// No scans at all.
+    /// A folder without scans.
     #[error("no folder in {} holds a scan.toml", .0.display())]
-    #[diagnostic(help("name the folder whose folders are recorded scans"))]
+    #[diagnostic(help("name the folder that contains the folders of recorded scans"))]
     NoScans(PathBuf),
-    /// A name that no scan has.
+    /// An unknown scan.
     #[error("{} has no scan called {name}", folder.display())]
-    #[diagnostic(help("its folders are the names of its scans"))]
+    #[diagnostic(help("the names of the scans are those of its folders"))]
     UnknownScan {
-        /// Where it was looked for.
+        /// The folder.
         folder: PathBuf,
-        /// What was asked for.
+        /// The requested name.
         name: String,
     },
-    /// A scan that cannot be compared with anything.
+    /// A scan that cannot be compared with a simulation.
     #[error("{name} cannot be diagnosed: {source}")]
     Incomparable {
         /// The scan.
         name: String,
-        /// Why.
+        /// The reason.
         source: Incomparable,
     },
-    /// There is nothing to score.
+    /// There is no diagnosis to score.
     #[error("{} holds no diagnosis", .0.display())]
     #[diagnostic(help("run `fieldgap blind run` first, or name its folder with --diagnoses"))]
     NothingToScore(PathBuf),
 }
 
 impl BlindError {
-    /// For [`Result::map_err`] of what reads `path`.
+    /// Wraps an error of reading `path`, for [`Result::map_err`].
     pub(super) fn reading(
         path: &Path,
         help: &'static str,
@@ -130,7 +130,7 @@ impl BlindError {
         move |source| Self::Read { path, source, help }
     }
 
-    /// For [`Result::map_err`] of what writes `path`.
+    /// Wraps an error of writing `path`, for [`Result::map_err`].
     pub(super) fn writing(path: &Path) -> impl FnOnce(io::Error) -> Self + use<> {
         let path = path.to_owned();
         move |source| Self::Write { path, source }

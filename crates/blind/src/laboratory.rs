@@ -1,8 +1,8 @@
-//! A laboratory as it believes itself to be: array, foci, the unit of its readings and their noise.
+//! A laboratory as it is assumed to be: array, foci, unit and noise of its readings.
 
 use std::num::NonZeroU32;
 
-use super::dice::Dice;
+use super::random_sequence::RandomSequence;
 use super::survey::Survey;
 use fieldgap_acoustics::{Array, Medium, Simulator, Vec3, delays_s};
 use fieldgap_input::{NonNegative, Positive};
@@ -11,7 +11,7 @@ use fieldgap_virtual_rig::drive::Drive;
 
 /// The carrier, Hz.
 pub(super) const FREQUENCY_HZ: f64 = 40e3;
-/// What the laboratory takes for the speed of sound, m/s.
+/// The assumed speed of sound, m/s.
 pub(super) const SPEED_M_S: f64 = 343.0;
 
 /// The noise of one reading.
@@ -30,16 +30,16 @@ impl NoiseOfReadings {
     }
 }
 
-/// What is set up, and what is believed of it.
+/// The assumed set-up.
 #[derive(Debug, Clone)]
 pub(super) struct Laboratory {
     /// The array's section of `scan.toml`.
     pub array: ArraySection,
     /// The foci, mm.
     pub foci_mm: Vec<Vec3>,
-    /// The way of the robot.
+    /// The robot's path.
     pub survey: Survey,
-    /// The largest reading that the laboratory expects, V: the gain from pressure to reading, said as people would.
+    /// The largest expected reading, V. It states the gain from pressure to reading.
     pub peak_v: f64,
     /// Relative standard deviation of each reading's level.
     pub multiplicative: f64,
@@ -49,46 +49,46 @@ pub(super) struct Laboratory {
 
 impl Laboratory {
     /// Draws a laboratory.
-    pub fn draw(dice: &mut Dice) -> Self {
-        let array = if dice.chance(0.5) { square() } else { hexagon() };
-        let mut foci_mm = vec![if dice.chance(0.5) {
+    pub fn draw(random: &mut RandomSequence) -> Self {
+        let array = if random.chance(0.5) { square() } else { hexagon() };
+        let mut foci_mm = vec![if random.chance(0.5) {
             Vec3::new(17.5, -22.5, 100.0)
         } else {
-            let mut within = |low: f64, high: f64| tenths_of_micrometre(dice.uniform(low, high));
+            let mut within = |low: f64, high: f64| tenths_of_micrometre(random.uniform(low, high));
             Vec3::new(within(-20.0, 20.0), within(-20.0, 20.0), within(80.0, 120.0))
         }];
-        if dice.chance(1.0 / 3.0) {
-            let mut within = |low: f64, high: f64| tenths_of_micrometre(dice.uniform(low, high));
+        if random.chance(1.0 / 3.0) {
+            let mut within = |low: f64, high: f64| tenths_of_micrometre(random.uniform(low, high));
             foci_mm.push(Vec3::new(within(-20.0, 20.0), within(-20.0, 20.0), 130.0));
         }
-        let survey = Survey::new(foci_mm.len(), dice);
+        let survey = Survey::new(foci_mm.len(), random);
         Self {
             array,
             foci_mm,
             survey,
-            peak_v: dice.log_uniform(0.3, 4.0),
-            multiplicative: dice.uniform(0.012, 0.03),
-            additive_over_peak: dice.uniform(0.002, 0.008),
+            peak_v: random.log_uniform(0.3, 4.0),
+            multiplicative: random.uniform(0.012, 0.03),
+            additive_over_peak: random.uniform(0.002, 0.008),
         }
     }
 
-    /// The elements, as believed.
+    /// The assumed elements.
     pub fn elements(&self) -> &Array {
         self.array.array()
     }
 
-    /// The air, as believed.
+    /// The assumed air.
     pub fn medium(&self) -> Medium {
         Medium { speed_of_sound_m_s: SPEED_M_S }
     }
 
-    /// What the array is told for each focus, in delays of full precision.
+    /// The drive for each focus, with delays of full precision.
     pub fn drives(&self) -> Vec<Drive> {
         self.foci_mm
             .iter()
             .map(|focus_mm| {
-                let told = FocusSection::Point(*focus_mm).excitation();
-                let delays_s = delays_s(&told, self.elements(), &self.medium(), FREQUENCY_HZ);
+                let excitation = FocusSection::Point(*focus_mm).excitation();
+                let delays_s = delays_s(&excitation, self.elements(), &self.medium(), FREQUENCY_HZ);
                 let delays_s = delays_s.into_iter().map(Some).collect();
                 Drive { emitting: true, delays_s, ..Drive::silent(self.elements().len()) }
             })
@@ -103,7 +103,7 @@ impl Laboratory {
         }
     }
 
-    /// The scan's set-up. Neither the name nor the date tells one scan from another.
+    /// The scan's set-up. Its date is the same for all scans, so it reveals nothing.
     pub fn setup(&self, name: &str) -> ScanSetup {
         ScanSetup {
             name: name.to_owned(),

@@ -1,47 +1,65 @@
-//! How good diagnoses are, on scans whose causes nobody knows who diagnoses.
+//! Blind sets: scans with sealed causes, which measure how well a diagnosis finds them.
 //!
-//! A set is made, diagnosed and scored, one after the other:
+//! A set is made, sealed, diagnosed and scored:
 //!
 //! | step | what it does |
 //! |---|---|
-//! | [`SetToMake::make`] | draws a laboratory and its causes for every scan, and writes what is read there |
-//! | [`Seal::close`] | locks the answers away and commits to them and to every scan |
-//! | [`Run`] | diagnoses every scan; it never opens the seal |
-//! | [`Seal::open`], [`Score`] | compares the diagnoses with the answers, beside targets and 95 % intervals |
+//! | [`SetToMake::make`] | draws a laboratory and causes for every scan, and writes the readings |
+//! | [`Seal::close`] | encrypts the answers, and commits to them and to every scan |
+//! | [`Run`] | diagnoses every scan, without opening the seal |
+//! | [`Seal::open`], [`Score`] | compares the diagnoses with the answers: rates with 95 % intervals and targets |
 //!
-//! Beside these, [`seal_truth()`] withholds what is true behind a virtual rig from whoever scans it.
+//! ```
+//! use fieldgap_blind::{Score, Seal, SetToMake, Shares};
 //!
-//! The scans come from vibrating pistons, summed by their Rayleigh integrals with the virtual rig's effects, so the
-//! model that diagnoses is not the one that made them. Effects are as often as one another; their sizes are uniform in the
-//! logarithm of the gap that they leave. The simulator's own defects (`phase-plane`, `on-axis-unit`) are in no set: no world
-//! has them, and they arise only with the simulator as it was written.
+//! let folder = tempfile::tempdir()?;
+//! let shares = Shares { none: 1.0, pairs: 0.0, unmodelled: 0.0 };
+//! let answers = SetToMake { count: 1, seed: 3, shares }.make(folder.path(), || ())?;
+//! let seal = Seal::of(folder.path(), None);
+//! let commitment = seal.close(&answers)?;
+//!
+//! // `Run` writes such a file for each scan.
+//! let diagnoses = folder.path().join("diagnoses");
+//! std::fs::create_dir(&diagnoses)?;
+//! std::fs::write(diagnoses.join("0000.json"), r#"{ "verdict": "none" }"#)?;
+//!
+//! let score = Score::of_folder(&seal.open(Some(&commitment))?, &diagnoses)?;
+//! assert_eq!((score.scored, score.confusion[0].exact), (1, 1));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The readings come from vibrating pistons by their Rayleigh integrals, with the virtual rig's effects. The model of the
+//! diagnosis is thus not the one that made them. All effects are equally often. The logarithm of their gap is uniform. The
+//! simulator's own defects (`phase-plane`, `on-axis-unit`) are in no set: they arise only with the simulator as it was written.
+//!
+//! Apart from sets, [`seal_truth()`] encrypts the truth file of a virtual rig, so that its cause is withheld.
 
 mod answer;
 mod assignment;
-mod carriage;
 mod catalogue;
 mod causes;
-mod dice;
 mod error;
+mod kinematics;
 mod laboratory;
 mod make;
 mod noise_units;
-mod outside;
+mod parsed_diagnosis;
+mod random_sequence;
 mod run;
-mod said;
 mod score;
 mod seal;
 mod seal_truth;
 mod sizing;
 mod survey;
+mod unmodelled;
 mod world;
 
 pub use answer::{Answer, Answers};
 pub use assignment::{Category, Shares};
 pub use error::BlindError;
 pub use make::SetToMake;
+pub use parsed_diagnosis::{ParsedCandidate, ParsedDiagnosis, ParsedParameter, ParsedVerdict};
 pub use run::{Diagnosed, Run};
-pub use said::{Said, SaidCandidate, SaidParameter, SaidVerdict};
 pub use score::{
     Calibration, CalibrationBin, ConfusionRow, Figure, ParameterScore, Rate, Score, Target,
     VerdictRow,

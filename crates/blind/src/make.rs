@@ -1,4 +1,4 @@
-//! Makes a set of scans whose causes are known to its answers alone.
+//! Makes a set of scans. Only its answers state their causes.
 
 use std::path::Path;
 
@@ -8,50 +8,50 @@ use super::answer::{Answer, Answers};
 use super::assignment::{Assignment, Category, Shares, assign};
 use super::catalogue;
 use super::causes::Causes;
-use super::dice::Dice;
 use super::error::BlindError;
 use super::laboratory::Laboratory;
 use super::noise_units::Believed;
-use super::outside::OUTSIDE;
-use super::sizing::{Sizing, Wanted};
+use super::random_sequence::RandomSequence;
+use super::sizing::{Sizing, TargetGaps};
+use super::unmodelled::UNMODELLED;
 use super::world::World;
 use fieldgap_records::{RecordedSample, RecordedScan};
-use fieldgap_virtual_rig::luck::Luck;
+use fieldgap_virtual_rig::counter_rng::CounterRng;
 
-/// Gaps of a cause that is alone.
-const ALONE: Wanted = Wanted { least: 0.1, most: 10.0 };
+/// Target gaps of a single cause.
+const ALONE: TargetGaps = TargetGaps { least: 0.1, most: 10.0 };
 
-/// Gaps of each of two effects: below this one of them is as good as not there.
-const OF_TWO: Wanted = Wanted { least: 0.3, most: 10.0 };
+/// Target gaps of each of two effects. A smaller effect would not count.
+const OF_TWO: TargetGaps = TargetGaps { least: 0.3, most: 10.0 };
 
-/// A set that is to be made.
+/// The specification of a set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SetToMake {
-    /// Scans.
+    /// Number of scans.
     pub count: usize,
-    /// Seed of all chance.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Shares of the categories.
     pub shares: Shares,
 }
 
 impl SetToMake {
-    /// Makes the scans, each written into a folder of its own under `out`, and gives their answers. The same set has the
-    /// same bytes on any number of threads. `made` is called after each.
+    /// Writes each scan into a folder of its own under `out`, and returns the answers. The bytes do not depend on the number of
+    /// threads. `made` is called after each scan.
     ///
     /// # Errors
     /// [`BlindError`] if a scan cannot be written.
     pub fn make(self, out: &Path, made: impl Fn() + Sync) -> Result<Answers, BlindError> {
-        let luck = Luck::new(self.seed).stream("blind set");
-        let mut dice = Dice::new(luck.stream("assignment"));
-        let assignments = assign(self.count, self.shares, &mut dice);
+        let rng = CounterRng::new(self.seed).stream("blind set");
+        let mut random = RandomSequence::new(rng.stream("assignment"));
+        let assignments = assign(self.count, self.shares, &mut random);
         let width = self.count.saturating_sub(1).to_string().len().max(4);
         let answers = assignments
             .par_iter()
             .enumerate()
             .map(|(number, assignment)| {
                 let name = format!("{number:0width$}");
-                let (scan, answer) = one(name, assignment, luck.of_thing(number as u64));
+                let (scan, answer) = one(name, assignment, rng.substream(number as u64));
                 scan.write(&out.join(&answer.name))?;
                 made();
                 Ok(answer)
@@ -61,22 +61,22 @@ impl SetToMake {
     }
 }
 
-/// One scan and what is true of it.
-fn one(name: String, assignment: &Assignment, luck: Luck) -> (RecordedScan, Answer) {
-    let mut dice = Dice::new(luck.stream("draws"));
-    let laboratory = Laboratory::draw(&mut dice);
+/// One scan and its answer.
+fn one(name: String, assignment: &Assignment, rng: CounterRng) -> (RecordedScan, Answer) {
+    let mut random = RandomSequence::new(rng.stream("draws"));
+    let laboratory = Laboratory::draw(&mut random);
     let believed = Believed::new(&laboratory);
-    let sizing = Sizing { laboratory: &laboratory, believed: &believed, luck };
+    let sizing = Sizing { laboratory: &laboratory, believed: &believed, rng };
     let (category, causes, gaps_alone_sigma) = match assignment {
         Assignment::None => (Category::None, Causes::none(), Vec::new()),
         Assignment::Effects(ids) => {
-            let (category, wanted) =
+            let (category, targets) =
                 if ids.len() == 1 { (Category::One, ALONE) } else { (Category::Two, OF_TWO) };
             let drawn: Vec<_> = ids
                 .iter()
                 .map(|&id| {
-                    let sizes = catalogue::draw(id, &laboratory, &mut dice);
-                    (id, sizing.effect(id, sizes, wanted, &mut dice))
+                    let sizes = catalogue::draw(id, &laboratory, &mut random);
+                    (id, sizing.effect(id, sizes, targets, &mut random))
                 })
                 .collect();
             let alone =
@@ -84,14 +84,14 @@ fn one(name: String, assignment: &Assignment, luck: Luck) -> (RecordedScan, Answ
             let alone = alone.collect();
             (category, Causes::of_catalogue(drawn), alone)
         }
-        &Assignment::Outside(number) => {
-            let draw = OUTSIDE[number].1(&laboratory, &mut dice);
-            let causes = Causes::of_outside(sizing.outside(&draw, ALONE, &mut dice));
+        &Assignment::Unmodelled(number) => {
+            let draw = UNMODELLED[number].1(&laboratory, &mut random);
+            let causes = Causes::of_unmodelled(sizing.unmodelled(&draw, ALONE, &mut random));
             let gap = sizing.gap(&causes);
-            (Category::Outside, causes, vec![gap])
+            (Category::Unmodelled, causes, vec![gap])
         }
     };
-    let world = World::new(&laboratory, &causes, believed.volts, luck);
+    let world = World::new(&laboratory, &causes, believed.volts, rng);
     let answer = Answer {
         category,
         effects: causes.names(),
@@ -121,7 +121,7 @@ fn scan(name: &str, laboratory: &Laboratory, world: &World<'_>) -> RecordedScan 
     RecordedScan { setup: laboratory.setup(name), samples }
 }
 
-/// Amplitude and phase of every element, if an effect changed any.
+/// True amplitude and phase of every element, if an effect changed any.
 fn elements(world: &World<'_>, laboratory: &Laboratory) -> Option<Vec<[f64; 2]>> {
     let of = |element: &fieldgap_acoustics::Element| [element.amplitude, element.phase_rad];
     let truly: Vec<_> = world.field().array().elements.iter().map(of).collect();
@@ -129,7 +129,7 @@ fn elements(world: &World<'_>, laboratory: &Laboratory) -> Option<Vec<[f64; 2]>>
     (truly != believed).then_some(truly)
 }
 
-/// Readings are written to the microvolt, as the receiver would.
+/// A reading rounded to the microvolt, as a receiver writes it.
 fn micro(reading_v: f64) -> f64 {
     (reading_v * 1e6).round() / 1e6
 }
@@ -141,7 +141,7 @@ mod tests {
     use fieldgap_acoustics::rayleigh::{DiscRule, Piston};
     use num_complex::Complex64;
 
-    /// The same scene summed anew: every face in far more patches, phases as a focus wants them.
+    /// The same field by an independent sum: far more patches per face, and the phases of a focus.
     fn pressure(laboratory: &Laboratory, focus_m: Vec3, at_m: Vec3, rule: &DiscRule) -> f64 {
         let k = std::f64::consts::TAU * 40e3 / 343.0;
         let sum: Complex64 = laboratory
@@ -159,9 +159,9 @@ mod tests {
 
     #[test]
     fn a_scan_without_effects_is_the_pistons_field_and_noise_of_the_stated_size() {
-        let luck = Luck::new(11);
-        let (scan, answer) = one("0000".to_owned(), &Assignment::None, luck);
-        let laboratory = Laboratory::draw(&mut Dice::new(luck.stream("draws")));
+        let rng = CounterRng::new(11);
+        let (scan, answer) = one("0000".to_owned(), &Assignment::None, rng);
+        let laboratory = Laboratory::draw(&mut RandomSequence::new(rng.stream("draws")));
         let rule = DiscRule::new(8, 24);
         let [multiplicative, additive_v] = answer.noise;
         let pairs: Vec<(f64, f64)> = scan
@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn a_set_does_not_depend_on_the_number_of_threads() {
-        let shares = Shares { none: 0.0, pairs: 0.5, outside: 0.5 };
+        let shares = Shares { none: 0.0, pairs: 0.5, unmodelled: 0.5 };
         let set = SetToMake { count: 2, seed: 9, shares };
         let of_threads = |threads: usize| {
             let folder = tempfile::tempdir().expect("a folder");
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn a_set_is_sealed_opened_and_scored() {
         let folder = tempfile::tempdir().expect("a folder");
-        let shares = Shares { none: 1.0, pairs: 0.0, outside: 0.0 };
+        let shares = Shares { none: 1.0, pairs: 0.0, unmodelled: 0.0 };
         let set = SetToMake { count: 1, seed: 3, shares };
         let answers = set.make(folder.path(), || ()).expect("made");
         let seal = super::super::Seal::of(folder.path(), None);

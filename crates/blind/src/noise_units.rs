@@ -1,4 +1,4 @@
-//! How large a gap is: root mean square over readings, each in standard deviations of its own noise.
+//! The size of a gap: root mean square over the readings, each in standard deviations of its noise.
 
 use nalgebra::{Matrix4, Vector4};
 
@@ -6,23 +6,22 @@ use super::causes::Causes;
 use super::laboratory::{Laboratory, NoiseOfReadings};
 use super::world::World;
 use fieldgap_acoustics::Vec3;
-use fieldgap_virtual_rig::luck::Luck;
+use fieldgap_virtual_rig::counter_rng::CounterRng;
 
-/// Every so many of the driven readings is looked at: a gap needs no more to be known to some percent, and every height and
-/// row is among them.
+/// Of the driven readings one in this number is used. It gives the gap to some percent, and includes every height and row.
 const ONE_IN: usize = 7;
 
-/// A shift up to this is what careful setting-up leaves, and is no gap, m.
+/// The shift that remains after a careful set-up, m. A smaller one is no gap.
 const SMALL_SHIFT_M: f64 = 0.1e-3;
 
-/// Step for slopes, m.
+/// Step of the numerical gradient, m.
 const STEP_M: f64 = 0.02e-3;
 
-/// What a laboratory expects to read, and what a small shift would change.
+/// The expected readings of a laboratory, and their gradient.
 pub(super) struct Believed {
-    /// Numbers of the stops that are looked at.
+    /// Numbers of the stops that are used.
     pub chosen: Vec<usize>,
-    /// Volts of a reading for a magnitude of the field, 1/m.
+    /// Reading for a field of 1/m, V.
     pub volts: f64,
     levels_v: Vec<f64>,
     slopes_v_m: Vec<Vec3>,
@@ -30,10 +29,10 @@ pub(super) struct Believed {
 }
 
 impl Believed {
-    /// The undisturbed field of the pistons, at the gain that gives the laboratory the peak it expects.
+    /// The undisturbed field of the pistons, at the gain that gives the expected peak.
     pub fn new(laboratory: &Laboratory) -> Self {
         let none = Causes::none();
-        let world = World::new(laboratory, &none, 1.0, Luck::new(0));
+        let world = World::new(laboratory, &none, 1.0, CounterRng::new(0));
         let stops = &laboratory.survey.stops;
         let driven = (0..stops.len()).filter(|&n| stops[n].focus.is_some());
         let chosen: Vec<usize> = driven.step_by(ONE_IN).collect();
@@ -53,8 +52,8 @@ impl Believed {
         Self { chosen, volts, levels_v, slopes_v_m, noise: laboratory.noise() }
     }
 
-    /// The gap of what is truly read without noise, at the best gain and the best small shift, in standard deviations of the
-    /// noise of each reading.
+    /// The gap of the true readings without noise, at the best gain and the best small shift, in standard deviations of each
+    /// reading's noise.
     pub fn gap(&self, true_v: &[f64]) -> f64 {
         let mut matrix = Matrix4::zeros();
         let mut side = Vector4::zeros();
@@ -64,20 +63,20 @@ impl Believed {
         }
         let gain_alone = || side[0] / matrix[(0, 0)];
         let Some(best) = matrix.cholesky().map(|cholesky| cholesky.solve(&side)) else {
-            return self.left(true_v, Vector4::new(gain_alone(), 0.0, 0.0, 0.0));
+            return self.residual(true_v, Vector4::new(gain_alone(), 0.0, 0.0, 0.0));
         };
         let shift_m = best.fixed_rows::<3>(1) / best[0];
         if shift_m.norm() <= SMALL_SHIFT_M {
-            return self.left(true_v, best);
+            return self.residual(true_v, best);
         }
-        // Too large to be taken out: go as far that way as is allowed, and set the gain anew.
+        // Too large: take the largest allowed shift in that direction, and fit the gain again.
         let shift_m = shift_m * (SMALL_SHIFT_M / shift_m.norm());
         let direction = Vector4::new(1.0, shift_m.x, shift_m.y, shift_m.z);
         let gain = direction.dot(&side) / (direction.transpose() * matrix * direction)[0];
-        self.left(true_v, gain * direction)
+        self.residual(true_v, gain * direction)
     }
 
-    /// What a gain and a gain times a shift change, and what is to be met, in noise.
+    /// Rows of the least-squares problem (gain, and gain times shift) and their targets, in standard deviations.
     fn rows<'a>(&'a self, true_v: &'a [f64]) -> impl Iterator<Item = (Vector4<f64>, f64)> + 'a {
         self.levels_v.iter().zip(&self.slopes_v_m).zip(true_v).map(|((&level, slope), &target)| {
             let sigma = self.noise.at_v(target);
@@ -85,7 +84,7 @@ impl Believed {
         })
     }
 
-    fn left(&self, true_v: &[f64], gain_and_shift: Vector4<f64>) -> f64 {
+    fn residual(&self, true_v: &[f64], gain_and_shift: Vector4<f64>) -> f64 {
         let squares: f64 = self
             .rows(true_v)
             .map(|(row, target)| (target - row.dot(&gain_and_shift)).powi(2))
@@ -94,7 +93,7 @@ impl Believed {
     }
 }
 
-/// The gap of a world against what is believed.
+/// The gap of a world against the expected readings.
 pub(super) fn gap_of(world: &World<'_>, laboratory: &Laboratory, believed: &Believed) -> f64 {
     let levels_v = world.levels_v(&believed.chosen);
     let stops = &laboratory.survey.stops;
@@ -109,11 +108,11 @@ pub(super) fn gap_of(world: &World<'_>, laboratory: &Laboratory, believed: &Beli
 
 #[cfg(test)]
 mod tests {
-    use super::super::dice::Dice;
+    use super::super::random_sequence::RandomSequence;
     use super::*;
 
     fn believed() -> (Laboratory, Believed) {
-        let laboratory = Laboratory::draw(&mut Dice::new(Luck::new(6)));
+        let laboratory = Laboratory::draw(&mut RandomSequence::new(CounterRng::new(6)));
         let believed = Believed::new(&laboratory);
         (laboratory, believed)
     }
@@ -125,7 +124,7 @@ mod tests {
             let offset = toml::toml! { x_mm = (by_mm) y_mm = 0.0 z_mm = 0.0 };
             let causes = Causes::of_catalogue(vec![("offset", offset)]);
             // Another gain than the laboratory's.
-            let world = World::new(&laboratory, &causes, 1.3 * believed.volts, Luck::new(0));
+            let world = World::new(&laboratory, &causes, 1.3 * believed.volts, CounterRng::new(0));
             gap_of(&world, &laboratory, &believed)
         };
         assert!(shifted(0.0) < 1e-9);

@@ -1,4 +1,4 @@
-//! Diagnoses every scan of a folder. What is sealed there is never opened.
+//! Diagnoses every scan of a folder, without opening sealed answers.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,18 +8,18 @@ use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 
 use super::error::BlindError;
-use super::said::Said;
+use super::parsed_diagnosis::ParsedDiagnosis;
 use fieldgap_comparison::Incomparable;
 use fieldgap_records::RecordedScan;
 
-/// Scans to be diagnosed, and where what is said of them is kept.
+/// Scans to be diagnosed, and the folder for the diagnoses.
 #[derive(Debug, Clone)]
 pub struct Run {
-    /// The folder whose folders are the scans.
+    /// The folder that contains the folders of the scans.
     pub folder: PathBuf,
-    /// Where the diagnoses go, as `NAME.json`.
+    /// The folder for the diagnoses, `NAME.json`.
     pub diagnoses: PathBuf,
-    /// These alone; none: all.
+    /// Names of the scans to diagnose; empty: all.
     pub only: Vec<String>,
 }
 
@@ -28,24 +28,24 @@ pub struct Run {
 pub struct Diagnosed {
     /// The scan's folder.
     pub name: String,
-    /// What was said.
-    pub said: Said,
-    /// How long it took, s.
+    /// Its diagnosis.
+    pub diagnosis: ParsedDiagnosis,
+    /// Duration, s.
     pub seconds: f64,
 }
 
 impl std::fmt::Display for Diagnosed {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let number = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.4}"));
-        let verdict = serde_json::to_value(self.said.verdict).unwrap_or_default();
+        let verdict = serde_json::to_value(self.diagnosis.verdict).unwrap_or_default();
         write!(
             f,
             "{}  {:<11}  {:<40}  gap {}  explained {}  {:.1} s",
             self.name,
             verdict.as_str().unwrap_or_default(),
-            self.said.named(),
-            number(self.said.gap_before),
-            number(self.said.explained_fraction),
+            self.diagnosis.named(),
+            number(self.diagnosis.gap_before),
+            number(self.diagnosis.explained_fraction),
             self.seconds
         )
     }
@@ -55,9 +55,9 @@ impl Run {
     /// The scans' names, in order.
     ///
     /// # Errors
-    /// [`BlindError`] if the folder cannot be read, has no scans, or none of a name that was asked for.
+    /// [`BlindError`] if the folder cannot be read, has no scans, or lacks a requested one.
     pub fn names(&self) -> Result<Vec<String>, BlindError> {
-        let help = "name the folder whose folders are recorded scans";
+        let help = "name the folder that contains the folders of recorded scans";
         let failed = |error| BlindError::reading(&self.folder, help)(error);
         let mut names = Vec::new();
         for entry in std::fs::read_dir(&self.folder).map_err(failed)? {
@@ -80,10 +80,10 @@ impl Run {
         Ok(names)
     }
 
-    /// Diagnoses these scans, several at a time, and keeps each diagnosis as soon as it is there. `done` is told of each as
-    /// it comes; a scan that fails does not stop the others.
+    /// Diagnoses these scans, several at a time, and writes each diagnosis at once. `done` is called after each. A scan that fails
+    /// does not stop the others.
     ///
-    /// Each is worked on by threads of its own, so that the seconds of one are not those of another.
+    /// Each scan has threads of its own, so that its duration does not depend on the others.
     pub fn each<D: Serialize + Send>(
         &self,
         names: &[String],
@@ -101,7 +101,7 @@ impl Run {
                     while let Some(name) = names.get(next.fetch_add(1, Ordering::Relaxed)) {
                         done(match &pool {
                             Ok(pool) => self.one(name, &|scans| pool.install(|| diagnose(scans))),
-                            // Without threads of its own it borrows those of the program.
+                            // Without threads of its own it uses those of the program.
                             Err(_) => self.one(name, diagnose),
                         });
                     }
@@ -122,18 +122,18 @@ impl Run {
         let seconds = begun.elapsed().as_secs_f64();
         let path = diagnosis_of(&self.diagnoses, name);
         let no_json = |source| {
-            let help = "this is a fault of the program: what it says is not JSON of format 1";
+            let help = "this is a bug of the program: its diagnosis is not JSON of format 1";
             BlindError::Json { path: path.clone(), source, help }
         };
         let bytes = serde_json::to_vec(&diagnosis).map_err(no_json)?;
         std::fs::create_dir_all(&self.diagnoses).map_err(BlindError::writing(&self.diagnoses))?;
         std::fs::write(&path, &bytes).map_err(BlindError::writing(&path))?;
-        let said = serde_json::from_slice(&bytes).map_err(no_json)?;
-        Ok(Diagnosed { name: name.to_owned(), said, seconds })
+        let diagnosis = serde_json::from_slice(&bytes).map_err(no_json)?;
+        Ok(Diagnosed { name: name.to_owned(), diagnosis, seconds })
     }
 }
 
-/// Where the diagnosis of a scan is kept.
+/// The path of a scan's diagnosis.
 pub(super) fn diagnosis_of(diagnoses: &Path, name: &str) -> PathBuf {
     diagnoses.join(format!("{name}.json"))
 }
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn every_scan_is_diagnosed_and_one_that_fails_does_not_stop_the_others() {
         let folder = tempfile::tempdir().expect("a folder");
-        let shares = Shares { none: 1.0, pairs: 0.0, outside: 0.0 };
+        let shares = Shares { none: 1.0, pairs: 0.0, unmodelled: 0.0 };
         let set = SetToMake { count: 2, seed: 1, shares };
         set.make(folder.path(), || ()).expect("made");
         std::fs::write(folder.path().join("answers.sealed"), "closed").expect("written");
@@ -169,7 +169,7 @@ mod tests {
         assert_eq!(lines.iter().filter(|line| line.is_err()).count(), 1);
         let good = lines.iter().flatten().next().expect("one is diagnosed");
         assert!(good.starts_with("0000  none") && good.contains("gap 0.0400"), "{good}");
-        assert!(Said::read(&diagnosis_of(&run.diagnoses, "0000")).is_ok());
+        assert!(ParsedDiagnosis::read(&diagnosis_of(&run.diagnoses, "0000")).is_ok());
         run.only = vec!["0007".to_owned()];
         assert!(matches!(run.names(), Err(BlindError::UnknownScan { .. })));
     }

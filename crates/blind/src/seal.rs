@@ -1,14 +1,14 @@
-//! The answers of a set, sealed: nobody reads them without the key, and nobody changes them or the scans unseen.
+//! The sealed answers of a set: unreadable without the key. Any change of answers or scans is detected.
 //!
 //! | file | what it holds |
 //! |---|---|
 //! | `scans.sha256` | the digest of every file of every scan, as `sha256sum -c` reads it |
 //! | `answers.sealed` | the answers, encrypted (XChaCha20-Poly1305) together with that list |
 //! | `answers.key` | the key, unless it was written elsewhere |
-//! | `commitment` | the digest of all three, which is printed too, to be written down before any diagnosis |
+//! | `commitment` | the digest of all three; it is also printed, to be noted before any diagnosis |
 //!
-//! The commitment holds the key's digest because a ciphertext alone does not fix its plaintext: with another key it could be
-//! made to open to other answers.
+//! The commitment includes the key's digest, because a ciphertext alone does not determine its plaintext: with a second key it
+//! could be made to open to other answers.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -17,16 +17,16 @@ use sha2::{Digest, Sha256};
 
 use super::answer::Answers;
 use super::error::BlindError;
-use fieldgap_virtual_rig::cipher::{Key, NoChance, fresh_number, hex};
+use fieldgap_virtual_rig::cipher::{Key, NoRandomness, fresh_number, hex};
 
 const LIST: &str = "scans.sha256";
 const SEALED: &str = "answers.sealed";
 const KEY: &str = "answers.key";
 const COMMITMENT: &str = "commitment";
 
-const NOT_A_SET: &str = "name a folder that `fieldgap blind make` has made";
+const NOT_A_SET: &str = "name a folder that `fieldgap blind make` made";
 
-/// A seed that nobody can guess.
+/// A random seed from the system.
 ///
 /// # Errors
 /// [`BlindError::NoKey`] if the system gives no random numbers.
@@ -34,13 +34,13 @@ pub fn fresh_seed() -> Result<u64, BlindError> {
     Ok(fresh_number()?)
 }
 
-impl From<NoChance> for BlindError {
-    fn from(none: NoChance) -> Self {
+impl From<NoRandomness> for BlindError {
+    fn from(none: NoRandomness) -> Self {
         Self::NoKey(none.to_string())
     }
 }
 
-/// Where a set and its key are.
+/// The seal of a set: its folder and its key file.
 #[derive(Debug, Clone)]
 pub struct Seal {
     set: PathBuf,
@@ -48,13 +48,13 @@ pub struct Seal {
 }
 
 impl Seal {
-    /// The seal of a set. Without a place for its key, it lies in the set's folder.
+    /// The seal of a set. By default the key is in the set's folder.
     pub fn of(set: &Path, key: Option<&Path>) -> Self {
         let key = key.map_or_else(|| set.join(KEY), Path::to_owned);
         Self { set: set.to_owned(), key }
     }
 
-    /// Makes sure that neither a set nor a key is there already.
+    /// Checks that neither a set nor a key exists yet.
     ///
     /// # Errors
     /// [`BlindError::Occupied`], [`BlindError::KeyExists`].
@@ -68,7 +68,7 @@ impl Seal {
         Ok(())
     }
 
-    /// Seals the answers to the scans that are in the set's folder, under a key of its own, and returns the commitment.
+    /// Seals the answers to the scans in the set's folder under a new key, and returns the commitment.
     ///
     /// # Errors
     /// [`BlindError`] if a scan cannot be read or the seal cannot be written.
@@ -86,12 +86,11 @@ impl Seal {
         Ok(commitment)
     }
 
-    /// Opens the answers, if scans, answers and key are those of the commitment: the one that is given, or else the
-    /// one that lies in the set's folder.
+    /// Opens the answers if scans, answers and key match the commitment: the given one, or else the one in the set's folder.
     ///
     /// # Errors
     /// [`BlindError`] that says what was changed.
-    pub fn open(&self, written_down: Option<&str>) -> Result<Answers, BlindError> {
+    pub fn open(&self, commitment_noted: Option<&str>) -> Result<Answers, BlindError> {
         let list = String::from_utf8_lossy(&self.read(&self.set.join(LIST))?).into_owned();
         for line in list.lines() {
             let (digest, file) = line.split_once("  ").unwrap_or((line, ""));
@@ -104,7 +103,7 @@ impl Seal {
         let sealed_path = self.set.join(SEALED);
         let sealed = self.read(&sealed_path)?;
         let key = self.key()?;
-        let expected = match written_down {
+        let expected = match commitment_noted {
             Some(commitment) => commitment.trim().to_lowercase(),
             None => {
                 String::from_utf8_lossy(&self.read(&self.set.join(COMMITMENT))?).trim().to_owned()
@@ -138,7 +137,7 @@ impl Seal {
     }
 }
 
-/// The digest of every file of the scans, by name.
+/// The digest of every file of the scans, with its name.
 fn list(set: &Path, names: &[&str]) -> Result<String, BlindError> {
     let mut lines = String::new();
     for name in names {
@@ -197,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn sealed_answers_open_as_they_were_and_are_not_readable_meanwhile() {
+    fn sealed_answers_open_unchanged_and_are_unreadable_until_then() {
         let folder = tempfile::tempdir().expect("a folder");
         let (seal, answers, commitment) = sealed_set(folder.path());
         assert_eq!(seal.open(None).expect("untouched"), answers);
@@ -208,18 +207,18 @@ mod tests {
     }
 
     #[test]
-    fn whatever_is_changed_afterwards_is_found() {
+    fn any_later_change_is_detected() {
         for changed in ["0000/samples.csv", LIST, SEALED, KEY, COMMITMENT] {
             let folder = tempfile::tempdir().expect("a folder");
             let (seal, _, commitment) = sealed_set(folder.path());
             let path = folder.path().join(changed);
             let mut bytes = std::fs::read(&path).expect("there");
-            // Another character that is as good in text, in hexadecimal, and in a name.
+            // Another character that is valid in text, in hexadecimal, and in a name.
             let last = bytes.len() - 2;
             bytes[last] = if bytes[last] == b'0' { b'1' } else { b'0' };
             std::fs::write(&path, bytes).expect("written");
             assert!(seal.open(None).is_err(), "{changed}");
-            // With the commitment written down elsewhere, its file does not matter.
+            // With the commitment noted elsewhere, its file does not matter.
             assert_eq!(seal.open(Some(&commitment)).is_ok(), changed == COMMITMENT, "{changed}");
         }
     }
@@ -234,11 +233,11 @@ mod tests {
     }
 
     #[test]
-    fn a_set_sealed_anew_with_other_answers_is_not_that_of_the_commitment() {
+    fn a_set_sealed_again_with_other_answers_does_not_match_the_commitment() {
         let folder = tempfile::tempdir().expect("a folder");
         let (seal, mut answers, commitment) = sealed_set(folder.path());
         answers.answers[0].gap_sigma = 3.0;
-        seal.close(&answers).expect("sealed anew");
+        seal.close(&answers).expect("sealed again");
         assert!(seal.open(None).is_ok());
         let refused = seal.open(Some(&commitment));
         assert!(matches!(refused, Err(BlindError::NotCommitted { .. })));

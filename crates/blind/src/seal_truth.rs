@@ -1,4 +1,4 @@
-//! A truth file sealed for a virtual rig whose cause is to be withheld.
+//! Seals the truth file of a virtual rig, so that its cause is withheld.
 
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
@@ -10,12 +10,12 @@ use fieldgap_virtual_rig::Truth;
 use fieldgap_virtual_rig::cipher::Key;
 use fieldgap_virtual_rig::sealed_truth::{is_sealed, key_path, sealed_bytes};
 
-/// Seals the truth file `plain` as `out`, whose name ends in `.sealed`, under a key of its own that is written beside it, and
-/// returns where the key is. See [`sealed_truth`](fieldgap_virtual_rig::sealed_truth) for what that keeps from whom.
+/// Seals the truth file `plain` as `out`, whose name ends in `.sealed`, and returns the path of its new key, beside it.
+/// [`sealed_truth`](fieldgap_virtual_rig::sealed_truth) states what this protects against.
 ///
 /// # Errors
-/// [`BlindError`] if the truth file has a fault, which is shown at its line; if one of the two files is there already; or if
-/// they cannot be written.
+/// [`BlindError`] if the truth file has a fault, which is shown at its line; if one of the two files exists already; or if they
+/// cannot be written.
 pub fn seal_truth(plain: &Path, out: &Path) -> Result<PathBuf, BlindError> {
     if !is_sealed(out) {
         return Err(BlindError::NotASealedName(out.to_owned()));
@@ -76,21 +76,21 @@ mod tests {
             self.0.path().join(name)
         }
 
-        /// What is said when the sealed file is read.
+        /// The message on reading the sealed file.
         fn refusal(&self) -> String {
             Truth::read(&self.path("a.sealed")).expect_err("not as it was sealed").to_string()
         }
     }
 
     #[test]
-    fn a_sealed_truth_is_read_as_it_was_and_not_by_eyes() {
+    fn a_sealed_truth_is_read_unchanged_and_is_not_plain_text() {
         let bench = Bench::sealed();
         let truth = Truth::read(&bench.path("a.sealed")).expect("its key lies beside it");
         assert_eq!(truth.noise.multiplicative.get(), 0.02);
         assert_eq!(truth.effects.iter().map(|(id, _)| *id).collect::<Vec<_>>(), ["dead-elements"]);
         let bytes = std::fs::read(bench.path("a.sealed")).expect("there");
         assert!(!bytes.windows(4).any(|four| four == b"dead" || four == b"nois"));
-        // Nor by what is said where it does not fit.
+        // Nor does the message reveal it where it does not fit.
         let fault = truth.check(2).expect_err("there is no element 3").to_string();
         assert!(fault.contains("a.sealed") && !fault.contains("dead"), "{fault}");
     }

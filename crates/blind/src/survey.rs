@@ -1,34 +1,34 @@
-//! The way of the robot through a scan: where it says it is, when, and what is driven.
+//! The stops of a scan: reported positions, times and foci.
 
-use super::dice::Dice;
+use super::random_sequence::RandomSequence;
 use fieldgap_acoustics::Vec3;
 
-/// Seconds from one reading to the next.
-const A_POINT_S: f64 = 0.11;
-/// When the first silent reading is taken; the first driven one is at zero.
-const SILENCE_BEGINS_S: f64 = -8.0;
-/// Silent readings before the array is driven.
-const SILENT: usize = 64;
-/// Readings at the end that repeat earlier points, which tell the noise.
+/// Time from one reading to the next, s.
+const POINT_S: f64 = 0.11;
+/// Time of the first dark reading, s. The first driven one is at zero.
+const DARK_BEGINS_S: f64 = -8.0;
+/// Number of dark readings before the array is driven.
+const DARK: usize = 64;
+/// Number of repeats at the end, which give the noise.
 const REPEATS: usize = 240;
 /// Points in a row, and rows in a plane.
 const SIDE: usize = 36;
 /// Step between points and between rows, mm.
 const STEP_MM: f64 = 2.0;
-/// Heights scanned with the first focus, mm: far enough that the far field of an element, which simulators take, is right to a
-/// tenth of the noise. (At 50 mm it is off by 0.3 % and more, which five thousand readings tell.)
+/// Heights scanned with the first focus, mm. The simulators assume the far field of an element, which is right to a tenth of the
+/// noise there. (At 50 mm its error is 0.3 % and more, which five thousand readings show.)
 const HEIGHTS_MM: [f64; 4] = [80.0, 120.0, 160.0, 200.0];
 /// Heights scanned with the second focus, mm.
 const HEIGHTS_OF_SECOND_MM: [f64; 2] = [120.0, 160.0];
 
-/// One reading that is to be taken.
+/// One reading to take.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stop {
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
-    /// The focus that is driven; none: silence.
+    /// The driven focus; `None`: dark.
     pub focus: Option<usize>,
-    /// Where the robot says it is, mm.
+    /// Reported position, mm.
     pub at_mm: Vec3,
 }
 
@@ -40,8 +40,8 @@ pub(super) struct Survey {
 }
 
 impl Survey {
-    /// Silence first, then plane by plane, row by row, back and forth; some places again at the end.
-    pub fn new(foci: usize, dice: &mut Dice) -> Self {
+    /// Dark readings first, then plane by plane in serpentine rows, then the repeats.
+    pub fn new(foci: usize, random: &mut RandomSequence) -> Self {
         let mut places = Vec::new();
         for focus in 0..foci {
             let heights_mm = if focus == 0 { &HEIGHTS_MM[..] } else { &HEIGHTS_OF_SECOND_MM[..] };
@@ -50,19 +50,19 @@ impl Survey {
             }
         }
         let again: Vec<_> =
-            dice.distinct(REPEATS, places.len()).into_iter().map(|n| places[n]).collect();
+            random.distinct(REPEATS, places.len()).into_iter().map(|n| places[n]).collect();
         places.extend(again);
-        let silent = (0..SILENT).map(|n| Stop {
-            time_s: microseconds(SILENCE_BEGINS_S + A_POINT_S * n as f64),
+        let dark = (0..DARK).map(|n| Stop {
+            time_s: microseconds(DARK_BEGINS_S + POINT_S * n as f64),
             focus: None,
             at_mm: Vec3::new(0.0, 0.0, 150.0),
         });
         let driven = places.into_iter().enumerate().map(|(n, (focus, at_mm))| Stop {
-            time_s: microseconds(A_POINT_S * n as f64),
+            time_s: microseconds(POINT_S * n as f64),
             focus: Some(focus),
             at_mm,
         });
-        Self { stops: silent.chain(driven).collect() }
+        Self { stops: dark.chain(driven).collect() }
     }
 
     /// The time from the first driven reading to the last, s.
@@ -70,11 +70,11 @@ impl Survey {
         self.stops.last().map_or(0.0, |stop| stop.time_s)
     }
 
-    /// When each height is begun, s, with the height, mm, in the order of time; repeats left aside.
+    /// Start of each plane, s, with its height, mm, in order of time; without the repeats.
     pub fn planes_begin_s(&self) -> Vec<(f64, f64)> {
         let driven = self.stops.iter().filter(|stop| stop.focus.is_some());
         let begun = driven.step_by(SIDE * SIDE).map(|stop| (stop.time_s, stop.at_mm.z));
-        let planes = self.stops.len().saturating_sub(SILENT + REPEATS) / (SIDE * SIDE);
+        let planes = self.stops.len().saturating_sub(DARK + REPEATS) / (SIDE * SIDE);
         begun.take(planes).collect()
     }
 }
@@ -89,7 +89,7 @@ fn plane(z_mm: f64) -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// Whole microseconds, so that a time reads as it was meant.
+/// Rounded to whole microseconds, so that times are written without long decimals.
 fn microseconds(time_s: f64) -> f64 {
     (time_s * 1e6).round() / 1e6
 }
@@ -97,14 +97,14 @@ fn microseconds(time_s: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fieldgap_virtual_rig::luck::Luck;
+    use fieldgap_virtual_rig::counter_rng::CounterRng;
 
     fn survey(foci: usize) -> Survey {
-        Survey::new(foci, &mut Dice::new(Luck::new(1)))
+        Survey::new(foci, &mut RandomSequence::new(CounterRng::new(1)))
     }
 
     #[test]
-    fn rows_go_back_and_forth_and_time_never_stands_still() {
+    fn rows_are_serpentine_and_time_increases() {
         let stops = survey(1).stops;
         assert_eq!(stops.len(), 64 + 4 * 1296 + 240);
         assert!(stops.windows(2).all(|pair| pair[1].time_s > pair[0].time_s));
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_focus_has_two_planes_and_repeats_are_of_places_that_were_visited() {
+    fn a_second_focus_has_two_planes_and_repeats_are_of_visited_positions() {
         let survey = survey(2);
         let heights: Vec<f64> = survey.planes_begin_s().iter().map(|plane| plane.1).collect();
         assert_eq!(heights, [80.0, 120.0, 160.0, 200.0, 120.0, 160.0]);

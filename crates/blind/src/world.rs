@@ -1,19 +1,19 @@
-//! What is true behind a scan, and what the receiver reads of it.
+//! The true field behind a scan, and the receiver's readings of it.
 //!
 //! The field is that of vibrating pistons by their Rayleigh integrals, with the effects of the virtual rig; no simulator
-//! takes part. Robot and ports are left out: the carriage is where its way puts it, and each reading is one sample.
+//! takes part. There is no robot firmware and no port: positions follow from the stops, and each reading is one sample.
 
 use std::collections::HashMap;
 
 use num_complex::Complex64;
 
-use super::carriage::carriages;
 use super::causes::Causes;
+use super::kinematics::kinematics;
 use super::laboratory::Laboratory;
 use super::survey::Stop;
 use fieldgap_acoustics::Vec3;
+use fieldgap_virtual_rig::counter_rng::CounterRng;
 use fieldgap_virtual_rig::drive::Drive;
-use fieldgap_virtual_rig::luck::Luck;
 use fieldgap_virtual_rig::true_field::{Contributions, TrueField};
 use fieldgap_virtual_rig::truth::TrueSource;
 
@@ -25,23 +25,28 @@ struct Epoch {
     weights: Vec<Vec<Complex64>>,
 }
 
-/// What is true behind one scan.
+/// The true set-up of one scan.
 pub(super) struct World<'a> {
     laboratory: &'a Laboratory,
     causes: &'a Causes,
     epochs: Vec<Epoch>,
-    /// Volts of a reading for a magnitude of the field, 1/m.
+    /// Reading for a field of 1/m, V.
     volts: f64,
-    noise: Luck,
+    noise: CounterRng,
 }
 
-/// What each element contributes at the places that were asked for, so that no place is worked out twice.
+/// The contributions computed so far, so that none is computed twice.
 #[derive(Default)]
-struct Known(HashMap<(usize, [u64; 3]), Contributions>);
+struct Cache(HashMap<(usize, [u64; 3]), Contributions>);
 
 impl<'a> World<'a> {
-    /// The world of a laboratory with these causes in it.
-    pub fn new(laboratory: &'a Laboratory, causes: &'a Causes, volts: f64, luck: Luck) -> Self {
+    /// The true set-up of a laboratory with these causes.
+    pub fn new(
+        laboratory: &'a Laboratory,
+        causes: &'a Causes,
+        volts: f64,
+        rng: CounterRng,
+    ) -> Self {
         let drives = laboratory.drives();
         let epochs = causes
             .epochs()
@@ -53,13 +58,13 @@ impl<'a> World<'a> {
                     super::laboratory::FREQUENCY_HZ,
                     &TrueSource::default(),
                     effects,
-                    luck.stream("world"),
+                    rng.stream("world"),
                 );
                 let weights = drives.iter().map(|drive| weights(&field, drive, causes)).collect();
                 Epoch { begins_s, field, weights }
             })
             .collect();
-        Self { laboratory, causes, epochs, volts, noise: luck.stream("noise") }
+        Self { laboratory, causes, epochs, volts, noise: rng.stream("noise") }
     }
 
     /// The true field at the scan's beginning.
@@ -70,56 +75,56 @@ impl<'a> World<'a> {
     /// The level at each of these stops before the receiver, without noise, V. `chosen` are numbers of stops.
     pub fn levels_v(&self, chosen: &[usize]) -> Vec<f64> {
         let stops = &self.laboratory.survey.stops;
-        let carriages = carriages(stops, self.field().lag_s());
-        let mut known = Known::default();
+        let motions = kinematics(stops, self.field().lag_s());
+        let mut cache = Cache::default();
         chosen
             .iter()
             .map(|&n| {
                 let stop = &stops[n];
                 let Some(focus) = stop.focus else { return 0.0 };
                 let (number, epoch) = self.epoch(stop);
-                let at_m = epoch.field.place(carriages[n].position_mm * 1e-3, &carriages[n]);
-                let heard = self.heard(&mut known, number, at_m);
+                let at_m = epoch.field.place(motions[n].position_mm * 1e-3, &motions[n]);
+                let contributions = self.contributions(&mut cache, number, at_m);
                 let weights = &epoch.weights[focus];
-                epoch.field.magnitude(&heard, weights, stop.time_s) * self.volts
+                epoch.field.magnitude(&contributions, weights, stop.time_s) * self.volts
             })
             .collect()
     }
 
-    /// The magnitude at places, each with its focus, 1/m, as a robot without fault at rest would hear it.
+    /// The magnitude at positions, each with its focus, 1/m, for a robot at rest without errors.
     pub fn magnitudes(&self, places_m: impl Iterator<Item = (usize, Vec3)>) -> Vec<f64> {
         let epoch = &self.epochs[0];
-        let mut known = Known::default();
+        let mut cache = Cache::default();
         places_m
             .map(|(focus, at_m)| {
-                let heard = self.heard(&mut known, 0, at_m);
-                epoch.field.magnitude(&heard, &epoch.weights[focus], 0.0)
+                let contributions = self.contributions(&mut cache, 0, at_m);
+                epoch.field.magnitude(&contributions, &epoch.weights[focus], 0.0)
             })
             .collect()
     }
 
-    /// What is read of a level without any noise, V.
+    /// The reading for a level without noise, V.
     pub fn noiseless_v(&self, stop: &Stop, level_v: f64) -> f64 {
         self.received_v(stop, level_v, 1.0)
     }
 
-    /// What is read of a level with the noise of the `n`th reading, V.
+    /// The reading for a level with the noise of the `n`th reading, V.
     ///
-    /// Noise adds to the carrier, both quadratures alike, before its magnitude is taken; noise in proportion to the level comes
-    /// in behind the detector, before the converter.
+    /// Additive noise has equal quadratures and adds to the carrier before its magnitude is taken. Multiplicative noise acts after
+    /// the detector and before the converter.
     pub fn reading_v(&self, n: usize, stop: &Stop, level_v: f64) -> f64 {
         let noise = self.laboratory.noise();
         let normal = |part: u64| self.noise.normal(3 * n as u64 + part);
         let in_phase_v = level_v + noise.additive_v * normal(1);
-        let heard_v = in_phase_v.hypot(noise.additive_v * normal(2));
-        self.received_v(stop, heard_v, 1.0 + noise.multiplicative * normal(0))
+        let detected_v = in_phase_v.hypot(noise.additive_v * normal(2));
+        self.received_v(stop, detected_v, 1.0 + noise.multiplicative * normal(0))
     }
 
     fn received_v(&self, stop: &Stop, level_v: f64, noise: f64) -> f64 {
         let (_, epoch) = self.epoch(stop);
         let received_v = epoch.field.level_v(level_v, stop.time_s) * noise;
         let converted_v = received_v.min(epoch.field.full_scale_v(f64::INFINITY));
-        self.causes.outside().map_or(converted_v, |cause| cause.read_v(converted_v))
+        self.causes.unmodelled().map_or(converted_v, |cause| cause.read_v(converted_v))
     }
 
     fn epoch(&self, stop: &Stop) -> (usize, &Epoch) {
@@ -128,19 +133,19 @@ impl<'a> World<'a> {
         (number, &self.epochs[number])
     }
 
-    fn heard(&self, known: &mut Known, number: usize, at_m: Vec3) -> Contributions {
+    fn contributions(&self, cache: &mut Cache, number: usize, at_m: Vec3) -> Contributions {
         let field = &self.epochs[number].field;
-        let mut heard = known.at(number, field, at_m).clone();
-        if let Some(cause) = self.causes.outside() {
+        let mut contributions = cache.at(number, field, at_m).clone();
+        if let Some(cause) = self.causes.unmodelled() {
             for (from_m, factor) in cause.echoes(at_m, field.wavenumber_rad_m()) {
-                heard.add(known.at(number, field, from_m), factor);
+                contributions.add(cache.at(number, field, from_m), factor);
             }
         }
-        heard
+        contributions
     }
 }
 
-impl Known {
+impl Cache {
     fn at(&mut self, number: usize, field: &TrueField, at_m: Vec3) -> &Contributions {
         let place = [at_m.x.to_bits(), at_m.y.to_bits(), at_m.z.to_bits()];
         self.0.entry((number, place)).or_insert_with(|| field.contributions(at_m))
@@ -149,7 +154,7 @@ impl Known {
 
 fn weights(field: &TrueField, drive: &Drive, causes: &Causes) -> Vec<Complex64> {
     let mut weights = field.weights(&drive.outputs());
-    if let Some(cause) = causes.outside() {
+    if let Some(cause) = causes.unmodelled() {
         cause.emit(&mut weights, &field.array().elements);
     }
     weights

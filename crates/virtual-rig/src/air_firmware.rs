@@ -1,13 +1,14 @@
-//! The virtual sensor of the air: a line `T=21.30 RH=45.0 P=101.325` for each line that it is sent, and every so often by itself.
+//! The virtual air sensor. It sends a line `T=21.30 RH=45.0 P=101.325` for each line it receives, and at an interval if one is
+//! set.
 //!
-//! What it says is its own: the field hears the air that the truth file has.
+//! Its values are independent of the truth file, which determines the field.
 
 use serde::Deserialize;
 
 use super::firmware::{Firmware, Wake};
 use fieldgap_input::{Finite, NonNegative, Positive};
 
-/// `[virtual.environment]`: what the sensor says.
+/// `[virtual.environment]`: the sensor's values.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AirSettings {
@@ -18,10 +19,10 @@ pub struct AirSettings {
     /// Pressure, kPa.
     #[serde(default = "standard_pressure")]
     pressure_kpa: Positive,
-    /// How fast it gets warmer, °C an hour.
+    /// Rate of warming, °C per hour.
     #[serde(default)]
     warms_c_per_h: Finite,
-    /// Time between the lines that it sends by itself, s; absent: it waits to be asked.
+    /// Interval of unrequested lines, s; absent: it answers requests alone.
     every_s: Option<Positive>,
 }
 
@@ -32,18 +33,18 @@ fn standard_pressure() -> Positive {
 /// The firmware's state.
 pub struct AirFirmware {
     settings: AirSettings,
-    /// Lines that are asked for and not sent yet.
+    /// Requested lines that are not sent yet.
     asked: usize,
     next_s: f64,
 }
 
 impl AirFirmware {
-    /// Firmware that says this.
+    /// Firmware with these values.
     pub fn new(settings: AirSettings) -> Self {
         Self { settings, asked: 0, next_s: 0.0 }
     }
 
-    fn say(&self, now_s: f64, out: &mut Vec<u8>) {
+    fn send(&self, now_s: f64, out: &mut Vec<u8>) {
         let AirSettings { temperature_c, humidity_percent, pressure_kpa, warms_c_per_h, .. } =
             self.settings;
         let warm_c = temperature_c.get() + warms_c_per_h.get() * now_s / 3600.0;
@@ -68,13 +69,13 @@ impl Firmware for AirFirmware {
 
     fn step(&mut self, now_s: f64, out: &mut Vec<u8>) {
         for _ in 0..std::mem::take(&mut self.asked) {
-            self.say(now_s, out);
+            self.send(now_s, out);
         }
         if let Some(every_s) = self.settings.every_s
             && now_s >= self.next_s
         {
-            self.say(now_s, out);
-            // What a jump of time leaves out is not made up for.
+            self.send(now_s, out);
+            // Lines that a jump of time skips are not sent later.
             self.next_s = now_s + every_s.get();
         }
     }
@@ -101,7 +102,7 @@ mod tests {
         firmware
     }
 
-    fn said(firmware: &mut AirFirmware, now_s: f64) -> String {
+    fn sent(firmware: &mut AirFirmware, now_s: f64) -> String {
         let mut out = Vec::new();
         firmware.step(now_s, &mut out);
         String::from_utf8(out).expect("text")
@@ -110,16 +111,16 @@ mod tests {
     #[test]
     fn it_answers_each_line_and_gets_warmer() {
         let mut firmware = firmware(None);
-        assert_eq!(said(&mut firmware, 1.0), "");
+        assert_eq!(sent(&mut firmware, 1.0), "");
         b"R\nR\n".iter().for_each(|&byte| firmware.receive(byte, 1800.0));
-        assert_eq!(said(&mut firmware, 1800.0), "T=22.30 RH=45.0 P=101.325\r\n".repeat(2));
+        assert_eq!(sent(&mut firmware, 1800.0), "T=22.30 RH=45.0 P=101.325\r\n".repeat(2));
     }
 
     #[test]
-    fn it_speaks_by_itself_every_so_often() {
+    fn it_sends_lines_at_its_interval() {
         let mut firmware = firmware(Some(2.0));
         let lines: Vec<usize> =
-            [0.0, 1.0, 2.0, 9.0, 10.9].map(|t| said(&mut firmware, t).lines().count()).to_vec();
+            [0.0, 1.0, 2.0, 9.0, 10.9].map(|t| sent(&mut firmware, t).lines().count()).to_vec();
         assert_eq!(lines, [1, 0, 1, 1, 0]);
         assert_eq!(firmware.wake().map(|wake| wake.at_s), Some(11.0));
     }

@@ -1,7 +1,7 @@
 //! The virtual array controller's firmware.
 //!
-//! It speaks the protocol of [`fieldgap_rig::focus_array::protocol`]: frames and samples are read and written by the very types
-//! that the driver uses, lines and commands on their own.
+//! It implements the protocol of [`fieldgap_rig::focus_array::protocol`]. Frames and samples share the driver's types; lines and
+//! commands are parsed independently.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -17,13 +17,13 @@ use fieldgap_rig::focus_array::{
 /// Longer lines are refused as damaged; enough for a frame of a thousand elements.
 const LINE_LENGTH: usize = 16_384;
 
-/// The converter of the elements that listen: its full scale, V, and its bits.
+/// The converter of the elements used as receivers: its full scale, V, and its bits.
 const SENSING: (f64, u32) = (1.0, 12);
 
-/// Samples that it lets pass at most before it gives up those it is behind with.
+/// Backlog of samples beyond which they are dropped.
 const MOST_BEHIND: u64 = 2000;
 
-/// Samples a second, at most: the smoothing leaves no more to see.
+/// Highest sampling rate, Hz. The smoothing removes anything faster.
 const FASTEST_HZ: f64 = 1000.0;
 
 const ERROR_CHECKSUM: u32 = 1;
@@ -45,7 +45,7 @@ pub struct ArrayFirmware {
     powered_up_s: f64,
 }
 
-/// How long a display plays without a word from the host.
+/// How long a display plays without a message from the host.
 #[derive(Debug, Clone, Copy)]
 struct Lease {
     lasts_s: f64,
@@ -243,14 +243,14 @@ impl ArrayFirmware {
         Ok(())
     }
 
-    /// When the display that plays falls silent by itself, s.
+    /// When the current display ends without the host, s.
     fn falls_silent_s(&self) -> Option<f64> {
         let played = self.drive.display.as_ref()?;
         let lease_s = self.lease.renewed_s + self.lease.lasts_s;
         Some(played.ends_s().map_or(lease_s, |ends_s| ends_s.min(lease_s)))
     }
 
-    /// Ends a display whose time has come.
+    /// Ends a display that is over at this time.
     fn end_display(&mut self, now_s: f64) {
         if let Some(ends_s) = self.falls_silent_s().filter(|&ends_s| ends_s <= now_s) {
             self.drive.display = None;
@@ -286,13 +286,13 @@ fn wrong(why: String) -> (u32, String) {
     (ERROR_ARGUMENTS, why)
 }
 
-/// A place below `most`.
+/// An index below `most`.
 fn place(word: Option<&String>, most: usize) -> Result<usize, String> {
     let number = word.and_then(|word| word.parse::<usize>().ok()).filter(|&number| number < most);
     number.ok_or_else(|| format!("a number of 0 to {} is missing", most.saturating_sub(1)))
 }
 
-/// The share of time that `modulate` leaves on.
+/// The duty cycle that `modulate` sets.
 fn modulation_duty(words: &[String]) -> Result<f64, String> {
     let number = |word: &String| word.parse::<f64>().ok().filter(|value| value.is_finite());
     match words.iter().map(number).collect::<Vec<_>>()[..] {

@@ -1,4 +1,4 @@
-//! A device: its firmware behind its pseudo-terminal, in virtual time, with the faults that are injected.
+//! A device: its firmware behind its wire, in virtual time, with injected faults.
 
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
@@ -15,13 +15,13 @@ use super::firmware::Firmware;
 use super::pty::PseudoTerminal;
 use fieldgap_rig::link::trouble::{Outcome, Trouble, TroubleRates};
 
-/// How long an answer that nobody reads holds the device up, wall time. A board's own buffer would overflow too.
+/// How long an unread answer blocks the device, wall time. A real board's buffer would overflow too.
 const UNREAD_PATIENCE: Duration = Duration::from_secs(1);
 
-/// Interval at which a port that a dead client kept for itself is freed, wall time.
+/// Interval at which a port that a killed client held exclusively is freed, wall time.
 const FREE_PORT_EVERY: Duration = Duration::from_secs(1);
 
-/// Something done to a device from outside; the sender is told when it is done.
+/// A fault to inject; `done` receives a message once it has happened.
 pub(super) struct Order {
     pub fault: Fault,
     pub done: SyncSender<()>,
@@ -29,13 +29,13 @@ pub(super) struct Order {
 
 /// The device's end of its wire.
 pub(super) trait DeviceEnd {
-    /// What bytes come and go by.
+    /// The stream of bytes.
     type Stream: AsyncRead + AsyncWrite + Unpin;
 
-    /// What bytes come and go by.
+    /// The stream of bytes.
     fn stream(&mut self) -> &mut Self::Stream;
 
-    /// Frees the port after a client that died.
+    /// Frees the port after a client was killed.
     fn forget_dead_client(&self) {}
 }
 
@@ -51,13 +51,13 @@ impl DeviceEnd for PseudoTerminal {
     }
 }
 
-/// The trouble on a device's wire, to the device and from it.
-pub(super) struct WireTrouble {
+/// Random faults on a device's wire, to the device and from it.
+pub(super) struct WireFaults {
     to_device: Trouble,
     from_device: Trouble,
 }
 
-impl WireTrouble {
+impl WireFaults {
     /// Of the device with this number.
     pub fn new(rates: TroubleRates, seed: u64, device: u64) -> Self {
         let [to_device, from_device] =
@@ -70,7 +70,7 @@ impl WireTrouble {
 pub(super) async fn run(
     mut firmware: impl Firmware,
     mut wire: impl DeviceEnd,
-    mut trouble: WireTrouble,
+    mut wire_faults: WireFaults,
     clock: Arc<Clock>,
     mut orders: UnboundedReceiver<Order>,
     stop: CancellationToken,
@@ -82,7 +82,7 @@ pub(super) async fn run(
     loop {
         work(&mut firmware, &clock, &mut out);
         faults.apply(&mut out);
-        for outcome in trouble.from_device.meet(&std::mem::take(&mut out)) {
+        for outcome in wire_faults.from_device.meet(&std::mem::take(&mut out)) {
             match outcome {
                 Outcome::Pass(mut bytes) => tokio::select! {
                     () = stop.cancelled() => return,
@@ -113,7 +113,7 @@ pub(super) async fn run(
                     Fault::Unplug => {
                         drop(wire);
                         let _ = order.done.send(());
-                        // The carriage and the air do not care: only the wire is gone.
+                        // Robot and air go on: only the wire is gone.
                         return stop.cancelled().await;
                     }
                     Fault::Reset => firmware.power_up(clock.now_s(), &mut out),
@@ -123,7 +123,7 @@ pub(super) async fn run(
             }
             read = wire.stream().read(&mut received) => match read {
                 Ok(count) if count > 0 => {
-                    for outcome in trouble.to_device.meet(&received[..count]) {
+                    for outcome in wire_faults.to_device.meet(&received[..count]) {
                         match outcome {
                             Outcome::Pass(bytes) => take(&mut firmware, &bytes, &clock, &mut out),
                             Outcome::Wait(time) => tokio::time::sleep(time).await,

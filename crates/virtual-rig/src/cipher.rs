@@ -1,7 +1,7 @@
-//! Bytes locked away under a key (XChaCha20-Poly1305): nobody reads them without it, and nobody changes them unseen.
+//! Authenticated encryption (XChaCha20-Poly1305): without the key nobody can read the bytes, and every change is detected.
 //!
-//! What is sealed is a nonce of 24 bytes, drawn anew each time, and the cipher text with its tag (RFC 8439's construction with
-//! the longer nonce of draft-irtf-cfrg-xchacha). A key is kept as 64 hexadecimal digits on a line.
+//! The sealed bytes are a random nonce of 24 bytes and the cipher text with its tag (RFC 8439 with the longer nonce of
+//! draft-irtf-cfrg-xchacha). A key file holds 64 hexadecimal digits.
 
 use chacha20poly1305::aead::{Aead, Generate, KeyInit, Payload};
 use chacha20poly1305::{XChaCha20Poly1305, XNonce};
@@ -15,11 +15,14 @@ pub struct Key(chacha20poly1305::Key);
 /// The system gave no random numbers.
 #[derive(Debug, thiserror::Error)]
 #[error("the system gave no random numbers: {0}")]
-pub struct NoChance(String);
+pub struct NoRandomness(String);
 
 impl Key {
-    /// A key that nobody can guess.
-    pub fn draw() -> Result<Self, NoChance> {
+    /// A random key.
+    ///
+    /// # Errors
+    /// [`NoRandomness`] if the system gives no random numbers.
+    pub fn draw() -> Result<Self, NoRandomness> {
         random().map(Self)
     }
 
@@ -41,8 +44,11 @@ impl Key {
         &self.0
     }
 
-    /// Seals a text; `bound` stays readable, and what is sealed opens beside the same alone.
-    pub fn seal(&self, plain: &[u8], bound: &[u8]) -> Result<Vec<u8>, NoChance> {
+    /// Encrypts `plain`. The same `bound` bytes are needed to open it; they are authenticated and not encrypted.
+    ///
+    /// # Errors
+    /// [`NoRandomness`] if the system gives no random numbers.
+    pub fn seal(&self, plain: &[u8], bound: &[u8]) -> Result<Vec<u8>, NoRandomness> {
         let nonce: XNonce = random()?;
         let payload = Payload { msg: plain, aad: bound };
         let mut sealed = nonce.to_vec();
@@ -51,7 +57,7 @@ impl Key {
         Ok(sealed)
     }
 
-    /// Opens what was sealed; `None` if key, bytes or `bound` are not those of the sealing.
+    /// Decrypts; `None` if key, bytes or `bound` are not those of [`Key::seal`].
     pub fn open(&self, sealed: &[u8], bound: &[u8]) -> Option<Vec<u8>> {
         let (nonce, cipher_text) = sealed.split_at_checked(NONCE_BYTES)?;
         let nonce = XNonce::try_from(nonce).ok()?;
@@ -60,8 +66,11 @@ impl Key {
     }
 }
 
-/// A number that nobody can guess.
-pub fn fresh_number() -> Result<u64, NoChance> {
+/// A random number from the system.
+///
+/// # Errors
+/// [`NoRandomness`] if the system gives none.
+pub fn fresh_number() -> Result<u64, NoRandomness> {
     let key = Key::draw()?;
     Ok(key.bytes().iter().take(8).fold(0, |number, &byte| number << 8 | u64::from(byte)))
 }
@@ -71,8 +80,8 @@ pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-fn random<T: Generate>() -> Result<T, NoChance> {
-    T::try_generate().map_err(|error| NoChance(error.to_string()))
+fn random<T: Generate>() -> Result<T, NoRandomness> {
+    T::try_generate().map_err(|error| NoRandomness(error.to_string()))
 }
 
 #[cfg(test)]
@@ -81,7 +90,7 @@ mod tests {
 
     use super::*;
 
-    /// `draft-irtf-cfrg-xchacha-03`, appendix A.3.1: key, nonce, bound bytes, plain text, and what becomes of it.
+    /// `draft-irtf-cfrg-xchacha-03`, appendix A.3.1: key, nonce, bound bytes, plain text, cipher text.
     #[test]
     fn the_vector_of_the_draft_opens() {
         let key: String = (0x80..=0x9f).map(|byte: u8| format!("{byte:02x}")).collect();
@@ -104,21 +113,21 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_sealed_opens_as_it_was_and_not_if_anything_is_changed(
+        fn sealed_bytes_open_unchanged_and_not_after_any_change(
             plain in prop::collection::vec(any::<u8>(), 0..200), flip in any::<prop::sample::Index>(), bit in 0u8..8
         ) {
-            let key = Key::draw().expect("chance");
-            let mut sealed = key.seal(&plain, b"bound").expect("chance");
+            let key = Key::draw().expect("random numbers");
+            let mut sealed = key.seal(&plain, b"bound").expect("random numbers");
             prop_assert_eq!(key.open(&sealed, b"bound"), Some(plain));
             prop_assert_eq!(key.open(&sealed, b"other"), None);
-            prop_assert_eq!(Key::draw().expect("chance").open(&sealed, b"bound"), None);
+            prop_assert_eq!(Key::draw().expect("random numbers").open(&sealed, b"bound"), None);
             let at = flip.index(sealed.len());
             sealed[at] ^= 1 << bit;
             prop_assert_eq!(key.open(&sealed, b"bound"), None);
         }
 
         #[test]
-        fn any_text_is_a_key_or_not(text in prop::collection::vec(any::<u8>(), 0..80)) {
+        fn a_parsed_key_is_written_and_parsed_again(text in prop::collection::vec(any::<u8>(), 0..80)) {
             if let Some(key) = Key::parse(&text) {
                 prop_assert!(Key::parse(key.text().as_bytes()) == Some(key));
             }

@@ -12,11 +12,11 @@ use super::robot::RobotSettings;
 use fieldgap_input::Positive;
 use fieldgap_rig::link::trouble::TroubleRates;
 
-/// `[virtual]`: the rig is not there, and this takes its place.
+/// `[virtual]`: a virtual rig in place of real devices.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VirtualConfig {
-    /// Seed of all chance: the same seed and the same commands give the same readings.
+    /// Seed of all random numbers: the same seed and the same commands give the same readings.
     pub seed: u64,
     /// How virtual time passes.
     pub pace: Pace,
@@ -28,10 +28,10 @@ pub struct VirtualConfig {
     /// The receiver.
     #[serde(default)]
     pub receiver: ReceiverSettings,
-    /// Trouble on the three devices' lines, shares of all lines; drawn from the seed.
+    /// Rates of random faults on the devices' lines, as shares of all lines.
     #[serde(default)]
     pub faults: TroubleRates,
-    /// The sensor of the air, where there is one.
+    /// The air sensor, if any.
     pub environment: Option<AirSettings>,
     /// The array's controller.
     #[serde(default)]

@@ -1,11 +1,11 @@
-//! What the array emits: the delays it was told, whether it is on, and the modulation.
+//! The state of the array's outputs: delays, modulation, and whether it emits.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 use fieldgap_rig::focus_array::{ArrayIdentity, DriveProgram};
 
-/// Drives that are remembered, for samples taken a little late.
+/// Past drives that are kept, for samples taken a little late.
 const REMEMBERED_DRIVES: usize = 256;
 
 /// The state of the array's outputs.
@@ -15,26 +15,26 @@ pub struct Drive {
     pub emitting: bool,
     /// The delay of each channel, seconds; `None`: that channel is silent.
     pub delays_s: Vec<Option<f64>>,
-    /// Amplitude of each channel's fundamental, 1: a full channel's; empty: all are full.
+    /// Amplitude of each channel's fundamental, 0 to 1; empty: all 1.
     pub amplitudes: Vec<f64>,
     /// Share of time that the modulation leaves on, 0 to 1.
     pub duty: f64,
     /// The display that plays in place of the delays.
     pub display: Option<Played>,
-    /// Channels that listen, and so do not sound.
+    /// Channels used as receivers, which do not emit.
     pub listening: Vec<usize>,
 }
 
-/// What one channel sends.
+/// The output of one channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output {
-    /// How late its fundamental is, s; may be below zero by a part of a clock step.
+    /// Delay of its fundamental, s; can be negative by a part of a clock step.
     pub delay_s: f64,
-    /// Amplitude of the fundamental, 0 to 1 of a full channel's.
+    /// Amplitude of the fundamental, 0 to 1.
     pub amplitude: f64,
 }
 
-/// A display as it plays.
+/// A display that is playing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Played {
     program: Arc<DriveProgram>,
@@ -45,7 +45,7 @@ pub struct Played {
 }
 
 impl Played {
-    /// A display that plays from an instant on, so many times; 0: for ever.
+    /// A display that plays from `since_s` on, `loops` times; 0: without end.
     pub fn new(
         program: Arc<DriveProgram>,
         controller: &ArrayIdentity,
@@ -56,7 +56,7 @@ impl Played {
         Self { program, since_s, loops, period_steps, clock_hz }
     }
 
-    /// What plays.
+    /// Its program.
     pub fn program(&self) -> &DriveProgram {
         &self.program
     }
@@ -67,8 +67,8 @@ impl Played {
         (self.loops > 0).then(|| self.since_s + periods as f64 * self.period_s())
     }
 
-    /// The stretches of time from `from_s` to `to_s` in which nothing changes: how long each is as a share of the whole, and the
-    /// frame and level that are out in it. What is before the start or after the end has no stretch.
+    /// The intervals from `from_s` to `to_s` in which the output is constant: the share of each in the whole time, its frame and
+    /// its level. There are none before the start and after the end.
     pub fn stretches(&self, from_s: f64, to_s: f64) -> Vec<(f64, usize, u8)> {
         let end_s = self.ends_s().unwrap_or(f64::INFINITY).min(to_s);
         let period =
@@ -89,7 +89,7 @@ impl Played {
         stretches
     }
 
-    /// What each channel sends in a frame under a level of the envelope; `None`: nothing.
+    /// The output of each channel in a frame at a level of the envelope; `None`: silent.
     pub fn outputs(&self, frame: usize, level: u8) -> Vec<Option<Output>> {
         self.program.frames()[frame]
             .fundamentals(level, self.period_steps)
@@ -107,7 +107,7 @@ impl Played {
 }
 
 impl Drive {
-    /// As at power-up: off, no delays, no modulation.
+    /// The state at power-up: off, no delays, no modulation.
     pub fn silent(elements: usize) -> Self {
         Self {
             emitting: false,
@@ -119,7 +119,7 @@ impl Drive {
         }
     }
 
-    /// What each channel sends by its delay; nothing where it listens.
+    /// The output of each channel by its delay; `None` where it is silent or a receiver.
     pub fn outputs(&self) -> Vec<Option<Output>> {
         let sounds = |channel: &usize| self.emitting && !self.listening.contains(channel);
         self.delays_s

@@ -1,17 +1,17 @@
-//! Faults that tests and curious people inject into the virtual rig.
+//! Fault injection: what tests and users can let go wrong on the virtual rig.
 
 /// A fault of a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
-    /// The device restarts: its state is lost, and it says what it says at power-up.
+    /// The device restarts: its state is lost, and it sends its greeting.
     Reset,
-    /// The wire is pulled out: whoever has the port open sees it end. There is no plugging in again.
+    /// The wire is pulled out: the open port ends. It cannot be plugged in again.
     Unplug,
-    /// Something happens to what the device says.
+    /// One line from the device is damaged.
     OnLines(LineFault),
 }
 
-/// A fault of one line on its way from the device.
+/// A fault of one line from the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LineFault {
     /// The next line that starts with `ok` is lost.
@@ -22,19 +22,19 @@ pub enum LineFault {
     LoseAll,
 }
 
-/// The faults that wait for their line.
+/// Injected faults that have not happened yet.
 #[derive(Debug, Default)]
 pub(super) struct LineFaults {
     waiting: Vec<LineFault>,
 }
 
 impl LineFaults {
-    /// Adds a fault to those that wait.
+    /// Adds a fault.
     pub fn add(&mut self, fault: LineFault) {
         self.waiting.push(fault);
     }
 
-    /// Lets those happen that fit this output.
+    /// Applies the faults that fit this output.
     pub fn apply(&mut self, out: &mut Vec<u8>) {
         if out.is_empty() {
             return;
@@ -50,7 +50,7 @@ impl LineFaults {
             LineFault::Garble => {
                 let middle = out.len() / 2;
                 if let Some(byte) = out.get_mut(middle) {
-                    // Never into a line end, which would make two lines of one.
+                    // Never a line end, which would split the line.
                     *byte = if *byte == b'#' { b'%' } else { b'#' };
                 }
                 false

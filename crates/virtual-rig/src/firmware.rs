@@ -1,7 +1,7 @@
-//! What a device's firmware is to the rig: bytes in, bytes out, at given instants of virtual time.
+//! The interface of a device's firmware: bytes in, bytes out, at given instants of virtual time.
 //!
-//! Firmware here does no input or output and owns no clock, so that a test can play any history to it, byte
-//! by byte and instant by instant, and the same history always gives the same bytes.
+//! Firmware does no input or output and owns no clock. A test can thus present any sequence of bytes and times, and the same
+//! sequence always gives the same answers.
 
 /// When firmware next has something to do if no byte comes in.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Wake {
 ///
 /// Times are virtual seconds since the rig was powered up and never decrease from call to call.
 pub trait Firmware: Send + Sync {
-    /// The device is switched on, or reset: its state is lost, and what it says first goes to `out`.
+    /// The device is switched on, or reset: its state is lost, and its greeting goes to `out`.
     fn power_up(&mut self, now_s: f64, out: &mut Vec<u8>);
 
     /// One byte has arrived. Nothing is answered before the next [`Firmware::step`].

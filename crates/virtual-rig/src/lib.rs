@@ -1,45 +1,73 @@
-//! A laboratory without hardware: firmware on three pseudo-terminals, and physics behind the receiver.
+//! A virtual rig: device firmware on pseudo-terminals, and the physics of array, air, robot and receiver behind it.
 //!
-//! The robot plans and runs moves that take their time, the array controller sets delays, and the receiver
-//! hears the field where the nozzle really is at that instant of [virtual time](clock). The field is not the
-//! simulator's: every element's vibrating face is summed by its Rayleigh integral, or radiates as its transducer file has it,
-//! in the air, with the array and on the robot that the [truth file](truth) describes.
+//! Drivers and other serial programs, such as G-code senders, talk to the virtual devices as to real ones. The robot needs time
+//! for its moves, the array's controller sets delays, and the receiver reads the field at the true position of the nozzle at
+//! that instant of virtual time ([`Clock`]). No simulator takes part: every element's vibrating face is summed by its Rayleigh
+//! integral, or radiates as its transducer file states. The [truth file](Truth) describes the real array, air and robot, and the
+//! [effects](effects) by which they differ from the assumed ones.
 //!
 //! ```text
 //!  clock ── robot's firmware ─ trajectory ─┐
 //!    │                                     ├─ world ── true_field ── effects
 //!    ├───── array_firmware ──── drive ─────┤
-//!    │            └─ listens ── hand ──────┤
+//!    │         └─ elements as receivers ───┤── gestures
 //!    └───── receiver_firmware ── converter ┘
 //! ```
-//! Firmware is [bytes in, bytes out](firmware), and a board puts it behind a pseudo-terminal, so drivers
-//! talk to it as they would to the real device, and so does anybody's G-code sender.
+//!
+//! Types to begin with:
+//!
+//! - [`VirtualRig`] runs the devices; [`VirtualConfig`] is the section `[virtual]` of a rig file.
+//! - [`World`] gives the true position of the nozzle and the true signal, for tests.
+//! - [`memory::MemoryRig`] runs without pseudo-terminals, in paused time.
+//! - [`Firmware`](firmware::Firmware) is the interface of a device: bytes in, bytes out.
+//! - [`noise_free_readings`] gives readings without noise and without a robot, as the reference for a forward model:
+//!
+//! ```
+//! use fieldgap_acoustics::{Array, Excitation, Medium, Simulation, Simulator, Vec3};
+//! use fieldgap_virtual_rig::{Visit, noise_free_readings};
+//!
+//! let focus_m = Vec3::new(0.0, 0.0, 0.1);
+//! let setup = Simulation {
+//!     simulator: Simulator::Rayleigh,
+//!     array: Array::square(6, 6, 10.5e-3)?,
+//!     medium: Medium { speed_of_sound_m_s: 343.0 },
+//!     frequency_hz: 40e3,
+//!     excitation: Excitation::Focus(focus_m),
+//! };
+//! let visits = [Visit { position_m: focus_m, velocity_m_s: Vec3::zeros(), time_s: 0.0 }];
+//! let two_silent = toml::toml! { dead-elements = { elements = [14, 15] } };
+//! let whole_v = noise_free_readings(&setup, &toml::Table::new(), 1.0, &visits, 1)?[0];
+//! let without_two_v = noise_free_readings(&setup, &two_silent, 1.0, &visits, 1)?[0];
+//! assert!(without_two_v < whole_v);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
-pub mod air_firmware;
-pub mod array_boards;
+mod air_firmware;
+mod array_boards;
 pub mod array_firmware;
 mod board;
 pub mod cipher;
-pub mod clock;
-pub mod config;
-pub mod converter;
+mod clock;
+mod config;
+mod converter;
+pub mod counter_rng;
 pub mod drive;
 pub mod effects;
-pub mod faults;
+mod faults;
 pub mod firmware;
-pub mod grbl_firmware;
-pub mod hand;
-pub mod luck;
-pub mod marlin_firmware;
+mod gantry;
+pub mod gestures;
+mod grbl_firmware;
+mod marlin_firmware;
 pub mod memory;
 mod noise_free;
-pub mod pin_firmware;
-pub mod planner;
+mod pin_firmware;
+mod planner;
 mod pty;
 mod radiator;
-pub mod receiver_firmware;
-pub mod robot;
-pub mod scope_firmware;
+mod receiver_firmware;
+mod robot;
+mod scope_firmware;
 pub mod sealed_truth;
 mod tcp_bridge;
 #[cfg(test)]
@@ -47,7 +75,7 @@ mod testing;
 pub mod trajectory;
 pub mod true_field;
 pub mod truth;
-pub mod world;
+mod world;
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -60,7 +88,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio_util::sync::CancellationToken;
 
 use air_firmware::AirFirmware;
-use board::{Order, WireTrouble};
+use board::{Order, WireFaults};
 pub use clock::{Clock, Pace};
 pub use config::VirtualConfig;
 pub use faults::{Fault, LineFault};
@@ -74,7 +102,7 @@ use trajectory::Trajectory;
 pub use truth::Truth;
 pub use world::{Believed, World};
 
-/// How long an injected fault may take to happen, wall time.
+/// Longest wait for an injected fault to happen, wall time.
 const FAULT_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Why a virtual rig does not open.
@@ -84,21 +112,21 @@ pub enum VirtualRigError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Truth(#[from] fieldgap_input::Fault),
-    /// Two settings contradict each other.
+    /// A free-running receiver in lockstep.
     #[error(
-        "a free-running receiver needs time that passes by itself; in lockstep it stands still. Set \
+        "a free-running receiver needs time that passes without requests; in lockstep it stands still. Set \
          `pace = {{ times = 20.0 }}` in [virtual], or `mode = \"stream\"` in [virtual.receiver]"
     )]
     FreeRunningInLockstep,
     /// The system gave no pseudo-terminal.
     #[error(
         "no pseudo-terminal for the virtual {device}: {source}. The system's limit is in \
-         /proc/sys/kernel/pty/max; closing other programs may free some"
+         /proc/sys/kernel/pty/max; close other programs to free some"
     )]
     PseudoTerminal {
-        /// Which device it was for.
+        /// The device.
         device: &'static str,
-        /// What the system said.
+        /// The system's error.
         source: tokio_serial::Error,
     },
     /// The system gave no thread or event loop.
@@ -129,10 +157,10 @@ pub struct VirtualRig {
 }
 
 impl VirtualRig {
-    /// Powers the rig up; its ports can be opened when this returns.
+    /// Powers the rig up. Its ports can be opened when this returns.
     ///
-    /// `folder` is the rig file's, from which the path of the truth file is taken; array, medium, carrier and frame are
-    /// what the laboratory believes, and what the truth's effects start from.
+    /// `folder` is that of the rig file; the path of the truth file is relative to it. Array, medium, carrier and frame are the
+    /// assumed ones, which the effects of the truth file change.
     ///
     /// # Errors
     /// See [`VirtualRigError`].
@@ -150,7 +178,7 @@ impl VirtualRig {
         Self::with_truth(config, truth, &believed)
     }
 
-    /// As [`VirtualRig::open`], with a truth that was read before.
+    /// As [`VirtualRig::open`], with a truth that is read already.
     ///
     /// # Errors
     /// See [`VirtualRigError`].
@@ -173,11 +201,13 @@ impl VirtualRig {
         let (opened, wait_for_ports) = mpsc::sync_channel(1);
         let thread = std::thread::Builder::new().name("virtual-rig".to_owned()).spawn({
             let (clock, stop) = (clock.clone(), stop.clone());
-            let trouble = [0, 1, 2, 3].map(|n| WireTrouble::new(config.faults, config.seed, n));
-            move || run(devices, [robot, receiver, array], trouble, &clock, &stop, &opened)
+            let wire_faults = [0, 1, 2, 3].map(|n| WireFaults::new(config.faults, config.seed, n));
+            move || run(devices, [robot, receiver, array], wire_faults, &clock, &stop, &opened)
         })?;
         let ports = wait_for_ports.recv().unwrap_or_else(|_| {
-            Err(VirtualRigError::Thread(std::io::Error::other("it ended before it had begun")))
+            Err(VirtualRigError::Thread(std::io::Error::other(
+                "it ended before its ports were open",
+            )))
         })?;
         Ok(Self {
             ports,
@@ -200,22 +230,21 @@ impl VirtualRig {
         &self.clock
     }
 
-    /// What is true of nozzle and field, for tests that compare it with what was measured.
+    /// The true set-up, for tests that compare it with measurements.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// Lets a fault happen to a device; returns when it has.
+    /// Injects a fault into a device, and waits until it has happened.
     ///
-    /// Returns whether it has: a device that was unplugged, or that is stuck on output which nobody reads, does
-    /// not obey.
+    /// Returns false if it does not happen: the device is unplugged, or blocked by output that nobody reads.
     pub fn inject(&self, part: Part, fault: Fault) -> bool {
         let (done, wait) = mpsc::sync_channel(1);
         self.orders[part as usize].send(Order { fault, done }).is_ok()
             && wait.recv_timeout(FAULT_TIMEOUT).is_ok()
     }
 
-    /// Lets every homing of the robot fail from now on, as with a broken switch, or succeed again.
+    /// Makes every homing of the robot fail from now on, as with a broken switch, or succeed again.
     pub fn jam_homing(&self, jammed: bool) {
         self.homing_jam.store(jammed, Ordering::Relaxed);
     }
@@ -225,7 +254,7 @@ impl Drop for VirtualRig {
     fn drop(&mut self) {
         self.stop.cancel();
         if let Some(thread) = self.thread.take() {
-            // It has nothing to tell: a panic in it was reported when it happened.
+            // A panic in the thread was reported when it happened.
             let _ = thread.join();
         }
     }
@@ -240,7 +269,7 @@ struct Devices {
 }
 
 impl Devices {
-    /// The three, in a world of their own.
+    /// The devices and their world.
     fn new(
         config: &VirtualConfig,
         truth: Truth,
@@ -251,7 +280,7 @@ impl Devices {
         let parked_mm = Vector3::from(config.robot.parked_mm().map(f64::from));
         let travel_mm = Vector3::from(config.robot.travel_mm().map(f64::from));
         let trajectory = Arc::new(Mutex::new(Trajectory::new(parked_mm, travel_mm)));
-        // The world counts from the switches, the laboratory from the robot's zero.
+        // The world's coordinates begin at the switches, the rig file's at the robot's zero.
         let mut believed = believed.clone();
         believed.array_origin_m += Vector3::from(config.robot.zero_mm()) * 1e-3;
         let believed = &believed;
@@ -273,11 +302,11 @@ impl Devices {
     }
 }
 
-/// The rig's thread: opens the ports, says which they are, and runs the three devices until it is told to stop.
+/// The rig's thread: opens the ports, reports them, and runs the devices until `stop`.
 fn run(
     devices: Devices,
     orders: [UnboundedReceiver<Order>; 3],
-    trouble: [WireTrouble; 4],
+    wire_faults: [WireFaults; 4],
     clock: &Arc<Clock>,
     stop: &CancellationToken,
     opened: &mpsc::SyncSender<Result<Ports, VirtualRigError>>,
@@ -321,7 +350,7 @@ fn run(
             return;
         }
         let [robot_orders, receiver_orders, array_orders] = orders;
-        let [trouble_1, trouble_2, trouble_3, trouble_4] = trouble;
+        let [faults_1, faults_2, faults_3, faults_4] = wire_faults;
         let shared = || (clock.clone(), stop.clone());
         if let Some((listener, _)) = socket {
             let bridge = tcp_bridge::serve(listener, receiver.path().to_owned(), stop.clone());
@@ -330,19 +359,19 @@ fn run(
         let (clock_1, stop_1) = shared();
         let (clock_2, stop_2) = shared();
         let (clock_3, stop_3) = shared();
-        // Nobody injects faults into the air.
+        // No faults are injected into the air sensor.
         let (_, no_orders) = unbounded_channel();
         let air = async {
             if let Some((firmware, wire)) = environment {
                 let shared = (clock.clone(), no_orders, stop.clone());
-                board::run(firmware, wire, trouble_4, shared.0, shared.1, shared.2).await;
+                board::run(firmware, wire, faults_4, shared.0, shared.1, shared.2).await;
             }
         };
         tokio::join!(
             air,
-            board::run(devices.robot, robot, trouble_1, clock_1, robot_orders, stop_1),
-            board::run(devices.receiver, receiver, trouble_2, clock_2, receiver_orders, stop_2),
-            board::run(devices.array, array, trouble_3, clock_3, array_orders, stop_3),
+            board::run(devices.robot, robot, faults_1, clock_1, robot_orders, stop_1),
+            board::run(devices.receiver, receiver, faults_2, clock_2, receiver_orders, stop_2),
+            board::run(devices.array, array, faults_3, clock_3, array_orders, stop_3),
         );
     });
 }

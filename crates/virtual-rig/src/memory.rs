@@ -1,5 +1,4 @@
-//! A virtual rig without ports, for tests in paused time: its devices are reached by pipes in memory, which stay when a driver
-//! that used them is gone.
+//! A virtual rig without ports, for tests in paused time. Its devices are reached by pipes in memory, which outlive the driver.
 
 use std::io;
 use std::pin::Pin;
@@ -11,7 +10,7 @@ use tokio::io::{AsyncRead, AsyncWrite, DuplexStream, ReadBuf, duplex};
 use tokio::sync::mpsc::unbounded_channel;
 use tokio_util::sync::{CancellationToken, DropGuard};
 
-use super::board::{self, DeviceEnd, WireTrouble};
+use super::board::{self, DeviceEnd, WireFaults};
 use super::clock::Clock;
 use super::config::VirtualConfig;
 use super::truth::Truth;
@@ -29,7 +28,7 @@ impl DeviceEnd for DuplexStream {
     }
 }
 
-/// The host's end of a device's wire: whoever has a clone may use it.
+/// The host's end of a device's wire. All clones share it.
 #[derive(Debug, Clone)]
 pub struct Plug {
     stream: Arc<Mutex<DuplexStream>>,
@@ -87,7 +86,10 @@ pub struct MemoryRig {
 }
 
 impl MemoryRig {
-    /// Powers a rig up, with the trouble of its configuration.
+    /// Powers a rig up, with the fault rates of its configuration.
+    ///
+    /// # Errors
+    /// See [`VirtualRigError`].
     pub fn power_up(
         config: &VirtualConfig,
         truth: Truth,
@@ -101,16 +103,16 @@ impl MemoryRig {
             let (host, device) = duplex(CAPACITY);
             (Plug { stream: Arc::new(Mutex::new(host)), lines: Arc::clone(&lines) }, device)
         };
-        let trouble = |n| WireTrouble::new(config.faults, config.seed, n);
+        let wire_faults = |n| WireFaults::new(config.faults, config.seed, n);
         let Devices { robot, receiver, array, .. } = devices;
         let [(plug_1, end_1), (plug_2, end_2), (plug_3, end_3)] = [wire(), wire(), wire()];
         let shared = || (Arc::clone(&clock), unbounded_channel().1, stop.clone());
         let (clock_1, orders, stop_1) = shared();
-        tokio::spawn(board::run(robot, end_1, trouble(0), clock_1, orders, stop_1));
+        tokio::spawn(board::run(robot, end_1, wire_faults(0), clock_1, orders, stop_1));
         let (clock_2, orders, stop_2) = shared();
-        tokio::spawn(board::run(receiver, end_2, trouble(1), clock_2, orders, stop_2));
+        tokio::spawn(board::run(receiver, end_2, wire_faults(1), clock_2, orders, stop_2));
         let (clock_3, orders, stop_3) = shared();
-        tokio::spawn(board::run(array, end_3, trouble(2), clock_3, orders, stop_3));
+        tokio::spawn(board::run(array, end_3, wire_faults(2), clock_3, orders, stop_3));
         let plugs = [plug_1, plug_2, plug_3];
         Ok(Self { world, clock, plugs, lines, _stop: stop.drop_guard() })
     }

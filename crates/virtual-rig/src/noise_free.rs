@@ -3,10 +3,10 @@
 use fieldgap_acoustics::{Simulation, Vec3, delays_s};
 use fieldgap_input::Fault;
 
+use super::counter_rng::CounterRng;
 use super::drive::Drive;
 use super::effects::JITTER_CELL_MM;
-use super::luck::Luck;
-use super::trajectory::Carriage;
+use super::trajectory::Kinematics;
 use super::true_field::TrueField;
 use super::truth::{TrueSource, Truth};
 
@@ -44,24 +44,24 @@ pub fn noise_free_readings(
     truth.check(setup.array.len())?;
     let (array, medium, frequency_hz) = (&setup.array, setup.medium, setup.frequency_hz);
     let source = TrueSource::default();
-    let luck = Luck::new(seed);
-    let field = TrueField::new(array, medium, frequency_hz, &source, truth.effects, luck);
+    let rng = CounterRng::new(seed);
+    let field = TrueField::new(array, medium, frequency_hz, &source, truth.effects, rng);
     let delays_s = delays_s(&setup.excitation, array, &medium, frequency_hz);
     let delays_s = delays_s.into_iter().map(Some).collect();
     let drive = Drive { emitting: true, delays_s, ..Drive::silent(array.len()) };
     let weights = field.weights(&drive.outputs());
-    let carriages = carriages(visits, field.lag_s());
-    let read = |(visit, carriage): (&Visit, Carriage)| {
-        let at_m = field.place(carriage.position_mm * 1e-3, &carriage);
+    let motions = kinematics(visits, field.lag_s());
+    let read = |(visit, kinematics): (&Visit, Kinematics)| {
+        let at_m = field.place(kinematics.position_mm * 1e-3, &kinematics);
         let magnitude = field.magnitude(&field.contributions(at_m), &weights, visit.time_s);
         let level_v = field.level_v(magnitude * gain_v_m, visit.time_s);
         level_v.min(field.full_scale_v(f64::INFINITY))
     };
-    Ok(visits.iter().zip(carriages).map(read).collect())
+    Ok(visits.iter().zip(motions).map(read).collect())
 }
 
 /// The motion at each visit, `lag_s` before it.
-fn carriages(visits: &[Visit], lag_s: f64) -> Vec<Carriage> {
+fn kinematics(visits: &[Visit], lag_s: f64) -> Vec<Kinematics> {
     let mut x_direction = 0.0;
     let mut travelled_mm = 0.0;
     let mut before: Option<&Visit> = None;
@@ -77,7 +77,7 @@ fn carriages(visits: &[Visit], lag_s: f64) -> Vec<Carriage> {
                 travelled_mm += way_mm.max(2.0 * JITTER_CELL_MM);
             }
             before = Some(visit);
-            Carriage {
+            Kinematics {
                 position_mm: (visit.position_m - visit.velocity_m_s * lag_s) * 1e3,
                 x_direction,
                 x_since_reversal_mm: f64::INFINITY,

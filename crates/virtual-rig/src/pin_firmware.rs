@@ -1,5 +1,5 @@
-//! The virtual counterpart of [`fieldgap_rig::receiver::MarlinPinReceiver`]: a board with Marlin's firmware that says an analog pin's
-//! counts when it is asked by `M43 P<pin>`.
+//! The virtual counterpart of [`fieldgap_rig::receiver::MarlinPinReceiver`]: a board with Marlin's firmware, which
+//! reports the counts of an analog pin on `M43 P<pin>`.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -27,7 +27,7 @@ pub struct PinFirmware {
 }
 
 impl PinFirmware {
-    /// Firmware that hears `world` and takes so long for an answer.
+    /// Firmware that samples the field of `world` and needs this time for an answer.
     pub fn new(full_scale_v: f64, period_s: f64, world: Arc<World>) -> Self {
         Self {
             converter: world.converter(full_scale_v, BITS),

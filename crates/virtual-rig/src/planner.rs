@@ -1,4 +1,4 @@
-//! One planned move: a straight line run with a trapezoidal speed profile.
+//! One planned move: a straight line with a trapezoidal speed profile.
 
 use nalgebra::Vector3;
 

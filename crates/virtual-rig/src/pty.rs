@@ -5,10 +5,9 @@ use tokio_serial::SerialStream;
 
 /// The device's end of a pseudo-terminal in raw mode, without echo.
 ///
-/// The other end is a path such as `/dev/pts/7`, which any serial program opens as a port. It may be closed and
-/// opened again: a handle of that end is kept here, so that the device does not read an error when its last
-/// client leaves. As with a real board nothing tells the device that a client came or left, and answers
-/// that a client did not read are read by the next one unless it discards them when it opens.
+/// The other end is a path such as `/dev/pts/7`, which any serial program opens as a port. It can be closed and opened again: a
+/// handle of that end is kept here, so that the device reads no error when its last client leaves. As with a real board, the
+/// device does not notice clients. Answers that one client did not read reach the next one, unless it discards them.
 #[derive(Debug)]
 pub struct PseudoTerminal {
     /// The device's end.
@@ -39,11 +38,11 @@ impl PseudoTerminal {
         &self.path
     }
 
-    /// Lets a new client open the port after one was killed while it held it for itself alone.
+    /// Lets a new client open the port after one was killed that held it exclusively.
     ///
-    /// The kernel forgets a port's exclusive mode when its last handle is closed, which the handle kept here
-    /// prevents; a duplicate of it clears that mode as it is dropped. Clients that lock the port's file as
-    /// well, as serial libraries do, stay safe from each other by that lock.
+    /// The kernel ends a port's exclusive mode when its last handle is closed, which the handle kept here prevents. A duplicate of
+    /// that handle ends the mode as it is dropped. Serial libraries also lock the port's file, which still protects clients from
+    /// each other.
     pub fn forget_dead_client(&self) {
         drop(self.client_end.try_clone_native());
     }

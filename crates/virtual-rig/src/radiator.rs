@@ -1,6 +1,6 @@
-//! What one element's face radiates: a piston by its integral, or a transducer as a file describes it.
+//! The radiation of one element's face: a piston by its Rayleigh integral, or a transducer as a file describes it.
 //!
-//! A described transducer is evaluated law by law at each point, without the simulators' kernel: a mistake in either shows as a
+//! A described transducer is evaluated at each point from its laws, without the simulators' kernel. A bug in either thus shows as a
 //! difference.
 
 use std::f64::consts::FRAC_PI_2;
@@ -21,10 +21,11 @@ const TOLERANCE: f64 = 1e-4;
 /// Distance from a face, in its radii, from which on that error holds.
 pub(super) const NEAREST_RADII: f64 = 2.0;
 
-/// Where every transducer has the level of a spherical wave of unit amplitude at 1 m, m: the middle of the heights that are scanned.
+/// Distance at which every transducer has the level of a spherical wave of unit amplitude at 1 m, m: the middle of usual scan
+/// heights.
 const REFERENCE_M: f64 = 0.1;
 
-/// One face in space, ready to be heard from any point.
+/// One face in space.
 #[derive(Debug, Clone)]
 pub(super) enum Radiator {
     /// A piston, by the sum over its patches.
@@ -38,13 +39,13 @@ pub(super) enum Radiator {
 pub(super) struct Described {
     transducer: Arc<DescribedTransducer>,
     face: Element,
-    /// Width of its lobe over the described one, where that does not follow from the face.
+    /// Ratio of its lobe width to the described one, where the face does not determine it.
     stretch: f64,
-    /// Level at the reference over what the transducer's own law says there.
+    /// Scale that gives the reference level at the reference distance.
     scale: f64,
 }
 
-/// Makes radiators of one kind: the patches of a radius are worked out once.
+/// Makes radiators of one kind. The patches of a radius are computed once.
 pub(super) struct Radiators<'s> {
     source: &'s TrueSource,
     wavenumber_rad_m: f64,
@@ -52,13 +53,13 @@ pub(super) struct Radiators<'s> {
 }
 
 impl<'s> Radiators<'s> {
-    /// Of what the elements truly are.
+    /// For the real elements.
     pub fn new(source: &'s TrueSource, wavenumber_rad_m: f64) -> Self {
         Self { source, wavenumber_rad_m, rules: Vec::new() }
     }
 
-    /// The radiator of an element whose lobe is `stretch` times as wide as its kind's, for the reason of its face if that
-    /// decides it.
+    /// The radiator of an element whose lobe is `stretch` times as wide as its type's: through a smaller face, where the face
+    /// determines the lobe.
     pub fn of(&mut self, face: Element, stretch: f64) -> Radiator {
         match &self.source.transducer {
             Some(transducer) if transducer.directivity != Directivity::Rayleigh => {
@@ -125,7 +126,7 @@ impl Radiator {
     }
 }
 
-/// What a law on the axis says at a distance from the face's centre, and at a height above its plane.
+/// The value of an on-axis law at a distance from the face's centre and a height above its plane.
 fn level(law: OnAxis, distance_m: f64, height_m: f64) -> f64 {
     match law {
         OnAxis::Exponential { amplitude, decay_per_m } => {
@@ -176,7 +177,7 @@ mod tests {
         TrueSource { face_radius_m: None, transducer: Some(Arc::new(transducer)) }
     }
 
-    /// Two ways to the same number, written apart: the kernel's polynomials, and the laws themselves.
+    /// Two independent computations of one number: the kernel's polynomials, and the laws themselves.
     #[test]
     fn every_transducer_sounds_as_the_simulators_kernel_has_it() {
         let face =

@@ -1,4 +1,4 @@
-//! The virtual receiver's firmware: samples when it is asked to, or without being asked.
+//! The virtual receiver's firmware, which samples on request or continuously.
 //!
 //! Protocol, version 1. The host sends lines: `?` (who are you), `E text` or `E binary`, `S <n>` (sample `n`
 //! readings from this instant; 0: until `X`), `X` (stop), `T` (your clock). Samples are followed by an end mark.
@@ -21,20 +21,20 @@ use fieldgap_input::Positive;
 /// Longer lines are refused.
 const LINE_LENGTH: usize = 64;
 
-/// Samples that a free-running receiver lets pass at most before it gives up those it is behind with.
+/// Backlog of samples beyond which a free-running receiver drops them.
 const MOST_BEHIND: u64 = 200;
 
 /// The virtual receiver, `[virtual.receiver]` in a rig file. Every key has a default.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReceiverSettings {
-    /// Readings a second.
+    /// Readings per second.
     pub rate_hz: Positive,
     /// The reading at which the converter clips.
     pub full_scale_v: Positive,
     /// Bits of the converter, 1 to 24.
     pub resolution_bits: Bits,
-    /// Whether it samples when asked or streams without being asked.
+    /// Whether it samples on request or continuously.
     pub mode: Mode,
 }
 
@@ -77,20 +77,20 @@ impl TryFrom<u32> for Bits {
 pub enum Mode {
     /// The commands of the protocol.
     Stream,
-    /// Nothing: it sends text lines `<t_us> <value>` for ever and takes no commands.
+    /// Continuous: it sends text lines `<t_us> <value>` and takes no commands.
     ///
-    /// Not in lockstep, where time stands still while nobody asks for anything.
+    /// Not in lockstep, where time stands still without requests.
     FreeRunning,
-    /// Nothing, as before: it sends lines of the value alone, as plain loggers do.
+    /// Continuous: it sends lines of the value alone, as plain loggers do.
     Numbers,
     /// An oscilloscope's commands ([`super::scope_firmware`]), over a network socket.
     Scpi,
-    /// Marlin's question for a pin ([`super::pin_firmware`]).
+    /// Marlin's query of an analog pin ([`super::pin_firmware`]).
     MarlinPin,
 }
 
 impl Mode {
-    /// Whether it samples without being asked.
+    /// Whether it samples continuously.
     pub fn runs_freely(self) -> bool {
         matches!(self, Self::FreeRunning | Self::Numbers)
     }
@@ -140,7 +140,7 @@ pub struct ReceiverFirmware {
 }
 
 impl ReceiverFirmware {
-    /// Firmware that hears `world`.
+    /// Firmware that samples the field of `world`.
     pub fn new(settings: ReceiverSettings, world: Arc<World>) -> Self {
         Self {
             settings,

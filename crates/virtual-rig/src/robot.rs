@@ -1,4 +1,4 @@
-//! The virtual robot: which firmware it runs, and what that is built and set to.
+//! The virtual robot: its firmware and settings.
 
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
@@ -56,7 +56,7 @@ impl Default for RobotSettings {
 }
 
 impl RobotSettings {
-    /// How far each axis can go from its switch.
+    /// Travel of each axis from its switch.
     pub fn travel_mm(&self) -> [Positive; 3] {
         match self {
             Self::Marlin(settings) => settings.travel_mm,

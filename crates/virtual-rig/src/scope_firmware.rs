@@ -1,13 +1,13 @@
-//! The virtual oscilloscope: the signal at the receiver, sampled, in the words of Rigol's instruments.
+//! The virtual oscilloscope: samples of the receiver's signal, by the commands of Rigol's instruments.
 //!
 //! | command | |
 //! |---|---|
 //! | `*IDN?`, `*CLS`, `*OPC?`, `:SYST:ERR?` | as IEEE 488.2 and SCPI have them |
-//! | `:CHAN1:SCAL <V>`, `:CHAN1:OFFS <V>` | volts a division, of 25 steps of its 8 bits; offset |
-//! | `:TIM:MAIN:SCAL <s>` | seconds a division, of 12 with 100 samples each |
-//! | `:WAV:SOUR CHAN1`, `:WAV:MODE NORM`, `:WAV:FORM BYTE` | taken; nothing else is |
-//! | `:SING`, `:TFOR`, `:TRIG:STAT?` | one record, which nothing but `:TFOR` triggers |
-//! | `:WAV:PRE?`, `:WAV:DATA?` | what the samples mean; the samples |
+//! | `:CHAN1:SCAL <V>`, `:CHAN1:OFFS <V>` | volts per division (25 steps of its 8 bits); offset |
+//! | `:TIM:MAIN:SCAL <s>` | seconds per division (12 divisions of 100 samples) |
+//! | `:WAV:SOUR CHAN1`, `:WAV:MODE NORM`, `:WAV:FORM BYTE` | the only accepted values |
+//! | `:SING`, `:TFOR`, `:TRIG:STAT?` | one record, triggered by `:TFOR` alone |
+//! | `:WAV:PRE?`, `:WAV:DATA?` | scaling of the samples; the samples |
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -33,7 +33,7 @@ const MOST_ERRORS: usize = 10;
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Trigger {
     Stopped,
-    /// Waits for something that triggers.
+    /// Waits for a trigger.
     Waiting,
     /// A record that began then.
     Taking {
@@ -57,7 +57,7 @@ pub struct ScopeFirmware {
 }
 
 impl ScopeFirmware {
-    /// Firmware that hears `world`, its screen as high as a converter of `full_scale_v` either way.
+    /// Firmware that samples the field of `world`. Its screen covers `full_scale_v` in either direction.
     pub fn new(full_scale_v: f64, world: Arc<World>) -> Self {
         // The largest step above the middle is 128.
         let volts_a_division = full_scale_v * STEPS_A_DIVISION / (255.0 - REFERENCE);
@@ -84,7 +84,7 @@ impl ScopeFirmware {
         self.volts_a_division / STEPS_A_DIVISION
     }
 
-    /// Finishes a record whose time has come.
+    /// Finishes a record that is complete at this time.
     fn finish(&mut self, now_s: f64) {
         let Trigger::Taking { since_s } = self.trigger else { return };
         if now_s < since_s + self.span_s() {

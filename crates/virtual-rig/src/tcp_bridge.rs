@@ -5,14 +5,14 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio_serial::SerialStream;
 use tokio_util::sync::CancellationToken;
 
-/// A socket of this machine alone that nobody uses, and its address.
+/// A free socket of the local machine, and its address.
 pub(super) async fn listen() -> std::io::Result<(TcpListener, String)> {
     let listener = TcpListener::bind(("127.0.0.1", 0)).await?;
     let address = listener.local_addr()?.to_string();
     Ok((listener, address))
 }
 
-/// Takes one client after the other to the device behind the pseudo-terminal at `path`, until it is stopped.
+/// Connects one client after the other to the device behind the pseudo-terminal at `path`, until it is stopped.
 pub(super) async fn serve(listener: TcpListener, path: String, stop: CancellationToken) {
     loop {
         let client = tokio::select! {

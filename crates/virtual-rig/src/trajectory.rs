@@ -1,4 +1,4 @@
-//! Where the robot's carriage really is at any instant: the planned moves, past and queued.
+//! The robot's true motion at any instant: its planned moves, past and queued.
 
 use std::collections::VecDeque;
 
@@ -6,20 +6,19 @@ use nalgebra::Vector3;
 
 use super::planner::PlannedMove;
 
-/// Ended moves that are kept, for whoever asks about the past (a receiver with a lag, or one that streams
-/// while the clock jumps).
+/// Ended moves that are kept, for a receiver that lags or streams while the clock jumps.
 const REMEMBERED_MOVES: usize = 4096;
 
-/// The carriage at one instant, in the robot's own axes (its switches at zero).
+/// Position and direction of travel at one instant, in the robot's own axes (its switches at zero).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Carriage {
+pub struct Kinematics {
     /// Position, millimetres.
     pub position_mm: Vector3<f64>,
     /// The last direction of travel along x: +1, -1, or 0 if it has not moved along x yet.
     pub x_direction: f64,
-    /// Distance travelled along x since that direction was last reversed.
+    /// Distance travelled along x since that direction was last reversed, millimetres.
     pub x_since_reversal_mm: f64,
-    /// Length of the path since power-up.
+    /// Length of the path since power-up, millimetres.
     pub travelled_mm: f64,
 }
 
@@ -32,7 +31,7 @@ struct Leg {
 }
 
 impl Leg {
-    fn at(&self, time_s: f64) -> Carriage {
+    fn at(&self, time_s: f64) -> Kinematics {
         let position_mm = self.planned.position_mm(time_s);
         let way_mm = position_mm - self.planned.start_mm();
         let dx_mm = way_mm.x;
@@ -44,11 +43,11 @@ impl Leg {
             (dx_mm.signum(), dx_mm.abs())
         };
         let travelled_mm = self.travelled_before_mm + way_mm.norm();
-        Carriage { position_mm, x_direction, x_since_reversal_mm, travelled_mm }
+        Kinematics { position_mm, x_direction, x_since_reversal_mm, travelled_mm }
     }
 }
 
-/// The carriage's whole motion.
+/// The whole motion of the carriage.
 #[derive(Debug)]
 pub struct Trajectory {
     parked_mm: Vector3<f64>,
@@ -63,14 +62,14 @@ impl Trajectory {
     }
 
     /// The carriage at `time_s`.
-    pub fn at(&self, time_s: f64) -> Carriage {
+    pub fn at(&self, time_s: f64) -> Kinematics {
         let after = self.legs.partition_point(|leg| leg.planned.starts_s() <= time_s);
-        let mut carriage = match after.checked_sub(1) {
+        let mut kinematics = match after.checked_sub(1) {
             Some(last) => self.legs[last].at(time_s),
             None => {
                 let position_mm =
                     self.legs.front().map_or(self.parked_mm, |leg| leg.planned.start_mm());
-                Carriage {
+                Kinematics {
                     position_mm,
                     x_direction: 0.0,
                     x_since_reversal_mm: 0.0,
@@ -78,8 +77,8 @@ impl Trajectory {
                 }
             }
         };
-        carriage.position_mm = self.within_frame(carriage.position_mm);
-        carriage
+        kinematics.position_mm = self.within_frame(kinematics.position_mm);
+        kinematics
     }
 
     /// Past its end of travel the carriage presses against the frame and its motors lose steps.
@@ -221,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_leaves_the_carriage_where_it_was() {
+    fn a_stop_leaves_the_carriage_at_its_position() {
         let mut trajectory = two_moves();
         let stopped_mm = trajectory.stop(1.5);
         assert_eq!(trajectory.at(99.0).position_mm, stopped_mm);

@@ -1,17 +1,17 @@
-//! The sound at the receiver: what every element's face radiates, through the air as it is.
+//! The sound at the receiver: the radiation of every element's face through the real air.
 
 use num_complex::Complex64;
 
+use super::counter_rng::CounterRng;
 use super::drive::Output;
 use super::effects::{Effect, Path, TrueArray};
-use super::luck::Luck;
 use super::radiator::{NEAREST_RADII, Radiator, Radiators};
-use super::trajectory::Carriage;
+use super::trajectory::Kinematics;
 use super::truth::TrueSource;
 use fieldgap_acoustics::rayleigh::DiscRule;
 use fieldgap_acoustics::{Array, Medium, Vec3};
 
-/// One face that sounds: an element's, or its image in a reflecting plane.
+/// A radiating face: an element's, or its image in a reflecting plane.
 #[derive(Debug, Clone)]
 struct Source {
     element: usize,
@@ -30,9 +30,9 @@ pub struct Contributions {
 }
 
 impl Contributions {
-    /// Adds to these what is heard elsewhere, times a factor: an echo, or a wave that something scatters.
-    pub fn add(&mut self, elsewhere: &Self, factor: Complex64) {
-        for (pressure, other) in self.pressures.iter_mut().zip(&elsewhere.pressures) {
+    /// Adds the contributions at another point times a factor: an echo or a scattered wave.
+    pub fn add(&mut self, other: &Self, factor: Complex64) {
+        for (pressure, other) in self.pressures.iter_mut().zip(&other.pressures) {
             *pressure += factor * other;
         }
     }
@@ -43,24 +43,24 @@ impl Contributions {
 pub struct TrueField {
     array: TrueArray,
     sources: Vec<Source>,
-    /// Where the receiver's face feels the pressure, from its centre, with weights that sum to 1.
+    /// Points of the receiver's face, relative to its centre, with weights that sum to 1.
     face: Vec<(Vec3, f64)>,
     speed_m_s: f64,
     frequency_hz: f64,
     nominal_frequency_hz: f64,
     effects: Vec<Box<dyn Effect>>,
-    luck: Luck,
+    rng: CounterRng,
 }
 
 impl TrueField {
-    /// The world of an array as believed, with what the effects make of it.
+    /// The field of the assumed array, changed by the effects. `rng` sets what they draw at random.
     pub fn new(
         believed: &Array,
         medium: Medium,
         frequency_hz: f64,
         source: &TrueSource,
         effects: Vec<(&'static str, Box<dyn Effect>)>,
-        luck: Luck,
+        rng: CounterRng,
     ) -> Self {
         let mut array = TrueArray {
             elements: believed.elements().to_vec(),
@@ -74,7 +74,7 @@ impl TrueField {
         let mut true_frequency_hz = frequency_hz;
         for (id, effect) in &effects {
             effect.medium(&mut medium);
-            effect.array(&mut array, luck.stream(id));
+            effect.array(&mut array, rng.stream(id));
             true_frequency_hz = effect.frequency_hz(true_frequency_hz);
         }
         let effects: Vec<_> = effects.into_iter().map(|(_, effect)| effect).collect();
@@ -89,16 +89,16 @@ impl TrueField {
             frequency_hz: true_frequency_hz,
             nominal_frequency_hz: frequency_hz,
             effects,
-            luck,
+            rng,
         }
     }
 
-    /// The array as it truly is, with what chance gave each element.
+    /// The array as it truly is, with the random deviations of its elements.
     pub fn array(&self) -> &TrueArray {
         &self.array
     }
 
-    /// The wavenumber of what is truly emitted, in still air at the array's centre.
+    /// The wavenumber of the true carrier in still air at the array's centre, rad/m.
     pub fn wavenumber_rad_m(&self) -> f64 {
         std::f64::consts::TAU * self.frequency_hz / self.speed_m_s
     }
@@ -108,20 +108,24 @@ impl TrueField {
         self.frequency_hz
     }
 
-    /// Where the nozzle truly is, array's frame, if the robot believes it to be at `believed_m`.
-    pub fn place(&self, believed_m: Vec3, carriage: &Carriage) -> Vec3 {
-        let mut at_m = believed_m;
-        self.effects.iter().for_each(|effect| effect.place(&mut at_m, carriage));
-        let luck = self.luck.stream("place");
-        at_m + self.effects.iter().map(|effect| effect.displacement_m(carriage, luck)).sum::<Vec3>()
+    /// The true position of the nozzle, array's frame, m, where the robot reports `reported_m`.
+    pub fn place(&self, reported_m: Vec3, kinematics: &Kinematics) -> Vec3 {
+        let mut at_m = reported_m;
+        self.effects.iter().for_each(|effect| effect.place(&mut at_m, kinematics));
+        let rng = self.rng.stream("place");
+        at_m + self
+            .effects
+            .iter()
+            .map(|effect| effect.displacement_m(kinematics, rng))
+            .sum::<Vec3>()
     }
 
-    /// How old the field in a reading is.
+    /// How long before a reading its field was sampled, s.
     pub fn lag_s(&self) -> f64 {
         self.effects.iter().map(|effect| effect.lag_s()).sum()
     }
 
-    /// The amplitude with which each element sounds where the channels send `outputs`.
+    /// The complex amplitude of each element for the channels' `outputs`.
     ///
     /// A delay τ turns the phase by +ωτ, as the time convention is exp(-iωt).
     pub fn weights(&self, outputs: &[Option<Output>]) -> Vec<Complex64> {
@@ -143,7 +147,7 @@ impl TrueField {
             .collect()
     }
 
-    /// What each element contributes at a point.
+    /// The contribution of each element at a point, array's frame, m.
     pub fn contributions(&self, at_m: Vec3) -> Contributions {
         let wavenumber_rad_m = self.wavenumber_rad_m();
         let mut pressures = vec![Complex64::ZERO; self.array.elements.len()];
@@ -153,7 +157,7 @@ impl TrueField {
                 factor * effect.resonance(point_m, wavenumber_rad_m)
             });
             for source in &self.sources {
-                pressures[source.element] += share * resonance * self.heard(source, point_m);
+                pressures[source.element] += share * resonance * self.pressure(source, point_m);
             }
         }
         let distances_m =
@@ -161,7 +165,7 @@ impl TrueField {
         Contributions { pressures, distances_m }
     }
 
-    fn heard(&self, source: &Source, at_m: Vec3) -> Complex64 {
+    fn pressure(&self, source: &Source, at_m: Vec3) -> Complex64 {
         let straight = Path::straight(source.element, source.centre_m, at_m, self.speed_m_s);
         let mut path = straight;
         self.effects.iter().for_each(|effect| effect.path(&mut path));
@@ -171,26 +175,32 @@ impl TrueField {
         source.coefficient * disturbance * undisturbed
     }
 
-    /// Whether the field at rest changes from sample to sample.
-    pub fn flickers(&self) -> bool {
-        self.effects.iter().any(|effect| effect.flickers())
+    /// Whether the field at a fixed point fluctuates from sample to sample.
+    pub fn scintillates(&self) -> bool {
+        self.effects.iter().any(|effect| effect.scintillates())
     }
 
-    /// The magnitude of the pressure at an instant, 1/m: times an element's pressure at 1 m, pascals.
-    pub fn magnitude(&self, heard: &Contributions, weights: &[Complex64], time_s: f64) -> f64 {
-        let terms = heard.pressures.iter().zip(weights).map(|(pressure, weight)| pressure * weight);
-        if !self.flickers() {
+    /// The magnitude of the pressure at an instant, relative to an element's pressure at 1 m, 1/m.
+    pub fn magnitude(
+        &self,
+        contributions: &Contributions,
+        weights: &[Complex64],
+        time_s: f64,
+    ) -> f64 {
+        let terms =
+            contributions.pressures.iter().zip(weights).map(|(pressure, weight)| pressure * weight);
+        if !self.scintillates() {
             return terms.sum::<Complex64>().norm();
         }
         let sum: Complex64 = terms
-            .zip(&heard.distances_m)
+            .zip(&contributions.distances_m)
             .enumerate()
             .map(|(n, (term, &distance_m))| {
                 let phase_rad: f64 = self
                     .effects
                     .iter()
                     .map(|effect| {
-                        effect.flicker_rad(n, distance_m, time_s, self.luck.stream("air"))
+                        effect.scintillation_rad(n, distance_m, time_s, self.rng.stream("air"))
                     })
                     .sum();
                 term * Complex64::from_polar(1.0, phase_rad)
@@ -199,12 +209,12 @@ impl TrueField {
         sum.norm()
     }
 
-    /// What becomes of a level on its way to the converter.
+    /// The level that reaches the converter, V, for a level at the microphone.
     pub fn level_v(&self, level_v: f64, time_s: f64) -> f64 {
         self.effects.iter().fold(level_v, |level_v, effect| effect.level_v(level_v, time_s))
     }
 
-    /// The converter's true full scale.
+    /// The converter's true full scale, V.
     pub fn full_scale_v(&self, full_scale_v: f64) -> f64 {
         self.effects.iter().fold(full_scale_v, |v, effect| effect.full_scale_v(v))
     }

@@ -1,4 +1,4 @@
-//! The truth file: what the world is really like, as against what the laboratory believes.
+//! The truth file: the real set-up behind a virtual rig, as opposed to the assumed one.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::effects::{Effect, EffectTables};
-use super::hand::HandTruth;
+use super::gestures::HandTruth;
 use super::sealed_truth;
 use fieldgap_acoustics::transducer::DescribedTransducer;
 use fieldgap_input::{Fault, NonNegative, Positive, TomlSource};
@@ -18,25 +18,25 @@ use fieldgap_records::TransducerFile;
 /// Without a section its defaults hold: pistons of the thesis's transducer's face and a receiver of its family, no noise, no effects.
 #[derive(Debug)]
 pub struct Truth {
-    /// What the elements really are.
+    /// The real elements.
     pub source: TrueSource,
     /// Pressure of one nominal element on its axis at 0.1 m, times 0.1 m, rms, Pa: that at 1 m where it falls as 1/d.
     pub pressure_pa_at_1_m: Positive,
-    /// What the receiver's microphone really is.
+    /// The real microphone.
     pub microphone: MicrophoneTruth,
-    /// What every reading carries.
+    /// The noise of every reading.
     pub noise: NoiseTruth,
     /// The causes at work, with their ids.
     pub effects: Vec<(&'static str, Box<dyn Effect>)>,
-    /// A hand that swipes over the array, where there is one.
+    /// A hand that moves over the array, if any.
     pub hand: Option<HandTruth>,
     path: PathBuf,
 }
 
-/// What the elements really are.
+/// The real elements.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TrueSource {
-    /// Radius of the vibrating face of every element, m; `None`: as the laboratory believes.
+    /// Radius of the vibrating face of every element, m; `None`: as assumed.
     pub face_radius_m: Option<f64>,
     /// How each radiates; `None`: as a piston, by its integral.
     pub transducer: Option<Arc<DescribedTransducer>>,
@@ -58,9 +58,9 @@ impl SourceTable {
     fn true_source(&self, source: &TomlSource) -> Result<TrueSource, Fault> {
         let named = self.transducer.as_ref();
         let file = named.map(|name| TransducerFile::named(name, source)).transpose()?;
-        let said_m = self.face_radius_mm.map(|radius_mm| radius_mm.get() * 1e-3);
+        let stated_m = self.face_radius_mm.map(|radius_mm| radius_mm.get() * 1e-3);
         Ok(TrueSource {
-            face_radius_m: said_m.or(file.as_ref().and_then(TransducerFile::face_radius_m)),
+            face_radius_m: stated_m.or(file.as_ref().and_then(TransducerFile::face_radius_m)),
             transducer: file.map(|file| Arc::clone(file.transducer())),
         })
     }
@@ -133,16 +133,16 @@ impl Truth {
     /// Reads a truth file, which may be [sealed](super::sealed_truth).
     ///
     /// # Errors
-    /// A [`Fault`] at the line of an unknown effect or parameter, or of a value out of range; of a sealed file, one that
-    /// does not say what is in it.
+    /// A [`Fault`] at the line of an unknown effect or parameter, or of a value out of range. For a sealed file it does not
+    /// reveal the content.
     pub fn read(path: &Path) -> Result<Self, Fault> {
         if !sealed_truth::is_sealed(path) {
             return Self::from_source(&TomlSource::read(path)?);
         }
         let source = TomlSource::new(path, sealed_truth::open(path)?);
         Self::from_source(&source).map_err(|_| {
-            let remedy = "seal it anew by this version (`fieldgap blind seal-truth`), which shows what is wrong";
-            Fault::of_file(path, "what is sealed in it is no truth file", remedy)
+            let remedy = "seal it again with this version (`fieldgap blind seal-truth`), which shows the fault";
+            Fault::of_file(path, "its content is not a truth file", remedy)
         })
     }
 
@@ -173,7 +173,7 @@ impl Truth {
         Self::from_source(&TomlSource::new(Path::new("effects"), truth.to_string()))
     }
 
-    /// Checks that the effects make sense for an array of so many elements.
+    /// Checks that the effects fit an array of so many elements.
     ///
     /// # Errors
     /// A [`Fault`] of the file that names the effect.
@@ -182,7 +182,7 @@ impl Truth {
             effect.check(elements).map_err(|why| {
                 let remedy = "elements are numbered from 0, row by row from the top left";
                 if sealed_truth::is_sealed(&self.path) {
-                    let problem = "what is sealed in it does not fit the array";
+                    let problem = "its sealed content does not fit the array";
                     return Fault::of_file(&self.path, problem, remedy);
                 }
                 Fault::of_file(&self.path, format!("effect `{id}`: {why}"), remedy)

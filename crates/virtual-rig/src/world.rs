@@ -1,4 +1,4 @@
-//! The world that the three devices share: the carriage moves in it, the array sounds in it, the receiver hears it.
+//! The physical world that the three devices share: robot, array, air and receiver.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -6,22 +6,22 @@ use num_complex::Complex64;
 
 use super::clock::Clock;
 use super::converter::Converter;
+use super::counter_rng::CounterRng;
 use super::drive::{Drive, DriveHistory, Played};
-use super::hand::{Listening, Swipe, Swipes};
-use super::luck::Luck;
+use super::gestures::{Listening, Swipe, Swipes};
 use super::trajectory::Trajectory;
 use super::true_field::{Contributions, TrueField};
 use super::truth::Truth;
 use fieldgap_acoustics::{Array, Medium, Vec3};
 use fieldgap_input::Fault;
 
-/// How much of what was is still in a reading, s: the receiver's smoothing, a period of the modulations that skin feels best.
+/// Averaging time of the receiver, s: one period of the modulation that skin feels best (200 Hz).
 const SMOOTHED_S: f64 = 5e-3;
 
-/// How slowly what leaks from element to element drifts, s.
+/// Period of the slow drift of the direct coupling between elements, s.
 const DRIFTS_S: f64 = 20.0;
 
-/// What the laboratory believes of its set-up, and what the truth's effects start from.
+/// The assumed set-up: what the rig file states, and what the effects of the truth file change.
 #[derive(Debug, Clone)]
 pub struct Believed {
     /// The array, in its own frame.
@@ -34,27 +34,27 @@ pub struct Believed {
     pub array_origin_m: Vec3,
 }
 
-/// Carriage, array and air at any instant of virtual time.
+/// Robot, array and air at any instant of virtual time.
 pub struct World {
     trajectory: Arc<Mutex<Trajectory>>,
     array_origin_m: Vec3,
     volts: f64,
     multiplicative_noise: f64,
     additive_noise_v: f64,
-    noise: Luck,
-    /// Chance of the elements that listen.
-    hiss: Luck,
+    noise: CounterRng,
+    /// Noise of the elements used as receivers.
+    hiss: CounterRng,
     hand: Option<Swipes>,
     drift: f64,
     field: TrueField,
     drives: Mutex<DriveHistory>,
-    heard: Mutex<Heard>,
+    last_field: Mutex<LastField>,
     clock: Arc<Clock>,
 }
 
-/// The last field that was worked out: a robot that stands still asks for the same one again and again.
+/// The field that was computed last: a robot at rest needs the same one for every sample.
 #[derive(Default)]
-struct Heard {
+struct LastField {
     contributions: Option<(Vec3, Contributions)>,
     weights: Option<(u64, Vec<Complex64>)>,
     magnitude: Option<f64>,
@@ -73,14 +73,14 @@ impl World {
         clock: Arc<Clock>,
     ) -> Result<Self, Fault> {
         truth.check(believed.array.len())?;
-        let luck = Luck::new(seed);
+        let rng = CounterRng::new(seed);
         let field = TrueField::new(
             &believed.array,
             believed.medium,
             believed.frequency_hz,
             &truth.source,
             truth.effects,
-            luck,
+            rng,
         );
         Ok(Self {
             trajectory,
@@ -88,13 +88,13 @@ impl World {
             volts: truth.pressure_pa_at_1_m.get() * truth.microphone.sensitivity_v_pa.get(),
             multiplicative_noise: truth.noise.multiplicative.get(),
             additive_noise_v: truth.noise.additive_v.get(),
-            noise: luck.stream("noise"),
-            hiss: luck.stream("listening"),
-            hand: truth.hand.map(|hand| Swipes::new(hand, luck)),
+            noise: rng.stream("noise"),
+            hiss: rng.stream("listening"),
+            hand: truth.hand.map(|hand| Swipes::new(hand, rng)),
             drift: truth.hand.map_or(0.0, |hand| hand.drift.get()),
             field,
             drives: Mutex::new(DriveHistory::new(Drive::silent(believed.array.len()))),
-            heard: Mutex::default(),
+            last_field: Mutex::default(),
             clock,
         })
     }
@@ -104,7 +104,7 @@ impl World {
         self.clock.is_lockstep()
     }
 
-    /// The receiver's converter: the one its settings give, unless an effect has put another in its place.
+    /// The receiver's converter as its settings have it, unless an effect changes its full scale.
     pub fn converter(&self, full_scale_v: f64, bits: u32) -> Converter {
         Converter::new(self.field.full_scale_v(full_scale_v), bits)
     }
@@ -119,26 +119,26 @@ impl World {
         lock(&self.drives).at(time_s).1.clone()
     }
 
-    /// The gestures of the hand that have begun until `time_s`; none where there is no hand.
+    /// The hand's gestures that began before `time_s`; empty without a hand.
     pub fn swipes_until(&self, time_s: f64) -> Vec<Swipe> {
         self.hand.as_ref().map(|hand| hand.until(time_s)).unwrap_or_default()
     }
 
     /// Where the nozzle truly is at `time_s`, array's frame, m.
     pub fn nozzle_m(&self, time_s: f64) -> Vec3 {
-        let carriage = lock(&self.trajectory).at(time_s);
-        self.field.place(carriage.position_mm * 1e-3 - self.array_origin_m, &carriage)
+        let kinematics = lock(&self.trajectory).at(time_s);
+        self.field.place(kinematics.position_mm * 1e-3 - self.array_origin_m, &kinematics)
     }
 
     /// The rectified and smoothed signal at the converter at `time_s`, V, with the noise of the `sample`th sample.
     ///
     /// Noise adds to the carrier, both quadratures alike, before its magnitude is taken, so a silent field does not
-    /// read zero. Modulation is slower than the carrier and faster than the smoothing: it scales by its duty.
+    /// read zero. Modulation is slower than the carrier and faster than the receiver's averaging: the level scales by its duty.
     pub fn reading_v(&self, time_s: f64, sample: u64) -> f64 {
         self.phasor_v(time_s, sample).norm()
     }
 
-    /// The same before it is rectified: amplitude and phase of the carrier, V.
+    /// As [`World::reading_v`], before rectification: the complex amplitude of the carrier, V.
     pub fn phasor_v(&self, time_s: f64, sample: u64) -> Complex64 {
         let level_v = self.field.level_v(self.level_v(time_s), time_s);
         let normal = |part: u64| self.noise.normal(3 * sample + part);
@@ -152,10 +152,11 @@ impl World {
         self.field.carrier_hz()
     }
 
-    /// The rectified and smoothed signal of each element that listens at `time_s`, V, with the noise of the `sample`th sample.
+    /// The rectified and smoothed signal of each element used as a receiver at `time_s`, V, with the noise of the `sample`th
+    /// sample.
     ///
-    /// An element hears the others straight away, which drifts slowly, and the hand's echo. While a display plays, it hears
-    /// the frame of that instant at the mean level of the stretch that is smoothed.
+    /// An element receives the direct coupling from the others, which drifts slowly, and the hand's echo. While a display plays,
+    /// it receives the current frame at the mean level over the averaging time.
     pub fn sensed_v(&self, time_s: f64, sample: u64) -> Vec<f64> {
         let drive = self.drive_at(time_s);
         let outputs = match &drive.display {
@@ -170,8 +171,8 @@ impl World {
         let elements = &self.field.array().elements;
         let air = Listening { wavenumber_rad_m: self.field.wavenumber_rad_m() };
         let plate = self.hand.as_ref().and_then(|hand| hand.at(time_s).plate(time_s));
-        let hears = |place: usize, listens: &usize| {
-            let hiss = self.hiss.of_thing(place as u64);
+        let received_v = |place: usize, listens: &usize| {
+            let hiss = self.hiss.substream(place as u64);
             let turns = time_s / DRIFTS_S + hiss.uniform(u64::MAX);
             let drifted = 1.0 + self.drift * (std::f64::consts::TAU * turns).sin();
             let Some(sensor) = elements.get(*listens) else { return 0.0 };
@@ -183,7 +184,7 @@ impl World {
                 .map(|(_, (emitter, weight))| {
                     let echo =
                         plate.map_or(Complex64::ZERO, |plate| air.echo(emitter, sensor, &plate));
-                    weight * (air.leak(emitter, sensor) * drifted + echo)
+                    weight * (air.coupling(emitter, sensor) * drifted + echo)
                 })
                 .sum();
             let level_v = pressure.norm() * self.volts * drive.duty;
@@ -192,7 +193,12 @@ impl World {
                 + self.additive_noise_v * normal(1);
             in_phase_v.hypot(self.additive_noise_v * normal(2))
         };
-        drive.listening.iter().enumerate().map(|(place, listens)| hears(place, listens)).collect()
+        drive
+            .listening
+            .iter()
+            .enumerate()
+            .map(|(place, listens)| received_v(place, listens))
+            .collect()
     }
 
     /// The level without noise, V.
@@ -206,32 +212,32 @@ impl World {
             return 0.0;
         }
         let at_m = self.nozzle_m(time_s - self.field.lag_s());
-        let mut heard = lock(&self.heard);
-        let heard = &mut *heard;
-        if heard.contributions.as_ref().is_none_or(|(known_m, _)| *known_m != at_m) {
-            heard.contributions = Some((at_m, self.field.contributions(at_m)));
-            heard.magnitude = None;
+        let mut last = lock(&self.last_field);
+        let last = &mut *last;
+        if last.contributions.as_ref().is_none_or(|(known_m, _)| *known_m != at_m) {
+            last.contributions = Some((at_m, self.field.contributions(at_m)));
+            last.magnitude = None;
         }
-        if let (Some(played), Some((_, contributions))) = (&drive.display, &heard.contributions) {
+        if let (Some(played), Some((_, contributions))) = (&drive.display, &last.contributions) {
             return self.played_v(played, contributions, time_s);
         }
-        if heard.weights.as_ref().is_none_or(|(known, _)| *known != number) {
-            heard.weights = Some((number, self.field.weights(&drive.outputs())));
-            heard.magnitude = None;
+        if last.weights.as_ref().is_none_or(|(known, _)| *known != number) {
+            last.weights = Some((number, self.field.weights(&drive.outputs())));
+            last.magnitude = None;
         }
-        let (Some((_, weights)), Some((_, contributions))) = (&heard.weights, &heard.contributions)
+        let (Some((_, weights)), Some((_, contributions))) = (&last.weights, &last.contributions)
         else {
             unreachable!("both were filled in above")
         };
-        let magnitude = match heard.magnitude.filter(|_| !self.field.flickers()) {
+        let magnitude = match last.magnitude.filter(|_| !self.field.scintillates()) {
             Some(magnitude) => magnitude,
             None => self.field.magnitude(contributions, weights, time_s),
         };
-        heard.magnitude = Some(magnitude);
+        last.magnitude = Some(magnitude);
         magnitude * self.volts * drive.duty
     }
 
-    /// The level of a display, the mean over what is smoothed, V.
+    /// The level of a display, averaged over the smoothing time, V.
     fn played_v(&self, played: &Played, contributions: &Contributions, time_s: f64) -> f64 {
         played
             .stretches(time_s - SMOOTHED_S, time_s)

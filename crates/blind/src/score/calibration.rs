@@ -1,4 +1,4 @@
-//! Whether the stated probabilities hold: of what is named with 0.9, nine in ten should be right.
+//! Calibration of the stated probabilities: of candidates stated with 0.9, nine in ten should be right.
 
 use serde::Serialize;
 
@@ -8,21 +8,21 @@ use super::rate::{Figure, Target};
 /// Bins of equal width from 0 to 1.
 const BINS: usize = 10;
 
-/// How far the stated probabilities hold.
+/// Calibration of the stated probabilities.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Calibration {
-    /// The bins that hold anything.
+    /// The bins that are not empty.
     pub bins: Vec<CalibrationBin>,
-    /// Mean distance between stated probability and share that is right, over the bins, each by what it holds.
+    /// Mean absolute difference of stated probability and right share over the bins, weighted by their counts.
     pub error: Option<f64>,
-    /// Scans that it rests on: all where the diagnosis stands by a candidate.
+    /// Number of scans: those whose diagnosis supports a candidate.
     pub of: usize,
 }
 
-/// Diagnoses whose stated probability is about the same.
+/// Diagnoses with about the same stated probability.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CalibrationBin {
-    /// How many.
+    /// Number of diagnoses.
     pub of: usize,
     /// Mean stated probability of the first candidate.
     pub stated: f64,
@@ -31,7 +31,7 @@ pub struct CalibrationBin {
 }
 
 impl Calibration {
-    /// Of all diagnoses but those that say `unexplained`, whose candidates are all refused.
+    /// From all diagnoses except `unexplained` ones, which reject all candidates.
     pub(super) fn of(judged: &[Judged<'_>]) -> Self {
         let mut sums = [(0usize, 0.0, 0usize); BINS];
         for one in judged {
@@ -51,9 +51,9 @@ impl Calibration {
             })
             .collect();
         let of = bins.iter().map(|bin| bin.of).sum::<usize>();
-        let apart: f64 =
+        let difference: f64 =
             bins.iter().map(|bin| bin.of as f64 * (bin.stated - bin.right).abs()).sum();
-        Self { bins, error: (of > 0).then(|| apart / of as f64), of }
+        Self { bins, error: (of > 0).then(|| difference / of as f64), of }
     }
 
     /// The error as a figure.

@@ -1,53 +1,53 @@
-//! What was said, by what was true.
+//! Verdicts and named causes against the true ones.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
 use super::super::assignment::Category;
-use super::super::said::{SaidVerdict, label};
+use super::super::parsed_diagnosis::{ParsedVerdict, label};
 use super::judged::Judged;
 
-/// Verdicts over one category of truth.
+/// Verdicts for one category of truth.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct VerdictRow {
-    /// What was true.
+    /// The true category.
     pub category: Category,
-    /// How often each verdict was given.
-    pub verdicts: BTreeMap<SaidVerdict, usize>,
+    /// Number of each verdict.
+    pub verdicts: BTreeMap<ParsedVerdict, usize>,
 }
 
 impl VerdictRow {
-    /// One row a category that there is.
+    /// One row for each category present.
     pub(super) fn of_all(judged: &[Judged<'_>]) -> Vec<Self> {
-        let mut rows: BTreeMap<Category, BTreeMap<SaidVerdict, usize>> = BTreeMap::new();
+        let mut rows: BTreeMap<Category, BTreeMap<ParsedVerdict, usize>> = BTreeMap::new();
         for one in judged {
             let row = rows.entry(one.answer.category).or_default();
-            *row.entry(one.said.verdict).or_default() += 1;
+            *row.entry(one.diagnosis.verdict).or_default() += 1;
         }
         rows.into_iter().map(|(category, verdicts)| Self { category, verdicts }).collect()
     }
 }
 
-/// What was named where one set of causes was true.
+/// What was named for one set of true causes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConfusionRow {
-    /// What kind of truth it is.
+    /// The category.
     pub category: Category,
     /// The true causes.
     pub truth: String,
-    /// How many scans.
+    /// Number of scans.
     pub of: usize,
-    /// How many of them named exactly.
+    /// Number of scans that were named exactly.
     pub exact: usize,
-    /// What was named and how often, the most frequent first.
+    /// What was named with its count, the most frequent first.
     pub named: Vec<(String, usize)>,
-    /// The scans where something else was named.
+    /// The scans that were not named exactly.
     pub missed: Vec<String>,
 }
 
 impl ConfusionRow {
-    /// One row a set of true causes.
+    /// One row for each set of true causes.
     pub(super) fn of_all(judged: &[Judged<'_>]) -> Vec<Self> {
         let mut by_truth: BTreeMap<(Category, String), Vec<&Judged<'_>>> = BTreeMap::new();
         for one in judged {
@@ -59,13 +59,13 @@ impl ConfusionRow {
             .map(|((category, truth), all)| {
                 let mut counts: BTreeMap<String, usize> = BTreeMap::new();
                 for one in &all {
-                    *counts.entry(one.said.named()).or_default() += 1;
+                    *counts.entry(one.diagnosis.named()).or_default() += 1;
                 }
                 let mut named: Vec<_> = counts.into_iter().collect();
                 named.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
                 let right = |one: &Judged<'_>| match category {
-                    Category::None => one.said.verdict == SaidVerdict::None,
-                    Category::Outside => one.said.verdict == SaidVerdict::Unexplained,
+                    Category::None => one.diagnosis.verdict == ParsedVerdict::None,
+                    Category::Unmodelled => one.diagnosis.verdict == ParsedVerdict::Unexplained,
                     Category::One | Category::Two => one.is_exact(),
                 };
                 let missed: Vec<_> = all.iter().filter(|one| !right(one)).collect();

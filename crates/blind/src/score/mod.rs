@@ -1,7 +1,7 @@
-//! Compares what diagnoses said with what was true.
+//! Compares diagnoses with the true causes.
 //!
-//! Rates are given by the size of the gap in standard deviations of a reading's noise and not as one average, each with its
-//! 95 % interval and, where there is one, its target.
+//! Rates are given for ranges of the gap, in standard deviations of a reading's noise. Each has its 95 % interval, and some have
+//! a target.
 
 mod calibration;
 mod confusion;
@@ -17,8 +17,8 @@ use serde::Serialize;
 
 use super::answer::Answers;
 use super::error::BlindError;
+use super::parsed_diagnosis::ParsedDiagnosis;
 use super::run::diagnosis_of;
-use super::said::Said;
 pub use calibration::{Calibration, CalibrationBin};
 pub use confusion::{ConfusionRow, VerdictRow};
 use judged::Judged;
@@ -36,40 +36,46 @@ pub struct Score {
     pub verdicts: Vec<VerdictRow>,
     /// Rates, with targets where there are any.
     pub rates: Vec<Rate>,
-    /// Figures that are no rates.
+    /// Figures that are not rates.
     pub figures: Vec<Figure>,
-    /// What was named, by what was true.
+    /// What was named for each set of true causes.
     pub confusion: Vec<ConfusionRow>,
-    /// How far the stated probabilities hold.
+    /// Calibration of the stated probabilities.
     pub calibration: Calibration,
-    /// How far the stated standard errors hold, parameter by parameter.
+    /// Calibration of the stated standard errors, for each parameter.
     pub parameters: Vec<ParameterScore>,
 }
 
 impl Score {
-    /// Scores the diagnoses that are kept in a folder.
+    /// Scores the diagnoses in a folder.
     ///
     /// # Errors
     /// [`BlindError`] if there is none, or one cannot be read.
     pub fn of_folder(answers: &Answers, diagnoses: &Path) -> Result<Self, BlindError> {
-        let mut said = Vec::new();
+        let mut diagnoses_read = Vec::new();
         for answer in &answers.answers {
             let path = diagnosis_of(diagnoses, &answer.name);
-            said.push(if path.exists() { Some(Said::read(&path)?) } else { None });
+            diagnoses_read.push(if path.exists() {
+                Some(ParsedDiagnosis::read(&path)?)
+            } else {
+                None
+            });
         }
-        if said.iter().all(Option::is_none) {
+        if diagnoses_read.iter().all(Option::is_none) {
             return Err(BlindError::NothingToScore(diagnoses.to_owned()));
         }
-        Ok(Self::new(answers, &said))
+        Ok(Self::new(answers, &diagnoses_read))
     }
 
     /// Scores diagnoses, one for each answer where there is one.
-    pub fn new(answers: &Answers, said: &[Option<Said>]) -> Self {
-        let both = || answers.answers.iter().zip(said);
+    pub fn new(answers: &Answers, diagnoses: &[Option<ParsedDiagnosis>]) -> Self {
+        let both = || answers.answers.iter().zip(diagnoses);
         let judged: Vec<Judged<'_>> = both()
-            .filter_map(|(answer, said)| said.as_ref().map(|said| Judged::new(answer, said)))
+            .filter_map(|(answer, diagnosis)| {
+                diagnosis.as_ref().map(|diagnosis| Judged::new(answer, diagnosis))
+            })
             .collect();
-        let missing = both().filter(|(_, said)| said.is_none());
+        let missing = both().filter(|(_, diagnosis)| diagnosis.is_none());
         let calibration = Calibration::of(&judged);
         let parameters = ParameterScore::of_all(&judged);
         let mut rates = rates::rates(&judged);

@@ -1,10 +1,10 @@
-//! Whether the stated standard errors hold: nineteen in twenty true values should lie within two of them.
+//! Calibration of the stated standard errors: nineteen in twenty true values should lie within two of them.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::super::said::SaidParameter;
+use super::super::parsed_diagnosis::ParsedParameter;
 use super::judged::Judged;
 use super::rate::{Rate, Target};
 
@@ -13,9 +13,9 @@ use super::rate::{Rate, Target};
 pub struct ParameterScore {
     /// `effect.parameter`; both parts of a complex one count.
     pub parameter: String,
-    /// How many values.
+    /// Number of values.
     pub of: usize,
-    /// How many lie within two standard errors of the truth.
+    /// Number of values within two standard errors of the truth.
     pub within_two: usize,
     /// Mean of (fitted - true) / standard error.
     pub mean_z: f64,
@@ -59,21 +59,21 @@ pub(super) fn overall(scores: &[ParameterScore]) -> Rate {
         .with(Target::Within(0.9, 0.98))
 }
 
-fn z_scores(fitted: &SaidParameter, truth: &serde_json::Value) -> Vec<f64> {
+fn z_scores(fitted: &ParsedParameter, truth: &serde_json::Value) -> Vec<f64> {
     let z = |value: f64, error: Option<f64>, truth: Option<f64>| {
         let error = error.filter(|error| *error > 0.0)?;
         Some((value - truth?) / error)
     };
     match fitted {
-        SaidParameter::Real { value, standard_error } => {
+        ParsedParameter::Real { value, standard_error } => {
             z(*value, *standard_error, truth.as_f64()).into_iter().collect()
         }
-        SaidParameter::Complex { value, standard_error } => (0..2)
+        ParsedParameter::Complex { value, standard_error } => (0..2)
             .filter_map(|part| {
                 let truth = truth.get(part).and_then(serde_json::Value::as_f64);
                 z(value[part], standard_error[part], truth)
             })
             .collect(),
-        SaidParameter::Other(_) => Vec::new(),
+        ParsedParameter::Other(_) => Vec::new(),
     }
 }

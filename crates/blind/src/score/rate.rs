@@ -2,18 +2,18 @@
 
 use serde::Serialize;
 
-/// The quantile of the normal distribution that leaves 95 % between it and its negative.
+/// The two-sided 95 % quantile of the normal distribution.
 const Z_95: f64 = 1.959_963_984_540_054;
 
-/// What is asked of a number.
+/// The required range of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Target {
-    /// This or more.
+    /// At least this.
     AtLeast(f64),
-    /// This or less.
+    /// At most this.
     AtMost(f64),
-    /// From the one to the other.
+    /// From the first to the second.
     Within(f64, f64),
 }
 
@@ -28,27 +28,27 @@ impl Target {
     }
 }
 
-/// How many of how many.
+/// A count out of a total.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rate {
     /// What is counted.
     pub what: String,
-    /// How many.
+    /// The count.
     pub count: usize,
-    /// Of how many.
+    /// The total.
     pub of: usize,
-    /// The share, 0 to 1; none of nothing.
+    /// The share, 0 to 1; `None` for a total of zero.
     pub share: Option<f64>,
     /// Its 95 % interval.
     pub interval: [f64; 2],
-    /// What is asked of it.
+    /// Its target.
     pub target: Option<Target>,
     /// Whether the share meets the target.
     pub met: Option<bool>,
 }
 
 impl Rate {
-    /// How many of these are so.
+    /// Counts the items for which `is_so` holds.
     pub fn of<T>(
         what: impl Into<String>,
         all: impl IntoIterator<Item = T>,
@@ -62,14 +62,14 @@ impl Rate {
         Self::counted(what, count, of)
     }
 
-    /// A rate that was counted already.
+    /// A rate from known counts.
     pub fn counted(what: impl Into<String>, count: usize, of: usize) -> Self {
         let share = (of > 0).then(|| count as f64 / of as f64);
         let interval = wilson(count, of);
         Self { what: what.into(), count, of, share, interval, target: None, met: None }
     }
 
-    /// With what is asked of it.
+    /// Adds a target.
     pub fn with(mut self, target: Target) -> Self {
         self.target = Some(target);
         self.met = self.share.map(|share| target.is_met_by(share));
@@ -77,30 +77,30 @@ impl Rate {
     }
 }
 
-/// A number that is no rate.
+/// A number that is not a rate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
     /// What it is.
     pub what: String,
-    /// The number; none of nothing.
+    /// The number; `None` without scans.
     pub value: Option<f64>,
-    /// From how many scans.
+    /// Number of scans.
     pub of: usize,
-    /// What is asked of it.
+    /// Its target.
     pub target: Target,
     /// Whether it meets it.
     pub met: Option<bool>,
 }
 
 impl Figure {
-    /// A number and what is asked of it.
+    /// A number with its target.
     pub fn new(what: &str, value: Option<f64>, of: usize, target: Target) -> Self {
         let met = value.map(|value| target.is_met_by(value));
         Self { what: what.to_owned(), value, of, target, met }
     }
 }
 
-/// The 95 % interval of a share (E. B. Wilson, J. Am. Stat. Assoc. 22, 209, 1927), which holds near 0 and 1 too.
+/// The 95 % interval of a share (E. B. Wilson, J. Am. Stat. Assoc. 22, 209, 1927), which is also valid near 0 and 1.
 fn wilson(count: usize, of: usize) -> [f64; 2] {
     if of == 0 {
         return [0.0, 1.0];
@@ -128,7 +128,7 @@ mod tests {
 
     proptest::proptest! {
         #[test]
-        fn both_edges_are_where_the_share_is_just_that_many_deviations_off(of in 1usize..500, part in 0.0..1.0f64) {
+        fn at_both_edges_the_share_deviates_by_the_quantile(of in 1usize..500, part in 0.0..1.0f64) {
             let count = (part * of as f64) as usize;
             let share = count as f64 / of as f64;
             for edge in wilson(count, of) {

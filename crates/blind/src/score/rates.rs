@@ -1,14 +1,14 @@
-//! The rates that are counted, and what is asked of them.
+//! The counted rates and their targets.
 
 use super::super::assignment::Category;
-use super::super::said::SaidVerdict;
+use super::super::parsed_diagnosis::ParsedVerdict;
 use super::judged::Judged;
 use super::rate::{Figure, Rate, Target};
 
-/// From here on a gap is to be named nearly always, in standard deviations of a reading's noise.
+/// Gap from which nearly every cause should be named, in standard deviations of a reading's noise.
 const CLEAR: f64 = 0.5;
 
-/// Gaps by their size.
+/// Ranges of the gap.
 const BINS: [(f64, f64, &str); 4] = [
     (0.0, 0.12, "gap < 0.12 sigma"),
     (0.12, CLEAR, "gap 0.12 to 0.5 sigma"),
@@ -22,16 +22,16 @@ pub(super) fn rates(judged: &[Judged<'_>]) -> Vec<Rate> {
     of_one(judged, &mut rates);
     of_two(judged, &mut rates);
     of_none(judged, &mut rates);
-    of_outside(judged, &mut rates);
+    of_unmodelled(judged, &mut rates);
     rates
 }
 
-/// The median share of the gap that was closed where the cause was found and the gap is clear.
+/// The median explained share of the gap where the cause was named exactly and the gap is clear.
 pub(super) fn median_explained(judged: &[Judged<'_>]) -> Figure {
     let mut fractions: Vec<f64> = judged
         .iter()
         .filter(|one| one.is_exact() && one.answer.gap_sigma >= CLEAR)
-        .filter_map(|one| one.said.explained_fraction)
+        .filter_map(|one| one.diagnosis.explained_fraction)
         .collect();
     fractions.sort_by(f64::total_cmp);
     let of = fractions.len();
@@ -41,12 +41,12 @@ pub(super) fn median_explained(judged: &[Judged<'_>]) -> Figure {
 }
 
 fn of_one(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
-    let exact_or_rival = |one: &Judged<'_>| one.is_exact() || one.is_among_rivals();
+    let exact_or_alternative = |one: &Judged<'_>| one.is_exact() || one.is_among_alternatives();
     for (least, most, bin) in BINS {
         let of = || sized(judged, Category::One, least, most);
         rates.push(Rate::of(format!("one effect, {bin}: named exactly"), of(), Judged::is_exact));
         let what = format!("one effect, {bin}: exactly or among two or three");
-        rates.push(Rate::of(what, of(), exact_or_rival));
+        rates.push(Rate::of(what, of(), exact_or_alternative));
         let what = format!("one effect, {bin}: explained with a wrong cause");
         rates.push(Rate::of(what, of(), Judged::is_wrong));
     }
@@ -57,7 +57,7 @@ fn of_one(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
         Rate::of(
             "one effect, gap >= 0.5 sigma: exactly or among two or three",
             clear(),
-            exact_or_rival,
+            exact_or_alternative,
         )
         .with(Target::AtLeast(0.98)),
         Rate::of(
@@ -82,7 +82,7 @@ fn of_two(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
         ),
         Rate::of("two effects: both exactly", pairs(), Judged::is_exact).with(Target::AtLeast(0.8)),
         Rate::of("two effects: both exactly or among two or three sets", pairs(), |one| {
-            one.is_exact() || one.is_among_rivals()
+            one.is_exact() || one.is_among_alternatives()
         }),
         Rate::of(
             "two effects, where explained: every named one true",
@@ -94,20 +94,20 @@ fn of_two(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
 }
 
 fn of_none(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
-    let alarm = |one: &Judged<'_>| one.said.verdict != SaidVerdict::None;
+    let alarm = |one: &Judged<'_>| one.diagnosis.verdict != ParsedVerdict::None;
     let none = sized(judged, Category::None, 0.0, f64::INFINITY);
     rates.push(Rate::of("no effect: false alarms", none, alarm).with(Target::AtMost(0.01)));
 }
 
-fn of_outside(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
-    let unexplained = |one: &Judged<'_>| one.said.verdict == SaidVerdict::Unexplained;
+fn of_unmodelled(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
+    let unexplained = |one: &Judged<'_>| one.diagnosis.verdict == ParsedVerdict::Unexplained;
     for (least, most, bin) in BINS {
-        let of = || sized(judged, Category::Outside, least, most);
+        let of = || sized(judged, Category::Unmodelled, least, most);
         rates.push(Rate::of(format!("outside, {bin}: unexplained"), of(), unexplained));
         let what = format!("outside, {bin}: named with confidence");
         rates.push(Rate::of(what, of(), Judged::is_explained));
     }
-    let all = || sized(judged, Category::Outside, 0.0, f64::INFINITY);
+    let all = || sized(judged, Category::Unmodelled, 0.0, f64::INFINITY);
     rates.extend([
         Rate::of("outside: unexplained", all(), unexplained).with(Target::AtLeast(0.85)),
         Rate::of("outside: named with confidence", all(), Judged::is_explained)

@@ -25,24 +25,24 @@ fn answer(number: usize, category: Category, effects: &[&str], gap_sigma: f64) -
     }
 }
 
-fn said(text: serde_json::Value) -> Option<Said> {
+fn parsed(text: serde_json::Value) -> Option<ParsedDiagnosis> {
     Some(serde_json::from_value(text).expect("a diagnosis"))
 }
 
-fn explained(effects: &[&str], probability: f64) -> Option<Said> {
-    said(json!({
+fn explained(effects: &[&str], probability: f64) -> Option<ParsedDiagnosis> {
+    parsed(json!({
         "verdict": "explained", "effects": effects, "explained_fraction": 0.98, "unknown": 1,
         "ranked": [{ "effects": effects, "probability": probability }]
     }))
 }
 
-fn verdict(verdict: &str) -> Option<Said> {
-    said(json!({ "verdict": verdict }))
+fn verdict(verdict: &str) -> Option<ParsedDiagnosis> {
+    parsed(json!({ "verdict": verdict }))
 }
 
-fn score(all: Vec<(Answer, Option<Said>)>) -> Score {
-    let (answers, said): (Vec<_>, Vec<_>) = all.into_iter().unzip();
-    Score::new(&Answers { format: 1, seed: 1, answers }, &said)
+fn score(all: Vec<(Answer, Option<ParsedDiagnosis>)>) -> Score {
+    let (answers, diagnoses): (Vec<_>, Vec<_>) = all.into_iter().unzip();
+    Score::new(&Answers { format: 1, seed: 1, answers }, &diagnoses)
 }
 
 fn share(score: &Score, what: &str) -> f64 {
@@ -60,15 +60,15 @@ fn known_diagnoses_have_known_rates() {
     let score = score(vec![
         (one(0, 3.0), explained(&["sound-speed"], 0.99)),
         (one(1, 1.0), explained(&["pitch"], 0.6)),
-        (one(2, 0.6), said(rivals)),
+        (one(2, 0.6), parsed(rivals)),
         (one(3, 0.2), verdict("none")),
         (two(4), explained(&["pitch", "lag"], 0.9)),
         (two(5), explained(&["lag"], 0.9)),
         (two(6), explained(&["lag", "skew"], 0.9)),
         (answer(7, Category::None, &[], 0.0), verdict("none")),
         (answer(8, Category::None, &[], 0.0), verdict("unexplained")),
-        (answer(9, Category::Outside, &["screen"], 1.0), verdict("unexplained")),
-        (answer(10, Category::Outside, &["screen"], 4.0), explained(&["flow"], 0.8)),
+        (answer(9, Category::Unmodelled, &["screen"], 1.0), verdict("unexplained")),
+        (answer(10, Category::Unmodelled, &["screen"], 4.0), explained(&["flow"], 0.8)),
         (answer(11, Category::One, &["flow"], 1.0), None),
     ]);
     assert_eq!((score.scored, score.not_diagnosed.as_slice()), (11, &["0011".to_owned()][..]));
@@ -108,7 +108,7 @@ fn probabilities_that_hold_have_no_error_and_boasts_have() {
 #[test]
 fn parameters_are_measured_in_their_stated_errors() {
     let fitted = |value: f64| {
-        said(json!({
+        parsed(json!({
             "verdict": "explained", "effects": ["sound-speed"],
             "ranked": [{ "effects": ["sound-speed"], "probability": 1.0, "parameters": {
                 "sound-speed.c_m_s": { "value": value, "standard_error": 0.5 },

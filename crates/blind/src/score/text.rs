@@ -2,15 +2,15 @@
 
 use std::fmt::Write as _;
 
-use super::super::said::SaidVerdict;
+use super::super::parsed_diagnosis::ParsedVerdict;
 use super::rate::{Rate, Target};
 use super::{ConfusionRow, Score};
 
-/// Scans that are named in a row of confusions; more would fill the screen.
+/// Largest number of scans listed in a row of the confusion table.
 const NAMED_SCANS: usize = 6;
 
 impl Score {
-    /// As tables for people.
+    /// The score as text tables.
     pub fn to_text(&self) -> String {
         let mut text = format!("{} scans scored", self.scored);
         match self.not_diagnosed.len() {
@@ -31,7 +31,7 @@ impl Score {
     }
 
     fn verdicts_to(&self, text: &mut String) {
-        use SaidVerdict::{Ambiguous, Explained, None, Unexplained};
+        use ParsedVerdict::{Ambiguous, Explained, None, Unexplained};
         let verdicts = [Explained, Ambiguous, Unexplained, None];
         *text += "\ntruth      explained  ambiguous  unexplained  none\n";
         for row in &self.verdicts {
@@ -127,12 +127,12 @@ fn asked(target: Option<Target>, met: Option<bool>, scale: f64, unit: &str) -> S
     }
 }
 
-/// Without the last digits of a multiplication.
+/// Rounded, without the last digits of a multiplication.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
-/// The name that a value has in JSON.
+/// The name of a value in JSON.
 fn name(value: &impl serde::Serialize) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(name)) => name,

@@ -1,6 +1,6 @@
-//! The virtual counterparts of boards that never answer: bytes become delays, and the world sounds by them.
+//! The virtual counterparts of boards that never answer: they turn bytes into delays.
 //!
-//! They power up as the real ones do, and so most of them emit.
+//! They power up as the real ones do: most of them emit at once.
 
 mod sonic_surface;
 mod ultraino;
@@ -28,12 +28,12 @@ pub struct ArraySettings {
     pub controller: Controller,
     /// Boards in the chain.
     pub boards: std::num::NonZeroUsize,
-    /// The channel on which each element truly hangs; absent: as the maker numbers them, or in their order where the array
-    /// has another number of elements.
+    /// The channel that each element is truly wired to. Absent: the maker's numbering, or the order of the elements where the array
+    /// has another number of them.
     pub channels: Option<Vec<usize>>,
 }
 
-/// The controllers that there are.
+/// The known controllers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Controller {
@@ -92,19 +92,19 @@ pub(super) fn firmware(
     }
 }
 
-/// What one channel's pin does in each period.
+/// The waveform of one channel's pin in each period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct PinPulse {
-    /// How late its fundamental is beyond that of a pulse from 0 to half a period, in periods.
+    /// Delay of its fundamental relative to that of a pulse from 0 to half a period, in periods.
     late_periods: f64,
-    /// Amplitude of its fundamental, beside that of half a period.
+    /// Amplitude of its fundamental, relative to that of a pulse of half a period.
     amplitude: f64,
 }
 
 impl PinPulse {
     /// High from `start` on for `width`, both in periods.
     ///
-    /// The fundamental of a pulse lies at its middle and goes with the sine of half its width in radians.
+    /// The fundamental is centred on the pulse, and proportional to the sine of half its width in radians.
     fn new(start: f64, width: f64) -> Self {
         Self {
             late_periods: start + (width - 0.5) / 2.0,
@@ -122,7 +122,7 @@ struct Wired {
 }
 
 impl Wired {
-    /// From `now_s` on the pins do this.
+    /// Sets the pins' waveforms from `now_s` on.
     fn drive(&self, now_s: f64, duty: f64, pin: impl Fn(usize) -> Option<PinPulse>) {
         let pulses: Vec<Option<PinPulse>> = (0..self.elements)
             .map(|element| self.channels.get(element).and_then(|&channel| pin(channel)))

@@ -9,14 +9,14 @@ const OFF: u8 = 32;
 /// Modulation step of the tactile firmware at its power-up.
 const USUAL_STEP: u8 = 10;
 
-/// Which bytes it understands.
+/// The firmware's command set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Dialect {
     Open,
     Tactile,
 }
 
-/// One board: what is shown, what is being written, and whether it listens.
+/// One board: its active phases, those being written, and whether it takes commands.
 struct Board {
     shown: [u8; CHANNELS],
     written: [u8; CHANNELS],

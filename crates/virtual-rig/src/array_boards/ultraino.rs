@@ -12,7 +12,7 @@ const TAKE_DURATIONS: u8 = 0x10;
 /// Patterns that a MEGA holds in one buffer.
 const PATTERNS: usize = 32;
 
-/// One board's two buffers and what it was told of durations.
+/// One board's two buffers and durations.
 struct Board {
     shown: Vec<u8>,
     written: Vec<u8>,
@@ -20,7 +20,7 @@ struct Board {
     halves: usize,
 }
 
-/// The boards in their order along the line. The world hears the first pattern of a buffer; animations last longer than a
+/// The boards in their order along the line. Only the first pattern of a buffer is emitted: animations last longer than a
 /// reading and are left out.
 pub(super) struct UltrainoChain {
     model: UltrainoModel,
@@ -49,7 +49,7 @@ impl UltrainoChain {
         self.wired.drive(now_s, 1.0, pin);
     }
 
-    /// A byte as it reaches each board; commands go along the whole line, patterns to the board that they count down to.
+    /// Passes a byte along the line. Commands reach every board; a pattern reaches the board that it counts down to.
     fn take(&mut self, byte: u8, now_s: f64) {
         let is_mega = self.model == UltrainoModel::Mega;
         match byte {

@@ -1,4 +1,4 @@
-//! The controller's protocol, told as a driver would meet it.
+//! The controller's protocol as seen by a driver.
 
 use proptest::prelude::*;
 
@@ -24,7 +24,7 @@ fn sealed(body: &str) -> String {
     format!("{body}*{:08x}\n", crc32fast::hash(body.as_bytes()))
 }
 
-/// Sends a sealed line; the answer must be sealed too, and is returned without its seal.
+/// Sends a line with its checksum; the answer must have one too, and is returned without it.
 fn tell(firmware: &mut ArrayFirmware, body: &str) -> String {
     let answer = raw(firmware, &sealed(body));
     let (text, _) = answer.rsplit_once('*').expect("a checksum");

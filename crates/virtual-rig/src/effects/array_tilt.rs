@@ -4,7 +4,7 @@ use nalgebra::{Rotation3, Vector3};
 use serde::Deserialize;
 
 use super::{Effect, TrueArray};
-use crate::luck::Luck;
+use crate::counter_rng::CounterRng;
 use fieldgap_input::Finite;
 
 /// Its parameters.
@@ -18,7 +18,7 @@ pub(super) struct ArrayTilt {
 }
 
 impl Effect for ArrayTilt {
-    fn array(&self, array: &mut TrueArray, _luck: Luck) {
+    fn array(&self, array: &mut TrueArray, _rng: CounterRng) {
         let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), self.about_y_rad.get())
             * Rotation3::from_axis_angle(&Vector3::x_axis(), self.about_x_rad.get());
         for element in &mut array.elements {
@@ -34,10 +34,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_turn_about_x_lifts_what_lies_along_y_and_leans_the_normals() {
+    fn a_turn_about_x_lifts_elements_along_y_and_tilts_the_normals() {
         let mut array = TrueArray::of_two();
         array.elements[0].centre_m = Vector3::new(0.0, 0.03, 0.0);
-        effect::<ArrayTilt>("about_x_rad = 0.1\nabout_y_rad = 0.0").array(&mut array, Luck::new(0));
+        effect::<ArrayTilt>("about_x_rad = 0.1\nabout_y_rad = 0.0")
+            .array(&mut array, CounterRng::new(0));
         let element = array.elements[0];
         assert!((element.centre_m.z - 0.03 * 0.1f64.sin()).abs() < 1e-12);
         assert!((element.normal.y + 0.1f64.sin()).abs() < 1e-12);

@@ -1,12 +1,12 @@
 //! Play between motor and carriage along x: the nozzle trails by half of it.
 //!
-//! After a reversal it stands still until the play is taken up. Before the first travel along x it is in the middle.
-//! (A second reversal within the play is taken for a whole one.)
+//! After a reversal the nozzle stands still until the play is taken up. Before the first travel along x it is in the middle.
+//! (A second reversal within the play is treated as a full one.)
 
 use serde::Deserialize;
 
 use super::Effect;
-use crate::trajectory::Carriage;
+use crate::trajectory::Kinematics;
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::NonNegative;
 
@@ -19,10 +19,10 @@ pub(super) struct Backlash {
 }
 
 impl Effect for Backlash {
-    fn place(&self, at_m: &mut Vec3, carriage: &Carriage) {
+    fn place(&self, at_m: &mut Vec3, kinematics: &Kinematics) {
         let play_mm = self.mm.get();
-        let left_mm = (play_mm - carriage.x_since_reversal_mm).max(0.0);
-        at_m.x += carriage.x_direction * (left_mm - 0.5 * play_mm) * 1e-3;
+        let left_mm = (play_mm - kinematics.x_since_reversal_mm).max(0.0);
+        at_m.x += kinematics.x_direction * (left_mm - 0.5 * play_mm) * 1e-3;
     }
 }
 
@@ -36,8 +36,9 @@ mod tests {
         let backlash = effect::<Backlash>("mm = 0.4");
         let x_mm = |x_direction: f64, x_since_reversal_mm: f64| {
             let mut at = Vec3::zeros();
-            let carriage = Carriage { x_direction, x_since_reversal_mm, ..Carriage::resting() };
-            backlash.place(&mut at, &carriage);
+            let kinematics =
+                Kinematics { x_direction, x_since_reversal_mm, ..Kinematics::resting() };
+            backlash.place(&mut at, &kinematics);
             at.x * 1e3
         };
         assert!((x_mm(-1.0, 10.0) - x_mm(1.0, 10.0) - 0.4).abs() < 1e-12);

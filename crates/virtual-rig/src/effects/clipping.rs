@@ -1,4 +1,4 @@
-//! The converter's full scale cuts the peaks: it is lower than the rig file's.
+//! The converter clips: its full scale is lower than in the rig file.
 
 use serde::Deserialize;
 

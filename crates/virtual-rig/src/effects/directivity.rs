@@ -1,12 +1,12 @@
 //! The main lobe is wider or narrower than modelled.
 //!
-//! The lobe of a piston is 2 J₁(x)/x with x = k a sin θ: a face smaller by the ratio has a lobe wider by it. A transducer whose
-//! lobe does not follow from its face has every angle of it stretched.
+//! The lobe of a piston is 2 J₁(x)/x with x = k a sin θ, so a smaller face has a wider lobe in the same ratio. Where the lobe does
+//! not follow from the face, its angles are scaled.
 
 use serde::Deserialize;
 
 use super::{Effect, TrueArray};
-use crate::luck::Luck;
+use crate::counter_rng::CounterRng;
 use fieldgap_input::Positive;
 
 /// Its parameters.
@@ -18,7 +18,7 @@ pub(super) struct Directivity {
 }
 
 impl Effect for Directivity {
-    fn array(&self, array: &mut TrueArray, _luck: Luck) {
+    fn array(&self, array: &mut TrueArray, _rng: CounterRng) {
         array.lobe_stretch *= self.width_ratio.get();
     }
 }
@@ -31,7 +31,7 @@ mod tests {
     #[test]
     fn the_lobe_is_wider_by_the_ratio() {
         let mut array = TrueArray::of_two();
-        effect::<Directivity>("width_ratio = 1.25").array(&mut array, Luck::new(0));
+        effect::<Directivity>("width_ratio = 1.25").array(&mut array, CounterRng::new(0));
         assert!((array.lobe_stretch - 1.25).abs() < 1e-15);
     }
 }

@@ -1,4 +1,4 @@
-//! The carrier is off its nominal frequency. Delays are kept in seconds, as a clock of its own would keep them.
+//! The carrier is off its nominal frequency. Delays keep their values in seconds: their clock is right.
 
 use serde::Deserialize;
 

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::{Effect, TrueArray};
-use crate::luck::Luck;
+use crate::counter_rng::CounterRng;
 use fieldgap_input::NonNegative;
 
 /// Its parameters.
@@ -15,9 +15,9 @@ pub(super) struct ElementGain {
 }
 
 impl Effect for ElementGain {
-    fn array(&self, array: &mut TrueArray, luck: Luck) {
+    fn array(&self, array: &mut TrueArray, rng: CounterRng) {
         for (n, element) in array.elements.iter_mut().enumerate() {
-            element.amplitude *= (1.0 + self.spread.get() * luck.normal(n as u64)).max(0.0);
+            element.amplitude *= (1.0 + self.spread.get() * rng.normal(n as u64)).max(0.0);
         }
     }
 }
@@ -30,7 +30,7 @@ mod tests {
     #[test]
     fn amplitudes_spread_by_the_given_deviation() {
         let mut array = TrueArray::of_many(4000);
-        effect::<ElementGain>("spread = 0.2").array(&mut array, Luck::new(1));
+        effect::<ElementGain>("spread = 0.2").array(&mut array, CounterRng::new(1));
         let n = array.elements.len() as f64;
         let mean = array.elements.iter().map(|e| e.amplitude).sum::<f64>() / n;
         let variance = array.elements.iter().map(|e| (e.amplitude - mean).powi(2)).sum::<f64>() / n;

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::{Effect, TrueArray};
-use crate::luck::Luck;
+use crate::counter_rng::CounterRng;
 use fieldgap_input::NonNegative;
 
 /// Its parameters.
@@ -15,9 +15,9 @@ pub(super) struct ElementPhase {
 }
 
 impl Effect for ElementPhase {
-    fn array(&self, array: &mut TrueArray, luck: Luck) {
+    fn array(&self, array: &mut TrueArray, rng: CounterRng) {
         for (n, element) in array.elements.iter_mut().enumerate() {
-            element.phase_rad += self.spread_rad.get() * luck.normal(n as u64);
+            element.phase_rad += self.spread_rad.get() * rng.normal(n as u64);
         }
     }
 }
@@ -30,7 +30,7 @@ mod tests {
     #[test]
     fn phases_spread_by_the_given_deviation() {
         let mut array = TrueArray::of_many(4000);
-        effect::<ElementPhase>("spread_rad = 0.5").array(&mut array, Luck::new(1));
+        effect::<ElementPhase>("spread_rad = 0.5").array(&mut array, CounterRng::new(1));
         let n = array.elements.len() as f64;
         let variance = array.elements.iter().map(|e| e.phase_rad.powi(2)).sum::<f64>() / n;
         assert!((variance.sqrt() - 0.5).abs() < 0.02);

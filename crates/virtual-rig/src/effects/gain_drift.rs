@@ -1,4 +1,4 @@
-//! The level drifts through the scan, linearly in time, and stays when the drift is over.
+//! The level drifts linearly in time, and stays constant after the drift has ended.
 
 use serde::Deserialize;
 
@@ -11,7 +11,7 @@ use fieldgap_input::{Finite, Positive};
 pub(super) struct GainDrift {
     /// Last over first, minus one.
     relative: Finite,
-    /// Time since the rig's power-up over which it happens (the scan's own length), s.
+    /// Time from power-up to the end of the drift (the length of the scan), s.
     over_s: Positive,
 }
 

@@ -1,6 +1,6 @@
-//! The reading trails the motion: it is that of where the nozzle was a moment ago.
+//! The reading lags the motion: it is that of the nozzle's position a moment earlier.
 //!
-//! Where the robot dwells longer than this at each point nothing is seen of it.
+//! A scan that dwells longer than this at each point shows nothing of it.
 
 use serde::Deserialize;
 

@@ -1,8 +1,8 @@
 //! The physical causes that can make the true field differ from the simulated one.
 //!
-//! Each effect is one file and **one line in the registry below** (and its `mod`). It acts on the physical world at the
-//! place where the cause does: the air, the array, a path of sound, the nozzle's place, the receiver. The
-//! simulator's own defects (`phase-plane`, `on-axis-unit`) are not here: no air and no wire can have them.
+//! Each effect is one file, its `mod`, and **one line in the registry below**. It acts where the physical cause acts: on the
+//! air, the array, a sound path, the nozzle's position or the receiver. The simulator's own defects (`phase-plane`,
+//! `on-axis-unit`) are not here: a real set-up cannot have them.
 
 mod absorption;
 mod aperture;
@@ -41,8 +41,8 @@ pub(crate) use position_jitter::CELL_MM as JITTER_CELL_MM;
 use num_complex::Complex64;
 use serde::Deserialize;
 
-use super::luck::Luck;
-use super::trajectory::Carriage;
+use super::counter_rng::CounterRng;
+use super::trajectory::Kinematics;
 use fieldgap_acoustics::{Element, Medium, Vec3};
 
 /// The array as it physically is.
@@ -50,13 +50,13 @@ use fieldgap_acoustics::{Element, Medium, Vec3};
 pub struct TrueArray {
     /// The elements; a negative amplitude is a reversed polarity.
     pub elements: Vec<Element>,
-    /// The output of the controller that each element hangs on.
+    /// The controller's output that each element is wired to.
     pub channels: Vec<usize>,
-    /// Width of every element's lobe over its kind's.
+    /// Ratio of every element's lobe width to that of its transducer type.
     pub lobe_stretch: f64,
 }
 
-/// Sound on its way from one element to one point.
+/// The sound path from one element to one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Path {
     /// The element's number.
@@ -67,7 +67,7 @@ pub struct Path {
     pub to_m: Vec3,
     /// Speed of sound in still air at the array's centre.
     pub speed_m_s: f64,
-    /// Time on the way.
+    /// Travel time.
     pub time_s: f64,
     /// Amplitude relative to that of the undisturbed path.
     pub gain: f64,
@@ -111,11 +111,11 @@ impl Mirror {
     }
 }
 
-/// One cause. Every method is a place where it may act; by default it does nothing there.
+/// One cause. Each method is a place where it can act; by default it does nothing there.
 ///
 /// Where several effects act at one place they do so in the order of the registry.
 pub trait Effect: std::fmt::Debug + Send + Sync {
-    /// Whether it makes sense for an array of so many elements, and why not.
+    /// Checks that it fits an array of so many elements; the error says why not.
     fn check(&self, _elements: usize) -> Result<(), String> {
         Ok(())
     }
@@ -123,8 +123,8 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
     /// Changes the air.
     fn medium(&self, _medium: &mut Medium) {}
 
-    /// Changes the array: places, faces, amplitudes, wiring.
-    fn array(&self, _array: &mut TrueArray, _luck: Luck) {}
+    /// Changes the array: positions, faces, amplitudes, wiring.
+    fn array(&self, _array: &mut TrueArray, _rng: CounterRng) {}
 
     /// A reflecting plane that it puts above the field.
     fn mirror(&self) -> Option<Mirror> {
@@ -144,25 +144,31 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
     /// Changes time and amplitude on a path.
     fn path(&self, _path: &mut Path) {}
 
-    /// Whether [`Effect::flicker_rad`] is ever other than zero.
-    fn flickers(&self) -> bool {
+    /// Whether [`Effect::scintillation_rad`] is ever other than zero.
+    fn scintillates(&self) -> bool {
         false
     }
 
-    /// A phase on the path from an element that changes with time, rad.
-    fn flicker_rad(&self, _element: usize, _distance_m: f64, _time_s: f64, _luck: Luck) -> f64 {
+    /// A phase on the path from an element that fluctuates in time, rad.
+    fn scintillation_rad(
+        &self,
+        _element: usize,
+        _distance_m: f64,
+        _time_s: f64,
+        _rng: CounterRng,
+    ) -> f64 {
         0.0
     }
 
-    /// Moves the nozzle away from where the robot believes it to be (array's frame, metres).
-    fn place(&self, _at_m: &mut Vec3, _carriage: &Carriage) {}
+    /// Moves the nozzle from the position that the robot reports (array's frame, metres).
+    fn place(&self, _at_m: &mut Vec3, _kinematics: &Kinematics) {}
 
     /// A random displacement of the nozzle (array's frame, metres), added after [`Effect::place`] of all effects.
-    fn displacement_m(&self, _carriage: &Carriage, _luck: Luck) -> Vec3 {
+    fn displacement_m(&self, _kinematics: &Kinematics, _rng: CounterRng) -> Vec3 {
         Vec3::zeros()
     }
 
-    /// How old the field in a reading is, s.
+    /// How long before the reading the received field was sampled, s.
     fn lag_s(&self) -> f64 {
         0.0
     }
@@ -172,12 +178,12 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
         0.0
     }
 
-    /// A factor on the whole field at a place.
+    /// A factor on the whole field at a point.
     fn resonance(&self, _at_m: Vec3, _wavenumber_rad_m: f64) -> Complex64 {
         Complex64::ONE
     }
 
-    /// What becomes of the level before the converter, V.
+    /// The level that reaches the converter, V.
     fn level_v(&self, level_v: f64, _time_s: f64) -> f64 {
         level_v
     }
@@ -206,7 +212,7 @@ macro_rules! registry {
         }
 
         impl EffectTables {
-            /// The effects that are there, with their ids, in the order of the registry.
+            /// The effects present, with their ids, in the order of the registry.
             pub fn into_effects(self) -> Vec<(&'static str, Box<dyn Effect>)> {
                 let mut effects: Vec<(&'static str, Box<dyn Effect>)> = Vec::new();
                 $(if let Some(effect) = self.$effect { effects.push(($id, Box::new(effect))); })*
@@ -254,7 +260,7 @@ registry! {
     "clipping" => clipping::Clipping,
 }
 
-/// Accepts nothing: what stands here is a mistake of a program, not of the world.
+/// Accepts nothing: its name is a defect of a simulator, which a real set-up cannot have.
 #[derive(Debug)]
 pub(super) struct DefectOfSimulator;
 
@@ -301,7 +307,7 @@ mod testing {
         }
     }
 
-    impl Carriage {
+    impl Kinematics {
         pub(crate) fn resting() -> Self {
             Self {
                 position_mm: Vec3::zeros(),

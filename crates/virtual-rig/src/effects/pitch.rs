@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::{Effect, TrueArray};
-use crate::luck::Luck;
+use crate::counter_rng::CounterRng;
 use fieldgap_input::Positive;
 
 /// Its parameters.
@@ -15,7 +15,7 @@ pub(super) struct Pitch {
 }
 
 impl Effect for Pitch {
-    fn array(&self, array: &mut TrueArray, _luck: Luck) {
+    fn array(&self, array: &mut TrueArray, _rng: CounterRng) {
         for element in &mut array.elements {
             element.centre_m *= self.ratio.get();
         }
@@ -32,7 +32,7 @@ mod tests {
         let mut array = TrueArray::of_two();
         let distance = |a: &TrueArray| (a.elements[0].centre_m - a.elements[1].centre_m).norm();
         let before = distance(&array);
-        effect::<Pitch>("ratio = 1.02").array(&mut array, Luck::new(0));
+        effect::<Pitch>("ratio = 1.02").array(&mut array, CounterRng::new(0));
         assert!((distance(&array) / before - 1.02).abs() < 1e-12);
     }
 }

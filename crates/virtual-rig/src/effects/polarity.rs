@@ -1,9 +1,9 @@
-//! Some elements are wired in reverse: half a period off at every frequency.
+//! Some elements are wired in reverse: their pressure has the opposite sign at every frequency.
 
 use serde::Deserialize;
 
 use super::{Effect, TrueArray, all_exist};
-use crate::luck::Luck;
+use crate::counter_rng::CounterRng;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
@@ -18,7 +18,7 @@ impl Effect for Polarity {
         all_exist(&self.elements, elements)
     }
 
-    fn array(&self, array: &mut TrueArray, _luck: Luck) {
+    fn array(&self, array: &mut TrueArray, _rng: CounterRng) {
         for &n in &self.elements {
             array.elements[n].amplitude *= -1.0;
         }
@@ -33,7 +33,7 @@ mod tests {
     #[test]
     fn the_named_elements_have_the_opposite_sign() {
         let mut array = TrueArray::of_two();
-        effect::<Polarity>("elements = [0]").array(&mut array, Luck::new(0));
+        effect::<Polarity>("elements = [0]").array(&mut array, CounterRng::new(0));
         assert_eq!((array.elements[0].amplitude, array.elements[1].amplitude), (-1.0, 1.0));
     }
 }

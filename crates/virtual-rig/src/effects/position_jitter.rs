@@ -12,8 +12,8 @@ use std::f64::consts::FRAC_PI_2;
 use serde::Deserialize;
 
 use super::Effect;
-use crate::luck::Luck;
-use crate::trajectory::Carriage;
+use crate::counter_rng::CounterRng;
+use crate::trajectory::Kinematics;
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::NonNegative;
 
@@ -33,14 +33,14 @@ pub(super) struct PositionJitter {
 pub(crate) const CELL_MM: f64 = 0.25;
 
 impl Effect for PositionJitter {
-    fn displacement_m(&self, carriage: &Carriage, luck: Luck) -> Vec3 {
-        let cell = (carriage.travelled_mm / CELL_MM).max(0.0);
+    fn displacement_m(&self, kinematics: &Kinematics, rng: CounterRng) -> Vec3 {
+        let cell = (kinematics.travelled_mm / CELL_MM).max(0.0);
         let (sin, cos) = (FRAC_PI_2 * cell.fract()).sin_cos();
         let sigmas_mm = [self.x_mm, self.y_mm, self.z_mm];
         Vec3::from_fn(|axis, _| {
-            let luck = luck.of_thing(axis as u64);
+            let rng = rng.substream(axis as u64);
             // cos² + sin² = 1 keeps the variance the same everywhere.
-            let normal = cos * luck.normal(cell as u64) + sin * luck.normal(cell as u64 + 1);
+            let normal = cos * rng.normal(cell as u64) + sin * rng.normal(cell as u64 + 1);
             1e-3 * sigmas_mm[axis].get() * normal
         })
     }
@@ -56,8 +56,9 @@ mod tests {
     /// Displacements at places a millimetre of travel apart, mm.
     fn displacements_mm() -> Vec<Vec3> {
         let effect = effect::<PositionJitter>("x_mm = 0.1\ny_mm = 0.2\nz_mm = 0.05");
-        let after = |n: usize| Carriage { travelled_mm: n as f64 * 1.037, ..Carriage::resting() };
-        (0..DRAWS).map(|n| effect.displacement_m(&after(n), Luck::new(3)) * 1e3).collect()
+        let after =
+            |n: usize| Kinematics { travelled_mm: n as f64 * 1.037, ..Kinematics::resting() };
+        (0..DRAWS).map(|n| effect.displacement_m(&after(n), CounterRng::new(3)) * 1e3).collect()
     }
 
     fn covariance(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
@@ -92,8 +93,8 @@ mod tests {
     fn in_motion_the_displacement_does_not_jump() {
         let effect = effect::<PositionJitter>("x_mm = 0.1\ny_mm = 0.1\nz_mm = 0.1");
         let at = |travelled_mm: f64| {
-            let carriage = Carriage { travelled_mm, ..Carriage::resting() };
-            effect.displacement_m(&carriage, Luck::new(3))
+            let kinematics = Kinematics { travelled_mm, ..Kinematics::resting() };
+            effect.displacement_m(&kinematics, CounterRng::new(3))
         };
         for cell in 1..1000 {
             let border_mm = f64::from(cell) * CELL_MM;

@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_image_stands_as_far_behind_the_plane_and_looks_down() {
+    fn the_image_is_as_far_behind_the_plane_and_faces_down() {
         let mirror = effect::<Reflection>("height_mm = 200.0\ncoefficient = [0.3, -0.1]")
             .mirror()
             .expect("a reflection has a mirror");

@@ -1,6 +1,6 @@
-//! The air's sound speed is not the believed one.
+//! The speed of sound in air differs from the assumed one.
 //!
-//! The delays on the wire were computed for the believed speed; sound travels at this one.
+//! The delays sent to the array were computed for the assumed speed; sound travels at this one.
 
 use serde::Deserialize;
 

@@ -1,6 +1,6 @@
-//! Another law of decay along the path: amplitude goes as d^-exponent.
+//! Another decay with distance: the amplitude is proportional to d^-exponent.
 //!
-//! The truth's own is spherical, exponent 1. Levels are kept at 0.1 m.
+//! Without this effect it is spherical, exponent 1. The level at 0.1 m does not change.
 
 use serde::Deserialize;
 
@@ -15,7 +15,7 @@ pub(super) struct Spreading {
     exponent: Finite,
 }
 
-/// Where the level stays as it is, m.
+/// Distance at which the level does not change, m.
 const REFERENCE_M: f64 = 0.1;
 
 impl Effect for Spreading {

@@ -1,7 +1,7 @@
 //! Sound bounces between receiver and array: a ripple of half a wavelength in z.
 //!
-//! The wave that went back to the array and returned once adds with the phase of twice the height: p (1 + Γ exp(2 i k z)).
-//! Later returns are weaker by Γ and the spreading over 2 z more each, and left out.
+//! A wave that returned once from the array has the phase of twice the height: p (1 + Γ exp(2 i k z)). Each further return is
+//! weaker by Γ and by the spreading over another 2 z, and is left out.
 
 use num_complex::Complex64;
 use serde::Deserialize;

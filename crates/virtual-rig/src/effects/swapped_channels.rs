@@ -1,9 +1,9 @@
-//! Two elements hang on each other's outputs.
+//! Two elements are wired to each other's outputs.
 
 use serde::Deserialize;
 
 use super::{Effect, TrueArray, all_exist};
-use crate::luck::Luck;
+use crate::counter_rng::CounterRng;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
@@ -18,7 +18,7 @@ impl Effect for SwappedChannels {
         all_exist(&self.elements, elements)
     }
 
-    fn array(&self, array: &mut TrueArray, _luck: Luck) {
+    fn array(&self, array: &mut TrueArray, _rng: CounterRng) {
         let [a, b] = self.elements;
         array.channels.swap(a, b);
     }
@@ -32,7 +32,7 @@ mod tests {
     #[test]
     fn each_element_follows_the_others_channel() {
         let mut array = TrueArray::of_two();
-        effect::<SwappedChannels>("elements = [0, 1]").array(&mut array, Luck::new(0));
+        effect::<SwappedChannels>("elements = [0, 1]").array(&mut array, CounterRng::new(0));
         assert_eq!(array.channels, [1, 0]);
     }
 }

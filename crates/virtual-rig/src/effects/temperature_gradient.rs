@@ -13,7 +13,7 @@ use fieldgap_input::Finite;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct TemperatureGradient {
-    /// Relative change of speed a metre, along x.
+    /// Relative change of speed per metre, along x.
     gx: Finite,
     /// Along y.
     gy: Finite,

@@ -1,17 +1,17 @@
-//! Random phases along the paths, by turns of temperature and wind.
+//! Random phases along the paths, from fluctuations of temperature and wind.
 //!
 //! In the geometrical regime the phase of a path of length d through many uncorrelated eddies is normal with variance
 //! s² d (Ostashev and Wilson, *Acoustics in Moving Inhomogeneous Media*, chapter 7): the coherent part of the
 //! field fades as exp(-s² d / 2) and the rest is speckle. The paths of different elements are taken as
-//! uncorrelated, and each phase changes within [`EDDY_S`]: eddies drift through, so a reading of many samples
-//! averages some of the speckle and no two points see the same air.
+//! uncorrelated, and each phase changes within [`EDDY_S`] as eddies drift through. A reading of many samples thus averages
+//! some of the speckle, and no two points see the same air.
 
 use std::f64::consts::FRAC_PI_2;
 
 use serde::Deserialize;
 
 use super::Effect;
-use crate::luck::Luck;
+use crate::counter_rng::CounterRng;
 use fieldgap_input::NonNegative;
 
 /// Its parameters.
@@ -26,16 +26,22 @@ pub(super) struct Turbulence {
 const EDDY_S: f64 = 0.05;
 
 impl Effect for Turbulence {
-    fn flickers(&self) -> bool {
+    fn scintillates(&self) -> bool {
         self.rad_per_sqrt_m.get() > 0.0
     }
 
-    fn flicker_rad(&self, element: usize, distance_m: f64, time_s: f64, luck: Luck) -> f64 {
-        let luck = luck.of_thing(element as u64);
+    fn scintillation_rad(
+        &self,
+        element: usize,
+        distance_m: f64,
+        time_s: f64,
+        rng: CounterRng,
+    ) -> f64 {
+        let rng = rng.substream(element as u64);
         let eddy = (time_s / EDDY_S).max(0.0);
         let (sin, cos) = (FRAC_PI_2 * eddy.fract()).sin_cos();
         // cos² + sin² = 1 keeps the variance the same at every instant.
-        let normal = cos * luck.normal(eddy as u64) + sin * luck.normal(eddy as u64 + 1);
+        let normal = cos * rng.normal(eddy as u64) + sin * rng.normal(eddy as u64 + 1);
         self.rad_per_sqrt_m.get() * distance_m.sqrt() * normal
     }
 }
@@ -48,10 +54,10 @@ mod tests {
     #[test]
     fn the_coherent_part_fades_as_the_variance_says() {
         let effect = effect::<Turbulence>("rad_per_sqrt_m = 2.0");
-        let luck = Luck::new(3);
+        let rng = CounterRng::new(3);
         let (distance, n) = (0.3, 40_000);
         let coherent: f64 = (0..n)
-            .map(|i| effect.flicker_rad(i % 36, distance, i as f64 * 0.073, luck).cos())
+            .map(|i| effect.scintillation_rad(i % 36, distance, i as f64 * 0.073, rng).cos())
             .sum::<f64>()
             / n as f64;
         assert!((coherent - (-0.5 * 4.0 * distance).exp()).abs() < 0.01, "{coherent}");
@@ -60,7 +66,7 @@ mod tests {
     #[test]
     fn the_phase_does_not_jump() {
         let effect = effect::<Turbulence>("rad_per_sqrt_m = 2.0");
-        let at = |time: f64| effect.flicker_rad(5, 0.3, time, Luck::new(3));
+        let at = |time: f64| effect.scintillation_rad(5, 0.3, time, CounterRng::new(3));
         for i in 0..1000 {
             let time = f64::from(i) * EDDY_S;
             assert!((at(time + 1e-9) - at((time - 1e-9).max(0.0))).abs() < 1e-5);

@@ -1,4 +1,4 @@
-//! The driver against this firmware, over a line that loses and damages what goes over it.
+//! The driver with this firmware over a line that loses and damages bytes.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -22,11 +22,11 @@ enum Damage {
     LoseLine,
     /// The second half of it and its end never arrive.
     LoseTail,
-    /// A byte of it is another one.
+    /// A byte of it is changed.
     Garble,
     /// The answer that begins with this never arrives.
     LoseAnswer(&'static str),
-    /// One byte of that answer is another one.
+    /// One byte of that answer is changed.
     GarbleAnswer(&'static str),
     /// The board restarts as the line arrives.
     PowerCycle,
@@ -36,7 +36,7 @@ enum Damage {
     Starve,
 }
 
-/// The firmware behind a line that is damaged now and then.
+/// The firmware behind a line with faults.
 struct Board {
     firmware: GrblFirmware,
     link: DuplexStream,
@@ -214,7 +214,7 @@ impl Bench {
             let carriage_mm = self.carriage_mm();
             assert!(
                 (carriage_mm - Vector3::new(x_mm + 300.0, 150.0, 150.0)).norm() < 0.02,
-                "told as reached, and the carriage stands at {carriage_mm:?}"
+                "reported as reached, but the carriage is at {carriage_mm:?}"
             );
         }
         Ok(reached)
@@ -232,7 +232,7 @@ impl Bench {
 
 const DIALECTS: [Dialect; 2] = [Dialect::Grbl, Dialect::GrblHal];
 
-/// Homes, makes three moves, and expects each to be told where it ends.
+/// Homes, makes three moves, and expects a report of the position after each.
 async fn survives(damage: &[(&'static str, Damage)]) {
     for dialect in DIALECTS {
         let mut bench = Bench::new(dialect, damage).await;
@@ -430,7 +430,7 @@ async fn a_dead_board_is_given_up_in_bounded_time() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
 
-    /// Whatever is lost or damaged: told as reached means reached, every wait ends, the only way out is an error.
+    /// Whatever is lost or damaged, a reported arrival is true, every wait ends, and any failure is an error.
     #[test]
     fn no_sequence_of_faults_makes_a_wrong_move(
         hal in any::<bool>(),

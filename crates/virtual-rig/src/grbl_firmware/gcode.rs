@@ -1,11 +1,11 @@
-//! One block of G-code: its words, and the errors of those that make no sense together.
+//! One block of G-code: its words, and the errors of contradictory ones.
 
 use super::settings::Dialect;
 
 /// What a block asks for.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Block {
-    /// `G0` (true) or `G1` (false), where it says so.
+    /// `G0` (true) or `G1` (false), if given.
     pub rapid: Option<bool>,
     /// `G53`: coordinates are the machine's in this block.
     pub machine_frame: bool,
@@ -15,17 +15,17 @@ pub(super) struct Block {
     pub inches: Option<bool>,
     /// `G4`: the dwell, s.
     pub dwell_s: Option<f64>,
-    /// `G92`: what the present place is called.
+    /// `G92`: new coordinates of the present position.
     pub renames: bool,
-    /// `G92.1`: takes that back.
+    /// `G92.1`: cancels `G92`.
     pub unrenames: bool,
-    /// X, Y, Z as they stand.
+    /// X, Y, Z as written.
     pub coordinates: [Option<f64>; 3],
-    /// F as it stands.
+    /// F as written.
     pub feed: Option<f64>,
 }
 
-/// Takes a block apart.
+/// Parses a block.
 ///
 /// # Errors
 /// The code of the error.
@@ -40,7 +40,7 @@ pub(super) fn parse(line: &str, dialect: Dialect) -> Result<Block, u32> {
             'G' | 'M' => {
                 let tenths = code(value, letter, dialect)?;
                 let moves = letter == 'G' && matches!(tenths, 0 | 10 | 920);
-                // Two that use the axis words are told as such before their groups are looked at.
+                // Two codes that use the axis words have an error of their own, which takes precedence over that of their group.
                 if moves && groups.iter().any(|&group| group == "motion" || group == "renaming") {
                     return Err(24);
                 }

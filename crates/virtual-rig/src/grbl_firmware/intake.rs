@@ -1,8 +1,8 @@
-//! From bytes to lines: the receive buffer, bytes that act at once, and what is dropped out of a line.
+//! From bytes to lines: the receive buffer, real-time bytes, and characters that are dropped from a line.
 
 use std::collections::VecDeque;
 
-/// A byte that acts as it comes in, whatever waits before it.
+/// A real-time byte, which acts at once, before any waiting line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Realtime {
     /// `0x18`
@@ -17,7 +17,7 @@ pub(super) enum Realtime {
     Door,
     /// `0x85`
     CancelJog,
-    /// `0x90` to `0x9d`: what the feed override becomes of.
+    /// `0x90` to `0x9d`: a change of the feed override.
     Override(Override),
     /// Any other byte from `0x80` on: dropped.
     Nothing,
@@ -32,7 +32,7 @@ pub(super) enum Override {
     By(i32),
 }
 
-/// What becomes of a line.
+/// How a line is treated.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Taken {
     /// To be executed; may be empty.
@@ -65,7 +65,7 @@ impl Intake {
         }
     }
 
-    /// Forgets what has come in.
+    /// Drops all received bytes.
     pub fn clear(&mut self) {
         *self = Self::new(self.capacity, self.longest);
     }
@@ -75,7 +75,7 @@ impl Intake {
         self.capacity - self.buffer.len()
     }
 
-    /// One byte comes in. One that finds the buffer full is lost, and nothing is said.
+    /// Receives one byte. It is lost without an error if the buffer is full.
     pub fn receive(&mut self, byte: u8) -> Option<Realtime> {
         let acts = match byte {
             0x18 => Realtime::Reset,

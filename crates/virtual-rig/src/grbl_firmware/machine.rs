@@ -1,20 +1,16 @@
-//! The machine behind the firmware: its planner, where it believes to be, and where the carriage is.
+//! The machine behind the firmware: its planner, its counted position, and the true position of the carriage.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use nalgebra::Vector3;
 
 use super::settings::GrblSettings;
 use super::stored::Stored;
-use crate::planner::{PlannedMove, feed_within};
+use crate::gantry::Gantry;
 use crate::trajectory::Trajectory;
 
-/// Acceleration and speed of what no motor does: a fall, running on after the pulses stopped.
-const FREE_ACCELERATION_MM_S2: f64 = 1e4;
-const FREE_SPEED_MM_S: f64 = 1e3;
-
-/// How long the state of a cancelled jog stays, standing still.
+/// How long the jog state lasts after a cancelled jog has come to rest.
 const CANCELLED_JOG_S: f64 = 0.4;
 
 /// A move in the planner.
@@ -27,12 +23,12 @@ struct Queued {
 
 /// The planner's queue and the positions.
 ///
-/// The machine counts its steps in machine coordinates; the carriage is where it is. The two differ by where the zero
-/// lies, and by every step that was lost.
+/// The machine counts its steps in machine coordinates. The true position of the carriage differs by the machine's zero and by
+/// every lost step.
 #[derive(Debug)]
 pub(super) struct Machine {
     settings: GrblSettings,
-    trajectory: Arc<Mutex<Trajectory>>,
+    gantry: Gantry,
     carriage_minus_machine_mm: Vector3<f64>,
     planned_mm: Vector3<f64>,
     queue: VecDeque<Queued>,
@@ -47,9 +43,15 @@ pub(super) struct Machine {
 
 impl Machine {
     pub fn new(settings: GrblSettings, trajectory: Arc<Mutex<Trajectory>>) -> Self {
+        let gantry = Gantry::new(
+            trajectory,
+            settings.travel_mm,
+            settings.acceleration_mm_s2,
+            settings.max_feed_mm_s,
+        );
         let mut machine = Self {
             settings,
-            trajectory,
+            gantry,
             carriage_minus_machine_mm: Vector3::zeros(),
             planned_mm: Vector3::zeros(),
             queue: VecDeque::new(),
@@ -64,7 +66,7 @@ impl Machine {
         machine
     }
 
-    /// Forgets everything: the carriage stops where it is, and the machine takes that for zero.
+    /// Resets everything: the carriage stops, and the machine takes its position for zero.
     pub fn power_up(&mut self, now_s: f64) {
         let stopped_mm = self.trajectory().stop(now_s);
         self.carriage_minus_machine_mm = stopped_mm;
@@ -73,7 +75,7 @@ impl Machine {
         self.released = true;
     }
 
-    /// Takes over what was stored of the settings that the machine itself heeds.
+    /// Applies the stored settings that concern the machine.
     pub fn heed(&mut self, stored: &Stored) {
         self.idle_ms = stored.value(1);
         self.hard_limits = stored.flag(21);
@@ -86,7 +88,7 @@ impl Machine {
         self.hit_at_s = None;
     }
 
-    /// Where the machine believes to be, machine coordinates.
+    /// The counted position, machine coordinates.
     pub fn at_mm(&self, now_s: f64) -> Vector3<f64> {
         let at_mm = self.trajectory().at(now_s).position_mm - self.carriage_minus_machine_mm;
         let steps_per_mm = self.settings.steps_per_mm.get();
@@ -141,12 +143,12 @@ impl Machine {
             .map_or(Some(now_s), |queued| Some(queued.ends_s).filter(|s| s.is_finite()))
     }
 
-    /// Whether a move is being run, or waits for being resumed.
+    /// Whether a move runs or waits for a resume.
     pub fn is_busy(&self) -> bool {
         !self.queue.is_empty()
     }
 
-    /// When the held machine has come to rest.
+    /// When the held machine comes to rest.
     pub fn held_from_s(&self) -> Option<f64> {
         self.held_from_s
     }
@@ -186,14 +188,14 @@ impl Machine {
         self.jogs_until_s = self.ends_s(now_s);
     }
 
-    /// Gives the last of the queue its place in time.
+    /// Schedules the last move of the queue.
     fn run_last(&mut self, now_s: f64) {
         let Some(&Queued { to_mm, feed_mm_s, .. }) = self.queue.back() else { return };
         self.fall_if_released(now_s);
         self.released = false;
         let from_mm = self.trajectory().end_mm();
         let to_mm = to_mm + self.carriage_minus_machine_mm;
-        let mut planned = self.push(from_mm, to_mm, feed_mm_s, now_s);
+        let mut planned = self.gantry.push(from_mm, to_mm, feed_mm_s, now_s);
         let leaves = (0..3)
             .filter_map(|axis| {
                 let wall_mm = if to_mm[axis] < -1e-9 {
@@ -215,7 +217,7 @@ impl Machine {
                 self.hit_at_s = self.hit_at_s.or(Some(at_s));
             } else {
                 // The motors lose steps against the frame.
-                self.carriage_minus_machine_mm += self.within_frame(to_mm) - to_mm;
+                self.carriage_minus_machine_mm += self.gantry.within_frame(to_mm) - to_mm;
             }
         }
         if let Some(last) = self.queue.back_mut() {
@@ -223,7 +225,7 @@ impl Machine {
         }
     }
 
-    /// Slows down to rest and keeps what is left of the queue.
+    /// Slows down to rest and keeps the remaining queue.
     pub fn hold(&mut self, now_s: f64) {
         if self.held_from_s.is_some() {
             return;
@@ -245,10 +247,10 @@ impl Machine {
         let left_mm = (first.to_mm + self.carriage_minus_machine_mm - from_mm).norm();
         let needs_mm = speed_mm_s * speed_mm_s / (2.0 * self.settings.acceleration_mm_s2.get());
         let rests_mm = from_mm + velocity_mm_s / speed_mm_s * needs_mm.min(left_mm);
-        self.push(from_mm, rests_mm, speed_mm_s, now_s).ends_s()
+        self.gantry.push(from_mm, rests_mm, speed_mm_s, now_s).ends_s()
     }
 
-    /// Goes on with what was left at a hold.
+    /// Goes on with the queue kept at a hold.
     pub fn resume(&mut self, now_s: f64) {
         if self.held_from_s.take().is_none() {
             return;
@@ -268,26 +270,19 @@ impl Machine {
         self.jogs_until_s = Some(rests_s + CANCELLED_JOG_S);
     }
 
-    /// Forgets what is planned, standing still: the position is kept.
+    /// Drops the planned moves at rest. The position is kept.
     pub fn flush(&mut self, now_s: f64) {
         self.trajectory().stop(now_s);
         self.forget_motion();
         self.planned_mm = self.at_mm(now_s);
     }
 
-    /// The pulses end at once; the carriage runs on by its momentum, and nobody counts that.
+    /// The pulses end at once; the carriage coasts by its momentum, which is not counted.
     pub fn lose_position(&mut self, now_s: f64) {
-        let velocity_mm_s = self.trajectory().velocity_mm_s(now_s);
-        let stopped_mm = self.trajectory().stop(now_s);
+        let (stopped_mm, coast_mm) = self.gantry.cut_pulses(now_s);
         self.forget_motion();
         self.planned_mm = stopped_mm - self.carriage_minus_machine_mm;
-        let run_on_mm =
-            velocity_mm_s * velocity_mm_s.norm() / (2.0 * self.settings.acceleration_mm_s2.get());
-        if run_on_mm.norm() > 0.0 {
-            let rests_mm = self.within_frame(stopped_mm + run_on_mm);
-            self.slide(stopped_mm, rests_mm, now_s);
-            self.carriage_minus_machine_mm += rests_mm - stopped_mm;
-        }
+        self.carriage_minus_machine_mm += coast_mm;
     }
 
     /// Plans homing: z, then x and y; to the switch, off it, to it again slowly, off it. Returns when it ends.
@@ -306,7 +301,7 @@ impl Machine {
                 let from_mm = self.trajectory().end_mm();
                 let mut target_mm = from_mm;
                 target_mm[axis] = to_mm;
-                self.push(from_mm, target_mm, feed_mm_s, now_s);
+                self.gantry.push(from_mm, target_mm, feed_mm_s, now_s);
             }
         }
         self.trajectory().ends_s().max(now_s)
@@ -322,22 +317,16 @@ impl Machine {
         }
     }
 
-    /// The instant at which idle motors let go, if they will.
+    /// When idle motors are switched off, if they will be.
     pub fn releases_at_s(&self) -> Option<f64> {
         let idles = !self.released && self.idle_ms < 255.0 && self.held_from_s.is_none();
         idles.then(|| self.trajectory().ends_s() + self.idle_ms * 1e-3)
     }
 
-    /// The motors let go now.
+    /// Switches the motors off.
     pub fn release(&mut self, now_s: f64) {
         if !std::mem::replace(&mut self.released, true) {
-            let from_mm = self.trajectory().end_mm();
-            let sag_mm = self.settings.sag_mm.get().min(from_mm.z.max(0.0));
-            if sag_mm > 0.0 {
-                let fallen_mm = Vector3::new(0.0, 0.0, -sag_mm);
-                self.slide(from_mm, from_mm + fallen_mm, now_s);
-                self.carriage_minus_machine_mm += fallen_mm;
-            }
+            self.carriage_minus_machine_mm += self.gantry.fall(self.settings.sag_mm.get(), now_s);
         }
     }
 
@@ -347,38 +336,7 @@ impl Machine {
         }
     }
 
-    fn push(
-        &mut self,
-        from_mm: Vector3<f64>,
-        to_mm: Vector3<f64>,
-        feed_mm_s: f64,
-        now_s: f64,
-    ) -> PlannedMove {
-        let path_mm = to_mm - from_mm;
-        let distance_mm = path_mm.norm();
-        let feed_mm_s = feed_within(path_mm, feed_mm_s, self.settings.max_feed_mm_s);
-        let acceleration_mm_s2 = self.settings.acceleration_mm_s2.get();
-        let mut trajectory = self.trajectory();
-        let starts_s = now_s.max(trajectory.ends_s());
-        let planned = PlannedMove::new(from_mm, to_mm, acceleration_mm_s2, feed_mm_s, starts_s);
-        if distance_mm > 0.0 {
-            trajectory.push(planned);
-        }
-        planned
-    }
-
-    fn slide(&mut self, from_mm: Vector3<f64>, to_mm: Vector3<f64>, at_s: f64) {
-        let slide =
-            PlannedMove::new(from_mm, to_mm, FREE_ACCELERATION_MM_S2, FREE_SPEED_MM_S, at_s);
-        self.trajectory().push(slide);
-    }
-
-    fn within_frame(&self, position_mm: Vector3<f64>) -> Vector3<f64> {
-        let travel_mm = Vector3::from(self.settings.travel_mm.map(f64::from));
-        position_mm.sup(&Vector3::zeros()).inf(&travel_mm)
-    }
-
     fn trajectory(&self) -> MutexGuard<'_, Trajectory> {
-        self.trajectory.lock().unwrap_or_else(PoisonError::into_inner)
+        self.gantry.trajectory()
     }
 }

@@ -1,8 +1,8 @@
-//! The virtual robot's firmware: GRBL 1.1 and grblHAL as real boards speak them, awkward parts included.
+//! The virtual robot's firmware: GRBL 1.1 and grblHAL, with the awkward behaviour of real boards.
 //!
-//! `ok` means planned; a full receive buffer loses bytes and says nothing; some bytes act at once; after a limit GRBL
-//! answers nothing until `0x18`; a reset in motion loses the position; grblHAL repeats its first error. Where the
-//! dialects differ, [`Dialect`] decides. Feed overrides take effect with the next move, not within one.
+//! `ok` means planned. A full receive buffer loses bytes without an error. Some bytes act at once. After a limit GRBL answers
+//! nothing until `0x18`. A reset in motion loses the position. grblHAL repeats its first error. [`Dialect`] selects between the
+//! two. Feed overrides take effect with the next move, not within one.
 
 mod blocks;
 mod commands;
@@ -29,10 +29,10 @@ use super::trajectory::Trajectory;
 
 const MM_PER_INCH: f64 = 25.4;
 
-/// How long a setting takes to be written; the receiver is deaf meanwhile.
+/// Time to write a setting, during which received bytes are lost.
 const WRITING_S: f64 = 0.02;
 
-/// What the firmware is, apart from its motion.
+/// State of the firmware, apart from its motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Mode {
     Ready,
@@ -45,14 +45,14 @@ enum Mode {
     Door,
 }
 
-/// What is done when a waiting line's time has come.
+/// The action when a waiting line can go on.
 #[derive(Debug, Clone, PartialEq)]
 enum Then {
     /// A move finds its place in the planner.
     Plan { to_mm: Vector3<f64>, feed_mm_s: f64 },
     /// The motion before a dwell has ended: the dwell begins.
     Dwell { dwell_s: f64 },
-    /// It has ended; or a setting is written.
+    /// The dwell has ended, or a setting is written.
     Acknowledge,
     /// Homing of these axes has ended.
     Homed([bool; 3]),
@@ -147,7 +147,7 @@ impl GrblFirmware {
         self.waiting = Some(Waiting { until_s: until_s.unwrap_or(f64::INFINITY), then });
     }
 
-    /// `0x18`. Ends motion and forgets what was told; the position is kept by a machine that stands still.
+    /// `0x18`. Ends motion and drops all input. A machine at rest keeps its position.
     fn soft_reset(&mut self, now_s: f64, out: &mut Vec<u8>) {
         let in_execution = self.waiting.take().is_some();
         let critical = self.mode == Mode::Critical;
@@ -172,7 +172,7 @@ impl GrblFirmware {
         self.start(locked, now_s, out);
     }
 
-    /// What a reset and a power-up have in common: greeting, and lock.
+    /// The common part of reset and power-up: greeting and lock.
     fn start(&mut self, locked: bool, now_s: f64, out: &mut Vec<u8>) {
         self.modal = POWER_ON;
         self.work_offset_mm = Vector3::zeros();
@@ -199,14 +199,14 @@ impl GrblFirmware {
         }
     }
 
-    /// A limit was met: everything stops until a reset.
+    /// A limit was reached: everything stops until a reset.
     fn limit(&mut self, code: u32, out: &mut Vec<u8>) {
         self.mode = Mode::Critical;
         say(out, &format!("ALARM:{code}"));
         say(out, "[MSG:Reset to continue]");
     }
 
-    /// Finishes the line in execution if its time has come. Returns whether the firmware is free.
+    /// Finishes the line in execution if it is due. Returns whether the firmware is free.
     fn continue_waiting(&mut self, now_s: f64, out: &mut Vec<u8>) -> bool {
         let Some(waiting) = self.waiting.take() else { return true };
         let until_s = self.due_s(&waiting, now_s);
@@ -251,7 +251,7 @@ impl GrblFirmware {
         true
     }
 
-    /// When a waiting line goes on: what it waits for may have been held, or resumed.
+    /// When a waiting line goes on. A hold or a resume can change this time.
     fn due_s(&self, waiting: &Waiting, now_s: f64) -> f64 {
         let due_s = match waiting.then {
             Then::Plan { .. } => {
@@ -290,7 +290,7 @@ impl GrblFirmware {
         }
     }
 
-    /// The steps run out: the move ends in its middle, and nobody is told.
+    /// The step pulses end: the move stops midway without a message.
     #[cfg(test)]
     fn starve(&mut self, now_s: f64) {
         self.machine.flush(now_s);

@@ -16,45 +16,44 @@ pub enum Dialect {
 /// The robot's mechanics and its firmware's build options and settings, `[virtual.robot]` with `firmware = "grbl"` or
 /// `"grblhal"`.
 ///
-/// Every key has a default, that of a common three-axis gantry whose settings somebody has made. The switches stand at
+/// Every key has a default, that of a common, configured three-axis gantry. The switches stand at
 /// the low ends; machine coordinates go from minus the travel to zero, as in stock builds.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GrblSettings {
-    /// How far each axis can go from its switch (`$130` to `$132`).
+    /// Travel of each axis from its switch (`$130` to `$132`).
     pub travel_mm: [Positive; 3],
-    /// Where the carriage stands at power-up, from its switches; the firmware does not know it before homing.
+    /// Position of the carriage at power-up, from its switches. The firmware does not know it before homing.
     pub parked_mm: [NonNegative; 3],
     /// Acceleration along the path (`$120` to `$122`).
     pub acceleration_mm_s2: Positive,
-    /// The most that each axis does (`$110` to `$112`).
+    /// Highest speed of each axis (`$110` to `$112`).
     pub max_feed_mm_s: [Positive; 3],
     /// Speed towards the switches (`$25`).
     pub homing_feed_mm_s: Positive,
-    /// How far it backs off its switches (`$27`).
+    /// Distance by which it backs off its switches (`$27`).
     pub pull_off_mm: Positive,
-    /// Steps of the motors in a millimetre (`$100` to `$102`).
+    /// Motor steps per millimetre (`$100` to `$102`).
     pub steps_per_mm: Positive,
-    /// Moves that the planner holds before `ok` has to wait; 15, or 100 of grblHAL.
+    /// Moves that the planner holds before `ok` has to wait: 15, or 100 for grblHAL.
     pub planner_moves: Option<usize>,
-    /// Bytes of the receive buffer; those that come while it is full are lost, and nothing is said. 128, or 1024 of
-    /// grblHAL.
+    /// Bytes of the receive buffer; further ones are lost without an error. 128, or 1024 for grblHAL.
     pub receive_buffer: Option<usize>,
-    /// Idle time after which the motors let go, ms (`$1`; 255: never). 25 unless somebody has changed it.
+    /// Idle time after which the motors are switched off, ms (`$1`; 255: never).
     pub idle_ms: u8,
-    /// How far the z axis falls each time that the motors let go.
+    /// Distance by which the z axis falls when the motors are switched off.
     pub sag_mm: NonNegative,
-    /// What reports hold (`$10`): 1 the machine's position, else the work's; 2 the free places of the buffers.
+    /// Content of reports (`$10`): bit 0, machine position instead of work position; bit 1, free places of the buffers.
     pub report_mask: u8,
     /// Whether positions are reported in inches (`$13`).
     pub report_inches: bool,
-    /// Whether targets are held against the travel (`$20`).
+    /// Whether targets are checked against the travel (`$20`).
     pub soft_limits: bool,
     /// Whether the switches stop the machine (`$21`).
     pub hard_limits: bool,
-    /// Whether it can home (`$22`).
+    /// Whether homing is enabled (`$22`).
     pub homing: bool,
-    /// Whether homing makes the place after backing off zero; otherwise zero is at the far end.
+    /// Whether zero is where homing has backed off the switches; otherwise it is at the far ends.
     pub origin_at_switches: bool,
 }
 

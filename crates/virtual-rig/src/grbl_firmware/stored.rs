@@ -8,14 +8,14 @@ use super::settings::{Dialect, GrblSettings};
 /// Settings that are printed without decimals.
 const WHOLE: [u32; 20] = [0, 1, 2, 3, 4, 5, 6, 9, 10, 13, 20, 21, 22, 23, 26, 30, 31, 32, 37, 39];
 
-/// The settings as they stand in the firmware's memory, which outlives resets.
+/// The settings in the firmware's memory, which survive resets.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Stored {
     values: BTreeMap<u32, f64>,
 }
 
 impl Stored {
-    /// What was stored when the rig was built.
+    /// The initial settings of the rig.
     pub fn new(settings: &GrblSettings, dialect: Dialect) -> Self {
         let flag = |on: bool| f64::from(u8::from(on));
         let mut values = BTreeMap::from([

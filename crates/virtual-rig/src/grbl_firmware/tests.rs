@@ -1,11 +1,11 @@
-//! The firmware's behaviour, told as a host would meet it.
+//! The firmware's behaviour as seen by a host.
 
 use proptest::prelude::*;
 
 use super::*;
 use fieldgap_input::NonNegative;
 
-/// A robot on the bench: what is typed goes to its firmware, and time passes when it is told to.
+/// A robot on the bench: input goes to its firmware, and time passes on demand.
 struct Bench {
     firmware: GrblFirmware,
     trajectory: Arc<Mutex<Trajectory>>,
@@ -43,7 +43,7 @@ impl Bench {
         String::from_utf8(out).expect("the firmware says text")
     }
 
-    /// Types something and returns what is answered at once.
+    /// Sends input and returns the immediate answer.
     fn tell(&mut self, text: &str) -> String {
         self.tell_bytes(text.as_bytes())
     }
@@ -57,7 +57,7 @@ impl Bench {
         String::from_utf8(out).expect("the firmware says text")
     }
 
-    /// Lets time pass and returns what is said meanwhile.
+    /// Lets time pass and returns the output of that time.
     fn wait(&mut self, seconds: f64) -> String {
         let until_s = self.now_s + seconds;
         let mut out = Vec::new();
@@ -239,7 +239,10 @@ fn a_hold_slows_down_and_a_resume_goes_on_to_the_target() {
     assert!(bench.tell("?").starts_with("<Hold:1|"));
     assert_eq!(bench.wait(2.0), "", "the dwell waits for the end of the motion");
     let said = bench.tell("?");
-    assert!(said.starts_with("<Hold:0|MPos:-198.000,"), "ten millimetres of slowing down: {said}");
+    assert!(
+        said.starts_with("<Hold:0|MPos:-198.000,"),
+        "it slows down over ten millimetres: {said}"
+    );
     bench.tell("~");
     assert_eq!(bench.wait(5.0), "ok\r\n");
     assert!(bench.tell("?").starts_with("<Idle|MPos:-100.000,"));
@@ -369,7 +372,7 @@ fn overrides_checking_and_sleep_are_states_that_a_host_must_see() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
-    /// Whatever comes in, it answers or not, and never panics; and a reset always brings the greeting back.
+    /// Any input is answered or ignored without a panic, and a reset always gives the greeting.
     #[test]
     fn any_bytes_are_survived(
         pieces in prop::collection::vec(

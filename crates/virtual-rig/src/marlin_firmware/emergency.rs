@@ -1,6 +1,6 @@
-//! Commands that act as they arrive, whatever waits before them.
+//! Commands that act on arrival, before any waiting command.
 
-/// What the emergency parser acts on.
+/// An emergency command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Emergency {
     /// `M112`: everything off until a power cycle.

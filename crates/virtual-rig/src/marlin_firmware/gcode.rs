@@ -1,4 +1,4 @@
-//! One command taken apart into its words.
+//! One command parsed into its words.
 
 /// A command such as `G1 X10 F3000`.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,10 +11,10 @@ pub(super) struct Command {
 }
 
 impl Command {
-    /// Takes a command apart. `None` if it does not start with `G` or `M` in capitals and a number.
+    /// Parses a command. `None` if it does not start with `G` or `M` in capitals and a number.
     ///
     /// As in the real firmware a word needs no blank before it, a word without a readable number has none,
-    /// and a number ends where its digits end.
+    /// and a number ends after its last digit.
     pub fn parse(text: &str) -> Option<Self> {
         let mut rest = text.trim_start();
         let letter = rest.chars().next().filter(|&letter| letter == 'G' || letter == 'M')?;

@@ -1,6 +1,6 @@
 //! From bytes to accepted commands: line ends, comments, length, line numbers and checksums.
 
-/// A command that the firmware has taken on.
+/// An accepted command.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Accepted {
     /// The command without number, checksum, comment and outer blanks.
@@ -9,14 +9,14 @@ pub(super) struct Accepted {
     pub number: Option<i64>,
 }
 
-/// What becomes of a line.
+/// How a line is treated.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Verdict {
     /// To be executed.
     Accepted(Accepted),
-    /// Blank, or a repeat of one of the last two accepted numbers: dropped, and nothing is said.
+    /// Blank, or a repeat of one of the last two accepted numbers: dropped without a message.
     Dropped,
-    /// A fault of the transmission: this text is reported, and the line after the last good one wanted again.
+    /// A transmission error: this text is reported, and the line after the last good one is requested again.
     Refused(&'static str),
 }
 
@@ -50,7 +50,7 @@ impl LineIntake {
         self.last_number = number;
     }
 
-    /// Takes one byte; at the end of a line, says what becomes of it.
+    /// Takes one byte; at the end of a line, returns how it is treated.
     pub fn byte(&mut self, byte: u8) -> Option<Verdict> {
         match byte {
             b'\n' | b'\r' => {

@@ -1,8 +1,8 @@
-//! The virtual robot's firmware: the Marlin 2.1 dialect as real boards speak it, awkward parts included.
+//! The virtual robot's firmware: Marlin 2.1, with the awkward behaviour of real boards.
 //!
-//! `ok` means planned, not arrived; a move that finds the planner full has its `ok` delayed; what takes long
-//! says `echo:busy: processing`; a line number sent twice is dropped without a word; soft endstops
-//! clamp without a word; `M114` gives the target while the carriage may be elsewhere.
+//! `ok` means planned, not arrived. With a full planner the `ok` of a move is delayed. Long commands send
+//! `echo:busy: processing`. A repeated line number is dropped without a message. Soft endstops clamp without a message. `M114`
+//! reports the target, even while the carriage is elsewhere.
 
 mod emergency;
 mod gcode;
@@ -25,7 +25,7 @@ use super::trajectory::Trajectory;
 
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
-/// What is done when a waiting command's time has come.
+/// The action when a waiting command can go on.
 #[derive(Debug, Clone, PartialEq)]
 enum Then {
     /// A move finds its place in the planner.
@@ -36,7 +36,7 @@ enum Then {
     Homed([bool; 3]),
     /// The position after all motion is reported.
     Report,
-    /// The motors let go.
+    /// The motors are switched off.
     Release,
 }
 
@@ -126,7 +126,7 @@ impl MarlinFirmware {
         self.waiting = Some(Waiting { number, until_s, next_busy_s, then });
     }
 
-    /// Finishes the command in execution if its time has come. Returns whether the firmware is free.
+    /// Finishes the command in execution if it is due. Returns whether the firmware is free.
     fn continue_waiting(&mut self, now_s: f64, out: &mut Vec<u8>) -> bool {
         let Some(mut waiting) = self.waiting.take() else { return true };
         while waiting.next_busy_s <= now_s && waiting.next_busy_s < waiting.until_s {
@@ -168,7 +168,7 @@ impl MarlinFirmware {
         }
     }
 
-    /// Reports a fault of the transmission and discards what has come after it.
+    /// Reports a transmission error and discards the input after it.
     fn ask_again(&mut self, why: &str, now_s: f64, out: &mut Vec<u8>) {
         let last = self.intake.last_number();
         say(out, &format!("Error:{why}{last}"));

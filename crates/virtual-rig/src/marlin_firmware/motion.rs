@@ -1,24 +1,20 @@
-//! Coordinates and planning: what the firmware believes, what its motors counted, where the carriage is.
+//! Coordinates and planning: planned position, counted position, and true position of the carriage.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use nalgebra::Vector3;
 
 use super::settings::MarlinSettings;
-use crate::planner::{PlannedMove, feed_within};
+use crate::gantry::Gantry;
 use crate::trajectory::Trajectory;
 
 /// Distance by which homing backs off the switch before it approaches again, slowly.
 const HOMING_BUMP_MM: f64 = 5.0;
 
-/// Acceleration and speed of what no motor does: a fall, running on after the pulses stopped.
-const FREE_ACCELERATION_MM_S2: f64 = 1e4;
-const FREE_SPEED_MM_S: f64 = 1e3;
-
-/// A switch that a move ran into.
+/// A switch reached by a move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct EndstopHit {
-    /// When.
+    /// Time, s.
     pub at_s: f64,
     /// The axis, 0 to 2.
     pub axis: usize,
@@ -26,13 +22,12 @@ pub(super) struct EndstopHit {
 
 /// The firmware's bookkeeping of positions.
 ///
-/// Four things differ in a real robot, and a driver that takes one for another is wrong by their difference:
-/// the *logical* position of the commands (shifted by `G92`), the *planned* one, the *counted* one of
-/// the motors, and where the *carriage* really stands.
+/// Four positions can differ in a real robot, and a driver must not confuse them: the *logical* one of the commands (shifted by
+/// `G92`), the *planned* one, the *counted* one of the motors, and the true one of the *carriage*.
 #[derive(Debug)]
 pub(super) struct Motion {
     settings: MarlinSettings,
-    trajectory: Arc<Mutex<Trajectory>>,
+    gantry: Gantry,
     planned_mm: Vector3<f64>,
     carriage_minus_planned_mm: Vector3<f64>,
     carriage_minus_counted_mm: Vector3<f64>,
@@ -46,9 +41,15 @@ pub(super) struct Motion {
 
 impl Motion {
     pub fn new(settings: MarlinSettings, trajectory: Arc<Mutex<Trajectory>>) -> Self {
+        let gantry = Gantry::new(
+            trajectory,
+            settings.travel_mm,
+            settings.acceleration_mm_s2,
+            settings.max_feed_mm_s,
+        );
         let mut motion = Self {
             settings,
-            trajectory,
+            gantry,
             planned_mm: Vector3::zeros(),
             carriage_minus_planned_mm: Vector3::zeros(),
             carriage_minus_counted_mm: Vector3::zeros(),
@@ -63,7 +64,7 @@ impl Motion {
         motion
     }
 
-    /// Forgets everything: the carriage stops where it is, and the firmware takes that for zero.
+    /// Resets everything: the carriage stops, and the firmware takes its position for zero.
     pub fn power_up(&mut self, now_s: f64) {
         let carriage_mm = self.trajectory().stop(now_s);
         self.planned_mm = Vector3::zeros();
@@ -91,7 +92,7 @@ impl Motion {
         self.stepper_timeout_s = timeout_s.max(0.0);
     }
 
-    /// `G92`: calls the present target by these coordinates; by zeros if none is given.
+    /// `G92`: gives the present target these coordinates, or zeros if none is given.
     pub fn set_logical(&mut self, coordinates_mm: [Option<f64>; 3]) {
         let all_zero = coordinates_mm == [None; 3];
         for (axis, coordinate_mm) in coordinates_mm.into_iter().enumerate() {
@@ -137,7 +138,7 @@ impl Motion {
         self.trajectory().has_room_at(self.settings.planner_moves.max(1), now_s)
     }
 
-    /// Plans a move to what the command names. Returns the switch that it will run into, if any.
+    /// Plans a move to the given coordinates. Returns the switch that it will reach, if any.
     pub fn plan(&mut self, words_mm: [Option<f64>; 3], now_s: f64) -> Option<EndstopHit> {
         let mut target_mm = self.planned_mm;
         for axis in 0..3 {
@@ -177,7 +178,7 @@ impl Motion {
                 let from_mm = self.trajectory().end_mm();
                 let mut target_mm = from_mm;
                 target_mm[axis] = to_mm;
-                self.push(from_mm, target_mm, feed_mm_s, now_s);
+                self.gantry.push(from_mm, target_mm, feed_mm_s, now_s);
             }
         }
         self.ends_s()
@@ -194,22 +195,15 @@ impl Motion {
         }
     }
 
-    /// `M410`: the pulses end at once; the carriage runs on by its momentum, and nobody counts that.
+    /// `M410`: the pulses end at once; the carriage coasts by its momentum, which is not counted.
     pub fn quick_stop(&mut self, now_s: f64) {
-        let velocity_mm_s = self.trajectory().velocity_mm_s(now_s);
-        let stopped_mm = self.trajectory().stop(now_s);
+        let (stopped_mm, coast_mm) = self.gantry.cut_pulses(now_s);
         self.planned_mm = stopped_mm - self.carriage_minus_counted_mm;
-        let run_on_mm =
-            velocity_mm_s * velocity_mm_s.norm() / (2.0 * self.settings.acceleration_mm_s2.get());
-        if run_on_mm.norm() > 0.0 {
-            let rests_mm = self.within_frame(stopped_mm + run_on_mm);
-            self.slide(stopped_mm, rests_mm, now_s);
-            self.carriage_minus_counted_mm += rests_mm - stopped_mm;
-        }
+        self.carriage_minus_counted_mm += coast_mm;
         self.carriage_minus_planned_mm = self.carriage_minus_counted_mm;
     }
 
-    /// The motors let go now (`M84`), or have done so by the time-out.
+    /// Switches the motors off (`M84`, or the idle time-out).
     pub fn release(&mut self, now_s: f64) {
         if !self.released {
             self.released = true;
@@ -217,7 +211,7 @@ impl Motion {
         }
     }
 
-    /// The instant at which idle motors let go, if they will.
+    /// When idle motors are switched off, if they will be.
     pub fn releases_at_s(&self) -> Option<f64> {
         (!self.released && self.stepper_timeout_s > 0.0)
             .then(|| self.ends_s() + self.stepper_timeout_s)
@@ -230,24 +224,19 @@ impl Motion {
     }
 
     fn fall(&mut self, at_s: f64) {
-        let from_mm = self.trajectory().end_mm();
-        let sag_mm = self.settings.sag_mm.get().min(from_mm.z.max(0.0));
-        if sag_mm > 0.0 {
-            let fallen_mm = Vector3::new(0.0, 0.0, -sag_mm);
-            self.slide(from_mm, from_mm + fallen_mm, at_s);
-            self.carriage_minus_planned_mm += fallen_mm;
-            self.carriage_minus_counted_mm += fallen_mm;
-        }
+        let fallen_mm = self.gantry.fall(self.settings.sag_mm.get(), at_s);
+        self.carriage_minus_planned_mm += fallen_mm;
+        self.carriage_minus_counted_mm += fallen_mm;
     }
 
-    /// A planned move against switches and frame.
+    /// Plans a move and applies the limits of switches and frame.
     fn run(
         &mut self,
         from_mm: Vector3<f64>,
         to_mm: Vector3<f64>,
         now_s: f64,
     ) -> Option<EndstopHit> {
-        let mut planned = self.push(from_mm, to_mm, self.feed_mm_s, now_s);
+        let mut planned = self.gantry.push(from_mm, to_mm, self.feed_mm_s, now_s);
         let switch = (0..3)
             .filter(|&axis| to_mm[axis] < -1e-9 && to_mm[axis] < from_mm[axis])
             .map(|axis| (from_mm[axis].max(0.0) / (from_mm[axis] - to_mm[axis]), axis))
@@ -256,45 +245,18 @@ impl Motion {
             let at_s = planned.time_at_fraction_s(fraction);
             planned.cut_at(at_s);
             self.trajectory().replace_last(planned);
-            // The rest of the move is never run, but the planner takes it for done.
+            // The rest of the move does not run, but the planner counts it as done.
             self.carriage_minus_planned_mm += planned.end_mm() - to_mm;
             return Some(EndstopHit { at_s, axis });
         }
         // There is no switch at the far ends: the motors lose steps against the frame.
-        let lost_mm = self.within_frame(to_mm) - to_mm;
+        let lost_mm = self.gantry.within_frame(to_mm) - to_mm;
         self.carriage_minus_planned_mm += lost_mm;
         self.carriage_minus_counted_mm += lost_mm;
         None
     }
 
-    fn push(
-        &mut self,
-        from_mm: Vector3<f64>,
-        to_mm: Vector3<f64>,
-        feed_mm_s: f64,
-        now_s: f64,
-    ) -> PlannedMove {
-        let path_mm = to_mm - from_mm;
-        let feed_mm_s = feed_within(path_mm, feed_mm_s, self.settings.max_feed_mm_s);
-        let acceleration_mm_s2 = self.settings.acceleration_mm_s2.get();
-        let starts_s = now_s.max(self.ends_s());
-        let planned = PlannedMove::new(from_mm, to_mm, acceleration_mm_s2, feed_mm_s, starts_s);
-        self.trajectory().push(planned);
-        planned
-    }
-
-    fn slide(&mut self, from_mm: Vector3<f64>, to_mm: Vector3<f64>, at_s: f64) {
-        let slide =
-            PlannedMove::new(from_mm, to_mm, FREE_ACCELERATION_MM_S2, FREE_SPEED_MM_S, at_s);
-        self.trajectory().push(slide);
-    }
-
-    fn within_frame(&self, position_mm: Vector3<f64>) -> Vector3<f64> {
-        let travel_mm = Vector3::from(self.settings.travel_mm.map(f64::from));
-        position_mm.sup(&Vector3::zeros()).inf(&travel_mm)
-    }
-
     fn trajectory(&self) -> MutexGuard<'_, Trajectory> {
-        self.trajectory.lock().unwrap_or_else(PoisonError::into_inner)
+        self.gantry.trajectory()
     }
 }

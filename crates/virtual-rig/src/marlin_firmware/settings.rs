@@ -10,23 +10,23 @@ use fieldgap_input::{NonNegative, Positive};
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MarlinSettings {
-    /// How far each axis can go from its switch.
+    /// Travel of each axis from its switch.
     pub travel_mm: [Positive; 3],
-    /// Where the carriage stands at power-up; the firmware does not know it before homing.
+    /// Position of the carriage at power-up. The firmware does not know it before homing.
     pub parked_mm: [NonNegative; 3],
     /// Acceleration along the path.
     pub acceleration_mm_s2: Positive,
-    /// The most that each axis does.
+    /// Highest speed of each axis.
     pub max_feed_mm_s: [Positive; 3],
     /// Speed towards the switches.
     pub homing_feed_mm_s: Positive,
-    /// Steps of the motors in a millimetre: targets are rounded to a step.
+    /// Motor steps per millimetre. Targets are rounded to a step.
     pub steps_per_mm: Positive,
     /// Moves that the planner holds before `ok` has to wait.
     pub planner_moves: usize,
     /// Commands that wait behind the one in execution.
     pub command_ring: usize,
-    /// Bytes that wait while the ring is full; those that come then are lost, and nothing is said.
+    /// Bytes that are kept while the ring is full; further ones are lost without an error.
     pub receive_buffer: usize,
     /// Length at which lines are cut (the last character is the terminator's).
     pub line_length: usize,
@@ -40,9 +40,9 @@ pub struct MarlinSettings {
     pub advanced_ok: bool,
     /// Whether the build has `M114 R` and `M114 D`.
     pub true_position: bool,
-    /// Idle time after which the motors let go (0: never); `M84 S` changes it.
+    /// Idle time after which the motors are switched off (0: never); `M84 S` changes it.
     pub stepper_timeout_s: NonNegative,
-    /// How far the z axis then falls.
+    /// Distance by which the z axis then falls.
     pub sag_mm: NonNegative,
 }
 

@@ -1,11 +1,11 @@
-//! The firmware's behaviour, told as a host would meet it.
+//! The firmware's behaviour as seen by a host.
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::*;
 
-/// A robot on the bench: what is typed goes to its firmware, and time passes when it is told to.
+/// A robot on the bench: input goes to its firmware, and time passes on demand.
 struct Bench {
     firmware: MarlinFirmware,
     trajectory: Arc<Mutex<Trajectory>>,
@@ -43,7 +43,7 @@ impl Bench {
         String::from_utf8(out).expect("the firmware says text")
     }
 
-    /// Types something and returns what is answered at once.
+    /// Sends input and returns the immediate answer.
     fn tell(&mut self, text: &str) -> String {
         let mut out = Vec::new();
         for byte in text.bytes() {
@@ -53,7 +53,7 @@ impl Bench {
         String::from_utf8(out).expect("the firmware says text")
     }
 
-    /// Lets time pass and returns what is said meanwhile.
+    /// Lets time pass and returns the output of that time.
     fn wait(&mut self, seconds: f64) -> String {
         let until_s = self.now_s + seconds;
         let mut out = Vec::new();

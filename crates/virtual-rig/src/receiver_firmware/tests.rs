@@ -1,4 +1,4 @@
-//! The receiver's protocol, told as a driver would meet it.
+//! The receiver's protocol as seen by a driver.
 
 use proptest::prelude::*;
 

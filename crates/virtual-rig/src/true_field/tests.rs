@@ -13,7 +13,7 @@ const AIR: Medium = Medium { speed_of_sound_m_s: 343.0 };
 fn field(array: &Array, effects: &str) -> TrueField {
     let source = TomlSource::new(std::path::Path::new("truth.toml"), effects);
     let truth = Truth::from_source(&source).expect("the effects are valid");
-    TrueField::new(array, AIR, F_HZ, &TrueSource::default(), truth.effects, Luck::new(1))
+    TrueField::new(array, AIR, F_HZ, &TrueSource::default(), truth.effects, CounterRng::new(1))
 }
 
 fn thesis_array() -> Array {

@@ -1,9 +1,9 @@
-//! The level jumps at one moment of the scan: a plug that slips, an amplifier that changes its range.
+//! The level jumps at one moment of the scan: a loose plug, or an amplifier that changes its range.
 
 use super::super::causes::Parameters;
-use super::super::dice::Dice;
 use super::super::laboratory::Laboratory;
-use super::{Draw, Outside};
+use super::super::random_sequence::RandomSequence;
+use super::{Draw, Unmodelled};
 use fieldgap_virtual_rig::effects::Effect;
 
 pub(super) const NAME: &str = "gain-jump";
@@ -14,10 +14,10 @@ struct GainJump {
     relative: f64,
 }
 
-/// Somewhere in the middle half of the scan: near an end it would be a jump of nothing.
-pub(super) fn draw(laboratory: &Laboratory, dice: &mut Dice) -> Draw {
-    let at_s = dice.uniform(0.25, 0.75) * laboratory.survey.lasts_s();
-    let sign = dice.sign();
+/// In the middle half of the scan: near an end it would change too few readings.
+pub(super) fn draw(laboratory: &Laboratory, random: &mut RandomSequence) -> Draw {
+    let at_s = random.uniform(0.25, 0.75) * laboratory.survey.lasts_s();
+    let sign = random.sign();
     Draw::new(0.5, move |size| GainJump { at_s, relative: sign * size })
 }
 
@@ -27,7 +27,7 @@ impl Effect for GainJump {
     }
 }
 
-impl Outside for GainJump {
+impl Unmodelled for GainJump {
     fn name(&self) -> &'static str {
         NAME
     }

@@ -1,17 +1,17 @@
-//! The array's board is bowed: its elements stand higher or lower with the square of their distance from its centre, and
-//! lean with its slope.
+//! The array's board is bowed: the elements' height changes with the square of their distance from the centre, and their
+//! normals follow the slope.
 
 use super::super::causes::Parameters;
-use super::super::dice::Dice;
 use super::super::laboratory::Laboratory;
-use super::{Draw, Outside};
+use super::super::random_sequence::RandomSequence;
+use super::{Draw, Unmodelled};
 use fieldgap_acoustics::Vec3;
+use fieldgap_virtual_rig::counter_rng::CounterRng;
 use fieldgap_virtual_rig::effects::{Effect, TrueArray};
-use fieldgap_virtual_rig::luck::Luck;
 
 pub(super) const NAME: &str = "bowed-array";
 
-/// Where the sag is measured, m from the centre: about half the array's width.
+/// Distance from the centre at which the sag is stated, m: about half the array's width.
 const RIM_M: f64 = 30e-3;
 
 #[derive(Debug, Clone, Copy)]
@@ -20,14 +20,14 @@ struct BowedArray {
     rim_m: f64,
 }
 
-/// Board of 60 mm: beyond 2 mm it would be seen.
-pub(super) fn draw(_: &Laboratory, dice: &mut Dice) -> Draw {
-    let sign = dice.sign();
+/// On a board of 60 mm a sag beyond 2 mm would be visible.
+pub(super) fn draw(_: &Laboratory, random: &mut RandomSequence) -> Draw {
+    let sign = random.sign();
     Draw::new(2e-3, move |size| BowedArray { rim_m: sign * size })
 }
 
 impl Effect for BowedArray {
-    fn array(&self, array: &mut TrueArray, _luck: Luck) {
+    fn array(&self, array: &mut TrueArray, _rng: CounterRng) {
         let curvature = 2.0 * self.rim_m / (RIM_M * RIM_M);
         for element in &mut array.elements {
             let across = Vec3::new(element.centre_m.x, element.centre_m.y, 0.0);
@@ -37,7 +37,7 @@ impl Effect for BowedArray {
     }
 }
 
-impl Outside for BowedArray {
+impl Unmodelled for BowedArray {
     fn name(&self) -> &'static str {
         NAME
     }
@@ -57,11 +57,11 @@ mod tests {
     use fieldgap_acoustics::Array;
 
     #[test]
-    fn the_elements_look_at_the_centre_of_the_bowls_sphere() {
+    fn the_normals_point_to_the_centre_of_curvature() {
         let elements = Array::square(6, 6, 10.5e-3).expect("not empty").elements().to_vec();
         let mut array =
             TrueArray { channels: (0..elements.len()).collect(), elements, lobe_stretch: 1.0 };
-        BowedArray { rim_m: 1e-3 }.array(&mut array, Luck::new(0));
+        BowedArray { rim_m: 1e-3 }.array(&mut array, CounterRng::new(0));
         let centre_m = Vec3::z() * (RIM_M * RIM_M / 2e-3);
         for element in &array.elements {
             let towards = (centre_m - element.centre_m).normalize();

@@ -1,4 +1,4 @@
-//! What a diagnosis said, as far as a score needs it, read back from its JSON.
+//! A diagnosis parsed from its JSON, as far as a score needs it.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -7,60 +7,60 @@ use serde::Deserialize;
 
 use super::error::BlindError;
 
-/// The judgement.
+/// A verdict.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, serde::Serialize,
 )]
 #[serde(rename_all = "kebab-case")]
-pub enum SaidVerdict {
-    /// One set of effects.
+pub enum ParsedVerdict {
+    /// One set of effects explains the gap.
     Explained,
-    /// Two or three sets.
+    /// Two or three sets explain it equally well.
     Ambiguous,
-    /// A gap without a cause in the catalogue.
+    /// No cause of the catalogue explains it.
     Unexplained,
     /// No gap.
     None,
 }
 
-/// A diagnosis. Fields that a score does not need are left where they are.
+/// A diagnosis. Fields that a score does not need are ignored.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Said {
-    /// The judgement.
-    pub verdict: SaidVerdict,
+pub struct ParsedDiagnosis {
+    /// Its verdict.
+    pub verdict: ParsedVerdict,
     /// The named effects.
     #[serde(default)]
     pub effects: Vec<String>,
-    /// The rival sets.
+    /// The alternative sets.
     #[serde(default)]
     pub alternatives: Vec<Vec<String>>,
     /// The candidates, the most probable first.
     #[serde(default)]
-    pub ranked: Vec<SaidCandidate>,
-    /// Gap of the simulation as believed, relative to the scan's rms.
+    pub ranked: Vec<ParsedCandidate>,
+    /// Gap of the assumed simulation, relative to the scan's root mean square.
     #[serde(default)]
     pub gap_before: Option<f64>,
-    /// Share of the squared gap beyond noise that was closed.
+    /// Explained share of the squared gap beyond noise.
     #[serde(default)]
     pub explained_fraction: Option<f64>,
 }
 
 /// A candidate.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct SaidCandidate {
+pub struct ParsedCandidate {
     /// Its effects; none is "no effect".
     pub effects: Vec<String>,
     /// Its probability.
     pub probability: f64,
     /// Its parameters by `effect.parameter`.
     #[serde(default)]
-    pub parameters: BTreeMap<String, SaidParameter>,
+    pub parameters: BTreeMap<String, ParsedParameter>,
 }
 
 /// A fitted parameter; numbers that are not finite are `null` in JSON.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(untagged)]
-pub enum SaidParameter {
+pub enum ParsedParameter {
     /// A number.
     Real {
         /// Its value.
@@ -75,11 +75,11 @@ pub enum SaidParameter {
         /// Their standard errors.
         standard_error: [Option<f64>; 2],
     },
-    /// Anything that has no error: elements, or a number that could not be told.
+    /// Anything without an error: elements, or a number that the data do not determine.
     Other(serde_json::Value),
 }
 
-impl Said {
+impl ParsedDiagnosis {
     /// Reads a diagnosis.
     ///
     /// # Errors
@@ -93,26 +93,27 @@ impl Said {
         })
     }
 
-    /// What was named, in a few words: an effect or several, rivals with a bar between them, or the verdict itself.
+    /// A short label: the named effects, alternatives separated by a bar, or the verdict itself.
     pub fn named(&self) -> String {
         match self.verdict {
-            SaidVerdict::Explained => label(&self.effects),
-            SaidVerdict::Ambiguous => {
-                let rivals: Vec<String> = self.alternatives.iter().map(|set| label(set)).collect();
-                rivals.join(" | ")
+            ParsedVerdict::Explained => label(&self.effects),
+            ParsedVerdict::Ambiguous => {
+                let alternatives: Vec<String> =
+                    self.alternatives.iter().map(|set| label(set)).collect();
+                alternatives.join(" | ")
             }
-            SaidVerdict::Unexplained => "unexplained".to_owned(),
-            SaidVerdict::None => "none".to_owned(),
+            ParsedVerdict::Unexplained => "unexplained".to_owned(),
+            ParsedVerdict::None => "none".to_owned(),
         }
     }
 }
 
-/// A set of effects in words.
+/// The label of a set of effects.
 pub(super) fn label(effects: &[String]) -> String {
     if effects.is_empty() { "none".to_owned() } else { effects.join(" + ") }
 }
 
-/// Whether two sets of effects are the same, in whatever order.
+/// Whether two sets of effects are equal in any order.
 pub(super) fn same(one: &[String], other: &[String]) -> bool {
     one.len() == other.len() && one.iter().all(|effect| other.contains(effect))
 }

@@ -1,13 +1,13 @@
-//! A plume of warm air stands in the field: sound runs faster through it, so it bends the beam as a lens does.
+//! A plume of warm air in the field: sound travels faster through it, so it refracts the beam as a lens does.
 //!
 //! The excess of the sound speed is a Gaussian ball, whose integral along a straight path is an error function.
 
 use std::f64::consts::FRAC_2_SQRT_PI;
 
 use super::super::causes::Parameters;
-use super::super::dice::Dice;
 use super::super::laboratory::Laboratory;
-use super::{Draw, Outside};
+use super::super::random_sequence::RandomSequence;
+use super::{Draw, Unmodelled};
 use fieldgap_acoustics::Vec3;
 use fieldgap_virtual_rig::effects::{Effect, Path};
 
@@ -16,20 +16,20 @@ pub(super) const NAME: &str = "hot-plume";
 #[derive(Debug, Clone, Copy)]
 struct HotPlume {
     centre_m: Vec3,
-    /// Where the excess has fallen to 1/e, m from the centre.
+    /// Radius at which the excess has fallen to 1/e, m.
     radius_m: f64,
     /// Excess of the sound speed at the centre, relative.
     excess: f64,
 }
 
-/// Up to 8 % of the sound speed, which is some 45 °C: above a soldering iron, not above a hand.
-pub(super) fn draw(_: &Laboratory, dice: &mut Dice) -> Draw {
+/// Up to 8 % of the sound speed, which is some 45 °C: the air above a soldering iron.
+pub(super) fn draw(_: &Laboratory, random: &mut RandomSequence) -> Draw {
     let centre_m = Vec3::new(
-        dice.uniform(-20e-3, 20e-3),
-        dice.uniform(-20e-3, 20e-3),
-        dice.uniform(20e-3, 90e-3),
+        random.uniform(-20e-3, 20e-3),
+        random.uniform(-20e-3, 20e-3),
+        random.uniform(20e-3, 90e-3),
     );
-    let radius_m = dice.uniform(10e-3, 20e-3);
+    let radius_m = random.uniform(10e-3, 20e-3);
     Draw::new(0.08, move |excess| HotPlume { centre_m, radius_m, excess })
 }
 
@@ -48,7 +48,7 @@ impl Effect for HotPlume {
     }
 }
 
-impl Outside for HotPlume {
+impl Unmodelled for HotPlume {
     fn name(&self) -> &'static str {
         NAME
     }

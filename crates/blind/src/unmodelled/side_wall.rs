@@ -1,35 +1,35 @@
-//! A wall stands beside the field, upright, and returns an image of the array from the side.
+//! A vertical wall beside the field reflects an image of the array.
 //!
-//! The image's field is the array's own, read at the mirrored place (Pierce, *Acoustics*, section 1-4).
+//! The image's field is the array's own at the mirrored point (Pierce, *Acoustics*, section 1-4).
 
 use num_complex::Complex64;
 
 use super::super::causes::Parameters;
-use super::super::dice::Dice;
 use super::super::laboratory::Laboratory;
-use super::{Draw, Outside};
+use super::super::random_sequence::RandomSequence;
+use super::{Draw, Unmodelled};
 use fieldgap_acoustics::Vec3;
 
 pub(super) const NAME: &str = "side-wall";
 
 #[derive(Debug, Clone, Copy)]
 struct SideWall {
-    /// Where it crosses x, m.
+    /// Its position on the x axis, m.
     x_m: f64,
     coefficient: Complex64,
 }
 
 /// Outside the planes on either side, up to 12 cm from the axis.
-pub(super) fn draw(_: &Laboratory, dice: &mut Dice) -> Draw {
-    let x_m = dice.sign() * dice.uniform(45e-3, 120e-3);
-    let angle_rad = dice.angle_rad();
+pub(super) fn draw(_: &Laboratory, random: &mut RandomSequence) -> Draw {
+    let x_m = random.sign() * random.uniform(45e-3, 120e-3);
+    let angle_rad = random.angle_rad();
     Draw::new(1.0, move |size| SideWall {
         x_m,
         coefficient: Complex64::from_polar(size, angle_rad),
     })
 }
 
-impl Outside for SideWall {
+impl Unmodelled for SideWall {
     fn name(&self) -> &'static str {
         NAME
     }
@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn at_the_wall_itself_the_wave_and_its_image_are_one() {
+    fn on_the_wall_the_image_point_is_the_point_itself() {
         let wall = SideWall { x_m: 0.06, coefficient: Complex64::new(0.5, 0.0) };
         let at_m = Vec3::new(0.06, 0.01, 0.1);
         assert_eq!(wall.echoes(at_m, 733.0), [(at_m, Complex64::new(0.5, 0.0))]);

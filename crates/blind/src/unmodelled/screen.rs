@@ -1,5 +1,5 @@
-//! Something stands in the way on one side, a bracket, a cable duct or a curtain: a half-plane that lets part of the sound
-//! through and bends the rest round its edge.
+//! An obstacle on one side, such as a bracket, a cable duct or a curtain: a half-plane that transmits part of the sound and
+//! diffracts the rest round its edge.
 //!
 //! The edge is a knife edge with its Fresnel integral (Born and Wolf, *Principles of Optics*, section 8.7), whose auxiliary
 //! functions are those of Abramowitz and Stegun, 7.3.32 and 7.3.33 (good to 0.002).
@@ -9,9 +9,9 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use num_complex::Complex64;
 
 use super::super::causes::Parameters;
-use super::super::dice::Dice;
 use super::super::laboratory::{FREQUENCY_HZ, Laboratory, SPEED_M_S};
-use super::{Draw, Outside};
+use super::super::random_sequence::RandomSequence;
+use super::{Draw, Unmodelled};
 use fieldgap_acoustics::Vec3;
 use fieldgap_virtual_rig::effects::{Effect, Path};
 
@@ -20,24 +20,24 @@ pub(super) const NAME: &str = "screen";
 #[derive(Debug, Clone, Copy)]
 struct Screen {
     height_m: f64,
-    /// Across the edge, from the screen to the open, of unit length and level.
+    /// Horizontal unit vector across the edge, from the screen to the open side.
     open: Vec3,
-    /// Where the edge is along `open`, m from the axis.
+    /// Position of the edge along `open`, m from the axis.
     edge_m: f64,
-    /// Share of the pressure that the screen takes away; 1 is a board.
+    /// Share of the pressure that the screen blocks; 1 is opaque.
     opacity: f64,
 }
 
-/// Below the lowest plane; its edge within 25 mm of the axis, on any side.
-pub(super) fn draw(_: &Laboratory, dice: &mut Dice) -> Draw {
-    let height_m = dice.uniform(15e-3, 40e-3);
-    let (sin, cos) = dice.angle_rad().sin_cos();
-    let edge_m = dice.uniform(-25e-3, -5e-3);
+/// Below the lowest plane, with its edge 5 to 25 mm from the axis on a random side.
+pub(super) fn draw(_: &Laboratory, random: &mut RandomSequence) -> Draw {
+    let height_m = random.uniform(15e-3, 40e-3);
+    let (sin, cos) = random.angle_rad().sin_cos();
+    let edge_m = random.uniform(-25e-3, -5e-3);
     let open = Vec3::new(cos, sin, 0.0);
     Draw::new(1.0, move |opacity| Screen { height_m, open, edge_m, opacity })
 }
 
-/// Share of a wave that passes a knife edge at the parameter of Fresnel `v`: 1 far in the open (-∞), 1/2 at the edge.
+/// Share of a wave that passes a knife edge at the Fresnel parameter `v`: 1 far on the open side (-∞), 1/2 at the edge.
 fn past_edge(v: f64) -> Complex64 {
     if v < 0.0 {
         return 1.0 - past_edge(-v);
@@ -53,10 +53,10 @@ impl Effect for Screen {
         if below_m <= 0.0 || above_m <= 0.0 {
             return;
         }
-        let way = below_m / (below_m + above_m);
-        let crossing_m = path.from_m.lerp(&path.to_m, way);
+        let share = below_m / (below_m + above_m);
+        let crossing_m = path.from_m.lerp(&path.to_m, share);
         let length_m = path.distance_m();
-        let (before_m, behind_m) = (way * length_m, (1.0 - way) * length_m);
+        let (before_m, behind_m) = (share * length_m, (1.0 - share) * length_m);
         let wavelength_m = SPEED_M_S / FREQUENCY_HZ;
         let shadow_m = self.edge_m - crossing_m.dot(&self.open);
         let v = shadow_m * (2.0 * length_m / (wavelength_m * before_m * behind_m)).sqrt();
@@ -66,7 +66,7 @@ impl Effect for Screen {
     }
 }
 
-impl Outside for Screen {
+impl Unmodelled for Screen {
     fn name(&self) -> &'static str {
         NAME
     }
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn far_in_the_open_nothing_is_missing_and_deep_in_the_shadow_the_share_is() {
+    fn the_open_side_is_undisturbed_and_the_deep_shadow_lacks_the_blocked_share() {
         let screen = Screen { height_m: 0.03, open: Vec3::x(), edge_m: 0.0, opacity: 0.4 };
         let gain = |x_m: f64| {
             let (from_m, to_m) = (Vec3::new(x_m, 0.0, 0.0), Vec3::new(x_m, 0.0, 0.1));

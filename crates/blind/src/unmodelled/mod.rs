@@ -1,11 +1,10 @@
-//! Causes that the catalogue does not have, to see whether a diagnosis says so instead of naming something.
+//! Unmodelled causes: they are not in the catalogue, so a diagnosis should report `unexplained`.
 //!
-//! Each is one file, with its size as a number that is zero for "not at all". It acts where the virtual rig's effects do
-//! ([`Effect`]), or at one of the further places of [`Outside`].
+//! Each is one file with a size; size zero means no effect. It acts where the virtual rig's effects act ([`Effect`]), or through
+//! the further methods of [`Unmodelled`].
 //!
-//! None is an effect of the catalogue under another name, with two exceptions by degree. `row-sag` is a set of element gains,
-//! and a small `bowed-array` nearly one of element phases: what tells them from a random scatter is the order in which the
-//! elements stand. `crosstalk` comes near gains and phases taken together.
+//! Some are close to effects of the catalogue. `row-sag` is a set of element gains, and a small `bowed-array` nearly one of
+//! element phases; they differ from random ones by their spatial order. `crosstalk` is close to gains and phases together.
 
 mod bowed_array;
 mod coarse_converter;
@@ -26,61 +25,61 @@ use std::sync::Arc;
 use num_complex::Complex64;
 
 use super::causes::Parameters;
-use super::dice::Dice;
 use super::laboratory::Laboratory;
+use super::random_sequence::RandomSequence;
 use fieldgap_acoustics::{Element, Vec3};
 use fieldgap_virtual_rig::effects::Effect;
 
-/// One cause outside the catalogue. Every method but the first two is a place where it may act.
-pub(super) trait Outside: std::fmt::Debug + Send + Sync {
-    /// What it is called in the answers.
+/// One unmodelled cause. Each method after the first two is a place where it can act.
+pub(super) trait Unmodelled: std::fmt::Debug + Send + Sync {
+    /// Its name in the answers.
     fn name(&self) -> &'static str;
 
     /// Its parameters, for the answers.
     fn parameters(&self) -> Parameters;
 
-    /// What it does at the places where effects of the catalogue act.
+    /// Its action where effects of the catalogue act.
     fn effect(&self) -> Option<(&'static str, Box<dyn Effect>)> {
         None
     }
 
-    /// Effects of the catalogue that set in at some time, s, and stay until the next change.
+    /// Effects of the catalogue that start at a time, s, and last until the next change.
     fn changes(&self) -> Vec<(f64, Vec<(&'static str, Parameters)>)> {
         Vec::new()
     }
 
-    /// Changes what the elements emit.
+    /// Changes the elements' complex amplitudes.
     fn emit(&self, _weights: &mut [Complex64], _elements: &[Element]) {}
 
-    /// Places whose field, times a factor, is heard at `at_m` besides its own.
+    /// Points whose field, times a factor, adds to that at `at_m`.
     fn echoes(&self, _at_m: Vec3, _wavenumber_rad_m: f64) -> Vec<(Vec3, Complex64)> {
         Vec::new()
     }
 
-    /// What becomes of a reading, V, behind everything else.
+    /// Changes a reading, V, after everything else.
     fn read_v(&self, reading_v: f64) -> f64 {
         reading_v
     }
 }
 
-/// A cause but for its size, which goes from zero to [`Draw::largest`].
+/// A cause as a function of its size, which goes from zero to [`Draw::largest`].
 pub(super) struct Draw {
-    /// The largest size that is still physical, or still the same cause.
+    /// The largest size that is physical and still the same cause.
     pub largest: f64,
-    /// The cause of a size.
-    pub of_size: Box<dyn Fn(f64) -> Arc<dyn Outside>>,
+    /// The cause at a size.
+    pub of_size: Box<dyn Fn(f64) -> Arc<dyn Unmodelled>>,
 }
 
 impl Draw {
-    fn new<C: Outside + 'static>(largest: f64, of_size: impl Fn(f64) -> C + 'static) -> Self {
+    fn new<C: Unmodelled + 'static>(largest: f64, of_size: impl Fn(f64) -> C + 'static) -> Self {
         Self { largest, of_size: Box::new(move |size| Arc::new(of_size(size))) }
     }
 }
 
-type Drawing = fn(&Laboratory, &mut Dice) -> Draw;
+type Drawing = fn(&Laboratory, &mut RandomSequence) -> Draw;
 
-/// Every cause outside the catalogue, by its name.
-pub(super) const OUTSIDE: [(&str, Drawing); 13] = [
+/// Every unmodelled cause with its name.
+pub(super) const UNMODELLED: [(&str, Drawing); 13] = [
     (bowed_array::NAME, bowed_array::draw),
     (coarse_converter::NAME, coarse_converter::draw),
     (crosstalk::NAME, crosstalk::draw),

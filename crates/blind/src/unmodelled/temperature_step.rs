@@ -1,9 +1,9 @@
-//! The room grows warmer or colder between two planes, while the robot waited: a door, an air conditioner.
+//! The room becomes warmer or colder between two planes: a door is opened, or an air conditioner starts.
 
 use super::super::causes::Parameters;
-use super::super::dice::Dice;
 use super::super::laboratory::{Laboratory, SPEED_M_S};
-use super::{Draw, Outside};
+use super::super::random_sequence::RandomSequence;
+use super::{Draw, Unmodelled};
 
 pub(super) const NAME: &str = "temperature-step";
 
@@ -15,15 +15,15 @@ struct TemperatureStep {
 }
 
 /// Up to 3 % of the sound speed, which is 18 °C.
-pub(super) fn draw(laboratory: &Laboratory, dice: &mut Dice) -> Draw {
+pub(super) fn draw(laboratory: &Laboratory, random: &mut RandomSequence) -> Draw {
     let begun = laboratory.survey.planes_begin_s();
     // Before the last plane of the first focus at the latest, so that something is measured on either side.
-    let (at_s, _) = begun[1 + dice.index(begun.len() - 1)];
-    let sign = dice.sign();
+    let (at_s, _) = begun[1 + random.index(begun.len() - 1)];
+    let sign = random.sign();
     Draw::new(0.03, move |size| TemperatureStep { at_s, relative: sign * size })
 }
 
-impl Outside for TemperatureStep {
+impl Unmodelled for TemperatureStep {
     fn name(&self) -> &'static str {
         NAME
     }

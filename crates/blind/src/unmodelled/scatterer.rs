@@ -1,39 +1,39 @@
-//! A small thing hangs in the field, a screw or a drop of solder on a wire, and radiates what reaches it again.
+//! A small object in the field, such as a screw or a drop of solder on a wire, scatters the incident wave.
 
 use num_complex::Complex64;
 
 use super::super::causes::Parameters;
-use super::super::dice::Dice;
 use super::super::laboratory::Laboratory;
-use super::{Draw, Outside};
+use super::super::random_sequence::RandomSequence;
+use super::{Draw, Unmodelled};
 use fieldgap_acoustics::Vec3;
 
 pub(super) const NAME: &str = "scatterer";
 
-/// Nearer than this the receiver would touch it, m.
+/// Distance below which the receiver would touch it, m.
 const TOUCHING_M: f64 = 4e-3;
 
 #[derive(Debug, Clone, Copy)]
 struct Scatterer {
     at_m: Vec3,
-    /// Scattered pressure at distance r, over the incident one: this over r, m.
+    /// Scattered pressure at 1 m relative to the incident one, m; it falls as 1/r.
     strength_m: f64,
 }
 
-/// Between the heights of the planes, as the robot would have hit it on one of them. A sphere as large as the wavelength
-/// has a strength of half its radius; 8 mm is a thing as large as an egg.
-pub(super) fn draw(_: &Laboratory, dice: &mut Dice) -> Draw {
+/// Between the planes, as the robot would hit it on one of them. A rigid sphere as large as the wavelength has a strength of half
+/// its radius; 8 mm is an object as large as an egg.
+pub(super) fn draw(_: &Laboratory, random: &mut RandomSequence) -> Draw {
     let gaps_m = [(15e-3, 42e-3), (58e-3, 92e-3), (108e-3, 142e-3)];
-    let (low_m, high_m) = gaps_m[dice.index(gaps_m.len())];
+    let (low_m, high_m) = gaps_m[random.index(gaps_m.len())];
     let at_m = Vec3::new(
-        dice.uniform(-25e-3, 25e-3),
-        dice.uniform(-25e-3, 25e-3),
-        dice.uniform(low_m, high_m),
+        random.uniform(-25e-3, 25e-3),
+        random.uniform(-25e-3, 25e-3),
+        random.uniform(low_m, high_m),
     );
     Draw::new(8e-3, move |strength_m| Scatterer { at_m, strength_m })
 }
 
-impl Outside for Scatterer {
+impl Unmodelled for Scatterer {
     fn name(&self) -> &'static str {
         NAME
     }
@@ -59,28 +59,28 @@ mod tests {
     use super::super::super::laboratory::Laboratory;
     use super::super::super::world::World;
     use super::*;
-    use fieldgap_virtual_rig::luck::Luck;
+    use fieldgap_virtual_rig::counter_rng::CounterRng;
     use std::sync::Arc;
 
-    /// Far from a lone scatterer's axis: |p + f p(s) exp(ikr)/r| by hand, from fields without it.
+    /// Compares with |p + f p(s) exp(ikr)/r| from fields without the scatterer.
     #[test]
     fn the_field_is_the_incident_one_and_a_spherical_wave_from_the_scatterer() {
-        let laboratory = Laboratory::draw(&mut Dice::new(Luck::new(3)));
+        let laboratory = Laboratory::draw(&mut RandomSequence::new(CounterRng::new(3)));
         let scatterer = Scatterer { at_m: Vec3::new(0.01, 0.0, 0.07), strength_m: 3e-3 };
-        let (none, causes) = (Causes::none(), Causes::of_outside(Arc::new(scatterer)));
-        let plain = World::new(&laboratory, &none, 1.0, Luck::new(1));
-        let scattered = World::new(&laboratory, &causes, 1.0, Luck::new(1));
+        let (none, causes) = (Causes::none(), Causes::of_unmodelled(Arc::new(scatterer)));
+        let plain = World::new(&laboratory, &none, 1.0, CounterRng::new(1));
+        let scattered = World::new(&laboratory, &causes, 1.0, CounterRng::new(1));
         let at_m = Vec3::new(-0.02, 0.015, 0.15);
         let field = plain.field();
         let weights = field.weights(&laboratory.drives()[0].outputs());
-        let mut heard = field.contributions(at_m);
+        let mut contributions = field.contributions(at_m);
         let r_m = (at_m - scatterer.at_m).norm();
         let wave = Complex64::from_polar(3e-3 / r_m, field.wavenumber_rad_m() * r_m);
-        heard.add(&field.contributions(scatterer.at_m), wave);
-        let by_hand = field.magnitude(&heard, &weights, 0.0);
+        contributions.add(&field.contributions(scatterer.at_m), wave);
+        let expected = field.magnitude(&contributions, &weights, 0.0);
         let got = scattered.magnitudes(std::iter::once((0, at_m)))[0];
         let without = plain.magnitudes(std::iter::once((0, at_m)))[0];
-        assert!((got / by_hand - 1.0).abs() < 1e-12);
+        assert!((got / expected - 1.0).abs() < 1e-12);
         assert!((got / without - 1.0).abs() > 1e-4);
     }
 }

@@ -1,4 +1,4 @@
-//! When and how the hand comes.
+//! When and how the hand passes.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -6,18 +6,18 @@ use nalgebra::{Rotation3, Unit};
 
 use super::echo::Plate;
 use super::truth::HandTruth;
-use crate::luck::Luck;
+use crate::counter_rng::CounterRng;
 use fieldgap_acoustics::Vec3;
 
-/// Beyond its own half width, how far from the array's middle a hand is when it counts as gone, m.
+/// Distance from the array's centre at which a hand counts as gone, in addition to its half width, m.
 const GONE_M: f64 = 0.15;
 
-/// How high a hand that pushes is when it comes and goes, m.
+/// Height at which a push begins and ends, m.
 const HIGH_M: f64 = 0.45;
 
-/// Which way a hand goes.
+/// The kind of gesture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Way {
+pub enum Gesture {
     /// Towards smaller x.
     Left,
     /// Towards larger x.
@@ -29,13 +29,13 @@ pub enum Way {
 /// One gesture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Swipe {
-    /// Which way.
-    pub way: Way,
+    /// Its kind.
+    pub kind: Gesture,
     /// Speed, m/s.
     pub speed_m_s: f64,
-    /// When the hand comes, s.
+    /// When the hand appears, s.
     pub begins_s: f64,
-    /// When its middle passes the array's, s.
+    /// When its middle passes the array's centre, s.
     pub passes_s: f64,
     /// When it is gone, s.
     pub ends_s: f64,
@@ -55,35 +55,36 @@ struct Tremor {
 }
 
 impl Swipe {
-    /// The `number`th gesture of a hand, coming after a pause from `after_s` on.
-    fn drawn(truth: &HandTruth, luck: Luck, number: u64, after_s: f64) -> Self {
-        let luck = luck.of_thing(number);
-        let draw = |index: u64| luck.uniform(index);
-        let even = |index: u64, most: f64| (2.0 * luck.uniform(index) - 1.0) * most;
-        let way = match (draw(0) < truth.pushes.get(), draw(1) < 0.5) {
-            (true, _) => Way::Push,
-            (false, true) => Way::Left,
-            (false, false) => Way::Right,
+    /// The `number`th gesture, after a pause that begins at `after_s`.
+    fn drawn(truth: &HandTruth, rng: CounterRng, number: u64, after_s: f64) -> Self {
+        let rng = rng.substream(number);
+        let draw = |index: u64| rng.uniform(index);
+        let symmetric = |index: u64, most: f64| (2.0 * rng.uniform(index) - 1.0) * most;
+        let kind = match (draw(0) < truth.pushes.get(), draw(1) < 0.5) {
+            (true, _) => Gesture::Push,
+            (false, true) => Gesture::Left,
+            (false, false) => Gesture::Right,
         };
         let speed_m_s = truth.speed_m_s.at_logarithm(draw(2));
         let half_m = [truth.width_mm, truth.length_mm].map(|side| 0.5e-3 * side.at(draw(3)));
         let height_m = truth.height_mm.at(draw(4)) * 1e-3;
-        let aside_m = even(5, truth.aside_mm.get() * 1e-3);
-        let way_m = match way {
-            Way::Push => HIGH_M - height_m,
-            Way::Left | Way::Right => half_m[0] + GONE_M,
+        let aside_m = symmetric(5, truth.aside_mm.get() * 1e-3);
+        let path_m = match kind {
+            Gesture::Push => HIGH_M - height_m,
+            Gesture::Left | Gesture::Right => half_m[0] + GONE_M,
         };
         let tilt = truth.tilt_deg.get().to_radians();
-        let turned = Rotation3::from_axis_angle(&Unit::new_unchecked(Vec3::x()), even(6, tilt))
-            * Rotation3::from_axis_angle(&Unit::new_unchecked(Vec3::y()), even(7, tilt));
+        let turned =
+            Rotation3::from_axis_angle(&Unit::new_unchecked(Vec3::x()), symmetric(6, tilt))
+                * Rotation3::from_axis_angle(&Unit::new_unchecked(Vec3::y()), symmetric(7, tilt));
         let begins_s = after_s + truth.pause_s.at(draw(8));
-        let passes_s = begins_s + way_m / speed_m_s;
+        let passes_s = begins_s + path_m / speed_m_s;
         Self {
-            way,
+            kind,
             speed_m_s,
             begins_s,
             passes_s,
-            ends_s: passes_s + way_m / speed_m_s,
+            ends_s: passes_s + path_m / speed_m_s,
             middle_m: Vec3::new(0.0, aside_m, height_m),
             along: turned * Vec3::x(),
             across: turned * Vec3::y(),
@@ -97,16 +98,16 @@ impl Swipe {
         }
     }
 
-    /// The hand at a time, s; `None` where it is not there.
+    /// The hand at a time, s; `None` where it is absent.
     pub fn plate(&self, time_s: f64) -> Option<Plate> {
         if !(self.begins_s..self.ends_s).contains(&time_s) {
             return None;
         }
         let gone_m = self.speed_m_s * (time_s - self.passes_s);
-        let shift_m = match self.way {
-            Way::Right => Vec3::x() * gone_m,
-            Way::Left => -Vec3::x() * gone_m,
-            Way::Push => Vec3::z() * gone_m.abs(),
+        let shift_m = match self.kind {
+            Gesture::Right => Vec3::x() * gone_m,
+            Gesture::Left => -Vec3::x() * gone_m,
+            Gesture::Push => Vec3::z() * gone_m.abs(),
         };
         let Tremor { amplitude_m, frequency_hz, turns } = self.tremor;
         let shake_m = amplitude_m * (std::f64::consts::TAU * (frequency_hz * time_s + turns)).sin();
@@ -120,28 +121,28 @@ impl Swipe {
     }
 }
 
-/// All gestures, drawn as far as time has come.
+/// All gestures, drawn as time proceeds.
 #[derive(Debug)]
 pub struct Swipes {
     truth: HandTruth,
-    luck: Luck,
+    rng: CounterRng,
     drawn: Mutex<Vec<Swipe>>,
 }
 
 impl Swipes {
     /// The gestures of a seed.
-    pub fn new(truth: HandTruth, luck: Luck) -> Self {
-        Self { truth, luck: luck.stream("hand"), drawn: Mutex::default() }
+    pub fn new(truth: HandTruth, rng: CounterRng) -> Self {
+        Self { truth, rng: rng.stream("hand"), drawn: Mutex::default() }
     }
 
-    /// The gestures that have begun until a time, s.
+    /// The gestures that began before a time, s.
     pub fn until(&self, time_s: f64) -> Vec<Swipe> {
         self.at(time_s);
         let drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
         drawn.iter().copied().filter(|swipe| swipe.begins_s <= time_s).collect()
     }
 
-    /// The gesture under way at a time, s, or that comes next.
+    /// The current gesture at a time, s, or the next one.
     pub fn at(&self, time_s: f64) -> Swipe {
         let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
         loop {
@@ -153,7 +154,7 @@ impl Swipes {
                 last => {
                     let after_s = last.map_or(0.0, |last| last.ends_s);
                     let number = drawn.len() as u64;
-                    drawn.push(Swipe::drawn(&self.truth, self.luck, number, after_s));
+                    drawn.push(Swipe::drawn(&self.truth, self.rng, number, after_s));
                 }
             }
         }
@@ -167,7 +168,7 @@ mod tests {
     #[test]
     fn a_hand_comes_passes_the_middle_and_goes_with_pauses_between() {
         let truth = HandTruth::default();
-        let swipes = Swipes::new(truth, Luck::new(3));
+        let swipes = Swipes::new(truth, CounterRng::new(3));
         let all = swipes.until(4000.0);
         assert!(all.len() > 700, "{}", all.len());
         let mut ended_s = 0.0;
@@ -183,15 +184,15 @@ mod tests {
             assert!(middle.centre_m.x.abs() < 1e-9);
             let later = swipe.plate(swipe.passes_s + 0.05).expect("still there");
             assert!((later.centre_m.x.abs() - 0.05 * swipe.speed_m_s).abs() < 1e-9);
-            assert_eq!(later.centre_m.x < 0.0, swipe.way == Way::Left);
+            assert_eq!(later.centre_m.x < 0.0, swipe.kind == Gesture::Left);
             assert!((middle.along.cross(&middle.across).norm() - 1.0).abs() < 1e-12);
             ended_s = swipe.ends_s;
-            left += usize::from(swipe.way == Way::Left);
+            left += usize::from(swipe.kind == Gesture::Left);
         }
         let share = left as f64 / all.len() as f64;
         assert!((0.44..0.56).contains(&share), "{share}");
-        assert_eq!(all, Swipes::new(truth, Luck::new(3)).until(4000.0), "the same seed");
-        assert_ne!(all, Swipes::new(truth, Luck::new(4)).until(4000.0));
+        assert_eq!(all, Swipes::new(truth, CounterRng::new(3)).until(4000.0), "the same seed");
+        assert_ne!(all, Swipes::new(truth, CounterRng::new(4)).until(4000.0));
     }
 
     #[test]
@@ -200,7 +201,7 @@ mod tests {
             pushes: fieldgap_input::Fraction::new(1.0).expect("whole"),
             ..HandTruth::default()
         };
-        let push = Swipes::new(truth, Luck::new(1)).at(0.0);
+        let push = Swipes::new(truth, CounterRng::new(1)).at(0.0);
         let height_m = |time_s: f64| push.plate(time_s).expect("there").centre_m.z;
         assert!(height_m(push.begins_s) > 0.4 && height_m(push.passes_s) < 0.13);
         assert!(height_m(push.ends_s - 1e-6) > 0.4);

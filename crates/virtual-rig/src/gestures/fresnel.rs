@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_goes_over_into_the_asymptotic_form() {
+    fn the_table_joins_the_asymptotic_form() {
         let end = END as f64;
         assert!((fresnel(end - 1e-9) - fresnel(end)).norm() < 5e-5);
         assert!((fresnel(1e6) - Complex64::new(0.5, 0.5)).norm() < 1e-5);

@@ -1,12 +1,12 @@
-//! The driver's supply sags along a rail: elements further from its feed are weaker, in order and not at random.
+//! The driver's supply voltage drops along a rail: elements further from the feed are weaker.
 
 use super::super::causes::Parameters;
-use super::super::dice::Dice;
 use super::super::laboratory::Laboratory;
-use super::{Draw, Outside};
+use super::super::random_sequence::RandomSequence;
+use super::{Draw, Unmodelled};
 use fieldgap_acoustics::Vec3;
+use fieldgap_virtual_rig::counter_rng::CounterRng;
 use fieldgap_virtual_rig::effects::{Effect, TrueArray};
-use fieldgap_virtual_rig::luck::Luck;
 
 pub(super) const NAME: &str = "row-sag";
 
@@ -19,13 +19,13 @@ struct RowSag {
 }
 
 /// Along x or along y, fed from either end.
-pub(super) fn draw(_: &Laboratory, dice: &mut Dice) -> Draw {
-    let along = dice.sign() * if dice.chance(0.5) { Vec3::x() } else { Vec3::y() };
+pub(super) fn draw(_: &Laboratory, random: &mut RandomSequence) -> Draw {
+    let along = random.sign() * if random.chance(0.5) { Vec3::x() } else { Vec3::y() };
     Draw::new(0.9, move |loss| RowSag { along, loss })
 }
 
 impl Effect for RowSag {
-    fn array(&self, array: &mut TrueArray, _luck: Luck) {
+    fn array(&self, array: &mut TrueArray, _rng: CounterRng) {
         let far_m = |at_m: &Vec3| at_m.dot(&self.along);
         let places_m = || array.elements.iter().map(|element| far_m(&element.centre_m));
         let (feed_m, end_m) = (
@@ -40,7 +40,7 @@ impl Effect for RowSag {
     }
 }
 
-impl Outside for RowSag {
+impl Unmodelled for RowSag {
     fn name(&self) -> &'static str {
         NAME
     }
@@ -66,7 +66,7 @@ mod tests {
     fn a_row_grows_weaker_from_its_feed_and_rows_are_alike() {
         let elements = Array::square(6, 6, 10.5e-3).expect("not empty").elements().to_vec();
         let mut array = TrueArray { channels: (0..36).collect(), elements, lobe_stretch: 1.0 };
-        RowSag { along: Vec3::x(), loss: 0.4 }.array(&mut array, Luck::new(0));
+        RowSag { along: Vec3::x(), loss: 0.4 }.array(&mut array, CounterRng::new(0));
         let level = |n: usize| array.elements[n].amplitude;
         assert!((level(0) - 1.0).abs() < 1e-12 && (level(5) - 0.6).abs() < 1e-12);
         assert!((0..5).all(|n| level(n) > level(n + 1) && level(n) == level(n + 30)));

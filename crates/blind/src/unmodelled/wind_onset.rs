@@ -1,9 +1,9 @@
-//! A wind sets in during the scan: a fan that starts, a window that is opened.
+//! Wind starts during the scan: a fan is switched on, or a window is opened.
 
 use super::super::causes::Parameters;
-use super::super::dice::Dice;
 use super::super::laboratory::Laboratory;
-use super::{Draw, Outside};
+use super::super::random_sequence::RandomSequence;
+use super::{Draw, Unmodelled};
 
 pub(super) const NAME: &str = "wind-onset";
 
@@ -14,13 +14,13 @@ struct WindOnset {
     vy_m_s: f64,
 }
 
-pub(super) fn draw(laboratory: &Laboratory, dice: &mut Dice) -> Draw {
-    let at_s = dice.uniform(0.2, 0.8) * laboratory.survey.lasts_s();
-    let (sin, cos) = dice.angle_rad().sin_cos();
+pub(super) fn draw(laboratory: &Laboratory, random: &mut RandomSequence) -> Draw {
+    let at_s = random.uniform(0.2, 0.8) * laboratory.survey.lasts_s();
+    let (sin, cos) = random.angle_rad().sin_cos();
     Draw::new(12.0, move |size| WindOnset { at_s, vx_m_s: size * cos, vy_m_s: size * sin })
 }
 
-impl Outside for WindOnset {
+impl Unmodelled for WindOnset {
     fn name(&self) -> &'static str {
         NAME
     }
@@ -50,19 +50,20 @@ mod tests {
     use super::super::super::causes::Causes;
     use super::super::super::world::World;
     use super::*;
-    use fieldgap_virtual_rig::luck::Luck;
+    use fieldgap_virtual_rig::counter_rng::CounterRng;
 
     #[test]
     fn before_it_the_air_is_still_and_after_it_there_is_the_wind() {
-        let laboratory = Laboratory::draw(&mut Dice::new(Luck::new(2)));
+        let laboratory = Laboratory::draw(&mut RandomSequence::new(CounterRng::new(2)));
         let onset = WindOnset { at_s: 200.0, vx_m_s: 4.0, vy_m_s: -2.0 };
         let flow = toml::toml! { vx_m_s = 4.0 vy_m_s = (-2.0) };
         let chosen: Vec<usize> = (64..5000).step_by(301).collect();
-        let levels_v =
-            |causes: &Causes| World::new(&laboratory, causes, 1.0, Luck::new(1)).levels_v(&chosen);
+        let levels_v = |causes: &Causes| {
+            World::new(&laboratory, causes, 1.0, CounterRng::new(1)).levels_v(&chosen)
+        };
         let still = levels_v(&Causes::none());
         let windy = levels_v(&Causes::of_catalogue(vec![("flow", flow)]));
-        let onset = levels_v(&Causes::of_outside(Arc::new(onset)));
+        let onset = levels_v(&Causes::of_unmodelled(Arc::new(onset)));
         for (place, &n) in chosen.iter().enumerate() {
             let expected = if laboratory.survey.stops[n].time_s < 200.0 { &still } else { &windy };
             assert_eq!(onset[place], expected[place]);

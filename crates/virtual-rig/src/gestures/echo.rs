@@ -1,24 +1,23 @@
-//! The echo of a flat plate of finite size, and what leaks from element to element.
+//! The echo of a flat plate of finite size, and the direct coupling from element to element.
 //!
-//! Without edges a plate throws back what its mirror image of the emitter would send. Its edges let through only part of
-//! that: the plate is the hole through which the image is seen, and for a rectangle Kirchhoff's integral becomes a product
-//! of two Fresnel integrals (Born and Wolf, *Principles of Optics*, section 8.7), exact as long as edges are seen under small
-//! angles from the straight way. Of a hand 100 mm above, whose edges are not, it is within a fifth of the mirror's echo by
-//! Kirchhoff's integral. The time convention is exp(-iωt).
+//! An infinite plate returns the wave of the emitter's mirror image. A finite plate acts as an aperture in front of that image.
+//! For a rectangle Kirchhoff's integral becomes a product of two Fresnel integrals (Born and Wolf, *Principles of Optics*,
+//! section 8.7), exact for edges at small angles from the line of sight. For a hand at 100 mm, whose edges are at larger angles,
+//! the error against Kirchhoff's integral is below a fifth of the mirror's echo. The time convention is exp(-iωt).
 
 use num_complex::Complex64;
 
 use super::fresnel::fresnel;
 use fieldgap_acoustics::{Element, Vec3};
 
-/// What goes from element to element over housings and board, of the sound that one sends along its axis: with it a neighbour
-/// is about as loud as the echo of a hand.
-const LEAKS: f64 = 0.05;
+/// Direct coupling from element to element through housings and board, relative to the sound on an element's axis. It makes a
+/// neighbour about as loud as the echo of a hand.
+const COUPLING: f64 = 0.05;
 
 /// A rectangular plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plate {
-    /// Its middle, array's frame, m.
+    /// Its centre, array's frame, m.
     pub centre_m: Vec3,
     /// Along one side, of unit length.
     pub along: Vec3,
@@ -26,11 +25,11 @@ pub struct Plate {
     pub across: Vec3,
     /// Half of the sides, m.
     pub half_m: [f64; 2],
-    /// Share of the amplitude that it throws back.
+    /// Reflected share of the amplitude.
     pub reflection: f64,
 }
 
-/// Elements that listen, in air.
+/// Elements used as receivers, in air.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Listening {
     /// Wavenumber, rad/m.
@@ -38,7 +37,7 @@ pub struct Listening {
 }
 
 impl Listening {
-    /// What an element hears of another that sounds with unit amplitude, by a plate: 1/m.
+    /// Pressure at an element by way of a plate, where another emits with unit amplitude, 1/m.
     pub fn echo(&self, emitter: &Element, sensor: &Element, plate: &Plate) -> Complex64 {
         let normal = plate.along.cross(&plate.across);
         let height_m = (plate.centre_m - emitter.centre_m).dot(&normal);
@@ -46,7 +45,7 @@ impl Listening {
         let sight_m = sensor.centre_m - image_m;
         let reach_m = sight_m.norm();
         let falls = sight_m.dot(&normal);
-        // The mirror must be seen from before it, and the sensor must be on the emitter's side.
+        // The sensor must be on the emitter's side of the mirror.
         if reach_m == 0.0 || falls * height_m >= 0.0 {
             return Complex64::ZERO;
         }
@@ -69,7 +68,7 @@ impl Listening {
             (fresnel(to) - fresnel(from)) / Complex64::new(1.0, 1.0)
         };
         let [along_m, across_m] = plate.half_m;
-        // Where the mirror's point lies beside the plate, what is heard comes from the edge that is nearest to it.
+        // Where the mirror point lies beside the plate, the echo comes from the nearest edge.
         let nearest_m = plate.centre_m
             + plate.along * met_m.dot(&plate.along).clamp(-along_m, along_m)
             + plate.across * met_m.dot(&plate.across).clamp(-across_m, across_m);
@@ -81,16 +80,16 @@ impl Listening {
             * seen(plate.across, across_m)
     }
 
-    /// What an element hears of another straight away: 1/m.
-    pub fn leak(&self, emitter: &Element, sensor: &Element) -> Complex64 {
+    /// Pressure at an element by direct coupling from another with unit amplitude, 1/m.
+    pub fn coupling(&self, emitter: &Element, sensor: &Element) -> Complex64 {
         let between_m = (sensor.centre_m - emitter.centre_m).norm();
         if between_m == 0.0 {
             return Complex64::ZERO;
         }
-        Complex64::from_polar(LEAKS / between_m, self.wavenumber_rad_m * between_m)
+        Complex64::from_polar(COUPLING / between_m, self.wavenumber_rad_m * between_m)
     }
 
-    /// Directivity of an element in a direction of unit length; it listens as it radiates. Nothing behind its face.
+    /// Directivity of an element in a direction of unit length, in emission and reception alike; zero behind its face.
     fn lobe(&self, element: &Element, direction: Vec3) -> f64 {
         let cosine = direction.dot(&element.normal).clamp(-1.0, 1.0);
         if cosine <= 0.0 {

@@ -1,9 +1,9 @@
-//! The receiver does not look straight down: its sensitivity falls off about an axis of its own.
+//! The receiver is tilted: its sensitivity falls off about an axis that is not vertical.
 
 use super::super::causes::Parameters;
-use super::super::dice::Dice;
 use super::super::laboratory::Laboratory;
-use super::{Draw, Outside};
+use super::super::random_sequence::RandomSequence;
+use super::{Draw, Unmodelled};
 use fieldgap_acoustics::Vec3;
 use fieldgap_virtual_rig::effects::{Effect, Path};
 
@@ -14,20 +14,20 @@ const LOSS_DB: f64 = 6.0;
 
 #[derive(Debug, Clone, Copy)]
 struct TiltedReceiver {
-    /// The direction of travel that it hears best, of unit length.
+    /// The direction of travel at highest sensitivity, of unit length.
     axis: Vec3,
     half_angle_deg: f64,
 }
 
-/// Leaning by 15 to 35 degrees to any side; its lobe is then as narrow as the size wants it.
-pub(super) fn draw(_: &Laboratory, dice: &mut Dice) -> Draw {
-    let (lean_rad, towards_rad) = (dice.uniform(15.0, 35.0).to_radians(), dice.angle_rad());
+/// Tilted by 15 to 35 degrees in a random direction. The size sets the width of its lobe.
+pub(super) fn draw(_: &Laboratory, random: &mut RandomSequence) -> Draw {
+    let (tilt_rad, azimuth_rad) = (random.uniform(15.0, 35.0).to_radians(), random.angle_rad());
     let axis = Vec3::new(
-        lean_rad.sin() * towards_rad.cos(),
-        lean_rad.sin() * towards_rad.sin(),
-        lean_rad.cos(),
+        tilt_rad.sin() * azimuth_rad.cos(),
+        tilt_rad.sin() * azimuth_rad.sin(),
+        tilt_rad.cos(),
     );
-    // The loss in dB goes with one over the square of the lobe's width.
+    // The loss in dB is inversely proportional to the square of the lobe's width.
     Draw::new(1.0, move |size| TiltedReceiver { axis, half_angle_deg: 25.0 / size.sqrt() })
 }
 
@@ -39,7 +39,7 @@ impl Effect for TiltedReceiver {
     }
 }
 
-impl Outside for TiltedReceiver {
+impl Unmodelled for TiltedReceiver {
     fn name(&self) -> &'static str {
         NAME
     }
@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sound_along_the_axis_is_heard_best_and_six_decibels_are_lost_at_the_half_angle() {
+    fn the_sensitivity_is_highest_on_the_axis_and_six_decibels_lower_at_the_half_angle() {
         let axis = Vec3::new(0.5, 0.0, 0.75f64.sqrt());
         let receiver = TiltedReceiver { axis, half_angle_deg: 30.0 };
         let gain = |to: Vec3| {

@@ -1,9 +1,9 @@
-//! The receiver's converter has few bits, or its input range is set far too wide: readings come in steps.
+//! The receiver's converter has few bits, or its input range is set far too wide: readings have coarse steps.
 
 use super::super::causes::Parameters;
-use super::super::dice::Dice;
 use super::super::laboratory::Laboratory;
-use super::{Draw, Outside};
+use super::super::random_sequence::RandomSequence;
+use super::{Draw, Unmodelled};
 
 pub(super) const NAME: &str = "coarse-converter";
 
@@ -12,13 +12,13 @@ struct CoarseConverter {
     step_v: f64,
 }
 
-/// Up to four steps over what the laboratory expects to read.
-pub(super) fn draw(laboratory: &Laboratory, _: &mut Dice) -> Draw {
+/// At the largest size four steps cover the expected range.
+pub(super) fn draw(laboratory: &Laboratory, _: &mut RandomSequence) -> Draw {
     let peak_v = laboratory.peak_v;
     Draw::new(0.25, move |size| CoarseConverter { step_v: peak_v * size })
 }
 
-impl Outside for CoarseConverter {
+impl Unmodelled for CoarseConverter {
     fn name(&self) -> &'static str {
         NAME
     }

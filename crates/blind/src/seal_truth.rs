@@ -104,8 +104,8 @@ mod tests {
             let mut changed = sealed.clone();
             changed[at] ^= 1;
             std::fs::write(bench.path("a.sealed"), changed).expect("written");
-            let said = bench.refusal();
-            assert!(said.contains("a.sealed: does not open"), "{said}");
+            let message = bench.refusal();
+            assert!(message.contains("a.sealed: does not open"), "{message}");
         }
         for short in [0, 10, 24, sealed.len() - 1] {
             std::fs::write(bench.path("a.sealed"), &sealed[..short]).expect("written");
@@ -113,14 +113,17 @@ mod tests {
         }
         std::fs::write(bench.path("a.sealed"), sealed).expect("written");
         std::fs::copy(other.path("a.key"), bench.path("a.key")).expect("copied");
-        let said = bench.refusal();
-        assert!(said.contains("a.sealed: does not open") && said.contains("a.key"), "{said}");
+        let message = bench.refusal();
+        assert!(
+            message.contains("a.sealed: does not open") && message.contains("a.key"),
+            "{message}"
+        );
         std::fs::write(bench.path("a.key"), "no key").expect("written");
-        let said = bench.refusal();
-        assert!(said.contains("a.key: holds no key"), "{said}");
+        let message = bench.refusal();
+        assert!(message.contains("a.key: holds no key"), "{message}");
         std::fs::remove_file(bench.path("a.key")).expect("there");
-        let said = bench.refusal();
-        assert!(said.contains("a.key: cannot be read"), "{said}");
+        let message = bench.refusal();
+        assert!(message.contains("a.key: cannot be read"), "{message}");
     }
 
     #[test]
@@ -137,8 +140,8 @@ mod tests {
         assert!(matches!(seal("b.toml"), Err(BlindError::NotASealedName(_))));
         let faulty = Bench::new("[effects.sound-sped]\nc_m_s = 347.1\n");
         let error = seal_truth(&faulty.path("plain.toml"), &faulty.path("a.sealed"));
-        let said = error.expect_err("no such effect").to_string();
-        assert!(said.contains("plain.toml:1:"), "{said}");
+        let message = error.expect_err("no such effect").to_string();
+        assert!(message.contains("plain.toml:1:"), "{message}");
         assert!(!faulty.path("a.sealed").exists() && !faulty.path("a.key").exists());
     }
 }

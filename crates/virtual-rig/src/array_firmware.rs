@@ -114,7 +114,7 @@ impl ArrayFirmware {
         now_s: f64,
     ) -> Result<String, (u32, String)> {
         match command {
-            "hello" | "state" if args.is_empty() => return Ok(self.says(command)),
+            "hello" | "state" if args.is_empty() => return Ok(self.answer_to(command)),
             "off" | "on" if args.is_empty() => {
                 self.drive.display = None;
                 self.drive.emitting = command == "on";
@@ -140,7 +140,7 @@ impl ArrayFirmware {
         Ok(String::new())
     }
 
-    fn says(&self, command: &str) -> String {
+    fn answer_to(&self, command: &str) -> String {
         let ArrayIdentity { elements, clock_hz, period_steps, .. } = self.identity;
         let ArrayIdentity { most_frames, most_levels, most_sensors, .. } = self.identity;
         match (command, &self.drive.display, self.drive.emitting) {

@@ -14,9 +14,9 @@ use fieldgap_input::Positive;
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pace {
-    /// Virtual time stands still until a device's answer needs it, and then jumps: the end of the planned
-    /// motion for `M400`, `n / rate` for `n` readings. Waiting costs nothing, and nothing depends on the
-    /// computer's speed: the same commands give the same bytes.
+    /// Virtual time stands still until a device's answer needs it, and then jumps: to the end of the planned motion for
+    /// `M400`, by `n / rate` for `n` readings. Waiting takes no wall time, and nothing depends on the computer's speed: the same
+    /// commands give the same bytes.
     Lockstep,
     /// Virtual time is wall time multiplied by this factor.
     Times(Positive),

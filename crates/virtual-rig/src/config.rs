@@ -44,8 +44,7 @@ impl VirtualConfig {
         folder.join(&self.truth)
     }
 
-    /// Lets virtual time pass as the wall's does if it would otherwise stand still: for people and programs that
-    /// wait and watch.
+    /// Makes virtual time pass like wall time if it would stand still, for interactive use and for programs that wait.
     pub fn keep_wall_clock(&mut self) {
         if self.pace == Pace::Lockstep {
             self.pace = Pace::Times(Positive::new(1.0).expect("one is above zero"));

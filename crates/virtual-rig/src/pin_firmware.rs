@@ -119,11 +119,11 @@ mod tests {
         pin.step(1.005, &mut out);
         assert!(out.is_empty());
         pin.step(1.02, &mut out);
-        let said = String::from_utf8(out).expect("text");
-        let (_, after) = said.split_once("Analog in =").expect("a value");
+        let output = String::from_utf8(out).expect("text");
+        let (_, after) = output.split_once("Analog in =").expect("a value");
         let counts: f64 =
             after.split_whitespace().next().expect("a number").parse().expect("a number");
         assert!(level_v > 0.1 && (counts * 5.0 / 1023.0 - level_v).abs() < 2.5 / 1023.0 + 1e-9);
-        assert!(said.ends_with("Unknown command: \"M999\"\nok\n"), "{said}");
+        assert!(output.ends_with("Unknown command: \"M999\"\nok\n"), "{output}");
     }
 }

@@ -109,7 +109,7 @@ impl PlannedMove {
         Self { from_mm, to_mm, profile, starts_s, ends_s: starts_s + profile.duration_s() }
     }
 
-    /// Where the carriage is at `time_s`; before the start and after the end it stands at the ends.
+    /// The position at `time_s`; before the start and after the end, that of the start and the end.
     pub fn position_mm(&self, time_s: f64) -> Vector3<f64> {
         if time_s >= self.ends_s {
             return self.end_mm();
@@ -126,12 +126,12 @@ impl PlannedMove {
         direction * self.profile.speed_mm_s(time_s - self.starts_s)
     }
 
-    /// Where the carriage starts.
+    /// The start position.
     pub fn start_mm(&self) -> Vector3<f64> {
         self.from_mm
     }
 
-    /// Where the carriage comes to rest: the target, unless the move was cut short.
+    /// The end position: the target, unless the move was cut short.
     pub fn end_mm(&self) -> Vector3<f64> {
         self.along(self.profile.travelled_mm(self.ends_s - self.starts_s))
     }
@@ -146,7 +146,7 @@ impl PlannedMove {
         self.ends_s
     }
 
-    /// Stops the move dead at `time_s` (an endstop, a quick stop).
+    /// Ends the move at once at `time_s` (an endstop, a quick stop).
     pub fn cut_at(&mut self, time_s: f64) {
         self.ends_s = time_s.clamp(self.starts_s, self.ends_s);
     }

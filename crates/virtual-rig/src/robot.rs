@@ -64,7 +64,7 @@ impl RobotSettings {
         }
     }
 
-    /// Where the carriage stands at power-up, from its switches.
+    /// Position of the carriage at power-up, from its switches.
     pub fn parked_mm(&self) -> [NonNegative; 3] {
         match self {
             Self::Marlin(settings) => settings.parked_mm,
@@ -72,7 +72,7 @@ impl RobotSettings {
         }
     }
 
-    /// Where the robot's zero lies once it is homed, from the switches, mm.
+    /// Position of the robot's zero after homing, from the switches, mm.
     pub fn zero_mm(&self) -> [f64; 3] {
         match self {
             Self::Marlin(_) => [0.0; 3],

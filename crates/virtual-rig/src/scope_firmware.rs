@@ -91,7 +91,7 @@ impl ScopeFirmware {
             return;
         }
         self.trigger = Trigger::Stopped;
-        // A record is so short that robot and modulation stand still in it; its noise is that of one reading.
+        // A record is so short that position and modulation are constant in it; its noise is that of one reading.
         let carrier: Complex64 = self.world.phasor_v(since_s + self.span_s(), self.records);
         self.records += 1;
         let omega = TAU * self.world.carrier_hz();
@@ -218,7 +218,7 @@ mod tests {
         ScopeFirmware::new(5.0, world)
     }
 
-    fn tell(scope: &mut ScopeFirmware, lines: &str, now_s: f64) -> Vec<u8> {
+    fn send(scope: &mut ScopeFirmware, lines: &str, now_s: f64) -> Vec<u8> {
         let mut out = Vec::new();
         lines.bytes().for_each(|byte| scope.receive(byte, now_s));
         scope.step(now_s, &mut out);
@@ -228,11 +228,11 @@ mod tests {
     #[test]
     fn a_record_is_the_fields_carrier_sampled() {
         let mut scope = scope("");
-        tell(&mut scope, ":SING\n:TFOR\n", 1.0);
-        assert_eq!(tell(&mut scope, ":TRIG:STAT?\n", 1.0), b"RUN\n");
+        send(&mut scope, ":SING\n:TFOR\n", 1.0);
+        assert_eq!(send(&mut scope, ":TRIG:STAT?\n", 1.0), b"RUN\n");
         assert_eq!(scope.wake().map(|wake| wake.answer_needs_it), Some(true));
-        assert_eq!(tell(&mut scope, ":TRIG:STAT?\n", 1.0006), b"STOP\n");
-        let data = tell(&mut scope, ":WAV:DATA?\n", 1.0006);
+        assert_eq!(send(&mut scope, ":TRIG:STAT?\n", 1.0006), b"STOP\n");
+        let data = send(&mut scope, ":WAV:DATA?\n", 1.0006);
         assert_eq!(data[..11], *b"#9000001200");
         let level_v = scope.world.phasor_v(1.0006, 0).norm();
         // 600 µs are 24 whole cycles: the sums over the record give the amplitude.
@@ -251,10 +251,10 @@ mod tests {
     #[test]
     fn nothing_triggers_by_itself_and_what_it_does_not_know_is_an_error() {
         let mut scope = scope("");
-        tell(&mut scope, ":SING\n", 1.0);
-        assert_eq!(tell(&mut scope, ":TRIG:STAT?\n", 2.0), b"WAIT\n");
-        tell(&mut scope, ":WAV:FORM WORD\n:FOO\n:CHAN1:SCAL -1\n", 2.0);
-        let errors = tell(&mut scope, ":SYST:ERR?\n:SYST:ERR?\n:SYST:ERR?\n:SYST:ERR?\n", 2.0);
+        send(&mut scope, ":SING\n", 1.0);
+        assert_eq!(send(&mut scope, ":TRIG:STAT?\n", 2.0), b"WAIT\n");
+        send(&mut scope, ":WAV:FORM WORD\n:FOO\n:CHAN1:SCAL -1\n", 2.0);
+        let errors = send(&mut scope, ":SYST:ERR?\n:SYST:ERR?\n:SYST:ERR?\n:SYST:ERR?\n", 2.0);
         let errors = String::from_utf8(errors).expect("text");
         let codes: Vec<&str> = errors.lines().filter_map(|line| line.split(',').next()).collect();
         assert_eq!(codes, ["-224", "-113", "-222", "0"]);

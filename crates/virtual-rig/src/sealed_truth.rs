@@ -1,4 +1,4 @@
-//! An encrypted truth file, which nobody reads by accident.
+//! Encrypted truth files.
 //!
 //! `NAME.sealed` is a truth file encrypted under the key in `NAME.key`. The key lies beside it, because the virtual rig has to
 //! open it. This hides the truth from a reader and from the diagnosis, which gets the recorded scan alone. It does not protect it

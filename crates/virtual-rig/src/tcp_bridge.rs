@@ -27,7 +27,7 @@ pub(super) async fn serve(listener: TcpListener, path: String, stop: Cancellatio
     }
 }
 
-/// Carries bytes both ways until either side is gone. A device that was unplugged hangs up on its client.
+/// Carries bytes both ways until either side closes. An unplugged device closes the connection.
 async fn connect(client: TcpStream, path: &str) {
     let Ok(device) = SerialStream::open(&serialport::new(path, 115_200)) else { return };
     let ((mut from_client, mut to_client), (mut from_device, mut to_device)) =

@@ -56,7 +56,7 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// A carriage that stands at `parked_mm` and can physically go from 0 to `travel_mm` on each axis.
+    /// A carriage at rest at `parked_mm`, with a physical travel from 0 to `travel_mm` on each axis.
     pub fn new(parked_mm: Vector3<f64>, travel_mm: Vector3<f64>) -> Self {
         Self { parked_mm, legs: VecDeque::new(), travel_mm }
     }
@@ -86,7 +86,7 @@ impl Trajectory {
         position_mm.sup(&Vector3::zeros()).inf(&self.travel_mm)
     }
 
-    /// Where the carriage will stand when all planned motion has ended.
+    /// The position at the end of all planned motion.
     pub fn end_mm(&self) -> Vector3<f64> {
         let end_mm = self.legs.back().map_or(self.parked_mm, |leg| leg.planned.end_mm());
         self.within_frame(end_mm)
@@ -143,7 +143,7 @@ impl Trajectory {
         }
     }
 
-    /// Stops dead at `now_s` and forgets what was planned after it. Returns where the carriage stands.
+    /// Stops at once at `now_s` and drops all later moves. Returns the position.
     pub fn stop(&mut self, now_s: f64) -> Vector3<f64> {
         while self.legs.back().is_some_and(|leg| leg.planned.starts_s() >= now_s) {
             let dropped = self.legs.pop_back();

@@ -8,7 +8,7 @@ use super::clock::Clock;
 use super::converter::Converter;
 use super::counter_rng::CounterRng;
 use super::drive::{Drive, DriveHistory, Played};
-use super::gestures::{Listening, Swipe, Swipes};
+use super::gestures::{ElementPaths, Swipe, Swipes};
 use super::trajectory::Trajectory;
 use super::true_field::{Contributions, TrueField};
 use super::truth::Truth;
@@ -169,7 +169,7 @@ impl World {
         };
         let weights = self.field.weights(&outputs);
         let elements = &self.field.array().elements;
-        let air = Listening { wavenumber_rad_m: self.field.wavenumber_rad_m() };
+        let air = ElementPaths { wavenumber_rad_m: self.field.wavenumber_rad_m() };
         let plate = self.hand.as_ref().and_then(|hand| hand.at(time_s).plate(time_s));
         let received_v = |place: usize, listens: &usize| {
             let hiss = self.hiss.substream(place as u64);

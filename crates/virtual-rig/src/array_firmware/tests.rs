@@ -25,7 +25,7 @@ fn sealed(body: &str) -> String {
 }
 
 /// Sends a line with its checksum; the answer must have one too, and is returned without it.
-fn tell(firmware: &mut ArrayFirmware, body: &str) -> String {
+fn send(firmware: &mut ArrayFirmware, body: &str) -> String {
     let answer = raw(firmware, &sealed(body));
     let (text, _) = answer.rsplit_once('*').expect("a checksum");
     assert_eq!(answer, sealed(text));
@@ -36,7 +36,7 @@ fn tell(firmware: &mut ArrayFirmware, body: &str) -> String {
 fn it_says_who_it_is() {
     let (mut firmware, _) = powered_up();
     assert_eq!(
-        tell(&mut firmware, "7 hello"),
+        send(&mut firmware, "7 hello"),
         "7 ok thesis-array 1 elements=36 clock_hz=10240000 period_steps=256 frames=4096 levels=4096 sensors=4"
     );
 }
@@ -44,10 +44,10 @@ fn it_says_who_it_is() {
 #[test]
 fn it_is_silent_until_it_is_switched_on() {
     let (mut firmware, world) = powered_up();
-    assert_eq!(tell(&mut firmware, "1 state"), "1 ok off");
+    assert_eq!(send(&mut firmware, "1 state"), "1 ok off");
     assert_eq!(world.reading_v(2.0, 0), 0.0);
-    assert_eq!(tell(&mut firmware, "2 on"), "2 ok");
-    assert_eq!(tell(&mut firmware, "3 state"), "3 ok on");
+    assert_eq!(send(&mut firmware, "2 on"), "2 ok");
+    assert_eq!(send(&mut firmware, "3 state"), "3 ok on");
     assert!(world.reading_v(2.0, 0) > 0.0);
     firmware.power_up(3.0, &mut Vec::new());
     assert_eq!(world.reading_v(3.0, 0), 0.0, "a reset silences it");
@@ -56,23 +56,23 @@ fn it_is_silent_until_it_is_switched_on() {
 #[test]
 fn delays_take_effect_at_once_and_a_dash_silences_an_element() {
     let (mut firmware, world) = powered_up();
-    tell(&mut firmware, "1 on");
+    send(&mut firmware, "1 on");
     let before = world.reading_v(1.0, 0);
     let delays: Vec<String> = (0..36).map(|n| (7 * n % 256).to_string()).collect();
-    assert_eq!(tell(&mut firmware, &format!("2 delays {}", delays.join(" "))), "2 ok");
+    assert_eq!(send(&mut firmware, &format!("2 delays {}", delays.join(" "))), "2 ok");
     assert!((world.reading_v(1.0, 0) - before).abs() > 1e-3);
-    assert_eq!(tell(&mut firmware, &format!("3 delays{}", " -".repeat(36))), "3 ok");
+    assert_eq!(send(&mut firmware, &format!("3 delays{}", " -".repeat(36))), "3 ok");
     assert_eq!(world.reading_v(1.0, 0), 0.0);
 }
 
 #[test]
 fn modulation_scales_the_reading() {
     let (mut firmware, world) = powered_up();
-    tell(&mut firmware, "1 on");
+    send(&mut firmware, "1 on");
     let whole = world.reading_v(1.0, 0);
-    assert_eq!(tell(&mut firmware, "2 modulate 200 50"), "2 ok");
+    assert_eq!(send(&mut firmware, "2 modulate 200 50"), "2 ok");
     assert!((world.reading_v(1.0, 0) / whole - 0.5).abs() < 1e-12);
-    tell(&mut firmware, "3 modulate 0 100");
+    send(&mut firmware, "3 modulate 0 100");
     assert!((world.reading_v(1.0, 0) / whole - 1.0).abs() < 1e-12);
 }
 
@@ -81,7 +81,7 @@ fn a_damaged_line_is_refused_without_a_number() {
     let (mut firmware, _) = powered_up();
     assert_eq!(raw(&mut firmware, "1 on*00000000\n"), sealed("- error 1 checksum"));
     assert_eq!(raw(&mut firmware, "\n"), sealed("- error 1 checksum"));
-    assert_eq!(tell(&mut firmware, "2 state"), "2 ok off", "it did nothing");
+    assert_eq!(send(&mut firmware, "2 state"), "2 ok off", "it did nothing");
 }
 
 #[test]
@@ -95,10 +95,10 @@ fn wrong_commands_and_arguments_are_refused_with_a_code() {
         ("5 modulate NaN 50", "5 error 3 "),
         ("6 on now", "6 error 3 "),
     ] {
-        assert!(tell(&mut firmware, line).starts_with(answer), "{line}");
+        assert!(send(&mut firmware, line).starts_with(answer), "{line}");
     }
     let too_large = format!("7 delays{}", " 256".repeat(36));
-    assert!(tell(&mut firmware, &too_large).starts_with("7 error 3 "));
+    assert!(send(&mut firmware, &too_large).starts_with("7 error 3 "));
 }
 
 /// Three frames of two periods under an envelope of two levels.
@@ -107,20 +107,20 @@ fn loaded() -> (ArrayFirmware, Arc<World>) {
     for (seq, channel) in ["0", "64", "128:200"].into_iter().enumerate() {
         let channels = format!(" {channel}").repeat(36);
         assert_eq!(
-            tell(&mut firmware, &format!("{seq} frame {seq} 2{channels}")),
+            send(&mut firmware, &format!("{seq} frame {seq} 2{channels}")),
             format!("{seq} ok")
         );
     }
-    assert_eq!(tell(&mut firmware, "3 envelope 0 255"), "3 ok");
-    assert_eq!(tell(&mut firmware, "4 envelope 1 100"), "4 ok");
+    assert_eq!(send(&mut firmware, "3 envelope 0 255"), "3 ok");
+    assert_eq!(send(&mut firmware, "4 envelope 1 100"), "4 ok");
     (firmware, world)
 }
 
 #[test]
 fn a_display_plays_as_often_as_it_was_asked_to_and_falls_silent() {
     let (mut firmware, world) = loaded();
-    assert_eq!(tell(&mut firmware, "5 play 3 2 3 1000 60000"), "5 ok");
-    assert_eq!(tell(&mut firmware, "6 state"), "6 ok playing");
+    assert_eq!(send(&mut firmware, "5 play 3 2 3 1000 60000"), "5 ok");
+    assert_eq!(send(&mut firmware, "6 state"), "6 ok playing");
     let played = world.drive_at(1.0).display.expect("it plays");
     let program = played.program();
     assert_eq!((program.frames().len(), program.envelope().levels()), (3, &[255, 100][..]));
@@ -140,26 +140,26 @@ fn a_display_plays_as_often_as_it_was_asked_to_and_falls_silent() {
 #[test]
 fn a_host_that_says_no_more_loses_its_display() {
     let (mut firmware, world) = loaded();
-    tell(&mut firmware, "5 play 3 2 3 0 500");
+    send(&mut firmware, "5 play 3 2 3 0 500");
     assert!((firmware.wake().expect("the lease").at_s - 1.5).abs() < 1e-9);
     firmware.step(1.4, &mut Vec::new());
     assert!(world.drive_at(1.4).emitting);
     firmware.step(1.6, &mut Vec::new());
     assert!(!world.drive_at(1.6).emitting);
-    assert_eq!(tell(&mut firmware, "6 state"), "6 ok off");
+    assert_eq!(send(&mut firmware, "6 state"), "6 ok off");
 }
 
 #[test]
 fn off_ends_a_display_and_a_reset_forgets_it() {
     let (mut firmware, world) = loaded();
-    tell(&mut firmware, "5 play 3 2 3 0 500");
-    assert_eq!(tell(&mut firmware, "6 off"), "6 ok");
+    send(&mut firmware, "5 play 3 2 3 0 500");
+    assert_eq!(send(&mut firmware, "6 off"), "6 ok");
     assert!(!world.drive_at(1.0).emitting && world.drive_at(1.0).display.is_none());
-    tell(&mut firmware, "7 play 3 2 3 0 500");
+    send(&mut firmware, "7 play 3 2 3 0 500");
     firmware.power_up(1.0, &mut Vec::new());
     assert!(!world.drive_at(1.0).emitting);
     assert!(
-        tell(&mut firmware, "8 play 3 2 3 0 500").starts_with("8 error 3 "),
+        send(&mut firmware, "8 play 3 2 3 0 500").starts_with("8 error 3 "),
         "nothing is loaded"
     );
 }
@@ -188,19 +188,19 @@ fn displays_that_make_no_sense_are_refused_with_a_code() {
         "9 sense 250 36".to_owned(),
         "9 sense 1001 1".to_owned(),
     ] {
-        let answer = tell(&mut firmware, &line);
+        let answer = send(&mut firmware, &line);
         assert!(answer.starts_with("9 error 3 "), "{line}: {answer}");
     }
     assert!(!world.drive_at(1.0).emitting);
-    tell(&mut firmware, "5 play 3 2 3 0 500");
-    assert!(tell(&mut firmware, &frame(0, "1")).starts_with("9 error 4 "), "while it plays");
+    send(&mut firmware, "5 play 3 2 3 0 500");
+    assert!(send(&mut firmware, &frame(0, "1")).starts_with("9 error 4 "), "while it plays");
 }
 
 #[test]
 fn elements_that_listen_are_silent_and_told_at_their_rate() {
     let (mut firmware, world) = powered_up();
-    tell(&mut firmware, "1 on");
-    assert_eq!(tell(&mut firmware, "2 sense 100 0 5 30 35"), "2 ok");
+    send(&mut firmware, "1 on");
+    assert_eq!(send(&mut firmware, "2 sense 100 0 5 30 35"), "2 ok");
     assert_eq!(world.drive_at(1.0).outputs().iter().filter(|output| output.is_none()).count(), 4);
     let mut out = Vec::new();
     firmware.step(1.1, &mut out);
@@ -209,7 +209,7 @@ fn elements_that_listen_are_silent_and_told_at_their_rate() {
     assert_eq!(samples.len(), 10);
     assert_eq!((samples[9].number, samples[9].t_us), (9, 1_100_000));
     assert!(samples.iter().all(|sample| sample.volts.len() == 4 && sample.volts[0] > 0.0));
-    assert_eq!(tell(&mut firmware, "3 sense 0"), "3 ok");
+    assert_eq!(send(&mut firmware, "3 sense 0"), "3 ok");
     assert!(world.drive_at(1.0).outputs().iter().all(Option::is_some));
 }
 

@@ -29,14 +29,14 @@ pub struct Plate {
     pub reflection: f64,
 }
 
-/// Elements used as receivers, in air.
+/// Sound from element to element, in air.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Listening {
+pub struct ElementPaths {
     /// Wavenumber, rad/m.
     pub wavenumber_rad_m: f64,
 }
 
-impl Listening {
+impl ElementPaths {
     /// Pressure at an element by way of a plate, where another emits with unit amplitude, 1/m.
     pub fn echo(&self, emitter: &Element, sensor: &Element, plate: &Plate) -> Complex64 {
         let normal = plate.along.cross(&plate.across);
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
     use fieldgap_acoustics::transducer::{Piston, Transducer};
 
-    const AIR: Listening = Listening { wavenumber_rad_m: 732.7 };
+    const AIR: ElementPaths = ElementPaths { wavenumber_rad_m: 732.7 };
 
     fn flat(x: f64, height: f64, half_m: [f64; 2]) -> Plate {
         Plate {

@@ -8,6 +8,6 @@ mod fresnel;
 mod swipes;
 mod truth;
 
-pub use echo::{Listening, Plate};
+pub use echo::{ElementPaths, Plate};
 pub use swipes::{Gesture, Swipe, Swipes};
 pub use truth::{HandTruth, Range};

@@ -68,7 +68,7 @@ impl Board {
                 read = self.link.read(&mut bytes) => match read {
                     Ok(count) if count > 0 => {
                         for &byte in &bytes[..count] {
-                            self.hear(byte, &mut line, &mut out);
+                            self.receive(byte, &mut line, &mut out);
                         }
                     }
                     _ => return,
@@ -83,7 +83,7 @@ impl Board {
     }
 
     /// Bytes that act at once go through; lines are looked at as a whole.
-    fn hear(&mut self, byte: u8, line: &mut Vec<u8>, out: &mut Vec<u8>) {
+    fn receive(&mut self, byte: u8, line: &mut Vec<u8>, out: &mut Vec<u8>) {
         let now_s = self.now_s();
         if matches!(byte, 0x18 | b'?' | b'!' | b'~' | 0x80..) {
             return self.firmware.receive(byte, now_s);
@@ -124,8 +124,8 @@ impl Board {
     }
 
     async fn say(&mut self, out: &mut Vec<u8>) -> std::io::Result<()> {
-        let said = String::from_utf8(std::mem::take(out)).expect("the firmware says text");
-        for line in said.split_inclusive('\n') {
+        let output = String::from_utf8(std::mem::take(out)).expect("the firmware sends text");
+        for line in output.split_inclusive('\n') {
             let mut line = line.as_bytes().to_vec();
             match self.damage.front() {
                 Some(&(_, Damage::LoseAnswer(begins))) if line.starts_with(begins.as_bytes()) => {
@@ -225,7 +225,7 @@ impl Bench {
         self.trajectory.lock().expect("not poisoned").at(now_s).position_mm
     }
 
-    fn said(&self) -> Vec<String> {
+    fn received_lines(&self) -> Vec<String> {
         self.lines.lock().expect("not poisoned").clone()
     }
 }
@@ -253,13 +253,13 @@ async fn fails_in_a_move(damage: Damage) -> (Bench, RigError) {
 #[tokio::test(start_paused = true)]
 async fn a_session_opens_without_moving_and_keeps_the_motors_on() {
     let bench = Bench::with(Dialect::Grbl, GrblSettings::default(), &[]).await.expect("it opens");
-    assert_eq!(bench.said(), ["$I", "$$", "$1=255"]);
+    assert_eq!(bench.received_lines(), ["$I", "$$", "$1=255"]);
     assert_eq!(bench.robot.firmware(), "Grbl 1.1h");
     assert_eq!(bench.carriage_mm(), Vector3::new(42.0, 61.0, 180.0));
     assert!(bench.robot.advice().is_empty(), "{:?}", bench.robot.advice());
     let held = GrblSettings { idle_ms: 255, ..GrblSettings::default() };
     let bench = Bench::with(Dialect::GrblHal, held, &[]).await.expect("it opens");
-    assert_eq!(bench.said(), ["$I", "$$"], "nothing is written that is so already");
+    assert_eq!(bench.received_lines(), ["$I", "$$"], "nothing is written that is so already");
     assert_eq!(bench.robot.firmware(), "GrblHAL 1.1f");
 }
 
@@ -267,7 +267,10 @@ async fn a_session_opens_without_moving_and_keeps_the_motors_on() {
 async fn each_move_arrives_before_it_is_told() {
     survives(&[]).await;
     let bench = Bench::new(Dialect::Grbl, &[]).await;
-    assert!(!bench.said().iter().any(|line| line.contains("$X")), "nothing is unlocked blindly");
+    assert!(
+        !bench.received_lines().iter().any(|line| line.contains("$X")),
+        "nothing is unlocked blindly"
+    );
 }
 
 #[tokio::test(start_paused = true)]

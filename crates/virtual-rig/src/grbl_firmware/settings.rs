@@ -16,7 +16,7 @@ pub enum Dialect {
 /// The robot's mechanics and its firmware's build options and settings, `[virtual.robot]` with `firmware = "grbl"` or
 /// `"grblhal"`.
 ///
-/// Every key has a default, that of a common, configured three-axis gantry. The switches stand at
+/// Every key has a default, that of a common, configured three-axis gantry. The switches are at
 /// the low ends; machine coordinates go from minus the travel to zero, as in stock builds.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -100,7 +100,7 @@ impl GrblSettings {
         })
     }
 
-    /// Where the machine's zero lies once it is homed, from the switches, mm.
+    /// Position of the machine's zero after homing, from the switches, mm.
     pub fn machine_zero_mm(&self) -> [f64; 3] {
         match self.origin_at_switches {
             true => [self.pull_off_mm.get(); 3],

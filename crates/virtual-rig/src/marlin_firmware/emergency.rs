@@ -19,7 +19,7 @@ pub(super) struct EmergencyParser {
 const LONGEST: usize = 32;
 
 impl EmergencyParser {
-    /// Takes one byte; at the end of a line says whether it was an emergency command.
+    /// Takes one byte; at the end of a line returns the emergency command, if it was one.
     pub fn byte(&mut self, byte: u8) -> Option<Emergency> {
         if byte != b'\n' && byte != b'\r' {
             if self.line.len() < LONGEST {

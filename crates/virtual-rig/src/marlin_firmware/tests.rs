@@ -31,7 +31,7 @@ impl Bench {
 
     fn homed() -> Self {
         let mut bench = Self::new();
-        bench.tell("G28\n");
+        bench.send("G28\n");
         let answer = bench.wait(60.0);
         assert!(answer.ends_with("ok\n"), "{answer}");
         bench
@@ -40,17 +40,17 @@ impl Bench {
     fn power_up(&mut self) -> String {
         let mut out = Vec::new();
         self.firmware.power_up(self.now_s, &mut out);
-        String::from_utf8(out).expect("the firmware says text")
+        String::from_utf8(out).expect("the firmware sends text")
     }
 
     /// Sends input and returns the immediate answer.
-    fn tell(&mut self, text: &str) -> String {
+    fn send(&mut self, text: &str) -> String {
         let mut out = Vec::new();
         for byte in text.bytes() {
             self.firmware.receive(byte, self.now_s);
         }
         self.firmware.step(self.now_s, &mut out);
-        String::from_utf8(out).expect("the firmware says text")
+        String::from_utf8(out).expect("the firmware sends text")
     }
 
     /// Lets time pass and returns the output of that time.
@@ -62,7 +62,7 @@ impl Bench {
             self.firmware.step(self.now_s, &mut out);
         }
         self.now_s = until_s;
-        String::from_utf8(out).expect("the firmware says text")
+        String::from_utf8(out).expect("the firmware sends text")
     }
 
     fn carriage_mm(&self) -> Vector3<f64> {
@@ -86,9 +86,9 @@ fn it_greets_at_power_up_and_at_every_reset() {
 #[test]
 fn ok_comes_when_a_move_is_planned_and_m400_when_it_is_done() {
     let mut bench = Bench::homed();
-    assert_eq!(bench.tell("G1 X80 F4800\n"), "ok\n");
+    assert_eq!(bench.send("G1 X80 F4800\n"), "ok\n");
     assert!(bench.carriage_mm().x < 0.1, "the ok came before the move");
-    assert_eq!(bench.tell("M400\n"), "");
+    assert_eq!(bench.send("M400\n"), "");
     assert_eq!(bench.wait(1.0), "");
     assert_eq!(bench.wait(0.1), "ok\n");
     assert!((bench.carriage_mm().x - 80.0).abs() < 1e-9);
@@ -97,11 +97,11 @@ fn ok_comes_when_a_move_is_planned_and_m400_when_it_is_done() {
 #[test]
 fn m114_tells_the_target_and_m114_r_where_the_motors_are() {
     let mut bench = Bench::homed();
-    bench.tell("G1 X80 F4800\n");
+    bench.send("G1 X80 F4800\n");
     bench.wait(0.54);
-    assert!(bench.tell("M114\n").starts_with("X:80.00 Y:0.00 Z:0.00 E:0.00 Count X:6400 "));
-    assert!(bench.tell("M114 R\n").starts_with("X:40.00 "));
-    assert_eq!(bench.tell("M114 D\n"), "");
+    assert!(bench.send("M114\n").starts_with("X:80.00 Y:0.00 Z:0.00 E:0.00 Count X:6400 "));
+    assert!(bench.send("M114 R\n").starts_with("X:40.00 "));
+    assert_eq!(bench.send("M114 D\n"), "");
     assert!(bench.wait(2.0).starts_with("X:80.00 "));
 }
 
@@ -109,9 +109,9 @@ fn m114_tells_the_target_and_m114_r_where_the_motors_are() {
 fn the_sixteenth_move_waits_for_room_in_the_planner() {
     let mut bench = Bench::homed();
     for n in 1..=15 {
-        assert_eq!(bench.tell(&format!("G1 X{}\n", 2 * n)), "ok\n", "move {n}");
+        assert_eq!(bench.send(&format!("G1 X{}\n", 2 * n)), "ok\n", "move {n}");
     }
-    assert_eq!(bench.tell("G1 X100\n"), "");
+    assert_eq!(bench.send("G1 X100\n"), "");
     let first_move_s = 2.0 / 25.0 + 25.0 / 1000.0;
     assert_eq!(bench.wait(first_move_s - 0.001), "");
     assert_eq!(bench.wait(0.002), "ok\n");
@@ -120,10 +120,10 @@ fn the_sixteenth_move_waits_for_room_in_the_planner() {
 #[test]
 fn it_says_that_it_is_busy_every_two_seconds() {
     let mut bench = Bench::homed();
-    bench.tell("G1 X100 F1200\nM400\n");
-    let said = bench.wait(10.0);
-    assert_eq!(said, "echo:busy: processing\necho:busy: processing\nok\n");
-    bench.tell("M113 S0\nG1 X0\nM400\n");
+    bench.send("G1 X100 F1200\nM400\n");
+    let output = bench.wait(10.0);
+    assert_eq!(output, "echo:busy: processing\necho:busy: processing\nok\n");
+    bench.send("M113 S0\nG1 X0\nM400\n");
     assert_eq!(bench.wait(10.0), "ok\n");
 }
 
@@ -131,38 +131,38 @@ fn it_says_that_it_is_busy_every_two_seconds() {
 fn homing_takes_the_carriage_from_wherever_it_was_to_the_switches() {
     let mut bench = Bench::new();
     assert!(bench.carriage_mm().norm() > 100.0);
-    assert!(bench.tell("M119\n").contains("x_min: open"));
-    assert_eq!(bench.tell("G28\n"), "");
-    let said = bench.wait(30.0);
-    assert!(said.contains("busy") && said.ends_with("ok\n"), "{said}");
+    assert!(bench.send("M119\n").contains("x_min: open"));
+    assert_eq!(bench.send("G28\n"), "");
+    let output = bench.wait(30.0);
+    assert!(output.contains("busy") && output.ends_with("ok\n"), "{output}");
     assert_eq!(bench.carriage_mm(), Vector3::zeros());
-    assert!(bench.tell("M119\n").contains("x_min: TRIGGERED"));
+    assert!(bench.send("M119\n").contains("x_min: TRIGGERED"));
 }
 
 #[test]
 fn after_homing_a_move_beyond_the_travel_is_clamped_and_nothing_is_said() {
     let mut bench = Bench::homed();
-    assert_eq!(bench.tell("G1 X999 Y-5 F9000\n"), "ok\n");
-    assert!(bench.tell("M114\n").starts_with("X:300.00 Y:0.00 "));
+    assert_eq!(bench.send("G1 X999 Y-5 F9000\n"), "ok\n");
+    assert!(bench.send("M114\n").starts_with("X:300.00 Y:0.00 "));
 }
 
 #[test]
 fn before_homing_a_move_may_run_into_a_switch_and_the_two_positions_part() {
     let mut bench = Bench::new();
-    assert_eq!(bench.tell("G1 X-72 F3000\n"), "ok\n");
+    assert_eq!(bench.send("G1 X-72 F3000\n"), "ok\n");
     assert_eq!(bench.wait(5.0), "echo:endstops hit:  X:0.00\n");
     assert_eq!(bench.carriage_mm().x, 0.0);
-    assert!(bench.tell("M114\n").starts_with("X:-72.00 "));
-    assert!(bench.tell("M114 R\n").starts_with("X:-42.00 "));
+    assert!(bench.send("M114\n").starts_with("X:-72.00 "));
+    assert!(bench.send("M114 R\n").starts_with("X:-42.00 "));
 }
 
 #[test]
 fn a_move_into_the_far_end_loses_steps_that_only_homing_finds() {
     let mut bench = Bench::new();
-    bench.tell("G1 X280 F6000\n");
+    bench.send("G1 X280 F6000\n");
     bench.wait(10.0);
     assert_eq!(bench.carriage_mm().x, 300.0);
-    bench.tell("G1 X270 F6000\n");
+    bench.send("G1 X270 F6000\n");
     bench.wait(10.0);
     assert!((bench.carriage_mm().x - 290.0).abs() < 1e-9);
 }
@@ -170,11 +170,11 @@ fn a_move_into_the_far_end_loses_steps_that_only_homing_finds() {
 #[test]
 fn relative_moves_and_named_positions_are_as_in_the_real_firmware() {
     let mut bench = Bench::homed();
-    bench.tell("G1 X10 Y10\nG91\nG1 X5 Y-2\nG90\n");
-    assert!(bench.tell("M114\n").starts_with("X:15.00 Y:8.00 "));
-    bench.tell("G92 X0\n");
-    assert!(bench.tell("M114\n").starts_with("X:0.00 Y:8.00 Z:0.00 E:0.00 Count X:1200 "));
-    bench.tell("G1 X1 F3000\n");
+    bench.send("G1 X10 Y10\nG91\nG1 X5 Y-2\nG90\n");
+    assert!(bench.send("M114\n").starts_with("X:15.00 Y:8.00 "));
+    bench.send("G92 X0\n");
+    assert!(bench.send("M114\n").starts_with("X:0.00 Y:8.00 Z:0.00 E:0.00 Count X:1200 "));
+    bench.send("G1 X1 F3000\n");
     bench.wait(5.0);
     assert!((bench.carriage_mm().x - 16.0).abs() < 1e-9);
 }
@@ -182,53 +182,53 @@ fn relative_moves_and_named_positions_are_as_in_the_real_firmware() {
 #[test]
 fn a_damaged_line_is_wanted_again() {
     let mut bench = Bench::new();
-    bench.tell(&numbered(0, "M110"));
-    assert_eq!(bench.tell(&numbered(1, "G90")), "ok\n");
-    assert_eq!(bench.tell("N2 G9x*12\n"), "Error:checksum mismatch, Last Line: 1\nResend: 2\nok\n");
+    bench.send(&numbered(0, "M110"));
+    assert_eq!(bench.send(&numbered(1, "G90")), "ok\n");
+    assert_eq!(bench.send("N2 G9x*12\n"), "Error:checksum mismatch, Last Line: 1\nResend: 2\nok\n");
     assert_eq!(
-        bench.tell(&numbered(7, "G90")),
+        bench.send(&numbered(7, "G90")),
         "Error:Line Number is not Last Line Number+1, Last Line: 1\nResend: 2\nok\n"
     );
     assert_eq!(
-        bench.tell("N2 G90\n"),
+        bench.send("N2 G90\n"),
         "Error:No Checksum with line number, Last Line: 1\nResend: 2\nok\n"
     );
-    assert_eq!(bench.tell(&numbered(2, "G90")), "ok\n");
+    assert_eq!(bench.send(&numbered(2, "G90")), "ok\n");
 }
 
 #[test]
 fn a_repeated_line_number_is_dropped_with_no_ok() {
     let mut bench = Bench::homed();
-    bench.tell(&numbered(0, "M110"));
-    assert_eq!(bench.tell(&numbered(1, "G91")), "ok\n");
-    assert_eq!(bench.tell(&numbered(2, "G1 X10")), "ok\n");
-    assert_eq!(bench.tell(&numbered(2, "G1 X10")), "");
-    assert_eq!(bench.tell(&numbered(1, "G91")), "");
-    assert!(bench.tell("M114\n").starts_with("X:10.00 "), "the repeat moved nothing");
+    bench.send(&numbered(0, "M110"));
+    assert_eq!(bench.send(&numbered(1, "G91")), "ok\n");
+    assert_eq!(bench.send(&numbered(2, "G1 X10")), "ok\n");
+    assert_eq!(bench.send(&numbered(2, "G1 X10")), "");
+    assert_eq!(bench.send(&numbered(1, "G91")), "");
+    assert!(bench.send("M114\n").starts_with("X:10.00 "), "the repeat moved nothing");
 }
 
 #[test]
 fn blank_lines_get_no_answer_and_unknown_commands_an_echo_and_ok() {
     let mut bench = Bench::new();
-    assert_eq!(bench.tell("\n\r\n  \n; a comment\n"), "");
-    assert_eq!(bench.tell("g28\n"), "echo:Unknown command: \"g28\"\nok\n");
-    assert_eq!(bench.tell("M9999\n"), "echo:Unknown command: \"M9999\"\nok\n");
+    assert_eq!(bench.send("\n\r\n  \n; a comment\n"), "");
+    assert_eq!(bench.send("g28\n"), "echo:Unknown command: \"g28\"\nok\n");
+    assert_eq!(bench.send("M9999\n"), "echo:Unknown command: \"M9999\"\nok\n");
 }
 
 #[test]
 fn m118_says_its_text_back_in_the_order_of_the_commands() {
     let mut bench = Bench::homed();
-    assert_eq!(bench.tell("M118 here 12\n"), "here 12\nok\n");
-    bench.tell("G1 X80 F4800\nM400\n");
-    assert_eq!(bench.tell("M118 there\n"), "");
+    assert_eq!(bench.send("M118 here 12\n"), "here 12\nok\n");
+    bench.send("G1 X80 F4800\nM400\n");
+    assert_eq!(bench.send("M118 there\n"), "");
     assert!(bench.wait(2.0).ends_with("ok\nthere\nok\n"));
 }
 
 #[test]
 fn lines_sent_blind_overrun_the_buffers_and_nothing_is_said() {
     let mut bench = Bench::homed();
-    let said = bench.tell(&"G4 P100\n".repeat(100));
-    let oks = (said + &bench.wait(60.0)).matches("ok\n").count();
+    let output = bench.send(&"G4 P100\n".repeat(100));
+    let oks = (output + &bench.wait(60.0)).matches("ok\n").count();
     // The receive buffer holds 128 bytes, sixteen of these lines.
     assert!((10..30).contains(&oks), "{oks}");
 }
@@ -236,26 +236,30 @@ fn lines_sent_blind_overrun_the_buffers_and_nothing_is_said() {
 #[test]
 fn m410_stops_the_carriage_and_loses_the_position() {
     let mut bench = Bench::homed();
-    bench.tell("G1 X200 F4800\nM400\n");
+    bench.send("G1 X200 F4800\nM400\n");
     bench.wait(1.0);
-    let said = bench.tell("M410\n");
-    assert!(said.starts_with("ok\n"), "the M400 has nothing left to wait for: {said}");
+    let output = bench.send("M410\n");
+    assert!(output.starts_with("ok\n"), "the M400 has nothing left to wait for: {output}");
     bench.wait(1.0);
     let stood_mm = bench.carriage_mm();
     bench.wait(5.0);
     assert_eq!(bench.carriage_mm(), stood_mm);
     assert!(stood_mm.x > 70.0 && stood_mm.x < 90.0, "{stood_mm}");
-    let told = bench.tell("M114\n");
-    let told_mm: f64 = told[2..].split(' ').next().and_then(|x| x.parse().ok()).expect("a number");
-    assert!((told_mm - stood_mm.x).abs() > 1.0, "it ran on uncounted: {told_mm} {stood_mm}");
+    let reported = bench.send("M114\n");
+    let reported_mm: f64 =
+        reported[2..].split(' ').next().and_then(|x| x.parse().ok()).expect("a number");
+    assert!(
+        (reported_mm - stood_mm.x).abs() > 1.0,
+        "it coasted uncounted: {reported_mm} {stood_mm}"
+    );
 }
 
 #[test]
 fn without_an_emergency_parser_m410_waits_its_turn() {
     let settings = MarlinSettings { emergency_parser: false, ..MarlinSettings::default() };
     let mut bench = Bench::with(settings);
-    bench.tell("G1 X100 F1200\nM400\n");
-    assert_eq!(bench.tell("M410\n"), "");
+    bench.send("G1 X100 F1200\nM400\n");
+    assert_eq!(bench.send("M410\n"), "");
     assert!(bench.wait(20.0).ends_with("ok\nok\n"));
     assert!((bench.carriage_mm().x - 142.0).abs() < 1e-9);
 }
@@ -263,34 +267,34 @@ fn without_an_emergency_parser_m410_waits_its_turn() {
 #[test]
 fn m112_is_followed_by_silence_until_a_power_cycle() {
     let mut bench = Bench::homed();
-    bench.tell("G1 X200 F1200\nM400\n");
-    assert_eq!(bench.tell("M112\n"), "Error:Printer halted. kill() called!\n");
-    assert_eq!(bench.tell("M114\nM999\n"), "");
+    bench.send("G1 X200 F1200\nM400\n");
+    assert_eq!(bench.send("M112\n"), "Error:Printer halted. kill() called!\n");
+    assert_eq!(bench.send("M114\nM999\n"), "");
     assert_eq!(bench.wait(60.0), "");
     assert!(bench.power_up().starts_with("start\n"));
-    assert!(bench.tell("M114\n").starts_with("X:0.00 "), "position unknown, taken for zero");
+    assert!(bench.send("M114\n").starts_with("X:0.00 "), "position unknown, taken for zero");
 }
 
 #[test]
 fn a_homing_that_fails_kills_the_firmware() {
     let mut bench = Bench::new();
     bench.jam.store(true, Ordering::Relaxed);
-    bench.tell("G28\n");
+    bench.send("G28\n");
     assert!(
         bench.wait(60.0).ends_with("Error:Homing Failed\nError:Printer halted. kill() called!\n")
     );
-    assert_eq!(bench.tell("M114\n"), "");
+    assert_eq!(bench.send("M114\n"), "");
 }
 
 #[test]
 fn idle_motors_let_go_after_two_minutes_unless_told_not_to() {
     let mut bench = Bench::homed();
-    bench.tell("G1 Z50 F3000\n");
+    bench.send("G1 Z50 F3000\n");
     bench.wait(121.0 + 5.0);
     assert!((bench.carriage_mm().z - 49.0).abs() < 1e-9, "{}", bench.carriage_mm());
-    assert!(bench.tell("M114\n").contains("Z:50.00"));
+    assert!(bench.send("M114\n").contains("Z:50.00"));
     let mut bench = Bench::homed();
-    bench.tell("M84 S0\nG1 Z50 F3000\n");
+    bench.send("M84 S0\nG1 Z50 F3000\n");
     bench.wait(100_000.0);
     assert!((bench.carriage_mm().z - 50.0).abs() < 1e-9);
 }
@@ -299,8 +303,8 @@ fn idle_motors_let_go_after_two_minutes_unless_told_not_to() {
 fn advanced_ok_tells_line_number_and_free_places() {
     let settings = MarlinSettings { advanced_ok: true, ..MarlinSettings::default() };
     let mut bench = Bench::with(settings);
-    bench.tell("M110 N0\n");
-    assert_eq!(bench.tell(&numbered(1, "G1 X200")), "ok N1 P14 B4\n");
+    bench.send("M110 N0\n");
+    assert_eq!(bench.send(&numbered(1, "G1 X200")), "ok N1 P14 B4\n");
 }
 
 proptest! {
@@ -329,7 +333,7 @@ proptest! {
         let mut bench = Bench::new();
         let mut last_mm = bench.carriage_mm();
         for command in commands {
-            bench.tell(&format!("{command}\n"));
+            bench.send(&format!("{command}\n"));
             for _ in 0..20 {
                 bench.wait(0.05);
                 let now_mm = bench.carriage_mm();

@@ -25,7 +25,7 @@ impl Bench {
         Self::with(ReceiverSettings::default(), "[noise]\nadditive_v = 0.01\n")
     }
 
-    fn tell(&mut self, text: &str) -> Vec<u8> {
+    fn send(&mut self, text: &str) -> Vec<u8> {
         let mut out = Vec::new();
         text.bytes().for_each(|byte| self.firmware.receive(byte, self.now_s));
         self.firmware.step(self.now_s, &mut out);
@@ -38,7 +38,7 @@ impl Bench {
     }
 
     fn text(&mut self, text: &str) -> String {
-        String::from_utf8(self.tell(text)).expect("text was asked for")
+        String::from_utf8(self.send(text)).expect("text was asked for")
     }
 
     fn wait(&mut self, seconds: f64) -> String {
@@ -85,7 +85,7 @@ fn binary_frames_carry_the_same_samples_with_a_checksum() {
     let text = Bench::new().text("S 2\n");
     let mut bench = Bench::new();
     assert_eq!(bench.text("E binary\n"), "ok\n");
-    let frames = bench.tell("S 2\n");
+    let frames = bench.send("S 2\n");
     assert_eq!(frames.len(), 3 * 24);
     for (frame, line) in frames.chunks(24).zip(text.lines()) {
         assert_eq!(frame[..2], [0xa5, 0x5a]);
@@ -113,9 +113,9 @@ fn a_free_running_receiver_streams_and_heeds_no_command() {
     let settings = ReceiverSettings { mode: Mode::FreeRunning, ..ReceiverSettings::default() };
     let mut bench = Bench::with(settings, "");
     assert_eq!(bench.text("?\nX\n"), "");
-    let said = bench.wait(0.0051);
-    assert_eq!(said.lines().count(), 5);
-    assert_eq!(said.lines().next().map(|line| line.split(' ').count()), Some(2));
+    let output = bench.wait(0.0051);
+    assert_eq!(output.lines().count(), 5);
+    assert_eq!(output.lines().next().map(|line| line.split(' ').count()), Some(2));
     assert!(bench.wait(100.0).lines().count() < 300, "it never falls far behind");
 }
 
@@ -134,7 +134,7 @@ proptest! {
     ) {
         let mut bench = Bench::new();
         for line in lines {
-            bench.tell(&format!("{line}\n"));
+            bench.send(&format!("{line}\n"));
         }
     }
 }

@@ -133,7 +133,7 @@ fn wind_carries_the_focus_downwind() {
     let array = thesis_array();
     let drive = focused(&array, mm(0.0, 0.0, 100.0));
     let windy = field(&array, "[effects.flow]\nvx_m_s = 10.0\nvy_m_s = 0.0\n");
-    // A wave goes v/c of its way sideways: 2.9 mm at 100 mm.
+    // The wind shifts a wave by v/c of its path: 2.9 mm at 100 mm.
     let level = |x_mm: f64| magnitude(&windy, &drive, mm(x_mm, 0.0, 100.0));
     assert!(level(3.0) > level(0.0) && level(3.0) > level(6.0));
 }
@@ -145,8 +145,8 @@ fn a_dead_element_is_missed_and_a_reversed_one_twice() {
     let drive = focused(&array, mm(0.0, 0.0, 100.0));
     let pressure = |effects: &str| {
         let field = field(&array, effects);
-        let heard = field.contributions(at_m);
-        heard
+        let contributions = field.contributions(at_m);
+        contributions
             .pressures
             .iter()
             .zip(field.weights(&drive.outputs()))
@@ -176,10 +176,10 @@ fn swapped_channels_are_swapped_delays() {
 fn a_reflection_adds_the_field_of_the_mirrored_array() {
     let array = Array::square(1, 1, 10.5e-3).expect("not empty");
     let with = field(&array, "[effects.reflection]\nheight_mm = 200.0\ncoefficient = [0.5, 0.0]\n");
-    let heard = with.contributions(mm(0.0, 0.0, 120.0)).pressures[0];
+    let pressure = with.contributions(mm(0.0, 0.0, 120.0)).pressures[0];
     let (k, radius_m) = (AIR.wavenumber_rad_m(F_HZ), array.elements()[0].radius_m);
     let expected = on_axis(k, radius_m, 0.12) + 0.5 * on_axis(k, radius_m, 0.28);
-    assert!((heard - expected).norm() < 1e-2, "{heard} {expected}");
+    assert!((pressure - expected).norm() < 1e-2, "{pressure} {expected}");
 }
 
 #[test]
@@ -204,11 +204,11 @@ fn turbulence_takes_from_the_focus_what_it_gives_to_speckle() {
     let drive = focused(&array, focus_m);
     let still = field(&array, "");
     let turbulent = field(&array, "[effects.turbulence]\nrad_per_sqrt_m = 2.0\n");
-    let heard = turbulent.contributions(focus_m);
+    let contributions = turbulent.contributions(focus_m);
     let weights = turbulent.weights(&drive.outputs());
     let n = 2000;
     let mean_square: f64 = (0..n)
-        .map(|i| turbulent.magnitude(&heard, &weights, f64::from(i) * 0.11).powi(2))
+        .map(|i| turbulent.magnitude(&contributions, &weights, f64::from(i) * 0.11).powi(2))
         .sum::<f64>()
         / f64::from(n);
     // Of N like elements: N² V² coherent and N (1 - V²) incoherent, with V² = exp(-s² d).

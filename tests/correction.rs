@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fieldgap::acoustics::{Array, Element, Excitation, Medium, Simulation, Simulator, Vec3};
-use fieldgap::acquisition::Lab;
+use fieldgap::acquisition::RigSetup;
 use fieldgap::correction::{Corrected, CorrectionError, correct_recorded_scan, correct_rig_file};
 use fieldgap::diagnosis::{Diagnosis, FittedParameter};
 use fieldgap::input::TomlSource;
@@ -97,11 +97,11 @@ impl Bench {
         correct_recorded_scan(diagnosis, &self.setup, &self.path("scan"), &self.path("corrected"))
     }
 
-    fn correct_rig(&self, diagnosis: &Diagnosis) -> Result<(Corrected, Lab), CorrectionError> {
+    fn correct_rig(&self, diagnosis: &Diagnosis) -> Result<(Corrected, RigSetup), CorrectionError> {
         let out = self.path("corrected.toml");
         let corrected = correct_rig_file(diagnosis, &self.setup, &rig_file(), &out)?;
-        let lab = Lab::read(&out).expect("a rig file");
-        Ok((corrected, lab))
+        let rig_setup = RigSetup::read(&out).expect("a rig file");
+        Ok((corrected, rig_setup))
     }
 
     /// What the array really emits: the delays of the believed set-up, in seconds.
@@ -296,9 +296,9 @@ fn the_words_of_a_corrected_rig_file() {
         ("offset.z_mm".to_owned(), fitted(1.5, 0.2)),
     ]);
     diagnosis.effects = best.effects.clone();
-    let (_, lab) = bench.correct_rig(&diagnosis).expect("corrected");
-    assert_eq!(lab.believed_medium().speed_of_sound_m_s, 347.12);
-    let origin = lab.rig.motion.origin_mm.map(|along| along.get());
+    let (_, rig_setup) = bench.correct_rig(&diagnosis).expect("corrected");
+    assert_eq!(rig_setup.nominal_medium().speed_of_sound_m_s, 347.12);
+    let origin = rig_setup.rig.motion.origin_mm.map(|along| along.get());
     assert_eq!(origin, [149.188, 150.2, -21.5]);
     let text = std::fs::read_to_string(bench.path("corrected.toml")).expect("there");
     let before = std::fs::read_to_string(rig_file()).expect("there");
@@ -315,18 +315,18 @@ fn the_words_of_a_corrected_rig_file() {
 fn elements_of_a_rig_stand_beside_its_file() {
     let bench = Bench::new();
     let diagnosis = named("dead-elements", &[("elements", elements(&[3]))]);
-    let (corrected, lab) = bench.correct_rig(&diagnosis).expect("corrected");
+    let (corrected, rig_setup) = bench.correct_rig(&diagnosis).expect("corrected");
     assert_eq!(corrected.files[0], bench.path("corrected-elements.csv"));
-    assert_eq!(lab.believed_array().elements()[3].amplitude, 0.0);
+    assert_eq!(rig_setup.nominal_array().elements()[3].amplitude, 0.0);
     // A set-up that was corrected can be corrected again, its elements kept.
     let again = named("pitch", &[("ratio", real(1.01))]);
     let mut setup = bench.setup.clone();
-    setup.array = lab.array.clone();
+    setup.array = rig_setup.array.clone();
     let out = bench.path("again.toml");
     correct_rig_file(&again, &setup, &bench.path("corrected.toml"), &out).expect("corrected");
-    let lab = Lab::read(&out).expect("a rig file");
-    assert_eq!(lab.believed_array().elements()[3].amplitude, 0.0);
-    let x_mm = lab.believed_array().elements()[0].centre_m.x * 1e3;
+    let rig_setup = RigSetup::read(&out).expect("a rig file");
+    assert_eq!(rig_setup.nominal_array().elements()[3].amplitude, 0.0);
+    let x_mm = rig_setup.nominal_array().elements()[0].centre_m.x * 1e3;
     assert!((x_mm + 26.25 * 1.01).abs() < 1e-9, "{x_mm}");
 }
 

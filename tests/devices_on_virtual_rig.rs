@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fieldgap::acquisition::{Campaign, Ending, Event, Lab, Session, open_virtual};
+use fieldgap::acquisition::{Ending, Event, PlannedScan, RigSetup, ScanRun, open_virtual};
 use fieldgap::input::TomlSource;
 use fieldgap::records::RecordedScan;
 use fieldgap::rig::check::check;
@@ -76,9 +76,9 @@ async fn scan(folder: &Path, rig: &str, truth: &str) -> (RecordedScan, Vec<Event
     std::fs::write(folder.join("rig.toml"), rig).expect("written");
     std::fs::write(folder.join("truth.toml"), truth).expect("written");
     std::fs::write(folder.join("plan.toml"), PLAN).expect("written");
-    let campaign = Campaign::read(&folder.join("plan.toml"), None).expect("a valid plan");
+    let campaign = PlannedScan::read(&folder.join("plan.toml"), None).expect("a valid plan");
     let out = folder.join("scan");
-    let session = Session::begin(campaign, &out).await.expect("the rig opens");
+    let session = ScanRun::begin(campaign, &out).await.expect("the rig opens");
     let mut events = Vec::new();
     let mut watch = |event: &Event| events.push(event.clone());
     let ended = session.run(&mut watch, std::future::pending()).await.expect("it is kept");
@@ -297,8 +297,8 @@ async fn a_sensor_that_says_something_else_is_told_of_before_anything_moves() {
     ] {
         std::fs::write(folder.path().join(name), text).expect("written");
     }
-    let campaign = Campaign::read(&folder.path().join("plan.toml"), None).expect("a valid plan");
-    let refused = Session::begin(campaign, &folder.path().join("scan")).await;
+    let campaign = PlannedScan::read(&folder.path().join("plan.toml"), None).expect("a valid plan");
+    let refused = ScanRun::begin(campaign, &folder.path().join("scan")).await;
     let error = refused.err().expect("it says `RH`").to_string();
     assert!(
         error.starts_with("environment sensor on /dev/pts/") && error.contains("T=26.00"),
@@ -307,12 +307,13 @@ async fn a_sensor_that_says_something_else_is_told_of_before_anything_moves() {
 }
 
 /// A rig file's laboratory and its virtual rig, for what is done to a device from outside.
-fn laboratory(rig: &str) -> (tempfile::TempDir, Lab, VirtualRig) {
+fn laboratory(rig: &str) -> (tempfile::TempDir, RigSetup, VirtualRig) {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("truth.toml"), QUIET).expect("written");
-    let lab = Lab::parse(TomlSource::new(&folder.path().join("rig.toml"), rig)).expect("valid");
-    let firmware = open_virtual(&lab).expect("it opens").expect("it is virtual");
-    (folder, lab, firmware)
+    let rig_setup =
+        RigSetup::parse(TomlSource::new(&folder.path().join("rig.toml"), rig)).expect("valid");
+    let firmware = open_virtual(&rig_setup).expect("it opens").expect("it is virtual");
+    (folder, rig_setup, firmware)
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -320,12 +321,12 @@ async fn a_board_that_emits_from_its_power_up_or_a_reset_is_put_right() {
     let channels = scattered(256);
     let driver = format!("[focus_array.sonic_surface.wiring]\nchannels = {channels:?}");
     let truth = format!("[virtual.array]\ncontroller = \"sonic-surface\"\nchannels = {channels:?}");
-    let (_folder, lab, firmware) = laboratory(&rig(STREAM, &driver, &truth));
+    let (_folder, rig_setup, firmware) = laboratory(&rig(STREAM, &driver, &truth));
     let sounding = || firmware.world().drive_at(f64::MAX).outputs().into_iter().flatten().count();
     // Answered when the board has started: its first start may still be under way.
     assert!(firmware.inject(Part::Array, Fault::Reset));
     assert_eq!(sounding(), 36, "it powers up at full drive");
-    let mut array = open_array(&lab.rig, &firmware.ports()).await.expect("it opens");
+    let mut array = open_array(&rig_setup.rig, &firmware.ports()).await.expect("it opens");
     assert!(!array.identity().acknowledges);
     assert_eq!(sounding(), 0, "opening silences it");
     let last_words = array.emergency().expect("a port can be held open").bytes;
@@ -348,9 +349,9 @@ async fn a_board_that_emits_from_its_power_up_or_a_reset_is_put_right() {
 #[tokio::test(flavor = "multi_thread")]
 async fn an_oscilloscope_that_is_reset_or_unplugged_is_told() {
     let scope = "[receiver.scpi]\nanswer_within_s = 0.5\n";
-    let (_folder, lab, firmware) =
+    let (_folder, rig_setup, firmware) =
         laboratory(&rig(scope, THESIS, "[virtual.receiver]\nmode = \"scpi\""));
-    let mut rig = open(&lab.rig, &firmware.ports()).await.expect("it opens");
+    let mut rig = open(&rig_setup.rig, &firmware.ports()).await.expect("it opens");
     let settle = std::time::Duration::from_millis(1);
     assert_eq!(rig.receiver().read_point(settle, 2).await.expect("it answers").count, 2);
     // The answer to one question is lost: the call ends in time, and the next one is in step again.
@@ -376,8 +377,8 @@ async fn a_check_tells_what_each_device_says_of_itself() {
         "[virtual.receiver]\nmode = \"marlin-pin\"\n[virtual.environment]\ntemperature_c = 21.3\nhumidity_percent = 45.0",
     );
     text.insert_str(text.find("[virtual]").expect("it has a virtual part"), ASKED);
-    let (_folder, lab, firmware) = laboratory(&text);
-    let report = check(&lab.rig, &firmware.ports(), 36).await;
+    let (_folder, rig_setup, firmware) = laboratory(&text);
+    let report = check(&rig_setup.rig, &firmware.ports(), 36).await;
     assert!(report.can_scan(), "{report}");
     let said = report.to_string();
     for words in ["21.3 °C, 45 %", "it never answers", "a file, 36 elements"] {

@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use fieldgap::acoustics::radiation::level_db;
-use fieldgap::acquisition::{Lab, open_virtual};
+use fieldgap::acquisition::{RigSetup, open_virtual};
 use fieldgap::display::{Composed, DisplayFile, Ended, Playback, SoundingArray, compose, play};
 use fieldgap::input::TomlSource;
 use fieldgap::rig::{ArrayIdentity, FocusArray, open_array};
@@ -19,18 +19,18 @@ fn root() -> &'static Path {
 }
 
 /// A rig file of the repository, in time that passes as the wall's times a factor.
-fn lab(name: &str, times: f64) -> Lab {
+fn rig_setup(name: &str, times: f64) -> RigSetup {
     let path = root().join("rigs").join(name);
     let text = std::fs::read_to_string(&path).expect("the rig file is there");
     let lines = text.lines().map(|line| match line.starts_with("pace = ") {
         true => format!("pace = {{ times = {times:?} }}\n"),
         false => format!("{line}\n"),
     });
-    Lab::parse(TomlSource::new(&path, lines.collect::<String>())).expect("valid")
+    RigSetup::parse(TomlSource::new(&path, lines.collect::<String>())).expect("valid")
 }
 
-fn opened(lab: &Lab) -> VirtualRig {
-    open_virtual(lab).expect("it opens").expect("it is virtual")
+fn opened(rig_setup: &RigSetup) -> VirtualRig {
+    open_virtual(rig_setup).expect("it opens").expect("it is virtual")
 }
 
 fn display(text: &str) -> DisplayFile {
@@ -39,23 +39,23 @@ fn display(text: &str) -> DisplayFile {
         .expect("valid")
 }
 
-fn sounding<'a>(lab: &'a Lab, display: &DisplayFile) -> SoundingArray<'a> {
+fn sounding<'a>(rig_setup: &'a RigSetup, display: &DisplayFile) -> SoundingArray<'a> {
     SoundingArray {
-        array: lab.believed_array(),
-        medium: lab.believed_medium(),
-        frequency_hz: lab.array.frequency_hz(),
-        transducer: display.output.simulator.transducer(lab.believed_array()),
+        array: rig_setup.nominal_array(),
+        medium: rig_setup.nominal_medium(),
+        frequency_hz: rig_setup.array.frequency_hz(),
+        transducer: display.output.simulator.transducer(rig_setup.nominal_array()),
     }
 }
 
-async fn array(lab: &Lab, rig: &VirtualRig) -> (Box<dyn FocusArray>, ArrayIdentity) {
-    let array = open_array(&lab.rig, &rig.ports()).await.expect("it answers");
+async fn array(rig_setup: &RigSetup, rig: &VirtualRig) -> (Box<dyn FocusArray>, ArrayIdentity) {
+    let array = open_array(&rig_setup.rig, &rig.ports()).await.expect("it answers");
     let identity = array.identity().clone();
     (array, identity)
 }
 
-fn composed(lab: &Lab, display: &DisplayFile, controller: &ArrayIdentity) -> Composed {
-    compose(display, &sounding(lab, display), controller).expect("it fits")
+fn composed(rig_setup: &RigSetup, display: &DisplayFile, controller: &ArrayIdentity) -> Composed {
+    compose(display, &sounding(rig_setup, display), controller).expect("it fits")
 }
 
 const TWO_FOCI: &str = "[modulation.am]\nfrequency_hz = 173.0\n[[focus]]\n\
@@ -64,12 +64,12 @@ const TWO_FOCI: &str = "[modulation.am]\nfrequency_hz = 173.0\n[[focus]]\n\
 
 #[tokio::test(flavor = "multi_thread")]
 async fn the_array_receives_what_was_composed_and_falls_silent_after_it() {
-    let lab = lab("virtual.toml", 1.0);
-    let rig = opened(&lab);
-    let (mut array, identity) = array(&lab, &rig).await;
+    let rig_setup = rig_setup("virtual.toml", 1.0);
+    let rig = opened(&rig_setup);
+    let (mut array, identity) = array(&rig_setup, &rig).await;
     assert!(!rig.world().drive_at(rig.clock().now_s()).emitting, "silent when opened");
     let display = display(TWO_FOCI);
-    let composed = composed(&lab, &display, &identity);
+    let composed = composed(&rig_setup, &display, &identity);
     assert!(composed.program.frames().len() > 50);
 
     let received = async {
@@ -91,17 +91,17 @@ async fn the_array_receives_what_was_composed_and_falls_silent_after_it() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn the_receiver_hears_the_level_that_the_display_promises() {
-    let lab = lab("virtual.toml", 1.0);
-    let rig = opened(&lab);
+    let rig_setup = rig_setup("virtual.toml", 1.0);
+    let rig = opened(&rig_setup);
     let nozzle_m = rig.world().nozzle_m(0.0);
     let at_mm = nozzle_m * 1e3;
     let text = format!(
         "[[focus]]\npath.point_mm = [{:?}, {:?}, {:?}]\n[modulation.pwm]\nfrequency_hz = 200\nduty_percent = 40\n",
         at_mm.x, at_mm.y, at_mm.z
     );
-    let (mut array, identity) = array(&lab, &rig).await;
+    let (mut array, identity) = array(&rig_setup, &rig).await;
     let display = display(&text);
-    let composed = composed(&lab, &display, &identity);
+    let composed = composed(&rig_setup, &display, &identity);
     let begun_s = rig.clock().now_s();
     play(array.as_mut(), &composed.program, Some(0.1), std::future::pending())
         .await
@@ -123,7 +123,7 @@ async fn the_receiver_hears_the_level_that_the_display_promises() {
     // rigs/truth/thesis-lab.toml: 4 Pa at 1 m, 3 mV/Pa. The truth's field is the Rayleigh integral, the display's the far field.
     let element_db = level_db(4.0 / 0.3);
     let playback =
-        Playback::new(&composed.program, sounding(&lab, &display), &identity, element_db);
+        Playback::new(&composed.program, sounding(&rig_setup, &display), &identity, element_db);
     let promised_v = 0.4 * 0.003 * playback.rms_pa(0, &[nozzle_m])[0];
     assert!((heard_v / promised_v - 1.0).abs() < 0.03, "{heard_v} V, promised {promised_v} V");
 }
@@ -182,7 +182,7 @@ fn signal(child: &Child, signal: rustix::process::Signal) {
 #[test]
 fn ctrl_c_silences_the_array() {
     let folder = tempfile::tempdir().expect("a folder");
-    let rig = opened(&lab("virtual.toml", 1.0));
+    let rig = opened(&rig_setup("virtual.toml", 1.0));
     let mut child = playing(&rig, folder.path());
     signal(&child, rustix::process::Signal::INT);
     let mut said = String::new();
@@ -195,7 +195,7 @@ fn ctrl_c_silences_the_array() {
 #[test]
 fn a_program_that_is_killed_leaves_the_array_sounding_for_its_lease_only() {
     let folder = tempfile::tempdir().expect("a folder");
-    let rig = opened(&lab("virtual.toml", 1.0));
+    let rig = opened(&rig_setup("virtual.toml", 1.0));
     let mut child = playing(&rig, folder.path());
     signal(&child, rustix::process::Signal::KILL);
     child.wait().expect("it ends");
@@ -206,10 +206,10 @@ fn a_program_that_is_killed_leaves_the_array_sounding_for_its_lease_only() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn swipes_are_told_over_the_port_as_they_happen() {
-    let lab = lab("swipe.toml", 40.0);
-    let rig = opened(&lab);
-    let (mut array, _) = array(&lab, &rig).await;
-    let section = lab.sensing.expect("it listens");
+    let rig_setup = rig_setup("swipe.toml", 40.0);
+    let rig = opened(&rig_setup);
+    let (mut array, _) = array(&rig_setup, &rig).await;
+    let section = rig_setup.sensing.expect("it listens");
     let mut session = SensingSession::begin(array.as_mut(), section).await.expect("it listens");
     let begun_s = rig.clock().now_s();
     let mut swipes: Vec<Swipe> = Vec::new();

@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Lines};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use fieldgap::acquisition::{Campaign, Ending, Event, Session};
+use fieldgap::acquisition::{Ending, Event, PlannedScan, ScanRun};
 use fieldgap::records::RecordedScan;
 use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, prlimit};
 
@@ -204,8 +204,8 @@ async fn a_scan_whose_program_panics_ends_safe_and_can_be_finished() {
     let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
     std::fs::write(&plan, PLAN).expect("the plan is written");
     let campaign =
-        Campaign::read(&plan, Some(&here("rigs/virtual.toml"))).expect("a plan and a rig");
-    let session = Session::begin(campaign, &folder).await.expect("it begins");
+        PlannedScan::read(&plan, Some(&here("rigs/virtual.toml"))).expect("a plan and a rig");
+    let session = ScanRun::begin(campaign, &folder).await.expect("it begins");
     let mut panics = |event: &Event| {
         assert!(!matches!(event, Event::Measured { row: 7, .. }), "a defect of the display");
     };
@@ -218,7 +218,7 @@ async fn a_scan_whose_program_panics_ends_safe_and_can_be_finished() {
         assert!(reason.contains(words), "no `{words}` in {reason}");
     }
     assert_eq!(RecordedScan::open(&folder).expect("whole").samples.len(), 8);
-    let resumed = Session::resume(&folder).await.expect("it can be taken up");
+    let resumed = ScanRun::resume(&folder).await.expect("it can be taken up");
     let ended = resumed.run(&mut |_| (), std::future::pending()).await.expect("it ends");
     assert_eq!(ended, Ending::Complete);
 }

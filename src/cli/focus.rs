@@ -10,7 +10,7 @@ use super::output::{print, print_json};
 use super::simulate::positive;
 use super::stop::StopRequests;
 use super::watchdog::guard_array;
-use fieldgap_acquisition::{Lab, open_virtual};
+use fieldgap_acquisition::{RigSetup, open_virtual};
 use fieldgap_display::{Composed, DisplayFile, Ended, SoundingArray, compose, play};
 use fieldgap_input::Positive;
 use fieldgap_rig::{ArrayIdentity, open_array};
@@ -35,21 +35,22 @@ pub(super) struct Focus {
 impl Focus {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         let display = DisplayFile::read(&self.display)?;
-        let mut lab = Lab::read(&self.rig.clone().unwrap_or_else(|| display.rig_path()))?;
-        if let Some(config) = &mut lab.virtual_rig {
+        let mut rig_setup =
+            RigSetup::read(&self.rig.clone().unwrap_or_else(|| display.rig_path()))?;
+        if let Some(config) = &mut rig_setup.virtual_rig {
             // A display lasts as long as somebody feels it.
             config.keep_wall_clock();
         }
-        let firmware = open_virtual(&lab)?;
+        let firmware = open_virtual(&rig_setup)?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         let seconds = self.seconds.or(display.seconds).map(Positive::get);
         runtime.block_on(async {
             let stop = StopRequests::listen().into_diagnostic()?;
-            let mut array = open_array(&lab.rig, &ports).await?;
+            let mut array = open_array(&rig_setup.rig, &ports).await?;
             let _watchdog = guard_array(&*array, firmware.is_some())?;
             let identity = array.identity().clone();
-            let believed = lab.believed_array().len();
+            let believed = rig_setup.nominal_array().len();
             if believed != identity.elements {
                 return Err(miette!(
                     help = "make [array] in the rig file the array that is connected",
@@ -58,7 +59,7 @@ impl Focus {
                     identity.elements
                 ));
             }
-            let composed = compose(&display, &sounding(&lab, &display), &identity)?;
+            let composed = compose(&display, &sounding(&rig_setup, &display), &identity)?;
             if !self.json {
                 let length = match seconds {
                     Some(seconds) => format!("for {seconds} s"),
@@ -93,12 +94,12 @@ impl Focus {
 }
 
 /// The array of a rig file, radiating as a display file says.
-pub(super) fn sounding<'a>(lab: &'a Lab, display: &DisplayFile) -> SoundingArray<'a> {
+pub(super) fn sounding<'a>(rig_setup: &'a RigSetup, display: &DisplayFile) -> SoundingArray<'a> {
     SoundingArray {
-        array: lab.believed_array(),
-        medium: lab.believed_medium(),
-        frequency_hz: lab.array.frequency_hz(),
-        transducer: display.output.simulator.transducer(lab.believed_array()),
+        array: rig_setup.nominal_array(),
+        medium: rig_setup.nominal_medium(),
+        frequency_hz: rig_setup.array.frequency_hz(),
+        transducer: display.output.simulator.transducer(rig_setup.nominal_array()),
     }
 }
 

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::scan::{Showing, conduct, told};
-use fieldgap_acquisition::Session;
+use fieldgap_acquisition::ScanRun;
 
 /// The `resume` command.
 #[derive(Debug, Args)]
@@ -20,7 +20,7 @@ pub(super) struct Resume {
 impl Resume {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         self.showing.is_possible()?;
-        let ending = conduct(Session::resume(&self.folder), &self.showing)?;
+        let ending = conduct(ScanRun::resume(&self.folder), &self.showing)?;
         Ok(told(&self.folder, &ending))
     }
 }

@@ -16,7 +16,9 @@ use super::watch::{Controls, Watching};
 use super::watchdog::watchdog;
 use crate::terminal::Screen;
 use crate::terminal::watch::ScanView;
-use fieldgap_acquisition::{Campaign, CampaignError, DryRun, Ending, Event, PauseSwitch, Session};
+use fieldgap_acquisition::{
+    AcquisitionError, DryRun, Ending, Event, PauseSwitch, PlannedScan, ScanRun,
+};
 
 /// What a scan is asked for, here and for `run`.
 #[derive(Debug, Args)]
@@ -75,8 +77,8 @@ impl ScanArgs {
     /// Checks the plan, then scans it unless only the check was asked for.
     pub(super) fn scan(&self) -> miette::Result<Scanned> {
         self.showing.is_possible()?;
-        let campaign = Campaign::read(&self.plan, self.rig.as_deref())?;
-        let check = campaign.dry_run()?;
+        let scan = PlannedScan::read(&self.plan, self.rig.as_deref())?;
+        let check = scan.dry_run()?;
         if self.dry_run && self.showing.json {
             print_json(&check)?;
             return Ok(Scanned::Checked);
@@ -85,16 +87,16 @@ impl ScanArgs {
         if self.dry_run {
             return Ok(Scanned::Checked);
         }
-        let folder = self.out.clone().unwrap_or_else(|| fresh_folder(campaign.name()));
-        let diagnose = campaign.plan().diagnose;
-        let ending = conduct(Session::begin(campaign, &folder), &self.showing)?;
+        let folder = self.out.clone().unwrap_or_else(|| fresh_folder(scan.name()));
+        let diagnose = scan.plan().diagnose;
+        let ending = conduct(ScanRun::begin(scan, &folder), &self.showing)?;
         Ok(Scanned::Done { folder, ending, diagnose })
     }
 }
 
 /// Runs a session to its end, shown as it goes, ended safe by Ctrl-C, a closed terminal or a request to terminate.
 pub(super) fn conduct(
-    session: impl Future<Output = Result<Session, CampaignError>>,
+    session: impl Future<Output = Result<ScanRun, AcquisitionError>>,
     showing: &Showing,
 ) -> miette::Result<Ending> {
     let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
@@ -111,7 +113,7 @@ pub(super) fn conduct(
             }
         };
         let (tell, told) = unbounded_channel();
-        let attendant = tokio::spawn(session.attendant().attend(told, show.clone()));
+        let monitor = tokio::spawn(session.monitor().follow(told, show.clone()));
         let asked = async {
             tokio::select! {
                 who = stop.first() => who,
@@ -125,7 +127,7 @@ pub(super) fn conduct(
         };
         let ending = session.run(watch, asked).await;
         drop(tell);
-        let _ = attendant.await;
+        let _ = monitor.await;
         Ok(ending?)
     });
     // Signals stay in the runtime's hands for as long as the program lives: the listener goes on.
@@ -147,7 +149,7 @@ impl Showing {
 
     fn begin(
         &self,
-        session: &mut Session,
+        session: &mut ScanRun,
         abort: UnboundedSender<&'static str>,
     ) -> miette::Result<Progress> {
         if self.json {
@@ -157,10 +159,10 @@ impl Showing {
             return Ok(Progress::bar(session.visits(), session.done()));
         }
         let receiver = session.receiver().clone();
-        let campaign = session.campaign();
+        let scan = session.scan();
         let view = ScanView::new(
-            campaign.plan(),
-            campaign.visits(),
+            scan.plan(),
+            scan.visits(),
             session.kept(),
             receiver.unit,
             receiver.full_scale,

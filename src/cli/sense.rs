@@ -10,7 +10,7 @@ use super::output::print;
 use super::simulate::positive;
 use super::stop::StopRequests;
 use super::watchdog::guard_array;
-use fieldgap_acquisition::{Lab, open_virtual};
+use fieldgap_acquisition::{RigSetup, open_virtual};
 use fieldgap_input::Positive;
 use fieldgap_rig::open_array;
 use fieldgap_sensing::{SensingSession, Swipe};
@@ -31,25 +31,25 @@ pub(super) struct Sense {
 
 impl Sense {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let mut lab = Lab::read(&self.rig)?;
-        let section = lab.sensing.ok_or_else(|| {
+        let mut rig_setup = RigSetup::read(&self.rig)?;
+        let section = rig_setup.sensing.ok_or_else(|| {
             miette!(
                 help = "add a [sensing] section with the elements `left` and `right`, as in rigs/swipe.toml",
                 "{} does not say which elements listen",
                 self.rig.display()
             )
         })?;
-        if let Some(config) = &mut lab.virtual_rig {
+        if let Some(config) = &mut rig_setup.virtual_rig {
             // The hand moves by itself.
             config.keep_wall_clock();
         }
-        let firmware = open_virtual(&lab)?;
+        let firmware = open_virtual(&rig_setup)?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         runtime.block_on(async {
             let stop = StopRequests::listen().into_diagnostic()?.first();
             tokio::pin!(stop);
-            let mut array = open_array(&lab.rig, &ports).await?;
+            let mut array = open_array(&rig_setup.rig, &ports).await?;
             let _watchdog = guard_array(&*array, firmware.is_some())?;
             let [a, b, c, d] = section.elements();
             if !self.json {

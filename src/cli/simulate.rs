@@ -14,7 +14,7 @@ use fieldgap_acoustics::metrics::{
     Convention, PlaneMap, THESIS_THRESHOLD, focal_radius, peak, sub_peaks,
 };
 use fieldgap_acoustics::{Excitation, PlaneGrid, Simulation, Simulator, Vec3};
-use fieldgap_acquisition::{Campaign, Lab};
+use fieldgap_acquisition::{PlannedScan, RigSetup};
 use fieldgap_input::Positive;
 use fieldgap_records::{Axis, Region, Shape};
 
@@ -109,14 +109,14 @@ impl Simulate {
     }
 
     fn volume(&self, heights: Heights, folder: &Path) -> miette::Result<()> {
-        let lab = self.lab()?;
-        let simulation = self.simulation_of_flags(&lab)?;
+        let rig_setup = self.rig_setup()?;
+        let simulation = self.simulation_of_flags(&rig_setup)?;
         let grid = PlaneGrid::square(self.half_m(), self.step_mm.get() * 1e-3, 0.0);
-        simulate_volume(&lab, &simulation, &grid, heights, self.step_mm.get(), folder)
+        simulate_volume(&rig_setup, &simulation, &grid, heights, self.step_mm.get(), folder)
     }
 
-    fn lab(&self) -> miette::Result<Lab> {
-        Ok(Lab::read(self.rig.as_deref().expect("clap asks for a plan or a rig"))?)
+    fn rig_setup(&self) -> miette::Result<RigSetup> {
+        Ok(RigSetup::read(self.rig.as_deref().expect("clap asks for a plan or a rig"))?)
     }
 
     /// Half of the planes' side, a whole number of steps.
@@ -125,7 +125,7 @@ impl Simulate {
         steps * self.step_mm.get() * 1e-3
     }
 
-    fn simulation_of_flags(&self, lab: &Lab) -> miette::Result<Simulation> {
+    fn simulation_of_flags(&self, rig_setup: &RigSetup) -> miette::Result<Simulation> {
         let Some(focus_mm) = self.focus_mm else {
             return Err(miette!(
                 help = "for example --focus-mm 0,0,100 --z-mm 50,100,150",
@@ -133,19 +133,19 @@ impl Simulate {
             ));
         };
         let simulator = self.simulator.unwrap_or(Simulator::Corrected);
-        Ok(simulation(lab, simulator, Excitation::Focus(focus_mm * 1e-3)))
+        Ok(simulation(rig_setup, simulator, Excitation::Focus(focus_mm * 1e-3)))
     }
 
     fn planes(&self) -> miette::Result<Vec<SimulatedPlane>> {
         let Some(plan) = &self.plan else { return self.planes_of_flags() };
-        let campaign = Campaign::read(plan, self.rig.as_deref())?;
-        campaign.plan().fits_array(campaign.lab().believed_array().len())?;
-        let simulator = self.simulator.unwrap_or(campaign.plan().simulator);
+        let scan = PlannedScan::read(plan, self.rig.as_deref())?;
+        scan.plan().fits_array(scan.rig_setup().nominal_array().len())?;
+        let simulator = self.simulator.unwrap_or(scan.plan().simulator);
         let excitations: Vec<Excitation> = match self.focus_mm {
             Some(focus_mm) => vec![Excitation::Focus(focus_mm * 1e-3)],
-            None => campaign.plan().foci.iter().map(|focus| focus.excitation()).collect(),
+            None => scan.plan().foci.iter().map(|focus| focus.excitation()).collect(),
         };
-        let grids: Vec<PlaneGrid> = campaign.plan().regions.iter().flat_map(grids).collect();
+        let grids: Vec<PlaneGrid> = scan.plan().regions.iter().flat_map(grids).collect();
         if grids.is_empty() {
             return Err(miette!(
                 help = "give --rig, --focus-mm and --z-mm for planes of your own",
@@ -157,7 +157,7 @@ impl Simulate {
             .into_iter()
             .enumerate()
             .flat_map(|(number, excitation)| {
-                let simulation = simulation(campaign.lab(), simulator, excitation);
+                let simulation = simulation(scan.rig_setup(), simulator, excitation);
                 grids
                     .iter()
                     .map(move |grid| simulate(&simulation, number, grid))
@@ -167,8 +167,8 @@ impl Simulate {
     }
 
     fn planes_of_flags(&self) -> miette::Result<Vec<SimulatedPlane>> {
-        let lab = self.lab()?;
-        let simulation = self.simulation_of_flags(&lab)?;
+        let rig_setup = self.rig_setup()?;
+        let simulation = self.simulation_of_flags(&rig_setup)?;
         if self.z_mm.is_empty() {
             return Err(miette!(
                 help = "for example --z-mm 50,100,150, or --volume-mm 50,150",
@@ -192,12 +192,12 @@ impl Simulate {
     }
 }
 
-fn simulation(lab: &Lab, simulator: Simulator, excitation: Excitation) -> Simulation {
+fn simulation(rig_setup: &RigSetup, simulator: Simulator, excitation: Excitation) -> Simulation {
     Simulation {
         simulator,
-        array: lab.believed_array().clone(),
-        medium: lab.believed_medium(),
-        frequency_hz: lab.array.frequency_hz(),
+        array: rig_setup.nominal_array().clone(),
+        medium: rig_setup.nominal_medium(),
+        frequency_hz: rig_setup.array.frequency_hz(),
         excitation,
     }
 }

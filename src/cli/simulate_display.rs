@@ -9,7 +9,7 @@ use super::focus::{sounding, summary};
 use super::output::{print, print_json};
 use fieldgap_acoustics::Simulator;
 use fieldgap_acoustics::radiation::SkinInAir;
-use fieldgap_acquisition::Lab;
+use fieldgap_acquisition::RigSetup;
 use fieldgap_display::{Composed, DisplayFile, Felt, Playback, compose, felt};
 use fieldgap_report::{DisplayShown, write_display};
 use fieldgap_rig::ArrayIdentity;
@@ -29,8 +29,9 @@ impl SimulateDisplay<'_> {
         if let Some(simulator) = self.simulator {
             display.output.simulator = simulator;
         }
-        let lab = Lab::read(&self.rig.map_or_else(|| display.rig_path(), Path::to_owned))?;
-        let sounding = sounding(&lab, &display);
+        let rig_setup =
+            RigSetup::read(&self.rig.map_or_else(|| display.rig_path(), Path::to_owned))?;
+        let sounding = sounding(&rig_setup, &display);
         let controller = ArrayIdentity::of_thesis(sounding.array.len(), sounding.frequency_hz);
         let composed = compose(&display, &sounding, &controller)?;
         let element_db = display.output.element_db_at_300_mm.get();

@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
 use fieldgap_acoustics::{Excitation, PlaneGrid, Simulation};
-use fieldgap_acquisition::Lab;
+use fieldgap_acquisition::RigSetup;
 use fieldgap_records::{ArrayTable, VolumeFile};
 
 /// Most points of a plane. A plane takes at most 400 bytes a point while it is summed, so that the whole stays below 2 GiB.
@@ -52,7 +52,7 @@ struct Description {
 
 /// Simulates planes of `grid`'s points from height to height into a folder, or goes on where it was left.
 pub(super) fn simulate_volume(
-    lab: &Lab,
+    rig_setup: &RigSetup,
     simulation: &Simulation,
     grid: &PlaneGrid,
     heights: Heights,
@@ -82,7 +82,7 @@ pub(super) fn simulate_volume(
         first_mm: [grid.x_m[0] * 1e3, grid.y_m[0] * 1e3, heights.from_mm],
         step_mm,
         shape,
-        array: lab.array.table(),
+        array: rig_setup.array.table(),
     };
     let description = toml::to_string(&description).into_diagnostic()?;
     let mut volume = VolumeFile::open(folder, &description, shape)?;

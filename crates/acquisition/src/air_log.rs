@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 
-use super::CampaignError;
+use super::AcquisitionError;
 use fieldgap_input::Fault;
 use fieldgap_records::MediumSection;
 use fieldgap_rig::{AirReading, AirSensor, EnvironmentConfig};
@@ -51,13 +51,13 @@ impl AirLog {
     pub(super) async fn medium(
         &mut self,
         config: &EnvironmentConfig,
-    ) -> Result<MediumSection, CampaignError> {
+    ) -> Result<MediumSection, AcquisitionError> {
         let AirReading { temperature_c, humidity_percent, pressure_kpa } =
             self.sensor.air().await?;
         let humidity_percent = humidity_percent.unwrap_or(config.humidity_percent.get());
         let pressure_kpa = pressure_kpa.unwrap_or(config.pressure_kpa.get());
         MediumSection::of_air(temperature_c, humidity_percent, pressure_kpa)
-            .ok_or(CampaignError::NoMedium { temperature_c, humidity_percent, pressure_kpa })
+            .ok_or(AcquisitionError::NoMedium { temperature_c, humidity_percent, pressure_kpa })
     }
 
     /// Adds rows to the file of a scan's folder from now on. A last row that was torn by the end of an earlier run is
@@ -65,7 +65,7 @@ impl AirLog {
     ///
     /// # Errors
     /// What the file system refused.
-    pub(super) fn write_to(&mut self, folder: &Path) -> Result<(), CampaignError> {
+    pub(super) fn write_to(&mut self, folder: &Path) -> Result<(), AcquisitionError> {
         let path = folder.join(FILE);
         let file = open_whole(&path).map_err(|error| {
             let remedy = "check that the folder may be written and that its disk has room";

@@ -3,8 +3,8 @@
 //! Its readings stand in `events.jsonl` and not among the samples, whose rows are the visits of the plan. Visits that the
 //! plan itself makes to its reference point count as well.
 
-use super::conductor::distance_mm;
 use super::references::standard_error;
+use super::sequencer::distance_mm;
 use fieldgap_acoustics::Vec3;
 use fieldgap_records::{Plan, PlanPart, RecordedSample, Visit, VisitKind};
 use fieldgap_rig::{Envelope, Frame};

@@ -7,7 +7,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::fly::Flight;
-use super::lab::Lab;
+use super::rig_setup::RigSetup;
 use super::rows::{Leg, Line, legs};
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::Fault;
@@ -66,14 +66,14 @@ impl DryRun {
 /// # Errors
 /// A [`Fault`] at the part of the plan that the robot cannot do: a focus or a point outside its travel, a way through
 /// a keep-out box, phases that are not one for each element.
-pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault> {
-    plan.fits_array(lab.believed_array().len())?;
-    foci_within_travel(plan, lab)?;
-    let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
-    let settle_s = lab.rig.receiver.settle().as_secs_f64();
-    let reading_s = settle_s + lab.rig.receiver.count() as f64 / USUAL_RATE_HZ + TALK_S;
+pub fn dry_run(plan: &Plan, rig_setup: &RigSetup, visits: &[Visit]) -> Result<DryRun, Fault> {
+    plan.fits_array(rig_setup.nominal_array().len())?;
+    foci_within_travel(plan, rig_setup)?;
+    let (envelope, frame) = (rig_setup.rig.motion.envelope(), rig_setup.rig.motion.frame());
+    let settle_s = rig_setup.rig.receiver.settle().as_secs_f64();
+    let reading_s = settle_s + rig_setup.rig.receiver.count() as f64 / USUAL_RATE_HZ + TALK_S;
     let mut from = RobotPosition::from_axes_m(envelope.travel.least_m);
-    reference_within_travel(plan, lab)?;
+    reference_within_travel(plan, rig_setup)?;
     let (mut way_m, mut about_s, mut slowest_s) = (0.0, 0.0, 0.0_f64);
     let mut go = |to_m: Vec3, part: PlanPart, feed: Feed| {
         let to = frame.to_robot(to_m);
@@ -93,8 +93,8 @@ pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault
         from = to;
         Ok(move_s(distance_m, feed.m_s()))
     };
-    let feed = lab.rig.motion.feed();
-    let flight = plan.fly.as_ref().map(|fly| Flight::new(fly, lab));
+    let feed = rig_setup.rig.motion.feed();
+    let flight = plan.fly.as_ref().map(|fly| Flight::new(fly, rig_setup));
     for leg in legs(visits, 0, flight.is_some()) {
         match (leg, &flight) {
             (Leg::Row(row), Some(flight)) => {
@@ -126,8 +126,8 @@ pub fn dry_run(plan: &Plan, lab: &Lab, visits: &[Visit]) -> Result<DryRun, Fault
     })
 }
 
-fn foci_within_travel(plan: &Plan, lab: &Lab) -> Result<(), Fault> {
-    let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
+fn foci_within_travel(plan: &Plan, rig_setup: &RigSetup) -> Result<(), Fault> {
+    let (envelope, frame) = (rig_setup.rig.motion.envelope(), rig_setup.rig.motion.frame());
     for (number, focus) in plan.foci.iter().enumerate() {
         let Some(focus_m) = focus.excitation().focus_m() else { continue };
         let inside =
@@ -151,10 +151,10 @@ fn foci_within_travel(plan: &Plan, lab: &Lab) -> Result<(), Fault> {
 }
 
 /// A reference point that is visited by time alone is on nobody's way: it is looked at by itself.
-fn reference_within_travel(plan: &Plan, lab: &Lab) -> Result<(), Fault> {
+fn reference_within_travel(plan: &Plan, rig_setup: &RigSetup) -> Result<(), Fault> {
     let reference = &plan.reference;
     let (Some(at_mm), true) = (reference.at_mm, reference.is_given()) else { return Ok(()) };
-    let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
+    let (envelope, frame) = (rig_setup.rig.motion.envelope(), rig_setup.rig.motion.frame());
     envelope.check_target(frame.to_robot(at_mm / 1e3)).map_err(|fault| {
         plan.fault(
             PlanPart::Reference,

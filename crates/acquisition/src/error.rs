@@ -1,7 +1,7 @@
-//! What keeps a campaign from beginning or going on.
+//! What keeps a scan from beginning or going on.
 
 use super::fly::FlightFault;
-use super::references::Moved;
+use super::references::RigChange;
 use fieldgap_input::Fault;
 use fieldgap_records::JournalError;
 use fieldgap_rig::RigError;
@@ -11,7 +11,7 @@ use fieldgap_virtual_rig::VirtualRigError;
 ///
 /// What happens to a scan once it runs is not here: it ends partial, with its reason, and nothing is lost.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum CampaignError {
+pub enum AcquisitionError {
     /// A file is wrong.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -91,5 +91,5 @@ pub enum CampaignError {
     #[diagnostic(help(
         "find what moved or changed and put it back; what was measured so far is kept as it is. Else begin a new scan"
     ))]
-    Moved(#[from] Moved),
+    RigChange(#[from] RigChange),
 }

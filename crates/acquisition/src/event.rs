@@ -107,4 +107,4 @@ pub enum Event {
 }
 
 /// Whoever watches a scan. Called between points: it must not block.
-pub type Watch<'a> = &'a mut (dyn FnMut(&Event) + Send);
+pub type EventSink<'a> = &'a mut (dyn FnMut(&Event) + Send);

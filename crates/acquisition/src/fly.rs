@@ -1,11 +1,11 @@
 //! Rows flown over: how fast and how far, and what becomes of the readings.
 
-use super::conductor::{Conductor, Measurement};
 use super::dry_run::USUAL_ACCELERATION_M_S2;
-use super::error::CampaignError;
-use super::flight::{Course, LEAST_SAMPLES, Lag};
-use super::lab::Lab;
+use super::error::AcquisitionError;
+use super::placement::{LEAST_SAMPLES, Lag, RowTiming};
+use super::rig_setup::RigSetup;
 use super::rows::Line;
+use super::sequencer::{Measurement, PointSequencer};
 use fieldgap_acoustics::Vec3;
 use fieldgap_records::{Fly, RecordedSample, Spread, Visit};
 use fieldgap_rig::{Feed, Recording, SafeRig};
@@ -109,9 +109,10 @@ pub(super) struct Flight {
 
 impl Flight {
     /// As a plan says, on a rig.
-    pub fn new(fly: &Fly, lab: &Lab) -> Self {
+    pub fn new(fly: &Fly, rig_setup: &RigSetup) -> Self {
         let feed = Feed::from_mm_s(fly.speed_mm_s);
-        let wavelength_m = lab.believed_medium().speed_of_sound_m_s / lab.array.frequency_hz();
+        let wavelength_m =
+            rig_setup.nominal_medium().speed_of_sound_m_s / rig_setup.array.frequency_hz();
         let usual_m = feed.m_s().powi(2) / (2.0 * USUAL_ACCELERATION_M_S2) * SPARE + SPARE_M;
         Self {
             feed,
@@ -136,7 +137,7 @@ impl Flight {
     /// # Errors
     /// [`FlightFault::TooFast`].
     pub fn fits(&self, line: &Line, rate_hz: f64) -> Result<(), FlightFault> {
-        let samples = self.course(line).samples_at(rate_hz);
+        let samples = self.timing(line).samples_at(rate_hz);
         let least = LEAST_SAMPLES as f64 + 1.0;
         if samples >= least {
             return Ok(());
@@ -150,8 +151,8 @@ impl Flight {
         })
     }
 
-    fn course(&self, line: &Line) -> Course {
-        Course {
+    fn timing(&self, line: &Line) -> RowTiming {
+        RowTiming {
             points: line.points,
             step_m: line.step_m(),
             speed_m_s: self.feed.m_s(),
@@ -211,14 +212,14 @@ impl Flights {
     /// A device that failed; a row that cannot be flown so, or does not tell.
     pub async fn find_lag(
         &mut self,
-        conductor: &mut Conductor,
+        sequencer: &mut PointSequencer,
         rig: &mut SafeRig,
         row: &[Visit],
-    ) -> Result<Lag, CampaignError> {
+    ) -> Result<Lag, AcquisitionError> {
         let line = Line::of(row);
-        let there = self.fly(conductor, rig, line, row[0].focus).await?;
-        let back = self.fly(conductor, rig, line.back(), row[0].focus).await?;
-        let lag = self.flight.course(&line).lag(&there.recording, &back.recording);
+        let there = self.fly(sequencer, rig, line, row[0].focus).await?;
+        let back = self.fly(sequencer, rig, line.back(), row[0].focus).await?;
+        let lag = self.flight.timing(&line).lag(&there.recording, &back.recording);
         let is_one = |lag: &Lag| lag.standard_error_s * self.flight.feed.m_s() <= PLACED_WITHIN_M;
         match lag {
             Some(lag) if is_one(&lag) => {
@@ -244,15 +245,15 @@ impl Flights {
     /// A device that failed; a row that cannot be flown so.
     pub async fn measure(
         &mut self,
-        conductor: &mut Conductor,
+        sequencer: &mut PointSequencer,
         rig: &mut SafeRig,
         row: &[Visit],
-    ) -> Result<Vec<Measurement>, CampaignError> {
+    ) -> Result<Vec<Measurement>, AcquisitionError> {
         let line = Line::of(row);
-        let course = self.flight.course(&line);
+        let course = self.flight.timing(&line);
         let mut thin = row[0].position_m;
         for _ in 0..FLIGHTS {
-            let flown = self.fly(conductor, rig, line, row[0].focus).await?;
+            let flown = self.fly(sequencer, rig, line, row[0].focus).await?;
             let placed = course.place(&flown.recording, self.flight.lag_s.unwrap_or(0.0));
             if let Some(point) = placed.iter().position(Option::is_none) {
                 thin = row[point].position_m;
@@ -268,7 +269,7 @@ impl Flights {
                     let at_m = visit.position_m + off_m[0] * (1.0 - share) + off_m[1] * share;
                     Measurement {
                         sample: RecordedSample::measured(
-                            conductor.time_s(placed.t_s),
+                            sequencer.time_s(placed.t_s),
                             visit.focus,
                             at_m,
                             placed.value.max(0.0),
@@ -302,16 +303,16 @@ impl Flights {
 
     async fn fly(
         &mut self,
-        conductor: &mut Conductor,
+        sequencer: &mut PointSequencer,
         rig: &mut SafeRig,
         line: Line,
         focus: Option<usize>,
-    ) -> Result<Flown, CampaignError> {
+    ) -> Result<Flown, AcquisitionError> {
         self.flight.fits(&line, rig.receiver().identity().rate_hz)?;
-        conductor.excite(rig, focus).await?;
-        let frame = conductor.frame();
+        sequencer.excite(rig, focus).await?;
+        let frame = sequencer.frame();
         let [from, to] = line.ends_m(self.flight.lead_m).map(|end_m| frame.to_robot(end_m));
-        let begins = rig.move_to(from, conductor.feed()).await?;
+        let begins = rig.move_to(from, sequencer.feed()).await?;
         let talk_s = match self.talk_s {
             Some(talk_s) => talk_s,
             None => {

@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::process::Command;
 
-use super::CampaignError;
+use super::AcquisitionError;
 use super::air_log::AirLog;
 use super::event::Event;
-use super::lab::Lab;
+use super::rig_setup::RigSetup;
 use fieldgap_records::JournalError;
 use fieldgap_rig::SafeRig;
 use fieldgap_rig::link::WireLogs;
@@ -27,21 +27,22 @@ impl OpenRig {
     /// Opens the three devices. Nothing moves.
     ///
     /// # Errors
-    /// [`CampaignError`] if a device cannot be opened, or if the controller drives another number of elements than the rig
+    /// [`AcquisitionError`] if a device cannot be opened, or if the controller drives another number of elements than the rig
     /// file says.
-    pub async fn open(lab: &Lab) -> Result<Self, CampaignError> {
-        let firmware = open_virtual(lab)?;
+    pub async fn open(rig_setup: &RigSetup) -> Result<Self, AcquisitionError> {
+        let firmware = open_virtual(rig_setup)?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let logs = WireLogs::default();
-        let rig = logs.around(fieldgap_rig::open(&lab.rig, &ports)).await?;
+        let rig = logs.around(fieldgap_rig::open(&rig_setup.rig, &ports)).await?;
         let mut rig = rig.recording_calls(logs.clone());
-        let (believed, controller) = (lab.believed_array().len(), rig.array().identity().elements);
+        let (believed, controller) =
+            (rig_setup.nominal_array().len(), rig.array().identity().elements);
         if believed != controller {
-            return Err(CampaignError::OtherArray { believed, controller });
+            return Err(AcquisitionError::OtherArray { believed, controller });
         }
-        let sensor = logs.around(fieldgap_rig::open_air_sensor(&lab.rig, &ports)).await?;
+        let sensor = logs.around(fieldgap_rig::open_air_sensor(&rig_setup.rig, &ports)).await?;
         let air = sensor
-            .zip(lab.rig.environment.as_ref())
+            .zip(rig_setup.rig.environment.as_ref())
             .map(|(sensor, config)| AirLog::new(sensor, config));
         Ok(Self { rig, logs, watchdog: None, air, firmware })
     }
@@ -49,8 +50,8 @@ impl OpenRig {
     /// Keeps all that is said on the wires in a folder, what was said since they were opened included.
     ///
     /// # Errors
-    /// [`CampaignError::Journal`] with what the file system refused.
-    pub fn keep_wire_logs(&self, folder: &Path) -> Result<(), CampaignError> {
+    /// [`AcquisitionError::Journal`] with what the file system refused.
+    pub fn keep_wire_logs(&self, folder: &Path) -> Result<(), AcquisitionError> {
         self.logs
             .keep_in(folder)
             .map_err(|source| JournalError::Write { path: folder.to_owned(), source }.into())
@@ -61,11 +62,11 @@ impl OpenRig {
     /// ends with it, and needs no guard.
     ///
     /// # Errors
-    /// [`CampaignError::Watchdog`] if it does not start.
-    pub fn guard(&mut self, program: Command, log: Option<&Path>) -> Result<(), CampaignError> {
+    /// [`AcquisitionError::Watchdog`] if it does not start.
+    pub fn guard(&mut self, program: Command, log: Option<&Path>) -> Result<(), AcquisitionError> {
         if self.firmware.is_none() {
             let started = Watchdog::start(program, &self.rig.emergencies(), log);
-            self.watchdog = started.map_err(CampaignError::Watchdog)?;
+            self.watchdog = started.map_err(AcquisitionError::Watchdog)?;
         }
         Ok(())
     }
@@ -105,18 +106,18 @@ impl OpenRig {
 /// Opens the virtual rig that a rig file describes, if it does.
 ///
 /// # Errors
-/// [`CampaignError`] if its truth file is wrong or the system gives no pseudo-terminals.
-pub fn open_virtual(lab: &Lab) -> Result<Option<VirtualRig>, CampaignError> {
-    let Some(config) = &lab.virtual_rig else { return Ok(None) };
-    let believed = lab.believed_array();
-    let folder = lab.source().path().parent().unwrap_or(std::path::Path::new(""));
+/// [`AcquisitionError`] if its truth file is wrong or the system gives no pseudo-terminals.
+pub fn open_virtual(rig_setup: &RigSetup) -> Result<Option<VirtualRig>, AcquisitionError> {
+    let Some(config) = &rig_setup.virtual_rig else { return Ok(None) };
+    let believed = rig_setup.nominal_array();
+    let folder = rig_setup.source().path().parent().unwrap_or(std::path::Path::new(""));
     let opened = VirtualRig::open(
         config,
         folder,
         believed,
-        lab.believed_medium(),
-        lab.array.frequency_hz(),
-        lab.rig.motion.frame(),
+        rig_setup.nominal_medium(),
+        rig_setup.array.frequency_hz(),
+        rig_setup.rig.motion.frame(),
     )?;
     Ok(Some(opened))
 }

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use toml::{Table, Value};
 
-use super::CampaignError;
-use super::lab::Lab;
+use super::AcquisitionError;
+use super::rig_setup::RigSetup;
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::Plan;
 
@@ -28,10 +28,14 @@ pub(super) struct Origin {
 
 impl Origin {
     /// Of a scan that is about to begin.
-    pub(super) fn of(plan: &Plan, lab: &Lab) -> Result<Self, Fault> {
+    pub(super) fn of(plan: &Plan, rig_setup: &RigSetup) -> Result<Self, Fault> {
         let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let truth_sha256 = truth_path(lab).map(|path| sha256_of(&path)).transpose()?;
-        Ok(Self { plan: absolute(plan.path()), rig: absolute(lab.source().path()), truth_sha256 })
+        let truth_sha256 = truth_path(rig_setup).map(|path| sha256_of(&path)).transpose()?;
+        Ok(Self {
+            plan: absolute(plan.path()),
+            rig: absolute(rig_setup.source().path()),
+            truth_sha256,
+        })
     }
 
     pub(super) fn to_toml(&self) -> String {
@@ -44,7 +48,7 @@ impl Origin {
     }
 
     /// The rig file as it stands, where it differs from its copy in ports alone; the copy, where there is none any more.
-    pub(super) fn rig(&self, copy: &TomlSource) -> Result<TomlSource, CampaignError> {
+    pub(super) fn rig(&self, copy: &TomlSource) -> Result<TomlSource, AcquisitionError> {
         let as_begun = || Ok(TomlSource::new(&self.rig, copy.text()));
         if !self.rig.is_file() {
             return as_begun();
@@ -59,24 +63,24 @@ impl Origin {
         if changes.is_empty() {
             Ok(now)
         } else {
-            Err(CampaignError::OtherRig { path: self.rig.clone(), changes })
+            Err(AcquisitionError::OtherRig { path: self.rig.clone(), changes })
         }
     }
 
     /// Makes sure that a virtual rig's truth is what it was.
-    pub(super) fn same_truth(&self, lab: &Lab) -> Result<(), CampaignError> {
-        match (truth_path(lab), &self.truth_sha256) {
+    pub(super) fn same_truth(&self, rig_setup: &RigSetup) -> Result<(), AcquisitionError> {
+        match (truth_path(rig_setup), &self.truth_sha256) {
             (Some(path), Some(then)) if sha256_of(&path)? != *then => {
-                Err(CampaignError::OtherTruth(path))
+                Err(AcquisitionError::OtherTruth(path))
             }
             _ => Ok(()),
         }
     }
 }
 
-fn truth_path(lab: &Lab) -> Option<PathBuf> {
-    let folder = lab.source().path().parent().unwrap_or(Path::new(""));
-    lab.virtual_rig.as_ref().map(|config| config.truth_path(folder))
+fn truth_path(rig_setup: &RigSetup) -> Option<PathBuf> {
+    let folder = rig_setup.source().path().parent().unwrap_or(Path::new(""));
+    rig_setup.virtual_rig.as_ref().map(|config| config.truth_path(folder))
 }
 
 fn sha256_of(path: &Path) -> Result<String, Fault> {
@@ -112,7 +116,7 @@ mod tests {
 
     const THEN: &str = "name = \"r\"\n[motion]\norigin_mm = [1.0, 2.0, 3.0]\n[motion.marlin]\nport = \"/dev/ttyUSB0\"\n";
 
-    fn taken_up(now: &str) -> Result<String, CampaignError> {
+    fn taken_up(now: &str) -> Result<String, AcquisitionError> {
         let folder = tempfile::tempdir().expect("a folder");
         let rig = folder.path().join("rig.toml");
         std::fs::write(&rig, now).expect("written");

@@ -3,7 +3,7 @@
 
 use fieldgap_records::{RecordedSample, Tolerances, Visit, VisitKind};
 
-use super::conductor::distance_mm;
+use super::sequencer::distance_mm;
 
 /// Standard errors that two readings of one level may differ by.
 const STANDARD_ERRORS: f64 = 4.0;
@@ -13,7 +13,7 @@ const REFERENCES: usize = 3;
 
 /// Something is no longer where or what it was.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Moved {
+pub enum RigChange {
     /// The robot reports another place.
     #[error(
         "row {row}: the robot reports to be {moved_mm:.3} mm from where it reported before; {allowed_mm} mm is allowed"
@@ -46,7 +46,7 @@ pub enum Moved {
     Several(Vec<Self>),
 }
 
-impl Moved {
+impl RigChange {
     /// What was found at several points as one.
     pub(super) fn of(mut found: Vec<Self>) -> Result<(), Self> {
         match found.len() {
@@ -57,19 +57,19 @@ impl Moved {
     }
 }
 
-fn listed(found: &[Moved]) -> String {
+fn listed(found: &[RigChange]) -> String {
     found.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
 /// What points that changed say together: the level is a matter of gains where all changed by one factor, and of places where
 /// they did not.
-fn common_cause(found: &[Moved]) -> &'static str {
+fn common_cause(found: &[RigChange]) -> &'static str {
     /// Factors this near each other are one.
     const ALIKE: f64 = 0.02;
     let factors: Vec<f64> = found
         .iter()
         .filter_map(|moved| match moved {
-            Moved::Level { kept, now, .. } => Some(now / kept),
+            RigChange::Level { kept, now, .. } => Some(now / kept),
             _ => None,
         })
         .collect();
@@ -108,15 +108,20 @@ pub(super) fn compare(
     kept: &RecordedSample,
     now: &RecordedSample,
     allowed: Tolerances,
-) -> Result<(), Moved> {
+) -> Result<(), RigChange> {
     let (allowed_mm, allowed_percent) = (allowed.place_mm.get(), allowed.level_percent.get());
     let moved_mm = distance_mm(kept.position_m(), now.position_m());
     if moved_mm > allowed_mm {
-        return Err(Moved::Robot { row, moved_mm, allowed_mm });
+        return Err(RigChange::Robot { row, moved_mm, allowed_mm });
     }
     let noise = STANDARD_ERRORS * standard_error(kept).hypot(standard_error(now));
     if (now.reading - kept.reading).abs() > allowed_percent / 100.0 * kept.reading + noise {
-        return Err(Moved::Level { row, kept: kept.reading, now: now.reading, allowed_percent });
+        return Err(RigChange::Level {
+            row,
+            kept: kept.reading,
+            now: now.reading,
+            allowed_percent,
+        });
     }
     Ok(())
 }
@@ -169,8 +174,14 @@ mod tests {
         let kept = sample(Some(0), 1.0, 2.0);
         let compared = |now| compare(7, &kept, &now, Tolerances::default());
         assert_eq!(compared(sample(Some(0), 1.04, 2.05)), Ok(()));
-        assert!(matches!(compared(sample(Some(0), 1.06, 2.0)), Err(Moved::Robot { row: 7, .. })));
-        assert!(matches!(compared(sample(Some(0), 1.0, 2.1)), Err(Moved::Level { row: 7, .. })));
+        assert!(matches!(
+            compared(sample(Some(0), 1.06, 2.0)),
+            Err(RigChange::Robot { row: 7, .. })
+        ));
+        assert!(matches!(
+            compared(sample(Some(0), 1.0, 2.1)),
+            Err(RigChange::Level { row: 7, .. })
+        ));
         let wide = Tolerances {
             place_mm: Positive::new(0.2).expect("above zero"),
             level_percent: Positive::new(6.0).expect("above zero"),
@@ -180,10 +191,10 @@ mod tests {
 
     #[test]
     fn what_moved_is_told_from_how_the_points_changed() {
-        let level = |row, kept, now| Moved::Level { row, kept, now, allowed_percent: 3.0 };
-        let robot = Moved::Robot { row: 1, moved_mm: 0.2, allowed_mm: 0.05 };
-        let said = |found| Moved::of(found).expect_err("moved").to_string();
-        assert_eq!(Moved::of(vec![]), Ok(()));
+        let level = |row, kept, now| RigChange::Level { row, kept, now, allowed_percent: 3.0 };
+        let robot = RigChange::Robot { row: 1, moved_mm: 0.2, allowed_mm: 0.05 };
+        let said = |found| RigChange::of(found).expect_err("moved").to_string();
+        assert_eq!(RigChange::of(vec![]), Ok(()));
         assert!(said(vec![level(3, 2.0, 1.8), level(5, 1.0, 0.9)]).contains("another gain"));
         let shifted = said(vec![level(3, 2.0, 1.8), level(5, 1.0, 1.1)]);
         assert!(shifted.contains("row 3") && shifted.contains("stand elsewhere"), "{shifted}");

@@ -3,9 +3,9 @@
 use std::io;
 use std::path::Path;
 
-use super::CampaignError;
-use super::lab::Lab;
-use super::session::{RIG_COPY, WIRE_LOGS};
+use super::AcquisitionError;
+use super::rig_setup::RigSetup;
+use super::scan_run::{RIG_COPY, WIRE_LOGS};
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_rig::Role;
 use fieldgap_rig::link::read_wire_log;
@@ -15,9 +15,9 @@ use fieldgap_rig::replay::{Replayed, replay};
 /// heard then, and is held against what was sent.
 ///
 /// # Errors
-/// [`CampaignError`] if the folder has no rig file or no logs, or if a log is none.
-pub fn replay_wire(folder: &Path) -> Result<Vec<Replayed>, CampaignError> {
-    let lab = Lab::parse(TomlSource::read(&folder.join(RIG_COPY))?)?;
+/// [`AcquisitionError`] if the folder has no rig file or no logs, or if a log is none.
+pub fn replay_wire(folder: &Path) -> Result<Vec<Replayed>, AcquisitionError> {
+    let rig_setup = RigSetup::parse(TomlSource::read(&folder.join(RIG_COPY))?)?;
     let logs = folder.join(WIRE_LOGS);
     let unreadable = |error: io::Error| {
         let remedy = "give the folder of a scan; those of earlier versions have no logs";
@@ -33,7 +33,7 @@ pub fn replay_wire(folder: &Path) -> Result<Vec<Replayed>, CampaignError> {
         .into_iter()
         .map(|role| {
             let text = read_wire_log(&logs, role).map_err(unreadable)?;
-            runtime.block_on(replay(&lab.rig, role, &text)).map_err(|line| {
+            runtime.block_on(replay(&rig_setup.rig, role, &text)).map_err(|line| {
                 let problem = format!("line {line} of the {role}'s log is no entry of a wire log");
                 Fault::of_file(&logs, problem, "bring the file back from a copy").into()
             })

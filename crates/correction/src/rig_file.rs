@@ -7,7 +7,7 @@ use super::document::{Document, head, numbers, set, to};
 use super::elements::{changed, difference, is_of_elements};
 use super::no_home::Unwritten;
 use super::{Corrected, CorrectionError, write_new};
-use fieldgap_acquisition::Lab;
+use fieldgap_acquisition::RigSetup;
 use fieldgap_diagnosis::Diagnosis;
 use fieldgap_records::{Layout, ScanSetup, write_elements};
 use fieldgap_rig::MotionConfig;
@@ -25,12 +25,12 @@ pub fn correct_rig_file(
     out: &Path,
 ) -> Result<Corrected, CorrectionError> {
     let (corrections, mut unwritten) = corrections(diagnosis)?;
-    let lab = Lab::read(rig)?;
+    let rig_setup = RigSetup::read(rig)?;
     let other = |what| CorrectionError::OtherArray { path: rig.to_owned(), what };
-    if let Some(what) = difference(lab.believed_array(), scanned.array.array()) {
+    if let Some(what) = difference(rig_setup.nominal_array(), scanned.array.array()) {
         return Err(other(what));
     }
-    if lab.array.frequency_hz() != scanned.array.frequency_hz() {
+    if rig_setup.array.frequency_hz() != scanned.array.frequency_hz() {
         return Err(other("its frequency"));
     }
     let written: Vec<&Correction> = corrections
@@ -47,21 +47,21 @@ pub fn correct_rig_file(
         return Err(CorrectionError::NoHome { path: rig.to_owned(), unwritten });
     }
 
-    let mut document = Document::parse(rig, lab.source().text())?;
+    let mut document = Document::parse(rig, rig_setup.source().text())?;
     let of_elements = written.iter().any(|correction| is_of_elements(&correction.change));
-    let by_file = of_elements || matches!(lab.array.layout(), Layout::Elements { .. });
-    let mut elements = lab.believed_array().elements().to_vec();
+    let by_file = of_elements || matches!(rig_setup.array.layout(), Layout::Elements { .. });
+    let mut elements = rig_setup.nominal_array().elements().to_vec();
     let mut notes = Vec::new();
     for correction in &written {
-        document.correct_medium(correction, &lab.medium);
+        document.correct_medium(correction, &rig_setup.medium);
         match &correction.change {
             Change::Offset(offset_mm) => {
-                let origin_mm = lab.rig.motion.frame().origin_m * 1e3 - offset_mm;
-                correct_origin(&mut document, correction, &lab.rig.motion, origin_mm.into());
+                let origin_mm = rig_setup.rig.motion.frame().origin_m * 1e3 - offset_mm;
+                correct_origin(&mut document, correction, &rig_setup.rig.motion, origin_mm.into());
             }
-            Change::Pitch(_) if !by_file => document.correct_array(correction, &lab.array),
+            Change::Pitch(_) if !by_file => document.correct_array(correction, &rig_setup.array),
             change => {
-                document.correct_array(correction, &lab.array);
+                document.correct_array(correction, &rig_setup.array);
                 if is_of_elements(change) || matches!(change, Change::Pitch(_)) {
                     elements = changed(elements, change)?;
                     notes.push(correction.found.as_str());
@@ -70,7 +70,7 @@ pub fn correct_rig_file(
         }
     }
     let rig_folder = rig.parent().unwrap_or(Path::new(""));
-    if let Some(transducer) = lab.array.transducer_path()
+    if let Some(transducer) = rig_setup.array.transducer_path()
         && rig.parent() != out.parent()
     {
         let transducer = rig_folder.join(transducer);
@@ -78,7 +78,7 @@ pub fn correct_rig_file(
         let named = transducer.display().to_string();
         set(document.section("array"), "transducer", named.into(), "");
     }
-    if let Some(config) = &lab.virtual_rig
+    if let Some(config) = &rig_setup.virtual_rig
         && rig.parent() != out.parent()
     {
         // What is named from the rig file's folder has to be found from the new one.

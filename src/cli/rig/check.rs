@@ -7,7 +7,7 @@ use miette::IntoDiagnostic;
 
 use super::RigFile;
 use crate::cli::output::{print, print_json};
-use fieldgap_acquisition::{Lab, open_virtual};
+use fieldgap_acquisition::{RigSetup, open_virtual};
 use fieldgap_rig::check::check;
 use fieldgap_virtual_rig::VirtualRig;
 
@@ -23,12 +23,12 @@ pub(super) struct Check {
 
 impl Check {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let lab = Lab::read(&self.file.rig)?;
-        let firmware = open_virtual(&lab)?;
+        let rig_setup = RigSetup::read(&self.file.rig)?;
+        let firmware = open_virtual(&rig_setup)?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
-        let elements = lab.believed_array().len();
-        let report = runtime.block_on(check(&lab.rig, &ports, elements));
+        let elements = rig_setup.nominal_array().len();
+        let report = runtime.block_on(check(&rig_setup.rig, &ports, elements));
         if self.json {
             print_json(&report)?;
         } else {

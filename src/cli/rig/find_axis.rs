@@ -8,7 +8,7 @@ use super::RigFile;
 use super::hands_on::{A_TASK, Ended, hands_on, may_home};
 use crate::cli::output::{print, print_json};
 use crate::cli::simulate::positive;
-use fieldgap_acquisition::Lab;
+use fieldgap_acquisition::RigSetup;
 use fieldgap_acquisition::beam_axis::{AxisReport, AxisSearch, find_axis, in_words};
 use fieldgap_input::Positive;
 use fieldgap_rig::Wanted;
@@ -34,17 +34,17 @@ pub(super) struct FindAxis {
 
 impl FindAxis {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let lab = Lab::read(&self.file.rig)?;
+        let rig_setup = RigSetup::read(&self.file.rig)?;
         let mut heights_m: Vec<f64> = self.heights_mm.iter().map(|mm| mm.get() * 1e-3).collect();
         heights_m.sort_by(f64::total_cmp);
         heights_m.dedup();
         let search = AxisSearch { heights_m, reach_m: self.reach_mm.get() * 1e-3 };
         may_home(self.yes)?;
         let all = Wanted { array: true, robot: true, receiver: true };
-        hands_on(&lab, all, A_TASK, async |rig| {
+        hands_on(&rig_setup, all, A_TASK, async |rig| {
             rig.robot().home().await?;
             eprintln!("homed; looking for the beam");
-            let axis = find_axis(rig, &lab, &search, |cross| {
+            let axis = find_axis(rig, &rig_setup, &search, |cross| {
                 eprintln!(
                     "z = {:.1} mm: x {:+.3} mm, y {:+.3} mm",
                     cross.z_m * 1e3,
@@ -53,7 +53,7 @@ impl FindAxis {
                 );
             })
             .await?;
-            let report = AxisReport::new(axis, lab.rig.motion.frame());
+            let report = AxisReport::new(axis, rig_setup.rig.motion.frame());
             if self.json {
                 print_json(&report)?;
             } else {

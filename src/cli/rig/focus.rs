@@ -11,7 +11,7 @@ use super::hands_on::{A_TASK, Ended, UNTIL_STOPPED, hands_on};
 use crate::cli::output::print;
 use crate::cli::simulate::{millimetres, positive};
 use fieldgap_acoustics::{Excitation, Vec3};
-use fieldgap_acquisition::{Lab, element_delays};
+use fieldgap_acquisition::{RigSetup, element_delays};
 use fieldgap_input::Positive;
 use fieldgap_rig::Wanted;
 
@@ -42,16 +42,16 @@ pub(super) struct Silence {
 
 impl Focus {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let mut lab = Lab::read(&self.file.rig)?;
-        if let Some(config) = &mut lab.virtual_rig {
+        let mut rig_setup = RigSetup::read(&self.file.rig)?;
+        if let Some(config) = &mut rig_setup.virtual_rig {
             config.keep_wall_clock();
         }
         let focus = above_the_array(self.at_mm)?;
-        hands_on(&lab, ARRAY, UNTIL_STOPPED, async |rig| {
+        hands_on(&rig_setup, ARRAY, UNTIL_STOPPED, async |rig| {
             if self.continuous {
                 rig.array().continuous_wave().await?;
             }
-            rig.array().set_delays(&element_delays(&lab, &focus)).await?;
+            rig.array().set_delays(&element_delays(&rig_setup, &focus)).await?;
             rig.array().emit().await?;
             let [x, y, z]: [f64; 3] = self.at_mm.into();
             let how = if self.continuous { "a plain carrier" } else { "modulated" };
@@ -90,8 +90,8 @@ pub(super) fn above_the_array(at_mm: Vec3) -> miette::Result<Excitation> {
 
 impl Silence {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let lab = Lab::read(&self.file.rig)?;
-        hands_on(&lab, ARRAY, A_TASK, async |rig| {
+        let rig_setup = RigSetup::read(&self.file.rig)?;
+        hands_on(&rig_setup, ARRAY, A_TASK, async |rig| {
             rig.array().silence().await?;
             print(&format!("the array is silent: {} confirms it\n", rig.array().device()))?;
             Ok(Ended::Done)

@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, miette};
 
 use crate::cli::stop::StopRequests;
 use crate::cli::watchdog::guard_devices;
-use fieldgap_acquisition::{CampaignError, Lab, open_virtual};
+use fieldgap_acquisition::{AcquisitionError, RigSetup, open_virtual};
 use fieldgap_rig::{ByHand, Wanted};
 use fieldgap_virtual_rig::VirtualRig;
 
@@ -32,18 +32,18 @@ pub(super) enum Ended {
 /// Opens the devices and lends them to `body`. Where `body` fails or somebody asks to stop, the array is silenced, the
 /// robot stopped, and what was done is said.
 pub(super) fn hands_on(
-    lab: &Lab,
+    rig_setup: &RigSetup,
     wanted: Wanted,
     MeantToBeStopped(meant): MeantToBeStopped,
     body: impl AsyncFnOnce(&mut ByHand) -> miette::Result<Ended>,
 ) -> miette::Result<ExitCode> {
-    let firmware = open_virtual(lab)?;
+    let firmware = open_virtual(rig_setup)?;
     let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
     let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
     runtime.block_on(async {
         let stop = StopRequests::listen().into_diagnostic()?;
-        let mut rig = ByHand::open(&lab.rig, &ports, wanted).await?;
-        fits(lab, wanted, &mut rig)?;
+        let mut rig = ByHand::open(&rig_setup.rig, &ports, wanted).await?;
+        fits(rig_setup, wanted, &mut rig)?;
         let _watchdog = guard_devices(&rig.emergencies(), firmware.is_some())?;
         let ended = tokio::select! {
             biased;
@@ -70,15 +70,15 @@ pub(super) fn hands_on(
     })
 }
 
-fn fits(lab: &Lab, wanted: Wanted, rig: &mut ByHand) -> miette::Result<()> {
+fn fits(rig_setup: &RigSetup, wanted: Wanted, rig: &mut ByHand) -> miette::Result<()> {
     if !wanted.array {
         return Ok(());
     }
-    let (believed, controller) = (lab.believed_array().len(), rig.array().identity().elements);
+    let (believed, controller) = (rig_setup.nominal_array().len(), rig.array().identity().elements);
     if believed == controller {
         Ok(())
     } else {
-        Err(CampaignError::OtherArray { believed, controller }.into())
+        Err(AcquisitionError::OtherArray { believed, controller }.into())
     }
 }
 

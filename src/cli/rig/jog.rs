@@ -14,7 +14,7 @@ use crate::cli::simulate::millimetres;
 use crate::terminal::jog::{Act, Doing, Jog as View, draw};
 use crate::terminal::{KeyPresses, Press, Screen};
 use fieldgap_acoustics::Vec3;
-use fieldgap_acquisition::{Lab, element_delays};
+use fieldgap_acquisition::{RigSetup, element_delays};
 use fieldgap_rig::{ByHand, RigError, Wanted};
 
 /// Readings averaged for a level that a person follows.
@@ -50,24 +50,24 @@ impl Jog {
                 "jogging takes keys from a terminal, and there is none"
             ));
         }
-        let mut lab = Lab::read(&self.file.rig)?;
-        if let Some(config) = &mut lab.virtual_rig {
+        let mut rig_setup = RigSetup::read(&self.file.rig)?;
+        if let Some(config) = &mut rig_setup.virtual_rig {
             config.keep_wall_clock();
         }
         let focus = self.focus_mm.map(above_the_array).transpose()?;
         let wanted = Wanted { robot: true, array: focus.is_some(), receiver: !self.no_receiver };
         let mut left_at = None;
-        let ended = hands_on(&lab, wanted, UNTIL_STOPPED, async |rig| {
+        let ended = hands_on(&rig_setup, wanted, UNTIL_STOPPED, async |rig| {
             if let Some(focus) = &focus {
                 rig.array().continuous_wave().await?;
-                rig.array().set_delays(&element_delays(&lab, focus)).await?;
+                rig.array().set_delays(&element_delays(&rig_setup, focus)).await?;
             }
             let receiver = wanted.receiver.then(|| rig.receiver().identity().clone());
-            let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
+            let (envelope, frame) = (rig_setup.rig.motion.envelope(), rig_setup.rig.motion.frame());
             let title = self.file.rig.display().to_string();
             let view = View::new(title, envelope, frame, receiver, focus.is_some());
             let mut jogging = Jogging {
-                lab: &lab,
+                rig_setup: &rig_setup,
                 view,
                 screen: Screen::open().into_diagnostic()?,
                 keys: KeyPresses::listen(),
@@ -79,14 +79,14 @@ impl Jog {
             ended.map(|()| Ended::Enough)
         });
         if let Some(at) = left_at {
-            eprintln!("left at {}", in_both_frames(at, &lab.rig.motion.frame()));
+            eprintln!("left at {}", in_both_frames(at, &rig_setup.rig.motion.frame()));
         }
         ended
     }
 }
 
 struct Jogging<'l> {
-    lab: &'l Lab,
+    rig_setup: &'l RigSetup,
     view: View,
     screen: Screen,
     keys: KeyPresses,
@@ -144,7 +144,7 @@ impl Jogging<'_> {
 
     /// Homes or moves, with the level read on the way. A stop or the end ends it at once, and is returned.
     async fn under_way(&mut self, rig: &mut ByHand, act: Act) -> miette::Result<Option<Act>> {
-        let feed = self.lab.rig.motion.feed();
+        let feed = self.rig_setup.rig.motion.feed();
         let interrupted = {
             let (robot, mut receiver) = rig.robot_and_receiver();
             let moving = async {

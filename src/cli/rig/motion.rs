@@ -11,7 +11,7 @@ use super::hands_on::{A_TASK, Ended, hands_on, may_home};
 use crate::cli::output::{print, print_json};
 use crate::cli::simulate::{millimetres, positive};
 use fieldgap_acoustics::Vec3;
-use fieldgap_acquisition::Lab;
+use fieldgap_acquisition::RigSetup;
 use fieldgap_input::Positive;
 use fieldgap_rig::motion::route::route;
 use fieldgap_rig::{Feed, Frame, PathFault, RobotPosition, Wanted};
@@ -62,10 +62,10 @@ pub(super) struct Go {
 
 impl Home {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let lab = Lab::read(&self.file.rig)?;
-        hands_on(&lab, ROBOT, A_TASK, async |rig| {
+        let rig_setup = RigSetup::read(&self.file.rig)?;
+        hands_on(&rig_setup, ROBOT, A_TASK, async |rig| {
             let at = rig.robot().home().await?;
-            tell(&lab, at, true, self.json)?;
+            tell(&rig_setup, at, true, self.json)?;
             Ok(Ended::Done)
         })
     }
@@ -73,10 +73,10 @@ impl Home {
 
 impl Where {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let lab = Lab::read(&self.file.rig)?;
-        hands_on(&lab, ROBOT, A_TASK, async |rig| {
+        let rig_setup = RigSetup::read(&self.file.rig)?;
+        hands_on(&rig_setup, ROBOT, A_TASK, async |rig| {
             let at = rig.robot().position().await?;
-            tell(&lab, at, false, self.json)?;
+            tell(&rig_setup, at, false, self.json)?;
             Ok(Ended::Done)
         })
     }
@@ -84,8 +84,8 @@ impl Where {
 
 impl Go {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let lab = Lab::read(&self.file.rig)?;
-        let motion = &lab.rig.motion;
+        let rig_setup = RigSetup::read(&self.file.rig)?;
+        let motion = &rig_setup.rig.motion;
         let target = match self.robot_axes {
             true => RobotPosition::from_axes_mm(self.to_mm.into()),
             false => motion.frame().to_robot(self.to_mm * 1e-3),
@@ -94,12 +94,12 @@ impl Go {
         envelope.check_target(target).map_err(not_allowed)?;
         may_home(self.yes)?;
         let feed = self.feed_mm_s.map_or(motion.feed(), Feed::from_mm_s);
-        hands_on(&lab, ROBOT, A_TASK, async |rig| {
+        hands_on(&rig_setup, ROBOT, A_TASK, async |rig| {
             let mut at = rig.robot().home().await?;
             for place in route(&envelope, at, target).map_err(not_allowed)? {
                 at = rig.robot().move_to(place, feed).await?;
             }
-            tell(&lab, at, true, self.json)?;
+            tell(&rig_setup, at, true, self.json)?;
             Ok(Ended::Done)
         })
     }
@@ -113,8 +113,8 @@ fn not_allowed(fault: PathFault) -> miette::Report {
 }
 
 /// Says where the robot is, in both frames.
-fn tell(lab: &Lab, at: RobotPosition, homed: bool, as_json: bool) -> miette::Result<()> {
-    let frame = lab.rig.motion.frame();
+fn tell(rig_setup: &RigSetup, at: RobotPosition, homed: bool, as_json: bool) -> miette::Result<()> {
+    let frame = rig_setup.rig.motion.frame();
     let robot_mm = at.axes_mm();
     let array_mm: [f64; 3] = (frame.to_array(at) * 1e3).into();
     if as_json {

@@ -16,7 +16,7 @@ use super::hands_on::{Ended, UNTIL_STOPPED, hands_on};
 use crate::cli::simulate::{millimetres, positive};
 use crate::terminal::level::level_line;
 use fieldgap_acoustics::Vec3;
-use fieldgap_acquisition::{Lab, element_delays};
+use fieldgap_acquisition::{RigSetup, element_delays};
 use fieldgap_input::Positive;
 use fieldgap_rig::{Reading, ReceiverIdentity, Wanted};
 
@@ -50,17 +50,17 @@ pub(super) struct Sample {
 
 impl Sample {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let mut lab = Lab::read(&self.file.rig)?;
-        if let Some(config) = &mut lab.virtual_rig {
+        let mut rig_setup = RigSetup::read(&self.file.rig)?;
+        if let Some(config) = &mut rig_setup.virtual_rig {
             config.keep_wall_clock();
         }
         let focus = self.focus_mm.map(above_the_array).transpose()?;
         let wanted = Wanted { receiver: true, array: focus.is_some(), robot: false };
-        let readings = self.samples.map_or(lab.rig.receiver.count(), |n| n.get() as usize);
-        hands_on(&lab, wanted, UNTIL_STOPPED, async |rig| {
+        let readings = self.samples.map_or(rig_setup.rig.receiver.count(), |n| n.get() as usize);
+        hands_on(&rig_setup, wanted, UNTIL_STOPPED, async |rig| {
             if let Some(focus) = &focus {
                 rig.array().continuous_wave().await?;
-                rig.array().set_delays(&element_delays(&lab, focus)).await?;
+                rig.array().set_delays(&element_delays(&rig_setup, focus)).await?;
                 rig.array().emit().await?;
             }
             let identity = rig.receiver().identity().clone();

@@ -9,7 +9,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use tokio::time::Instant;
 
 use super::RigFile;
-use fieldgap_acquisition::{Lab, open_virtual};
+use fieldgap_acquisition::{RigSetup, open_virtual};
 use fieldgap_rig::link::holder_of;
 use fieldgap_rig::{ByHand, Cause, Ports, RigConfig, RigError, Wanted};
 use fieldgap_virtual_rig::VirtualRig;
@@ -29,8 +29,8 @@ pub(super) struct Stop {
 
 impl Stop {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let lab = Lab::read(&self.file.rig)?;
-        let firmware = open_virtual(&lab)?;
+        let rig_setup = RigSetup::read(&self.file.rig)?;
+        let firmware = open_virtual(&rig_setup)?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         let safe = runtime.block_on(async {
@@ -39,7 +39,7 @@ impl Stop {
                 Wanted { array: true, ..Wanted::default() },
                 Wanted { robot: true, ..Wanted::default() },
             ] {
-                match open_or_take(&lab.rig, &ports, wanted).await {
+                match open_or_take(&rig_setup.rig, &ports, wanted).await {
                     Ok(mut device) => {
                         let made = device.make_safe("stop").await;
                         safe &= made.is_safe();

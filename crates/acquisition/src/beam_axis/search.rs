@@ -2,7 +2,7 @@
 
 use super::cross::{AxisError, Cross, Stride};
 use super::line::BeamAxis;
-use crate::{Lab, element_delays};
+use crate::{RigSetup, element_delays};
 use fieldgap_acoustics::{Array, Excitation, Vec3};
 use fieldgap_rig::ByHand;
 
@@ -36,23 +36,23 @@ pub struct AxisSearch {
 /// [`AxisError`]: a device that fails, a cross out of the robot's reach, a beam that is not there or does not keep still.
 pub async fn find_axis(
     rig: &mut ByHand,
-    lab: &Lab,
+    rig_setup: &RigSetup,
     search: &AxisSearch,
     mut found: impl FnMut(&Cross),
 ) -> Result<BeamAxis, AxisError> {
-    within_reach(lab, search)?;
+    within_reach(rig_setup, search)?;
     let stride = Stride {
-        frame: lab.rig.motion.frame(),
-        feed: lab.rig.motion.feed(),
-        settle: lab.rig.receiver.settle(),
-        readings: lab.rig.receiver.count(),
+        frame: rig_setup.rig.motion.frame(),
+        feed: rig_setup.rig.motion.feed(),
+        settle: rig_setup.rig.receiver.settle(),
+        readings: rig_setup.rig.receiver.count(),
     };
     rig.array().continuous_wave().await?;
     let mut crosses: Vec<Cross> = Vec::with_capacity(search.heights_m.len());
     for &z_m in &search.heights_m {
-        let half_m = half_arm_m(lab, z_m);
+        let half_m = half_arm_m(rig_setup, z_m);
         let focus = Excitation::Focus(Vec3::new(0.0, 0.0, z_m));
-        rig.array().set_delays(&element_delays(lab, &focus)).await?;
+        rig.array().set_delays(&element_delays(rig_setup, &focus)).await?;
         rig.array().emit().await?;
         let middle_m = match crosses.last() {
             Some(cross) => Vec3::new(cross.x_m.value, cross.y_m.value, z_m),
@@ -70,9 +70,10 @@ pub async fn find_axis(
 }
 
 /// Half length of an arm at a height, m: half way to the first null of an aperture as wide as the array.
-fn half_arm_m(lab: &Lab, z_m: f64) -> f64 {
-    let wavelength_m = lab.believed_medium().speed_of_sound_m_s / lab.array.frequency_hz();
-    (TO_NULL * wavelength_m * z_m / aperture_m(lab.believed_array())).max(SHORTEST_M)
+fn half_arm_m(rig_setup: &RigSetup, z_m: f64) -> f64 {
+    let wavelength_m =
+        rig_setup.nominal_medium().speed_of_sound_m_s / rig_setup.array.frequency_hz();
+    (TO_NULL * wavelength_m * z_m / aperture_m(rig_setup.nominal_array())).max(SHORTEST_M)
 }
 
 /// The wider side of the array, from centre to centre of its outermost elements and half a wavelength at the least, m.
@@ -88,10 +89,10 @@ fn aperture_m(array: &Array) -> f64 {
 }
 
 /// Makes sure that every arm can be gone along before anything moves.
-fn within_reach(lab: &Lab, search: &AxisSearch) -> Result<(), AxisError> {
-    let (envelope, frame) = (lab.rig.motion.envelope(), lab.rig.motion.frame());
+fn within_reach(rig_setup: &RigSetup, search: &AxisSearch) -> Result<(), AxisError> {
+    let (envelope, frame) = (rig_setup.rig.motion.envelope(), rig_setup.rig.motion.frame());
     for (number, &z_m) in search.heights_m.iter().enumerate() {
-        let half_m = half_arm_m(lab, z_m);
+        let half_m = half_arm_m(rig_setup, z_m);
         let reach_m = if number == 0 { search.reach_m.max(half_m) } else { half_m };
         for arm in [Vec3::x(), Vec3::y()] {
             let end = |side: f64| frame.to_robot(arm * reach_m * side + Vec3::new(0.0, 0.0, z_m));

@@ -3,14 +3,14 @@
 use std::time::Duration;
 
 use super::clock::ScanClock;
-use super::lab::Lab;
+use super::rig_setup::RigSetup;
 use fieldgap_acoustics::{Excitation, Vec3, delays_s};
 use fieldgap_records::{FocusSection, RecordedSample, Spread, Visit};
 use fieldgap_rig::{ElementDelay, Feed, Frame, RigError, SafeRig};
 
 /// How each drive is told to the array, and how a point is read.
 #[derive(Debug)]
-pub(super) struct Conductor {
+pub(super) struct PointSequencer {
     frame: Frame,
     feed: Feed,
     settle: Duration,
@@ -37,15 +37,16 @@ pub(super) struct Measurement {
     pub(super) lost: u32,
 }
 
-impl Conductor {
-    /// Works out the delays of every drive from what the lab believes. The rig has just been opened: it is silent.
-    pub(super) fn new(lab: &Lab, foci: &[FocusSection], clock: ScanClock) -> Self {
-        let delays = foci.iter().map(|focus| element_delays(lab, &focus.excitation())).collect();
+impl PointSequencer {
+    /// Works out the delays of every drive from the rig file. The rig has just been opened: it is silent.
+    pub(super) fn new(rig_setup: &RigSetup, foci: &[FocusSection], clock: ScanClock) -> Self {
+        let delays =
+            foci.iter().map(|focus| element_delays(rig_setup, &focus.excitation())).collect();
         Self {
-            frame: lab.rig.motion.frame(),
-            feed: lab.rig.motion.feed(),
-            settle: lab.rig.receiver.settle(),
-            readings: lab.rig.receiver.count(),
+            frame: rig_setup.rig.motion.frame(),
+            feed: rig_setup.rig.motion.feed(),
+            settle: rig_setup.rig.receiver.settle(),
+            readings: rig_setup.rig.receiver.count(),
             delays,
             emitting: Emission::Silent,
             clock,
@@ -124,9 +125,9 @@ impl Conductor {
 }
 
 /// The delay of each element of a rig's array for a drive; an element without amplitude is left silent.
-pub fn element_delays(lab: &Lab, excitation: &Excitation) -> Vec<ElementDelay> {
-    let (array, frequency_hz) = (lab.believed_array(), lab.array.frequency_hz());
-    delays_s(excitation, array, &lab.believed_medium(), frequency_hz)
+pub fn element_delays(rig_setup: &RigSetup, excitation: &Excitation) -> Vec<ElementDelay> {
+    let (array, frequency_hz) = (rig_setup.nominal_array(), rig_setup.array.frequency_hz());
+    delays_s(excitation, array, &rig_setup.nominal_medium(), frequency_hz)
         .into_iter()
         .zip(array.elements())
         .map(|(delay_s, element)| {

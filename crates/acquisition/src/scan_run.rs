@@ -1,8 +1,8 @@
 //! One scan from its first move to its safe end, and the return to one that ended early.
 
-mod attended;
-mod course;
-mod keeping;
+mod pausing;
+mod recording;
+mod sequence;
 
 use std::any::Any;
 use std::future::{Future, poll_fn};
@@ -14,17 +14,17 @@ use std::task::Poll;
 
 use jiff::Timestamp;
 
-use super::CampaignError;
-use super::attendant::Attendant;
+use super::AcquisitionError;
 use super::clock::begins;
 use super::dry_run::{DryRun, dry_run, room_for};
-use super::event::{Event, Watch};
-use super::lab::Lab;
+use super::event::{Event, EventSink};
+use super::monitor::Monitor;
 use super::open::OpenRig;
 use super::origin::{self, Origin};
 use super::pause::Pause;
-use super::plan_on_rig::Campaign;
+use super::planned_scan::PlannedScan;
 use super::references::reference_rows;
+use super::rig_setup::RigSetup;
 use fieldgap_input::{TomlSource, toml_file};
 use fieldgap_records::{Columns, Journal, RecordedSample, ScanSetup, ScanState, Visit};
 use fieldgap_rig::ReceiverIdentity;
@@ -40,8 +40,8 @@ pub(super) const WIRE_LOGS: &str = "wire";
 const WATCHDOG_LOG: &str = "watchdog.log";
 
 /// A scan that is about to run.
-pub struct Session {
-    campaign: Campaign,
+pub struct ScanRun {
+    scan: PlannedScan,
     open: OpenRig,
     journal: Journal,
     setup: ScanSetup,
@@ -62,36 +62,36 @@ pub enum Ending {
     },
 }
 
-impl Session {
+impl ScanRun {
     /// Begins a new scan in `folder`: holds the plan against the rig and the disk, opens the rig, and lays out the
     /// record. Nothing moves yet.
     ///
     /// # Errors
-    /// [`CampaignError`] if the plan cannot be done, the rig cannot be opened, or the folder holds a scan already or
+    /// [`AcquisitionError`] if the plan cannot be done, the rig cannot be opened, or the folder holds a scan already or
     /// cannot be written.
-    pub async fn begin(mut campaign: Campaign, folder: &Path) -> Result<Self, CampaignError> {
-        let check = dry_run(&campaign.plan, &campaign.lab, &campaign.visits)?;
+    pub async fn begin(mut scan: PlannedScan, folder: &Path) -> Result<Self, AcquisitionError> {
+        let check = dry_run(&scan.plan, &scan.rig_setup, &scan.visits)?;
         room_for(check.bytes, folder)?;
-        let mut open = OpenRig::open(&campaign.lab).await?;
-        if let Some((air, config)) = open.air().zip(campaign.lab.rig.environment.as_ref())
+        let mut open = OpenRig::open(&scan.rig_setup).await?;
+        if let Some((air, config)) = open.air().zip(scan.rig_setup.rig.environment.as_ref())
             && config.sound_speed
         {
-            campaign.lab.medium = air.medium(config).await?;
+            scan.rig_setup.medium = air.medium(config).await?;
         }
-        let (plan, lab) = (&campaign.plan, &campaign.lab);
+        let (plan, rig_setup) = (&scan.plan, &scan.rig_setup);
         let setup = ScanSetup {
             name: plan.name.clone(),
-            recorded: begins(lab.virtual_rig.is_some()),
+            recorded: begins(rig_setup.virtual_rig.is_some()),
             unit: open.rig().receiver().identity().unit.clone(),
-            array: lab.array.clone(),
-            medium: lab.medium,
+            array: rig_setup.array.clone(),
+            medium: rig_setup.medium,
             simulator: plan.simulator,
             foci: plan.foci.clone(),
         };
-        let origin = Origin::of(plan, lab)?.to_toml();
+        let origin = Origin::of(plan, rig_setup)?.to_toml();
         let copies = [
             (PLAN_COPY, plan.text().as_bytes()),
-            (RIG_COPY, lab.source().text().as_bytes()),
+            (RIG_COPY, rig_setup.source().text().as_bytes()),
             (origin::FILE, origin.as_bytes()),
         ];
         let columns = Columns::WithSpread;
@@ -100,42 +100,42 @@ impl Session {
         if let Some(air) = open.air() {
             air.write_to(folder)?;
         }
-        Ok(Self { campaign, open, journal, setup, kept: Vec::new(), check, pause: Pause::never() })
+        Ok(Self { scan, open, journal, setup, kept: Vec::new(), check, pause: Pause::never() })
     }
 
     /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig. Ports may be
     /// others by now: they are taken from the rig file as it stands.
     ///
     /// # Errors
-    /// [`CampaignError`] if the folder holds no scan, or a complete one, or one that another process is at; if what is left
+    /// [`AcquisitionError`] if the folder holds no scan, or a complete one, or one that another process is at; if what is left
     /// of the plan cannot be done; or if the rig cannot be opened. What was measured stays as it is.
-    pub async fn resume(folder: &Path) -> Result<Self, CampaignError> {
+    pub async fn resume(folder: &Path) -> Result<Self, AcquisitionError> {
         let resumed = Journal::resume(folder, Timestamp::now())?;
         let kept: Vec<RecordedSample> =
             resumed.records.iter().map(|record| record.sample).collect();
         let copy = |name: &str| TomlSource::read(&folder.join(name));
         let opened = async {
             let origin: Origin = toml_file(&folder.join(origin::FILE))?;
-            let mut campaign =
-                Campaign::parse(origin.plan(&copy(PLAN_COPY)?), origin.rig(&copy(RIG_COPY)?)?)?;
-            origin.same_truth(&campaign.lab)?;
-            same_set_up(&campaign.lab, &resumed.setup)?;
-            let way = way_of_resume(&campaign, &kept);
-            let check = dry_run(&campaign.plan, &campaign.lab, &way)?;
+            let mut scan =
+                PlannedScan::parse(origin.plan(&copy(PLAN_COPY)?), origin.rig(&copy(RIG_COPY)?)?)?;
+            origin.same_truth(&scan.rig_setup)?;
+            same_set_up(&scan.rig_setup, &resumed.setup)?;
+            let way = way_of_resume(&scan, &kept);
+            let check = dry_run(&scan.plan, &scan.rig_setup, &way)?;
             room_for(check.bytes, folder)?;
             // What was measured at its beginning, where the rig file asks for that: one scan, one medium.
-            campaign.lab.medium = resumed.setup.medium;
-            let mut open = OpenRig::open(&campaign.lab).await?;
+            scan.rig_setup.medium = resumed.setup.medium;
+            let mut open = OpenRig::open(&scan.rig_setup).await?;
             open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
             if let Some(air) = open.air() {
                 air.write_to(folder)?;
             }
             open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
-            Ok((campaign, open, check))
+            Ok((scan, open, check))
         };
         match opened.await {
-            Ok((campaign, open, check)) => Ok(Self {
-                campaign,
+            Ok((scan, open, check)) => Ok(Self {
+                scan,
                 open,
                 journal: resumed.journal,
                 setup: resumed.setup,
@@ -144,7 +144,7 @@ impl Session {
                 pause: Pause::never(),
             }),
             Err(error) => {
-                end(resumed.journal, Some(&CampaignError::to_string(&error)))?;
+                end(resumed.journal, Some(&AcquisitionError::to_string(&error)))?;
                 Err(error)
             }
         }
@@ -152,7 +152,7 @@ impl Session {
 
     /// Readings that the whole plan has.
     pub fn visits(&self) -> usize {
-        self.campaign.visits.len()
+        self.scan.visits.len()
     }
 
     /// Readings that are on disk already.
@@ -166,8 +166,8 @@ impl Session {
     }
 
     /// The plan and the rig.
-    pub fn campaign(&self) -> &Campaign {
-        &self.campaign
+    pub fn scan(&self) -> &PlannedScan {
+        &self.scan
     }
 
     /// What the receiver says of itself.
@@ -176,8 +176,8 @@ impl Session {
     }
 
     /// Somebody to stay with the scan.
-    pub fn attendant(&self) -> Attendant {
-        Attendant::new(&self.campaign, self.journal.folder(), self.check.slowest_s)
+    pub fn monitor(&self) -> Monitor {
+        Monitor::new(&self.scan, self.journal.folder(), self.check.slowest_s)
     }
 
     /// Lets `pause` say when the scan waits.
@@ -189,8 +189,8 @@ impl Session {
     /// act: see [`OpenRig::guard`].
     ///
     /// # Errors
-    /// [`CampaignError::Watchdog`] if it does not start.
-    pub fn guard(&mut self, program: Command) -> Result<(), CampaignError> {
+    /// [`AcquisitionError::Watchdog`] if it does not start.
+    pub fn guard(&mut self, program: Command) -> Result<(), AcquisitionError> {
         let log = self.journal.folder().join(WATCHDOG_LOG);
         self.open.guard(program, Some(&log))
     }
@@ -203,13 +203,13 @@ impl Session {
     /// is silenced, the robot stopped, the record closed as partial.
     ///
     /// # Errors
-    /// [`CampaignError::Moved`] if, on resuming, the rig is not as it was; [`CampaignError::Journal`] if the end could not be
+    /// [`AcquisitionError::RigChange`] if, on resuming, the rig is not as it was; [`AcquisitionError::Journal`] if the end could not be
     /// kept. What was measured is on disk.
     pub async fn run(
         mut self,
-        watch: Watch<'_>,
+        watch: EventSink<'_>,
         stop: impl Future<Output = &'static str>,
-    ) -> Result<Ending, CampaignError> {
+    ) -> Result<Ending, AcquisitionError> {
         let stopped = tokio::select! {
             biased;
             who = stop => Err(Stopped::Asked(who)),
@@ -223,7 +223,7 @@ impl Session {
             Some(reason) => Some(self.open.rig().make_safe(reason).await.to_string()),
             None => None,
         };
-        let (rows, of) = (self.journal.visits_done(), self.campaign.visits.len());
+        let (rows, of) = (self.journal.visits_done(), self.scan.visits.len());
         let ended = end(self.journal, reason.as_deref());
         let reason = match (reason, ended) {
             // A scan that failed has failed, also where the disk has no room left to say so.
@@ -241,13 +241,13 @@ impl Session {
             watch(&ended);
         }
         match stopped {
-            Err(Stopped::Failed(error @ CampaignError::Moved(_))) => Err(error),
+            Err(Stopped::Failed(error @ AcquisitionError::RigChange(_))) => Err(error),
             _ => Ok(reason.map_or(Ending::Complete, |reason| Ending::Partial { reason })),
         }
     }
 }
 
-fn end(journal: Journal, reason: Option<&str>) -> Result<(), CampaignError> {
+fn end(journal: Journal, reason: Option<&str>) -> Result<(), AcquisitionError> {
     let state = match reason {
         None => ScanState::Complete,
         Some(reason) => ScanState::Partial { reason: reason.to_owned() },
@@ -256,20 +256,20 @@ fn end(journal: Journal, reason: Option<&str>) -> Result<(), CampaignError> {
 }
 
 /// The visits of a resumed scan: those that are made again, then those that are left.
-fn way_of_resume(campaign: &Campaign, kept: &[RecordedSample]) -> Vec<Visit> {
-    let again = reference_rows(kept, &campaign.visits);
-    let again = again.into_iter().map(|row| campaign.visits[row]);
-    again.chain(campaign.visits[kept.len()..].iter().copied()).collect()
+fn way_of_resume(scan: &PlannedScan, kept: &[RecordedSample]) -> Vec<Visit> {
+    let again = reference_rows(kept, &scan.visits);
+    let again = again.into_iter().map(|row| scan.visits[row]);
+    again.chain(scan.visits[kept.len()..].iter().copied()).collect()
 }
 
 /// Makes sure that files which the rig file names have not been changed since the scan was begun.
-fn same_set_up(lab: &Lab, setup: &ScanSetup) -> Result<(), CampaignError> {
+fn same_set_up(rig_setup: &RigSetup, setup: &ScanSetup) -> Result<(), AcquisitionError> {
     // Positions are written in millimetres, so the last bits may differ.
     const SAME_M: f64 = 1e-9;
-    let (now, then) = (lab.believed_array().elements(), setup.array.array().elements());
+    let (now, then) = (rig_setup.nominal_array().elements(), setup.array.array().elements());
     let same = now.len() == then.len()
         && now.iter().zip(then).all(|(now, then)| (now.centre_m - then.centre_m).norm() < SAME_M);
-    if same { Ok(()) } else { Err(CampaignError::OtherSetUp) }
+    if same { Ok(()) } else { Err(AcquisitionError::OtherSetUp) }
 }
 
 /// Why a running scan stopped.
@@ -278,12 +278,12 @@ enum Stopped {
     #[error("{0}")]
     Asked(&'static str),
     #[error("{0}")]
-    Failed(CampaignError),
+    Failed(AcquisitionError),
     #[error("the program itself failed: {0}")]
     Panicked(String),
 }
 
-impl<E: Into<CampaignError>> From<E> for Stopped {
+impl<E: Into<AcquisitionError>> From<E> for Stopped {
     fn from(error: E) -> Self {
         Self::Failed(error.into())
     }

@@ -1,4 +1,4 @@
-//! A rig file: the array and the medium as the lab believes them, and the devices.
+//! A rig file: the array and the medium as the rig file describes them, and the devices.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use fieldgap_virtual_rig::VirtualConfig;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct LabFile {
+struct RigFileKeys {
     name: String,
     array: Spanned<ArrayTable>,
     medium: Spanned<MediumTable>,
@@ -31,12 +31,12 @@ struct LabFile {
 
 /// What a rig file says.
 #[derive(Debug, Clone)]
-pub struct Lab {
+pub struct RigSetup {
     /// What the rig is called.
     pub name: String,
-    /// The array, as the lab believes it to be.
+    /// The array, as the rig file describes it.
     pub array: ArraySection,
-    /// The medium, as the lab believes it to be.
+    /// The medium, as the rig file describes it.
     pub medium: MediumSection,
     /// The devices.
     pub rig: RigConfig,
@@ -49,7 +49,7 @@ pub struct Lab {
     source: TomlSource,
 }
 
-impl Lab {
+impl RigSetup {
     /// Reads a rig file.
     ///
     /// # Errors
@@ -61,9 +61,9 @@ impl Lab {
     /// Makes sense of a text as a rig file.
     ///
     /// # Errors
-    /// As [`Lab::read`].
+    /// As [`RigSetup::read`].
     pub fn parse(source: TomlSource) -> Result<Self, Fault> {
-        let mut file: LabFile = source.parse()?;
+        let mut file: RigFileKeys = source.parse()?;
         file.focus_array.beside(source.path().parent().unwrap_or(Path::new("")));
         let array = ArraySection::read(&file.array, &source)?;
         if let Some(sensing) = &file.sensing {
@@ -98,13 +98,13 @@ impl Lab {
         &self.source
     }
 
-    /// The array, as the lab believes it to be.
-    pub fn believed_array(&self) -> &Array {
+    /// The array, as the rig file describes it.
+    pub fn nominal_array(&self) -> &Array {
         self.array.array()
     }
 
-    /// The medium, as the lab believes it to be.
-    pub fn believed_medium(&self) -> Medium {
+    /// The medium, as the rig file describes it.
+    pub fn nominal_medium(&self) -> Medium {
         self.medium.medium()
     }
 }

@@ -11,7 +11,7 @@ use tokio::time::{Instant, sleep_until};
 
 use super::event::Event;
 use super::hook;
-use super::plan_on_rig::Campaign;
+use super::planned_scan::PlannedScan;
 use fieldgap_records::{HookKind, Hooks};
 
 /// A scan that takes this many times as long for a point as its slowest should is not slow...
@@ -25,19 +25,19 @@ const MOST_HOOKS: usize = 4;
 
 /// Stays with one scan.
 #[derive(Debug, Clone)]
-pub struct Attendant {
+pub struct Monitor {
     hooks: Hooks,
     scan: PathBuf,
     no_progress: Duration,
 }
 
-impl Attendant {
-    /// For a campaign whose record is in `folder` and whose slowest point should take `slowest_s`.
-    pub(super) fn new(campaign: &Campaign, folder: &Path, slowest_s: f64) -> Self {
-        let (plan, lab) = (&campaign.plan, &campaign.lab);
+impl Monitor {
+    /// For a scan whose record is in `folder` and whose slowest point should take `slowest_s`.
+    pub(super) fn new(scan: &PlannedScan, folder: &Path, slowest_s: f64) -> Self {
+        let (plan, rig_setup) = (&scan.plan, &scan.rig_setup);
         let beside = |path: &Path| path.parent().unwrap_or(Path::new("")).to_owned();
         let of_plan = plan.hooks.beside(&beside(plan.path()));
-        let hooks = of_plan.or(&lab.hooks.beside(&beside(lab.source().path())));
+        let hooks = of_plan.or(&rig_setup.hooks.beside(&beside(rig_setup.source().path())));
         let derived = || Duration::try_from_secs_f64(slowest_s * TIMES_SLOWEST);
         let no_progress = match plan.alarm.no_progress_s {
             Some(given) => Duration::try_from_secs_f64(given.get()),
@@ -52,7 +52,7 @@ impl Attendant {
 
     /// Follows a scan's events until it has ended, or until nobody is left to tell of it; then waits for its hooks. What it
     /// has to say itself it tells to `tell`.
-    pub async fn attend(
+    pub async fn follow(
         self,
         mut events: UnboundedReceiver<Event>,
         mut tell: impl FnMut(&Event) + Send,
@@ -152,18 +152,18 @@ mod tests {
     use super::*;
     use fieldgap_input::toml_text;
 
-    type Said = Arc<Mutex<Vec<Event>>>;
+    type Notes = Arc<Mutex<Vec<Event>>>;
 
-    fn attending(hooks: &str) -> (UnboundedSender<Event>, Said, tokio::task::JoinHandle<()>) {
-        let attendant = Attendant {
+    fn monitored(hooks: &str) -> (UnboundedSender<Event>, Notes, tokio::task::JoinHandle<()>) {
+        let monitor = Monitor {
             hooks: toml_text(Path::new("p.toml"), hooks).expect("hooks"),
             scan: "out/overnight".into(),
             no_progress: Duration::from_secs(60),
         };
         let (tell, told) = unbounded_channel();
-        let said = Said::default();
+        let said = Notes::default();
         let keeps = Arc::clone(&said);
-        let task = tokio::spawn(attendant.attend(told, move |event| {
+        let task = tokio::spawn(monitor.follow(told, move |event| {
             keeps.lock().expect("not poisoned").push(event.clone());
         }));
         (tell, said, task)
@@ -181,7 +181,7 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn the_alarm_is_raised_once_for_each_standstill() {
-        let (tell, said, task) = attending("");
+        let (tell, said, task) = monitored("");
         after(&tell, Event::Homed, 59).await;
         after(&tell, measured(0), 59).await;
         assert!(said.lock().expect("not poisoned").is_empty());
@@ -198,7 +198,7 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn a_scan_that_is_let_wait_raises_none() {
-        let (tell, said, task) = attending("");
+        let (tell, said, task) = monitored("");
         after(&tell, Event::Homed, 1).await;
         after(&tell, Event::Paused, 36_000).await;
         after(&tell, Event::Continued { waited_s: 36_000.0 }, 30).await;
@@ -211,7 +211,7 @@ mod tests {
     async fn the_end_waits_for_its_hook_and_a_failing_one_is_said() {
         let home = tempfile::tempdir().expect("a folder");
         let file = home.path().join("told");
-        let (tell, said, task) = attending(&format!(
+        let (tell, said, task) = monitored(&format!(
             "on_failure = ['sh', '-c', 'sleep 0.2; printf %s \"$FIELDGAP_MESSAGE\" > \"$0\"', '{}']\n\
              on_question = 'false'\n",
             file.display()

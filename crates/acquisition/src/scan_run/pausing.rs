@@ -5,47 +5,47 @@ use std::ops::Range;
 use jiff::Timestamp;
 use tokio::time::Instant;
 
-use super::{Session, Stopped};
-use crate::CampaignError;
-use crate::conductor::{Conductor, Measurement};
+use super::{ScanRun, Stopped};
+use crate::AcquisitionError;
 use crate::drift::{Drift, Drifted};
-use crate::event::{Event, Watch};
+use crate::event::{Event, EventSink};
 use crate::fly::Flights;
+use crate::sequencer::{Measurement, PointSequencer};
 use fieldgap_records::{EventKind, RecordedSample, Visit};
 
-impl Session {
+impl ScanRun {
     /// Measures a visit. Asked to wait, the scan does so with the array silent, and the point is measured anew afterwards.
     pub(super) async fn measure(
         &mut self,
-        conductor: &mut Conductor,
+        sequencer: &mut PointSequencer,
         visit: &Visit,
-        watch: Watch<'_>,
+        watch: EventSink<'_>,
     ) -> Result<Measurement, Stopped> {
         loop {
             if self.pause.is_asked() {
-                self.wait(conductor, &mut *watch).await?;
+                self.wait(sequencer, &mut *watch).await?;
             }
-            let measurement = conductor.measure(self.open.rig(), visit).await?;
+            let measurement = sequencer.measure(self.open.rig(), visit).await?;
             if !self.pause.is_asked() {
                 return Ok(measurement);
             }
         }
     }
 
-    /// Flies over a row, as [`Session::measure`] measures a visit.
+    /// Flies over a row, as [`ScanRun::measure`] measures a visit.
     pub(super) async fn fly(
         &mut self,
         flights: &mut Flights,
-        conductor: &mut Conductor,
+        sequencer: &mut PointSequencer,
         row: &Range<usize>,
-        watch: Watch<'_>,
+        watch: EventSink<'_>,
     ) -> Result<Vec<Measurement>, Stopped> {
         loop {
             if self.pause.is_asked() {
-                self.wait(conductor, &mut *watch).await?;
+                self.wait(sequencer, &mut *watch).await?;
             }
-            let visits = &self.campaign.visits[row.clone()];
-            let measured = flights.measure(conductor, self.open.rig(), visits).await?;
+            let visits = &self.scan.visits[row.clone()];
+            let measured = flights.measure(sequencer, self.open.rig(), visits).await?;
             if !self.pause.is_asked() {
                 return Ok(measured);
             }
@@ -53,9 +53,13 @@ impl Session {
     }
 
     /// Waits, the array silent and the robot where it is, until the scan may go on.
-    async fn wait(&mut self, conductor: &mut Conductor, watch: Watch<'_>) -> Result<(), Stopped> {
+    async fn wait(
+        &mut self,
+        sequencer: &mut PointSequencer,
+        watch: EventSink<'_>,
+    ) -> Result<(), Stopped> {
         let since = Instant::now();
-        conductor.silence(self.open.rig()).await?;
+        sequencer.silence(self.open.rig()).await?;
         self.journal.record(Timestamp::now(), EventKind::Paused, "the array is silent")?;
         watch(&Event::Paused);
         self.pause.over().await;
@@ -68,13 +72,13 @@ impl Session {
     /// Revisits the reference point where that is due before `next`.
     pub(super) async fn revisit(
         &mut self,
-        conductor: &mut Conductor,
+        sequencer: &mut PointSequencer,
         drift: Option<&mut Drift>,
         last: Option<&RecordedSample>,
         next: &Visit,
-        watch: Watch<'_>,
+        watch: EventSink<'_>,
     ) -> Result<(), Stopped> {
-        let motion = &self.campaign.lab.rig.motion;
+        let motion = &self.scan.rig_setup.rig.motion;
         let robot = (&motion.envelope(), &motion.frame());
         let (now_s, at_m) =
             (last.map_or(0.0, |last| last.time_s), last.map(RecordedSample::position_m));
@@ -84,7 +88,7 @@ impl Session {
         }) else {
             return Ok(());
         };
-        let sample = self.measure(conductor, &visit, &mut *watch).await?.sample;
+        let sample = self.measure(sequencer, &visit, &mut *watch).await?.sample;
         let drifted = drift.read(&sample);
         let text = format!(
             "reference point: {} where {} was first ({:+.2} %), {:.3} mm apart",
@@ -107,8 +111,8 @@ impl Session {
     pub(super) fn tell_drift(
         &mut self,
         drifted: Drifted,
-        watch: Watch<'_>,
-    ) -> Result<(), CampaignError> {
+        watch: EventSink<'_>,
+    ) -> Result<(), AcquisitionError> {
         if drifted.is_news {
             let text = format!(
                 "the level at the reference point is {:.5} where it was {:.5} ({:+.1} %): array, receiver or air have changed",

@@ -2,31 +2,31 @@
 
 use std::path::Path;
 
-use super::CampaignError;
+use super::AcquisitionError;
 use super::dry_run::{DryRun, dry_run};
-use super::lab::Lab;
+use super::rig_setup::RigSetup;
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{Plan, PlanPart, Visit};
 use fieldgap_virtual_rig::Truth;
 
 /// A plan and the rig that will scan it.
 #[derive(Debug, Clone)]
-pub struct Campaign {
+pub struct PlannedScan {
     pub(super) plan: Plan,
-    pub(super) lab: Lab,
+    pub(super) rig_setup: RigSetup,
     pub(super) visits: Vec<Visit>,
 }
 
-impl Campaign {
+impl PlannedScan {
     /// Reads a plan, and the rig file: the one given, else the one that the plan names.
     ///
     /// # Errors
     /// A [`Fault`] at the line of either file that does not fit.
-    pub fn read(plan: &Path, rig: Option<&Path>) -> Result<Self, CampaignError> {
+    pub fn read(plan: &Path, rig: Option<&Path>) -> Result<Self, AcquisitionError> {
         let plan = Plan::read(plan)?;
-        let lab = match (rig, &plan.rig) {
-            (Some(given), _) => Lab::read(given)?,
-            (None, Some(named)) if named.is_file() => Lab::read(named)?,
+        let rig_setup = match (rig, &plan.rig) {
+            (Some(given), _) => RigSetup::read(given)?,
+            (None, Some(named)) if named.is_file() => RigSetup::read(named)?,
             (None, Some(named)) => {
                 return Err(plan
                     .fault(
@@ -45,17 +45,17 @@ impl Campaign {
                 .into());
             }
         };
-        Ok(Self::new(plan, lab))
+        Ok(Self::new(plan, rig_setup))
     }
 
     /// Reads a plan and a rig file from texts that were kept, as if they still stood where they were read from.
-    pub(super) fn parse(plan: TomlSource, rig: TomlSource) -> Result<Self, CampaignError> {
-        Ok(Self::new(Plan::parse(plan)?, Lab::parse(rig)?))
+    pub(super) fn parse(plan: TomlSource, rig: TomlSource) -> Result<Self, AcquisitionError> {
+        Ok(Self::new(Plan::parse(plan)?, RigSetup::parse(rig)?))
     }
 
-    fn new(plan: Plan, lab: Lab) -> Self {
+    fn new(plan: Plan, rig_setup: RigSetup) -> Self {
         let visits = plan.visits();
-        Self { plan, lab, visits }
+        Self { plan, rig_setup, visits }
     }
 
     /// What the scan will be called.
@@ -69,8 +69,8 @@ impl Campaign {
     }
 
     /// The rig.
-    pub fn lab(&self) -> &Lab {
-        &self.lab
+    pub fn rig_setup(&self) -> &RigSetup {
+        &self.rig_setup
     }
 
     /// The readings to be taken, in their order.
@@ -82,11 +82,11 @@ impl Campaign {
     ///
     /// # Errors
     /// A [`Fault`] at the part of the plan that the robot cannot do, or in the truth file of a virtual rig.
-    pub fn dry_run(&self) -> Result<DryRun, CampaignError> {
-        if let Some(config) = &self.lab.virtual_rig {
-            let beside = self.lab.source().path().parent().unwrap_or(Path::new(""));
+    pub fn dry_run(&self) -> Result<DryRun, AcquisitionError> {
+        if let Some(config) = &self.rig_setup.virtual_rig {
+            let beside = self.rig_setup.source().path().parent().unwrap_or(Path::new(""));
             Truth::read(&config.truth_path(beside))?;
         }
-        Ok(dry_run(&self.plan, &self.lab, &self.visits)?)
+        Ok(dry_run(&self.plan, &self.rig_setup, &self.visits)?)
     }
 }

@@ -2,20 +2,20 @@
 
 use jiff::Timestamp;
 
-use super::{Session, Stopped};
-use crate::CampaignError;
+use super::{ScanRun, Stopped};
+use crate::AcquisitionError;
 use crate::clock::{ScanClock, goes_on_at_s};
-use crate::conductor::{Conductor, distance_mm};
 use crate::drift::Drift;
-use crate::event::{Event, Watch};
+use crate::event::{Event, EventSink};
 use crate::fly::{Flight, Flights};
-use crate::references::{Moved, compare, reference_rows};
+use crate::references::{RigChange, compare, reference_rows};
 use crate::rows::{Leg, Line, legs};
+use crate::sequencer::{PointSequencer, distance_mm};
 use fieldgap_records::{EventKind, Visit};
 
-impl Session {
+impl ScanRun {
     /// Runs what is left of the plan.
-    pub(super) async fn conduct(&mut self, watch: Watch<'_>) -> Result<(), Stopped> {
+    pub(super) async fn conduct(&mut self, watch: EventSink<'_>) -> Result<(), Stopped> {
         watch(&self.open.greeting());
         self.open.rig().continuous_wave().await?;
         self.open.rig().home().await?;
@@ -26,31 +26,31 @@ impl Session {
             Some(last) => ScanClock::from(goes_on_at_s(
                 self.setup.recorded,
                 last.time_s,
-                self.campaign.lab.virtual_rig.is_some(),
+                self.scan.rig_setup.virtual_rig.is_some(),
             )),
         };
-        let mut conductor = Conductor::new(&self.campaign.lab, &self.campaign.plan.foci, clock);
-        self.check_references(&mut conductor, &mut *watch).await?;
-        let (plan, visits) = (&self.campaign.plan, &self.campaign.visits);
-        let mut flights = plan.fly.map(|fly| Flights::new(Flight::new(&fly, &self.campaign.lab)));
+        let mut sequencer = PointSequencer::new(&self.scan.rig_setup, &self.scan.plan.foci, clock);
+        self.check_references(&mut sequencer, &mut *watch).await?;
+        let (plan, visits) = (&self.scan.plan, &self.scan.visits);
+        let mut flights = plan.fly.map(|fly| Flights::new(Flight::new(&fly, &self.scan.rig_setup)));
         let legs = legs(visits, self.journal.visits_done(), flights.is_some());
         let mut drift = Drift::of(plan, visits, self.check.about_s, &self.kept);
         let mut last = self.kept.last().copied();
         if let Some(flights) = flights.as_mut().filter(|flights| flights.want_lag()) {
-            self.find_lag(flights, &mut conductor, &legs, &mut *watch).await?;
+            self.find_lag(flights, &mut sequencer, &legs, &mut *watch).await?;
         }
         for leg in legs {
             let rows = leg.rows();
-            let next = self.campaign.visits[rows.start];
-            self.revisit(&mut conductor, drift.as_mut(), last.as_ref(), &next, &mut *watch).await?;
+            let next = self.scan.visits[rows.start];
+            self.revisit(&mut sequencer, drift.as_mut(), last.as_ref(), &next, &mut *watch).await?;
             let measured = match (&leg, &mut flights) {
                 (Leg::Row(row), Some(flights)) => {
-                    self.fly(flights, &mut conductor, row, &mut *watch).await?
+                    self.fly(flights, &mut sequencer, row, &mut *watch).await?
                 }
-                _ => vec![self.measure(&mut conductor, &next, &mut *watch).await?],
+                _ => vec![self.measure(&mut sequencer, &next, &mut *watch).await?],
             };
             last = measured.last().map(|measurement| measurement.sample);
-            self.keep_row(rows, &measured, &mut conductor, drift.as_mut(), &mut *watch).await?;
+            self.keep_row(rows, &measured, &mut sequencer, drift.as_mut(), &mut *watch).await?;
         }
         if let Some(text) = flights.and_then(|flights| flights.evenness()) {
             self.journal.record(Timestamp::now(), EventKind::Flown, &text)?;
@@ -62,23 +62,23 @@ impl Session {
     async fn find_lag(
         &mut self,
         flights: &mut Flights,
-        conductor: &mut Conductor,
+        sequencer: &mut PointSequencer,
         legs: &[Leg],
-        watch: Watch<'_>,
+        watch: EventSink<'_>,
     ) -> Result<(), Stopped> {
-        let visits = &self.campaign.visits;
+        let visits = &self.scan.visits;
         let rows = legs.iter().filter_map(|leg| match leg {
             Leg::Row(row) => Some(&visits[row.clone()]),
             Leg::Stop(_) => None,
         });
         let from_focus_m = |row: &[Visit]| {
-            let focus = row[0].focus.map(|focus| self.campaign.plan.foci[focus].excitation());
+            let focus = row[0].focus.map(|focus| self.scan.plan.foci[focus].excitation());
             let focus_m = focus.and_then(|excitation| excitation.focus_m());
             Line::of(row).distance_m(focus_m.unwrap_or_default())
         };
         let nearest = rows.min_by(|a, b| from_focus_m(a).total_cmp(&from_focus_m(b)));
         let Some(row) = nearest else { return Ok(()) };
-        let lag = flights.find_lag(conductor, self.open.rig(), row).await?;
+        let lag = flights.find_lag(sequencer, self.open.rig(), row).await?;
         let (lag_ms, standard_error_ms) = (lag.lag_s * 1e3, lag.standard_error_s * 1e3);
         let text = format!("readings lag {lag_ms:.3} ± {standard_error_ms:.3} ms behind the robot");
         self.journal.record(Timestamp::now(), EventKind::Flown, &text)?;
@@ -89,20 +89,20 @@ impl Session {
     /// Measures kept points again, and refuses to go on where the rig is not as it was.
     async fn check_references(
         &mut self,
-        conductor: &mut Conductor,
-        watch: Watch<'_>,
+        sequencer: &mut PointSequencer,
+        watch: EventSink<'_>,
     ) -> Result<(), Stopped> {
         let mut found = Vec::new();
-        for row in reference_rows(&self.kept, &self.campaign.visits) {
+        for row in reference_rows(&self.kept, &self.scan.visits) {
             let kept = &self.kept[row];
-            let now = conductor.measure(self.open.rig(), &self.campaign.visits[row]).await?.sample;
+            let now = sequencer.measure(self.open.rig(), &self.scan.visits[row]).await?.sample;
             watch(&Event::ReferenceChecked {
                 row,
                 kept: kept.reading,
                 now: now.reading,
                 moved_mm: distance_mm(kept.position_m(), now.position_m()),
             });
-            let verdict = compare(row, kept, &now, self.campaign.plan.resume);
+            let verdict = compare(row, kept, &now, self.scan.plan.resume);
             let text = match &verdict {
                 Ok(()) => format!("row {row}: {} where {} was kept", now.reading, kept.reading),
                 Err(moved) => moved.to_string(),
@@ -110,6 +110,6 @@ impl Session {
             self.journal.record(Timestamp::now(), EventKind::ReferenceChecked, &text)?;
             found.extend(verdict.err());
         }
-        Ok(Moved::of(found).map_err(CampaignError::from)?)
+        Ok(RigChange::of(found).map_err(AcquisitionError::from)?)
     }
 }

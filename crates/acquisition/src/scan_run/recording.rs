@@ -6,26 +6,26 @@ use std::time::Duration;
 use jiff::Timestamp;
 use tokio::time::{Instant, sleep};
 
-use super::{Session, Stopped};
+use super::{ScanRun, Stopped};
 use crate::air_log::Polled;
-use crate::conductor::{Conductor, Measurement};
 use crate::drift::Drift;
-use crate::event::{Event, Watch};
+use crate::event::{Event, EventSink};
+use crate::sequencer::{Measurement, PointSequencer};
 use fieldgap_acoustics::Vec3;
 use fieldgap_records::{EventKind, Journal, JournalError, RecordedSample};
 
 /// How often it is looked whether there is room again.
 const LOOK_FOR_ROOM_EVERY: Duration = Duration::from_secs(1);
 
-impl Session {
+impl ScanRun {
     /// Keeps the measurements of some visits, and tells of them.
     pub(super) async fn keep_row(
         &mut self,
         rows: Range<usize>,
         measured: &[Measurement],
-        conductor: &mut Conductor,
+        sequencer: &mut PointSequencer,
         mut drift: Option<&mut Drift>,
-        watch: Watch<'_>,
+        watch: EventSink<'_>,
     ) -> Result<(), Stopped> {
         for (row, &Measurement { clipped, lost, .. }) in rows.clone().zip(measured) {
             if clipped || lost > 0 {
@@ -34,24 +34,24 @@ impl Session {
                 let fault = |journal: &mut Journal| {
                     journal.record(Timestamp::now(), EventKind::DeviceFault, &text)
                 };
-                self.keep(fault, conductor, &mut *watch).await?;
+                self.keep(fault, sequencer, &mut *watch).await?;
                 watch(&Event::Spoilt { row, text });
             }
         }
-        let visits = self.campaign.visits[rows.clone()].to_vec();
+        let visits = self.scan.visits[rows.clone()].to_vec();
         let points: Vec<(RecordedSample, Vec3)> = measured
             .iter()
             .zip(&visits)
             .map(|(measurement, visit)| (measurement.sample, visit.position_m))
             .collect();
-        self.keep(|journal| journal.append_row(&points), conductor, &mut *watch).await?;
+        self.keep(|journal| journal.append_row(&points), sequencer, &mut *watch).await?;
         for ((row, visit), Measurement { sample, clipped, .. }) in rows.zip(&visits).zip(measured) {
             if let Some(drifted) = drift.as_mut().and_then(|drift| drift.measured(visit, sample)) {
                 self.tell_drift(drifted, &mut *watch)?;
             }
             watch(&Event::Measured {
                 row,
-                of: self.campaign.visits.len(),
+                of: self.scan.visits.len(),
                 focus: sample.focus.map_or(-1, |focus| focus as i64),
                 at_mm: sample.position_mm.into(),
                 reading: sample.reading,
@@ -68,12 +68,12 @@ impl Session {
     async fn keep(
         &mut self,
         mut keep: impl FnMut(&mut Journal) -> Result<(), JournalError>,
-        conductor: &mut Conductor,
-        watch: Watch<'_>,
+        sequencer: &mut PointSequencer,
+        watch: EventSink<'_>,
     ) -> Result<(), Stopped> {
         match keep(&mut self.journal) {
             Err(error) if error.is_no_room() => {
-                conductor.silence(self.open.rig()).await?;
+                sequencer.silence(self.open.rig()).await?;
                 watch(&Event::Waiting { reason: error.to_string() });
             }
             kept => return Ok(kept?),

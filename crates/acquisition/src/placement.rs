@@ -22,7 +22,7 @@ const MOST: f64 = 0.75;
 
 /// The points of a row and how they are flown over.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Course {
+pub(super) struct RowTiming {
     /// How many; two or more.
     pub points: usize,
     /// From each to the next, m, above zero.
@@ -61,7 +61,7 @@ pub(super) struct Lag {
     pub standard_error_s: f64,
 }
 
-impl Course {
+impl RowTiming {
     /// Samples that a reading is made of, at a rate.
     pub fn samples_at(&self, rate_hz: f64) -> f64 {
         2.0 * self.half_width_m / self.speed_m_s * rate_hz
@@ -199,8 +199,8 @@ mod tests {
 
     use super::*;
 
-    const COURSE: Course =
-        Course { points: 36, step_m: 2e-3, speed_m_s: 0.15, half_width_m: 1.07e-3 };
+    const TIMING: RowTiming =
+        RowTiming { points: 36, step_m: 2e-3, speed_m_s: 0.15, half_width_m: 1.07e-3 };
 
     /// A field with structure of the scale of a focus along a row.
     fn field(x_m: f64) -> f64 {
@@ -215,8 +215,8 @@ mod tests {
         noise: impl Fn(usize) -> f64,
     ) -> Recording {
         let lead_m = 0.012;
-        let length_m = COURSE.step_m * 35.0 + 2.0 * lead_m;
-        let v = COURSE.speed_m_s;
+        let length_m = TIMING.step_m * 35.0 + 2.0 * lead_m;
+        let v = TIMING.speed_m_s;
         let ramp_s = v / acceleration_m_s2;
         let lasts_s = length_m / v + ramp_s;
         let travelled_m = |t_s: f64| {
@@ -243,10 +243,10 @@ mod tests {
     #[test]
     fn samples_are_placed_by_the_middle_whatever_the_acceleration() {
         for acceleration in [1.0, 2.0, 5.0] {
-            let placed = COURSE.place(&flown(1.0, acceleration, 0.0, |_| 0.0), 0.0);
+            let placed = TIMING.place(&flown(1.0, acceleration, 0.0, |_| 0.0), 0.0);
             for (n, placed) in placed.into_iter().enumerate() {
                 let placed = placed.expect("samples");
-                let x_m = (n as f64 - 17.5) * COURSE.step_m;
+                let x_m = (n as f64 - 17.5) * TIMING.step_m;
                 assert!((placed.value - field(x_m)).abs() < 2e-3, "{acceleration} {n}");
                 assert_eq!(placed.lost, 0);
             }
@@ -261,7 +261,7 @@ mod tests {
                 let mixed = (n * 2_654_435_761 + (seed * 2 + way) * 40_503) as u32;
                 0.02 * (f64::from(mixed.wrapping_mul(2_246_822_519) >> 8) / f64::from(1u32 << 24) - 0.5)
             };
-            let lag = COURSE
+            let lag = TIMING
                 .lag(&flown(1.0, 2.0, late_s, noise(0)), &flown(-1.0, 2.0, late_s, noise(1)))
                 .expect("a focus shows it");
             prop_assert!(lag.standard_error_s < 3e-4, "{lag:?}");
@@ -278,7 +278,7 @@ mod tests {
                 .map(|n| TimedSample { t_s: f64::from(n) * 1e-3, value: 1.0, clipped: false })
                 .collect(),
         };
-        let found = COURSE.lag(&even, &even);
+        let found = TIMING.lag(&even, &even);
         assert!(
             found
                 .is_none_or(|lag| !lag.standard_error_s.is_finite() || lag.standard_error_s > 1e-3),
@@ -289,11 +289,11 @@ mod tests {
     #[test]
     fn missing_samples_are_counted_and_too_few_make_no_reading() {
         let mut recording = flown(1.0, 2.0, 0.0, |_| 0.0);
-        let whole = COURSE.place(&recording, 0.0)[10].expect("samples");
+        let whole = TIMING.place(&recording, 0.0)[10].expect("samples");
         recording.samples.retain(|sample| (sample.t_s - whole.t_s).abs() > 2.5e-3);
-        let thin = COURSE.place(&recording, 0.0)[10].expect("nine of fourteen");
+        let thin = TIMING.place(&recording, 0.0)[10].expect("nine of fourteen");
         assert!(thin.lost >= 4 && thin.count < whole.count);
         recording.samples.retain(|sample| (sample.t_s - whole.t_s).abs() > 6e-3);
-        assert_eq!(COURSE.place(&recording, 0.0)[10], None);
+        assert_eq!(TIMING.place(&recording, 0.0)[10], None);
     }
 }

@@ -10,8 +10,8 @@ use rand_chacha::ChaCha8Rng;
 use tokio::time::Instant;
 
 use super::clock::ScanClock;
-use super::conductor::Conductor;
-use super::lab::Lab;
+use super::rig_setup::RigSetup;
+use super::sequencer::PointSequencer;
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::TomlSource;
 use fieldgap_records::{FocusSection, PlanPart, Visit, VisitKind};
@@ -44,9 +44,9 @@ struct Tally {
     longest: Duration,
 }
 
-fn lab() -> Lab {
+fn rig_setup() -> RigSetup {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rigs/virtual.toml");
-    Lab::parse(TomlSource::read(&path).expect("it is there")).expect("a rig file")
+    RigSetup::parse(TomlSource::read(&path).expect("it is there")).expect("a rig file")
 }
 
 fn foci() -> Vec<FocusSection> {
@@ -57,7 +57,7 @@ fn foci() -> Vec<FocusSection> {
 
 /// A laboratory in trouble, which goes on as long as it takes.
 struct Troubled {
-    lab: Lab,
+    rig_setup: RigSetup,
     config: VirtualConfig,
     rates: TroubleRates,
     power_ups: u64,
@@ -74,10 +74,10 @@ impl Troubled {
             ..self.config.clone()
         };
         let believed = Believed {
-            array: self.lab.believed_array().clone(),
-            medium: self.lab.believed_medium(),
-            frequency_hz: self.lab.array.frequency_hz(),
-            array_origin_m: self.lab.rig.motion.frame().origin_m,
+            array: self.rig_setup.nominal_array().clone(),
+            medium: self.rig_setup.nominal_medium(),
+            frequency_hz: self.rig_setup.array.frequency_hz(),
+            array_origin_m: self.rig_setup.rig.motion.frame().origin_m,
         };
         let truth = Truth::from_source(&TomlSource::new(Path::new("truth.toml"), TRUTH));
         MemoryRig::power_up(&config, truth.expect("no noise"), &believed).expect("it powers up")
@@ -94,7 +94,7 @@ impl Troubled {
         let array = ThesisArray::begin(wire(array, Role::FocusArray), modulation).await?;
         let receiver =
             StreamReceiver::begin(wire(receiver, Role::Receiver), Encoding::Binary).await?;
-        let motion = &self.lab.rig.motion;
+        let motion = &self.rig_setup.rig.motion;
         let config: MarlinConfig = toml::from_str("").expect("every key has a default");
         let robot = Marlin::begin(wire(robot, Role::Robot), &config).await?;
         let robot = Guarded::new(Box::new(robot), motion.envelope(), motion.position_tolerance_m());
@@ -159,7 +159,7 @@ impl Troubled {
     /// Measures points until something fails.
     async fn measure(&mut self, memory: &MemoryRig, rig: &mut SafeRig, draws: &mut ChaCha8Rng) {
         let foci = foci();
-        let mut conductor = Conductor::new(&self.lab, &foci, ScanClock::from_start());
+        let mut sequencer = PointSequencer::new(&self.rig_setup, &foci, ScanClock::from_start());
         for _ in 0..2000 {
             let mm = |draws: &mut ChaCha8Rng, low: f64, high: f64| {
                 (draws.random_range(low..high) * 100.0).round() * 1e-5
@@ -170,13 +170,13 @@ impl Troubled {
             let visit =
                 Visit { kind: VisitKind::Point, focus, position_m, part: PlanPart::Region(0) };
             let begun = Instant::now();
-            let measured = conductor.measure(rig, &visit).await;
+            let measured = sequencer.measure(rig, &visit).await;
             self.took(begun, "a point");
             match measured {
                 Ok(measurement) => {
                     self.tally.points += 1;
                     self.tally.spoilt += u64::from(measurement.lost > 0);
-                    self.holds(memory, &conductor, &visit, &measurement.sample);
+                    self.holds(memory, &sequencer, &visit, &measurement.sample);
                 }
                 Err(error) => {
                     self.note(&error);
@@ -197,7 +197,7 @@ impl Troubled {
     fn holds(
         &self,
         memory: &MemoryRig,
-        conductor: &Conductor,
+        sequencer: &PointSequencer,
         visit: &Visit,
         sample: &fieldgap_records::RecordedSample,
     ) {
@@ -208,8 +208,8 @@ impl Troubled {
         let drive = world.drive_at(now_s);
         assert_eq!(drive.emitting, visit.focus.is_some(), "{visit:?}");
         if let Some(focus) = visit.focus {
-            let clock_hz = self.lab.array.frequency_hz() * 256.0;
-            let wanted = conductor.delays_of(focus);
+            let clock_hz = self.rig_setup.array.frequency_hz() * 256.0;
+            let wanted = sequencer.delays_of(focus);
             for (element, (told, is)) in wanted.iter().zip(&drive.delays_s).enumerate() {
                 let fieldgap_rig::ElementDelay::Seconds(told) = told else { continue };
                 let steps = (is.expect("it sounds") - told) * clock_hz;
@@ -228,11 +228,11 @@ impl Troubled {
 }
 
 async fn in_trouble(rate: f64, lines: u64) -> Tally {
-    let lab = lab();
-    let config = lab.virtual_rig.clone().expect("it is virtual");
+    let rig_setup = rig_setup();
+    let config = rig_setup.virtual_rig.clone().expect("it is virtual");
     let rates = TroubleRates::even(rate).expect("a rate");
     let mut troubled =
-        Troubled { lab, config, rates, power_ups: 0, openings: 0, tally: Tally::default() };
+        Troubled { rig_setup, config, rates, power_ups: 0, openings: 0, tally: Tally::default() };
     troubled.run(lines).await;
     println!("each trouble at {rate}: {:?}", troubled.tally);
     troubled.tally

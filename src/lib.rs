@@ -40,6 +40,7 @@ pub use fieldgap_study as study;
 pub use fieldgap_virtual_rig as virtual_rig;
 
 pub mod cli;
+pub mod rig_file;
 pub mod terminal;
 
 #[doc = include_str!("thesis.md")]

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use fieldgap::acquisition::{Ending, Event, PlannedScan, RigSetup, ScanRun, open_virtual};
+use fieldgap::acquisition::{Ending, Event, PlannedScan, RigSetup, ScanRun};
 use fieldgap::input::TomlSource;
 use fieldgap::records::RecordedScan;
 use fieldgap::rig::check::check;
 use fieldgap::rig::{Cause, ElementDelay, open, open_array};
+use fieldgap::rig_file::{RigFile, simulated_devices};
 use fieldgap::virtual_rig::{Fault, LineFault, Part, VirtualRig};
 
 const PLAN: &str = r#"
@@ -78,7 +79,7 @@ async fn scan(folder: &Path, rig: &str, truth: &str) -> (RecordedScan, Vec<Event
     std::fs::write(folder.join("plan.toml"), PLAN).expect("written");
     let campaign = PlannedScan::read(&folder.join("plan.toml"), None).expect("a valid plan");
     let out = folder.join("scan");
-    let session = ScanRun::begin(campaign, &out).await.expect("the rig opens");
+    let session = ScanRun::begin(campaign, &out, simulated_devices).await.expect("the rig opens");
     let mut events = Vec::new();
     let mut watch = |event: &Event| events.push(event.clone());
     let ended = session.run(&mut watch, std::future::pending()).await.expect("it is kept");
@@ -298,7 +299,7 @@ async fn a_sensor_that_says_something_else_is_told_of_before_anything_moves() {
         std::fs::write(folder.path().join(name), text).expect("written");
     }
     let campaign = PlannedScan::read(&folder.path().join("plan.toml"), None).expect("a valid plan");
-    let refused = ScanRun::begin(campaign, &folder.path().join("scan")).await;
+    let refused = ScanRun::begin(campaign, &folder.path().join("scan"), simulated_devices).await;
     let error = refused.err().expect("it says `RH`").to_string();
     assert!(
         error.starts_with("environment sensor on /dev/pts/") && error.contains("T=26.00"),
@@ -310,10 +311,10 @@ async fn a_sensor_that_says_something_else_is_told_of_before_anything_moves() {
 fn laboratory(rig: &str) -> (tempfile::TempDir, RigSetup, VirtualRig) {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("truth.toml"), QUIET).expect("written");
-    let rig_setup =
-        RigSetup::parse(TomlSource::new(&folder.path().join("rig.toml"), rig)).expect("valid");
-    let firmware = open_virtual(&rig_setup).expect("it opens").expect("it is virtual");
-    (folder, rig_setup, firmware)
+    let rig_file =
+        RigFile::parse(TomlSource::new(&folder.path().join("rig.toml"), rig)).expect("valid");
+    let firmware = rig_file.open_virtual().expect("it opens").expect("it is virtual");
+    (folder, rig_file.setup, firmware)
 }
 
 #[tokio::test(flavor = "multi_thread")]

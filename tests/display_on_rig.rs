@@ -6,10 +6,11 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use fieldgap::acoustics::radiation::level_db;
-use fieldgap::acquisition::{RigSetup, open_virtual};
+use fieldgap::acquisition::RigSetup;
 use fieldgap::display::{Composed, DisplayFile, Ended, Playback, SoundingArray, compose, play};
 use fieldgap::input::TomlSource;
 use fieldgap::rig::{ArrayIdentity, FocusArray, open_array};
+use fieldgap::rig_file::RigFile;
 use fieldgap::sensing::{Direction, SensingSession, Swipe};
 use fieldgap::virtual_rig::VirtualRig;
 use fieldgap::virtual_rig::gestures::Gesture;
@@ -30,7 +31,11 @@ fn rig_setup(name: &str, times: f64) -> RigSetup {
 }
 
 fn opened(rig_setup: &RigSetup) -> VirtualRig {
-    open_virtual(rig_setup).expect("it opens").expect("it is virtual")
+    RigFile::of(rig_setup.clone())
+        .expect("valid")
+        .open_virtual()
+        .expect("it opens")
+        .expect("it is virtual")
 }
 
 fn display(text: &str) -> DisplayFile {

@@ -7,6 +7,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 
 use fieldgap::acquisition::{Ending, Event, PlannedScan, ScanRun};
 use fieldgap::records::RecordedScan;
+use fieldgap::rig_file::simulated_devices;
 use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, prlimit};
 
 const PLAN: &str = r#"
@@ -205,7 +206,7 @@ async fn a_scan_whose_program_panics_ends_safe_and_can_be_finished() {
     std::fs::write(&plan, PLAN).expect("the plan is written");
     let campaign =
         PlannedScan::read(&plan, Some(&here("rigs/virtual.toml"))).expect("a plan and a rig");
-    let session = ScanRun::begin(campaign, &folder).await.expect("it begins");
+    let session = ScanRun::begin(campaign, &folder, simulated_devices).await.expect("it begins");
     let mut panics = |event: &Event| {
         assert!(!matches!(event, Event::Measured { row: 7, .. }), "a defect of the display");
     };
@@ -218,7 +219,7 @@ async fn a_scan_whose_program_panics_ends_safe_and_can_be_finished() {
         assert!(reason.contains(words), "no `{words}` in {reason}");
     }
     assert_eq!(RecordedScan::open(&folder).expect("whole").samples.len(), 8);
-    let resumed = ScanRun::resume(&folder).await.expect("it can be taken up");
+    let resumed = ScanRun::resume(&folder, simulated_devices).await.expect("it can be taken up");
     let ended = resumed.run(&mut |_| (), std::future::pending()).await.expect("it ends");
     assert_eq!(ended, Ending::Complete);
 }

@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::time::Duration;
 
-use fieldgap::acquisition::{RigSetup, open_virtual};
 use fieldgap::input::TomlSource;
+use fieldgap::rig_file::RigFile;
 use fieldgap::virtual_rig::{Fault, LineFault, Part, VirtualRig};
 use serialport::TTYPort;
 
@@ -14,9 +14,9 @@ fn rig_with(from: &str, to: &str) -> VirtualRig {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/virtual.toml");
     let text = std::fs::read_to_string(&path).expect("the rig file is there");
     assert!(text.contains(from), "the rig file has {from:?}");
-    let rig_setup =
-        RigSetup::parse(TomlSource::new(&path, text.replace(from, to))).expect("it is valid");
-    open_virtual(&rig_setup).expect("it opens").expect("it is virtual")
+    let rig_file =
+        RigFile::parse(TomlSource::new(&path, text.replace(from, to))).expect("it is valid");
+    rig_file.open_virtual().expect("it opens").expect("it is virtual")
 }
 
 fn rig() -> VirtualRig {
@@ -200,7 +200,7 @@ fn a_free_running_receiver_needs_time_that_passes() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/virtual.toml");
     let text = std::fs::read_to_string(&path).expect("the rig file is there");
     let text = text.replace("[virtual.receiver]", "[virtual.receiver]\nmode = \"free-running\"");
-    let rig_setup = RigSetup::parse(TomlSource::new(&path, text)).expect("it is valid");
-    let refusal = open_virtual(&rig_setup).err().expect("time stands still in lockstep");
+    let rig_file = RigFile::parse(TomlSource::new(&path, text)).expect("it is valid");
+    let refusal = rig_file.open_virtual().err().expect("time stands still in lockstep");
     assert!(refusal.to_string().contains("times = 20.0"), "{refusal}");
 }

@@ -10,7 +10,8 @@ use super::output::{print, print_json};
 use super::simulate::positive;
 use super::stop::StopRequests;
 use super::watchdog::guard_array;
-use fieldgap_acquisition::{RigSetup, open_virtual};
+use crate::rig_file::RigFile;
+use fieldgap_acquisition::RigSetup;
 use fieldgap_display::{Composed, DisplayFile, Ended, SoundingArray, compose, play};
 use fieldgap_input::Positive;
 use fieldgap_rig::{ArrayIdentity, open_array};
@@ -35,13 +36,10 @@ pub(super) struct Focus {
 impl Focus {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         let display = DisplayFile::read(&self.display)?;
-        let mut rig_setup =
-            RigSetup::read(&self.rig.clone().unwrap_or_else(|| display.rig_path()))?;
-        if let Some(config) = &mut rig_setup.virtual_rig {
-            // A display lasts as long as somebody feels it.
-            config.keep_wall_clock();
-        }
-        let firmware = open_virtual(&rig_setup)?;
+        let rig_file =
+            RigFile::read(&self.rig.clone().unwrap_or_else(|| display.rig_path()))?.on_wall_clock();
+        let rig_setup = &rig_file.setup;
+        let firmware = rig_file.open_virtual()?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         let seconds = self.seconds.or(display.seconds).map(Positive::get);
@@ -59,7 +57,7 @@ impl Focus {
                     identity.elements
                 ));
             }
-            let composed = compose(&display, &sounding(&rig_setup, &display), &identity)?;
+            let composed = compose(&display, &sounding(rig_setup, &display), &identity)?;
             if !self.json {
                 let length = match seconds {
                     Some(seconds) => format!("for {seconds} s"),

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::scan::{Showing, conduct, told};
+use crate::rig_file::simulated_devices;
 use fieldgap_acquisition::ScanRun;
 
 /// The `resume` command.
@@ -20,7 +21,7 @@ pub(super) struct Resume {
 impl Resume {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         self.showing.is_possible()?;
-        let ending = conduct(ScanRun::resume(&self.folder), &self.showing)?;
+        let ending = conduct(ScanRun::resume(&self.folder, simulated_devices), &self.showing)?;
         Ok(told(&self.folder, &ending))
     }
 }

@@ -14,6 +14,7 @@ use super::progress::{Progress, say};
 use super::stop::StopRequests;
 use super::watch::{Controls, Watching};
 use super::watchdog::watchdog;
+use crate::rig_file::{RigFile, simulated_devices};
 use crate::terminal::Screen;
 use crate::terminal::watch::ScanView;
 use fieldgap_acquisition::{
@@ -78,6 +79,7 @@ impl ScanArgs {
     pub(super) fn scan(&self) -> miette::Result<Scanned> {
         self.showing.is_possible()?;
         let scan = PlannedScan::read(&self.plan, self.rig.as_deref())?;
+        RigFile::of(scan.rig_setup().clone())?.check_truth()?;
         let check = scan.dry_run()?;
         if self.dry_run && self.showing.json {
             print_json(&check)?;
@@ -89,7 +91,7 @@ impl ScanArgs {
         }
         let folder = self.out.clone().unwrap_or_else(|| fresh_folder(scan.name()));
         let diagnose = scan.plan().diagnose;
-        let ending = conduct(ScanRun::begin(scan, &folder), &self.showing)?;
+        let ending = conduct(ScanRun::begin(scan, &folder, simulated_devices), &self.showing)?;
         Ok(Scanned::Done { folder, ending, diagnose })
     }
 }

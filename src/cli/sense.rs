@@ -10,7 +10,7 @@ use super::output::print;
 use super::simulate::positive;
 use super::stop::StopRequests;
 use super::watchdog::guard_array;
-use fieldgap_acquisition::{RigSetup, open_virtual};
+use crate::rig_file::RigFile;
 use fieldgap_input::Positive;
 use fieldgap_rig::open_array;
 use fieldgap_sensing::{SensingSession, Swipe};
@@ -31,7 +31,9 @@ pub(super) struct Sense {
 
 impl Sense {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let mut rig_setup = RigSetup::read(&self.rig)?;
+        // The virtual hand moves by itself.
+        let rig_file = RigFile::read(&self.rig)?.on_wall_clock();
+        let rig_setup = &rig_file.setup;
         let section = rig_setup.sensing.ok_or_else(|| {
             miette!(
                 help = "add a [sensing] section with the elements `left` and `right`, as in rigs/swipe.toml",
@@ -39,11 +41,7 @@ impl Sense {
                 self.rig.display()
             )
         })?;
-        if let Some(config) = &mut rig_setup.virtual_rig {
-            // The hand moves by itself.
-            config.keep_wall_clock();
-        }
-        let firmware = open_virtual(&rig_setup)?;
+        let firmware = rig_file.open_virtual()?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         runtime.block_on(async {

@@ -7,7 +7,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, miette};
 
 use super::output::{print, print_json};
-use fieldgap_acquisition::{RigSetup, open_virtual};
+use crate::rig_file::RigFile;
 
 /// The `virtual` command.
 #[derive(Debug, Args)]
@@ -21,12 +21,8 @@ pub(super) struct Virtual {
 
 impl Virtual {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let mut rig_setup = RigSetup::read(&self.rig)?;
-        if let Some(config) = &mut rig_setup.virtual_rig {
-            // Other programs keep the clock of the wall.
-            config.keep_wall_clock();
-        }
-        let firmware = open_virtual(&rig_setup)?.ok_or_else(|| {
+        let rig_file = RigFile::read(&self.rig)?.on_wall_clock();
+        let firmware = rig_file.open_virtual()?.ok_or_else(|| {
             miette!(
                 help = "add a [virtual] section, as in rigs/virtual.toml",
                 "{} describes a real rig",

@@ -5,7 +5,6 @@ use super::references::RigChange;
 use fieldgap_input::Fault;
 use fieldgap_records::JournalError;
 use fieldgap_rig::RigError;
-use fieldgap_virtual_rig::VirtualRigError;
 
 /// Why a scan cannot begin, or cannot go on.
 ///
@@ -24,10 +23,9 @@ pub enum AcquisitionError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Rig(#[from] RigError),
-    /// The virtual rig cannot be opened.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    VirtualRig(#[from] VirtualRigError),
+    /// The simulated devices of a virtual rig cannot be opened.
+    #[error("{0}")]
+    SimulatedDevices(Box<dyn std::error::Error + Send + Sync>),
     /// The process that silences the array should this one be killed does not start.
     #[error(
         "the watchdog, which silences the array should this program be killed, does not start: {0}"

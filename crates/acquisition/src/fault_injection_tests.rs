@@ -49,6 +49,13 @@ fn rig_setup() -> RigSetup {
     RigSetup::parse(TomlSource::read(&path).expect("it is there")).expect("a rig file")
 }
 
+/// The section of a rig file that the virtual rig reads.
+#[derive(serde::Deserialize)]
+struct Sections {
+    #[serde(rename = "virtual")]
+    virtual_rig: VirtualConfig,
+}
+
 fn foci() -> Vec<FocusSection> {
     [[17.5, -22.5, 100.0], [-12.0, 8.0, 120.0]]
         .map(|at_mm| FocusSection::Point(Vec3::from(at_mm)))
@@ -229,7 +236,8 @@ impl Troubled {
 
 async fn in_trouble(rate: f64, lines: u64) -> Tally {
     let rig_setup = rig_setup();
-    let config = rig_setup.virtual_rig.clone().expect("it is virtual");
+    let sections: Sections = rig_setup.source().parse().expect("a [virtual] section");
+    let config = sections.virtual_rig;
     let rates = TroubleRates::even(rate).expect("a rate");
     let mut troubled =
         Troubled { rig_setup, config, rates, power_ups: 0, openings: 0, tally: Tally::default() };

@@ -31,7 +31,7 @@ pub use error::AcquisitionError;
 pub use event::{Event, EventSink};
 pub use fly::FlightFault;
 pub use monitor::Monitor;
-pub use open::{OpenRig, open_virtual};
+pub use open::{OpenSimulated, SimulatedDevices};
 pub use pause::{Pause, PauseSwitch};
 pub use planned_scan::PlannedScan;
 pub use references::RigChange;

@@ -8,10 +8,25 @@ use super::air_log::AirLog;
 use super::event::Event;
 use super::rig_setup::RigSetup;
 use fieldgap_records::JournalError;
-use fieldgap_rig::SafeRig;
 use fieldgap_rig::link::WireLogs;
 use fieldgap_rig::watchdog::Watchdog;
-use fieldgap_virtual_rig::VirtualRig;
+use fieldgap_rig::{Ports, SafeRig};
+
+/// Simulated devices that take the place of those in a rig file.
+pub struct SimulatedDevices {
+    ports: Ports,
+    _simulator: Box<dyn Send>,
+}
+
+impl SimulatedDevices {
+    /// Devices that answer at `ports` for as long as `simulator` lives.
+    pub fn new(ports: Ports, simulator: impl Send + 'static) -> Self {
+        Self { ports, _simulator: Box::new(simulator) }
+    }
+}
+
+/// Opens the simulated devices of a rig file; `None` where its devices are real.
+pub type OpenSimulated = fn(&RigSetup) -> Result<Option<SimulatedDevices>, AcquisitionError>;
 
 /// An open rig: silent, standing still.
 pub struct OpenRig {
@@ -20,7 +35,7 @@ pub struct OpenRig {
     logs: WireLogs,
     watchdog: Option<Watchdog>,
     air: Option<AirLog>,
-    firmware: Option<VirtualRig>,
+    simulated: Option<SimulatedDevices>,
 }
 
 impl OpenRig {
@@ -29,9 +44,12 @@ impl OpenRig {
     /// # Errors
     /// [`AcquisitionError`] if a device cannot be opened, or if the controller drives another number of elements than the rig
     /// file says.
-    pub async fn open(rig_setup: &RigSetup) -> Result<Self, AcquisitionError> {
-        let firmware = open_virtual(rig_setup)?;
-        let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
+    pub async fn open(
+        rig_setup: &RigSetup,
+        open_simulated: OpenSimulated,
+    ) -> Result<Self, AcquisitionError> {
+        let simulated = open_simulated(rig_setup)?;
+        let ports = simulated.as_ref().map(|devices| devices.ports.clone()).unwrap_or_default();
         let logs = WireLogs::default();
         let rig = logs.around(fieldgap_rig::open(&rig_setup.rig, &ports)).await?;
         let mut rig = rig.recording_calls(logs.clone());
@@ -44,7 +62,7 @@ impl OpenRig {
         let air = sensor
             .zip(rig_setup.rig.environment.as_ref())
             .map(|(sensor, config)| AirLog::new(sensor, config));
-        Ok(Self { rig, logs, watchdog: None, air, firmware })
+        Ok(Self { rig, logs, watchdog: None, air, simulated })
     }
 
     /// Keeps all that is said on the wires in a folder, what was said since they were opened included.
@@ -64,7 +82,7 @@ impl OpenRig {
     /// # Errors
     /// [`AcquisitionError::Watchdog`] if it does not start.
     pub fn guard(&mut self, program: Command, log: Option<&Path>) -> Result<(), AcquisitionError> {
-        if self.firmware.is_none() {
+        if self.simulated.is_none() {
             let started = Watchdog::start(program, &self.rig.emergencies(), log);
             self.watchdog = started.map_err(AcquisitionError::Watchdog)?;
         }
@@ -101,23 +119,4 @@ impl OpenRig {
             ),
         }
     }
-}
-
-/// Opens the virtual rig that a rig file describes, if it does.
-///
-/// # Errors
-/// [`AcquisitionError`] if its truth file is wrong or the system gives no pseudo-terminals.
-pub fn open_virtual(rig_setup: &RigSetup) -> Result<Option<VirtualRig>, AcquisitionError> {
-    let Some(config) = &rig_setup.virtual_rig else { return Ok(None) };
-    let believed = rig_setup.nominal_array();
-    let folder = rig_setup.source().path().parent().unwrap_or(std::path::Path::new(""));
-    let opened = VirtualRig::open(
-        config,
-        folder,
-        believed,
-        rig_setup.nominal_medium(),
-        rig_setup.array.frequency_hz(),
-        rig_setup.rig.motion.frame(),
-    )?;
-    Ok(Some(opened))
 }

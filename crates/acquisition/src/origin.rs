@@ -30,7 +30,7 @@ impl Origin {
     /// Of a scan that is about to begin.
     pub(super) fn of(plan: &Plan, rig_setup: &RigSetup) -> Result<Self, Fault> {
         let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let truth_sha256 = truth_path(rig_setup).map(|path| sha256_of(&path)).transpose()?;
+        let truth_sha256 = rig_setup.truth_path().map(|path| sha256_of(&path)).transpose()?;
         Ok(Self {
             plan: absolute(plan.path()),
             rig: absolute(rig_setup.source().path()),
@@ -69,18 +69,13 @@ impl Origin {
 
     /// Makes sure that a virtual rig's truth is what it was.
     pub(super) fn same_truth(&self, rig_setup: &RigSetup) -> Result<(), AcquisitionError> {
-        match (truth_path(rig_setup), &self.truth_sha256) {
+        match (rig_setup.truth_path(), &self.truth_sha256) {
             (Some(path), Some(then)) if sha256_of(&path)? != *then => {
                 Err(AcquisitionError::OtherTruth(path))
             }
             _ => Ok(()),
         }
     }
-}
-
-fn truth_path(rig_setup: &RigSetup) -> Option<PathBuf> {
-    let folder = rig_setup.source().path().parent().unwrap_or(Path::new(""));
-    rig_setup.virtual_rig.as_ref().map(|config| config.truth_path(folder))
 }
 
 fn sha256_of(path: &Path) -> Result<String, Fault> {

@@ -7,7 +7,6 @@ use super::dry_run::{DryRun, dry_run};
 use super::rig_setup::RigSetup;
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{Plan, PlanPart, Visit};
-use fieldgap_virtual_rig::Truth;
 
 /// A plan and the rig that will scan it.
 #[derive(Debug, Clone)]
@@ -81,12 +80,8 @@ impl PlannedScan {
     /// Holds the plan against the rig; nothing moves.
     ///
     /// # Errors
-    /// A [`Fault`] at the part of the plan that the robot cannot do, or in the truth file of a virtual rig.
+    /// A [`Fault`] at the part of the plan that the robot cannot do.
     pub fn dry_run(&self) -> Result<DryRun, AcquisitionError> {
-        if let Some(config) = &self.rig_setup.virtual_rig {
-            let beside = self.rig_setup.source().path().parent().unwrap_or(Path::new(""));
-            Truth::read(&config.truth_path(beside))?;
-        }
         Ok(dry_run(&self.plan, &self.rig_setup, &self.visits)?)
     }
 }

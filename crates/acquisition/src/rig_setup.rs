@@ -1,6 +1,6 @@
 //! A rig file: the array and the medium as the rig file describes them, and the devices.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -10,7 +10,6 @@ use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{ArraySection, ArrayTable, Hooks, MediumSection, MediumTable};
 use fieldgap_rig::{EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
 use fieldgap_sensing::SensingSection;
-use fieldgap_virtual_rig::VirtualConfig;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -26,7 +25,13 @@ struct RigFileKeys {
     #[serde(default)]
     hooks: Hooks,
     #[serde(rename = "virtual")]
-    virtual_rig: Option<VirtualConfig>,
+    virtual_rig: Option<VirtualSection>,
+}
+
+/// `[virtual]`, as far as an acquisition needs it. Its other keys are for the virtual rig to read.
+#[derive(Debug, Clone, Deserialize)]
+struct VirtualSection {
+    truth: PathBuf,
 }
 
 /// What a rig file says.
@@ -44,8 +49,7 @@ pub struct RigSetup {
     pub sensing: Option<SensingSection>,
     /// Who is told of what happens to a scan, where its plan does not say.
     pub hooks: Hooks,
-    /// The firmware and the physics behind them, where the rig is a virtual one.
-    pub virtual_rig: Option<VirtualConfig>,
+    virtual_section: Option<VirtualSection>,
     source: TomlSource,
 }
 
@@ -88,9 +92,20 @@ impl RigSetup {
             },
             sensing: file.sensing.map(Spanned::into_inner),
             hooks: file.hooks,
-            virtual_rig: file.virtual_rig,
+            virtual_section: file.virtual_rig,
             source,
         })
+    }
+
+    /// Whether the file has a section `[virtual]`: its devices are then simulated.
+    pub fn is_virtual(&self) -> bool {
+        self.virtual_section.is_some()
+    }
+
+    /// The truth file of a virtual rig, relative to where the rig file was looked for; `None` for a real rig.
+    pub fn truth_path(&self) -> Option<PathBuf> {
+        let folder = self.source.path().parent().unwrap_or(Path::new(""));
+        self.virtual_section.as_ref().map(|section| folder.join(&section.truth))
     }
 
     /// The file and its text, as they were read.

@@ -19,7 +19,7 @@ use super::clock::begins;
 use super::dry_run::{DryRun, dry_run, room_for};
 use super::event::{Event, EventSink};
 use super::monitor::Monitor;
-use super::open::OpenRig;
+use super::open::{OpenRig, OpenSimulated};
 use super::origin::{self, Origin};
 use super::pause::Pause;
 use super::planned_scan::PlannedScan;
@@ -69,10 +69,14 @@ impl ScanRun {
     /// # Errors
     /// [`AcquisitionError`] if the plan cannot be done, the rig cannot be opened, or the folder holds a scan already or
     /// cannot be written.
-    pub async fn begin(mut scan: PlannedScan, folder: &Path) -> Result<Self, AcquisitionError> {
+    pub async fn begin(
+        mut scan: PlannedScan,
+        folder: &Path,
+        open_simulated: OpenSimulated,
+    ) -> Result<Self, AcquisitionError> {
         let check = dry_run(&scan.plan, &scan.rig_setup, &scan.visits)?;
         room_for(check.bytes, folder)?;
-        let mut open = OpenRig::open(&scan.rig_setup).await?;
+        let mut open = OpenRig::open(&scan.rig_setup, open_simulated).await?;
         if let Some((air, config)) = open.air().zip(scan.rig_setup.rig.environment.as_ref())
             && config.sound_speed
         {
@@ -81,7 +85,7 @@ impl ScanRun {
         let (plan, rig_setup) = (&scan.plan, &scan.rig_setup);
         let setup = ScanSetup {
             name: plan.name.clone(),
-            recorded: begins(rig_setup.virtual_rig.is_some()),
+            recorded: begins(rig_setup.is_virtual()),
             unit: open.rig().receiver().identity().unit.clone(),
             array: rig_setup.array.clone(),
             medium: rig_setup.medium,
@@ -109,7 +113,10 @@ impl ScanRun {
     /// # Errors
     /// [`AcquisitionError`] if the folder holds no scan, or a complete one, or one that another process is at; if what is left
     /// of the plan cannot be done; or if the rig cannot be opened. What was measured stays as it is.
-    pub async fn resume(folder: &Path) -> Result<Self, AcquisitionError> {
+    pub async fn resume(
+        folder: &Path,
+        open_simulated: OpenSimulated,
+    ) -> Result<Self, AcquisitionError> {
         let resumed = Journal::resume(folder, Timestamp::now())?;
         let kept: Vec<RecordedSample> =
             resumed.records.iter().map(|record| record.sample).collect();
@@ -125,7 +132,7 @@ impl ScanRun {
             room_for(check.bytes, folder)?;
             // What was measured at its beginning, where the rig file asks for that: one scan, one medium.
             scan.rig_setup.medium = resumed.setup.medium;
-            let mut open = OpenRig::open(&scan.rig_setup).await?;
+            let mut open = OpenRig::open(&scan.rig_setup, open_simulated).await?;
             open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
             if let Some(air) = open.air() {
                 air.write_to(folder)?;

@@ -78,11 +78,10 @@ pub fn correct_rig_file(
         let named = transducer.display().to_string();
         set(document.section("array"), "transducer", named.into(), "");
     }
-    if let Some(config) = &rig_setup.virtual_rig
+    if let Some(truth) = rig_setup.truth_path()
         && rig.parent() != out.parent()
     {
         // What is named from the rig file's folder has to be found from the new one.
-        let truth = config.truth_path(rig_folder);
         let truth = std::path::absolute(&truth).unwrap_or(truth);
         set(document.section("virtual"), "truth", truth.display().to_string().into(), "");
     }

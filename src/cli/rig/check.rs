@@ -5,9 +5,9 @@ use std::process::ExitCode;
 use clap::Args;
 use miette::IntoDiagnostic;
 
-use super::RigFile;
+use super::RigArg;
 use crate::cli::output::{print, print_json};
-use fieldgap_acquisition::{RigSetup, open_virtual};
+use crate::rig_file::RigFile;
 use fieldgap_rig::check::check;
 use fieldgap_virtual_rig::VirtualRig;
 
@@ -15,7 +15,7 @@ use fieldgap_virtual_rig::VirtualRig;
 #[derive(Debug, Args)]
 pub(super) struct Check {
     #[command(flatten)]
-    file: RigFile,
+    file: RigArg,
     /// Print what was found as JSON
     #[arg(long)]
     json: bool,
@@ -23,8 +23,9 @@ pub(super) struct Check {
 
 impl Check {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let rig_setup = RigSetup::read(&self.file.rig)?;
-        let firmware = open_virtual(&rig_setup)?;
+        let rig_file = RigFile::read(&self.file.rig)?;
+        let rig_setup = &rig_file.setup;
+        let firmware = rig_file.open_virtual()?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         let elements = rig_setup.nominal_array().len();

@@ -4,11 +4,11 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::RigFile;
+use super::RigArg;
 use super::hands_on::{A_TASK, Ended, hands_on, may_home};
 use crate::cli::output::{print, print_json};
 use crate::cli::simulate::positive;
-use fieldgap_acquisition::RigSetup;
+use crate::rig_file::RigFile;
 use fieldgap_acquisition::beam_axis::{AxisReport, AxisSearch, find_axis, in_words};
 use fieldgap_input::Positive;
 use fieldgap_rig::Wanted;
@@ -17,7 +17,7 @@ use fieldgap_rig::Wanted;
 #[derive(Debug, Args)]
 pub(super) struct FindAxis {
     #[command(flatten)]
-    file: RigFile,
+    file: RigArg,
     /// Heights of the crosses above the array's face, mm
     #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = positive, default_value = "60,100,140")]
     heights_mm: Vec<Positive>,
@@ -34,17 +34,18 @@ pub(super) struct FindAxis {
 
 impl FindAxis {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let rig_setup = RigSetup::read(&self.file.rig)?;
+        let rig_file = RigFile::read(&self.file.rig)?;
+        let rig_setup = &rig_file.setup;
         let mut heights_m: Vec<f64> = self.heights_mm.iter().map(|mm| mm.get() * 1e-3).collect();
         heights_m.sort_by(f64::total_cmp);
         heights_m.dedup();
         let search = AxisSearch { heights_m, reach_m: self.reach_mm.get() * 1e-3 };
         may_home(self.yes)?;
         let all = Wanted { array: true, robot: true, receiver: true };
-        hands_on(&rig_setup, all, A_TASK, async |rig| {
+        hands_on(&rig_file, all, A_TASK, async |rig| {
             rig.robot().home().await?;
             eprintln!("homed; looking for the beam");
-            let axis = find_axis(rig, &rig_setup, &search, |cross| {
+            let axis = find_axis(rig, rig_setup, &search, |cross| {
                 eprintln!(
                     "z = {:.1} mm: x {:+.3} mm, y {:+.3} mm",
                     cross.z_m * 1e3,

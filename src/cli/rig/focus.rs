@@ -6,12 +6,13 @@ use std::time::Duration;
 use clap::Args;
 use miette::miette;
 
-use super::RigFile;
+use super::RigArg;
 use super::hands_on::{A_TASK, Ended, UNTIL_STOPPED, hands_on};
 use crate::cli::output::print;
 use crate::cli::simulate::{millimetres, positive};
+use crate::rig_file::RigFile;
 use fieldgap_acoustics::{Excitation, Vec3};
-use fieldgap_acquisition::{RigSetup, element_delays};
+use fieldgap_acquisition::element_delays;
 use fieldgap_input::Positive;
 use fieldgap_rig::Wanted;
 
@@ -21,7 +22,7 @@ const ARRAY: Wanted = Wanted { array: true, robot: false, receiver: false };
 #[derive(Debug, Args)]
 pub(super) struct Focus {
     #[command(flatten)]
-    file: RigFile,
+    file: RigArg,
     /// Where to, in the array's frame, mm
     #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
     at_mm: Vec3,
@@ -37,21 +38,19 @@ pub(super) struct Focus {
 #[derive(Debug, Args)]
 pub(super) struct Silence {
     #[command(flatten)]
-    file: RigFile,
+    file: RigArg,
 }
 
 impl Focus {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let mut rig_setup = RigSetup::read(&self.file.rig)?;
-        if let Some(config) = &mut rig_setup.virtual_rig {
-            config.keep_wall_clock();
-        }
+        let rig_file = RigFile::read(&self.file.rig)?.on_wall_clock();
+        let rig_setup = &rig_file.setup;
         let focus = above_the_array(self.at_mm)?;
-        hands_on(&rig_setup, ARRAY, UNTIL_STOPPED, async |rig| {
+        hands_on(&rig_file, ARRAY, UNTIL_STOPPED, async |rig| {
             if self.continuous {
                 rig.array().continuous_wave().await?;
             }
-            rig.array().set_delays(&element_delays(&rig_setup, &focus)).await?;
+            rig.array().set_delays(&element_delays(rig_setup, &focus)).await?;
             rig.array().emit().await?;
             let [x, y, z]: [f64; 3] = self.at_mm.into();
             let how = if self.continuous { "a plain carrier" } else { "modulated" };
@@ -90,8 +89,8 @@ pub(super) fn above_the_array(at_mm: Vec3) -> miette::Result<Excitation> {
 
 impl Silence {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let rig_setup = RigSetup::read(&self.file.rig)?;
-        hands_on(&rig_setup, ARRAY, A_TASK, async |rig| {
+        let rig_file = RigFile::read(&self.file.rig)?;
+        hands_on(&rig_file, ARRAY, A_TASK, async |rig| {
             rig.array().silence().await?;
             print(&format!("the array is silent: {} confirms it\n", rig.array().device()))?;
             Ok(Ended::Done)

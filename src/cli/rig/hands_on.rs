@@ -7,7 +7,8 @@ use miette::{IntoDiagnostic, miette};
 
 use crate::cli::stop::StopRequests;
 use crate::cli::watchdog::guard_devices;
-use fieldgap_acquisition::{AcquisitionError, RigSetup, open_virtual};
+use crate::rig_file::RigFile;
+use fieldgap_acquisition::{AcquisitionError, RigSetup};
 use fieldgap_rig::{ByHand, Wanted};
 use fieldgap_virtual_rig::VirtualRig;
 
@@ -32,12 +33,13 @@ pub(super) enum Ended {
 /// Opens the devices and lends them to `body`. Where `body` fails or somebody asks to stop, the array is silenced, the
 /// robot stopped, and what was done is said.
 pub(super) fn hands_on(
-    rig_setup: &RigSetup,
+    rig_file: &RigFile,
     wanted: Wanted,
     MeantToBeStopped(meant): MeantToBeStopped,
     body: impl AsyncFnOnce(&mut ByHand) -> miette::Result<Ended>,
 ) -> miette::Result<ExitCode> {
-    let firmware = open_virtual(rig_setup)?;
+    let rig_setup = &rig_file.setup;
+    let firmware = rig_file.open_virtual()?;
     let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
     let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
     runtime.block_on(async {

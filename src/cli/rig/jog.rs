@@ -6,11 +6,12 @@ use std::time::Duration;
 use clap::Args;
 use miette::{IntoDiagnostic, miette};
 
-use super::RigFile;
+use super::RigArg;
 use super::focus::above_the_array;
 use super::hands_on::{Ended, UNTIL_STOPPED, hands_on};
 use super::motion::in_both_frames;
 use crate::cli::simulate::millimetres;
+use crate::rig_file::RigFile;
 use crate::terminal::jog::{Act, Doing, Jog as View, draw};
 use crate::terminal::{KeyPresses, Press, Screen};
 use fieldgap_acoustics::Vec3;
@@ -27,7 +28,7 @@ const BETWEEN: Duration = Duration::from_millis(80);
 #[derive(Debug, Args)]
 pub(super) struct Jog {
     #[command(flatten)]
-    file: RigFile,
+    file: RigArg,
     /// Let the array focus here, in its frame, mm (switched by the key f); without it the array is left alone
     #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
     focus_mm: Option<Vec3>,
@@ -50,24 +51,22 @@ impl Jog {
                 "jogging takes keys from a terminal, and there is none"
             ));
         }
-        let mut rig_setup = RigSetup::read(&self.file.rig)?;
-        if let Some(config) = &mut rig_setup.virtual_rig {
-            config.keep_wall_clock();
-        }
+        let rig_file = RigFile::read(&self.file.rig)?.on_wall_clock();
+        let rig_setup = &rig_file.setup;
         let focus = self.focus_mm.map(above_the_array).transpose()?;
         let wanted = Wanted { robot: true, array: focus.is_some(), receiver: !self.no_receiver };
         let mut left_at = None;
-        let ended = hands_on(&rig_setup, wanted, UNTIL_STOPPED, async |rig| {
+        let ended = hands_on(&rig_file, wanted, UNTIL_STOPPED, async |rig| {
             if let Some(focus) = &focus {
                 rig.array().continuous_wave().await?;
-                rig.array().set_delays(&element_delays(&rig_setup, focus)).await?;
+                rig.array().set_delays(&element_delays(rig_setup, focus)).await?;
             }
             let receiver = wanted.receiver.then(|| rig.receiver().identity().clone());
             let (envelope, frame) = (rig_setup.rig.motion.envelope(), rig_setup.rig.motion.frame());
             let title = self.file.rig.display().to_string();
             let view = View::new(title, envelope, frame, receiver, focus.is_some());
             let mut jogging = Jogging {
-                rig_setup: &rig_setup,
+                rig_setup,
                 view,
                 screen: Screen::open().into_diagnostic()?,
                 keys: KeyPresses::listen(),

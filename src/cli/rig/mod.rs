@@ -47,7 +47,7 @@ enum Task {
 
 /// The rig file, the same for all.
 #[derive(Debug, Args)]
-struct RigFile {
+struct RigArg {
     /// The rig file
     rig: PathBuf,
 }

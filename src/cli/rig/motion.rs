@@ -6,10 +6,11 @@ use clap::Args;
 use miette::miette;
 use serde_json::json;
 
-use super::RigFile;
+use super::RigArg;
 use super::hands_on::{A_TASK, Ended, hands_on, may_home};
 use crate::cli::output::{print, print_json};
 use crate::cli::simulate::{millimetres, positive};
+use crate::rig_file::RigFile;
 use fieldgap_acoustics::Vec3;
 use fieldgap_acquisition::RigSetup;
 use fieldgap_input::Positive;
@@ -22,7 +23,7 @@ const ROBOT: Wanted = Wanted { robot: true, array: false, receiver: false };
 #[derive(Debug, Args)]
 pub(super) struct Home {
     #[command(flatten)]
-    file: RigFile,
+    file: RigArg,
     /// Print where it then stands as JSON
     #[arg(long)]
     json: bool,
@@ -32,7 +33,7 @@ pub(super) struct Home {
 #[derive(Debug, Args)]
 pub(super) struct Where {
     #[command(flatten)]
-    file: RigFile,
+    file: RigArg,
     /// Print it as JSON
     #[arg(long)]
     json: bool,
@@ -42,7 +43,7 @@ pub(super) struct Where {
 #[derive(Debug, Args)]
 pub(super) struct Go {
     #[command(flatten)]
-    file: RigFile,
+    file: RigArg,
     /// Where to, in the array's frame, mm
     #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
     to_mm: Vec3,
@@ -62,10 +63,11 @@ pub(super) struct Go {
 
 impl Home {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let rig_setup = RigSetup::read(&self.file.rig)?;
-        hands_on(&rig_setup, ROBOT, A_TASK, async |rig| {
+        let rig_file = RigFile::read(&self.file.rig)?;
+        let rig_setup = &rig_file.setup;
+        hands_on(&rig_file, ROBOT, A_TASK, async |rig| {
             let at = rig.robot().home().await?;
-            tell(&rig_setup, at, true, self.json)?;
+            tell(rig_setup, at, true, self.json)?;
             Ok(Ended::Done)
         })
     }
@@ -73,10 +75,11 @@ impl Home {
 
 impl Where {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let rig_setup = RigSetup::read(&self.file.rig)?;
-        hands_on(&rig_setup, ROBOT, A_TASK, async |rig| {
+        let rig_file = RigFile::read(&self.file.rig)?;
+        let rig_setup = &rig_file.setup;
+        hands_on(&rig_file, ROBOT, A_TASK, async |rig| {
             let at = rig.robot().position().await?;
-            tell(&rig_setup, at, false, self.json)?;
+            tell(rig_setup, at, false, self.json)?;
             Ok(Ended::Done)
         })
     }
@@ -84,7 +87,8 @@ impl Where {
 
 impl Go {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let rig_setup = RigSetup::read(&self.file.rig)?;
+        let rig_file = RigFile::read(&self.file.rig)?;
+        let rig_setup = &rig_file.setup;
         let motion = &rig_setup.rig.motion;
         let target = match self.robot_axes {
             true => RobotPosition::from_axes_mm(self.to_mm.into()),
@@ -94,12 +98,12 @@ impl Go {
         envelope.check_target(target).map_err(not_allowed)?;
         may_home(self.yes)?;
         let feed = self.feed_mm_s.map_or(motion.feed(), Feed::from_mm_s);
-        hands_on(&rig_setup, ROBOT, A_TASK, async |rig| {
+        hands_on(&rig_file, ROBOT, A_TASK, async |rig| {
             let mut at = rig.robot().home().await?;
             for place in route(&envelope, at, target).map_err(not_allowed)? {
                 at = rig.robot().move_to(place, feed).await?;
             }
-            tell(&rig_setup, at, true, self.json)?;
+            tell(rig_setup, at, true, self.json)?;
             Ok(Ended::Done)
         })
     }

@@ -10,13 +10,14 @@ use miette::IntoDiagnostic;
 use serde_json::json;
 use tokio::time::Instant;
 
-use super::RigFile;
+use super::RigArg;
 use super::focus::above_the_array;
 use super::hands_on::{Ended, UNTIL_STOPPED, hands_on};
 use crate::cli::simulate::{millimetres, positive};
+use crate::rig_file::RigFile;
 use crate::terminal::level::level_line;
 use fieldgap_acoustics::Vec3;
-use fieldgap_acquisition::{RigSetup, element_delays};
+use fieldgap_acquisition::element_delays;
 use fieldgap_input::Positive;
 use fieldgap_rig::{Reading, ReceiverIdentity, Wanted};
 
@@ -30,7 +31,7 @@ const SHOWN_EVERY: Duration = Duration::from_millis(100);
 #[derive(Debug, Args)]
 pub(super) struct Sample {
     #[command(flatten)]
-    file: RigFile,
+    file: RigArg,
     /// Let the array focus here meanwhile, in its frame, mm; without it the array is left alone
     #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
     focus_mm: Option<Vec3>,
@@ -50,17 +51,15 @@ pub(super) struct Sample {
 
 impl Sample {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let mut rig_setup = RigSetup::read(&self.file.rig)?;
-        if let Some(config) = &mut rig_setup.virtual_rig {
-            config.keep_wall_clock();
-        }
+        let rig_file = RigFile::read(&self.file.rig)?.on_wall_clock();
+        let rig_setup = &rig_file.setup;
         let focus = self.focus_mm.map(above_the_array).transpose()?;
         let wanted = Wanted { receiver: true, array: focus.is_some(), robot: false };
         let readings = self.samples.map_or(rig_setup.rig.receiver.count(), |n| n.get() as usize);
-        hands_on(&rig_setup, wanted, UNTIL_STOPPED, async |rig| {
+        hands_on(&rig_file, wanted, UNTIL_STOPPED, async |rig| {
             if let Some(focus) = &focus {
                 rig.array().continuous_wave().await?;
-                rig.array().set_delays(&element_delays(&rig_setup, focus)).await?;
+                rig.array().set_delays(&element_delays(rig_setup, focus)).await?;
                 rig.array().emit().await?;
             }
             let identity = rig.receiver().identity().clone();

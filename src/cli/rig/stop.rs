@@ -8,8 +8,8 @@ use miette::IntoDiagnostic;
 use rustix::process::{Pid, Signal, kill_process};
 use tokio::time::Instant;
 
-use super::RigFile;
-use fieldgap_acquisition::{RigSetup, open_virtual};
+use super::RigArg;
+use crate::rig_file::RigFile;
 use fieldgap_rig::link::holder_of;
 use fieldgap_rig::{ByHand, Cause, Ports, RigConfig, RigError, Wanted};
 use fieldgap_virtual_rig::VirtualRig;
@@ -24,13 +24,14 @@ const TRY_AGAIN: Duration = Duration::from_millis(50);
 #[derive(Debug, Args)]
 pub(super) struct Stop {
     #[command(flatten)]
-    file: RigFile,
+    file: RigArg,
 }
 
 impl Stop {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let rig_setup = RigSetup::read(&self.file.rig)?;
-        let firmware = open_virtual(&rig_setup)?;
+        let rig_file = RigFile::read(&self.file.rig)?;
+        let rig_setup = &rig_file.setup;
+        let firmware = rig_file.open_virtual()?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         let safe = runtime.block_on(async {

@@ -26,7 +26,7 @@ impl ScanRun {
             Some(last) => ScanClock::from(goes_on_at_s(
                 self.setup.recorded,
                 last.time_s,
-                self.scan.rig_setup.virtual_rig.is_some(),
+                self.scan.rig_setup.is_virtual(),
             )),
         };
         let mut sequencer = PointSequencer::new(&self.scan.rig_setup, &self.scan.plan.foci, clock);

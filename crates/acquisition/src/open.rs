@@ -28,6 +28,9 @@ impl SimulatedDevices {
 /// Opens the simulated devices of a rig file; `None` where its devices are real.
 pub type OpenSimulated = fn(&RigSetup) -> Result<Option<SimulatedDevices>, AcquisitionError>;
 
+/// The folder of the wire logs, in that of a scan.
+pub(super) const WIRE_LOGS: &str = "wire";
+
 /// An open rig: silent, standing still.
 pub struct OpenRig {
     // Dropped in this order: the drivers let go of the ports before the firmware behind them ends.
@@ -65,14 +68,20 @@ impl OpenRig {
         Ok(Self { rig, logs, watchdog: None, air, simulated })
     }
 
-    /// Keeps all that is said on the wires in a folder, what was said since they were opened included.
+    /// Writes the wire logs and the air readings of the scan in `folder` from now on. The wire logs include what was sent
+    /// and received since the ports were opened.
     ///
     /// # Errors
-    /// [`AcquisitionError::Journal`] with what the file system refused.
-    pub fn keep_wire_logs(&self, folder: &Path) -> Result<(), AcquisitionError> {
+    /// [`AcquisitionError`] if a file cannot be written.
+    pub(super) fn log_to(&mut self, folder: &Path) -> Result<(), AcquisitionError> {
+        let wire = folder.join(WIRE_LOGS);
         self.logs
-            .keep_in(folder)
-            .map_err(|source| JournalError::Write { path: folder.to_owned(), source }.into())
+            .keep_in(&wire)
+            .map_err(|source| JournalError::Write { path: wire.clone(), source })?;
+        match &mut self.air {
+            Some(air) => air.write_to(folder),
+            None => Ok(()),
+        }
     }
 
     /// Has the rig guarded by a process of its own from now on: `program`, which calls

@@ -4,8 +4,9 @@ use std::io;
 use std::path::Path;
 
 use super::AcquisitionError;
+use super::open::WIRE_LOGS;
 use super::rig_setup::RigSetup;
-use super::scan_run::{RIG_COPY, WIRE_LOGS};
+use super::scan_run::RIG_COPY;
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_rig::Role;
 use fieldgap_rig::link::read_wire_log;

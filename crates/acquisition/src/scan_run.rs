@@ -33,9 +33,6 @@ use fieldgap_rig::ReceiverIdentity;
 const PLAN_COPY: &str = "plan.toml";
 pub(super) const RIG_COPY: &str = "rig.toml";
 
-/// The folder of all that was said on the wires.
-pub(super) const WIRE_LOGS: &str = "wire";
-
 /// Where the watchdog writes what it did, where it had to.
 const WATCHDOG_LOG: &str = "watchdog.log";
 
@@ -100,10 +97,7 @@ impl ScanRun {
         ];
         let columns = Columns::WithSpread;
         let journal = Journal::create(folder, &setup, columns, &copies, Timestamp::now())?;
-        open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
-        if let Some(air) = open.air() {
-            air.write_to(folder)?;
-        }
+        open.log_to(folder)?;
         Ok(Self { scan, open, journal, setup, kept: Vec::new(), check, pause: Pause::never() })
     }
 
@@ -133,11 +127,7 @@ impl ScanRun {
             // What was measured at its beginning, where the rig file asks for that: one scan, one medium.
             scan.rig_setup.medium = resumed.setup.medium;
             let mut open = OpenRig::open(&scan.rig_setup, open_simulated).await?;
-            open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
-            if let Some(air) = open.air() {
-                air.write_to(folder)?;
-            }
-            open.keep_wire_logs(&folder.join(WIRE_LOGS))?;
+            open.log_to(folder)?;
             Ok((scan, open, check))
         };
         match opened.await {

@@ -1,0 +1,162 @@
+//! The commands of the documentation do what its pages say.
+
+mod page_commands;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use page_commands::{Step, What, steps};
+
+fn repository() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn fieldgap(arguments: &[String], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_fieldgap"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .output()
+        .expect("the program starts")
+}
+
+/// Copies the files of a folder and of those below it; pictures stay behind.
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).expect("a folder");
+    for entry in std::fs::read_dir(from).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let target = to.join(path.file_name().expect("a name"));
+        if path.is_dir() {
+            copy(&path, &target);
+        } else if path.extension().is_none_or(|ending| ending != "png") {
+            std::fs::copy(&path, &target).expect("a copy");
+        }
+    }
+}
+
+/// Takes the steps of a page, in its order, in a folder with copies of `scans` and `rigs`.
+fn follow(page: &str) {
+    let markdown = std::fs::read_to_string(repository().join(page)).expect("a page");
+    let folder = tempfile::tempdir().expect("a folder");
+    for inputs in ["scans", "rigs"] {
+        copy(&repository().join(inputs), &folder.path().join(inputs));
+    }
+    for step in steps(&markdown) {
+        if let Err(why) = take(&step.what, folder.path()) {
+            panic!("{page}:{}: {:?}\n{why}", step.line, step.what);
+        }
+    }
+}
+
+fn take(what: &What, folder: &Path) -> Result<(), String> {
+    let exists = |paths: &[PathBuf]| match paths.iter().any(|path| repository().join(path).exists())
+    {
+        true => Ok(()),
+        false => Err(format!("none of {paths:?} exists")),
+    };
+    match what {
+        What::Run(arguments) => succeeded(fieldgap(arguments, folder)),
+        What::Parse(arguments) => parses(arguments),
+        What::File { path, text } => {
+            std::fs::write(folder.join(path), text).map_err(|error| error.to_string())
+        }
+        What::Test(name) => exists(&[format!("tests/{name}.rs").into()]),
+        What::Bench(name) => {
+            exists(&[format!("benches/{name}.rs").into(), format!("benches/{name}/main.rs").into()])
+        }
+    }
+}
+
+/// Whether the command and each of its options exist, and values are of the right kind: all before `--help` is parsed.
+fn parses(arguments: &[String]) -> Result<(), String> {
+    let arguments = [arguments, &["--help".to_owned()]].concat();
+    succeeded(fieldgap(&arguments, repository()))
+}
+
+fn succeeded(output: Output) -> Result<(), String> {
+    match output.status.success() {
+        true => Ok(()),
+        false => Err(format!("{}: {}", output.status, String::from_utf8_lossy(&output.stderr))),
+    }
+}
+
+macro_rules! pages {
+    ($($name:ident: $page:literal,)*) => {
+        const PAGES: &[&str] = &[$($page),*];
+        $(#[test] fn $name() { follow($page) })*
+    };
+}
+
+pages! {
+    readme: "README.md",
+    architecture: "ARCHITECTURE.md",
+    contributing: "CONTRIBUTING.md",
+    contents: "docs/README.md",
+    blind_sets: "docs/blind-sets.md",
+    comparing: "docs/comparing.md",
+    devices: "docs/devices.md",
+    diagnosing: "docs/diagnosing.md",
+    displays: "docs/displays.md",
+    first_scan: "docs/first-scan.md",
+    own_rig: "docs/own-rig.md",
+    performance: "docs/performance.md",
+    plans: "docs/plans.md",
+    records: "docs/records.md",
+    reliability: "docs/reliability.md",
+    sensing: "docs/sensing.md",
+    studies: "docs/studies.md",
+    figures_of_the_thesis: "src/thesis.md",
+    transducer_models: "src/transducer_models.md",
+}
+
+#[test]
+fn every_page_is_followed() {
+    for entry in std::fs::read_dir(repository().join("docs")).expect("a folder") {
+        let page = format!("docs/{}", entry.expect("an entry").file_name().to_string_lossy());
+        assert!(PAGES.contains(&page.as_str()), "{page}");
+    }
+}
+
+#[test]
+fn what_does_not_exist_is_noticed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let step = |command: &str| steps(&format!("```sh pattern\n{command}\n```"));
+    for wrong in [
+        "fieldgap no-such-command",
+        "fieldgap run PLAN --no-such-option",
+        "fieldgap simulate --rig RIG --focus-mm here",
+        "cargo test --release --test no_such_test",
+        "cargo bench --bench no_such_bench",
+    ] {
+        let [Step { what, .. }] = &step(wrong)[..] else { panic!("one step: {wrong}") };
+        assert!(take(what, folder.path()).is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn steps_are_found_where_they_stand() {
+    let page = "\
+`fieldgap run PLAN` and `run`
+
+```sh
+fieldgap scan plan.toml   # a remark
+```
+<!-- run: fieldgap import --help -->
+
+| command | what it does |
+|---|---|
+| `rig home\\|stop RIG` | `never` |
+| `fieldgap scan PLAN` | with `--dry-run` |
+";
+    let arguments = |words: &str| words.split(' ').map(str::to_owned).collect::<Vec<_>>();
+    let expected = [
+        (1, What::Parse(arguments("run PLAN"))),
+        (4, What::Run(arguments("scan plan.toml"))),
+        (6, What::Run(arguments("import --help"))),
+        (10, What::Parse(arguments("rig home RIG"))),
+        (10, What::Parse(arguments("rig stop RIG"))),
+        (11, What::Parse(arguments("scan PLAN"))),
+        (11, What::Parse(arguments("scan PLAN --dry-run"))),
+    ];
+    assert_eq!(steps(page), expected.map(|(line, what)| Step { line, what }));
+}

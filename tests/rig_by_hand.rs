@@ -204,7 +204,7 @@ fn a_focus_that_somebody_else_plays_is_stopped_safe() {
     assert!(begun.contains("focus at (0, 0, 100) mm"), "{begun}");
     let busy = run(&["silence"], &rig);
     assert_eq!(busy.status.code(), Some(1));
-    assert!(said(&busy).contains("held by another program"), "{}", said(&busy));
+    assert!(said(&busy).contains("another program is using the port"), "{}", said(&busy));
     let stopped = run(&["stop"], &rig);
     let words = said(&stopped);
     if words.contains("asking it to end") {

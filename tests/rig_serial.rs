@@ -88,7 +88,7 @@ async fn the_last_words_reach_a_serial_port() {
     let mut wire = open_serial(Role::FocusArray, Some(&port), None, BAUD).expect("opens");
     // As every driver has, long before its last words: only then is it known that the port takes bytes.
     wire.send(b"on\n").await.expect("is there");
-    wire.last_words(b"off\n");
+    wire.send_without_waiting(b"off\n");
     assert_eq!(&heard(&mut device).await, b"on\noff\n");
 }
 

@@ -162,10 +162,10 @@ fn a_killed_scan_leaves_a_silent_array_and_a_robot_that_stands_within_three_seco
     let (log, took, folder) = harmed(home.path(), &rig, Signal::KILL);
     assert!(took < SAFE_WITHIN, "{took:?}");
     is_safe(&rig);
-    for words in ["is gone without a goodbye", "focus array on", "robot on", "it answered"] {
+    for words in ["ended without closing the rig", "focus array on", "robot on", "it answered"] {
         assert!(log.contains(words), "no `{words}` in {log}");
     }
-    assert!(!log.contains("NOT TOLD"), "{log}");
+    assert!(!log.contains("NOT REACHED"), "{log}");
     assert_eq!(RecordedScan::open(&folder).expect("the record is whole").samples.len(), 2);
 }
 
@@ -177,7 +177,7 @@ fn a_scan_that_stands_still_is_ended_and_the_rig_made_safe() {
     assert!(took < SAFE_WITHIN + Duration::from_secs(1), "{took:?}");
     is_safe(&rig);
     assert!(
-        log.contains("has not moved for 2 s") && log.contains("the program was ended"),
+        log.contains("has not responded for 2 s") && log.contains("the program was ended"),
         "{log}"
     );
 }

@@ -17,7 +17,7 @@ use fieldgap_input::TomlSource;
 use fieldgap_records::{FocusSection, PlanPart, Visit, VisitKind};
 use fieldgap_rig::focus_array::{Modulation, ThesisArray};
 use fieldgap_rig::link::Wire;
-use fieldgap_rig::link::trouble::TroubleRates;
+use fieldgap_rig::link::fault_injection::FaultRates;
 use fieldgap_rig::motion::guarded::Guarded;
 use fieldgap_rig::motion::marlin::{Marlin, MarlinConfig};
 use fieldgap_rig::receiver::{Encoding, StreamReceiver};
@@ -66,7 +66,7 @@ fn foci() -> Vec<FocusSection> {
 struct Troubled {
     rig_setup: RigSetup,
     config: VirtualConfig,
-    rates: TroubleRates,
+    rates: FaultRates,
     power_ups: u64,
     openings: u16,
     tally: Tally,
@@ -118,17 +118,17 @@ impl Troubled {
         // Where nothing was ever heard there is no last reply; a robot that stands elsewhere has its own in the cause.
         let without = matches!(
             error.cause(),
-            Cause::Silent { .. } | Cause::Disconnected | Cause::Elsewhere { .. }
+            Cause::Silent { .. } | Cause::Disconnected | Cause::WrongPosition { .. }
         );
-        assert!(error.last_heard().is_some() || without, "{said}");
+        assert!(error.last_received().is_some() || without, "{said}");
         let kind = match error.cause() {
             Cause::Disconnected => "disconnected",
             Cause::Silent { .. } => "silent",
             Cause::Reset => "reset",
             Cause::Refused { .. } => "refused",
-            Cause::OutOfStep { .. } => "out of step",
-            Cause::KeepsGarbling { .. } => "keeps garbling",
-            Cause::Elsewhere { .. } => "elsewhere",
+            Cause::LineNotKept { .. } => "out of step",
+            Cause::RepeatedlyDamaged { .. } => "keeps garbling",
+            Cause::WrongPosition { .. } => "elsewhere",
             Cause::NoReadings { .. } => "no readings",
             Cause::Unreadable { .. } => "unreadable",
             Cause::EndstopHit { .. } => "end switch",
@@ -238,7 +238,7 @@ async fn in_trouble(rate: f64, lines: u64) -> Tally {
     let rig_setup = rig_setup();
     let sections: Sections = rig_setup.source().parse().expect("a [virtual] section");
     let config = sections.virtual_rig;
-    let rates = TroubleRates::even(rate).expect("a rate");
+    let rates = FaultRates::even(rate).expect("a rate");
     let mut troubled =
         Troubled { rig_setup, config, rates, power_ups: 0, openings: 0, tally: Tally::default() };
     troubled.run(lines).await;

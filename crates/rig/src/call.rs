@@ -49,10 +49,10 @@ pub(super) enum Call {
     },
 }
 
-/// What came of a call.
+/// The outcome of a call.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum Outcome {
+pub(super) enum CallOutcome {
     /// It was done.
     Done,
     /// The robot stands there, robot's axes, m.
@@ -91,29 +91,29 @@ impl Call {
     }
 }
 
-impl From<()> for Outcome {
+impl From<()> for CallOutcome {
     fn from((): ()) -> Self {
         Self::Done
     }
 }
 
-impl From<RobotPosition> for Outcome {
+impl From<RobotPosition> for CallOutcome {
     fn from(position: RobotPosition) -> Self {
         Self::Stands(position.axes_m())
     }
 }
 
-impl From<Reading> for Outcome {
+impl From<Reading> for CallOutcome {
     fn from(reading: Reading) -> Self {
         Self::Read(reading)
     }
 }
 
-/// What came of a call, as it stands in a log.
-pub(super) fn result_text<T: Into<Outcome> + Clone>(result: &Result<T, RigError>) -> String {
+/// The result of a call, as a log records it.
+pub(super) fn result_text<T: Into<CallOutcome> + Clone>(result: &Result<T, RigError>) -> String {
     match result {
         Ok(value) => {
-            let outcome: Outcome = value.clone().into();
+            let outcome: CallOutcome = value.clone().into();
             format!("ok {}", serde_json::to_string(&outcome).expect("numbers are JSON"))
         }
         Err(error) => format!("error {error}"),

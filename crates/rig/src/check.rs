@@ -1,4 +1,4 @@
-//! `rig check`: talks to each device, measures how it answers, and says what to mend. Nothing moves, nothing emits.
+//! `rig check`: queries each device, measures its replies, and reports what to repair. Nothing moves, nothing emits.
 
 mod distribution;
 mod latency;
@@ -18,7 +18,7 @@ use super::safety::{Ports, open_air_sensor, open_motion};
 use super::{AirReading, AirSensor, ArrayIdentity, FocusArray, Motion, Receiver, ReceiverIdentity};
 pub use distribution::{BINS, Distribution};
 pub use latency::Latency;
-use noise::At;
+use noise::TimedValue;
 pub use noise::{Hum, Noise};
 
 /// Queries of which the reply latency is taken.
@@ -59,7 +59,7 @@ pub type Section<T> = Option<T>;
 pub struct ArrayCheck {
     /// Its port.
     pub port: String,
-    /// What it says of itself.
+    /// Properties that it states.
     pub identity: ArrayIdentity,
     /// How fast it answers.
     pub latency: Latency,
@@ -70,7 +70,7 @@ pub struct ArrayCheck {
 pub struct ReceiverCheck {
     /// Its port.
     pub port: String,
-    /// What it says of itself.
+    /// Properties that it states.
     pub identity: ReceiverIdentity,
     /// Samples a second by its own time stamps, Hz.
     pub measured_rate_hz: Option<f64>,
@@ -89,18 +89,18 @@ pub struct MotionCheck {
     pub port: String,
     /// What its firmware calls itself.
     pub firmware: String,
-    /// Where it says it is, mm; before homing this means little.
+    /// The reported position, mm; not meaningful before homing.
     pub position_mm: [f64; 3],
     /// How fast it answers.
     pub latency: Latency,
 }
 
-/// What the environment sensor said.
+/// The environment sensor's reading.
 #[derive(Debug, Serialize)]
 pub struct AirCheck {
     /// Its port.
     pub port: String,
-    /// The newest that it said.
+    /// The newest reading.
     pub air: AirReading,
 }
 
@@ -195,8 +195,11 @@ async fn check_array(
         findings.push(Finding {
             device: Role::FocusArray,
             severity: Severity::Fault,
-            problem: format!("it has {} elements, the rig file {elements}", identity.elements),
-            remedy: "make [array] in the rig file the array that is connected".to_owned(),
+            problem: format!(
+                "the controller has {} elements, and the rig file describes {elements}",
+                identity.elements
+            ),
+            remedy: "describe the connected array under [array] in the rig file".to_owned(),
         });
     }
     let latency = Latency::of(times);
@@ -206,8 +209,8 @@ async fn check_array(
         findings.push(Finding {
             device: Role::FocusArray,
             severity: Severity::Warning,
-            problem: "it never answers, so nothing shows that it hears".to_owned(),
-            remedy: "hold the receiver over it: a scan's readings must differ from its dark ones"
+            problem: "this controller never answers, so its commands cannot be confirmed".to_owned(),
+            remedy: "hold the receiver over the array: readings with emission must differ from dark readings"
                 .to_owned(),
         });
     }
@@ -225,12 +228,12 @@ async fn check_receiver(
         let start = Instant::now();
         let reading = receiver.read_point(Duration::ZERO, 1).await?;
         times.push(start.elapsed());
-        singles.push(At { t_s: reading.first_t_s, value: reading.mean });
+        singles.push(TimedValue { t_s: reading.first_t_s, value: reading.mean });
     }
     let mut means = Vec::with_capacity(MEANS);
     for _ in 0..MEANS {
         let reading = receiver.read_point(Duration::ZERO, count).await?;
-        means.push(At { t_s: reading.first_t_s, value: reading.mean });
+        means.push(TimedValue { t_s: reading.first_t_s, value: reading.mean });
     }
     let silent = receiver.read_point(Duration::ZERO, NOISE_READINGS).await?;
     let identity = receiver.identity().clone();
@@ -270,10 +273,10 @@ async fn check_motion(
             device: Role::Robot,
             severity: Severity::Warning,
             problem: format!(
-                "it says positions that differ by {:.3} mm while nothing moves it",
+                "the reported position changes by {:.3} mm while the robot is not commanded to move",
                 wanders_m * 1e3
             ),
-            remedy: "see that nobody jogs it and no other program drives it; look at its encoders"
+            remedy: "check that nobody jogs the robot, that no other program drives it, and that its encoders work"
                 .to_owned(),
         });
     }
@@ -313,37 +316,43 @@ fn receiver_findings(
     if silent.gaps > 0 {
         findings.push(warn(
             format!("{} samples of {} were lost", silent.gaps, silent.count + silent.gaps as usize),
-            "lower the receiver's rate or raise its baud rate; keep its cable away from the motors' wires",
+            "lower the sampling rate or raise the baud rate; keep the cable away from the motor cables",
         ));
     }
     if silent.clipped {
         findings.push(warn(
-            format!("it clips at {} {unit} with the array silent", identity.full_scale),
-            "lower its gain; look for another source of ultrasound or a loose wire",
+            format!(
+                "the receiver clips at {} {unit} although the array is silent",
+                identity.full_scale
+            ),
+            "lower the gain; look for another source of ultrasound or a loose wire",
         ));
     }
     if silent.std > NOISY * identity.full_scale {
         findings.push(warn(
             format!(
-                "its noise is {:.4} {unit}, {:.0} % of full scale",
+                "the noise is {:.4} {unit}, {:.0} % of full scale",
                 silent.std,
                 100.0 * silent.std / identity.full_scale
             ),
-            "shield its wires, lower its gain, look for another source of ultrasound",
+            "shield the cable, lower the gain, look for another source of ultrasound",
         ));
     }
     if silent.std == 0.0 {
         findings.push(warn(
-            format!("all its readings are {} {unit}", silent.mean),
-            "a receiver at work has noise: check that it is connected to its converter",
+            format!("all readings are {} {unit}", silent.mean),
+            "a working receiver has noise: check that the sensor is connected to its converter",
         ));
     }
     if let Some(rate_hz) = measured_rate_hz
         && (rate_hz / identity.rate_hz - 1.0).abs() > RATE_TOLERANCE
     {
         findings.push(warn(
-            format!("it samples at {rate_hz:.1} Hz and states {:.1} Hz", identity.rate_hz),
-            "state the rate it really has: settling times are counted in samples",
+            format!(
+                "the receiver samples at {rate_hz:.1} Hz but states {:.1} Hz",
+                identity.rate_hz
+            ),
+            "correct the stated rate: settling times are counted in samples",
         ));
     }
     findings
@@ -473,9 +482,7 @@ mod tests {
         );
         assert!(problems(&Reading { clipped: true, ..reading() }).contains("clips at 5 V"));
         assert!(problems(&Reading { std: 0.5, ..reading() }).contains("10 % of full scale"));
-        assert!(
-            problems(&Reading { std: 0.0, ..reading() }).contains("all its readings are 0.01 V")
-        );
+        assert!(problems(&Reading { std: 0.0, ..reading() }).contains("all readings are 0.01 V"));
         assert!(problems(&Reading { last_t_s: 2.25, ..reading() }).contains("samples at 800.0 Hz"));
     }
 }

@@ -166,7 +166,7 @@ section! {
         "sonic_surface" => SonicSurface(super::focus_array::SonicSurfaceConfig),
         /// Ultraino's boards: MEGA of 64 channels, also in a chain, Nano, DriverNano16.
         "ultraino" => Ultraino(super::focus_array::UltrainoConfig),
-        /// A file that says what would be sent, for a program of the lab's own.
+        /// A file with the commands, for a program of the laboratory's own.
         "file" => File(super::focus_array::FileSinkConfig),
     }
 }
@@ -177,13 +177,13 @@ section! {
         /// Time between two rows of `environment.csv`, s.
         [default = "ten_seconds"]
         every_s: Positive,
-        /// Whether a scan's medium is what the sensor says at its beginning, in place of `[medium]`.
+        /// Whether the sensor's first reading sets a scan's medium, in place of `[medium]`.
         [default = "bool::default"]
         sound_speed: bool,
-        /// Relative humidity where the sensor does not say it, percent.
+        /// Relative humidity where the sensor does not report it, percent.
         [default = "usual_humidity"]
         humidity_percent: Percent,
-        /// Pressure where the sensor does not say it, kPa.
+        /// Pressure where the sensor does not report it, kPa.
         [default = "standard_pressure"]
         pressure_kpa: Positive,
     }
@@ -293,7 +293,7 @@ impl TryFrom<[Finite; 2]> for Span {
             Ok(Self([from, to]))
         } else {
             Err(format!(
-                "an axis goes from the smaller to the larger value, not from {from} to {to}"
+                "an axis range goes from the smaller to the larger value, not from {from} to {to}"
             ))
         }
     }

@@ -1,4 +1,4 @@
-//! The last thing that is said to a device, when nobody is left to hear its answer.
+//! The bytes that make a device safe when the program that opened it has ended.
 
 use std::fmt;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -34,7 +34,7 @@ impl AsFd for SpareHandle {
     }
 }
 
-/// What makes one device safe: bytes that end emission or motion whatever was said before, and a handle to send
+/// What makes one device safe: bytes that end emission or motion whatever was sent before, and a handle to send
 /// them by.
 #[derive(Debug, Clone)]
 pub struct Emergency {

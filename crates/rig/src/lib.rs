@@ -8,7 +8,6 @@
 //! This layer knows no physics: it takes delays and gives readings.
 
 pub mod air_sensor;
-mod by_hand;
 mod call;
 pub mod check;
 pub mod config;
@@ -17,6 +16,7 @@ mod emergency;
 mod error;
 pub mod focus_array;
 pub mod link;
+mod manual;
 pub mod motion;
 pub mod receiver;
 pub mod replay;
@@ -30,15 +30,15 @@ use async_trait::async_trait;
 use tokio::time::Instant;
 
 pub use air_sensor::AirReading;
-pub use by_hand::{ByHand, MadeSafe, Wanted};
 pub use config::{EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
 pub use device::{Device, Role};
 pub use emergency::{Emergency, SpareHandle};
 pub use error::{Cause, RigError};
 pub use focus_array::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
+pub use manual::{DeviceSelection, ManualRig, ManualSafetyReport};
 pub use motion::Advice;
 pub use motion::travel::{Envelope, PathFault};
-pub use receiver::{Meanwhile, Reading, ReceiverIdentity, Recording, TimedSample};
+pub use receiver::{DuringRecording, Reading, ReceiverIdentity, Recording, TimedSample};
 pub use safety::{Ports, SafeRig, SafetyReport, open, open_air_sensor, open_array};
 pub use space::{Feed, Frame, RobotPosition};
 
@@ -48,10 +48,10 @@ pub trait Motion: Send {
     /// Which device this is, for messages.
     fn device(&self) -> &Device;
 
-    /// What the firmware calls itself, as it was heard when the device was opened.
+    /// The firmware's name, as it was read when the device was opened.
     fn firmware(&self) -> &str;
 
-    /// What the driver has found in the device that makes scans poorer than they need be.
+    /// Settings of the device that reduce the quality or safety of scans, and what to do about them.
     fn advice(&self) -> &[Advice] {
         &[]
     }
@@ -61,20 +61,20 @@ pub trait Motion: Send {
     /// Must be done before the first move, and again after a stop, a reset or any failed move.
     async fn home(&mut self) -> Result<RobotPosition, RigError>;
 
-    /// Moves straight to `target` and returns, once the robot stands still, where it says it is.
+    /// Moves straight to `target` and returns the reported position once the robot stands still.
     async fn move_to(
         &mut self,
         target: RobotPosition,
         feed: Feed,
     ) -> Result<RobotPosition, RigError>;
 
-    /// Where the robot says it is. Also answers before homing, when the number means little.
+    /// The reported position. Also answers before homing, when the position is not yet defined.
     async fn position(&mut self) -> Result<RobotPosition, RigError>;
 
     /// Stops at once. The position is unknown afterwards.
     async fn stop(&mut self) -> Result<(), RigError>;
 
-    /// What another process sends to stop the robot should this one be gone: `self.wire.emergency(bytes)`.
+    /// What another process sends to stop the robot if this one ends: `self.wire.emergency(bytes)`.
     fn emergency(&self) -> Option<Emergency>;
 }
 
@@ -84,18 +84,18 @@ pub trait Receiver: Send {
     /// Which device this is, for messages.
     fn device(&self) -> &Device;
 
-    /// What the receiver says of itself: rate, range, unit.
+    /// Rate, range and unit, as the receiver states them.
     fn identity(&self) -> &ReceiverIdentity;
 
     /// Waits `settle` on the receiver's own clock, counted from now, and averages the `count` readings
     /// that follow. No reading is from before the call.
     async fn read_point(&mut self, settle: Duration, count: usize) -> Result<Reading, RigError>;
 
-    /// Samples without a pause while something goes on, which begins once the receiver is sampling.
+    /// Samples without a pause while `during` runs, which starts once the receiver is sampling.
     ///
-    /// Where this fails or is cancelled, what goes on is dropped in its middle.
-    async fn record(&mut self, _meanwhile: Meanwhile<'_>) -> Result<Recording, RigError> {
-        Err(unable(self.device(), "recording without a pause", Cause::NoRecording))
+    /// If recording fails or is cancelled, `during` is dropped unfinished.
+    async fn record(&mut self, _during: DuringRecording<'_>) -> Result<Recording, RigError> {
+        Err(unable(self.device(), "recording", Cause::NoRecording))
     }
 }
 
@@ -105,7 +105,7 @@ pub trait AirSensor: Send {
     /// Which device this is, for messages.
     fn device(&self) -> &Device;
 
-    /// The newest that it has said.
+    /// The newest reading.
     async fn air(&mut self) -> Result<AirReading, RigError>;
 }
 
@@ -115,31 +115,31 @@ pub trait FocusArray: Send {
     /// Which device this is, for messages.
     fn device(&self) -> &Device;
 
-    /// What the controller says of itself: elements and clock.
+    /// Elements and clock, as the controller states them.
     fn identity(&self) -> &ArrayIdentity;
 
     /// Ends all emission.
     async fn silence(&mut self) -> Result<(), RigError>;
 
-    /// What another process sends to silence the array should this one be gone: `self.wire.emergency(bytes)`.
+    /// What another process sends to silence the array if this one ends: `self.wire.emergency(bytes)`.
     fn emergency(&self) -> Option<Emergency>;
 
     /// Sets the delay of each element, numbered as in the scan. Does not start emission.
     async fn set_delays(&mut self, delays: &[ElementDelay]) -> Result<(), RigError>;
 
-    /// Emits without modulation from now on: a scan reads the carrier, and modulation is for hands.
+    /// Emits without modulation from now on: a scan measures the carrier, and modulation serves touch.
     async fn continuous_wave(&mut self) -> Result<(), RigError>;
 
     /// Emits with the delays last set.
     async fn emit(&mut self) -> Result<(), RigError>;
 
-    /// Makes sure that the array still emits, or is silent, as it was told: one that restarted since is not what a reading is of.
-    /// Controllers that cannot be asked are believed.
+    /// Checks that the array still emits, or is still silent, as commanded. A reading taken across a restart is not valid.
+    /// Controllers that cannot be queried are assumed to be right.
     async fn confirm(&mut self, _emits: bool) -> Result<(), RigError> {
         Ok(())
     }
 
-    /// Tells the array again what it was told last, where nothing would show that it has forgotten. Before each point.
+    /// Sends the current pattern again, for controllers whose restart cannot be detected. Called before each point.
     async fn refresh(&mut self) -> Result<(), RigError> {
         Ok(())
     }
@@ -149,8 +149,8 @@ pub trait FocusArray: Send {
         Err(unable(self.device(), "loading a display", Cause::NoDisplays))
     }
 
-    /// Plays the display last loaded so many times (0: for ever). It falls silent by itself after the last, and where
-    /// nothing is heard of the host for as long as `lease`.
+    /// Plays the display last loaded, `loops` times (0: without end). The array falls silent after the last loop, and if the
+    /// host sends nothing for as long as `lease`.
     async fn play(
         &mut self,
         _display: &DriveProgram,
@@ -160,19 +160,19 @@ pub trait FocusArray: Send {
         Err(unable(self.device(), "starting a display", Cause::NoDisplays))
     }
 
-    /// Whether a display still plays. Asking renews the lease.
+    /// Whether a display is playing. The query renews the lease.
     async fn is_playing(&mut self) -> Result<bool, RigError> {
         Ok(false)
     }
 
-    /// Listens with some elements, which are silent from now on, so many times a second.
+    /// Receives with some elements at `rate_hz` samples per second. These elements are silent from now on.
     async fn listen(&mut self, _elements: &[usize], _rate_hz: f64) -> Result<(), RigError> {
-        Err(unable(self.device(), "starting to listen", Cause::NoSensors))
+        Err(unable(self.device(), "starting to receive", Cause::NoSensors))
     }
 
-    /// The next sample of the elements that listen, or `None` when `until` has come.
-    async fn heard(&mut self, _until: Instant) -> Result<Option<Sensed>, RigError> {
-        Err(unable(self.device(), "listening", Cause::NoSensors))
+    /// The next sample of the receiving elements, or `None` when `until` has come.
+    async fn next_sample(&mut self, _until: Instant) -> Result<Option<Sensed>, RigError> {
+        Err(unable(self.device(), "receiving", Cause::NoSensors))
     }
 }
 

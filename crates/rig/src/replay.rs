@@ -1,7 +1,7 @@
-//! A wire log run again: the driver of today is asked what the driver was asked then, hears what was heard then at the same
-//! instants, and is held against what was sent then and what came of it.
+//! Replays a wire log. The present driver gets the recorded calls and receives the recorded bytes at the recorded times. The
+//! bytes that it sends and the results that it returns are compared with the log.
 //!
-//! Time is virtual: a night's log is run again in seconds. To be called within a runtime whose time is paused.
+//! Time is virtual, so a night's log takes seconds. Call it within a Tokio runtime whose time is paused.
 
 use std::fmt;
 use std::time::Duration;
@@ -24,8 +24,8 @@ const CAPACITY: usize = 1 << 20;
 /// How much later than then a driver may come to its end.
 const LATER: Duration = Duration::from_secs(60);
 
-/// What is said of a driver that does not come to an end.
-const NOTHING: &str = "nothing came of it";
+/// The result of a call that does not end.
+const NOTHING: &str = "no result";
 
 /// How much of what differs is shown, bytes.
 const SHOWN: usize = 100;
@@ -68,12 +68,12 @@ pub struct Difference {
 impl fmt::Display for Replayed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { device, sessions, calls, bytes, skipped, cut, differences } = self;
-        write!(f, "{device}: {sessions} sessions, {calls} calls, {bytes} bytes sent as then")?;
+        write!(f, "{device}: {sessions} sessions, {calls} calls, {bytes} bytes sent unchanged")?;
         if *skipped > 0 {
-            write!(f, "; {skipped} lines before the first opening left out")?;
+            write!(f, "; skipped {skipped} lines before the first opening")?;
         }
         if *cut > 0 {
-            write!(f, "; {cut} only up to what cannot be asked again")?;
+            write!(f, "; {cut} in part only, because the rest cannot be repeated")?;
         }
         for Difference { session, at_s, during, then, now } in differences {
             write!(
@@ -102,7 +102,7 @@ enum Kind {
         call: Call,
     },
     Sent(Vec<u8>),
-    Heard(Vec<u8>),
+    Received(Vec<u8>),
     Outcome(String),
     /// What follows cannot be asked for: it was lost, or is no call.
     NotToBeAsked,
@@ -214,7 +214,7 @@ struct Progress {
 
 /// One session under way. Entries are gone through in their order, and none before its time.
 #[derive(Clone, Copy)]
-struct Session<'a> {
+struct RecordedSession<'a> {
     entries: &'a [Entry],
     opened_s: f64,
     begun: Instant,
@@ -239,11 +239,11 @@ async fn run_session(
     let (near, far) = duplex(CAPACITY);
     let progress = watch::Sender::new(Progress::default());
     let Opened { port, opening, at_s: opened_s } = opened;
-    let session = Session { entries, opened_s, begun: Instant::now(), progress: &progress };
+    let session = RecordedSession { entries, opened_s, begun: Instant::now(), progress: &progress };
     let driver = replayed::through(near, opening, Driver::open(config, role, port));
     let calling = async {
         let found = session.call(driver, &mut replayed.calls).await;
-        // The driver is gone by now, and its last words are said.
+        // The driver is dropped by now, and has sent its final bytes.
         progress
             .send_modify(|progress| (progress.begun, progress.ended) = (usize::MAX, usize::MAX));
         found
@@ -270,7 +270,7 @@ fn call_at(session: &[Entry], at_s: f64) -> Option<String> {
 /// When, what was then, and what is now.
 type Apart = (f64, String, String);
 
-impl Session<'_> {
+impl RecordedSession<'_> {
     /// When an instant of the log is now.
     fn at(&self, at_s: f64) -> Instant {
         self.begun + Duration::from_secs_f64((at_s - self.opened_s).max(0.0))
@@ -337,8 +337,8 @@ impl Session<'_> {
         None
     }
 
-    /// Plays the device: says what was heard when it was heard, and holds what comes against what was sent. Gives how many
-    /// bytes were as then, and the first that were not.
+    /// Plays the device: sends what was received at its recorded time, and compares what comes with what was sent. Returns
+    /// the number of equal bytes, and the first difference.
     async fn play(&self, mut link: DuplexStream) -> (usize, Option<Apart>) {
         let mut matched = 0;
         let mut apart = None;
@@ -351,7 +351,7 @@ impl Session<'_> {
                 Kind::Outcome(_) => {
                     self.wait(entry.at_s, |progress| progress.ended > index).await;
                 }
-                Kind::Heard(bytes) => {
+                Kind::Received(bytes) => {
                     sleep_until(self.at(entry.at_s)).await;
                     // A driver that is gone shows in what it did not send.
                     let _ = link.write_all(bytes).await;
@@ -410,7 +410,7 @@ fn parse(line: &str) -> Option<Entry> {
         }
         "=" => Kind::Call { call: serde_json::from_str(text).ok()? },
         ">" => Kind::Sent(unescape(text)?),
-        "<" => Kind::Heard(unescape(text)?),
+        "<" => Kind::Received(unescape(text)?),
         ":" => Kind::Outcome(text.to_owned()),
         "!" | "~" => Kind::NotToBeAsked,
         _ => return None,

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use tokio::time::{Instant, timeout_at};
 
-use super::call::{Call, Outcome, result_text};
+use super::call::{Call, CallOutcome, result_text};
 use super::config::{MotionConfig, RigConfig};
 use super::device::{Device, Role};
 use super::error::{Cause, RigError};
@@ -196,7 +196,7 @@ impl SafeRig {
         &mut *self.receiver
     }
 
-    /// Moves straight to `target` while the receiver records. Returns where the robot says it arrived, and the recording.
+    /// Moves straight to `target` while the receiver records. Returns the reported position and the recording.
     ///
     /// # Errors
     /// The robot's, or else the receiver's.
@@ -227,12 +227,12 @@ impl SafeRig {
         &mut *self.array
     }
 
-    /// What another process sends to make the rig safe should this one be gone; the array first.
+    /// What another process sends to make the rig safe if this one ends; the array first.
     pub fn emergencies(&self) -> Vec<Emergency> {
         [self.array.emergency(), self.motion.emergency()].into_iter().flatten().collect()
     }
 
-    /// Silences the array and stops the robot, both at once and within half a second, and tells what could not be done.
+    /// Silences the array and stops the robot, both at once and within half a second, and reports what could not be done.
     ///
     /// May be called at any time, also when a call to a device was cancelled in its middle. The robot's position
     /// is unknown afterwards.
@@ -246,10 +246,10 @@ impl SafeRig {
             timeout_at(until, self.array.silence()),
             timeout_at(until, self.motion.stop()),
         );
-        let array =
-            silencing.unwrap_or_else(|_| Err(unconfirmed(self.array.device(), "silencing it")));
-        let robot =
-            stopping.unwrap_or_else(|_| Err(unconfirmed(self.motion.device(), "stopping it")));
+        let array = silencing
+            .unwrap_or_else(|_| Err(unconfirmed(self.array.device(), "silencing the array")));
+        let robot = stopping
+            .unwrap_or_else(|_| Err(unconfirmed(self.motion.device(), "stopping the robot")));
         let report = SafetyReport { reason: reason.into(), array, robot };
         tracing::warn!("{report}");
         report
@@ -257,7 +257,7 @@ impl SafeRig {
 }
 
 /// Makes a call, and records it and its outcome in the log of the device's wire.
-async fn recorded<T: Into<Outcome> + Clone>(
+async fn recorded<T: Into<CallOutcome> + Clone>(
     logs: Option<&WireLogs>,
     call: &Call,
     calling: impl Future<Output = Result<T, RigError>>,

@@ -58,7 +58,7 @@ impl<'a> SensingSession<'a> {
     pub async fn next(&mut self) -> Result<Heard, RigError> {
         loop {
             let until = Instant::now() + SILENT_WITHIN;
-            let Some(sample) = self.array.heard(until).await? else {
+            let Some(sample) = self.array.next_sample(until).await? else {
                 return Err(RigError::new(
                     self.array.device().clone(),
                     "listening",

@@ -13,7 +13,7 @@ use super::clock::Clock;
 use super::faults::{Fault, LineFaults};
 use super::firmware::Firmware;
 use super::pty::PseudoTerminal;
-use fieldgap_rig::link::trouble::{Outcome, Trouble, TroubleRates};
+use fieldgap_rig::link::fault_injection::{Delivery, FaultInjector, FaultRates};
 
 /// How long an unread answer blocks the device, wall time. A real board's buffer would overflow too.
 const UNREAD_PATIENCE: Duration = Duration::from_secs(1);
@@ -53,15 +53,15 @@ impl DeviceEnd for PseudoTerminal {
 
 /// Random faults on a device's wire, to the device and from it.
 pub(super) struct WireFaults {
-    to_device: Trouble,
-    from_device: Trouble,
+    to_device: FaultInjector,
+    from_device: FaultInjector,
 }
 
 impl WireFaults {
     /// Of the device with this number.
-    pub fn new(rates: TroubleRates, seed: u64, device: u64) -> Self {
+    pub fn new(rates: FaultRates, seed: u64, device: u64) -> Self {
         let [to_device, from_device] =
-            [0, 1].map(|direction| Trouble::new(rates, seed, 2 * device + direction));
+            [0, 1].map(|direction| FaultInjector::new(rates, seed, 2 * device + direction));
         Self { to_device, from_device }
     }
 }
@@ -82,15 +82,15 @@ pub(super) async fn run(
     loop {
         work(&mut firmware, &clock, &mut out);
         faults.apply(&mut out);
-        for outcome in wire_faults.from_device.meet(&std::mem::take(&mut out)) {
-            match outcome {
-                Outcome::Pass(mut bytes) => tokio::select! {
+        for delivery in wire_faults.from_device.apply(&std::mem::take(&mut out)) {
+            match delivery {
+                Delivery::Pass(mut bytes) => tokio::select! {
                     () = stop.cancelled() => return,
                     () = send(wire.stream(), &mut bytes, &clock) => {}
                 },
-                Outcome::Wait(time) => tokio::time::sleep(time).await,
-                Outcome::Reset => firmware.power_up(clock.now_s(), &mut out),
-                Outcome::Cut => {
+                Delivery::Wait(time) => tokio::time::sleep(time).await,
+                Delivery::Reset => firmware.power_up(clock.now_s(), &mut out),
+                Delivery::Cut => {
                     drop(wire);
                     return stop.cancelled().await;
                 }
@@ -123,12 +123,12 @@ pub(super) async fn run(
             }
             read = wire.stream().read(&mut received) => match read {
                 Ok(count) if count > 0 => {
-                    for outcome in wire_faults.to_device.meet(&received[..count]) {
-                        match outcome {
-                            Outcome::Pass(bytes) => take(&mut firmware, &bytes, &clock, &mut out),
-                            Outcome::Wait(time) => tokio::time::sleep(time).await,
-                            Outcome::Reset => firmware.power_up(clock.now_s(), &mut out),
-                            Outcome::Cut => {
+                    for delivery in wire_faults.to_device.apply(&received[..count]) {
+                        match delivery {
+                            Delivery::Pass(bytes) => take(&mut firmware, &bytes, &clock, &mut out),
+                            Delivery::Wait(time) => tokio::time::sleep(time).await,
+                            Delivery::Reset => firmware.power_up(clock.now_s(), &mut out),
+                            Delivery::Cut => {
                                 drop(wire);
                                 return stop.cancelled().await;
                             }

@@ -10,7 +10,7 @@ use super::clock::Pace;
 use super::receiver_firmware::ReceiverSettings;
 use super::robot::RobotSettings;
 use fieldgap_input::Positive;
-use fieldgap_rig::link::trouble::TroubleRates;
+use fieldgap_rig::link::fault_injection::FaultRates;
 
 /// `[virtual]`: a virtual rig in place of real devices.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -30,7 +30,7 @@ pub struct VirtualConfig {
     pub receiver: ReceiverSettings,
     /// Rates of random faults on the devices' lines, as shares of all lines.
     #[serde(default)]
-    pub faults: TroubleRates,
+    pub faults: FaultRates,
     /// The air sensor, if any.
     pub environment: Option<AirSettings>,
     /// The array's controller.

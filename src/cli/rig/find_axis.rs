@@ -11,7 +11,7 @@ use crate::cli::simulate::positive;
 use crate::rig_file::RigFile;
 use fieldgap_acquisition::beam_axis::{AxisReport, AxisSearch, find_axis, in_words};
 use fieldgap_input::Positive;
-use fieldgap_rig::Wanted;
+use fieldgap_rig::DeviceSelection;
 
 /// The `rig find-axis` command.
 #[derive(Debug, Args)]
@@ -41,7 +41,7 @@ impl FindAxis {
         heights_m.dedup();
         let search = AxisSearch { heights_m, reach_m: self.reach_mm.get() * 1e-3 };
         may_home(self.yes)?;
-        let all = Wanted { array: true, robot: true, receiver: true };
+        let all = DeviceSelection { array: true, robot: true, receiver: true };
         hands_on(&rig_file, all, A_TASK, async |rig| {
             rig.robot().home().await?;
             eprintln!("homed; looking for the beam");

@@ -14,9 +14,9 @@ use crate::rig_file::RigFile;
 use fieldgap_acoustics::{Excitation, Vec3};
 use fieldgap_acquisition::element_delays;
 use fieldgap_input::Positive;
-use fieldgap_rig::Wanted;
+use fieldgap_rig::DeviceSelection;
 
-const ARRAY: Wanted = Wanted { array: true, robot: false, receiver: false };
+const ARRAY: DeviceSelection = DeviceSelection { array: true, robot: false, receiver: false };
 
 /// The `rig focus` command.
 #[derive(Debug, Args)]

@@ -9,7 +9,7 @@ use crate::cli::stop::StopRequests;
 use crate::cli::watchdog::guard_devices;
 use crate::rig_file::RigFile;
 use fieldgap_acquisition::{AcquisitionError, RigSetup};
-use fieldgap_rig::{ByHand, Wanted};
+use fieldgap_rig::{DeviceSelection, ManualRig};
 use fieldgap_virtual_rig::VirtualRig;
 
 /// Whether stopping a command is how it is meant to end.
@@ -34,9 +34,9 @@ pub(super) enum Ended {
 /// robot stopped, and what was done is said.
 pub(super) fn hands_on(
     rig_file: &RigFile,
-    wanted: Wanted,
+    wanted: DeviceSelection,
     MeantToBeStopped(meant): MeantToBeStopped,
-    body: impl AsyncFnOnce(&mut ByHand) -> miette::Result<Ended>,
+    body: impl AsyncFnOnce(&mut ManualRig) -> miette::Result<Ended>,
 ) -> miette::Result<ExitCode> {
     let rig_setup = &rig_file.setup;
     let firmware = rig_file.open_virtual()?;
@@ -44,7 +44,7 @@ pub(super) fn hands_on(
     let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
     runtime.block_on(async {
         let stop = StopRequests::listen().into_diagnostic()?;
-        let mut rig = ByHand::open(&rig_setup.rig, &ports, wanted).await?;
+        let mut rig = ManualRig::open(&rig_setup.rig, &ports, wanted).await?;
         fits(rig_setup, wanted, &mut rig)?;
         let _watchdog = guard_devices(&rig.emergencies(), firmware.is_some())?;
         let ended = tokio::select! {
@@ -72,7 +72,7 @@ pub(super) fn hands_on(
     })
 }
 
-fn fits(rig_setup: &RigSetup, wanted: Wanted, rig: &mut ByHand) -> miette::Result<()> {
+fn fits(rig_setup: &RigSetup, wanted: DeviceSelection, rig: &mut ManualRig) -> miette::Result<()> {
     if !wanted.array {
         return Ok(());
     }

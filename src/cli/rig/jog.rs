@@ -16,7 +16,7 @@ use crate::terminal::jog::{Act, Doing, Jog as View, draw};
 use crate::terminal::{KeyPresses, Press, Screen};
 use fieldgap_acoustics::Vec3;
 use fieldgap_acquisition::{RigSetup, element_delays};
-use fieldgap_rig::{ByHand, RigError, Wanted};
+use fieldgap_rig::{DeviceSelection, ManualRig, RigError};
 
 /// Readings averaged for a level that a person follows.
 const READINGS: usize = 16;
@@ -54,7 +54,8 @@ impl Jog {
         let rig_file = RigFile::read(&self.file.rig)?.on_wall_clock();
         let rig_setup = &rig_file.setup;
         let focus = self.focus_mm.map(above_the_array).transpose()?;
-        let wanted = Wanted { robot: true, array: focus.is_some(), receiver: !self.no_receiver };
+        let wanted =
+            DeviceSelection { robot: true, array: focus.is_some(), receiver: !self.no_receiver };
         let mut left_at = None;
         let ended = hands_on(&rig_file, wanted, UNTIL_STOPPED, async |rig| {
             if let Some(focus) = &focus {
@@ -92,7 +93,7 @@ struct Jogging<'l> {
 }
 
 impl Jogging<'_> {
-    async fn until_quit(&mut self, rig: &mut ByHand) -> miette::Result<()> {
+    async fn until_quit(&mut self, rig: &mut ManualRig) -> miette::Result<()> {
         loop {
             self.show()?;
             let act = match self.key_or_level(rig).await {
@@ -120,7 +121,7 @@ impl Jogging<'_> {
     }
 
     /// Waits for a key; meanwhile the level is read.
-    async fn key_or_level(&mut self, rig: &mut ByHand) -> Next {
+    async fn key_or_level(&mut self, rig: &mut ManualRig) -> Next {
         let (_, receiver) = rig.robot_and_receiver();
         let level = async {
             match receiver {
@@ -142,7 +143,7 @@ impl Jogging<'_> {
     }
 
     /// Homes or moves, with the level read on the way. A stop or the end ends it at once, and is returned.
-    async fn under_way(&mut self, rig: &mut ByHand, act: Act) -> miette::Result<Option<Act>> {
+    async fn under_way(&mut self, rig: &mut ManualRig, act: Act) -> miette::Result<Option<Act>> {
         let feed = self.rig_setup.rig.motion.feed();
         let interrupted = {
             let (robot, mut receiver) = rig.robot_and_receiver();
@@ -186,7 +187,7 @@ impl Jogging<'_> {
     }
 
     /// Whoever presses stop wants all of it to end: the array first, then the robot.
-    async fn stop(&mut self, rig: &mut ByHand) -> miette::Result<()> {
+    async fn stop(&mut self, rig: &mut ManualRig) -> miette::Result<()> {
         let made = rig.make_safe("stopped").await;
         if made.array.is_some() {
             self.view.emits(false);

@@ -15,9 +15,9 @@ use fieldgap_acoustics::Vec3;
 use fieldgap_acquisition::RigSetup;
 use fieldgap_input::Positive;
 use fieldgap_rig::motion::route::route;
-use fieldgap_rig::{Feed, Frame, PathFault, RobotPosition, Wanted};
+use fieldgap_rig::{DeviceSelection, Feed, Frame, PathFault, RobotPosition};
 
-const ROBOT: Wanted = Wanted { robot: true, array: false, receiver: false };
+const ROBOT: DeviceSelection = DeviceSelection { robot: true, array: false, receiver: false };
 
 /// The `rig home` command.
 #[derive(Debug, Args)]

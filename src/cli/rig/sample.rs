@@ -19,7 +19,7 @@ use crate::terminal::level::level_line;
 use fieldgap_acoustics::Vec3;
 use fieldgap_acquisition::element_delays;
 use fieldgap_input::Positive;
-use fieldgap_rig::{Reading, ReceiverIdentity, Wanted};
+use fieldgap_rig::{DeviceSelection, Reading, ReceiverIdentity};
 
 /// Cells of the bar.
 const BAR: usize = 32;
@@ -54,7 +54,7 @@ impl Sample {
         let rig_file = RigFile::read(&self.file.rig)?.on_wall_clock();
         let rig_setup = &rig_file.setup;
         let focus = self.focus_mm.map(above_the_array).transpose()?;
-        let wanted = Wanted { receiver: true, array: focus.is_some(), robot: false };
+        let wanted = DeviceSelection { receiver: true, array: focus.is_some(), robot: false };
         let readings = self.samples.map_or(rig_setup.rig.receiver.count(), |n| n.get() as usize);
         hands_on(&rig_file, wanted, UNTIL_STOPPED, async |rig| {
             if let Some(focus) = &focus {

@@ -11,7 +11,7 @@ use tokio::time::Instant;
 use super::RigArg;
 use crate::rig_file::RigFile;
 use fieldgap_rig::link::holder_of;
-use fieldgap_rig::{ByHand, Cause, Ports, RigConfig, RigError, Wanted};
+use fieldgap_rig::{Cause, DeviceSelection, ManualRig, Ports, RigConfig, RigError};
 use fieldgap_virtual_rig::VirtualRig;
 
 /// How long another fieldgap may take to end safe and let go of its ports.
@@ -37,8 +37,8 @@ impl Stop {
         let safe = runtime.block_on(async {
             let mut safe = true;
             for wanted in [
-                Wanted { array: true, ..Wanted::default() },
-                Wanted { robot: true, ..Wanted::default() },
+                DeviceSelection { array: true, ..DeviceSelection::default() },
+                DeviceSelection { robot: true, ..DeviceSelection::default() },
             ] {
                 match open_or_take(&rig_setup.rig, &ports, wanted).await {
                     Ok(mut device) => {
@@ -73,12 +73,12 @@ impl Stop {
 async fn open_or_take(
     config: &RigConfig,
     ports: &Ports,
-    wanted: Wanted,
-) -> Result<ByHand, RigError> {
+    wanted: DeviceSelection,
+) -> Result<ManualRig, RigError> {
     let mut asked = false;
     let until = Instant::now() + LET_GO_WITHIN;
     loop {
-        let error = match ByHand::open(config, ports, wanted).await {
+        let error = match ManualRig::open(config, ports, wanted).await {
             Ok(device) => return Ok(device),
             Err(error) => error,
         };

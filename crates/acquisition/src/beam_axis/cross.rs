@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::line::Estimate;
 use super::lobe::{Lobe, LobeFault, fit_lobe};
 use fieldgap_acoustics::Vec3;
-use fieldgap_rig::{ByHand, Feed, Frame, RigError};
+use fieldgap_rig::{Feed, Frame, ManualRig, RigError};
 
 /// Crosses made at one height before the search is given up: the second is nearly always the last.
 const MOST_CROSSES: usize = 6;
@@ -101,7 +101,7 @@ impl Stride {
     /// where there was little of it.
     pub(super) async fn look(
         &self,
-        rig: &mut ByHand,
+        rig: &mut ManualRig,
         mut middle_m: Vec3,
         reach_m: f64,
         steps: usize,
@@ -120,7 +120,7 @@ impl Stride {
     /// Makes crosses about a middle until one is centred on the beam.
     pub(super) async fn cross(
         &self,
-        rig: &mut ByHand,
+        rig: &mut ManualRig,
         mut middle_m: Vec3,
         half_m: f64,
         steps: usize,
@@ -168,7 +168,7 @@ impl Stride {
     /// Readings along an arm through a middle.
     async fn measure(
         &self,
-        rig: &mut ByHand,
+        rig: &mut ManualRig,
         middle_m: Vec3,
         arm: Arm,
         half_m: f64,

@@ -4,7 +4,7 @@ use super::cross::{AxisError, Cross, Stride};
 use super::line::BeamAxis;
 use crate::{RigSetup, element_delays};
 use fieldgap_acoustics::{Array, Excitation, Vec3};
-use fieldgap_rig::ByHand;
+use fieldgap_rig::ManualRig;
 
 /// Readings along an arm, less one: even, so that the middle is one of them.
 const STEPS: usize = 14;
@@ -35,7 +35,7 @@ pub struct AxisSearch {
 /// # Errors
 /// [`AxisError`]: a device that fails, a cross out of the robot's reach, a beam that is not there or does not keep still.
 pub async fn find_axis(
-    rig: &mut ByHand,
+    rig: &mut ManualRig,
     rig_setup: &RigSetup,
     search: &AxisSearch,
     mut found: impl FnMut(&Cross),

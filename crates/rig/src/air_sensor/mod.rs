@@ -16,7 +16,7 @@ use super::link::{ByteLink, Wire, open_serial};
 use fieldgap_input::Positive;
 pub use pattern::LinePattern;
 
-/// What a sensor says of the air.
+/// The state of the air, as a sensor reports it.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct AirReading {
     /// Temperature, °C.
@@ -36,7 +36,7 @@ pub struct AirLinesConfig {
     /// Its speed, bits a second.
     #[serde(default = "default_baud")]
     baud: u32,
-    /// What a line says.
+    /// How a line is read.
     pattern: LinePattern,
     /// What is sent, with a line end, to have one line; absent: lines come by themselves.
     ask: Option<String>,
@@ -74,7 +74,7 @@ pub struct AirLines<L> {
 }
 
 impl<L: ByteLink> AirLines<L> {
-    /// Waits for a first line that says something.
+    /// Waits for the first line that fits the pattern.
     ///
     /// # Errors
     /// That none comes, or none that fits the pattern.
@@ -86,7 +86,7 @@ impl<L: ByteLink> AirLines<L> {
             ask: config.ask.clone(),
             within: within.unwrap_or(Duration::MAX),
         };
-        sensor.wire.attempting("waiting for a first line");
+        sensor.wire.attempting("waiting for the first line");
         if sensor.ask.is_none() {
             // It may have lost its beginning, and read as a smaller number.
             sensor.wire.line(Instant::now() + sensor.within).await?;
@@ -126,7 +126,7 @@ impl<L: ByteLink> AirSensor for AirLines<L> {
     }
 
     async fn air(&mut self) -> Result<AirReading, RigError> {
-        self.wire.attempting("reading the air's state");
+        self.wire.attempting("reading the air");
         self.newest().await
     }
 }
@@ -167,10 +167,10 @@ mod tests {
     async fn a_sensor_may_be_asked() {
         let (wire, mut far) = pair();
         tokio::spawn(async move {
-            let mut heard = [0; 16];
+            let mut received = [0; 16];
             for degrees in 20.. {
-                let count = far.read(&mut heard).await.unwrap_or(0);
-                if &heard[..count] != b"R\n" {
+                let count = far.read(&mut received).await.unwrap_or(0);
+                if &received[..count] != b"R\n" {
                     return;
                 }
                 far.write_all(format!("{degrees},50\n").as_bytes()).await.expect("room");

@@ -1,14 +1,14 @@
-//! What a line of a sensor says, by a pattern such as `T={temperature_c} RH={humidity_percent}`.
+//! The values in a line of a sensor, read by a pattern such as `T={temperature_c} RH={humidity_percent}`.
 
 use serde::Deserialize;
 
 use super::AirReading;
 
-/// Temperatures that a sensor in a laboratory may say, °C; anything else is damage.
+/// Plausible temperatures in a laboratory, °C; other values are taken for damage.
 const TEMPERATURES_C: std::ops::RangeInclusive<f64> = -60.0..=100.0;
-/// Pressures that it may say, kPa.
+/// Plausible pressures, kPa.
 const PRESSURES_KPA: std::ops::RangeInclusive<f64> = 30.0..=120.0;
-/// Humidities that it may say, percent; a sensor in fog says a little more than all.
+/// Plausible humidities, percent; a sensor in fog reports slightly more than 100.
 const HUMIDITIES_PERCENT: std::ops::RangeInclusive<f64> = 0.0..=105.0;
 
 /// Text with numbers in it that have a meaning.
@@ -57,7 +57,7 @@ impl TryFrom<String> for LinePattern {
             let meaning = NAMES.iter().find(|(known, _)| *known == name).map(|(_, m)| *m);
             let meaning = meaning.ok_or_else(|| {
                 let known: Vec<&str> = NAMES.iter().map(|(name, _)| *name).collect();
-                format!("`{{{name}}}` is none of {{{}}}", known.join("}, {"))
+                format!("`{{{name}}}` is unknown; use one of {{{}}}", known.join("}, {"))
             })?;
             if !before.is_empty() {
                 parts.push(Part::Text(before.to_owned()));
@@ -83,7 +83,7 @@ impl TryFrom<String> for LinePattern {
 }
 
 impl LinePattern {
-    /// What a line says; `None` if the pattern stands nowhere in it, or says what cannot be.
+    /// The values in a line; `None` if the pattern does not occur in it, or a value is implausible.
     pub(super) fn read(&self, line: &str) -> Option<AirReading> {
         line.char_indices().find_map(|(start, _)| self.read_at(&line[start..]))
     }
@@ -182,10 +182,10 @@ mod tests {
     }
 
     #[test]
-    fn a_pattern_that_says_nothing_useful_is_refused() {
+    fn a_pattern_without_a_temperature_is_refused() {
         for (pattern, words) in [
             ("RH={humidity_percent}", "needs a temperature"),
-            ("T={temperature}", "is none of"),
+            ("T={temperature}", "is unknown"),
             ("T={temperature_c", "no closing brace"),
             ("{temperature_c}{humidity_percent}", "between"),
         ] {
@@ -200,7 +200,7 @@ mod tests {
             let line = format!("T={t:.2} RH={rh:.1}");
             let reading = read("T={temperature_c} RH={humidity_percent}", &line).expect("it fits");
             prop_assert!((reading.temperature_c - t).abs() <= 0.005 + 1e-9);
-            prop_assert!((reading.humidity_percent.expect("said") - rh).abs() <= 0.05 + 1e-9);
+            prop_assert!((reading.humidity_percent.expect("it is reported") - rh).abs() <= 0.05 + 1e-9);
         }
 
         #[test]

@@ -50,7 +50,7 @@ impl Latency {
                 severity: Severity::Warning,
                 problem: format!("a reply takes {:.0} ms, which makes scans slow", self.median_ms),
                 remedy:
-                    "raise its baud rate; on USB bridges lower the latency timer (16 ms by default)"
+                    "raise the baud rate; on USB bridges lower the latency timer (16 ms by default)"
                         .to_owned(),
             });
         }
@@ -60,10 +60,10 @@ impl Latency {
                 device,
                 severity: Severity::Warning,
                 problem: format!(
-                    "a reply in {} took {:.0} ms, where the middle one takes {:.1} ms",
+                    "one of {} replies took {:.0} ms; the median is {:.1} ms",
                     self.queries, self.max_ms, self.median_ms
                 ),
-                remedy: "give it a USB port without a hub, end other work on this machine, switch USB power saving off"
+                remedy: "connect the device without a USB hub, close other programs, switch USB power saving off"
                     .to_owned(),
             });
         }

@@ -1,4 +1,4 @@
-//! What a receiver hears in silence: whether it averages out, whether it drifts, whether the mains hum in it.
+//! The receiver's signal while the array is silent: whether noise averages out, drift, mains hum.
 
 use serde::Serialize;
 
@@ -17,12 +17,12 @@ const TRENDS: f64 = 5.0;
 
 /// A mean over a few readings, or a single reading, and when it was taken on the receiver's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct At {
+pub(super) struct TimedValue {
     pub(super) t_s: f64,
     pub(super) value: f64,
 }
 
-/// What was heard in silence.
+/// The signal while the array was silent.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Noise {
     /// Standard deviation of means over as many readings as a point has, in the receiver's unit.
@@ -46,7 +46,7 @@ pub struct Hum {
 
 impl Noise {
     /// Of means over `count` readings whose standard deviation is `std`, and of single readings.
-    pub(super) fn of(means: &[At], count: usize, std: f64, singles: &[At]) -> Self {
+    pub(super) fn of(means: &[TimedValue], count: usize, std: f64, singles: &[TimedValue]) -> Self {
         let trend = Line::through(means);
         Self {
             of_means: deviation(means),
@@ -61,33 +61,33 @@ impl Noise {
         let mut findings = Vec::new();
         if let Some(Hum { frequency_hz, amplitude }) = self.hum {
             findings.push((
-                format!("the mains hum in it: {amplitude:.4} {unit} at {frequency_hz:.0} Hz"),
-                "look for a ground loop, power it from another supply, keep its cable away from mains and motors",
+                format!("mains hum of {amplitude:.4} {unit} at {frequency_hz:.0} Hz"),
+                "look for a ground loop, use another power supply, keep the cable away from mains and motors",
             ));
         }
         if let Some(drift) = self.drift_per_s {
             findings.push((
-                format!("it drifts by {drift:+.2e} {unit} a second"),
-                "let it warm up for a quarter of an hour; if it goes on, look at its supply",
+                format!("the level drifts by {drift:+.2e} {unit} per second"),
+                "let the receiver warm up for 15 minutes; if it still drifts, check its power supply",
             ));
         } else if self.of_means > EXCESS * self.of_means_if_white && self.hum.is_none() {
             findings.push((
                 format!(
-                    "its noise does not average out: means scatter by {:.5} {unit} where {:.5} {unit} would be left",
+                    "the noise does not average out: means scatter by {:.5} {unit}, where white noise would leave {:.5} {unit}",
                     self.of_means, self.of_means_if_white
                 ),
-                "look for another source of ultrasound, draughts, a loose wire, a supply that wanders",
+                "look for another source of ultrasound, draughts, a loose wire or an unstable power supply",
             ));
         }
         findings
     }
 }
 
-fn mean(values: &[At]) -> f64 {
+fn mean(values: &[TimedValue]) -> f64 {
     values.iter().map(|at| at.value).sum::<f64>() / values.len().max(1) as f64
 }
 
-fn deviation(values: &[At]) -> f64 {
+fn deviation(values: &[TimedValue]) -> f64 {
     let mean = mean(values);
     let squares: f64 = values.iter().map(|at| (at.value - mean).powi(2)).sum();
     (squares / values.len().saturating_sub(1).max(1) as f64).sqrt()
@@ -100,16 +100,16 @@ struct Line {
 }
 
 impl Line {
-    fn through(values: &[At]) -> Option<Self> {
+    fn through(values: &[TimedValue]) -> Option<Self> {
         let count = values.len() as f64;
         let (mean_t, mean) = (values.iter().map(|at| at.t_s).sum::<f64>() / count, mean(values));
         let spread: f64 = values.iter().map(|at| (at.t_s - mean_t).powi(2)).sum();
         if values.len() < 4 || spread == 0.0 {
             return None;
         }
-        let product = |at: &At| (at.t_s - mean_t) * (at.value - mean);
+        let product = |at: &TimedValue| (at.t_s - mean_t) * (at.value - mean);
         let slope = values.iter().map(product).sum::<f64>() / spread;
-        let left = |at: &At| (at.value - mean - slope * (at.t_s - mean_t)).powi(2);
+        let left = |at: &TimedValue| (at.value - mean - slope * (at.t_s - mean_t)).powi(2);
         let left: f64 = values.iter().map(left).sum();
         Some(Self { slope, error: (left / (count - 2.0) / spread).sqrt() })
     }
@@ -122,7 +122,7 @@ impl Line {
 /// The strongest hum among the mains' frequencies, where it is no chance.
 ///
 /// Sines and cosines are fitted to readings at uneven times, which leaves no frequency hidden behind another.
-fn hum(singles: &[At]) -> Option<Hum> {
+fn hum(singles: &[TimedValue]) -> Option<Hum> {
     if singles.len() < 20 {
         return None;
     }
@@ -139,7 +139,7 @@ fn hum(singles: &[At]) -> Option<Hum> {
 }
 
 /// Amplitude of the sine at a frequency that fits best.
-fn amplitude(singles: &[At], mean: f64, frequency_hz: f64) -> f64 {
+fn amplitude(singles: &[TimedValue], mean: f64, frequency_hz: f64) -> f64 {
     let (mut cc, mut ss, mut cs, mut cv, mut sv) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for at in singles {
         let (sin, cos) = (std::f64::consts::TAU * frequency_hz * at.t_s).sin_cos();
@@ -151,7 +151,7 @@ fn amplitude(singles: &[At], mean: f64, frequency_hz: f64) -> f64 {
         sv += sin * value;
     }
     let determinant = cc * ss - cs * cs;
-    // All readings at one phase of it tell nothing.
+    // Readings all at one phase do not determine the amplitude.
     if determinant < 0.05 * cc * ss {
         return 0.0;
     }
@@ -167,14 +167,14 @@ mod tests {
     use super::*;
 
     /// Single readings at uneven times, of white noise and what is added to it.
-    fn singles(seed: u64, added: impl Fn(f64) -> f64) -> Vec<At> {
+    fn singles(seed: u64, added: impl Fn(f64) -> f64) -> Vec<TimedValue> {
         let mut draws = ChaCha8Rng::seed_from_u64(seed);
         let noise = Normal::new(0.02, 0.01).expect("a normal");
         let mut t_s = 3.0;
         (0..100)
             .map(|_| {
                 t_s += 0.002 + 0.004 * draws.random::<f64>();
-                At { t_s, value: noise.sample(&mut draws) + added(t_s) }
+                TimedValue { t_s, value: noise.sample(&mut draws) + added(t_s) }
             })
             .collect()
     }
@@ -205,15 +205,16 @@ mod tests {
         let drift = singles(4, |t_s| 0.5 * t_s);
         let noise = Noise::of(&drift, 1, 0.01, &white);
         assert!((noise.drift_per_s.expect("it drifts") - 0.5).abs() < 0.05, "{noise:?}");
-        assert!(noise.findings("V")[0].0.contains("it drifts by +"));
+        assert!(noise.findings("V")[0].0.contains("the level drifts by +"));
         let wanders = singles(4, sine(7.0, 0.06));
         let findings = Noise::of(&wanders, 1, 0.01, &white).findings("V");
         assert!(findings[0].0.contains("does not average out"), "{findings:?}");
     }
 
     #[test]
-    fn a_receiver_that_says_one_number_is_borne() {
-        let same: Vec<At> = (0..50).map(|k| At { t_s: f64::from(k), value: 1.0 }).collect();
+    fn a_receiver_that_repeats_one_number_gives_no_finding() {
+        let same: Vec<TimedValue> =
+            (0..50).map(|k| TimedValue { t_s: f64::from(k), value: 1.0 }).collect();
         assert!(Noise::of(&same, 16, 0.0, &same).findings("V").is_empty());
         assert!(Noise::of(&[], 16, 0.0, &[]).findings("V").is_empty());
     }

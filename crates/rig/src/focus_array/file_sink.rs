@@ -1,6 +1,6 @@
-//! An array that is driven by a program of the lab's own: what would be sent goes to a file, line by line, as it happens.
+//! An array that is driven by a program of the laboratory's own: each change of state is written to a file as a line.
 //!
-//! Each line tells the whole state, so that whoever reads along needs the last line only.
+//! Each line holds the whole state, so a reader needs the last line only.
 //!
 //! ```text
 //! time,emitting,modulation_hz,modulation_duty_percent,element_0_us,element_1_us
@@ -67,7 +67,7 @@ impl FileSinkConfig {
     }
 }
 
-/// The file, and what its last line says.
+/// The file, and the state in its last line.
 #[derive(Debug)]
 struct FileSink {
     file: std::fs::File,
@@ -83,7 +83,7 @@ impl FileSink {
     fn begin(config: &FileSinkConfig, modulation: Modulation) -> Result<Self, RigError> {
         let device = Device::new(Role::FocusArray, config.path.display().to_string());
         let failed = |error| {
-            RigError::new(device.clone(), "opening its file", Cause::Unwritable(error), None)
+            RigError::new(device.clone(), "opening the file", Cause::Unwritable(error), None)
         };
         let file = std::fs::OpenOptions::new().append(true).create(true).open(&config.path);
         let file = file.map_err(failed)?;
@@ -115,15 +115,15 @@ impl FileSink {
             header.extend((0..elements).map(|element| format!(",element_{element}_us")));
             sink.add(&header, "writing its first line")?;
         }
-        sink.tell("silencing it before anything else")?;
+        sink.write_state("silencing the array on opening")?;
         Ok(sink)
     }
 
-    fn tell(&mut self, attempt: &str) -> Result<(), RigError> {
+    fn write_state(&mut self, attempt: &str) -> Result<(), RigError> {
         self.add(&self.line(Timestamp::now()), attempt)
     }
 
-    /// Adds a line in one piece, so that whoever reads along never sees half of one.
+    /// Adds a line in one piece, so that a reader never sees half of one.
     fn add(&mut self, line: &str, attempt: &str) -> Result<(), RigError> {
         self.file.write_all(format!("{line}\n").as_bytes()).map_err(|error| {
             RigError::new(self.device.clone(), attempt, Cause::Unwritable(error), None)
@@ -170,10 +170,10 @@ impl FocusArray for FileSink {
 
     async fn silence(&mut self) -> Result<(), RigError> {
         self.emitting = false;
-        self.tell("silencing it")
+        self.write_state("silencing the array")
     }
 
-    /// Nothing hangs on it that could be silenced.
+    /// No device to silence.
     fn emergency(&self) -> Option<Emergency> {
         None
     }
@@ -193,25 +193,25 @@ impl FocusArray for FileSink {
             }
         }
         self.delays = delays.to_vec();
-        if self.emitting { self.tell(attempt) } else { Ok(()) }
+        if self.emitting { self.write_state(attempt) } else { Ok(()) }
     }
 
     async fn continuous_wave(&mut self) -> Result<(), RigError> {
         self.modulation = Modulation::NONE;
-        self.tell("ending the modulation")
+        self.write_state("ending the modulation")
     }
 
     async fn emit(&mut self) -> Result<(), RigError> {
         self.emitting = true;
-        self.tell("starting emission")
+        self.write_state("starting emission")
     }
 }
 
 impl Drop for FileSink {
     fn drop(&mut self) {
         self.emitting = false;
-        // A file that cannot be written any more was told of when that began.
-        let _ = self.tell("silencing it");
+        // A failing file was reported when it first failed.
+        let _ = self.write_state("silencing the array");
     }
 }
 

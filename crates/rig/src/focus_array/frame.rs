@@ -112,7 +112,7 @@ impl Channel {
             delay.parse().ok().filter(|&steps: &u32| steps < period_steps).ok_or_else(|| {
                 FrameFault::Delay { most: period_steps.saturating_sub(1), word: word.to_owned() }
             })?;
-        // One way to say that a channel is silent, so that equal frames are equal.
+        // Only one form for a silent channel, so that equal frames are equal.
         Ok(if level == 0 { Self::SILENT } else { Self { delay_steps, level } })
     }
 }
@@ -191,7 +191,7 @@ impl DriveFrame {
         })
     }
 
-    /// As words of the wire: the periods that it is held, then the channels.
+    /// As fields of the wire: the periods that it is held, then the channels.
     pub fn encode(&self) -> String {
         let mut words = self.hold_periods.to_string();
         for channel in &self.channels {
@@ -200,7 +200,7 @@ impl DriveFrame {
         words
     }
 
-    /// Reads the words of the wire for a controller of so many elements and clock steps in a period.
+    /// Reads the fields of the wire for a controller of so many elements and clock steps in a period.
     ///
     /// # Errors
     /// The first word that does not fit.

@@ -1,4 +1,4 @@
-//! Phased arrays: what their controllers are told, and the drivers.
+//! Phased arrays: the commands of their controllers, and the drivers.
 
 mod config;
 mod file_sink;
@@ -37,7 +37,7 @@ pub enum ElementDelay {
     Silent,
 }
 
-/// What an array's controller says of itself.
+/// Properties that an array's controller states.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ArrayIdentity {
     /// Its name and protocol version.
@@ -48,13 +48,13 @@ pub struct ArrayIdentity {
     pub clock_hz: f64,
     /// Clock steps in one period of the carrier: delays are taken modulo this.
     pub period_steps: u32,
-    /// Frames of a display that it holds; 0: it plays none.
+    /// Frames of a display that it holds; 0: none.
     pub most_frames: usize,
     /// Levels of a display's envelope that it holds.
     pub most_levels: usize,
-    /// Elements that it can listen with at a time; 0: with none.
+    /// Elements that it can receive with at a time; 0: none.
     pub most_sensors: usize,
-    /// Whether it answers what it is told. Where it does not, nothing shows that it heard.
+    /// Whether it answers commands. If not, nothing confirms that they arrived.
     pub acknowledges: bool,
 }
 

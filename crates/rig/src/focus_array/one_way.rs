@@ -1,6 +1,6 @@
-//! Boards that take bytes and never answer: what they share.
+//! The code shared by boards that never answer.
 //!
-//! Nothing tells whether such a board heard. What can be done is done: every pattern is sent whole, silence is sent to
+//! Nothing confirms that a command arrived. So every pattern is sent whole, silence is sent to
 //! both of the board's buffers, and each call returns only when its last byte has left the line.
 
 use std::fmt::Debug;
@@ -16,7 +16,7 @@ use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire};
 use crate::{Emergency, FocusArray};
 
-/// Carrier of every board here, Hz: it is made on the board and cannot be told.
+/// Carrier of every board here, Hz: it is made on the board and cannot be queried.
 pub(super) const CARRIER_HZ: f64 = 40e3;
 
 /// Time that a byte may lie in a USB bridge before it is on the line.
@@ -25,7 +25,7 @@ const BRIDGE: Duration = Duration::from_millis(2);
 /// How long an echo may take beyond the line's own time.
 const ECHO_WITHIN: Duration = Duration::from_secs(1);
 
-/// How often a starting board is told to be silent until it echoes.
+/// How often silence is sent to a starting board until it echoes.
 const TRIES_AT_START: u32 = 10;
 
 /// What distinguishes one board from another: its bytes.
@@ -39,7 +39,7 @@ pub(super) trait OneWayBoard: Debug + Send + 'static {
     /// Channels of all boards in the chain.
     fn channels(&self) -> usize;
 
-    /// The bytes that a board in an unknown state is told first.
+    /// The bytes that a board in an unknown state gets first.
     fn wake(&self) -> Vec<u8>;
 
     /// The bytes that show a pattern on all boards at once.
@@ -61,7 +61,7 @@ pub(super) trait OneWayBoard: Debug + Send + 'static {
 
 /// An array behind boards that never answer.
 ///
-/// It emits from its power-up until the first bytes have come; silent when it is opened, and told to be silent when
+/// It emits from its power-up until the first bytes have come; silenced when it is opened and when
 /// this is dropped.
 #[derive(Debug)]
 pub(super) struct OneWayArray<L: ByteLink, B: OneWayBoard> {
@@ -119,7 +119,7 @@ impl<L: ByteLink, B: OneWayBoard> OneWayArray<L, B> {
     /// Silences a board that may have been emitting since its power-up, and may be starting just now: opening its port
     /// resets many.
     async fn start(&mut self) -> Result<(), RigError> {
-        self.wire.attempting("silencing it before anything else");
+        self.wire.attempting("silencing the array on opening");
         let started_at = Instant::now() + self.board.starts_within();
         let wake = self.board.wake();
         if self.board.echo().is_some() {
@@ -151,7 +151,7 @@ impl<L: ByteLink, B: OneWayBoard> OneWayArray<L, B> {
         self.show(&silence).await
     }
 
-    /// Shows a pattern, and hears its echo where there is one.
+    /// Shows a pattern, and waits for its echo where there is one.
     async fn show(&mut self, slots: &[Option<u8>]) -> Result<(), RigError> {
         let Some(echo) = self.board.echo() else {
             return self.carry(&self.board.frame(slots)).await;
@@ -171,7 +171,7 @@ impl<L: ByteLink, B: OneWayBoard> OneWayArray<L, B> {
         }
     }
 
-    /// Sends bytes and waits until the line has carried them: only then is the array as it was told to be.
+    /// Sends bytes and waits until the line has carried them: only then is the array in the commanded state.
     async fn carry(&mut self, bytes: &[u8]) -> Result<(), RigError> {
         if bytes.is_empty() {
             return Ok(());
@@ -195,7 +195,7 @@ impl<L: ByteLink, B: OneWayBoard + Sync> FocusArray for OneWayArray<L, B> {
     }
 
     async fn silence(&mut self) -> Result<(), RigError> {
-        self.wire.attempting("silencing it");
+        self.wire.attempting("silencing the array");
         self.emitting = false;
         self.show_silence().await
     }
@@ -228,9 +228,9 @@ impl<L: ByteLink, B: OneWayBoard + Sync> FocusArray for OneWayArray<L, B> {
         self.show(&self.slots.clone()).await
     }
 
-    /// A board that was reset emits on all channels, and says nothing of it.
+    /// A board that was reset emits on all channels without reporting it.
     async fn refresh(&mut self) -> Result<(), RigError> {
-        self.wire.attempting("telling it once more what it emits");
+        self.wire.attempting("sending the current pattern again");
         match self.emitting {
             true => self.show(&self.slots.clone()).await,
             false => self.show(&vec![None; self.board.channels()]).await,
@@ -248,7 +248,7 @@ impl<L: ByteLink, B: OneWayBoard> OneWayArray<L, B> {
 impl<L: ByteLink, B: OneWayBoard> Drop for OneWayArray<L, B> {
     fn drop(&mut self) {
         let silence = self.twice_silent();
-        self.wire.last_words(&silence);
+        self.wire.send_without_waiting(&silence);
     }
 }
 
@@ -361,7 +361,7 @@ mod tests {
     async fn an_echo_that_is_promised_and_does_not_come_is_an_error() {
         let (array, far) = opened(Letters { echo: Some(b'>'), ..plain() }).await;
         let error = array.expect_err("nobody echoes");
-        let words = "focus array on memory, silencing it before anything else: no answer";
+        let words = "focus array on memory, silencing the array on opening: no answer";
         assert!(error.to_string().starts_with(words), "{error}");
         drop(far);
     }

@@ -64,7 +64,7 @@ impl Envelope {
         self.hold_periods
     }
 
-    /// Periods of the carrier after which it begins anew.
+    /// Periods of the carrier after which it begins again.
     pub fn loop_periods(&self) -> u64 {
         self.levels.len() as u64 * u64::from(self.hold_periods.get())
     }
@@ -137,7 +137,7 @@ impl DriveProgram {
         &self.envelope
     }
 
-    /// Periods of the carrier after which the frames begin anew.
+    /// Periods of the carrier after which the frames begin again.
     pub fn loop_periods(&self) -> u64 {
         self.ends[self.ends.len() - 1]
     }

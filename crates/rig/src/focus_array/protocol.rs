@@ -19,21 +19,21 @@
 //! | `state` | `ok off`, `ok on`, `ok playing` | |
 //!
 //! # Displays
-//! A controller that says `frames` above 0 holds a display: frames that follow each other in a loop, and an envelope, a loop
+//! A controller with `frames` above 0 holds a display: frames that follow each other in a loop, and an envelope, a loop
 //! of levels that scale all channels. Both loops begin together and do not wait for each other.
 //!
 //! | command | answer | effect |
 //! |---|---|---|
 //! | `frame <n> <hold> <c0> <c1> …` | `ok` | the frame of this number, held for so many periods of the carrier. A channel is `-` = silent, `<delay>`, or `<delay>:<level>` with a level of 0 to 255 |
 //! | `envelope <first> <l0> <l1> …` | `ok` | levels of 0 to 255, from this place of the envelope on |
-//! | `play <frames> <levels> <hold> <loops> <lease_ms>` | `ok` | plays the first frames under the first levels, each level held for `hold` periods of the carrier; `loops` = 0: for ever. Falls silent after the last loop, and where no line comes from the host for `lease_ms`. Sent twice, it begins anew |
+//! | `play <frames> <levels> <hold> <loops> <lease_ms>` | `ok` | plays the first frames under the first levels, each level held for `hold` periods of the carrier; `loops` = 0: without end. Falls silent after the last loop, and where no line comes from the host for `lease_ms`. Sent twice, it begins again |
 //!
 //! While a display plays, `frame` and `envelope` are refused with error 4. A channel of level l under a level e of the envelope sends
 //! pulses of w = P/π asin(l e / 255²) clock steps (P = `period_steps`), to the nearest step, in the middle of the half
 //! period that a full pulse would fill: [`super::Channel::pulse`].
 //!
-//! # Listening
-//! A controller that says `sensors` above 0 can listen with some of its elements, which are then silent.
+//! # Receiving
+//! A controller with `sensors` above 0 can receive with some of its elements, which are then silent.
 //!
 //! | command | answer | effect |
 //! |---|---|---|
@@ -63,7 +63,7 @@ pub enum Reply {
         seq: Option<u16>,
         /// Why, as a number.
         code: u16,
-        /// Why, in words.
+        /// Why, as text.
         text: String,
     },
 }
@@ -103,7 +103,7 @@ pub fn parse_identity(args: &str) -> Option<ArrayIdentity> {
             .find(|(k, _)| *k == key)
             .map(|(_, v)| v)
     };
-    // Controllers without displays do not speak of them.
+    // Controllers without displays leave them out.
     let capacity = |key: &str| setting(key).map_or(Some(0), |value| value.parse().ok());
     Some(ArrayIdentity {
         name: THESIS_NAME.to_owned(),

@@ -1,4 +1,4 @@
-//! What elements that listen hear.
+//! Samples of receiving elements.
 
 use std::fmt::Write as _;
 

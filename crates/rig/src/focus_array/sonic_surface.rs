@@ -10,7 +10,7 @@
 //! | 151 | outputs on | taken for a phase |
 //! | 160 + n | taken for a phase | modulation at 1250 / (n + 1) Hz; n = 0: none |
 //!
-//! **It emits on all channels from its power-up until it is told otherwise**; the tactile-modulation firmware does not.
+//! **It emits on all channels from its power-up until it is commanded otherwise**; the tactile-modulation firmware does not.
 //! It never answers.
 
 use serde::Deserialize;
@@ -86,13 +86,13 @@ impl TryFrom<Keys> for SonicSurfaceConfig {
         match (boards, firmware) {
             (1, _) | (2, Firmware::Open) => {}
             (2, Firmware::TactileModulation) => {
-                return Err("the tactile-modulation firmware takes no second board: it would take the byte that selects one for a phase".to_owned());
+                return Err("the tactile-modulation firmware supports one board: it would read the byte that selects a board as a phase".to_owned());
             }
-            _ => return Err(format!("one board or two can be on a line, not {boards}")),
+            _ => return Err(format!("`boards` is {boards}; one or two can be on a line")),
         }
         let baud = baud.unwrap_or(230_400);
         if baud == 0 {
-            return Err("a line has a speed above 0 bits a second".to_owned());
+            return Err("`baud` must be above 0".to_owned());
         }
         Ok(Self { port, baud, boards, firmware, wiring })
     }
@@ -202,14 +202,12 @@ impl OneWayBoard for SonicSurface {
         };
         match (self.firmware, modulation.frequency_hz > 0.0) {
             (Firmware::Open, false) => Ok(Vec::new()),
-            (Firmware::Open, true) => Err(refused("its firmware makes a continuous wave only")),
+            (Firmware::Open, true) => Err(refused("this firmware emits continuous waves only")),
             (Firmware::TactileModulation, false) => Ok(vec![MODULATION]),
             (Firmware::TactileModulation, true) => Self::divisor(modulation)
                 .map(|divisor| vec![MODULATION + divisor - 1])
                 .ok_or_else(|| {
-                    refused(
-                        "its firmware makes a triangle from 39 to 625 Hz, on for 50 % of the time",
-                    )
+                    refused("this firmware offers a triangle of 39 to 625 Hz with a duty of 50 %")
                 }),
         }
     }

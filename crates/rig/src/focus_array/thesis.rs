@@ -35,7 +35,7 @@ const TRIES_AT_START: u32 = 10;
 /// Levels of an envelope in one line.
 const LEVELS_A_LINE: usize = 256;
 
-/// Samples that are kept while nobody takes them: the oldest are given up first.
+/// Samples that wait to be read; beyond this the oldest are dropped.
 const KEPT_SAMPLES: usize = 65_536;
 
 /// How the carrier is modulated.
@@ -54,14 +54,14 @@ impl Modulation {
 
 /// An array behind the protocol of [`super::protocol`].
 ///
-/// Silent when it is opened, and told to be silent when this is dropped, on whatever way that comes about.
+/// Silenced when it is opened and when this is dropped, however that happens.
 #[derive(Debug)]
 pub struct ThesisArray<L: ByteLink> {
     wire: Wire<L>,
     identity: ArrayIdentity,
     seq: u16,
     sensed: VecDeque<Sensed>,
-    /// The modulation and the delays that it was last told.
+    /// The modulation and the delays that were sent last.
     modulate: String,
     delays: Option<String>,
 }
@@ -98,9 +98,9 @@ impl<L: ByteLink> ThesisArray<L> {
         let modulate = format!("modulate {frequency_hz} {duty_percent}");
         let sensed = VecDeque::new();
         let mut array = Self { wire, identity: unknown, seq, sensed, modulate, delays: None };
-        array.wire.attempting("silencing it before anything else");
+        array.wire.attempting("silencing the array on opening");
         array.command("off", TRIES_AT_START).await?;
-        array.wire.attempting("asking the controller what it is");
+        array.wire.attempting("identifying the controller");
         let hello = array.command("hello", TRIES).await?;
         array.identity = parse_identity(&hello)
             .ok_or_else(|| array.wire.error(Cause::Unreadable { seen: hello }))?;
@@ -137,7 +137,7 @@ impl<L: ByteLink> ThesisArray<L> {
             }
         }
         Err(self.wire.error(if garbled > 0 {
-            Cause::KeepsGarbling { times: tries }
+            Cause::RepeatedlyDamaged { times: tries }
         } else {
             Cause::Silent { waited: within * tries }
         }))
@@ -189,7 +189,7 @@ impl<L: ByteLink> FocusArray for ThesisArray<L> {
     }
 
     async fn silence(&mut self) -> Result<(), RigError> {
-        self.wire.attempting("silencing it");
+        self.wire.attempting("silencing the array");
         self.command_answered("off", TRIES_AT_SILENCE, SILENT_WITHIN).await.map(drop)
     }
 
@@ -226,7 +226,7 @@ impl<L: ByteLink> FocusArray for ThesisArray<L> {
     }
 
     async fn confirm(&mut self, emits: bool) -> Result<(), RigError> {
-        self.wire.attempting("asking whether it still does what it was told");
+        self.wire.attempting("checking that the array is still in the commanded state");
         let state = self.command("state", TRIES).await?;
         if state == if emits { "on" } else { "off" } {
             Ok(())
@@ -273,12 +273,12 @@ impl<L: ByteLink> FocusArray for ThesisArray<L> {
     }
 
     async fn is_playing(&mut self) -> Result<bool, RigError> {
-        self.wire.attempting("asking whether the display still plays");
+        self.wire.attempting("checking whether the display is playing");
         Ok(self.command("state", TRIES).await? == "playing")
     }
 
     async fn listen(&mut self, elements: &[usize], rate_hz: f64) -> Result<(), RigError> {
-        self.wire.attempting("starting to listen");
+        self.wire.attempting("starting to receive");
         let (most, asked) = (self.identity.most_sensors, elements.len());
         if asked > most {
             return Err(self.wire.error(Cause::TooManySensors { most, asked }));
@@ -291,8 +291,8 @@ impl<L: ByteLink> FocusArray for ThesisArray<L> {
         self.command(&command, TRIES).await.map(drop)
     }
 
-    async fn heard(&mut self, until: Instant) -> Result<Option<Sensed>, RigError> {
-        self.wire.attempting("listening");
+    async fn next_sample(&mut self, until: Instant) -> Result<Option<Sensed>, RigError> {
+        self.wire.attempting("receiving");
         while self.sensed.is_empty() {
             match self.wire.line(until).await? {
                 Some(line) if Sensed::is_sample(&line) => self.keep(&line),
@@ -307,7 +307,7 @@ impl<L: ByteLink> FocusArray for ThesisArray<L> {
 impl<L: ByteLink> Drop for ThesisArray<L> {
     fn drop(&mut self) {
         let line = encode(self.seq.wrapping_add(1), "off");
-        self.wire.last_words(line.as_bytes());
+        self.wire.send_without_waiting(line.as_bytes());
     }
 }
 

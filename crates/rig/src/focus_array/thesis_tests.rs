@@ -100,7 +100,7 @@ async fn bench(
     (ThesisArray::begin(wire, modulation).await, obeyed)
 }
 
-fn heard(obeyed: &Obeyed) -> Vec<String> {
+fn received(obeyed: &Obeyed) -> Vec<String> {
     obeyed.lock().expect("not poisoned").clone()
 }
 
@@ -108,7 +108,7 @@ fn heard(obeyed: &Obeyed) -> Vec<String> {
 async fn it_is_silenced_first_and_told_its_modulation() {
     let (array, obeyed) = bench(&[]).await;
     let array = array.expect("opens");
-    assert_eq!(heard(&obeyed), ["off", "hello", "modulate 200 50"]);
+    assert_eq!(received(&obeyed), ["off", "hello", "modulate 200 50"]);
     assert_eq!(array.identity().elements, 4);
 }
 
@@ -123,7 +123,7 @@ async fn delays_become_the_nearest_steps_within_a_period() {
         ElementDelay::Silent,
     ];
     array.expect("opens").set_delays(&delays).await.expect("acknowledged");
-    assert_eq!(heard(&obeyed)[3], "delays 0 1 0 -");
+    assert_eq!(received(&obeyed)[3], "delays 0 1 0 -");
 }
 
 #[tokio::test(start_paused = true)]
@@ -136,7 +136,7 @@ async fn delays_that_do_not_fit_the_array_are_not_sent() {
         let error = array.set_delays(&[ElementDelay::Seconds(bad); 4]).await.expect_err("no time");
         assert!(matches!(error.cause(), Cause::BadDelay { element: 0, .. }), "{error}");
     }
-    assert_eq!(heard(&obeyed).len(), 3);
+    assert_eq!(received(&obeyed).len(), 3);
 }
 
 #[tokio::test(start_paused = true)]
@@ -144,7 +144,7 @@ async fn damage_either_way_is_mended_by_sending_again() {
     for fault in [Fault::GarbleLine, Fault::GarbleAnswer, Fault::Silence] {
         let (array, obeyed) = bench(&[("on", fault), ("on", fault)]).await;
         array.expect("opens").emit().await.expect("acknowledged at last");
-        assert_eq!(heard(&obeyed).last().map(String::as_str), Some("on"), "{fault:?}");
+        assert_eq!(received(&obeyed).last().map(String::as_str), Some("on"), "{fault:?}");
     }
 }
 
@@ -152,7 +152,7 @@ async fn damage_either_way_is_mended_by_sending_again() {
 async fn what_never_gets_through_is_given_up() {
     let (array, _) = bench(&[("on", Fault::GarbleLine); 3]).await;
     let error = array.expect("opens").emit().await.expect_err("garbled");
-    assert!(matches!(error.cause(), Cause::KeepsGarbling { times: 3 }), "{error}");
+    assert!(matches!(error.cause(), Cause::RepeatedlyDamaged { times: 3 }), "{error}");
     let (array, _) = bench(&[("off", Fault::Silence); 10]).await;
     let error = array.expect_err("silent");
     assert!(matches!(error.cause(), Cause::Silent { .. }), "{error}");
@@ -173,7 +173,7 @@ async fn a_dropped_array_is_silenced() {
     drop(array);
     // The controller reads on until the pipe is empty.
     tokio::time::sleep(std::time::Duration::from_millis(1)).await;
-    assert_eq!(heard(&obeyed).last().map(String::as_str), Some("off"));
+    assert_eq!(received(&obeyed).last().map(String::as_str), Some("off"));
 }
 
 #[tokio::test(start_paused = true)]
@@ -189,7 +189,7 @@ async fn a_call_cancelled_in_its_middle_does_not_confuse_the_next() {
         .await;
     }
     array.silence().await.expect("acknowledged");
-    assert_eq!(heard(&obeyed)[3..], ["on", "off"]);
+    assert_eq!(received(&obeyed)[3..], ["on", "off"]);
 }
 
 #[tokio::test(start_paused = true)]
@@ -200,12 +200,14 @@ async fn a_display_is_sent_frame_by_frame_to_an_array_that_is_silent() {
     array.load(&display).await.expect("acknowledged");
     array.play(&display, 7, std::time::Duration::from_secs(2)).await.expect("acknowledged");
     assert!(array.is_playing().await.expect("acknowledged"));
-    let heard = heard(&obeyed);
+    let received = received(&obeyed);
     let frame = display.frames()[1].encode();
-    assert_eq!(heard[3], "off");
-    assert_eq!(heard[5..7], [format!("frame 1 {frame}"), format!("frame 1 {frame}")]);
-    assert!(heard[7].starts_with("envelope 0 9 9 ") && heard[9].starts_with("envelope 512 9 "));
-    assert_eq!(heard[10..], ["play 2 600 1 7 2000", "state"]);
+    assert_eq!(received[3], "off");
+    assert_eq!(received[5..7], [format!("frame 1 {frame}"), format!("frame 1 {frame}")]);
+    assert!(
+        received[7].starts_with("envelope 0 9 9 ") && received[9].starts_with("envelope 512 9 ")
+    );
+    assert_eq!(received[10..], ["play 2 600 1 7 2000", "state"]);
 }
 
 #[tokio::test(start_paused = true)]
@@ -218,7 +220,7 @@ async fn a_display_that_the_controller_cannot_hold_is_not_sent() {
     }
     let error = array.listen(&[0, 1, 2], 250.0).await.expect_err("two converters");
     assert!(matches!(error.cause(), Cause::TooManySensors { most: 2, asked: 3 }), "{error}");
-    assert_eq!(heard(&obeyed).len(), 3);
+    assert_eq!(received(&obeyed).len(), 3);
 }
 
 #[tokio::test(start_paused = true)]
@@ -227,11 +229,11 @@ async fn samples_between_answers_are_kept() {
     let mut array = array.expect("opens");
     array.listen(&[3, 0], 250.0).await.expect("acknowledged");
     array.emit().await.expect("acknowledged, with samples before the answer");
-    assert_eq!(heard(&obeyed)[3..], ["sense 250 3 0", "on"]);
+    assert_eq!(received(&obeyed)[3..], ["sense 250 3 0", "on"]);
     let soon = tokio::time::Instant::now() + std::time::Duration::from_secs(1);
     for number in 0..3 {
-        let sample = array.heard(soon).await.expect("open").expect("it came");
+        let sample = array.next_sample(soon).await.expect("open").expect("it came");
         assert_eq!((sample.number, sample.volts), (number, vec![0.25, 0.5]));
     }
-    assert_eq!(array.heard(soon).await.expect("open"), None);
+    assert_eq!(array.next_sample(soon).await.expect("open"), None);
 }

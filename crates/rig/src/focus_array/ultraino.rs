@@ -3,9 +3,9 @@
 //!
 //! A pattern is a bitmap: for each time slot of a period the bits of the board's ports. Each of its bytes goes out as
 //! two, high half first, the halves in the high four bits and the number of the board in the chain, from 1, in the low
-//! four. The byte 0 shows what was sent. A MEGA is told before how many periods the pattern lasts, and that no other follows.
+//! four. The byte 0 shows what was sent. A MEGA needs to know before that how many periods the pattern lasts, and that no other follows.
 //!
-//! **They emit from their power-up until they are told otherwise, and opening their port resets them**: the array
+//! **They emit from their power-up until they are commanded otherwise, and opening their port resets them**: the array
 //! sounds for a moment each time. They never answer; a board on USB sends some bytes back, of which 0 is the last.
 
 use std::time::Duration;
@@ -135,12 +135,12 @@ impl TryFrom<Keys> for UltrainoConfig {
         let boards = keys.boards.unwrap_or(1);
         let most = if keys.model == Model::Mega { LONGEST_CHAIN } else { 1 };
         if !(1..=most).contains(&boards) {
-            return Err(format!("1 to {most} boards of this model can be on a line, not {boards}"));
+            return Err(format!("`boards` is {boards}; this model allows 1 to {most} on a line"));
         }
         let baud = keys.baud.unwrap_or(115_200);
         if !(1..=FASTEST_BAUD).contains(&baud) {
             return Err(format!(
-                "a board takes one byte in 25 µs, so that its line has 1 to {FASTEST_BAUD} bits a second, not {baud}"
+                "`baud` is {baud}; it must be 1 to {FASTEST_BAUD}, because a board accepts one byte per 25 µs"
             ));
         }
         let starts_within_s = keys.starts_within_s.map_or(2.5, NonNegative::get);
@@ -150,8 +150,9 @@ impl TryFrom<Keys> for UltrainoConfig {
             model: keys.model,
             boards,
             expects_echo: keys.expects_echo,
-            starts_within: Duration::try_from_secs_f64(starts_within_s)
-                .map_err(|_| format!("{starts_within_s} s are too long to wait"))?,
+            starts_within: Duration::try_from_secs_f64(starts_within_s).map_err(|_| {
+                format!("`starts_within_s` is {starts_within_s}, which is too long")
+            })?,
             wiring: keys.wiring,
         })
     }
@@ -244,7 +245,7 @@ impl OneWayBoard for Ultraino {
             return Err(Cause::NoModulation {
                 asked_hz: modulation.frequency_hz,
                 asked_percent: modulation.duty_percent,
-                offers: "it makes a continuous wave only",
+                offers: "this board emits continuous waves only",
             });
         }
         Ok(Vec::new())

@@ -16,9 +16,9 @@ use fieldgap_input::Finite;
 pub struct WiringConfig {
     /// The channel of each element, in the elements' order; absent: as the board's maker numbers them.
     channels: Option<Channels>,
-    /// By how much each element sounds later than it is told, radians; it is told so much earlier. Empty: none does.
+    /// By how much each element sounds later than commanded, radians; its command is advanced by as much. Empty: none does.
     late_rad: Vec<Finite>,
-    /// Elements with their two pins exchanged; they are told half a period later.
+    /// Elements with their two pins exchanged; their commands are delayed by half a period.
     inverted: Vec<usize>,
 }
 
@@ -35,15 +35,15 @@ enum Channels {
 #[derive(Debug, thiserror::Error)]
 pub enum WiringFault {
     /// The file of channels cannot be read.
-    #[error("the channels' file {path} cannot be read: {source}")]
+    #[error("the channel file {path} cannot be read: {source}")]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
     /// The file of channels holds something else.
-    #[error("the channels' file {path} has `{word}` where a channel's number is due")]
+    #[error("the channel file {path} has `{word}` where a channel number is expected")]
     NoNumber {
         /// The file.
         path: PathBuf,
@@ -54,7 +54,7 @@ pub enum WiringFault {
     #[error("no element has a channel")]
     Empty,
     /// A channel that the board lacks.
-    #[error("element {element} is wired to channel {channel}, and the board has no such channel")]
+    #[error("element {element} is wired to channel {channel}, which the board does not have")]
     NoChannel {
         /// The element, from 0.
         element: usize,
@@ -97,7 +97,7 @@ impl WiringConfig {
         }
     }
 
-    /// The wiring on a board with these channels, in the order in which elements are on them where nothing else is said.
+    /// The wiring on a board with these channels, in the order in which elements are on them where nothing else is given.
     pub(super) fn resolve(&self, channels_of_board: &[usize]) -> Result<Wiring, WiringFault> {
         let channels = match &self.channels {
             None => channels_of_board.to_vec(),
@@ -178,7 +178,7 @@ impl Wiring {
         if delays.len() != self.elements() {
             return Err(Cause::ElementCount { has: self.elements(), given: delays.len() });
         }
-        let mut told = vec![None; channels];
+        let mut slot_of_channel = vec![None; channels];
         for (element, delay) in delays.iter().enumerate() {
             let ElementDelay::Seconds(delay_s) = *delay else { continue };
             if !(delay_s.is_finite() && delay_s >= 0.0) {
@@ -186,9 +186,9 @@ impl Wiring {
             }
             let periods = (delay_s * carrier_hz - self.late_periods[element]).rem_euclid(1.0);
             let slot = (periods * f64::from(slots)).round() as u8 % slots;
-            told[self.channels[element]] = Some(slot);
+            slot_of_channel[self.channels[element]] = Some(slot);
         }
-        Ok(told)
+        Ok(slot_of_channel)
     }
 }
 
@@ -276,8 +276,8 @@ mod tests {
             delay_s in 0.0..1e-3f64, late_rad in -7.0..7.0f64, slots in prop_oneof![Just(10u8), Just(16), Just(24), Just(32)],
         ) {
             let wiring = resolved(&format!("late_rad = [{late_rad:.15}]"), 1).expect("fits");
-            let told = wiring.slots(&[ElementDelay::Seconds(delay_s)], 40e3, slots, 1).expect("one");
-            let slot = told[0].expect("it sounds");
+            let slot_of_channel = wiring.slots(&[ElementDelay::Seconds(delay_s)], 40e3, slots, 1).expect("one");
+            let slot = slot_of_channel[0].expect("it sounds");
             prop_assert!(slot < slots);
             let sounds = f64::from(slot) / f64::from(slots) + late_rad / TAU;
             let off = (sounds - delay_s * 40e3).rem_euclid(1.0);

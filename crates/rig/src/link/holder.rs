@@ -9,11 +9,11 @@ use std::path::Path;
 pub struct Holder {
     /// Its number.
     pub pid: i32,
-    /// What it is called; empty where the system does not say.
+    /// Its name; empty where the system does not give it.
     pub program: String,
 }
 
-/// The program that has locked a port for itself, as serial libraries do, where the system (Linux) tells.
+/// The program that has locked a port for itself, as serial libraries do. Known on Linux only.
 pub fn holder_of(port: &str) -> Option<Holder> {
     let about = fs::metadata(port).ok()?;
     let locks = fs::read_to_string("/proc/locks").ok()?;

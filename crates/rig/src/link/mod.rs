@@ -1,13 +1,13 @@
 //! Bytes to and from a device: over a serial port, or over a pipe in memory.
 //!
 //! Drivers are generic over [`ByteLink`]; what they share, lines with a bounded length and reads that never wait
-//! for ever, is in [`Wire`].
+//! without a limit, is in [`Wire`].
 
+pub mod fault_injection;
 mod holder;
 pub(crate) mod replayed;
 mod serial;
 mod tcp;
-pub mod trouble;
 mod wire;
 mod wire_log;
 

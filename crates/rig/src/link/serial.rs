@@ -27,7 +27,7 @@ pub fn open_serial(
     configured: Option<&str>,
     baud: u32,
 ) -> Result<Wire<Box<dyn ByteLink>>, RigError> {
-    let attempt = "opening its port";
+    let attempt = "opening the port";
     let Some(port) = chosen.or(configured) else {
         return Err(RigError::new(Device::new(role, ""), attempt, Cause::NoPort, None));
     };

@@ -23,7 +23,7 @@ pub async fn open_tcp(role: Role, address: &str) -> Result<Wire<Box<dyn ByteLink
         let link: Box<dyn ByteLink> = Box::new(link);
         return Ok(Wire::numbered(link, device, opening));
     }
-    let failed = |cause| RigError::new(device.clone(), "reaching it", cause, None);
+    let failed = |cause| RigError::new(device.clone(), "connecting", cause, None);
     match timeout(REACHED_WITHIN, TcpStream::connect(address)).await {
         Ok(Ok(stream)) => {
             // Questions are short, and each waits for its answer.

@@ -1,4 +1,4 @@
-//! What is said to one device and heard from it.
+//! The link to one device, with what messages need: the device, the attempt, the last line received.
 
 use std::future::poll_fn;
 use std::io;
@@ -21,11 +21,11 @@ const LONGEST_LINE: usize = 4096;
 /// How long a device may keep the program from writing.
 const WRITE_WITHIN: Duration = Duration::from_secs(5);
 
-/// How much of what was heard a message shows, characters.
+/// How much of the last line a message shows, characters.
 const SHOWN: usize = 120;
 
 /// The two directions of one device's link, with what messages need to know: which device, what is being
-/// tried, what was heard last.
+/// tried, what was received last.
 ///
 /// Every method may be cancelled (its future dropped): bytes read are kept for the next call, and
 /// what is left of a line half written goes out before the next one, so that no two lines ever mix.
@@ -37,7 +37,7 @@ pub struct Wire<L> {
     log: Option<WireLog>,
     opening: u16,
     attempt: String,
-    last_heard: Option<String>,
+    last_received: Option<String>,
     incoming: Vec<u8>,
     outgoing: Vec<u8>,
 }
@@ -57,7 +57,7 @@ impl<L: ByteLink> Wire<L> {
             device,
             spare: None,
             attempt: "opening".to_owned(),
-            last_heard: None,
+            last_received: None,
             incoming: Vec::new(),
             outgoing: Vec::new(),
         }
@@ -74,7 +74,7 @@ impl<L: ByteLink> Wire<L> {
         Some(Emergency { device: self.device.clone(), bytes: bytes.into(), spare })
     }
 
-    /// A number that tells this opening from those just before it: answers to these may still be under way.
+    /// A number that distinguishes this opening from those just before it, whose answers may still arrive.
     pub fn opening(&self) -> u16 {
         self.opening
     }
@@ -84,14 +84,14 @@ impl<L: ByteLink> Wire<L> {
         &self.device
     }
 
-    /// Says what is being tried from now on, for messages: “moving to …”.
+    /// Names the present attempt, for messages: “moving to …”.
     pub fn attempting(&mut self, attempt: impl Into<String>) {
         self.attempt = attempt.into();
     }
 
-    /// A fault met in the present attempt.
+    /// A fault of the present attempt.
     pub fn error(&self, cause: Cause) -> RigError {
-        RigError::new(self.device.clone(), &self.attempt, cause, self.last_heard.clone())
+        RigError::new(self.device.clone(), &self.attempt, cause, self.last_received.clone())
     }
 
     /// Sends bytes, after whatever an earlier, cancelled call left unsent.
@@ -130,7 +130,7 @@ impl<L: ByteLink> Wire<L> {
                 let line: Vec<u8> = self.incoming.drain(..=end).collect();
                 let line = String::from_utf8_lossy(&line).trim().to_owned();
                 if !line.is_empty() {
-                    self.heard(line.as_bytes());
+                    self.note_received(line.as_bytes());
                     return Ok(Some(line));
                 }
             }
@@ -163,17 +163,17 @@ impl<L: ByteLink> Wire<L> {
         self.incoming = bytes;
     }
 
-    /// Notes what was heard, for messages.
-    pub fn heard(&mut self, bytes: &[u8]) {
+    /// Notes what was received, for messages.
+    pub fn note_received(&mut self, bytes: &[u8]) {
         let line = printable(bytes);
-        tracing::debug!(device = %self.device, heard = %line);
-        self.last_heard = Some(line);
+        tracing::debug!(device = %self.device, received = %line);
+        self.last_received = Some(line);
     }
 
     /// Sends `bytes` as far as the port takes them at once, without waiting: the last thing that can be done
-    /// where nothing can be awaited any more, as in `drop`. A serial port that was never written to before does not
+    /// where nothing can be awaited, as in `drop`. A serial port that was never written to before does not
     /// know yet that it takes bytes, and takes none.
-    pub fn last_words(&mut self, bytes: &[u8]) {
+    pub fn send_without_waiting(&mut self, bytes: &[u8]) {
         self.outgoing.extend_from_slice(bytes);
         let link = &mut self.link;
         let outgoing = &self.outgoing;
@@ -200,7 +200,7 @@ impl<L: ByteLink> Wire<L> {
             // On a pseudo-terminal this is how unplugging reads.
             Ok(Ok(0)) => Err(self.error(Cause::Disconnected)),
             Ok(Ok(count)) => {
-                self.log.iter().for_each(|log| log.heard(&buffer[..count]));
+                self.log.iter().for_each(|log| log.received(&buffer[..count]));
                 self.incoming.extend_from_slice(&buffer[..count]);
                 Ok(true)
             }
@@ -280,14 +280,14 @@ mod tests {
         let (mut wire, mut far) = pair(4);
         let cancelled = tokio::time::timeout(Duration::from_millis(1), wire.send(b"delays 1 2\n"));
         assert!(cancelled.await.is_err(), "four bytes fit and the rest must wait");
-        let heard = tokio::spawn(async move {
-            let mut heard = String::new();
-            far.read_to_string(&mut heard).await.expect("text");
-            heard
+        let received = tokio::spawn(async move {
+            let mut received = String::new();
+            far.read_to_string(&mut received).await.expect("text");
+            received
         });
         wire.send(b"off\n").await.expect("open");
         drop(wire);
-        assert_eq!(heard.await.expect("no panic"), "delays 1 2\noff\n");
+        assert_eq!(received.await.expect("no panic"), "delays 1 2\noff\n");
     }
 
     #[tokio::test(start_paused = true)]
@@ -300,10 +300,10 @@ mod tests {
     #[tokio::test]
     async fn last_words_are_sent_without_waiting() {
         let (mut wire, mut far) = pair(64);
-        wire.last_words(b"off\n");
+        wire.send_without_waiting(b"off\n");
         drop(wire);
-        let mut heard = String::new();
-        far.read_to_string(&mut heard).await.expect("text");
-        assert_eq!(heard, "off\n");
+        let mut received = String::new();
+        far.read_to_string(&mut received).await.expect("text");
+        assert_eq!(received, "off\n");
     }
 }

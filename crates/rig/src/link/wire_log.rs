@@ -1,15 +1,15 @@
-//! All that is said on the wires of a rig, kept in files: one for each device, in parts of bounded size.
+//! The traffic on the wires of a rig, kept in files: one for each device, in parts of bounded size.
 //!
 //! Each line is `<seconds> <mark> <text>`, the seconds monotonic since the program opened the rig, the marks
 //!
 //! | mark | text |
 //! |---|---|
 //! | `@` | the device was opened: its port, the calendar's time, the number of the opening |
-//! | `=` | what the program asked of the driver (a call of a driver, JSON) |
+//! | `=` | the call that the program made (a call of a driver, JSON) |
 //! | `>` | bytes sent, unprintable ones escaped |
-//! | `<` | bytes heard, the same |
-//! | `:` | what came of the call: `ok` and a value, or `error` and its words; none where it was given up |
-//! | `~` | what follows was asked in a way that is no call |
+//! | `<` | bytes received, the same |
+//! | `:` | the result of the call: `ok` and a value, or `error` and its message; none where it was cancelled |
+//! | `~` | what follows cannot be repeated by calls |
 //! | `!` | so many entries were lost, for want of room on the disk |
 
 use std::fs::{self, File, OpenOptions};
@@ -115,8 +115,8 @@ impl WireLog {
         self.entry('>', &bytes.escape_ascii().to_string());
     }
 
-    /// Bytes that were heard.
-    pub(super) fn heard(&self, bytes: &[u8]) {
+    /// Bytes that were received.
+    pub(super) fn received(&self, bytes: &[u8]) {
         self.entry('<', &bytes.escape_ascii().to_string());
     }
 

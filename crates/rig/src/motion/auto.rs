@@ -1,4 +1,4 @@
-//! A robot whose firmware is found out: by its greeting, or by what it answers.
+//! A robot whose firmware is identified by its greeting or by its answers.
 
 use std::time::Duration;
 
@@ -25,7 +25,7 @@ const QUESTIONS: &[u8] = b"\n$I\nM115\n";
 /// As before, behind a reset: after a limit GRBL answers nothing else.
 const QUESTIONS_BEHIND_A_RESET: &[u8] = b"\x18\n$I\nM115\n";
 
-/// `[motion.auto]`: where the robot is reached. Its firmware is found out, and driven with the defaults of its driver.
+/// `[motion.auto]`: where the robot is reached. Its firmware is identified and driven with the defaults of its driver.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AutoConfig {
@@ -40,7 +40,7 @@ fn default_baud() -> u32 {
     115_200
 }
 
-/// The firmwares that are told apart.
+/// The firmwares that can be distinguished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Firmware {
     Marlin,
@@ -54,8 +54,8 @@ impl AutoConfig {
         port: Option<&str>,
     ) -> Result<Box<dyn Motion>, RigError> {
         let mut wire = open_serial(Role::Robot, port, self.port.as_deref(), self.baud)?;
-        let firmware = find_out(&mut wire).await?;
-        tracing::info!(device = %wire.device(), "its firmware is of the kind {firmware:?}");
+        let firmware = identify(&mut wire).await?;
+        tracing::info!(device = %wire.device(), "identified the firmware as {firmware:?}");
         Ok(match firmware {
             Firmware::Marlin => Box::new(Marlin::begin(wire, &MarlinConfig::default()).await?),
             Firmware::Grbl => {
@@ -66,9 +66,9 @@ impl AutoConfig {
     }
 }
 
-/// Listens for a greeting, then asks. The answers that are left over do not disturb the driver, which begins anew.
-async fn find_out<L: ByteLink>(wire: &mut Wire<L>) -> Result<Firmware, RigError> {
-    wire.attempting("finding out its firmware");
+/// Listens for a greeting, then asks. Answers that come later do not disturb the driver, which starts a new session.
+async fn identify<L: ByteLink>(wire: &mut Wire<L>) -> Result<Firmware, RigError> {
+    wire.attempting("identifying the firmware");
     let until = Instant::now() + FOUND_WITHIN;
     let questions = [b"".as_slice(), QUESTIONS, QUESTIONS_BEHIND_A_RESET];
     for round in 0.. {
@@ -106,7 +106,7 @@ mod tests {
     async fn greeted_by(line: &str) -> Result<Firmware, RigError> {
         let (mut wire, mut far) = wire();
         far.write_all(line.as_bytes()).await.expect("room");
-        find_out(&mut wire).await
+        identify(&mut wire).await
     }
 
     #[tokio::test(start_paused = true)]
@@ -117,7 +117,7 @@ mod tests {
             ("\r\nGrbl 1.1h ['$' for help]\r\n", Firmware::Grbl),
             ("GrblHAL 1.1f ['$' or '$HELP' for help]\r\n", Firmware::Grbl),
         ] {
-            assert_eq!(greeted_by(line).await.expect("told"), firmware, "{line}");
+            assert_eq!(greeted_by(line).await.expect("identified"), firmware, "{line}");
         }
     }
 
@@ -138,7 +138,7 @@ mod tests {
                 far.write_all(answer.as_bytes()).await.expect("room");
                 far
             });
-            assert_eq!(find_out(&mut wire).await.expect("told"), firmware, "{answer}");
+            assert_eq!(identify(&mut wire).await.expect("identified"), firmware, "{answer}");
             drop(board.await);
         }
     }
@@ -147,12 +147,12 @@ mod tests {
     async fn a_machine_that_a_limit_silenced_is_reset_and_one_that_is_dead_given_up() {
         let (mut wire, mut far) = wire();
         let listening = tokio::spawn(async move {
-            let mut heard = Vec::new();
-            far.read_to_end(&mut heard).await.expect("bytes");
-            heard
+            let mut received = Vec::new();
+            far.read_to_end(&mut received).await.expect("bytes");
+            received
         });
         let begun = Instant::now();
-        let error = find_out(&mut wire).await.expect_err("nobody answers");
+        let error = identify(&mut wire).await.expect_err("nobody answers");
         assert!(matches!(error.cause(), Cause::Silent { .. }), "{error}");
         assert!(begun.elapsed() <= FOUND_WITHIN + LISTENS);
         drop(wire);

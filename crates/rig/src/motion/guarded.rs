@@ -65,12 +65,12 @@ impl Motion for Guarded {
         self.at = None;
         let mut reported = self.robot.move_to(target, feed).await?;
         if !reported.is_within(self.tolerance_m, target) {
-            // A digit may have been damaged on its way; a robot that stands elsewhere says so twice.
+            // A digit may have been damaged on its way; a robot at another position reports it twice.
             reported = self.robot.position().await?;
         }
         if !reported.is_within(self.tolerance_m, target) {
             let tolerance_m = self.tolerance_m;
-            let cause = Cause::Elsewhere { commanded: target, reported, tolerance_m };
+            let cause = Cause::WrongPosition { commanded: target, reported, tolerance_m };
             return Err(self.error(attempt(), cause));
         }
         self.at = Some(reported);
@@ -101,7 +101,7 @@ mod tests {
     use crate::motion::travel::{AxisBox, KeepOut};
     use fieldgap_input::Positive;
 
-    /// A robot that goes where it is told, unless `misreports` says otherwise, and notes every move.
+    /// A robot that goes where it is sent, reports `misreports` first, and records every move.
     struct Notebook {
         device: Device,
         at: RobotPosition,
@@ -193,12 +193,12 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_robot_that_stands_elsewhere_is_found_out() {
+    async fn a_robot_at_another_position_is_detected() {
         let clamped = mm(9.94, 0.0, 0.0);
         let (mut robot, _) = guarded(&[clamped, clamped]);
         robot.home().await.expect("homes");
         let error = robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect_err("elsewhere");
-        assert!(error.to_string().contains("0.060 mm off where 0.050 mm is allowed"), "{error}");
+        assert!(error.to_string().contains("0.060 mm off, where 0.050 mm is allowed"), "{error}");
         let error = robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect_err("lost");
         assert!(matches!(error.cause(), Cause::NotHomed));
     }

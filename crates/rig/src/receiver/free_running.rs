@@ -1,8 +1,8 @@
 //! The receiver that streams without being asked.
 //!
-//! It sends lines `<t_us> <value>`, with ` !` behind it where it clipped, or plain numbers, or frames, for ever, and takes no
+//! It sends lines `<t_us> <value>`, with ` !` behind it where it clipped, or plain numbers, or frames, without end, and takes no
 //! commands. A line that arrives now may have been waiting in buffers since before the robot stood still. So what has
-//! already arrived is thrown away, and of what follows, as much as `latency_ms` says may still have been under way.
+//! already arrived is discarded, and so is what follows for as long as `latency_ms`.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ use super::binary::FrameDecoder;
 use super::config::{FreeRunningConfig, Lines};
 use super::protocol::Event;
 use super::reading::{Reading, ReceiverIdentity, Tally};
-use super::recording::{Meanwhile, Recording, TimedSample};
+use super::recording::{DuringRecording, Recording, TimedSample};
 use crate::Receiver;
 use crate::config::ReceiverConfig;
 use crate::device::{Device, Role};
@@ -32,8 +32,8 @@ const DRAINED_AFTER: Duration = Duration::from_millis(50);
 /// Two lines further apart than this many periods have a damaged time between them, or a restart.
 const MOST_PERIODS: f64 = 50.0;
 
-/// Samples in a row with a time that cannot be, after which their time is believed.
-const MOST_STRANGE: u32 = 3;
+/// Samples in a row with a time that cannot be, after which their time is accepted.
+const MOST_IMPLAUSIBLE: u32 = 3;
 
 /// A receiver that streams lines without being asked.
 #[derive(Debug)]
@@ -199,8 +199,8 @@ impl<L: ByteLink> Receiver for FreeRunningReceiver<L> {
         tally.reading(gaps).ok_or_else(|| self.wire.error(Cause::NoReadings { asked: count }))
     }
 
-    /// Its clock is known by its samples alone, so both ends are as late as samples are under way.
-    async fn record(&mut self, mut meanwhile: Meanwhile<'_>) -> Result<Recording, RigError> {
+    /// Its clock is known from its samples alone, so both ends are late by the latency of the samples.
+    async fn record(&mut self, mut during: DuringRecording<'_>) -> Result<Recording, RigError> {
         self.wire.attempting("recording while the robot moves");
         if self.lines == Lines::Value {
             // A line that is lost would put all that follow in a wrong place.
@@ -213,7 +213,7 @@ impl<L: ByteLink> Receiver for FreeRunningReceiver<L> {
             tokio::select! {
                 biased;
                 sample = self.next_sample(Instant::now() + QUIET) => track.take(sample?),
-                () = &mut meanwhile => break,
+                () = &mut during => break,
             }
         }
         let (began_s, ended_s) = (track.samples[0].t_s, track.now_s());
@@ -230,14 +230,14 @@ struct Track {
     samples: Vec<TimedSample>,
     last: Sample,
     period_us: f64,
-    strange: u32,
+    implausible: u32,
 }
 
 impl Track {
     fn from(first: Sample, period_us: f64) -> Self {
         let Sample { t_us, value, clipped } = first;
         let samples = vec![TimedSample { t_s: t_us as f64 * 1e-6, value, clipped }];
-        Self { samples, last: first, period_us, strange: 0 }
+        Self { samples, last: first, period_us, implausible: 0 }
     }
 
     fn now_s(&self) -> f64 {
@@ -248,14 +248,14 @@ impl Track {
     fn take(&mut self, sample: Sample) {
         let elapsed_us = elapsed_us(self.last.t_us, sample.t_us);
         let plausible = (0.2..MOST_PERIODS).contains(&(elapsed_us / self.period_us));
-        if !plausible && self.strange < MOST_STRANGE {
-            self.strange += 1;
+        if !plausible && self.implausible < MOST_IMPLAUSIBLE {
+            self.implausible += 1;
             return;
         }
         let passed_us = if plausible { elapsed_us } else { self.period_us };
         let t_s = self.now_s() + passed_us * 1e-6;
         self.samples.push(TimedSample { t_s, value: sample.value, clipped: sample.clipped });
-        self.strange = 0;
+        self.implausible = 0;
         self.last = sample;
     }
 }

@@ -1,6 +1,6 @@
 //! An analog pin of a board with Marlin's firmware: the receiver's level on a thermistor input.
 //!
-//! `M43 P<pin>` (firmware built with `PINS_DEBUGGING`) says `Analog in = <counts>` among other words, then `ok`. A sensor that the
+//! `M43 P<pin>` (firmware built with `PINS_DEBUGGING`) answers `Analog in = <counts>` among other text, then `ok`. A sensor that the
 //! firmware reads itself is asked for otherwise (`query = "M105"`, `value_after = "T:"`). The board is on a port of its own: the
 //! robot's own board through its second serial port (`SERIAL_PORT_2` in its firmware), or another one. The robot's own port is
 //! taken by the robot.
@@ -100,7 +100,7 @@ pub struct MarlinPinReceiver<L> {
     value_after: String,
     full_scale_counts: f64,
     began: Instant,
-    /// False while an answer may be on its way that nobody waits for any more.
+    /// False while a late answer to an earlier query may still arrive.
     in_step: bool,
 }
 
@@ -108,7 +108,7 @@ impl<L: ByteLink> MarlinPinReceiver<L> {
     /// Asks for the pin until the board has started.
     ///
     /// # Errors
-    /// That nothing answers, or that the firmware does not say the pin's value.
+    /// That nothing answers, or that the firmware does not report the pin's value.
     pub async fn begin(wire: Wire<L>, config: &MarlinPinConfig) -> Result<Self, RigError> {
         let mut receiver = Self {
             wire,
@@ -124,7 +124,7 @@ impl<L: ByteLink> MarlinPinReceiver<L> {
             began: Instant::now(),
             in_step: false,
         };
-        receiver.wire.attempting("asking for the pin's value");
+        receiver.wire.attempting("reading the pin");
         let mut tries = 1;
         loop {
             match receiver.value().await {
@@ -191,7 +191,7 @@ impl<L: ByteLink> Receiver for MarlinPinReceiver<L> {
         &self.identity
     }
 
-    /// The board says no times: `settle` is this machine's, and each value is asked for after it.
+    /// The board sends no times: `settle` is measured by this machine, and each value is requested after it.
     async fn read_point(&mut self, settle: Duration, count: usize) -> Result<Reading, RigError> {
         self.wire.attempting("reading a point");
         sleep(settle).await;
@@ -224,9 +224,9 @@ mod tests {
             let mut line = String::new();
             far.get_mut().write_all(b"start\necho:Marlin 2.1.2\n").await.expect("room");
             while far.read_line(&mut line).await.is_ok_and(|count| count > 0) {
-                let said = answer.replace("{}", line.trim());
+                let answer = answer.replace("{}", line.trim());
                 line.clear();
-                if far.get_mut().write_all(said.as_bytes()).await.is_err() {
+                if far.get_mut().write_all(answer.as_bytes()).await.is_err() {
                     return;
                 }
             }
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn firmware_that_does_not_say_it_is_told_in_its_words() {
+    async fn firmware_without_the_command_is_reported_with_its_reply() {
         let unknown = "echo:Unknown command: \"{}\"\nok\n";
         let error = opened("pin = 57", unknown).await.expect_err("it is not built so");
         assert!(matches!(error.cause(), Cause::Refused { .. }));

@@ -1,7 +1,7 @@
-//! Receivers: what they say, what a reading is, and the drivers.
+//! Receivers: identity, readings, recordings, and the drivers.
 //!
 //! Settling is measured on the receiver's own clock, from its time stamps: the host's clock, its scheduler and the
-//! buffers in between have no say in which sample belongs to a point.
+//! buffers in between do not affect which sample belongs to a point.
 
 mod binary;
 mod config;
@@ -20,7 +20,7 @@ pub use config::{Encoding, FreeRunningConfig, Lines, StreamConfig};
 pub use free_running::FreeRunningReceiver;
 pub use marlin_pin::{MarlinPinConfig, MarlinPinReceiver};
 pub use reading::{Reading, ReceiverIdentity};
-pub use recording::{Meanwhile, Recording, TimedSample};
+pub use recording::{DuringRecording, Recording, TimedSample};
 pub use scpi::{RecordFault, ScpiConfig, ScpiReceiver};
 pub use stream::StreamReceiver;
 pub use text::TextDecoder;

@@ -1,6 +1,6 @@
-//! What a receiver says of itself, and what is kept of a point.
+//! A receiver's identity, and the reading of a point.
 
-/// What a receiver says of itself.
+/// Properties that a receiver states.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ReceiverIdentity {
     /// Samples a second, Hz.
@@ -9,7 +9,7 @@ pub struct ReceiverIdentity {
     pub full_scale: f64,
     /// Unit of the readings, for instance `V`.
     pub unit: String,
-    /// Whether times are of the receiver's own clock. Else they are this machine's, and tell nothing of the receiver's rate.
+    /// Whether times come from the receiver's own clock. Otherwise they come from this machine's, and do not give the receiver's rate.
     pub own_clock: bool,
 }
 

@@ -1,14 +1,14 @@
-//! What a receiver hears without a pause while something else goes on.
+//! Recordings: samples without a pause while the robot moves.
 
 use std::future::Future;
 use std::pin::Pin;
 
 use super::protocol::{Event, Sample};
 
-/// What goes on meanwhile: a move of the robot.
-pub type Meanwhile<'a> = Pin<Box<dyn Future<Output = ()> + Send + 'a>>;
+/// What runs during a recording: a move of the robot.
+pub type DuringRecording<'a> = Pin<Box<dyn Future<Output = ()> + Send + 'a>>;
 
-/// How far a sample's time may be from what its number says, in periods.
+/// How far a sample's time may be from the time that its number implies, in periods.
 const JITTER: f64 = 0.5;
 
 /// One sample and its time.
@@ -22,7 +22,7 @@ pub struct TimedSample {
     pub clipped: bool,
 }
 
-/// What a receiver heard while something went on.
+/// The samples of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     /// Its clock just before that began, s.
@@ -62,17 +62,17 @@ impl Recorder {
         }
     }
 
-    /// The recording, without the samples whose number and time tell different stories.
+    /// The recording, without the samples whose number and time contradict each other.
     pub(super) fn recording(self, ended_at_us: u64) -> Recording {
         let first = self.samples.first().map_or(0, |sample| sample.seq);
         let begins_us = |sample: &Sample| {
             let steps = sample.seq.wrapping_sub(first) as i32;
             sample.t_us as f64 - f64::from(steps) * self.period_us
         };
-        let mut told: Vec<f64> = self.samples.iter().map(begins_us).collect();
-        told.sort_by(f64::total_cmp);
+        let mut starts_us: Vec<f64> = self.samples.iter().map(begins_us).collect();
+        starts_us.sort_by(f64::total_cmp);
         // Most samples are whole, so the one in the middle is.
-        let begins = told.get(told.len() / 2).copied().unwrap_or(0.0);
+        let begins = starts_us.get(starts_us.len() / 2).copied().unwrap_or(0.0);
         let allowed_us = JITTER * self.period_us + 2.0;
         let mut samples: Vec<TimedSample> = self
             .samples

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::protocol::{Event, Sample};
 use super::reading::{Reading, Tally};
 
-/// How far the time between two samples may be from what their numbers say, as a share of it.
+/// How far the time between two samples may be from the time that their numbers imply, as a share of it.
 const JITTER: f64 = 0.5;
 
 /// Sorts the events of one run: what is older than the question, what is still settling, what counts.
@@ -19,7 +19,7 @@ pub(super) struct Run {
     received: usize,
     first: Option<Sample>,
     last: Option<Sample>,
-    /// Numbers used by the run, where the end mark told.
+    /// Numbers used by the run, where the end mark gave them.
     numbered: Option<u32>,
     tally: Tally,
 }
@@ -88,7 +88,7 @@ impl Run {
         }
     }
 
-    /// Whether number and time of two samples tell the same story.
+    /// Whether number and time of two samples agree.
     fn follows(&self, last: Sample, sample: Sample) -> bool {
         let steps = f64::from(sample.seq.wrapping_sub(last.seq));
         let expected_us = steps * self.period_us;

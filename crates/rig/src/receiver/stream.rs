@@ -9,7 +9,7 @@ use super::binary::FrameDecoder;
 use super::config::{Encoding, StreamConfig};
 use super::protocol::{Event, parse_identity, parse_time};
 use super::reading::{Reading, ReceiverIdentity};
-use super::recording::{Meanwhile, Recorder, Recording};
+use super::recording::{DuringRecording, Recorder, Recording};
 use super::run::Run;
 use super::text::TextDecoder;
 use crate::Receiver;
@@ -58,12 +58,12 @@ impl StreamConfig {
 }
 
 impl<L: ByteLink> StreamReceiver<L> {
-    /// Stops whatever the receiver is doing, asks what it is, and chooses how it sends samples.
+    /// Stops any sampling, identifies the receiver, and selects the sample format.
     ///
     /// # Errors
     /// That nothing answers, or not by this protocol.
     pub async fn begin(mut wire: Wire<L>, encoding: Encoding) -> Result<Self, RigError> {
-        wire.attempting("asking the receiver what it is");
+        wire.attempting("identifying the receiver");
         let started = Instant::now();
         let identity = loop {
             if let Some(line) = ask(&mut wire, "X\n?\n", &["receiver "], ASK_AGAIN_AFTER).await? {
@@ -74,7 +74,7 @@ impl<L: ByteLink> StreamReceiver<L> {
                 return Err(wire.error(Cause::Silent { waited: START_WITHIN }));
             }
         };
-        wire.attempting("choosing how samples are sent");
+        wire.attempting("selecting the sample format");
         let choice = match encoding {
             Encoding::Binary => "E binary\n",
             Encoding::Text => "E text\n",
@@ -90,8 +90,8 @@ impl<L: ByteLink> StreamReceiver<L> {
         Ok(Self { wire, identity, encoding, idle: false })
     }
 
-    /// Ends whatever is under way, and takes in all that was: answers to earlier questions come before the answer to this,
-    /// and one that came late would be taken for the answer to the next. False where none came.
+    /// Stops any sampling and reads all that is still to come. Answers to earlier queries come before the answer to this
+    /// one; a late answer would be taken for the answer to the next query. False where no answer came.
     async fn catch_up(&mut self) -> Result<bool, RigError> {
         let until = Instant::now() + QUIET;
         if ask(&mut self.wire, "X\nT\n", &["time "], QUIET).await?.is_none() {
@@ -122,11 +122,11 @@ impl<L: ByteLink> StreamReceiver<L> {
         Ok(time.as_deref().and_then(parse_time))
     }
 
-    /// Takes what comes while `meanwhile` runs, then stops the samples and waits for the end mark.
+    /// Takes what comes while `during` runs, then stops the samples and waits for the end mark.
     async fn collect(
         &mut self,
         asked_at_us: u64,
-        mut meanwhile: Meanwhile<'_>,
+        mut during: DuringRecording<'_>,
     ) -> Result<Recording, RigError> {
         let mut recorder = Recorder::new(asked_at_us, self.identity.rate_hz);
         let mut decoder = Decoder::new(self.encoding);
@@ -135,7 +135,7 @@ impl<L: ByteLink> StreamReceiver<L> {
             tokio::select! {
                 biased;
                 bytes = self.wire.bytes(far) => decoder.push(&bytes?),
-                () = &mut meanwhile => break,
+                () = &mut during => break,
             }
             while let Some(event) = decoder.next_event() {
                 // An end mark here is a stray one: nobody has stopped the samples yet.
@@ -158,7 +158,7 @@ impl<L: ByteLink> StreamReceiver<L> {
         Err(self.wire.error(Cause::Silent { waited: TRIES * QUIET }))
     }
 
-    /// One run of samples; `None` where nothing usable came of it.
+    /// One run of samples; `None` where it gave nothing usable.
     async fn run(&mut self, settle: Duration, count: usize) -> Result<Option<Reading>, RigError> {
         let rate_hz = self.identity.rate_hz;
         let samples = Run::samples_for(settle, count, rate_hz);
@@ -209,11 +209,11 @@ impl<L: ByteLink> Receiver for StreamReceiver<L> {
         Err(self.wire.error(Cause::NoReadings { asked: count }))
     }
 
-    async fn record(&mut self, meanwhile: Meanwhile<'_>) -> Result<Recording, RigError> {
+    async fn record(&mut self, during: DuringRecording<'_>) -> Result<Recording, RigError> {
         self.wire.attempting("recording while the robot moves");
         for _ in 0..TRIES {
             if let Some(asked_at_us) = self.begin_recording().await? {
-                return self.collect(asked_at_us, meanwhile).await;
+                return self.collect(asked_at_us, during).await;
             }
         }
         Err(self.wire.error(Cause::Silent { waited: TRIES * QUIET }))
@@ -248,7 +248,7 @@ async fn find_answer<L: ByteLink>(
         if let Some(answer) = find_line(&seen, prefixes) {
             let rest = seen.split_off(answer.end);
             wire.put_back(rest);
-            wire.heard(&seen[answer.start..]);
+            wire.note_received(&seen[answer.start..]);
             return Ok(Some(String::from_utf8_lossy(&seen[answer.start..]).trim().to_owned()));
         }
         if seen.len() > LOOKED_AT {
@@ -349,7 +349,7 @@ mod tests {
                         self.binary = false;
                         b"ok\n".to_vec()
                     }
-                    // What came in between is told all at once.
+                    // The samples taken in between are sent at once.
                     "X" if std::mem::take(&mut self.endless) => self.sample(40),
                     "X" => self.end(),
                     "S 0" => {

@@ -13,7 +13,7 @@ use serialport::TTYPort;
 use super::orders::{Order, Orders};
 use super::{BEAT, BEAT_LOST_AFTER, GOODBYE};
 
-/// How often a device is told in all where it does not answer.
+/// How often the command is sent to a device that does not answer.
 const TIMES: usize = 4;
 
 /// How often at least: a first answer may have been under way already.
@@ -34,14 +34,14 @@ const CATCH_UP: Duration = Duration::from_millis(100);
 /// Why the guard acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Lost {
-    /// The pipe closed: the program is gone.
+    /// The pipe closed: the program has ended.
     Gone,
-    /// The beat stopped: the program stands still.
+    /// The beat stopped: the program does not respond.
     Still,
 }
 
-/// Guards a rig until the program at the other end of `pipe` says goodbye; makes it safe should the program be gone, or
-/// stand still, without one.
+/// Guards a rig until the program at the other end of `pipe` says goodbye. Makes the rig safe if the program ends or stops
+/// responding without one.
 ///
 /// # Errors
 /// That the pipe brought no orders, or that the log cannot be written.
@@ -51,26 +51,26 @@ pub fn guard(pipe: impl Read + Send + 'static) -> io::Result<()> {
     let orders = orders.ok_or_else(|| {
         io::Error::new(io::ErrorKind::InvalidData, "the watchdog is started by fieldgap itself")
     })?;
-    let (tell, heard) = channel();
+    let (send, received) = channel();
     std::thread::spawn(move || {
         for line in lines.map_while(Result::ok) {
-            if tell.send(line).is_err() {
+            if send.send(line).is_err() {
                 return;
             }
         }
     });
-    match watch(&heard) {
+    match watch(&received) {
         None => Ok(()),
         Some(lost) => act(orders, lost),
     }
 }
 
 /// Listens to the beat; `None` after a goodbye.
-fn watch(heard: &Receiver<String>) -> Option<Lost> {
+fn watch(received: &Receiver<String>) -> Option<Lost> {
     loop {
-        let mut next = heard.recv_timeout(BEAT_LOST_AFTER);
+        let mut next = received.recv_timeout(BEAT_LOST_AFTER);
         if next == Err(RecvTimeoutError::Timeout) {
-            next = heard.recv_timeout(CATCH_UP);
+            next = received.recv_timeout(CATCH_UP);
         }
         match next {
             Ok(line) if line == GOODBYE => return None,
@@ -82,22 +82,23 @@ fn watch(heard: &Receiver<String>) -> Option<Lost> {
 }
 
 fn act(orders: Orders, lost: Lost) -> io::Result<()> {
-    let mut devices: Vec<Ward> = orders.devices.into_iter().map(Ward::new).collect();
+    let mut devices: Vec<GuardedDevice> =
+        orders.devices.into_iter().map(GuardedDevice::new).collect();
     let program = orders.program;
     let mut done = vec![match lost {
-        Lost::Gone => format!("the program (process {program}) is gone without a goodbye"),
+        Lost::Gone => format!("the program (process {program}) ended without closing the rig"),
         Lost::Still => format!(
-            "the program (process {program}) has not moved for {} s",
+            "the program (process {program}) has not responded for {} s",
             BEAT_LOST_AFTER.as_secs()
         ),
     }];
-    let mut told = tell_all(&mut devices);
+    let mut results = send_to_all(&mut devices);
     if lost == Lost::Still {
         // It would go on to record a field that is no longer there.
         done.push(end_program(program));
-        told.extend(tell_all(&mut devices));
+        results.extend(send_to_all(&mut devices));
     }
-    done.extend(told);
+    done.extend(results);
     // Whoever reads the log may open the ports again.
     drop(devices);
     let Some(log) = &orders.log else { return Ok(()) };
@@ -108,13 +109,15 @@ fn act(orders: Orders, lost: Lost) -> io::Result<()> {
     log.sync_all()
 }
 
-fn tell_all(devices: &mut [Ward]) -> Vec<String> {
+fn send_to_all(devices: &mut [GuardedDevice]) -> Vec<String> {
     std::thread::scope(|scope| {
-        let telling: Vec<_> =
-            devices.iter_mut().map(|device| scope.spawn(move || device.tell())).collect();
-        telling
+        let sending: Vec<_> = devices
+            .iter_mut()
+            .map(|device| scope.spawn(move || device.send_until_answered()))
+            .collect();
+        sending
             .into_iter()
-            .map(|told| told.join().unwrap_or_else(|_| "the watchdog itself failed".to_owned()))
+            .map(|result| result.join().unwrap_or_else(|_| "the watchdog itself failed".to_owned()))
             .collect()
     })
 }
@@ -125,47 +128,47 @@ fn end_program(program: u32) -> String {
         Some(pid) if std::os::unix::process::parent_id() == program => {
             kill_process(pid, Signal::KILL).map_err(|error| error.to_string())
         }
-        _ => Err("it is no longer there".to_owned()),
+        _ => Err("it is no longer running".to_owned()),
     };
     match ended {
         Ok(()) => "the program was ended".to_owned(),
-        Err(why) => format!("the program was not ended: {why}"),
+        Err(why) => format!("the program could not be ended: {why}"),
     }
 }
 
 /// A device that is guarded.
-struct Ward {
+struct GuardedDevice {
     order: Order,
     handle: File,
 }
 
-impl Ward {
+impl GuardedDevice {
     fn new(order: Order) -> Self {
-        // SAFETY: the program that started this one left this handle open for it, and says so once.
+        // SAFETY: the program that started this one left this handle open for it, and names it once.
         let handle = unsafe { OwnedFd::from_raw_fd(order.handle) };
         Self { order, handle: File::from(handle) }
     }
 
-    /// Tells the device until it answers; what came of it.
-    fn tell(&mut self) -> String {
+    /// Sends the command until the device answers; the result for the log.
+    fn send_until_answered(&mut self) -> String {
         let device = &self.order.device;
         let sent = format!("{device}: sent `{}`", self.order.bytes.escape_ascii());
         let outcome = match converse(&mut self.handle, &self.order.bytes) {
             // The handle is dead where the device was unplugged; it may be back.
             Err(lost) => self.reopened().and_then(|mut port| {
                 converse(&mut port, &self.order.bytes)
-                    .map_err(|error| format!("{lost}, and after opening it again: {error}"))
+                    .map_err(|error| format!("{lost}; after opening the port again: {error}"))
             }),
             Ok(answer) => Ok(answer),
         };
         match outcome {
             Ok(answer) if answer.is_empty() => format!("{sent}, {TIMES} times; no answer"),
             Ok(answer) => format!("{sent}; it answered `{}`", answer.trim_ascii().escape_ascii()),
-            Err(why) => format!("{device}: NOT TOLD: {why}"),
+            Err(why) => format!("{device}: NOT REACHED: {why}"),
         }
     }
 
-    /// The port opened anew, by this process alone: whoever holds it by now is not disturbed.
+    /// The port opened again, exclusively, so that a program that has opened it since is not disturbed.
     fn reopened(&self) -> Result<TTYPort, String> {
         let builder = serialport::new(&self.order.port, self.order.baud);
         TTYPort::open(&builder.timeout(PAUSE).exclusive(true)).map_err(|error| error.to_string())
@@ -178,7 +181,7 @@ fn converse(port: &mut (impl Read + Write), bytes: &[u8]) -> Result<Vec<u8>, Str
     for time in 1..=TIMES {
         answer.clear();
         send(port, bytes).map_err(|error| error.to_string())?;
-        hear(port, &mut answer).map_err(|error| error.to_string())?;
+        receive(port, &mut answer).map_err(|error| error.to_string())?;
         if !answer.is_empty() && time >= TIMES_AT_LEAST {
             break;
         }
@@ -199,7 +202,7 @@ fn send(port: &mut impl Write, mut bytes: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-fn hear(port: &mut impl Read, answer: &mut Vec<u8>) -> io::Result<()> {
+fn receive(port: &mut impl Read, answer: &mut Vec<u8>) -> io::Result<()> {
     let mut until = Instant::now() + ANSWER_WITHIN;
     let mut buffer = [0; 512];
     while Instant::now() < until && answer.len() < 4 * buffer.len() {
@@ -229,21 +232,21 @@ mod tests {
 
     #[test]
     fn a_goodbye_ends_the_watch_and_a_closed_pipe_does_not() {
-        let (tell, heard) = channel();
+        let (send, received) = channel();
         for line in [BEAT, BEAT, GOODBYE] {
-            tell.send(line.to_owned()).expect("it listens");
+            send.send(line.to_owned()).expect("it listens");
         }
-        assert_eq!(watch(&heard), None);
-        tell.send(BEAT.to_owned()).expect("it listens");
-        drop(tell);
-        assert_eq!(watch(&heard), Some(Lost::Gone));
+        assert_eq!(watch(&received), None);
+        send.send(BEAT.to_owned()).expect("it listens");
+        drop(send);
+        assert_eq!(watch(&received), Some(Lost::Gone));
     }
 
     #[test]
     fn a_beat_that_stops_is_noticed_in_time() {
-        let (_tell, heard) = channel();
+        let (_tell, received) = channel();
         let begun = Instant::now();
-        assert_eq!(watch(&heard), Some(Lost::Still));
+        assert_eq!(watch(&received), Some(Lost::Still));
         assert!(begun.elapsed() >= BEAT_LOST_AFTER);
     }
 

@@ -1,8 +1,7 @@
-//! A second process that makes the rig safe when the first is gone without a goodbye.
+//! A second process that makes the rig safe when the first one dies.
 //!
-//! A program that is killed outright silences nothing. So a rig that can hurt is guarded by a small process of its own,
-//! which holds a spare handle of the array's and the robot's port and hears a beat through a pipe. Where the pipe closes
-//! or the beat stops for [`BEAT_LOST_AFTER`], and no goodbye came, it sends each device its [`Emergency`] bytes,
+//! A program that is killed cannot silence the array. So a small second process guards the rig. It holds a spare handle
+//! of the array's and the robot's port, and receives a beat through a pipe. Where the pipe closes or the beat stops for [`BEAT_LOST_AFTER`], and no goodbye came, it sends each device its [`Emergency`] bytes,
 //! ends the program if that merely stands still (what it would go on to record is no longer true), and writes what it
 //! did to a log.
 
@@ -24,10 +23,10 @@ use orders::Orders;
 
 use super::emergency::Emergency;
 
-/// How often the guarded program says that it lives.
+/// How often the guarded program sends a beat.
 const BEAT_EVERY: Duration = Duration::from_millis(250);
 
-/// Silence after which it is taken to stand still.
+/// Time without a beat after which the program is taken for hung.
 pub const BEAT_LOST_AFTER: Duration = Duration::from_secs(2);
 
 /// How long the guard may take to go after a goodbye.
@@ -46,7 +45,7 @@ pub struct Watchdog {
 }
 
 impl Watchdog {
-    /// Starts `program`, which calls [`guard()`], for the devices that have something to be told; `None` where none has.
+    /// Starts `program`, which calls [`guard()`], for the devices that have an emergency command; `None` where none has.
     /// What the guard does is written to `log`, where there is one.
     ///
     /// # Errors
@@ -81,7 +80,7 @@ impl Watchdog {
                     }
                 }
                 tracing::error!(
-                    "the watchdog is gone: nobody silences the array should this program be killed"
+                    "the watchdog process has ended: nothing would silence the array if this program were killed"
                 );
                 None
             })?;
@@ -96,7 +95,7 @@ impl Drop for Watchdog {
         if let Some(mut pipe) = pipe
             && !std::thread::panicking()
         {
-            // If it is gone, there is nobody to take leave of.
+            // If the guard has ended, there is nobody to say goodbye to.
             let _ = writeln!(pipe, "{GOODBYE}");
         }
         let until = Instant::now() + GONE_WITHIN;

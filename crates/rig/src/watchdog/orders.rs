@@ -1,4 +1,4 @@
-//! What the guard is told at its start: one line of JSON.
+//! The guard's orders, which it gets at its start as one line of JSON.
 
 use std::os::fd::{AsFd, AsRawFd, RawFd};
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::emergency::Emergency;
 
-/// What to do when the guarded program is gone.
+/// What to do when the guarded program has ended.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Orders {
     /// The guarded process.
@@ -18,7 +18,7 @@ pub(super) struct Orders {
     pub devices: Vec<Order>,
 }
 
-/// What to tell one device.
+/// What to send to one device.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Order {
     /// Its name, for the log.

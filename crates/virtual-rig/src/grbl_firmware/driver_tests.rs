@@ -394,7 +394,7 @@ async fn motors_that_let_go_let_the_axis_fall_which_nobody_reports() {
     let config = GrblConfig { hold_motors: false, ..GrblConfig::default() };
     let robot = Grbl::begin(wire, &config, envelope(), feed()).await.expect("it opens");
     let advice = robot.advice();
-    assert!(advice[0].problem.contains("let go 25 ms after each move"), "{advice:?}");
+    assert!(advice[0].problem.contains("switch off 25 ms after each move"), "{advice:?}");
 }
 
 #[tokio::test(start_paused = true)]

@@ -1,4 +1,4 @@
-//! What the firmware says of its build, `$I`.
+//! The firmware's build, `$I`.
 
 /// The parts of `[OPT:…]` that matter here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -43,7 +43,7 @@ mod tests {
     }
 
     #[test]
-    fn a_build_that_says_nothing_gives_nothing() {
+    fn a_build_without_options_gives_none() {
         assert_eq!(info(&[]), BuildInfo::default());
         assert_eq!(info(&["[OPT:VZ]"]).receive_buffer, None);
         assert!(info(&["[OPT:VZ,15,128]"]).origin_at_switches);

@@ -8,9 +8,9 @@ use tokio::time::Instant;
 use super::advice::advice;
 use super::build_info::BuildInfo;
 use super::config::{GrblConfig, HomingCommand};
+use super::connection::{Connection, LineOutcome, homing_is_off};
 use super::error_code;
 use super::line::{Line, SOFT_RESET, SYNC};
-use super::session::{Outcome, Session, homing_is_off};
 use super::settings::Settings;
 use super::status::State;
 use crate::config::MotionConfig;
@@ -37,11 +37,11 @@ const ELSEWHERE_REPORTS: u32 = 3;
 
 /// A robot behind a GRBL firmware, 1.1 or grblHAL.
 ///
-/// It moves as told: homing, travel and keep-out boxes are looked after by
+/// It moves as commanded: homing, travel and keep-out boxes are checked by
 /// [`Guarded`](crate::motion::guarded::Guarded), through which alone a rig gives access to it.
 #[derive(Debug)]
 pub struct Grbl<L> {
-    session: Session<L>,
+    connection: Connection<L>,
     firmware: String,
     settings: Settings,
     advice: Vec<Advice>,
@@ -51,7 +51,7 @@ pub struct Grbl<L> {
     envelope: Envelope,
     feed: Feed,
     at: Option<RobotPosition>,
-    /// Whether nothing was told since the session was set up, so that homing may begin at once.
+    /// Whether nothing was commanded since the session was set up, so that homing may begin at once.
     fresh: bool,
 }
 
@@ -69,7 +69,7 @@ impl GrblConfig {
 impl<L: ByteLink> Grbl<L> {
     /// Begins a session with the firmware at the other end of `wire`. What moves is stopped.
     ///
-    /// `envelope` is held against the firmware's own soft limits, `feed` against its speeds.
+    /// `envelope` is compared with the firmware's own soft limits, `feed` with its speeds.
     ///
     /// # Errors
     /// That nothing answers, or not as GRBL does, or that its soft limits are narrower than `envelope`.
@@ -80,7 +80,7 @@ impl<L: ByteLink> Grbl<L> {
         feed: Feed,
     ) -> Result<Self, RigError> {
         let mut robot = Self {
-            session: Session::new(wire),
+            connection: Connection::new(wire),
             firmware: String::new(),
             settings: Settings::default(),
             advice: Vec::new(),
@@ -97,43 +97,43 @@ impl<L: ByteLink> Grbl<L> {
     }
 
     async fn set_up(&mut self) -> Result<(), RigError> {
-        self.session.wire.attempting("opening a session with the firmware");
-        self.session.begin().await?;
-        match self.session.state().await? {
+        self.connection.wire.attempting("opening a session with the firmware");
+        self.connection.begin().await?;
+        match self.connection.state().await? {
             State::Idle | State::Alarm => {}
-            state => return Err(self.session.paused(state)),
+            state => return Err(self.connection.paused(state)),
         }
-        let is_build = |said: &[String]| said.iter().any(|line| line.starts_with("[OPT:"));
-        let build = BuildInfo::from_lines(&self.session.ask("$I", is_build).await?);
+        let is_build = |answer: &[String]| answer.iter().any(|line| line.starts_with("[OPT:"));
+        let build = BuildInfo::from_lines(&self.connection.ask("$I", is_build).await?);
         if let Some(bytes) = build.receive_buffer {
-            self.session.set_receive_buffer(bytes);
+            self.connection.set_receive_buffer(bytes);
         }
         self.read_settings(build).await?;
         if self.hold_motors
             && let Some(idle_ms) = self.settings.motors_release_after_ms()
         {
-            self.session.ask("$1=255", |_| true).await?;
-            tracing::warn!(device = %self.session.wire.device(), "its motors let go after {idle_ms} ms; set `$1=255`, so that they hold");
+            self.connection.ask("$1=255", |_| true).await?;
+            tracing::warn!(device = %self.connection.wire.device(), "the motors switched off {idle_ms} ms after each move; `$1=255` was set, so that they hold");
             self.settings.motors_hold();
         }
-        self.firmware = self.session.name().to_owned();
+        self.firmware = self.connection.name().to_owned();
         self.advice = advice(&self.settings, self.feed);
         for Advice { problem, .. } in &self.advice {
-            tracing::debug!(device = %self.session.wire.device(), "{problem}");
+            tracing::debug!(device = %self.connection.wire.device(), "{problem}");
         }
         self.settings
             .check_travel(&self.envelope)
-            .map_err(|cause| self.session.wire.error(cause))?;
+            .map_err(|cause| self.connection.wire.error(cause))?;
         self.fresh = true;
         Ok(())
     }
 
     async fn read_settings(&mut self, build: BuildInfo) -> Result<(), RigError> {
-        let flavour = self.session.flavour();
-        let whole = |said: &[String]| Settings::from_lines(said, build, flavour).is_complete();
-        let said = self.session.ask("$$", whole).await?;
-        self.settings = Settings::from_lines(&said, build, flavour);
-        self.session.set_reports_inches(self.settings.reports_inches());
+        let flavour = self.connection.flavour();
+        let whole = |answer: &[String]| Settings::from_lines(answer, build, flavour).is_complete();
+        let answer = self.connection.ask("$$", whole).await?;
+        self.settings = Settings::from_lines(&answer, build, flavour);
+        self.connection.set_reports_inches(self.settings.reports_inches());
         Ok(())
     }
 
@@ -144,19 +144,19 @@ impl<L: ByteLink> Grbl<L> {
     async fn home_by(&mut self, command: &str, within: Duration) -> Result<(), RigError> {
         for _ in 0..MOST_REPEATS {
             let begun = Instant::now();
-            let answered = self.session.home(command, within).await?;
+            let answered = self.connection.home(command, within).await?;
             let took_its_time = answered && begun.elapsed() > SHORTEST_HOMING;
             if took_its_time || self.stands_where_homing_ends(command).await? {
                 return Ok(());
             }
             // What is left of a damaged command goes with it.
-            self.session.begin().await?;
+            self.connection.begin().await?;
         }
-        Err(self.session.wire.error(Cause::KeepsGarbling { times: MOST_REPEATS }))
+        Err(self.connection.wire.error(Cause::RepeatedlyDamaged { times: MOST_REPEATS }))
     }
 
     async fn stands_where_homing_ends(&mut self, command: &str) -> Result<bool, RigError> {
-        let seen = self.session.status().await?;
+        let seen = self.connection.status().await?;
         let axes = match command {
             "$HX" => 0..1,
             "$HY" => 1..2,
@@ -169,7 +169,7 @@ impl<L: ByteLink> Grbl<L> {
             && axes.into_iter().all(|axis| (at_mm[axis] - home_mm[axis]).abs() <= tolerance_mm))
     }
 
-    /// Waits until the machine stands still and says where: at `target`, or several times elsewhere.
+    /// Waits until the machine stands still and returns its position: at `target`, or several times elsewhere.
     ///
     /// Called after the dwell was answered. The report is asked for behind it, so it is of the time after the move.
     async fn stand_still(
@@ -179,17 +179,17 @@ impl<L: ByteLink> Grbl<L> {
     ) -> Result<RobotPosition, RigError> {
         let mut elsewhere = 0;
         loop {
-            let seen = self.session.status().await?;
+            let seen = self.connection.status().await?;
             match seen.state {
                 State::Idle if self.is_at(seen.at, target) => return Ok(seen.at),
                 State::Idle if elsewhere == ELSEWHERE_REPORTS => return Ok(seen.at),
                 State::Idle => elsewhere += 1,
                 State::Run | State::Jog | State::Home => elsewhere = 0,
-                State::Alarm => return Err(self.session.alarm_state()),
-                state => return Err(self.session.paused(state)),
+                State::Alarm => return Err(self.connection.alarm_state()),
+                state => return Err(self.connection.paused(state)),
             }
             if Instant::now() >= deadline {
-                return Err(self.session.wire.error(Cause::StillMoving));
+                return Err(self.connection.wire.error(Cause::StillMoving));
             }
         }
     }
@@ -219,7 +219,7 @@ impl<L: ByteLink> Grbl<L> {
 #[async_trait]
 impl<L: ByteLink> Motion for Grbl<L> {
     fn device(&self) -> &Device {
-        self.session.wire.device()
+        self.connection.wire.device()
     }
 
     fn firmware(&self) -> &str {
@@ -232,7 +232,7 @@ impl<L: ByteLink> Motion for Grbl<L> {
 
     /// Acts at once wherever it stands, and ends any motion; the position is lost.
     fn emergency(&self) -> Option<Emergency> {
-        self.session.wire.emergency(SOFT_RESET)
+        self.connection.wire.emergency(SOFT_RESET)
     }
 
     async fn home(&mut self) -> Result<RobotPosition, RigError> {
@@ -242,20 +242,20 @@ impl<L: ByteLink> Motion for Grbl<L> {
             self.set_up().await?;
         }
         self.fresh = false;
-        self.session.wire.attempting("homing");
+        self.connection.wire.attempting("homing");
         if !self.settings.homing_enabled() {
-            return Err(self.session.wire.error(homing_is_off()));
+            return Err(self.connection.wire.error(homing_is_off()));
         }
         let within =
             self.settings.homing_within().unwrap_or(self.home_within).min(self.home_within);
         for command in self.home.clone() {
             self.home_by(command.as_str(), within).await?;
         }
-        let seen = self.session.status().await?;
+        let seen = self.connection.status().await?;
         match seen.state {
             State::Idle => {}
-            State::Alarm => return Err(self.session.alarm_state()),
-            state => return Err(self.session.paused(state)),
+            State::Alarm => return Err(self.connection.alarm_state()),
+            state => return Err(self.connection.paused(state)),
         }
         self.at = Some(seen.at);
         Ok(seen.at)
@@ -266,22 +266,22 @@ impl<L: ByteLink> Motion for Grbl<L> {
         target: RobotPosition,
         feed: Feed,
     ) -> Result<RobotPosition, RigError> {
-        self.session.wire.attempting(format!("moving to {target}"));
+        self.connection.wire.attempting(format!("moving to {target}"));
         let within = self.longest_for(target, feed);
         let start = self.at.take();
         let lines = [Line::straight_to(target, feed), Line::new(SYNC)]
             .into_iter()
             .collect::<Result<Vec<_>, _>>()
-            .map_err(|cause| self.session.wire.error(cause))?;
+            .map_err(|cause| self.connection.wire.error(cause))?;
         for _ in 0..MOST_REPEATS {
             let deadline = Instant::now() + within;
-            match self.session.run(&lines, within).await? {
-                Outcome::Taken => {}
-                Outcome::Unanswered => self.session.begin().await?,
-                Outcome::Refused(code) if error_code::may_be_damage(code) => {
-                    self.session.clear_error().await?;
+            match self.connection.run(&lines, within).await? {
+                LineOutcome::Taken => {}
+                LineOutcome::Unanswered => self.connection.begin().await?,
+                LineOutcome::Refused(code) if error_code::may_be_damage(code) => {
+                    self.connection.clear_error().await?;
                 }
-                Outcome::Refused(code) => return Err(self.session.refused(code)),
+                LineOutcome::Refused(code) => return Err(self.connection.refused(code)),
             }
             let at = self.stand_still(target, deadline).await?;
             // Not executed, or ended in its middle, as where the firmware's steps ran out: what is left is on the way
@@ -292,18 +292,18 @@ impl<L: ByteLink> Motion for Grbl<L> {
                 return Ok(at);
             }
         }
-        Err(self.session.wire.error(Cause::KeepsGarbling { times: MOST_REPEATS }))
+        Err(self.connection.wire.error(Cause::RepeatedlyDamaged { times: MOST_REPEATS }))
     }
 
     async fn position(&mut self) -> Result<RobotPosition, RigError> {
-        self.session.wire.attempting("asking for the position");
-        Ok(self.session.status().await?.at)
+        self.connection.wire.attempting("reading the position");
+        Ok(self.connection.status().await?.at)
     }
 
     async fn stop(&mut self) -> Result<(), RigError> {
         self.at = None;
         self.fresh = false;
-        self.session.wire.attempting("stopping");
-        self.session.stop(STOPPED_WITHIN).await
+        self.connection.wire.attempting("stopping");
+        self.connection.stop(STOPPED_WITHIN).await
     }
 }

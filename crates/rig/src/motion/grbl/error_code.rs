@@ -23,16 +23,16 @@ pub(super) fn meaning(code: u32) -> &'static str {
         15 => "the jog leaves its travel",
         20 => "no such command",
         22 => "no feed is set",
-        23 => "a code that must be a whole number is none",
-        24 | 25 => "words that exclude each other",
-        26..=38 => "words that do not make a move",
+        23 => "a code that must be an integer is not",
+        24 | 25 => "conflicting words",
+        26..=38 => "words that do not form a valid move",
         79 => "only a reset helps: a critical alarm",
         _ => "see the firmware's list of errors",
     }
 }
 
 /// Whether the same line, sent again, may be taken: damage on its way can make any of the parser's errors, and none
-/// that tells of the machine's state.
+/// that concerns the machine's state.
 pub(super) fn may_be_damage(code: u32) -> bool {
     !matches!(code, HOMING_OFF | 7 | NOT_IDLE | LOCKED | 10 | 12..=19 | 45..=47 | 79)
 }

@@ -44,7 +44,7 @@ impl Line {
         Ok(Self(format!("{text}\n")))
     }
 
-    /// A straight move in the machine's coordinates. It says all that it means, so that what was told before does
+    /// A straight move in the machine's coordinates. It states everything, so that earlier commands do
     /// not matter and it may be sent again.
     ///
     /// # Errors

@@ -2,10 +2,10 @@
 //!
 //! What the driver builds on, as observed on GRBL 1.1h and grblHAL and read in their users' bug reports:
 //!
-//! - A receive buffer that overruns loses bytes and says nothing, and what is left may be a valid line. So lines are
-//!   counted against the buffer's true size, which `$I` tells (`window.rs`).
+//! - A receive buffer that overruns loses bytes without an error, and the rest may be a valid line. So lines are
+//!   counted against the buffer's true size, which `$I` reports (`window.rs`).
 //! - There are no line numbers and no checksums. What a damaged line made of a move shows in where the robot then is;
-//!   what a lost one made of it, in that the robot did not move. Each move says all that it means (units,
+//!   what a lost one made of it, in that the robot did not move. Each move states everything (units,
 //!   absolute, machine coordinates, feed), so that it may be sent again.
 //! - Steps that run out end a move in its middle, and the state is `Idle` (seen on a loaded machine). What is left of
 //!   the same straight path is gone then.
@@ -26,11 +26,11 @@ mod advice;
 mod alarm;
 mod build_info;
 mod config;
+mod connection;
 mod driver;
 mod error_code;
 mod line;
 mod reply;
-mod session;
 mod settings;
 mod status;
 mod window;

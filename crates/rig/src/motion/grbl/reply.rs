@@ -1,4 +1,4 @@
-//! What the firmware says, line by line.
+//! The firmware's replies, line by line.
 
 use super::status::Status;
 
@@ -68,14 +68,14 @@ fn greeting(line: &str) -> Option<Flavour> {
     }
 }
 
-/// Whether the line is one that GRBL says and Marlin never does.
+/// Whether the line is one that GRBL sends and Marlin never does.
 pub(in crate::motion) fn is_grbl(line: &str) -> bool {
     let is_version = line.starts_with("[VER:") || line.starts_with("FIRMWARE_NAME:grbl");
     is_version
         || matches!(Reply::parse(line), Reply::Greeting(_) | Reply::Error(_) | Reply::Alarm(_))
 }
 
-/// Whether the line is one that Marlin says and GRBL never does.
+/// Whether the line is one that Marlin sends and GRBL never does.
 pub(in crate::motion) fn is_marlin(line: &str) -> bool {
     line == "start"
         || ["echo:", "Marlin ", "FIRMWARE_NAME:"].iter().any(|begin| line.starts_with(begin))

@@ -8,16 +8,16 @@ use super::reply::{Flavour, Reply};
 use crate::error::Cause;
 use crate::motion::travel::Envelope;
 
-/// At this value of `$1` the motors never let go.
+/// At this value of `$1` the motors never switch off.
 const HOLDS_FOR_EVER: f64 = 255.0;
 
 /// Two positions that differ by less are the same for soft limits, mm.
 const EDGE_MM: f64 = 0.0005;
 
-/// Homing takes longer than its sums say: axes accelerate, switches are let settle.
+/// Homing takes longer than computed from speeds: axes accelerate, switches settle.
 const HOMING_SLACK: f64 = 1.5;
 
-/// What the settings say, and what follows from them.
+/// The settings, and what follows from them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Settings {
     values: BTreeMap<u32, f64>,
@@ -65,7 +65,7 @@ impl Settings {
         self.flag(22)
     }
 
-    /// Whether targets are held against the travel.
+    /// Whether targets are checked against the travel.
     pub(super) fn soft_limits(&self) -> bool {
         self.flag(20)
     }
@@ -85,7 +85,7 @@ impl Settings {
         self.values.insert(1, HOLDS_FOR_EVER);
     }
 
-    /// How long after a move the motors let go, ms, if they do.
+    /// How long after a move the motors switch off, ms, if they do.
     pub(super) fn motors_release_after_ms(&self) -> Option<f64> {
         Some(self.value(1)).filter(|&idle_ms| idle_ms < HOLDS_FOR_EVER)
     }
@@ -138,7 +138,7 @@ impl Settings {
         })
     }
 
-    /// Holds the rig file's travel against the firmware's soft limits.
+    /// Compares the rig file's travel with the firmware's soft limits.
     ///
     /// # Errors
     /// [`Cause::Setting`] with the first axis that the firmware would not let go as far.
@@ -154,7 +154,7 @@ impl Settings {
                 return Err(Cause::Setting {
                     name: format!("${number}={}", self.value(number as u32)),
                     problem: format!(
-                        "its soft limits let {name} go from {low_mm:.2} to {high_mm:.2} mm (machine coordinates), \
+                        "the soft limits allow {name} from {low_mm:.2} to {high_mm:.2} mm (machine coordinates), \
                          the rig file from {least_mm:.2} to {largest_mm:.2} mm"
                     ),
                 });
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dump_says_what_matters_for_a_scan() {
+    fn the_settings_that_matter_for_a_scan_are_read() {
         let settings = stock();
         assert!(settings.is_complete() && settings.homing_enabled() && settings.soft_limits());
         assert!(!settings.hard_limits() && !settings.reports_inches());
@@ -227,7 +227,7 @@ mod tests {
         let below = envelope([-300.0, -300.0, -250.0], [0.0, -1.0, -2.0]);
         assert!(stock().check_travel(&below).is_ok());
         let cause = stock().check_travel(&envelope([0.0; 3], [300.0; 3])).expect_err("above zero");
-        assert!(cause.to_string().contains("let x go from -300.00 to 0.00 mm"), "{cause}");
+        assert!(cause.to_string().contains("allow x from -300.00 to 0.00 mm"), "{cause}");
         let without = settings(("$20=1", "$20=0"), false, Flavour::Grbl);
         assert!(
             without.check_travel(&envelope([0.0; 3], [300.0; 3])).is_ok(),

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-/// The usable bytes of the smallest buffer in use, before the firmware has told its own.
+/// The usable bytes of the smallest buffer in use, before the firmware has stated its own.
 const SMALLEST: usize = 127;
 
 /// Lines sent and not yet answered, counted in characters.

@@ -5,7 +5,7 @@ use std::time::Duration;
 use async_trait::async_trait;
 
 use super::config::{HomeLine, MarlinConfig};
-use super::session::Session;
+use super::connection::Connection;
 use crate::config::MotionConfig;
 use crate::device::Device;
 use crate::error::RigError;
@@ -25,10 +25,10 @@ const MOVE_SLACK: Slack = Slack { factor: 20.0, extra: Duration::from_secs(60) }
 /// Stops whatever moves, unnumbered and behind a line that may have been broken off.
 const STOP: &[u8] = b"\nM410\n";
 
-/// Idle motors would let go after two minutes in most builds.
+/// Idle motors would switch off after two minutes in most builds.
 const KEEP_MOTORS_ON: &str = "M84 S0";
 
-/// Said once at the start; builds without one of them do without.
+/// Sent once at the start. A build may lack some of these commands.
 ///
 /// Motors stay on (an overnight scan must not lose its position), the firmware says that it is busy, lengths are
 /// millimetres, coordinates absolute.
@@ -36,11 +36,11 @@ const SETTINGS: [&str; 4] = [KEEP_MOTORS_ON, "M113 S2", "G21", "G90"];
 
 /// A robot behind a Marlin firmware.
 ///
-/// It moves as told: homing, travel and keep-out boxes are looked after by
+/// It moves as commanded: homing, travel and keep-out boxes are checked by
 /// [`Guarded`](crate::motion::guarded::Guarded), through which alone a rig gives access to it.
 #[derive(Debug)]
 pub struct Marlin<L: ByteLink> {
-    session: Session<L>,
+    connection: Connection<L>,
     firmware: String,
     home: Vec<HomeLine>,
     home_within: Duration,
@@ -66,7 +66,7 @@ impl<L: ByteLink> Marlin<L> {
     /// That nothing answers, or not as Marlin does.
     pub async fn begin(wire: Wire<L>, config: &MarlinConfig) -> Result<Self, RigError> {
         let mut robot = Self {
-            session: Session::new(wire),
+            connection: Connection::new(wire),
             firmware: String::new(),
             home: config.firmware.home.clone(),
             home_within: config.firmware.home_within(),
@@ -78,26 +78,26 @@ impl<L: ByteLink> Marlin<L> {
     }
 
     async fn set_up(&mut self) -> Result<(), RigError> {
-        self.session.line.wire.attempting("opening a session with the firmware");
-        self.session.begin().await?;
-        let answer = self.session.command("M115", TAKEN_WITHIN).await?;
+        self.connection.line.wire.attempting("opening a session with the firmware");
+        self.connection.begin().await?;
+        let answer = self.connection.command("M115", TAKEN_WITHIN).await?;
         self.firmware = firmware_name(&answer.lines);
         self.advice.clear();
         if answer.lines.iter().any(|line| line == "Cap:EMERGENCY_PARSER:0") {
             self.advice.push(Advice {
-                problem: "its build has no emergency parser: a stop waits for the end of the move under way".to_owned(),
-                remedy: "build the firmware with EMERGENCY_PARSER, and keep a hand near the switch until then",
+                problem: "this firmware build has no emergency parser: a stop takes effect only after the current move".to_owned(),
+                remedy: "build the firmware with EMERGENCY_PARSER; until then keep the power switch within reach",
             });
         }
         for setting in SETTINGS {
-            let Some(reply) = self.session.command(setting, TAKEN_WITHIN).await?.unknown else {
+            let Some(reply) = self.connection.command(setting, TAKEN_WITHIN).await?.unknown else {
                 continue;
             };
-            tracing::debug!(device = %self.session.line.wire.device(), "does without {setting}: {reply}");
+            tracing::debug!(device = %self.connection.line.wire.device(), "firmware does not know {setting}: {reply}");
             if setting == KEEP_MOTORS_ON {
                 self.advice.push(Advice {
-                    problem: "its motors let go when they are idle, and it does not know `M84 S0`".to_owned(),
-                    remedy: "build the firmware so that its steppers stay on: an axis that sags in a pause loses its place",
+                    problem: "the motors switch off when idle, and the firmware does not know `M84 S0`".to_owned(),
+                    remedy: "build the firmware so that the motors stay on: an axis that sags during a pause loses its position",
                 });
             }
         }
@@ -106,8 +106,8 @@ impl<L: ByteLink> Marlin<L> {
 
     /// Waits until the robot stands still and asks where.
     async fn arrive(&mut self, within: Duration) -> Result<RobotPosition, RigError> {
-        self.session.required("M400", within).await?;
-        let position = self.session.position(within).await?;
+        self.connection.required("M400", within).await?;
+        let position = self.connection.position(within).await?;
         self.at = Some(position);
         Ok(position)
     }
@@ -120,7 +120,7 @@ impl<L: ByteLink> Marlin<L> {
 #[async_trait]
 impl<L: ByteLink> Motion for Marlin<L> {
     fn device(&self) -> &Device {
-        self.session.line.wire.device()
+        self.connection.line.wire.device()
     }
 
     fn firmware(&self) -> &str {
@@ -133,12 +133,12 @@ impl<L: ByteLink> Motion for Marlin<L> {
 
     async fn home(&mut self) -> Result<RobotPosition, RigError> {
         self.at = None;
-        if !self.session.in_step() {
+        if !self.connection.in_step() {
             self.set_up().await?;
         }
-        self.session.line.wire.attempting("homing");
+        self.connection.line.wire.attempting("homing");
         for line in self.home.clone() {
-            self.session.required(line.as_str(), self.home_within).await?;
+            self.connection.required(line.as_str(), self.home_within).await?;
         }
         self.arrive(self.home_within).await
     }
@@ -148,40 +148,40 @@ impl<L: ByteLink> Motion for Marlin<L> {
         target: RobotPosition,
         feed: Feed,
     ) -> Result<RobotPosition, RigError> {
-        self.session.line.wire.attempting(format!("moving to {target}"));
+        self.connection.line.wire.attempting(format!("moving to {target}"));
         let within = self.longest_for(target, feed);
         self.at = None;
         let [x, y, z] = target.axes_mm();
         let g1 = format!("G1 X{x:.3} Y{y:.3} Z{z:.3} F{:.1}", feed.mm_min());
-        self.session.required(&g1, TAKEN_WITHIN).await?;
+        self.connection.required(&g1, TAKEN_WITHIN).await?;
         self.arrive(within).await
     }
 
     async fn position(&mut self) -> Result<RobotPosition, RigError> {
-        self.session.line.wire.attempting("asking for the position");
-        self.session.position(TAKEN_WITHIN).await
+        self.connection.line.wire.attempting("reading the position");
+        self.connection.position(TAKEN_WITHIN).await
     }
 
     async fn stop(&mut self) -> Result<(), RigError> {
         self.at = None;
-        self.session.line.wire.attempting("stopping");
-        self.session.quick_stop(STOPPED_WITHIN).await
+        self.connection.line.wire.attempting("stopping");
+        self.connection.quick_stop(STOPPED_WITHIN).await
     }
 
     fn emergency(&self) -> Option<Emergency> {
-        self.session.line.wire.emergency(STOP)
+        self.connection.line.wire.emergency(STOP)
     }
 }
 
 impl<L: ByteLink> Drop for Marlin<L> {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            self.session.line.wire.last_words(STOP);
+            self.connection.line.wire.send_without_waiting(STOP);
         }
     }
 }
 
-/// The name in `FIRMWARE_NAME:Marlin 2.1.2.1 (…) SOURCE_CODE_URL:… …`, or what was said at all.
+/// The name in `FIRMWARE_NAME:Marlin 2.1.2.1 (…) SOURCE_CODE_URL:… …`, or the first line of the answer.
 fn firmware_name(lines: &[String]) -> String {
     let Some(named) = lines.iter().find_map(|line| line.strip_prefix("FIRMWARE_NAME:")) else {
         return lines.first().cloned().unwrap_or_else(|| "unnamed firmware".to_owned());

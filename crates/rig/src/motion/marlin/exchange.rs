@@ -32,7 +32,7 @@ const EMPTY_OK_WITHIN: Duration = Duration::from_millis(250);
 const MOST_PROBES: u32 = 3;
 
 /// Marks taken and not echoed before any ever was, after which a build is known not to echo them.
-const MARKS_UNSAID: u32 = 2;
+const MARKS_NOT_ECHOED: u32 = 2;
 
 /// Reports that may be lost in one exchange.
 const MOST_LOST_REPORTS: u32 = 5;
@@ -87,7 +87,7 @@ struct Exchange<'a, L> {
     probes: u32,
     resends: u32,
     lost_reports: u32,
-    marks_unsaid: u32,
+    marks_not_echoed: u32,
 }
 
 /// Sends a command and reads answers until `proof` has come.
@@ -117,12 +117,12 @@ pub(super) async fn exchange<L: ByteLink>(
         probes: 0,
         resends: 0,
         lost_reports: 0,
-        marks_unsaid: 0,
+        marks_not_echoed: 0,
     };
     loop {
         let until = exchange.deadline.min(exchange.quiet_until());
         let flow = match exchange.line.wire.line(until).await? {
-            Some(heard) => exchange.take_line(&heard).await?,
+            Some(received) => exchange.take_line(&received).await?,
             None => exchange.take_silence().await?,
         };
         if flow.is_break() {
@@ -151,11 +151,11 @@ impl<L: ByteLink> Exchange<'_, L> {
             // The proof came, and only an `ok` was lost.
             self.answer.in_doubt = true;
             return DONE;
-        } else if self.line.says_marks.is_none() && self.marks_unsaid >= MARKS_UNSAID {
-            self.line.says_marks = Some(false);
+        } else if self.line.echoes_marks.is_none() && self.marks_not_echoed >= MARKS_NOT_ECHOED {
+            self.line.echoes_marks = Some(false);
             return DONE;
         } else if Instant::now() >= self.deadline
-            || (self.probes == MOST_PROBES && self.line.says_busy)
+            || (self.probes == MOST_PROBES && self.line.reports_busy)
         {
             return Err(self.error(Cause::Silent { waited: self.within }));
         } else if self.probes < MOST_PROBES {
@@ -169,36 +169,36 @@ impl<L: ByteLink> Exchange<'_, L> {
         GO_ON
     }
 
-    async fn take_line(&mut self, heard: &str) -> Flow {
-        for reply in Reply::all(heard) {
+    async fn take_line(&mut self, received: &str) -> Flow {
+        for reply in Reply::all(received) {
             if reply != Reply::Other {
                 // Notes and temperatures come on their own, and show nothing about the line under way.
                 self.silent_since = Instant::now();
             }
-            if self.take_reply(reply, heard).await?.is_break() {
+            if self.take_reply(reply, received).await?.is_break() {
                 return DONE;
             }
         }
         GO_ON
     }
 
-    async fn take_reply(&mut self, reply: Reply, heard: &str) -> Flow {
-        let words = || heard.to_owned();
+    async fn take_reply(&mut self, reply: Reply, received: &str) -> Flow {
+        let words = || received.to_owned();
         match reply {
             Reply::Ok { line } => return self.take_ok(line).await,
             Reply::Resend(number) => self.take_resend(number)?,
             Reply::Position(position) => self.take_position(position),
             Reply::Mark(mark) if mark == self.line.mark => {
-                self.line.says_marks = Some(true);
+                self.line.echoes_marks = Some(true);
                 self.marked = self.marked.map(|_| true);
             }
             // Late, from an earlier silence.
             Reply::Mark(_) => {}
-            Reply::UnknownCommand if heard.contains("M114") => {
-                self.take_unknown_query(heard).await?
+            Reply::UnknownCommand if received.contains("M114") => {
+                self.take_unknown_query(received).await?
             }
             Reply::UnknownCommand => self.answer.unknown = Some(words()),
-            Reply::Busy => self.line.says_busy = true,
+            Reply::Busy => self.line.reports_busy = true,
             Reply::Started => return Err(self.error(Cause::Reset)),
             Reply::Halted => return Err(self.error(Cause::Halted { reply: words() })),
             Reply::EndstopHit => return Err(self.error(Cause::EndstopHit { reply: words() })),
@@ -222,14 +222,14 @@ impl<L: ByteLink> Exchange<'_, L> {
             // The query was obeyed and its report lost. Any report from now on answers the query sent now.
             self.lost_reports += 1;
             if self.lost_reports > MOST_LOST_REPORTS {
-                return Err(self.error(Cause::KeepsGarbling { times: self.lost_reports }));
+                return Err(self.error(Cause::RepeatedlyDamaged { times: self.lost_reports }));
             }
             self.marked = None;
             self.send_new(self.line.position_query).await?;
         } else if self.proof != Proof::Report && self.marked != Some(false) {
             return DONE;
         } else {
-            self.marks_unsaid += 1;
+            self.marks_not_echoed += 1;
         }
         GO_ON
     }
@@ -237,7 +237,7 @@ impl<L: ByteLink> Exchange<'_, L> {
     fn take_resend(&mut self, number: u32) -> Result<(), RigError> {
         self.resends += 1;
         if self.resends > MOST_RESENDS {
-            return Err(self.error(Cause::KeepsGarbling { times: self.resends }));
+            return Err(self.error(Cause::RepeatedlyDamaged { times: self.resends }));
         }
         // One line too far: noise was taken for a line after the last. The last was taken, and its `ok` is due.
         if number != self.last + 1 {
@@ -251,15 +251,15 @@ impl<L: ByteLink> Exchange<'_, L> {
     fn take_position(&mut self, position: RobotPosition) {
         if self.proof == Proof::Report && self.current == self.last {
             self.answer.position = Some(position);
-        } else if self.line.says_marks == Some(false) {
+        } else if self.line.echoes_marks == Some(false) {
             self.marked = self.marked.map(|_| true);
         }
     }
 
     /// The query in its plain form takes the place of the one refused.
-    async fn take_unknown_query(&mut self, heard: &str) -> Result<(), RigError> {
+    async fn take_unknown_query(&mut self, received: &str) -> Result<(), RigError> {
         if self.line.position_query == "M114" {
-            return Err(self.error(Cause::Refused { reply: heard.to_owned() }));
+            return Err(self.error(Cause::Refused { reply: received.to_owned() }));
         }
         self.line.position_query = "M114";
         self.send_new("M114").await

@@ -5,22 +5,22 @@
 //! - A line is numbered and carries a checksum (`line.rs`). A damaged or missing one is answered `Resend: n` and an
 //!   `ok` that acknowledges nothing, which some builds omit.
 //! - A repeat of either of the last two accepted numbers is dropped **without** an `ok`. So after silence nothing is
-//!   sent again: a numbered mark to be said back tells whether the line before it was taken (`exchange.rs`).
+//!   sent again: a numbered mark, which the firmware echoes, shows whether the line before it was taken (`exchange.rs`).
 //! - `ok` means planned, not arrived. Arrived means that `M400` came back, and the proof of that is a position report
 //!   asked for behind it: commands are executed in order.
-//! - One command is under way at a time: a firmware whose receive buffer overruns loses lines and says nothing.
+//! - One command is under way at a time: a firmware whose receive buffer overruns loses lines without an error.
 //! - `start` in mid-session is a reset: the position is gone. `kill()` is the end until the power is cycled.
 //! - `M410` stops quickly and loses the position. Without the emergency parser it waits behind the queue, and some builds
 //!   that name it among their capabilities do not have it on their port: a stop counts when a mark behind it came. `M112`
 //!   is not sent: it halts the firmware until the power is cycled, and belongs to the button on the machine.
 
 mod config;
+mod connection;
 mod driver;
 mod exchange;
 mod line;
 mod numbered_line;
 mod reply;
-mod session;
 #[cfg(test)]
 mod tests;
 

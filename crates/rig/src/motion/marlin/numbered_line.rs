@@ -17,12 +17,12 @@ pub(super) struct NumberedLine<L> {
     next: u32,
     sent: VecDeque<(u32, String)>,
     /// Whether this build has reported that it is busy, so that its silence means something.
-    pub(super) says_busy: bool,
+    pub(super) reports_busy: bool,
     pub(super) position_query: &'static str,
     /// The last mark; no two are alike.
     pub(super) mark: u32,
     /// Whether this build echoes marks; not known before the first exchange.
-    pub(super) says_marks: Option<bool>,
+    pub(super) echoes_marks: Option<bool>,
 }
 
 impl<L: ByteLink> NumberedLine<L> {
@@ -31,11 +31,11 @@ impl<L: ByteLink> NumberedLine<L> {
             wire,
             next: 1,
             sent: VecDeque::new(),
-            says_busy: false,
+            reports_busy: false,
             // The true position in builds that have it; the others ignore the letter.
             position_query: "M114 R",
             mark: 0,
-            says_marks: None,
+            echoes_marks: None,
         }
     }
 
@@ -48,7 +48,7 @@ impl<L: ByteLink> NumberedLine<L> {
     /// A command whose answer shows that all before it was executed: a mark not used before in this session, or a position
     /// query where the build does not echo marks.
     pub(super) fn probe(&mut self) -> String {
-        if self.says_marks == Some(false) {
+        if self.echoes_marks == Some(false) {
             return self.position_query.to_owned();
         }
         self.mark = self.mark.wrapping_add(1);
@@ -72,7 +72,7 @@ impl<L: ByteLink> NumberedLine<L> {
         let line = self.sent.iter().find(|(sent, _)| *sent == number).map(|(_, line)| line.clone());
         match line {
             Some(line) => self.wire.send(line.as_bytes()).await,
-            None => Err(self.wire.error(Cause::OutOfStep { wanted: number })),
+            None => Err(self.wire.error(Cause::LineNotKept { wanted: number })),
         }
     }
 
@@ -82,7 +82,7 @@ impl<L: ByteLink> NumberedLine<L> {
             return Ok(());
         }
         // A firmware that restarted counts from the beginning, even if its `start` was lost.
-        let cause = if wanted <= 1 { Cause::Reset } else { Cause::OutOfStep { wanted } };
+        let cause = if wanted <= 1 { Cause::Reset } else { Cause::LineNotKept { wanted } };
         Err(self.wire.error(cause))
     }
 }

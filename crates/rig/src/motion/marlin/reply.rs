@@ -1,4 +1,4 @@
-//! What the firmware says, line by line.
+//! The firmware's replies, line by line.
 
 use crate::space::RobotPosition;
 
@@ -8,7 +8,7 @@ pub(super) const MARK: &str = "fieldgap-";
 /// One line from the firmware.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Reply {
-    /// A line was taken. Builds with `ADVANCED_OK` say which.
+    /// A line was taken. Builds with `ADVANCED_OK` name it.
     Ok { line: Option<u32> },
     /// The line with this number is wanted (again).
     Resend(u32),
@@ -22,9 +22,9 @@ pub(super) enum Reply {
     EndstopHit,
     /// The command does not exist in this build.
     UnknownCommand,
-    /// A mark is said back.
+    /// A mark is echoed.
     Mark(u32),
-    /// Where the firmware says the robot is.
+    /// The position that the firmware reports.
     Position(RobotPosition),
     /// A line was damaged, skipped or unnumbered; a `Resend` follows.
     TransmissionError,
@@ -98,7 +98,7 @@ fn parse_mark(line: &str) -> Option<u32> {
 
 /// `X:10.00 Y:20.00 Z:5.00 E:0.00 Count X:800 Y:1600 Z:2000`, millimetres; builds differ in their spaces.
 ///
-/// What follows `Count` is the same target in motor steps and says nothing more.
+/// What follows `Count` is the same target in motor steps and adds nothing.
 fn parse_position(line: &str) -> Option<RobotPosition> {
     if !line.starts_with("X:") {
         return None;

@@ -25,9 +25,9 @@ enum Fault {
     GarbleLine,
     /// The line is obeyed and its `ok` lost.
     LoseOk,
-    /// The line is obeyed and all that is said to it is lost.
+    /// The line is obeyed and its whole answer is lost.
     LoseAnswer,
-    /// All that is said to it arrives damaged.
+    /// The whole answer arrives damaged.
     GarbleAnswer,
     /// The firmware does nothing for so many seconds, then goes on.
     Freeze(u64),
@@ -79,7 +79,7 @@ const MOVE_TAKES: Duration = Duration::from_secs(7);
 
 impl Firmware {
     async fn run(mut self) {
-        self.say("start").await;
+        self.send_line("start").await;
         let mut line = String::new();
         loop {
             let received = tokio::select! {
@@ -88,7 +88,7 @@ impl Firmware {
                     _ => return,
                 },
                 () = sleep(Duration::from_secs(1)), if self.build.chatters => {
-                    self.say("wait").await;
+                    self.send_line("wait").await;
                     continue;
                 }
             };
@@ -98,7 +98,7 @@ impl Firmware {
         }
     }
 
-    async fn say(&mut self, line: &str) {
+    async fn send_line(&mut self, line: &str) {
         // The driver may be gone already, at the end of a test.
         let _ = self.link.get_mut().write_all(format!("{line}\n").as_bytes()).await;
     }
@@ -124,11 +124,11 @@ impl Firmware {
             Some(Fault::NoiseBefore) => self.ask_again("checksum mismatch").await,
             Some(Fault::Reset) => {
                 self.last_number = 0;
-                return self.say("start").await;
+                return self.send_line("start").await;
             }
             Some(Fault::Kill) => {
                 self.halted = true;
-                return self.say("Error:Printer halted. kill() called!").await;
+                return self.send_line("Error:Printer halted. kill() called!").await;
             }
             _ => {}
         }
@@ -148,10 +148,10 @@ impl Firmware {
     }
 
     async fn ask_again(&mut self, why: &str) {
-        self.say(&format!("Error:{why}, Last Line: {}", self.last_number)).await;
-        self.say(&format!("Resend: {}", self.last_number + 1)).await;
+        self.send_line(&format!("Error:{why}, Last Line: {}", self.last_number)).await;
+        self.send_line(&format!("Resend: {}", self.last_number + 1)).await;
         if !self.build.omits_empty_ok {
-            self.say("ok").await;
+            self.send_line("ok").await;
         }
     }
 
@@ -213,7 +213,7 @@ impl Firmware {
             _ => {}
         }
         for line in says {
-            self.say(&line).await;
+            self.send_line(&line).await;
         }
     }
 
@@ -222,7 +222,7 @@ impl Firmware {
         while let Some(arrival) = arrival.filter(|arrival| *arrival > Instant::now()) {
             sleep_until(arrival.min(Instant::now() + Duration::from_secs(2))).await;
             if !self.build.never_says_busy && Instant::now() < arrival {
-                self.say("echo:busy: processing").await;
+                self.send_line("echo:busy: processing").await;
             }
         }
     }
@@ -264,7 +264,7 @@ impl Bench {
         let target = RobotPosition::from_axes_mm([x_mm, 2.0, 3.0]);
         let reached = self.robot.move_to(target, feed).await?;
         let arrival = self.done.lock().expect("not poisoned").arrival.expect("a move was sent");
-        // A late report of an earlier place is not believed either: the guard above every driver refuses it.
+        // A late report of an earlier place is not accepted either: the guard above every driver refuses it.
         assert!(
             Instant::now() >= arrival || reached != target,
             "returned before the robot stood still"
@@ -310,12 +310,12 @@ async fn a_session_opens_with_the_motors_kept_on_and_nothing_moved() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_a_build_lacks_is_told() {
+async fn missing_features_of_a_build_are_reported() {
     let build = Build { knows_no_m84: true, ..Build::default() };
     let bench = Bench::new(build, &[]).await.expect("opens");
     let problems: Vec<_> = bench.robot.advice().iter().map(|a| a.problem.as_str()).collect();
     assert!(
-        matches!(&problems[..], [a, b] if a.contains("emergency") && b.contains("let go")),
+        matches!(&problems[..], [a, b] if a.contains("emergency") && b.contains("switch off")),
         "{problems:?}"
     );
 }
@@ -406,7 +406,7 @@ async fn a_line_that_never_comes_through_is_given_up() {
         bench.robot.home().await.expect("homes");
         let begun = Instant::now();
         let error = bench.go(10.0).await.expect_err("a storm of resends");
-        assert!(matches!(error.cause(), Cause::KeepsGarbling { .. }), "{error}");
+        assert!(matches!(error.cause(), Cause::RepeatedlyDamaged { .. }), "{error}");
         assert!(bench.moves().is_empty() && begun.elapsed() < Duration::from_secs(10));
     }
 }
@@ -456,7 +456,7 @@ async fn a_cancelled_move_leaves_a_session_that_can_stop_and_home() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
 
-    /// Whatever is lost or damaged, no move is obeyed twice, out of order, or believed before its end; and
+    /// Whatever is lost or damaged, no move is obeyed twice, out of order, or reported as done before its end; and
     /// the only way out is an error.
     #[test]
     fn no_sequence_of_faults_makes_a_wrong_move(

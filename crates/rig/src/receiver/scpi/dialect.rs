@@ -1,8 +1,8 @@
-//! What makers of oscilloscopes have each their own words for: how one record is taken, and what its bytes mean.
+//! The commands that differ between makers of oscilloscopes: how one record is taken, and how its bytes are scaled.
 
 use serde::Deserialize;
 
-/// Whose words.
+/// Whose command set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Preset {
@@ -31,13 +31,13 @@ pub(super) struct Commands {
     force: Option<String>,
     /// Asks for the record's samples.
     data: Option<String>,
-    /// Asks for the ten numbers that say what the samples mean.
+    /// Queries the ten numbers that scale the samples.
     preamble: Option<String>,
     /// Asks for the oldest error.
     error: Option<String>,
 }
 
-/// The words for one channel of one instrument.
+/// The commands for one channel of one instrument.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Dialect {
     pub(super) setup: Vec<String>,
@@ -94,7 +94,7 @@ pub(super) struct Scale {
 const SIGLENT_STEPS_A_DIVISION: f64 = 25.0;
 
 impl Dialect {
-    /// The words of a preset for a channel, with those that go before them.
+    /// The commands of a preset for a channel; `own` replaces some of them.
     pub(super) fn new(preset: Preset, channel: u8, own: &Commands) -> Self {
         let mut dialect = Self::of(preset);
         let Commands { setup, arm, state, taken, force, data, preamble, error } = own.clone();

@@ -15,7 +15,7 @@ const FEWEST_SAMPLES_A_CYCLE: f64 = 2.5;
 pub enum RecordFault {
     /// Too short.
     #[error(
-        "its record of {:.1} µs holds {cycles:.1} cycles of the carrier, and {FEWEST_CYCLES} are needed",
+        "the record of {:.1} µs holds {cycles:.1} cycles of the carrier; at least {FEWEST_CYCLES} are needed",
         span_s * 1e6
     )]
     TooShort {
@@ -26,7 +26,7 @@ pub enum RecordFault {
     },
     /// Too coarse.
     #[error(
-        "it has {samples_a_cycle:.1} samples in a cycle of the carrier, and {FEWEST_SAMPLES_A_CYCLE} are needed"
+        "the record has {samples_a_cycle:.1} samples per cycle of the carrier; at least {FEWEST_SAMPLES_A_CYCLE} are needed"
     )]
     TooCoarse {
         /// Samples in one cycle.
@@ -132,7 +132,7 @@ mod tests {
         let short = lock_in(&[0.0; 100], 0.5e-6, 40e3).expect_err("two cycles");
         assert_eq!(
             short.to_string(),
-            "its record of 50.0 µs holds 2.0 cycles of the carrier, and 3 are needed"
+            "the record of 50.0 µs holds 2.0 cycles of the carrier; at least 3 are needed"
         );
         let coarse = lock_in(&[0.0; 100], 12.5e-6, 40e3).expect_err("two samples a cycle");
         assert!(matches!(coarse, RecordFault::TooCoarse { .. }));

@@ -31,7 +31,7 @@ const MOST_ERRORS: usize = 30;
 /// Pause between two questions whether a record was taken.
 const ASK_AGAIN: Duration = Duration::from_millis(5);
 
-/// `[receiver.scpi]`: where the instrument is reached, and whose words it understands.
+/// `[receiver.scpi]`: where the instrument is reached, and which command set it uses.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScpiConfig {
@@ -42,7 +42,7 @@ pub struct ScpiConfig {
     /// Speed of the serial port, bits a second.
     #[serde(default = "default_baud")]
     baud: u32,
-    /// Whose words.
+    /// The command set.
     #[serde(default)]
     dialect: Preset,
     /// The channel that the receiver hangs on.
@@ -57,7 +57,7 @@ pub struct ScpiConfig {
     /// How long one answer, or one record, may take, s.
     #[serde(default = "five_seconds")]
     answer_within_s: Positive,
-    /// Words that go before the dialect's.
+    /// Commands that replace those of the dialect.
     #[serde(default)]
     commands: Commands,
 }
@@ -117,7 +117,7 @@ pub struct ScpiReceiver<L> {
     carrier_hz: f64,
     within: Duration,
     began: Instant,
-    /// False while an answer may be on its way that nobody waits for any more.
+    /// False while a late answer to an earlier query may still arrive.
     in_step: bool,
 }
 
@@ -154,18 +154,18 @@ impl<L: ByteLink> ScpiReceiver<L> {
             began: Instant::now(),
             in_step: false,
         };
-        receiver.wire.attempting("asking the instrument what it is");
+        receiver.wire.attempting("identifying the instrument");
         receiver.drain().await?;
         receiver.name = receiver.ask("*IDN?").await?;
         receiver.in_step = true;
         tracing::info!(instrument = %receiver.name);
-        receiver.say("*CLS").await?;
+        receiver.send("*CLS").await?;
         for command in receiver.dialect.setup.clone() {
-            receiver.wire.attempting(format!("setting it up by `{command}`"));
-            receiver.say(&command).await?;
+            receiver.wire.attempting(format!("setting up the instrument with `{command}`"));
+            receiver.send(&command).await?;
             receiver.refuse_errors().await?;
         }
-        receiver.wire.attempting("taking a first record");
+        receiver.wire.attempting("taking the first record");
         let started = Instant::now();
         let shot = receiver.shot().await?;
         receiver.refuse_errors().await?;
@@ -174,25 +174,25 @@ impl<L: ByteLink> ScpiReceiver<L> {
         Ok(receiver)
     }
 
-    async fn say(&mut self, command: &str) -> Result<(), RigError> {
+    async fn send(&mut self, command: &str) -> Result<(), RigError> {
         self.wire.send(format!("{command}\n").as_bytes()).await
     }
 
-    /// The answer to a question; where none comes, what the instrument says is wrong.
+    /// The answer to a query; without one, the error that the instrument reports.
     async fn ask(&mut self, question: &str) -> Result<String, RigError> {
-        self.say(question).await?;
+        self.send(question).await?;
         match self.wire.line(Instant::now() + self.within).await? {
             Some(line) => Ok(line),
             None => Err(self.complaint().await),
         }
     }
 
-    /// Why an answer did not come: the instrument's own words, or else its silence.
+    /// Why an answer did not come: the error that the instrument reports, or else its silence.
     async fn complaint(&mut self) -> RigError {
         self.in_step = false;
         let silent = self.wire.error(Cause::Silent { waited: self.within });
         let question = self.dialect.error.clone();
-        if self.say(&question).await.is_err() {
+        if self.send(&question).await.is_err() {
             return silent;
         }
         match self.wire.line(Instant::now() + self.within.min(Duration::from_secs(1))).await {
@@ -241,7 +241,7 @@ impl<L: ByteLink> ScpiReceiver<L> {
                 return Ok(());
             }
         }
-        let seen = "answers to other questions than were asked".to_owned();
+        let seen = "answers that belong to earlier queries".to_owned();
         Err(self.wire.error(Cause::Unreadable { seen }))
     }
 
@@ -250,13 +250,13 @@ impl<L: ByteLink> ScpiReceiver<L> {
         self.get_in_step().await?;
         self.in_step = false;
         for command in self.dialect.arm.clone() {
-            self.say(&command).await?;
+            self.send(&command).await?;
         }
         self.wait_until_taken().await?;
         let taken_s = self.began.elapsed().as_secs_f64();
         let scale = self.scale().await?;
         let question = self.dialect.data.clone();
-        self.say(&question).await?;
+        self.send(&question).await?;
         let samples = self.block().await?;
         self.in_step = true;
         let code = self.dialect.code;
@@ -278,15 +278,15 @@ impl<L: ByteLink> ScpiReceiver<L> {
         loop {
             let state = self.ask(&question).await?;
             // Some repeat the question before the answer.
-            let said = state.split_ascii_whitespace().last().unwrap_or_default();
-            if self.dialect.taken.iter().any(|taken| taken.eq_ignore_ascii_case(said)) {
+            let answer = state.split_ascii_whitespace().last().unwrap_or_default();
+            if self.dialect.taken.iter().any(|taken| taken.eq_ignore_ascii_case(answer)) {
                 return Ok(());
             }
             if Instant::now() >= until {
                 return Err(self.complaint().await);
             }
             if !force.is_empty() {
-                self.say(&force).await?;
+                self.send(&force).await?;
             }
             sleep(ASK_AGAIN).await;
         }
@@ -337,7 +337,7 @@ impl<L: ByteLink> ScpiReceiver<L> {
     }
 }
 
-/// Whether an answer to the question for errors says that there is none: its first number is zero.
+/// Whether the answer to an error query reports no error: its first number is zero.
 fn is_no_error(reply: &str) -> bool {
     let code = reply.split(',').next().unwrap_or_default().split_ascii_whitespace().last();
     code.is_some_and(|code| code.parse::<f64>() == Ok(0.0))

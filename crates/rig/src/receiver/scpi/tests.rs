@@ -13,13 +13,13 @@ enum Fault {
     None,
     /// It does not know a command.
     Unknown(&'static str),
-    /// It never says that a record was taken.
+    /// It never reports that a record was taken.
     NeverTriggers,
-    /// It says nothing to a question any more once so many records were read.
+    /// It answers no query once so many records were read.
     MuteAfter(u32),
     /// Its block is none.
     NoBlock,
-    /// A block that is shorter than it says.
+    /// A block that is shorter than its header states.
     ShortBlock,
     /// Its block has no stated length.
     Indefinite,
@@ -76,7 +76,7 @@ impl Instrument {
                 self.armed = true;
                 None
             }
-            // Nothing triggers by itself in silence.
+            // Without a signal nothing triggers.
             ":TFOR" | "FRTR" if self.fault != Fault::NeverTriggers => {
                 self.armed = false;
                 None
@@ -175,9 +175,9 @@ async fn what_the_instrument_refuses_is_told_in_its_words() {
     let error =
         opened(Fault::Unknown(":TIM:MAIN:SCAL fast"), keys).await.expect_err("it is refused");
     assert!(matches!(error.cause(), Cause::Refused { .. }));
-    let said = error.to_string();
+    let text = error.to_string();
     for words in ["receiver on memory", ":TIM:MAIN:SCAL fast", "-113,\"Undefined header\""] {
-        assert!(said.contains(words), "{said}");
+        assert!(text.contains(words), "{text}");
     }
     // A question that is not known is not answered either: the instrument's word goes before its silence.
     let error = opened(Fault::Unknown(":WAV:PRE?"), "").await.expect_err("no scale");

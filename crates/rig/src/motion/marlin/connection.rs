@@ -28,15 +28,15 @@ const STOP_AGAIN_AFTER: Duration = Duration::from_millis(150);
 
 /// The numbered conversation with one firmware.
 #[derive(Debug)]
-pub(super) struct Session<L> {
+pub(super) struct Connection<L> {
     pub(super) line: NumberedLine<L>,
     /// False from the start of an exchange until its good end, so a cancelled one leaves it false.
     in_step: bool,
-    /// Whether something was lost or cut short since a mark was last heard, so that answers to it may still come.
+    /// Whether something was lost or cut short since the last mark came, so that answers to it may still come.
     in_doubt: bool,
 }
 
-impl<L: ByteLink> Session<L> {
+impl<L: ByteLink> Connection<L> {
     pub(super) fn new(wire: Wire<L>) -> Self {
         Self { line: NumberedLine::new(wire), in_step: false, in_doubt: true }
     }
@@ -62,7 +62,7 @@ impl<L: ByteLink> Session<L> {
                     return Err(self
                         .line
                         .wire
-                        .error(Cause::OtherFirmware { named: "Marlin", heard: line }));
+                        .error(Cause::OtherFirmware { named: "Marlin", received: line }));
                 }
                 match Reply::parse(&line) {
                     Reply::Ok { .. } => {
@@ -88,7 +88,7 @@ impl<L: ByteLink> Session<L> {
         self.exchange(command, Proof::Ok, within).await
     }
 
-    /// As [`Session::command`], for one that every build must know.
+    /// As [`Connection::command`], for one that every build must know.
     pub(super) async fn required(
         &mut self,
         command: &str,
@@ -123,7 +123,7 @@ impl<L: ByteLink> Session<L> {
             while let Some(line) = self.line.wire.line(again).await? {
                 match Reply::parse(&line) {
                     Reply::Mark(mark) if mark == self.line.mark => return Ok(()),
-                    Reply::Position(_) if self.line.says_marks == Some(false) => return Ok(()),
+                    Reply::Position(_) if self.line.echoes_marks == Some(false) => return Ok(()),
                     // A firmware that restarted or halted has stopped its motors too.
                     Reply::Started | Reply::Halted => return Ok(()),
                     _ => {}
@@ -135,11 +135,11 @@ impl<L: ByteLink> Session<L> {
 
     /// Makes sure that no answer to what was asked before is still on its way.
     async fn settle(&mut self, within: Duration) -> Result<(), RigError> {
-        if self.line.says_marks != Some(false) {
+        if self.line.echoes_marks != Some(false) {
             let mark = self.line.probe();
             self.exchange(&mark, Proof::Mark, within).await?;
         }
-        if self.line.says_marks == Some(false) {
+        if self.line.echoes_marks == Some(false) {
             let mut silent_since = Instant::now();
             while let Some(line) = self.line.wire.line(silent_since + QUIET).await? {
                 match Reply::parse(&line) {

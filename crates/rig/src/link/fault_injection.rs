@@ -1,7 +1,7 @@
-//! Trouble on a link, on purpose: lines that are lost, damaged, doubled, late, and worse, at given rates and from a seed.
+//! Fault injection on a link: bytes are lost, damaged, repeated or delayed at given rates, drawn from a seed.
 //!
-//! A fate is drawn for each piece, a line or at most 64 bytes of what does not come in lines. The same seed and the
-//! same bytes give the same trouble.
+//! Each piece is drawn for separately: a line, or at most 64 bytes of what does not come in lines. The same seed and the
+//! same bytes give the same faults.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -24,18 +24,18 @@ const LATE: Duration = Duration::from_millis(400);
 /// How long a link that stalls passes nothing: longer than drivers wait before they ask again.
 const STALLED: Duration = Duration::from_secs(8);
 
-/// What passes at once through a link with trouble, bytes.
+/// Bytes that a link with faults holds at once.
 const CAPACITY: usize = 4096;
 
-/// How often what happens to a piece, as shares of all pieces.
+/// The share of all pieces that meets each fault.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct TroubleRates {
+pub struct FaultRates {
     /// The piece is lost.
     pub lose: Share,
-    /// One bit of it is another.
+    /// One bit of it is inverted.
     pub flip: Share,
-    /// Several of its bytes are others, its end among them.
+    /// Several of its bytes are replaced, its end among them.
     pub garble: Share,
     /// It comes twice.
     pub double: Share,
@@ -63,8 +63,8 @@ impl TryFrom<f64> for Share {
     }
 }
 
-impl TroubleRates {
-    /// Each of the damages that a line can do at the same rate, restarts and cuts a hundred times less often.
+impl FaultRates {
+    /// Frequent faults at the same rate; stalls, restarts and cuts a hundred times less often.
     ///
     /// # Errors
     /// A rate beyond 0 to 1.
@@ -88,9 +88,9 @@ impl TroubleRates {
     }
 }
 
-/// What comes of a piece.
+/// What is done with a piece.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Outcome {
+pub enum Delivery {
     /// Bytes pass.
     Pass(Vec<u8>),
     /// Nothing passes for so long.
@@ -101,88 +101,88 @@ pub enum Outcome {
     Cut,
 }
 
-/// The trouble of one direction of a link.
+/// Injects faults into one direction of a link.
 #[derive(Debug)]
-pub struct Trouble {
-    rates: TroubleRates,
+pub struct FaultInjector {
+    rates: FaultRates,
     draws: ChaCha8Rng,
     pieces: u64,
 }
 
-impl Trouble {
-    /// Trouble at these rates. `direction` parts the chances of links that share a seed.
-    pub fn new(rates: TroubleRates, seed: u64, direction: u64) -> Self {
+impl FaultInjector {
+    /// Faults at these rates. `direction` gives links that share a seed independent draws.
+    pub fn new(rates: FaultRates, seed: u64, direction: u64) -> Self {
         let mut draws = ChaCha8Rng::seed_from_u64(seed);
         draws.set_stream(direction);
         Self { rates, draws, pieces: 0 }
     }
 
-    /// How many pieces came by.
+    /// How many pieces have passed.
     pub fn pieces(&self) -> u64 {
         self.pieces
     }
 
-    /// What comes of some bytes, in order.
-    pub fn meet(&mut self, bytes: &[u8]) -> VecDeque<Outcome> {
+    /// What is done with some bytes, in order.
+    pub fn apply(&mut self, bytes: &[u8]) -> VecDeque<Delivery> {
         if self.rates.is_none() {
-            return VecDeque::from([Outcome::Pass(bytes.to_vec())]);
+            return VecDeque::from([Delivery::Pass(bytes.to_vec())]);
         }
-        let mut outcomes = VecDeque::new();
+        let mut deliveries = VecDeque::new();
         let pieces = bytes.split_inclusive(|&byte| byte == b'\n');
         for piece in pieces.flat_map(|line| line.chunks(PIECE)) {
             self.pieces += 1;
-            self.decide(piece, &mut outcomes);
+            self.decide(piece, &mut deliveries);
         }
-        outcomes
+        deliveries
     }
 
-    fn decide(&mut self, piece: &[u8], outcomes: &mut VecDeque<Outcome>) {
+    fn decide(&mut self, piece: &[u8], deliveries: &mut VecDeque<Delivery>) {
         let mut drawn: f64 = self.draws.random();
-        let mut falls = |share: Share| {
-            let falls = drawn < share.0;
+        let mut drawn_is = |share: Share| {
+            let drawn_is = drawn < share.0;
             drawn -= share.0;
-            falls
+            drawn_is
         };
         let rates = self.rates;
-        let pass = |bytes: &[u8]| Outcome::Pass(bytes.to_vec());
-        if falls(rates.lose) {
-        } else if falls(rates.flip) {
+        let pass = |bytes: &[u8]| Delivery::Pass(bytes.to_vec());
+        if drawn_is(rates.lose) {
+        } else if drawn_is(rates.flip) {
             let mut damaged = piece.to_vec();
             let at = self.draws.random_range(0..damaged.len());
             damaged[at] ^= 1 << self.draws.random_range(0..8);
-            outcomes.push_back(Outcome::Pass(damaged));
-        } else if falls(rates.garble) {
+            deliveries.push_back(Delivery::Pass(damaged));
+        } else if drawn_is(rates.garble) {
             let mut damaged = piece.to_vec();
             let from = self.draws.random_range(0..damaged.len());
             damaged[from..].iter_mut().for_each(|byte| *byte = self.draws.random());
-            outcomes.push_back(Outcome::Pass(damaged));
-        } else if falls(rates.double) {
-            outcomes.extend([pass(piece), pass(piece)]);
-        } else if falls(rates.delay) {
+            deliveries.push_back(Delivery::Pass(damaged));
+        } else if drawn_is(rates.double) {
+            deliveries.extend([pass(piece), pass(piece)]);
+        } else if drawn_is(rates.delay) {
             let late = LATE.mul_f64(self.draws.random());
-            outcomes.extend([Outcome::Wait(late), pass(piece)]);
-        } else if falls(rates.stall) {
-            outcomes.extend([Outcome::Wait(STALLED), pass(piece)]);
-        } else if falls(rates.wrong_ok) {
-            outcomes.extend([pass(b"ok\n"), pass(piece)]);
-        } else if falls(rates.reset) {
-            outcomes.extend([pass(piece), Outcome::Reset]);
-        } else if falls(rates.disconnect) {
-            outcomes.push_back(Outcome::Cut);
+            deliveries.extend([Delivery::Wait(late), pass(piece)]);
+        } else if drawn_is(rates.stall) {
+            deliveries.extend([Delivery::Wait(STALLED), pass(piece)]);
+        } else if drawn_is(rates.wrong_ok) {
+            deliveries.extend([pass(b"ok\n"), pass(piece)]);
+        } else if drawn_is(rates.reset) {
+            deliveries.extend([pass(piece), Delivery::Reset]);
+        } else if drawn_is(rates.disconnect) {
+            deliveries.push_back(Delivery::Cut);
         } else {
-            outcomes.push_back(pass(piece));
+            deliveries.push_back(pass(piece));
         }
     }
 }
 
-/// A link through which `link` is reached with trouble. A restart, which is the device's own, does not happen on it.
+/// A link through which `link` is reached with injector. A restart, which is the device's own, does not happen on it.
 ///
 /// Must be called within a Tokio runtime.
-pub fn troubled(link: impl ByteLink, rates: TroubleRates, seed: u64) -> DuplexStream {
+pub fn with_faults(link: impl ByteLink, rates: FaultRates, seed: u64) -> DuplexStream {
     let (near, far) = duplex(CAPACITY);
     let (from_host, to_host) = split(far);
     let (from_device, to_device) = split(link);
-    let [down, up] = [0, 1].map(|direction| Trouble::new(rates, seed, direction));
+    let [down, up] = [0, 1].map(|direction| FaultInjector::new(rates, seed, direction));
     tokio::spawn(async move {
         // Where one direction is cut, both are.
         tokio::select! {
@@ -196,20 +196,20 @@ pub fn troubled(link: impl ByteLink, rates: TroubleRates, seed: u64) -> DuplexSt
 async fn pass_on(
     mut from: ReadHalf<impl ByteLink>,
     mut to: WriteHalf<impl ByteLink>,
-    mut trouble: Trouble,
+    mut injector: FaultInjector,
 ) {
     let mut buffer = [0; 512];
     while let Ok(count @ 1..) = from.read(&mut buffer).await {
-        for outcome in trouble.meet(&buffer[..count]) {
-            match outcome {
-                Outcome::Pass(bytes) => {
+        for delivery in injector.apply(&buffer[..count]) {
+            match delivery {
+                Delivery::Pass(bytes) => {
                     if to.write_all(&bytes).await.is_err() {
                         return;
                     }
                 }
-                Outcome::Wait(time) => sleep(time).await,
-                Outcome::Reset => {}
-                Outcome::Cut => return,
+                Delivery::Wait(time) => sleep(time).await,
+                Delivery::Reset => {}
+                Delivery::Cut => return,
             }
         }
     }
@@ -221,66 +221,66 @@ mod tests {
 
     const LINE: &[u8] = b"N7 G1 X1.000*99\n";
 
-    /// The outcomes of so many lines under one rate.
-    fn outcomes(rates: TroubleRates, lines: usize) -> Vec<Vec<Outcome>> {
-        let mut trouble = Trouble::new(rates, 1, 0);
-        (0..lines).map(|_| trouble.meet(LINE).into()).collect()
+    /// What is done with so many lines at these rates.
+    fn deliveries(rates: FaultRates, lines: usize) -> Vec<Vec<Delivery>> {
+        let mut injector = FaultInjector::new(rates, 1, 0);
+        (0..lines).map(|_| injector.apply(LINE).into()).collect()
     }
 
     #[test]
     fn without_rates_all_passes_as_it_is() {
-        assert_eq!(outcomes(TroubleRates::default(), 1), [[Outcome::Pass(LINE.to_vec())]]);
+        assert_eq!(deliveries(FaultRates::default(), 1), [[Delivery::Pass(LINE.to_vec())]]);
     }
 
     #[test]
-    fn each_trouble_comes_at_its_rate_and_the_same_seed_gives_the_same() {
-        let rates = TroubleRates::even(0.02).expect("a rate");
-        let (one, other) = (outcomes(rates, 50_000), outcomes(rates, 50_000));
+    fn each_fault_comes_at_its_rate_and_the_same_seed_gives_the_same() {
+        let rates = FaultRates::even(0.02).expect("a rate");
+        let (one, other) = (deliveries(rates, 50_000), deliveries(rates, 50_000));
         assert_eq!(one, other);
-        let share = |met: &dyn Fn(&[Outcome]) -> bool| {
+        let share = |met: &dyn Fn(&[Delivery]) -> bool| {
             one.iter().filter(|outcome| met(outcome)).count() as f64 / one.len() as f64
         };
-        let passed = |bytes: &[u8]| Outcome::Pass(bytes.to_vec());
+        let passed = |bytes: &[u8]| Delivery::Pass(bytes.to_vec());
         for (rate, seen) in [
             (0.02, share(&|met| met.is_empty())),
             (0.02, share(&|met| met == [passed(LINE), passed(LINE)])),
             (0.02, share(&|met| met == [passed(b"ok\n"), passed(LINE)])),
-            (0.02, share(&|met| matches!(met, [Outcome::Wait(late), _] if *late < STALLED))),
-            (0.04, share(&|met| matches!(met, [Outcome::Pass(bytes)] if bytes != LINE))),
+            (0.02, share(&|met| matches!(met, [Delivery::Wait(late), _] if *late < STALLED))),
+            (0.04, share(&|met| matches!(met, [Delivery::Pass(bytes)] if bytes != LINE))),
         ] {
             assert!((seen - rate).abs() < 0.004, "{seen} where {rate} is meant");
         }
-        let one_bit = |met: &[Outcome]| match met {
-            [Outcome::Pass(bytes)] => {
+        let one_bit = |met: &[Delivery]| match met {
+            [Delivery::Pass(bytes)] => {
                 let bits = bytes.iter().zip(LINE).map(|(a, b)| (a ^ b).count_ones());
                 bits.sum::<u32>() == 1
             }
             _ => false,
         };
         assert!(share(&one_bit) > 0.018);
-        assert!(share(&|met| met.contains(&Outcome::Cut)) > 0.0);
-        assert!(share(&|met| met.contains(&Outcome::Reset)) > 0.0);
+        assert!(share(&|met| met.contains(&Delivery::Cut)) > 0.0);
+        assert!(share(&|met| met.contains(&Delivery::Reset)) > 0.0);
     }
 
     #[test]
     fn a_rate_is_a_share() {
-        assert!(TroubleRates::even(1.5).is_err() && TroubleRates::even(-0.1).is_err());
+        assert!(FaultRates::even(1.5).is_err() && FaultRates::even(-0.1).is_err());
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_link_with_trouble_passes_lines_and_is_cut_as_a_whole() {
+    async fn a_link_with_faults_passes_lines_and_is_cut_as_a_whole() {
         let (host_end, mut device) = duplex(256);
-        let mut host = troubled(host_end, TroubleRates::default(), 1);
+        let mut host = with_faults(host_end, FaultRates::default(), 1);
         host.write_all(LINE).await.expect("it passes");
-        let mut heard = vec![0; LINE.len()];
-        device.read_exact(&mut heard).await.expect("it comes");
-        assert_eq!(heard, LINE);
+        let mut received = vec![0; LINE.len()];
+        device.read_exact(&mut received).await.expect("it comes");
+        assert_eq!(received, LINE);
 
-        let cut = TroubleRates { disconnect: Share(1.0), ..TroubleRates::default() };
+        let cut = FaultRates { disconnect: Share(1.0), ..FaultRates::default() };
         let (host_end, mut device) = duplex(256);
-        let mut host = troubled(host_end, cut, 1);
+        let mut host = with_faults(host_end, cut, 1);
         host.write_all(LINE).await.expect("it is taken");
-        assert_eq!(device.read(&mut heard).await.expect("an end"), 0);
-        assert_eq!(host.read(&mut heard).await.expect("an end"), 0);
+        assert_eq!(device.read(&mut received).await.expect("an end"), 0);
+        assert_eq!(host.read(&mut received).await.expect("an end"), 0);
     }
 }

@@ -1,7 +1,7 @@
-//! Lines sent and answered, reports asked for and believed.
+//! The connection to one firmware: lines and their answers, status reports.
 //!
 //! An `ok` lets things go on and proves nothing by itself: one may be lost, and the answer to an earlier line may come
-//! late. So whoever moves asks where the machine is ([`Session::status`]) and takes that for the truth.
+//! late. So after each move the position is queried ([`Connection::status`]), and only the report counts.
 
 use std::time::Duration;
 
@@ -26,7 +26,7 @@ const REPORT_WITHIN: Duration = Duration::from_secs(1);
 /// Queries without a report after which the machine is given up.
 const MOST_QUERIES: u32 = 6;
 
-/// Silence after which it is asked what becomes of the line under way.
+/// Silence after which the state is queried.
 const QUIET: Duration = Duration::from_secs(1);
 
 /// So many reports of a machine at rest, while a line waits for its answer, mean that line or answer were lost.
@@ -55,7 +55,7 @@ const HOMING_QUIET: Duration = Duration::from_secs(5);
 
 /// What became of lines that were sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Outcome {
+pub(super) enum LineOutcome {
     /// Each was answered `ok`.
     Taken,
     /// One was refused; the others were answered.
@@ -73,7 +73,7 @@ enum Lock {
     IsAFault,
 }
 
-/// What the machine said of itself at one instant.
+/// State and position at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Observed {
     /// What it is doing.
@@ -84,7 +84,7 @@ pub(super) struct Observed {
 
 /// The conversation with one firmware.
 #[derive(Debug)]
-pub(super) struct Session<L> {
+pub(super) struct Connection<L> {
     pub(super) wire: Wire<L>,
     window: Window,
     flavour: Flavour,
@@ -100,7 +100,7 @@ pub(super) struct Session<L> {
     mm_per_unit: f64,
 }
 
-impl<L: ByteLink> Session<L> {
+impl<L: ByteLink> Connection<L> {
     pub(super) fn new(wire: Wire<L>) -> Self {
         Self {
             wire,
@@ -154,10 +154,10 @@ impl<L: ByteLink> Session<L> {
 
     /// Resets the firmware again and again until it greets.
     ///
-    /// What it was told and has not done is forgotten, a line of which only a part has arrived included.
+    /// Commands that were not executed are discarded, including a line that arrived in part.
     async fn reset(&mut self, within: Duration, again: Duration) -> Result<(), RigError> {
         let until = Instant::now() + within;
-        let (mut stranger, mut sent) = (None, 0);
+        let (mut other_firmware, mut sent) = (None, 0);
         while Instant::now() < until {
             self.wire.send(SOFT_RESET).await?;
             self.resets_due += 1;
@@ -173,12 +173,12 @@ impl<L: ByteLink> Session<L> {
                         self.greeted(flavour, &line);
                         return Ok(());
                     }
-                    Reply::Marlin => stranger = Some(line),
+                    Reply::Marlin => other_firmware = Some(line),
                     _ => {}
                 }
             }
-            if let Some(heard) = stranger {
-                return Err(self.wire.error(Cause::OtherFirmware { named: "GRBL", heard }));
+            if let Some(received) = other_firmware {
+                return Err(self.wire.error(Cause::OtherFirmware { named: "GRBL", received }));
             }
         }
         Err(self.wire.error(Cause::Silent { waited: within }))
@@ -193,7 +193,7 @@ impl<L: ByteLink> Session<L> {
         self.work_offset = None;
     }
 
-    /// Sends a `$` command by itself and returns what was said to it: `accept` says whether that is whole.
+    /// Sends a `$` command by itself and returns the answer: `accept` decides whether it is complete.
     ///
     /// Asked again where an answer is lost or damaged.
     pub(super) async fn ask(
@@ -203,21 +203,21 @@ impl<L: ByteLink> Session<L> {
     ) -> Result<Vec<String>, RigError> {
         let line = self.line(command)?;
         for _ in 0..MOST_REPEATS {
-            let mut said = Vec::new();
+            let mut answer = Vec::new();
             match self
-                .exchange(std::slice::from_ref(&line), COMMAND_WITHIN, Lock::IsRest, &mut said)
+                .exchange(std::slice::from_ref(&line), COMMAND_WITHIN, Lock::IsRest, &mut answer)
                 .await?
             {
-                Outcome::Taken if accept(&said) => return Ok(said),
-                Outcome::Taken => {}
-                Outcome::Refused(code) if !error_code::may_be_damage(code) => {
+                LineOutcome::Taken if accept(&answer) => return Ok(answer),
+                LineOutcome::Taken => {}
+                LineOutcome::Refused(code) if !error_code::may_be_damage(code) => {
                     return Err(self.refused(code));
                 }
-                Outcome::Refused(_) => self.clear_error().await?,
-                Outcome::Unanswered => self.begin().await?,
+                LineOutcome::Refused(_) => self.clear_error().await?,
+                LineOutcome::Unanswered => self.begin().await?,
             }
         }
-        Err(self.wire.error(Cause::KeepsGarbling { times: MOST_REPEATS }))
+        Err(self.wire.error(Cause::RepeatedlyDamaged { times: MOST_REPEATS }))
     }
 
     /// Sends lines as the receive buffer has room for them and waits for their answers.
@@ -225,9 +225,9 @@ impl<L: ByteLink> Session<L> {
         &mut self,
         lines: &[Line],
         within: Duration,
-    ) -> Result<Outcome, RigError> {
+    ) -> Result<LineOutcome, RigError> {
         let outcome = self.exchange(lines, within, Lock::IsAFault, &mut Vec::new()).await?;
-        if let Outcome::Refused(LOCKED) = outcome {
+        if let LineOutcome::Refused(LOCKED) = outcome {
             return Err(self.alarm("error:9".to_owned(), error_code::meaning(LOCKED)));
         }
         Ok(outcome)
@@ -238,8 +238,8 @@ impl<L: ByteLink> Session<L> {
         lines: &[Line],
         within: Duration,
         lock: Lock,
-        said: &mut Vec<String>,
-    ) -> Result<Outcome, RigError> {
+        answer: &mut Vec<String>,
+    ) -> Result<LineOutcome, RigError> {
         let deadline = Instant::now() + within;
         let (mut next, mut rests, mut moves) = (0, 0, false);
         self.refused = None;
@@ -252,7 +252,7 @@ impl<L: ByteLink> Session<L> {
                 next += 1;
             }
             if next == lines.len() && self.window.is_empty() {
-                return Ok(self.refused.map_or(Outcome::Taken, Outcome::Refused));
+                return Ok(self.refused.map_or(LineOutcome::Taken, LineOutcome::Refused));
             }
             let quiet = Instant::now() + QUIET;
             let Some(line) = self.wire.line(quiet.min(deadline)).await? else {
@@ -271,14 +271,14 @@ impl<L: ByteLink> Session<L> {
                     state => return Err(self.paused(state)),
                 };
                 if rests == REST_REPORTS && !self.window.is_empty() {
-                    return Ok(Outcome::Unanswered);
+                    return Ok(LineOutcome::Unanswered);
                 }
                 continue;
             };
             match Reply::parse(&line) {
                 Reply::Status(status) => self.note(&status),
-                Reply::Other | Reply::Setting(..) => said.push(line),
-                reply => self.heard(reply, line)?,
+                Reply::Other | Reply::Setting(..) => answer.push(line),
+                reply => self.take(reply, line)?,
             }
         }
     }
@@ -287,15 +287,15 @@ impl<L: ByteLink> Session<L> {
     pub(super) async fn clear_error(&mut self) -> Result<(), RigError> {
         let blank = self.line("")?;
         match self.exchange(&[blank], COMMAND_WITHIN, Lock::IsRest, &mut Vec::new()).await? {
-            Outcome::Taken | Outcome::Refused(_) => Ok(()),
-            Outcome::Unanswered => self.begin().await,
+            LineOutcome::Taken | LineOutcome::Refused(_) => Ok(()),
+            LineOutcome::Unanswered => self.begin().await,
         }
     }
 
-    /// Sends a homing command and waits for its end. Returns whether its `ok` was heard; otherwise the machine
+    /// Sends a homing command and waits for its end. Returns whether its `ok` came; otherwise the machine
     /// rests, homed or not.
     ///
-    /// GRBL says nothing while it homes, not even to `?`; one that was asked is answered behind it.
+    /// GRBL answers nothing while it homes, not even `?`; a query is answered afterwards.
     pub(super) async fn home(&mut self, command: &str, within: Duration) -> Result<bool, RigError> {
         let line = self.line(command)?;
         let deadline = Instant::now() + within;
@@ -303,7 +303,7 @@ impl<L: ByteLink> Session<L> {
         let mut rests = 0;
         loop {
             let quiet = Instant::now() + HOMING_QUIET;
-            let Some(heard) = self.wire.line(quiet.min(deadline)).await? else {
+            let Some(received) = self.wire.line(quiet.min(deadline)).await? else {
                 if Instant::now() >= deadline {
                     return Err(self.wire.error(Cause::Silent { waited: within }));
                 }
@@ -312,7 +312,7 @@ impl<L: ByteLink> Session<L> {
                 self.reports_due = 1;
                 continue;
             };
-            match Reply::parse(&heard) {
+            match Reply::parse(&received) {
                 Reply::Ok => return Ok(true),
                 Reply::Error(HOMING_OFF) => return Err(self.wire.error(homing_is_off())),
                 Reply::Error(code) if error_code::may_be_damage(code) => {
@@ -322,7 +322,7 @@ impl<L: ByteLink> Session<L> {
                 Reply::Error(code) => return Err(self.refused(code)),
                 Reply::Alarm(code) => {
                     self.swallow_failed_homing().await?;
-                    return Err(self.alarm(heard, alarm::meaning(code)));
+                    return Err(self.alarm(received, alarm::meaning(code)));
                 }
                 Reply::Status(status) => {
                     self.note(&status);
@@ -333,7 +333,7 @@ impl<L: ByteLink> Session<L> {
                         _ => rests = 0,
                     }
                 }
-                reply => self.heard(reply, heard)?,
+                reply => self.take(reply, received)?,
             }
         }
     }
@@ -394,7 +394,7 @@ impl<L: ByteLink> Session<L> {
                     }
                 }
                 // Among them answers to lines before: a dwell may end while it is asked for.
-                reply => self.heard(reply, line)?,
+                reply => self.take(reply, line)?,
             }
         }
         // Nothing more will come: the last report, if any, is the answer to the last query.
@@ -413,14 +413,14 @@ impl<L: ByteLink> Session<L> {
     async fn mend_feed(&mut self, status: &Status) -> Result<(), RigError> {
         match status.feed_override {
             Some(percent) if percent != 100 => {
-                tracing::warn!(device = %self.wire.device(), "its feed override was {percent} %, set to 100 %");
+                tracing::warn!(device = %self.wire.device(), "the feed override was {percent} % and was set to 100 %");
                 self.wire.send(FEED_OVERRIDE_100).await
             }
             _ => Ok(()),
         }
     }
 
-    /// Machine coordinates; `None` where the report has the work's and the offset has not been heard yet.
+    /// Machine coordinates; `None` where the report has the work's and the offset has not come yet.
     fn machine_position(&self, status: &Status) -> Option<RobotPosition> {
         let place = match (status.place, self.work_offset) {
             (Place::Machine(place), _) => place,
@@ -436,28 +436,28 @@ impl<L: ByteLink> Session<L> {
         Line::new(text).map_err(|cause| self.wire.error(cause))
     }
 
-    /// The fault that a refusal is.
+    /// The fault for a refusal.
     pub(super) fn refused(&self, code: u32) -> RigError {
         let reply = format!("error:{code}, {}", error_code::meaning(code));
         self.wire.error(Cause::Refused { reply })
     }
 
-    /// The fault that a machine which waits for a person is.
+    /// The fault for a machine that waits for somebody.
     pub(super) fn paused(&self, state: State) -> RigError {
         self.wire.error(Cause::Paused { state: format!("{state:?}").to_lowercase() })
     }
 
-    /// The fault that an alarm is whose code was not heard.
+    /// The fault for an alarm whose code was lost.
     pub(super) fn alarm_state(&self) -> RigError {
-        self.alarm("Alarm".to_owned(), "it has locked itself; the position may be lost")
+        self.alarm("Alarm".to_owned(), "the firmware locked itself; the position may be lost")
     }
 
     fn alarm(&self, reply: String, meaning: &'static str) -> RigError {
         self.wire.error(Cause::Alarm { reply, meaning })
     }
 
-    /// What is neither a report nor an answer that somebody reads.
-    fn heard(&mut self, reply: Reply, line: String) -> Result<(), RigError> {
+    /// Handles replies that no caller waits for.
+    fn take(&mut self, reply: Reply, line: String) -> Result<(), RigError> {
         match reply {
             Reply::Ok => {
                 self.window.answered();
@@ -475,7 +475,9 @@ impl<L: ByteLink> Session<L> {
                 }
             }
             Reply::Marlin => {
-                return Err(self.wire.error(Cause::OtherFirmware { named: "GRBL", heard: line }));
+                return Err(self
+                    .wire
+                    .error(Cause::OtherFirmware { named: "GRBL", received: line }));
             }
             Reply::Status(_) | Reply::Setting(..) | Reply::Other => {}
         }
@@ -483,10 +485,10 @@ impl<L: ByteLink> Session<L> {
     }
 }
 
-/// The fault that switched-off homing is.
+/// The fault for disabled homing.
 pub(super) fn homing_is_off() -> Cause {
     Cause::Setting {
         name: "$22".to_owned(),
-        problem: "homing is off, so its position cannot be known".to_owned(),
+        problem: "homing is off, so the position cannot be determined".to_owned(),
     }
 }

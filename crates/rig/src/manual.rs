@@ -1,4 +1,4 @@
-//! Those devices of a rig that a person uses at the moment; the others may be in somebody else's hands.
+//! The devices of a rig that a person operates by hand. Other programs may use the others at the same time.
 
 use std::fmt;
 use std::time::Duration;
@@ -15,9 +15,9 @@ use super::{FocusArray, Motion, Receiver};
 /// How long each device may take to confirm that it is safe.
 const SAFE_WITHIN: Duration = Duration::from_millis(250);
 
-/// Which devices are wanted.
+/// Which devices to open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Wanted {
+pub struct DeviceSelection {
     /// The focus array.
     pub array: bool,
     /// The robot.
@@ -27,19 +27,23 @@ pub struct Wanted {
 }
 
 /// The open devices. Dropping it silences the array as far as that can be done without waiting.
-pub struct ByHand {
+pub struct ManualRig {
     // Dropped in this order.
     array: Option<Box<dyn FocusArray>>,
     robot: Option<Box<dyn Motion>>,
     receiver: Option<Box<dyn Receiver>>,
 }
 
-impl ByHand {
-    /// Opens the devices that are wanted: the array first, which is silent from then on. Nothing moves.
+impl ManualRig {
+    /// Opens the selected devices: the array first, which is silent from then on. Nothing moves.
     ///
     /// # Errors
     /// The first device that cannot be opened; those already open are left safe.
-    pub async fn open(config: &RigConfig, ports: &Ports, wanted: Wanted) -> Result<Self, RigError> {
+    pub async fn open(
+        config: &RigConfig,
+        ports: &Ports,
+        wanted: DeviceSelection,
+    ) -> Result<Self, RigError> {
         let array = match wanted.array {
             true => Some(config.focus_array.open(ports.focus_array.as_deref()).await?),
             false => None,
@@ -55,7 +59,7 @@ impl ByHand {
         Ok(Self { array, robot, receiver })
     }
 
-    /// Puts devices together. The robot is guarded by the caller or by [`ByHand::open`].
+    /// Puts devices together. The robot is guarded by the caller or by [`ManualRig::open`].
     pub fn new(
         array: Option<Box<dyn FocusArray>>,
         robot: Option<Box<dyn Motion>>,
@@ -67,56 +71,59 @@ impl ByHand {
     /// The focus array.
     ///
     /// # Panics
-    /// If it was not asked for.
+    /// If it was not selected.
     pub fn array(&mut self) -> &mut dyn FocusArray {
-        &mut **self.array.as_mut().expect("the array was asked for")
+        &mut **self.array.as_mut().expect("the array was selected")
     }
 
     /// The robot.
     ///
     /// # Panics
-    /// If it was not asked for.
+    /// If it was not selected.
     pub fn robot(&mut self) -> &mut dyn Motion {
-        &mut **self.robot.as_mut().expect("the robot was asked for")
+        &mut **self.robot.as_mut().expect("the robot was selected")
     }
 
     /// The receiver.
     ///
     /// # Panics
-    /// If it was not asked for.
+    /// If it was not selected.
     pub fn receiver(&mut self) -> &mut dyn Receiver {
-        &mut **self.receiver.as_mut().expect("the receiver was asked for")
+        &mut **self.receiver.as_mut().expect("the receiver was selected")
     }
 
     /// Robot and receiver at once, where both are there.
     pub fn robot_and_receiver(&mut self) -> (&mut dyn Motion, Option<&mut dyn Receiver>) {
-        let robot = &mut **self.robot.as_mut().expect("the robot was asked for");
+        let robot = &mut **self.robot.as_mut().expect("the robot was selected");
         let receiver = self.receiver.as_mut().map(|receiver| &mut **receiver as &mut dyn Receiver);
         (robot, receiver)
     }
 
-    /// What a watchdog says to the open devices should this program be gone.
+    /// What a watchdog sends to the open devices if this program ends without closing them.
     pub fn emergencies(&self) -> Vec<Emergency> {
         let array = self.array.as_ref().and_then(|array| array.emergency());
         let robot = self.robot.as_ref().and_then(|robot| robot.emergency());
         [array, robot].into_iter().flatten().collect()
     }
 
-    /// Silences the array, then stops the robot, each within a quarter of a second, and tells what could not be done.
+    /// Silences the array, then stops the robot, each within a quarter of a second, and reports what could not be done.
     ///
     /// May be called at any time, also when a call to a device was cancelled in its middle. The robot's position
     /// is unknown afterwards.
-    pub async fn make_safe(&mut self, reason: impl Into<String>) -> MadeSafe {
-        let mut made = MadeSafe { reason: reason.into(), array: None, robot: None };
+    pub async fn make_safe(&mut self, reason: impl Into<String>) -> ManualSafetyReport {
+        let mut made = ManualSafetyReport { reason: reason.into(), array: None, robot: None };
         if let Some(array) = &mut self.array {
             let silenced = timeout(SAFE_WITHIN, array.silence()).await;
-            made.array =
-                Some(silenced.unwrap_or_else(|_| Err(unconfirmed(array.device(), "silencing it"))));
+            made.array = Some(
+                silenced
+                    .unwrap_or_else(|_| Err(unconfirmed(array.device(), "silencing the array"))),
+            );
         }
         if let Some(robot) = &mut self.robot {
             let stopped = timeout(SAFE_WITHIN, robot.stop()).await;
-            made.robot =
-                Some(stopped.unwrap_or_else(|_| Err(unconfirmed(robot.device(), "stopping it"))));
+            made.robot = Some(
+                stopped.unwrap_or_else(|_| Err(unconfirmed(robot.device(), "stopping the robot"))),
+            );
         }
         tracing::warn!("{made}");
         made
@@ -129,7 +136,7 @@ fn unconfirmed(device: &Device, attempt: &str) -> RigError {
 
 /// What was done to leave the open devices safe, and what could not be.
 #[derive(Debug)]
-pub struct MadeSafe {
+pub struct ManualSafetyReport {
     /// Why.
     pub reason: String,
     /// Whether the array confirmed its silence; `None` where it was not open.
@@ -138,14 +145,14 @@ pub struct MadeSafe {
     pub robot: Option<Result<(), RigError>>,
 }
 
-impl MadeSafe {
+impl ManualSafetyReport {
     /// Whether every open device confirmed.
     pub fn is_safe(&self) -> bool {
         [&self.array, &self.robot].into_iter().flatten().all(Result::is_ok)
     }
 }
 
-impl fmt::Display for MadeSafe {
+impl fmt::Display for ManualSafetyReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let array = self.array.as_ref().map(|array| match array {
             Ok(()) => "the array is silent".to_owned(),
@@ -167,23 +174,24 @@ mod tests {
     use crate::device::Role;
 
     #[test]
-    fn only_what_was_open_is_spoken_of() {
-        let made = |array, robot| MadeSafe { reason: "interrupted".into(), array, robot };
+    fn only_open_devices_are_reported() {
+        let made = |array, robot| ManualSafetyReport { reason: "interrupted".into(), array, robot };
         assert_eq!(made(None, None).to_string(), "interrupted");
         assert_eq!(made(None, Some(Ok(()))).to_string(), "interrupted: the robot stands still");
-        let lost = unconfirmed(&Device::new(Role::FocusArray, "/dev/ttyUSB2"), "silencing it");
+        let lost =
+            unconfirmed(&Device::new(Role::FocusArray, "/dev/ttyUSB2"), "silencing the array");
         let made = made(Some(Err(lost)), Some(Ok(())));
         assert!(!made.is_safe());
         assert_eq!(
             made.to_string(),
-            "interrupted: THE ARRAY MAY STILL EMIT (focus array on /dev/ttyUSB2, silencing it: no \
+            "interrupted: THE ARRAY MAY STILL EMIT (focus array on /dev/ttyUSB2, silencing the array: no \
              answer within 0.2 s), the robot stands still"
         );
     }
 
     #[tokio::test]
     async fn nothing_open_is_safe_at_once() {
-        let mut nothing = ByHand::new(None, None, None);
+        let mut nothing = ManualRig::new(None, None, None);
         assert!(nothing.make_safe("done").await.is_safe());
     }
 }

@@ -15,6 +15,7 @@ mod device;
 mod emergency;
 mod error;
 pub mod focus_array;
+mod key_value;
 pub mod link;
 mod manual;
 pub mod motion;

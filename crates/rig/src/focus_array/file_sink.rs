@@ -180,18 +180,8 @@ impl FocusArray for FileSink {
 
     async fn set_delays(&mut self, delays: &[ElementDelay]) -> Result<(), RigError> {
         let attempt = "setting the delays";
-        let refused = |cause| Err(RigError::new(self.device.clone(), attempt, cause, None));
-        let (has, given) = (self.identity.elements, delays.len());
-        if has != given {
-            return refused(Cause::ElementCount { has, given });
-        }
-        for (element, delay) in delays.iter().enumerate() {
-            if let ElementDelay::Seconds(delay_s) = *delay
-                && !(delay_s.is_finite() && delay_s >= 0.0)
-            {
-                return refused(Cause::BadDelay { element, delay_s });
-            }
-        }
+        ElementDelay::checked_s(delays, self.identity.elements)
+            .map_err(|cause| RigError::new(self.device.clone(), attempt, cause, None))?;
         self.delays = delays.to_vec();
         if self.emitting { self.write_state(attempt) } else { Ok(()) }
     }

@@ -14,6 +14,8 @@ mod thesis_tests;
 mod ultraino;
 mod wiring;
 
+use crate::error::Cause;
+
 pub use config::ThesisConfig;
 pub use file_sink::FileSinkConfig;
 pub use frame::{Channel, DriveFrame, FULL_LEVEL, FrameFault, Fundamental, Pulse};
@@ -35,6 +37,24 @@ pub enum ElementDelay {
     Seconds(f64),
     /// Not at all.
     Silent,
+}
+
+impl ElementDelay {
+    /// The delay of each element, s; `None` where it is silent.
+    ///
+    /// # Errors
+    /// [`Cause::ElementCount`] for another number than `elements`, [`Cause::BadDelay`] for what is no time.
+    pub(crate) fn checked_s(delays: &[Self], elements: usize) -> Result<Vec<Option<f64>>, Cause> {
+        if delays.len() != elements {
+            return Err(Cause::ElementCount { has: elements, given: delays.len() });
+        }
+        let checked = |(element, delay): (usize, &Self)| match *delay {
+            Self::Silent => Ok(None),
+            Self::Seconds(delay_s) if delay_s.is_finite() && delay_s >= 0.0 => Ok(Some(delay_s)),
+            Self::Seconds(delay_s) => Err(Cause::BadDelay { element, delay_s }),
+        };
+        delays.iter().enumerate().map(checked).collect()
+    }
 }
 
 /// Properties that an array's controller states.

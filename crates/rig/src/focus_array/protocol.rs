@@ -43,6 +43,7 @@
 //! A sample of four elements is a line of up to 80 bytes: 250 a second need 230400 baud.
 
 use super::{ArrayIdentity, THESIS_NAME};
+use crate::key_value::value_of;
 
 /// The error code of a line that arrived damaged.
 pub const CODE_CHECKSUM: u16 = 1;
@@ -96,13 +97,7 @@ pub fn decode(line: &str) -> Option<Reply> {
 /// Reads the answer to `hello`; `None` if it is another controller or another version.
 pub fn parse_identity(args: &str) -> Option<ArrayIdentity> {
     let settings = args.strip_prefix(THESIS_NAME)?.strip_prefix(' ')?;
-    let setting = |key: &str| {
-        settings
-            .split(' ')
-            .filter_map(|word| word.split_once('='))
-            .find(|(k, _)| *k == key)
-            .map(|(_, v)| v)
-    };
+    let setting = |key: &str| value_of(settings, key);
     // Controllers without displays leave them out.
     let capacity = |key: &str| setting(key).map_or(Some(0), |value| value.parse().ok());
     Some(ArrayIdentity {

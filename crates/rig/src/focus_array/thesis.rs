@@ -313,19 +313,15 @@ impl<L: ByteLink> Drop for ThesisArray<L> {
 
 /// `delays …`, each to the nearest clock step within the carrier's period.
 fn delays_command(identity: &ArrayIdentity, delays: &[ElementDelay]) -> Result<String, Cause> {
-    if delays.len() != identity.elements {
-        return Err(Cause::ElementCount { has: identity.elements, given: delays.len() });
-    }
     let mut command = "delays".to_owned();
-    for (element, delay) in delays.iter().enumerate() {
-        match *delay {
-            ElementDelay::Silent => command.push_str(" -"),
-            ElementDelay::Seconds(delay_s) if delay_s.is_finite() && delay_s >= 0.0 => {
+    for delay_s in ElementDelay::checked_s(delays, identity.elements)? {
+        match delay_s {
+            None => command.push_str(" -"),
+            Some(delay_s) => {
                 let steps =
                     (delay_s * identity.clock_hz).round() % f64::from(identity.period_steps);
                 write!(command, " {steps}").expect("a string takes all");
             }
-            ElementDelay::Seconds(delay_s) => return Err(Cause::BadDelay { element, delay_s }),
         }
     }
     Ok(command)

@@ -175,15 +175,10 @@ impl Wiring {
         slots: u8,
         channels: usize,
     ) -> Result<Slots, Cause> {
-        if delays.len() != self.elements() {
-            return Err(Cause::ElementCount { has: self.elements(), given: delays.len() });
-        }
         let mut slot_of_channel = vec![None; channels];
-        for (element, delay) in delays.iter().enumerate() {
-            let ElementDelay::Seconds(delay_s) = *delay else { continue };
-            if !(delay_s.is_finite() && delay_s >= 0.0) {
-                return Err(Cause::BadDelay { element, delay_s });
-            }
+        let delays_s = ElementDelay::checked_s(delays, self.elements())?;
+        for (element, delay_s) in delays_s.into_iter().enumerate() {
+            let Some(delay_s) = delay_s else { continue };
             let periods = (delay_s * carrier_hz - self.late_periods[element]).rem_euclid(1.0);
             let slot = (periods * f64::from(slots)).round() as u8 % slots;
             slot_of_channel[self.channels[element]] = Some(slot);

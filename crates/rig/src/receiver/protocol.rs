@@ -33,6 +33,7 @@
 //! | 20..24 | CRC-32 (IEEE 802.3) over bytes 2..20 |
 
 use super::reading::ReceiverIdentity;
+use crate::key_value::value_of;
 
 /// One sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,13 +65,7 @@ pub enum Event {
 /// Reads the answer to `?`. `None` if it is another line or another version.
 pub fn parse_identity(line: &str) -> Option<ReceiverIdentity> {
     let settings = line.strip_prefix("receiver 1 ")?;
-    let setting = |key: &str| {
-        settings
-            .split(' ')
-            .filter_map(|word| word.split_once('='))
-            .find(|(k, _)| *k == key)
-            .map(|(_, v)| v)
-    };
+    let setting = |key: &str| value_of(settings, key);
     let positive =
         |key: &str| setting(key)?.parse().ok().filter(|v: &f64| v.is_finite() && *v > 0.0);
     Some(ReceiverIdentity {

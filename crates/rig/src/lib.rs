@@ -1,11 +1,54 @@
-//! The devices of a laboratory: a robot that carries a receiver through the field of a phased array.
+//! Drivers for the devices of a scan: robots, receivers, phased arrays and air sensors.
 //!
-//! Three traits say what a scan needs of them and nothing more: [`Motion`], [`Receiver`], [`FocusArray`].
-//! Behind each stand drivers, one file or folder a driver, registered in one line of
-//! [`config`]; drivers speak over a [`link`], a serial port or an in-memory pipe.
-//! [`SafeRig`] owns all three and knows how to end safe.
+//! Use it to move a robot within its limits, to read a receiver or to drive an array from a program of your own. It
+//! contains no acoustics: it takes delays and returns readings.
 //!
-//! This layer knows no physics: it takes delays and gives readings.
+//! # Where to begin
+//!
+//! - [`RigConfig`] holds the sections of a rig file; [`open`] opens the devices that it names.
+//! - [`SafeRig`] owns an open robot, receiver and array. [`SafeRig::make_safe`] silences the array and stops the robot.
+//!   [`ManualRig`] owns only those devices that a person operates.
+//! - [`Motion`], [`Receiver`], [`FocusArray`] and [`AirSensor`] are the traits of the drivers. To write one, start from
+//!   `examples/write_a_driver.rs`. The drivers of this crate are registered in [`config`].
+//! - [`link::Wire`] carries lines and bytes over a serial port, a socket or a pipe in memory, with a limit on every wait.
+//! - [`RigError`] names the device, the attempt, what was seen, and what to do.
+//!
+//! # Example
+//!
+//! Read a section of a rig file, and check paths against travel and keep-out boxes. No device is needed.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use fieldgap_rig::{MotionConfig, RobotPosition};
+//!
+//! #[derive(serde::Deserialize)]
+//! struct RigFile {
+//!     motion: MotionConfig,
+//! }
+//!
+//! let text = r#"
+//!     [motion]
+//!     origin_mm = [150.0, 150.0, -20.0]
+//!     travel_mm = { x = [0.0, 300.0], y = [0.0, 300.0], z = [0.0, 250.0] }
+//!     feed_mm_s = 80.0
+//!     position_tolerance_mm = 0.05
+//!     keep_out = [{ name = "array", min_mm = [100.0, 100.0, 0.0], max_mm = [200.0, 200.0, 50.0] }]
+//!     [motion.grbl]
+//!     port = "/dev/ttyUSB0"
+//! "#;
+//! let file: RigFile = fieldgap_input::toml_text(Path::new("rig.toml"), text)?;
+//! let envelope = file.motion.envelope();
+//!
+//! let left = RobotPosition::from_axes_mm([50.0, 150.0, 20.0]);
+//! let right = RobotPosition::from_axes_mm([250.0, 150.0, 20.0]);
+//! let fault = envelope.check_path(left, right).expect_err("the array is between them");
+//! assert!(fault.to_string().contains("keep-out box `array`"));
+//!
+//! let [up, down] = [left, right].map(|position| RobotPosition { z_m: 0.06, ..position });
+//! assert!(envelope.check_path(up, down).is_ok());
+//! # Ok::<(), fieldgap_input::Fault>(())
+//! ```
 
 pub mod air_sensor;
 mod call;

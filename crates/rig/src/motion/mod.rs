@@ -1,7 +1,7 @@
 //! Robots: what every driver is held to ([`guarded`], [`travel`]), ways round ([`route`]), and the drivers.
 
 mod advice;
-pub mod auto;
+pub(crate) mod auto;
 mod firmware_table;
 pub mod grbl;
 pub mod guarded;

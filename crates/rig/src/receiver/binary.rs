@@ -11,7 +11,7 @@ const FLAG_CLIPPED: u8 = 1;
 
 /// Turns bytes into events, however they are cut. After damage it looks for the next frame that is whole.
 #[derive(Debug, Default)]
-pub struct FrameDecoder {
+pub(super) struct FrameDecoder {
     pending: Vec<u8>,
 }
 

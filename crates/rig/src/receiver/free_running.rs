@@ -12,7 +12,7 @@ use tokio::time::Instant;
 use super::binary::FrameDecoder;
 use super::config::{FreeRunningConfig, Lines};
 use super::protocol::Event;
-use super::reading::{Reading, ReceiverIdentity, Tally};
+use super::reading::{Reading, ReadingBuilder, ReceiverIdentity};
 use super::recording::{DuringRecording, Recording, TimedSample};
 use crate::Receiver;
 use crate::config::ReceiverConfig;
@@ -174,7 +174,7 @@ impl<L: ByteLink> Receiver for FreeRunningReceiver<L> {
         let longest = Duration::try_from_secs_f64(longest_us * 1e-6).unwrap_or(QUIET);
         self.drain().await?;
         let until = Instant::now() + longest + QUIET;
-        let mut tally = Tally::default();
+        let mut tally = ReadingBuilder::default();
         let mut gaps = 0;
         let mut since_first_us = 0.0;
         let mut last: Option<Sample> = None;
@@ -189,14 +189,14 @@ impl<L: ByteLink> Receiver for FreeRunningReceiver<L> {
                 gaps += (periods.round() as u32).saturating_sub(1);
             } else {
                 // A damaged time: begin again from here, which only errs to the late side.
-                (since_first_us, gaps, tally) = (0.0, 0, Tally::default());
+                (since_first_us, gaps, tally) = (0.0, 0, ReadingBuilder::default());
             }
             last = Some(sample);
             if since_first_us >= untrusted_us {
                 tally.add(sample.t_us, sample.value, sample.clipped);
             }
         }
-        tally.reading(gaps).ok_or_else(|| self.wire.error(Cause::NoReadings { asked: count }))
+        tally.finish(gaps).ok_or_else(|| self.wire.error(Cause::NoReadings { asked: count }))
     }
 
     /// Its clock is known from its samples alone, so both ends are late by the latency of the samples.

@@ -11,7 +11,7 @@ use async_trait::async_trait;
 use serde::Deserialize;
 use tokio::time::{Instant, sleep};
 
-use super::reading::{Reading, ReceiverIdentity, Tally};
+use super::reading::{Reading, ReadingBuilder, ReceiverIdentity};
 use crate::Receiver;
 use crate::config::ReceiverConfig;
 use crate::device::{Device, Role};
@@ -195,14 +195,14 @@ impl<L: ByteLink> Receiver for MarlinPinReceiver<L> {
     async fn read_point(&mut self, settle: Duration, count: usize) -> Result<Reading, RigError> {
         self.wire.attempting("reading a point");
         sleep(settle).await;
-        let mut tally = Tally::default();
+        let mut tally = ReadingBuilder::default();
         for _ in 0..count {
             let counts = self.value().await?;
             let asked_us = self.began.elapsed().as_secs_f64() * 1e6;
             let share = counts / self.full_scale_counts;
             tally.add(asked_us.round() as u64, share * self.identity.full_scale, share >= 1.0);
         }
-        tally.reading(0).ok_or_else(|| self.wire.error(Cause::NoReadings { asked: count }))
+        tally.finish(0).ok_or_else(|| self.wire.error(Cause::NoReadings { asked: count }))
     }
 }
 

@@ -15,12 +15,10 @@ mod scpi;
 mod stream;
 mod text;
 
-pub use binary::FrameDecoder;
 pub use config::{Encoding, FreeRunningConfig, Lines, StreamConfig};
 pub use free_running::FreeRunningReceiver;
 pub use marlin_pin::{MarlinPinConfig, MarlinPinReceiver};
-pub use reading::{Reading, ReceiverIdentity};
+pub use reading::{Reading, ReadingBuilder, ReceiverIdentity};
 pub use recording::{DuringRecording, Recording, TimedSample};
 pub use scpi::{RecordFault, ScpiConfig, ScpiReceiver};
 pub use stream::StreamReceiver;
-pub use text::TextDecoder;

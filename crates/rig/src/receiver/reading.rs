@@ -35,7 +35,7 @@ pub struct Reading {
 /// Averages samples as they come, by Welford's recurrence (B. P. Welford, Technometrics 4, 1962), which
 /// loses no digits where the deviation is small beside the mean.
 #[derive(Debug, Default)]
-pub(super) struct Tally {
+pub struct ReadingBuilder {
     count: usize,
     mean: f64,
     squares: f64,
@@ -44,8 +44,9 @@ pub(super) struct Tally {
     last_t_us: u64,
 }
 
-impl Tally {
-    pub(super) fn add(&mut self, t_us: u64, value: f64, clipped: bool) {
+impl ReadingBuilder {
+    /// Adds a sample: its time on the receiver's clock, µs, its value, and whether the converter clipped.
+    pub fn add(&mut self, t_us: u64, value: f64, clipped: bool) {
         if self.count == 0 {
             self.first_t_us = t_us;
         }
@@ -57,12 +58,13 @@ impl Tally {
         self.clipped |= clipped;
     }
 
-    pub(super) fn count(&self) -> usize {
+    /// Samples added so far.
+    pub fn count(&self) -> usize {
         self.count
     }
 
-    /// The reading, or `None` where there was no sample.
-    pub(super) fn reading(&self, gaps: u32) -> Option<Reading> {
+    /// The reading, or `None` where there was no sample; `gaps` samples were lost.
+    pub fn finish(&self, gaps: u32) -> Option<Reading> {
         (self.count > 0).then(|| Reading {
             mean: self.mean,
             std: if self.count > 1 { (self.squares / (self.count - 1) as f64).sqrt() } else { 0.0 },
@@ -81,12 +83,12 @@ mod tests {
 
     #[test]
     fn the_statistics_are_those_of_the_textbook() {
-        let mut tally = Tally::default();
-        assert_eq!(tally.reading(0), None);
+        let mut tally = ReadingBuilder::default();
+        assert_eq!(tally.finish(0), None);
         for (index, value) in [2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0].into_iter().enumerate() {
             tally.add(1_000_000 + index as u64 * 1000, value, index == 3);
         }
-        let reading = tally.reading(2).expect("samples");
+        let reading = tally.finish(2).expect("samples");
         assert!((reading.mean - 5.0).abs() < 1e-12);
         assert!((reading.std - (32.0_f64 / 7.0).sqrt()).abs() < 1e-12);
         assert!(reading.clipped && reading.gaps == 2 && reading.count == 8);
@@ -97,10 +99,10 @@ mod tests {
 
     #[test]
     fn a_small_deviation_beside_a_large_mean_keeps_its_digits() {
-        let mut tally = Tally::default();
+        let mut tally = ReadingBuilder::default();
         for value in [1e9 + 1.0, 1e9 + 2.0, 1e9 + 3.0] {
             tally.add(0, value, false);
         }
-        assert!((tally.reading(0).expect("samples").std - 1.0).abs() < 1e-9);
+        assert!((tally.finish(0).expect("samples").std - 1.0).abs() < 1e-9);
     }
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::protocol::{Event, Sample};
-use super::reading::{Reading, Tally};
+use super::reading::{Reading, ReadingBuilder};
 
 /// How far the time between two samples may be from the time that their numbers imply, as a share of it.
 const JITTER: f64 = 0.5;
@@ -21,7 +21,7 @@ pub(super) struct Run {
     last: Option<Sample>,
     /// Numbers used by the run, where the end mark gave them.
     numbered: Option<u32>,
-    tally: Tally,
+    tally: ReadingBuilder,
 }
 
 impl Run {
@@ -51,7 +51,7 @@ impl Run {
             first: None,
             last: None,
             numbered: None,
-            tally: Tally::default(),
+            tally: ReadingBuilder::default(),
         }
     }
 
@@ -76,7 +76,7 @@ impl Run {
         if !self.last.is_none_or(|last| self.follows(last, sample)) {
             // A damaged number or time, here or before. Settling again from here only errs to the late side.
             self.first = None;
-            self.tally = Tally::default();
+            self.tally = ReadingBuilder::default();
             self.received = 0;
         }
         let first = *self.first.get_or_insert(sample);
@@ -103,7 +103,7 @@ impl Run {
         let seen = last.seq.wrapping_sub(first.seq).saturating_add(1);
         let numbered = self.numbered.unwrap_or(0).max(seen) as usize;
         let lost = numbered.max(self.sent).saturating_sub(self.received);
-        self.tally.reading(u32::try_from(lost).unwrap_or(u32::MAX))
+        self.tally.finish(u32::try_from(lost).unwrap_or(u32::MAX))
     }
 }
 

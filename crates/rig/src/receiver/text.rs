@@ -4,7 +4,7 @@ use super::protocol::{Event, Sample};
 
 /// Turns the bytes of text samples into events, however they are cut; skips what is no sample.
 #[derive(Debug, Default)]
-pub struct TextDecoder {
+pub(super) struct TextDecoder {
     pending: Vec<u8>,
 }
 

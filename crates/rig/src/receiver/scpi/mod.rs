@@ -11,7 +11,7 @@ use async_trait::async_trait;
 use serde::Deserialize;
 use tokio::time::{Instant, sleep};
 
-use super::reading::{Reading, ReceiverIdentity, Tally};
+use super::reading::{Reading, ReadingBuilder, ReceiverIdentity};
 use crate::Receiver;
 use crate::config::ReceiverConfig;
 use crate::device::{Device, Role};
@@ -357,12 +357,12 @@ impl<L: ByteLink> Receiver for ScpiReceiver<L> {
     async fn read_point(&mut self, settle: Duration, count: usize) -> Result<Reading, RigError> {
         self.wire.attempting("reading a point");
         sleep(settle).await;
-        let mut tally = Tally::default();
+        let mut tally = ReadingBuilder::default();
         for _ in 0..count {
             let shot = self.shot().await?;
             tally.add((shot.taken_s * 1e6).round() as u64, shot.amplitude_v, shot.clipped);
         }
-        tally.reading(0).ok_or_else(|| self.wire.error(Cause::NoReadings { asked: count }))
+        tally.finish(0).ok_or_else(|| self.wire.error(Cause::NoReadings { asked: count }))
     }
 }
 

@@ -59,7 +59,7 @@ pub fn all() -> Vec<Ceiling> {
             run: |e, k, ka, p, o| unsafe { avx512_f32::run(e, k, ka, p, o) },
         },
     ];
-    all.retain(|ceiling| ceiling.set.is_there());
+    all.retain(|ceiling| ceiling.set.is_available());
     all
 }
 

@@ -14,8 +14,8 @@ use fieldgap::acoustics::transducer::{
     SymmetricGaussian, Transducer,
 };
 use fieldgap::acoustics::{
-    Array, Excitation, FieldKernel, InstructionSet, Medium, Parameter, PathLengths, PlaneGrid,
-    Precision, Vec3,
+    Array, DifferentiableKernel, Excitation, FieldKernel, InstructionSet, Medium, Parameter,
+    PathLengths, PlaneGrid, Precision, Vec3,
 };
 use num_complex::Complex64;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -44,6 +44,11 @@ impl Case {
     fn kernel(&self, transducer: &dyn Transducer) -> FieldKernel {
         let k = self.wavenumber_rad_m;
         FieldKernel::new(&self.array, &self.phases_rad, transducer, k, PathLengths::Observed)
+    }
+
+    fn differentiable<'t>(&self, transducer: &'t dyn Transducer) -> DifferentiableKernel<'t> {
+        let (phases, k) = (&self.phases_rad, self.wavenumber_rad_m);
+        DifferentiableKernel::new(&self.array, phases, transducer, k, PathLengths::Observed)
     }
 
     /// Million pairs of point and element.
@@ -107,9 +112,9 @@ fn against_references(case: &Case) {
     let mut plain = || {
         black_box(reference::plain(&elements, case.wavenumber_rad_m, ka, &case.points_m));
     };
-    for &set in InstructionSet::ALL.iter().filter(|set| set.is_there()) {
-        let double = case.kernel(&Piston).by(set);
-        let single = double.clone().in_precision(Precision::Single);
+    for &set in InstructionSet::ALL.iter().filter(|set| set.is_available()) {
+        let double = case.kernel(&Piston).with_instructions(set);
+        let single = double.clone().with_precision(Precision::Single);
         let [slow, f64_s, f32_s] = best(
             ROUNDS,
             [
@@ -144,7 +149,8 @@ fn against_references(case: &Case) {
             plain_field.iter().enumerate().map(|(n, p)| (p.re - out[0][n]).hypot(p.im - out[1][n]));
         let apart = apart.fold(0.0, f64::max);
         assert!(apart < ceiling.tolerance * 300.0, "{}: off by {apart:e}", ceiling.name);
-        let kernel = case.kernel(&Piston).by(ceiling.set).in_precision(ceiling.precision);
+        let kernel =
+            case.kernel(&Piston).with_instructions(ceiling.set).with_precision(ceiling.precision);
         let [top, ours] = best(
             ROUNDS,
             [&mut || run(black_box(&mut out)), &mut || {
@@ -169,7 +175,7 @@ fn against_emulator(case: &Case, plane: &PlaneGrid) {
     let emulated = autd3::Recorded::new(case, plane);
     let mut kept = emulated.prepared();
     let [monopoles, pistons] = [&monopole as &dyn Transducer, &Piston]
-        .map(|model| case.kernel(model).in_precision(Precision::Single));
+        .map(|model| case.kernel(model).with_precision(Precision::Single));
     assert_alike(&monopoles.at(&case.points_m), &autd3::levels(&mut kept));
     let [period, prepared, monopoles, pistons] = best(
         ROUNDS,
@@ -231,7 +237,7 @@ fn models(case: &Case) {
     println!("\nmodels, one thread");
     for (name, transducer) in models {
         let double = case.kernel(transducer);
-        let single = double.clone().in_precision(Precision::Single);
+        let single = double.clone().with_precision(Precision::Single);
         let [f64_s, f32_s] = best(
             ROUNDS,
             [
@@ -256,15 +262,15 @@ fn derivatives(case: &Case) {
     let models: [(&str, &dyn Transducer); 2] =
         [("piston", &Piston), ("exponential x Gaussian", &MurataFit::CENTIMETRES)];
     for (name, transducer) in models {
-        let kernel = case.kernel(transducer);
+        let kernel = case.differentiable(transducer);
         let [field, all] = best(
             ROUNDS,
             [
                 &mut || {
-                    black_box(kernel.at(&case.points_m));
+                    black_box(kernel.kernel().at(&case.points_m));
                 },
                 &mut || {
-                    black_box(kernel.derivatives_at(transducer, &FOUR, &case.points_m));
+                    black_box(kernel.derivatives_at(&FOUR, &case.points_m));
                 },
             ],
         );
@@ -278,7 +284,7 @@ fn cases(cases: &[&Case]) {
     let [one, other, two] = [1, 1, 2].map(pool);
     for case in cases {
         for precision in [Precision::Double, Precision::Single] {
-            let kernel = case.kernel(&Piston).in_precision(precision);
+            let kernel = case.kernel(&Piston).with_precision(precision);
             let rounds = if case.pairs() > 100.0 { 10 } else { 100 };
             let field = || {
                 black_box(kernel.at(&case.points_m));

@@ -9,10 +9,10 @@ mod array;
 mod element;
 mod excitation;
 mod field;
+mod float;
 pub mod foci;
 pub mod golden_section;
 mod grid;
-mod lanes;
 pub mod least_squares;
 pub mod limits;
 mod lobe;
@@ -21,7 +21,7 @@ pub mod metrics;
 mod propagation;
 pub mod radiation;
 pub mod rayleigh;
-mod real;
+mod simd;
 mod simulator;
 pub mod transducer;
 
@@ -30,8 +30,8 @@ pub use array::{Array, LayoutError};
 pub use element::Element;
 pub use excitation::{Excitation, delays_s};
 pub use field::{
-    FieldDerivatives, FieldKernel, FieldSum, InstructionSet, PLANE_TOLERANCE, Parameter,
-    PathLengths, PlaneMethod, PlaneSum, Precision, Transfer,
+    DifferentiableKernel, FieldDerivatives, FieldKernel, FieldSum, InstructionSet, PLANE_TOLERANCE,
+    Parameter, PathLengths, PlaneMethod, PlaneSum, Precision, Transfer,
 };
 pub use grid::PlaneGrid;
 pub use medium::Medium;

@@ -7,8 +7,8 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use super::lanes::{Lanes, MOST_LANES, Vector};
-use super::real::Real;
+use super::float::Float;
+use super::simd::{MAX_LANES, Simd, Vector};
 
 /// Terms that a series is tried with, and the most: an analytic directivity needs 12 to 40.
 const FIRST_TERMS: usize = 32;
@@ -79,7 +79,7 @@ impl Fit {
     }
 
     /// The function in a precision.
-    pub fn written_out<T: Real>(&self) -> Lobe<T> {
+    pub fn in_precision<T: Float>(&self) -> Lobe<T> {
         match self {
             Self::Smooth { chebyshev, tolerance } => {
                 let digits = if T::REFINED { SINGLE_TOLERANCE } else { DOUBLE_TOLERANCE };
@@ -109,19 +109,19 @@ pub(super) enum Lobe<T> {
     Pieces(Pieces<T>),
 }
 
-impl<T: Real> Lobe<T> {
+impl<T: Float> Lobe<T> {
     /// The function at each lane's t in [0, 1].
     #[inline(always)]
-    pub fn at<V: Vector<T>, const L: usize>(&self, t: Lanes<T, V, L>) -> Lanes<T, V, L> {
+    pub fn at<V: Vector<T>, const L: usize>(&self, t: Simd<T, V, L>) -> Simd<T, V, L> {
         match self {
             Self::Polynomial(pairs) => {
-                let x = t.scale_add(T::of(2.0), Lanes::splat(-T::ONE));
+                let x = t.scale_add(T::of(2.0), Simd::splat(-T::ONE));
                 let square = x.square();
-                let Some((highest, lower)) = pairs.split_last() else { return Lanes::zero() };
-                let [mut even, mut odd] = highest.map(Lanes::splat);
+                let Some((highest, lower)) = pairs.split_last() else { return Simd::zero() };
+                let [mut even, mut odd] = highest.map(Simd::splat);
                 for &pair in lower.iter().rev() {
-                    even = even.mul_add(square, Lanes::splat(pair[0]));
-                    odd = odd.mul_add(square, Lanes::splat(pair[1]));
+                    even = even.mul_add(square, Simd::splat(pair[0]));
+                    odd = odd.mul_add(square, Simd::splat(pair[1]));
                 }
                 odd.mul_add(x, even)
             }
@@ -131,10 +131,7 @@ impl<T: Real> Lobe<T> {
 
     /// The function and its derivative by t.
     #[inline(always)]
-    pub fn with_slope<V: Vector<T>, const L: usize>(
-        &self,
-        t: Lanes<T, V, L>,
-    ) -> [Lanes<T, V, L>; 2] {
+    pub fn with_slope<V: Vector<T>, const L: usize>(&self, t: Simd<T, V, L>) -> [Simd<T, V, L>; 2] {
         match self {
             Self::Polynomial(pairs) => polynomial_with_slope(pairs, t),
             Self::Pieces(pieces) => pieces.at(t),
@@ -145,8 +142,8 @@ impl<T: Real> Lobe<T> {
     #[inline(always)]
     pub fn smooth_with_slope<V: Vector<T>, const L: usize>(
         &self,
-        t: Lanes<T, V, L>,
-    ) -> [Lanes<T, V, L>; 2] {
+        t: Simd<T, V, L>,
+    ) -> [Simd<T, V, L>; 2] {
         match self {
             Self::Polynomial(pairs) => polynomial_with_slope(pairs, t),
             Self::Pieces(_) => unreachable!("a function without corners is one polynomial"),
@@ -156,24 +153,24 @@ impl<T: Real> Lobe<T> {
 
 /// A polynomial of 2 t - 1, by its pairs of coefficients, and its derivative by t.
 #[inline(always)]
-fn polynomial_with_slope<T: Real, V: Vector<T>, const L: usize>(
+fn polynomial_with_slope<T: Float, V: Vector<T>, const L: usize>(
     pairs: &[[T; 2]],
-    t: Lanes<T, V, L>,
-) -> [Lanes<T, V, L>; 2] {
-    let x = t.scale_add(T::of(2.0), Lanes::splat(-T::ONE));
+    t: Simd<T, V, L>,
+) -> [Simd<T, V, L>; 2] {
+    let x = t.scale_add(T::of(2.0), Simd::splat(-T::ONE));
     let square = x.square();
-    let Some((highest, lower)) = pairs.split_last() else { return [Lanes::zero(); 2] };
-    let [mut even, mut odd] = highest.map(Lanes::splat);
-    let [mut even_slope, mut odd_slope] = [Lanes::zero(); 2];
+    let Some((highest, lower)) = pairs.split_last() else { return [Simd::zero(); 2] };
+    let [mut even, mut odd] = highest.map(Simd::splat);
+    let [mut even_slope, mut odd_slope] = [Simd::zero(); 2];
     if let Some((second, lower)) = lower.split_last() {
         [even_slope, odd_slope] = [even, odd];
-        even = even.mul_add(square, Lanes::splat(second[0]));
-        odd = odd.mul_add(square, Lanes::splat(second[1]));
+        even = even.mul_add(square, Simd::splat(second[0]));
+        odd = odd.mul_add(square, Simd::splat(second[1]));
         for &pair in lower.iter().rev() {
             even_slope = even_slope.mul_add(square, even);
             odd_slope = odd_slope.mul_add(square, odd);
-            even = even.mul_add(square, Lanes::splat(pair[0]));
-            odd = odd.mul_add(square, Lanes::splat(pair[1]));
+            even = even.mul_add(square, Simd::splat(pair[0]));
+            odd = odd.mul_add(square, Simd::splat(pair[1]));
         }
     }
     // d/dx of E(x²) + x O(x²), and x goes twice as fast as t.
@@ -204,7 +201,7 @@ struct Piece<T> {
     coefficients: [T; PIECE_TERMS],
 }
 
-impl<T: Real> Pieces<T> {
+impl<T: Float> Pieces<T> {
     fn new(ends: &[f64], rows: &[[f64; PIECE_TERMS]]) -> Self {
         let narrowest = ends.windows(2).map(|piece| piece[1] - piece[0]).fold(1.0, f64::min);
         let count = (1.0 / narrowest).ceil() as usize + 1;
@@ -236,15 +233,15 @@ impl<T: Real> Pieces<T> {
 
     /// Value and derivative.
     #[inline(always)]
-    fn at<V: Vector<T>, const L: usize>(&self, t: Lanes<T, V, L>) -> [Lanes<T, V, L>; 2] {
+    fn at<V: Vector<T>, const L: usize>(&self, t: Simd<T, V, L>) -> [Simd<T, V, L>; 2] {
         // Room is cleared each time: no more of it than lanes need.
-        let count = Lanes::<T, V, L>::COUNT;
+        let count = Simd::<T, V, L>::COUNT;
         if count <= 16 {
             self.at_up_to::<V, L, 16>(t)
         } else if count <= 32 {
             self.at_up_to::<V, L, 32>(t)
         } else {
-            self.at_up_to::<V, L, MOST_LANES>(t)
+            self.at_up_to::<V, L, MAX_LANES>(t)
         }
     }
 
@@ -252,13 +249,13 @@ impl<T: Real> Pieces<T> {
     #[inline(always)]
     fn at_up_to<V: Vector<T>, const L: usize, const ROOM: usize>(
         &self,
-        t: Lanes<T, V, L>,
-    ) -> [Lanes<T, V, L>; 2] {
+        t: Simd<T, V, L>,
+    ) -> [Simd<T, V, L>; 2] {
         let mut places = [T::ZERO; ROOM];
         t.store(&mut places);
         let mut scale = [T::ZERO; ROOM];
         let mut coefficients = [[T::ZERO; ROOM]; PIECE_TERMS];
-        for lane in 0..Lanes::<T, V, L>::COUNT {
+        for lane in 0..Simd::<T, V, L>::COUNT {
             let piece = self.piece(places[lane]);
             scale[lane] = piece.scale;
             places[lane] = (places[lane] - piece.middle) * piece.scale;
@@ -266,13 +263,13 @@ impl<T: Real> Pieces<T> {
                 lanes[lane] = coefficient;
             }
         }
-        let x = Lanes::load(&places);
-        let [mut value, mut slope] = [Lanes::zero(); 2];
+        let x = Simd::load(&places);
+        let [mut value, mut slope] = [Simd::zero(); 2];
         for coefficient in coefficients.iter().rev() {
             slope = slope.mul_add(x, value);
-            value = value.mul_add(x, Lanes::load(coefficient));
+            value = value.mul_add(x, Simd::load(coefficient));
         }
-        [value, slope * Lanes::load(&scale)]
+        [value, slope * Simd::load(&scale)]
     }
 }
 
@@ -337,12 +334,12 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::lanes::{Plain, Registers};
+    use crate::simd::{Plain, Registers};
 
     type Fused = Plain<4, 8, true>;
 
-    fn lanes(t: f64) -> Lanes<f64, <Fused as Registers>::Double, 4> {
-        Lanes::splat(t)
+    fn lanes(t: f64) -> Simd<f64, <Fused as Registers>::Double, 4> {
+        Simd::splat(t)
     }
 
     proptest! {
@@ -350,11 +347,11 @@ mod tests {
         fn an_analytic_function_and_its_slope_are_met(t in 0.0..=1.0f64, rate in 0.5..6.0f64) {
             let function = |t: f64| (rate * t).cos() * (-t * t).exp();
             let slope = -(rate * (rate * t).sin() + 2.0 * t * (rate * t).cos()) * (-t * t).exp();
-            let lobe: Lobe<f64> = Fit::new(&[], function).written_out();
+            let lobe: Lobe<f64> = Fit::new(&[], function).in_precision();
             prop_assert!((lobe.at(lanes(t)).lane(0) - function(t)).abs() < 1e-13);
             prop_assert!((lobe.with_slope(lanes(t))[1].lane(5) - slope).abs() < 1e-11);
-            let single: Lobe<f32> = Fit::new(&[], function).written_out();
-            let ours = single.at(Lanes::<f32, <Fused as Registers>::Single, 4>::splat(t as f32)).lane(7);
+            let single: Lobe<f32> = Fit::new(&[], function).in_precision();
+            let ours = single.at(Simd::<f32, <Fused as Registers>::Single, 4>::splat(t as f32)).lane(7);
             prop_assert!((f64::from(ours) - function(t)).abs() < 2e-6);
         }
 
@@ -367,14 +364,14 @@ mod tests {
                 let bend = |(n, corner): (usize, &f64)| heights[n % 4] * (t - corner).abs();
                 corners.iter().enumerate().map(bend).sum::<f64>() + (3.0 * t).sin()
             };
-            let lobe: Lobe<f64> = Fit::new(&corners, function).written_out();
+            let lobe: Lobe<f64> = Fit::new(&corners, function).in_precision();
             prop_assert!((lobe.at(lanes(t)).lane(3) - function(t)).abs() < 1e-12, "{}", t);
         }
     }
 
     #[test]
     fn a_constant_has_one_pair_of_terms_and_nothing_has_none() {
-        let terms = |function: fn(f64) -> f64| match Fit::new(&[], function).written_out::<f64>() {
+        let terms = |function: fn(f64) -> f64| match Fit::new(&[], function).in_precision::<f64>() {
             Lobe::Polynomial(pairs) => pairs.len(),
             Lobe::Pieces(_) => panic!("no corners were given"),
         };

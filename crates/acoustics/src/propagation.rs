@@ -1,8 +1,8 @@
 //! What the air does to sound on its way besides spreading it: it carries it, bends its speed, takes from it.
 
 use super::Vec3;
-use super::lanes::{Lanes, Vector};
-use super::real::Real;
+use super::float::Float;
+use super::simd::{Simd, Vector};
 
 /// Air that is not still, not uniform, or not clear. The default is still, uniform and clear.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +29,7 @@ pub(super) struct Air<T> {
     attenuation_np_m: T,
 }
 
-impl<T: Real> Air<T> {
+impl<T: Float> Air<T> {
     pub fn new(propagation: &Propagation) -> Self {
         let lanes = |vector: &Vec3| [T::of(vector.x), T::of(vector.y), T::of(vector.z)];
         Self {
@@ -50,14 +50,14 @@ impl<T: Real> Air<T> {
     pub fn delay<V: Vector<T>, const L: usize>(
         &self,
         from_m: [T; 3],
-        along_m: [Lanes<T, V, L>; 3],
-        inverse: Lanes<T, V, L>,
-    ) -> Lanes<T, V, L> {
-        let carried = Lanes::dot_add(along_m, self.mach, Lanes::zero()) * inverse;
-        let change = Lanes::dot_add(along_m, self.gradient_per_m, Lanes::zero());
+        along_m: [Simd<T, V, L>; 3],
+        inverse: Simd<T, V, L>,
+    ) -> Simd<T, V, L> {
+        let carried = Simd::dot_add(along_m, self.mach, Simd::zero()) * inverse;
+        let change = Simd::dot_add(along_m, self.gradient_per_m, Simd::zero());
         let [gx, gy, gz] = self.gradient_per_m;
         let start = gx * from_m[0] + gy * from_m[1] + gz * from_m[2];
-        let faster = change.scale_add(T::of(0.5), Lanes::splat(start)).at_least(T::of(-0.9));
+        let faster = change.scale_add(T::of(0.5), Simd::splat(start)).at_least(T::of(-0.9));
         let middle = faster + T::ONE;
         let relative = change / middle;
         let bent = relative.square() * T::of(1.0 / 12.0);
@@ -68,8 +68,8 @@ impl<T: Real> Air<T> {
     #[inline(always)]
     pub fn transmission<V: Vector<T>, const L: usize>(
         &self,
-        distance: Lanes<T, V, L>,
-    ) -> Lanes<T, V, L> {
+        distance: Simd<T, V, L>,
+    ) -> Simd<T, V, L> {
         (distance * self.attenuation_np_m).exp()
     }
 }
@@ -79,15 +79,15 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::lanes::{Plain, Registers};
+    use crate::simd::{Plain, Registers};
 
     type Double = <Plain<2, 4, false> as Registers>::Double;
 
     /// Travel time along a way over that in still, uniform air.
     fn slowness(propagation: &Propagation, from: Vec3, to: Vec3) -> f64 {
         let along = to - from;
-        let lanes = [0, 1, 2].map(|axis| Lanes::<f64, Double, 4>::splat(along[axis]));
-        let inverse = Lanes::splat(1.0 / along.norm());
+        let lanes = [0, 1, 2].map(|axis| Simd::<f64, Double, 4>::splat(along[axis]));
+        let inverse = Simd::splat(1.0 / along.norm());
         1.0 + Air::<f64>::new(propagation).delay(from.into(), lanes, inverse).lane(2)
     }
 
@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn a_neper_leaves_one_part_in_e() {
         let air = Propagation { attenuation_np_m: 4.0, ..Propagation::default() };
-        let quarter = Lanes::<f64, Double, 4>::splat(0.25);
+        let quarter = Simd::<f64, Double, 4>::splat(0.25);
         let left = Air::<f64>::new(&air).transmission(quarter).lane(0);
         assert!((left - (-1f64).exp()).abs() < 1e-15);
     }

@@ -107,7 +107,7 @@ fn met(
     let wavenumber = supposed.wavenumber_rad_m(&drive.believed);
     let silent = vec![0.0; array.len()];
     let kernel = FieldKernel::new(&array, &silent, &Piston, wavenumber, PathLengths::Observed)
-        .in_precision(Precision::Single);
+        .with_precision(Precision::Single);
     let places_m: Vec<Vec3> = places_m.iter().map(on_its_head).collect();
     let met = kernel.at(&places_m);
     // (What noise alone makes there hardly changes from reading to reading.)

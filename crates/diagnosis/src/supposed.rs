@@ -248,7 +248,10 @@ impl Supposed {
         let air = self.air(believed);
         let faded_by = |times: f64| -> Vec<FieldSum> {
             let attenuation_np_m = air.attenuation_np_m + times * faded;
-            kernel.clone().through(Propagation { attenuation_np_m, ..air }).sums_at(points_m)
+            kernel
+                .clone()
+                .with_propagation(Propagation { attenuation_np_m, ..air })
+                .sums_at(points_m)
         };
         let [whole, steady] = [0.0, 1.0].map(faded_by);
         let twice = match self.speckle {
@@ -290,7 +293,7 @@ impl Supposed {
         if let Some(exponent) = self.spreading {
             kernel = kernel.with_on_axis(OnAxis::Power { exponent });
         }
-        kernel = kernel.through(self.air(believed)).with_near_field(nuisance.near_field);
+        kernel = kernel.with_propagation(self.air(believed)).with_near_field(nuisance.near_field);
         if self.reception_half_rad.is_finite() || self.face_radius_m > 0.0 {
             kernel =
                 kernel.with_receiver_directivity(|angle_rad| self.reception(angle_rad, wavenumber));

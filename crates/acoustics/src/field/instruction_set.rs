@@ -1,8 +1,8 @@
 //! Which vector instructions the processor has, and code compiled for each.
 
 #[cfg(target_arch = "x86_64")]
-use crate::lanes::{Avx2, Avx512};
-use crate::lanes::{Plain, Registers};
+use crate::simd::{Avx2, Avx512};
+use crate::simd::{Plain, Registers};
 
 /// A set of vector instructions that the kernel is compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,19 +36,19 @@ impl InstructionSet {
 
     /// The best that this processor has.
     pub fn best() -> Self {
-        let there = Self::ALL.iter().copied().rfind(|set| set.is_there());
+        let there = Self::ALL.iter().copied().rfind(|set| set.is_available());
         there.unwrap_or(Self::Baseline)
     }
 
     /// Whether this processor has it.
-    pub fn is_there(self) -> bool {
+    pub fn is_available(self) -> bool {
         match self {
             Self::Baseline => true,
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 => {
-                Self::Avx2.is_there()
+                Self::Avx2.is_available()
                     && is_x86_feature_detected!("avx512f")
                     && is_x86_feature_detected!("avx512dq")
                     && is_x86_feature_detected!("avx512vl")

@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::instruction_set::{InstructionSet, Vectorised};
-use crate::lanes::{Lanes, Registers};
+use crate::simd::{Registers, Simd};
 
 /// Neighbours of a value; half of them to each side.
 pub(super) const TAPS: usize = 40;
@@ -161,17 +161,17 @@ pub(super) struct WeightedSum<'w, const COMPLEX: bool> {
 impl<const COMPLEX: bool> Vectorised for WeightedSum<'_, COMPLEX> {
     #[inline(always)]
     fn run<R: Registers, const VECTORS: usize>(self) {
-        const { assert!(Lanes::<f64, R::Double, VECTORS>::COUNT <= BEYOND) };
+        const { assert!(Simd::<f64, R::Double, VECTORS>::COUNT <= BEYOND) };
         let columns = self.real.len();
-        let at_once = Lanes::<f64, R::Double, VECTORS>::COUNT;
+        let at_once = Simd::<f64, R::Double, VECTORS>::COUNT;
         let mut ends = [0.0; BEYOND];
         for first in (0..columns).step_by(at_once) {
-            let [mut real, mut imaginary] = [Lanes::<f64, R::Double, VECTORS>::zero(); 2];
+            let [mut real, mut imaginary] = [Simd::<f64, R::Double, VECTORS>::zero(); 2];
             for term in self.terms {
                 // Where a row ends first, the rest is of no use and not kept.
                 let from = term.start + first;
-                let re = Lanes::load(&self.map.real[from..from + at_once]);
-                let im = Lanes::load(&self.map.imaginary[from..from + at_once]);
+                let re = Simd::load(&self.map.real[from..from + at_once]);
+                let im = Simd::load(&self.map.imaginary[from..from + at_once]);
                 let [a, b] = term.weight;
                 real = re.scale_add(a, real);
                 imaginary = im.scale_add(a, imaginary);

@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 
 use super::{FieldKernel, PathLengths, TILE};
 use crate::Vec3;
-use crate::lanes::MOST_LANES;
-use crate::real::Real;
+use crate::float::Float;
+use crate::simd::MAX_LANES;
 use crate::transducer::OnAxis;
 
 /// A source as it stands to the middle of a tile.
@@ -24,7 +24,7 @@ pub(super) struct Near<T> {
     /// Length of the path to the tile's middle, m: where path lengths are frozen, to below or above it.
     pub path: T,
     /// What its square as rounded lacks of the true square, m².
-    pub lacking: T,
+    pub rounded_off: T,
     /// Height of the path where it is frozen, m.
     pub rise: T,
     /// Phase at the tile's middle, half turns, -1 to 1.
@@ -35,7 +35,7 @@ pub(super) struct Near<T> {
 }
 
 /// Room for a tile's points and for what the last vectors hold beyond them.
-pub(super) const ROOM: usize = TILE + MOST_LANES;
+pub(super) const ROOM: usize = TILE + MAX_LANES;
 
 /// A tile's points and the sources as they stand to its middle.
 pub(super) struct Surroundings<T> {
@@ -45,13 +45,13 @@ pub(super) struct Surroundings<T> {
     pub near: Vec<Near<T>>,
 }
 
-impl<T: Real> Default for Surroundings<T> {
+impl<T: Float> Default for Surroundings<T> {
     fn default() -> Self {
         Self { points: 0, steps: [[T::ZERO; ROOM]; 3], near: Vec::new() }
     }
 }
 
-impl<T: Real> Surroundings<T> {
+impl<T: Float> Surroundings<T> {
     /// Places a kernel's sources about a tile of points.
     pub fn surround(&mut self, kernel: &FieldKernel, points_m: &[Vec3]) {
         let middle_m = middle(points_m);
@@ -86,7 +86,7 @@ impl<T: Real> Surroundings<T> {
                 amplitude: T::of(source.amplitude * amplitude),
                 drive: T::of(source.drive_rad),
                 path,
-                lacking: T::of(square - path.to_f64() * path.to_f64()),
+                rounded_off: T::of(square - path.to_f64() * path.to_f64()),
                 rise: T::of(rise_m),
                 half_turns: T::of(half_turns - 2.0 * turns),
                 lobe: source.lobes,

@@ -135,9 +135,9 @@ proptest! {
             .iter()
             .map(|&x| plain_sum(&array, &phases, transducer, wavenumber, paths, x))
             .collect();
-        for &set in InstructionSet::ALL.iter().filter(|set| set.is_there()) {
+        for &set in InstructionSet::ALL.iter().filter(|set| set.is_available()) {
             for (precision, tolerance) in [(Precision::Double, 1e-12), (Precision::Single, 1e-5)] {
-                let ours = kernel.clone().by(set).in_precision(precision).at(&points);
+                let ours = kernel.clone().with_instructions(set).with_precision(precision).at(&points);
                 for (n, (ours, plain)) in ours.into_iter().zip(&plain).enumerate() {
                     prop_assert!(
                         (ours - plain).norm() < tolerance * peak,
@@ -163,7 +163,7 @@ proptest! {
         let hears = |angle_rad: f64| (-0.8 * angle_rad * angle_rad).exp();
         let kernel = FieldKernel::new(&array, &[0.0; 9], &Piston, wavenumber, PathLengths::Observed)
             .with_on_axis(OnAxis::Power { exponent })
-            .through(propagation)
+            .with_propagation(propagation)
             .with_receiver_directivity(hears);
         let points: Vec<Vec3> = points.into_iter().map(|(x, y, z)| Vec3::new(x, y, z)).collect();
         for (sum, x) in kernel.sums_at(&points).into_iter().zip(&points) {
@@ -214,7 +214,7 @@ fn at_the_very_middle_of_a_source_nothing_is_lost_but_that_source() {
     let array = Array::linear(2, 10.5e-3).expect("not empty");
     for precision in [Precision::Single, Precision::Double] {
         let kernel = FieldKernel::new(&array, &[0.0; 2], &Piston, 732.7, PathLengths::Observed)
-            .in_precision(precision);
+            .with_precision(precision);
         assert!(kernel.at(&[array.elements()[0].centre_m])[0].is_finite());
     }
 }

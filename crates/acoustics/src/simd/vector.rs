@@ -1,6 +1,6 @@
 //! What the kernel asks of a processor's vectors, and arrays that answer for processors whose vectors it does not name.
 
-use crate::real::Real;
+use crate::float::Float;
 
 /// The vectors of an instruction set.
 pub(crate) trait Registers {
@@ -9,7 +9,7 @@ pub(crate) trait Registers {
 }
 
 /// Numbers that go through one instruction together.
-pub(crate) trait Vector<T: Real>: Copy {
+pub(crate) trait Vector<T: Float>: Copy {
     /// How many numbers there are.
     const LANES: usize;
 
@@ -35,7 +35,7 @@ pub(crate) trait Vector<T: Real>: Copy {
     fn greater(self, other: Self) -> Self;
     /// `self` where the other is above a limit, zero elsewhere.
     fn only_where_above(self, other: Self, limit: Self) -> Self;
-    /// `-self` where the whole number that was added to [`Real::ROUNDER`] is odd.
+    /// `-self` where the whole number that was added to [`Float::ROUNDER`] is odd.
     fn negated_if_odd(self, rounded: Self) -> Self;
     /// Two to the power of a whole number.
     fn two_to(self) -> Self;
@@ -84,7 +84,7 @@ macro_rules! lane_by_lane {
     )*};
 }
 
-impl<T: Real, const W: usize, const FUSED: bool> Vector<T> for Array<T, W, FUSED> {
+impl<T: Float, const W: usize, const FUSED: bool> Vector<T> for Array<T, W, FUSED> {
     const LANES: usize = W;
 
     #[inline(always)]

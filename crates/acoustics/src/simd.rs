@@ -6,28 +6,28 @@ mod x86_64;
 
 use std::marker::PhantomData;
 
-use super::real::Real;
+use super::float::Float;
 pub(super) use vector::{Plain, Registers, Vector};
 #[cfg(target_arch = "x86_64")]
 pub(super) use x86_64::{Avx2, Avx512};
 
 /// The most lanes that there are on any instruction set.
-pub(super) const MOST_LANES: usize = 64;
+pub(super) const MAX_LANES: usize = 64;
 
 /// `N` vectors of numbers that go through the same arithmetic, so that one need not wait for another.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Lanes<T, V, const N: usize>([V; N], PhantomData<T>);
+pub(super) struct Simd<T, V, const N: usize>([V; N], PhantomData<T>);
 
 macro_rules! lanewise {
     ($($operator:ident, $name:ident);*) => {$(
-        impl<T: Real, V: Vector<T>, const N: usize> std::ops::$operator for Lanes<T, V, N> {
+        impl<T: Float, V: Vector<T>, const N: usize> std::ops::$operator for Simd<T, V, N> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
                 self.with(other, V::$name)
             }
         }
-        impl<T: Real, V: Vector<T>, const N: usize> std::ops::$operator<T> for Lanes<T, V, N> {
+        impl<T: Float, V: Vector<T>, const N: usize> std::ops::$operator<T> for Simd<T, V, N> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: T) -> Self {
@@ -39,7 +39,7 @@ macro_rules! lanewise {
 
 lanewise!(Add, add; Sub, sub; Mul, mul; Div, div);
 
-impl<T: Real, V: Vector<T>, const N: usize> Lanes<T, V, N> {
+impl<T: Float, V: Vector<T>, const N: usize> Simd<T, V, N> {
     /// How many numbers there are.
     pub const COUNT: usize = N * V::LANES;
 
@@ -97,7 +97,7 @@ impl<T: Real, V: Vector<T>, const N: usize> Lanes<T, V, N> {
     /// One of the numbers.
     #[cfg(test)]
     pub fn lane(self, lane: usize) -> T {
-        let mut numbers = [T::ZERO; MOST_LANES];
+        let mut numbers = [T::ZERO; MAX_LANES];
         self.store(&mut numbers);
         numbers[lane]
     }
@@ -200,7 +200,7 @@ impl<T: Real, V: Vector<T>, const N: usize> Lanes<T, V, N> {
     }
 
     /// Cosine and sine of an angle given in half turns, below 2^20 of them, but for the sign that both have in common; and the
-    /// half turns that say which it is, to [`Lanes::negated_if_odd`].
+    /// half turns that say which it is, to [`Simd::negated_if_odd`].
     ///
     /// What is left of the angle beyond the nearest whole number of half turns lies within a quarter turn, where two short
     /// polynomials do; an odd number of half turns changes both signs.
@@ -262,9 +262,9 @@ mod tests {
         ln: T,
     }
 
-    fn ask<T: Real, V: Vector<T>>(x: T) -> Answers<T> {
-        let lanes = Lanes::<T, V, 3>::splat(x);
-        let last = Lanes::<T, V, 3>::COUNT - 1;
+    fn ask<T: Float, V: Vector<T>>(x: T) -> Answers<T> {
+        let lanes = Simd::<T, V, 3>::splat(x);
+        let last = Simd::<T, V, 3>::COUNT - 1;
         let [cosine, sine, odd] = lanes.cos_sin_half_turns();
         let cosine_and_sine = [cosine, sine].map(|part| part.negated_if_odd(odd).lane(last));
         let [root, reciprocal, of_square] = lanes.root_and_reciprocals();

@@ -2,10 +2,10 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::lanes::{Registers, Vector};
+use super::simd::{Registers, Vector};
 
 /// `f32` or `f64`.
-pub(super) trait Real:
+pub(super) trait Float:
     Copy
     + Send
     + Sync
@@ -50,7 +50,7 @@ pub(super) trait Real:
     /// The square root.
     fn root(self) -> Self;
 
-    /// `-self` if the whole number that was added to [`Real::ROUNDER`] is odd.
+    /// `-self` if the whole number that was added to [`Float::ROUNDER`] is odd.
     fn negated_if_odd(self, rounded: Self) -> Self;
     /// Two to the power of a whole number.
     fn two_to(self) -> Self;
@@ -62,7 +62,7 @@ pub(super) trait Real:
 
 macro_rules! real {
     ($float:ident, $of:ident, $bits:ident, $int:ident, $mantissa:literal, $bias:literal, {$($constants:tt)*}) => {
-        impl Real for $float {
+        impl Float for $float {
             type In<R: Registers> = R::$of;
 
             const ZERO: Self = 0.0;

@@ -1,4 +1,4 @@
-//! Air by its temperature, humidity and pressure: how fast sound goes in it, and what it takes from sound.
+//! The speed of sound in air and its attenuation, from temperature, humidity and pressure.
 
 use super::Medium;
 
@@ -21,7 +21,7 @@ pub struct Air {
 }
 
 impl Air {
-    /// The air as the field needs it, its speed of sound by Cramer's formula ([`Medium::air`]).
+    /// The medium with the speed of sound by Cramer's formula ([`Medium::air`]).
     pub fn medium(&self) -> Medium {
         Medium::air(self.temperature_c, self.humidity_percent, self.pressure_kpa)
     }
@@ -29,31 +29,34 @@ impl Air {
     /// Pure-tone attenuation of the amplitude at a frequency (Hz, above zero), dB/m.
     ///
     /// Source: ISO 9613-1:1993, equations 3 to 5 and B.2, B.3: shear and heat conduction, and the relaxations of oxygen and
-    /// nitrogen. It is stated there as good to 10 % for -20 to 50 °C, 0.05 to 5 % of water vapour, below 200 kPa and
-    /// for 0.4 to 10 MHz of frequency over pressure in atmospheres; 40 kHz lies within.
+    /// nitrogen. The standard states an accuracy of 10 % from -20 to 50 °C, for 0.05 to 5 % of water vapour, below 200 kPa, and for
+    /// 4e-4 to 10 Hz/Pa as the ratio of frequency to pressure: 40 Hz to 1 MHz at one atmosphere.
     pub fn attenuation_db_m(&self, frequency_hz: f64) -> f64 {
         let kelvin = self.temperature_c + 273.15;
-        let warmth = kelvin / REFERENCE_K;
+        let relative_temperature = kelvin / REFERENCE_K;
         let pressure = self.pressure_kpa / REFERENCE_KPA;
         let saturation = 10f64.powf(4.6151 - 6.8346 * (TRIPLE_POINT_K / kelvin).powf(1.261));
         let water_percent = self.humidity_percent * saturation / pressure;
         let oxygen_hz = pressure
             * (24.0 + 4.04e4 * water_percent * (0.02 + water_percent) / (0.391 + water_percent));
-        let nitrogen_hz = pressure / warmth.sqrt()
-            * (9.0 + 280.0 * water_percent * (-4.170 * (warmth.cbrt().recip() - 1.0)).exp());
+        let nitrogen_hz = pressure / relative_temperature.sqrt()
+            * (9.0
+                + 280.0
+                    * water_percent
+                    * (-4.170 * (relative_temperature.cbrt().recip() - 1.0)).exp());
         let square = frequency_hz * frequency_hz;
         let relaxation = |strength: f64, kelvin_of_mode: f64, relaxation_hz: f64| {
             strength * (-kelvin_of_mode / kelvin).exp() / (relaxation_hz + square / relaxation_hz)
         };
         8.686
             * square
-            * (1.84e-11 / pressure * warmth.sqrt()
-                + warmth.powf(-2.5)
+            * (1.84e-11 / pressure * relative_temperature.sqrt()
+                + relative_temperature.powf(-2.5)
                     * (relaxation(0.01275, 2239.1, oxygen_hz)
                         + relaxation(0.1068, 3352.0, nitrogen_hz)))
     }
 
-    /// The same in nepers a metre.
+    /// Attenuation of the amplitude at a frequency (Hz, above zero), Np/m. Source as for [`Air::attenuation_db_m`].
     pub fn attenuation_np_m(&self, frequency_hz: f64) -> f64 {
         self.attenuation_db_m(frequency_hz) * std::f64::consts::LN_10 / 20.0
     }
@@ -68,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn attenuation_is_the_tabled_one_to_its_last_digit() {
+    fn attenuation_agrees_with_the_standards_table_to_its_last_digit() {
         // ISO 9613-2:1996, table 2: coefficients by ISO 9613-1 at the octaves' exact mid-frequencies, dB/km.
         let tabled = [
             (10.0, 70.0, [0.1, 0.4, 1.0, 1.9, 3.7, 9.7, 32.8, 117.0]),
@@ -93,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_room_takes_1_318_db_from_a_metre_of_40_khz() {
+    fn air_at_room_temperature_attenuates_40_khz_by_1_318_db_per_metre() {
         let room = air(20.0, 50.0);
         assert!(
             (room.attenuation_db_m(40e3) - 1.318).abs() < 5e-4,
@@ -105,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn cramers_speed_agrees_with_the_one_of_iso_9613_1_in_a_room() {
+    fn cramers_speed_of_sound_agrees_with_iso_9613_1_at_room_temperature() {
         // ISO 9613-1, A.3: c = 343.2 sqrt(T/T0), for air of ordinary humidity.
         for temperature_c in [15.0, 20.0, 25.0] {
             let iso = 343.2 * ((temperature_c + 273.15f64) / REFERENCE_K).sqrt();

@@ -1,7 +1,7 @@
 //! Arrangements of elements.
 //!
-//! Every lattice takes the diameter of an element's housing and the gap between neighbouring rims; their
-//! sum is the pitch. Elements are numbered from 0 in the order given with each layout.
+//! Every regular layout takes the pitch, the distance between the centres of neighbours. Elements are numbered from 0 in the order
+//! given with each layout.
 
 use std::sync::Arc;
 
@@ -11,11 +11,11 @@ use rand_chacha::ChaCha8Rng;
 use super::transducer::DescribedTransducer;
 use super::{Element, Vec3};
 
-/// Draws of one element's place before a random array is begun anew: the first few may have left no place.
+/// Random positions tried for one element before the array is started again: its first elements may have left no room.
 const DRAWS: usize = 1_000;
 
-/// Beginnings of a random array before it is given up as too crowded.
-const BEGINNINGS: usize = 1_000;
+/// Starts of a random array before it is given up as too crowded.
+const STARTS: usize = 1_000;
 
 /// Why an arrangement of elements cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -23,15 +23,15 @@ pub enum LayoutError {
     /// No elements.
     #[error("an array needs at least one element")]
     Empty,
-    /// The thesis's listing ends at the third ring.
+    /// More rings than the thesis defines.
     #[error(
-        "the thesis's hexagonal construction has 0 to 3 rings, not {0}; `hexagonal` has any number"
+        "the thesis's hexagonal layout has 0 to 3 rings, not {0}; `hexagonal` takes any number"
     )]
     RingsOfThesis(usize),
-    /// The random draw found no free place.
+    /// The random layout found no free position.
     #[error(
-        "no room for {count} elements without overlap in {BEGINNINGS} tries; use more elements (the square \
-         grows with their number) or a smaller spacing"
+        "no room for {count} elements without overlap in {STARTS} tries; use more elements (the square grows with their number) or \
+         a smaller spacing"
     )]
     Crowded {
         /// Elements asked for.
@@ -59,7 +59,7 @@ impl Array {
         }
     }
 
-    /// A rectangular lattice, row by row from the top left (largest y, smallest x).
+    /// A rectangular lattice, row by row from the corner with the largest y and the smallest x.
     ///
     /// # Errors
     /// [`LayoutError::Empty`] if `columns` or `rows` is zero.
@@ -79,7 +79,7 @@ impl Array {
         )
     }
 
-    /// Elements in a row along x, from the smallest x.
+    /// One row along x, from the smallest x.
     ///
     /// # Errors
     /// [`LayoutError::Empty`] if `count` is zero.
@@ -87,7 +87,7 @@ impl Array {
         Self::square(count, 1, pitch_m)
     }
 
-    /// The triangular lattice: the centre, then ring k with its 6k elements clockwise from the corner at 90 degrees.
+    /// A triangular lattice of rings about the centre. Ring k has 6 k elements, clockwise from the corner at 90°.
     pub fn hexagonal(rings: usize, pitch_m: f64) -> Self {
         let corner = |ring: usize, index: usize| {
             let angle = (90.0 - 60.0 * index as f64).to_radians();
@@ -106,11 +106,11 @@ impl Array {
         Self { elements, transducer: None }
     }
 
-    /// The hexagon as the thesis's listing builds it, in its order: its third ring lies on a circle between the
-    /// corners, so that neighbours touch, and off the triangular lattice.
+    /// The hexagonal layout of the thesis's listing, in its order. Between the corners its third ring lies on a circle and not on the
+    /// triangular lattice, so that neighbours touch.
     ///
     /// # Errors
-    /// [`LayoutError::RingsOfThesis`] above three rings, where the listing ends.
+    /// [`LayoutError::RingsOfThesis`] above three rings, which the listing does not define.
     pub fn hexagonal_thesis(rings: usize, pitch_m: f64) -> Result<Self, LayoutError> {
         if rings > 3 {
             return Err(LayoutError::RingsOfThesis(rings));
@@ -118,7 +118,7 @@ impl Array {
         let mut elements = vec![Element::at(0.0, 0.0)];
         for ring in 1..=rings {
             let step_deg = 60.0 / ring as f64;
-            // The listing starts each ring so that its first corner stands at 90 degrees, counting clockwise.
+            // The listing starts each ring so that its first corner is at 90 degrees, counting clockwise.
             let sides_before_corner = ring - 1;
             let side_radius = match ring {
                 2 => pitch_m * 3f64.sqrt(),
@@ -135,12 +135,12 @@ impl Array {
         Ok(Self { elements, transducer: None })
     }
 
-    /// Elements thrown at random, without overlap, into a square of side `count` times half the pitch.
+    /// Elements at random positions, without overlap, in a square of side `count` times half the pitch.
     ///
     /// The same seed gives the same array.
     ///
     /// # Errors
-    /// [`LayoutError::Empty`], or [`LayoutError::Crowded`] if no free place is found.
+    /// [`LayoutError::Empty`], or [`LayoutError::Crowded`] if no free position is found.
     pub fn random(count: usize, pitch_m: f64, seed: u64) -> Result<Self, LayoutError> {
         let mut draws = ChaCha8Rng::seed_from_u64(seed);
         let half_side = 0.25 * count as f64 * pitch_m;
@@ -158,16 +158,16 @@ impl Array {
             Some(elements)
         };
         let elements =
-            (0..BEGINNINGS).find_map(|_| place_all()).ok_or(LayoutError::Crowded { count })?;
+            (0..STARTS).find_map(|_| place_all()).ok_or(LayoutError::Crowded { count })?;
         Self::from_elements(elements)
     }
 
-    /// The same array, made of transducers that are known.
-    pub fn made_of(self, transducer: Arc<DescribedTransducer>) -> Self {
+    /// The same array with a description of its transducers.
+    pub fn with_transducer(self, transducer: Arc<DescribedTransducer>) -> Self {
         Self { transducer: Some(transducer), ..self }
     }
 
-    /// The transducer that it is made of, where that is known.
+    /// The description of its transducers, where there is one.
     pub fn transducer(&self) -> Option<&DescribedTransducer> {
         self.transducer.as_deref()
     }
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_square_starts_at_the_top_left_and_goes_along_the_row() {
+    fn a_square_starts_at_the_top_left_and_continues_along_the_row() {
         let array = Array::square(6, 6, 10.5e-3).expect("not empty");
         let at = |n: usize| array.elements()[n].centre_m * 1e3;
         assert!((at(0) - Vec3::new(-26.25, 26.25, 0.0)).norm() < 1e-12);
@@ -228,7 +228,7 @@ mod tests {
         let angle = side.y.atan2(side.x).to_degrees();
         assert!((angle - 130.0).abs() < 1e-9, "{angle}");
         assert!((side.norm() * 1e3 - 5.25 / 10f64.to_radians().sin()).abs() < 1e-9);
-        // On the lattice the same element stands at sqrt(28) radii.
+        // On the lattice the same element is at a distance of sqrt(28) radii.
         let lattice = Array::hexagonal(3, 10.5e-3);
         assert!((lattice.elements()[20].centre_m.norm() * 1e3 - 28f64.sqrt() * 5.25).abs() < 1e-9);
         assert!(Array::hexagonal_thesis(4, 1.0).is_err());

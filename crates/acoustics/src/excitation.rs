@@ -1,15 +1,15 @@
-//! What the array is told, and the delays that follow from it.
+//! How the array is driven, and the delays that follow from it.
 
 use super::{Array, Medium, Vec3};
 
-/// What the array is told to do.
+/// How the array is driven.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Excitation {
     /// Focus on a point, metres, array frame.
     Focus(Vec3),
-    /// Every element alike.
+    /// All elements in phase.
     Uniform,
-    /// A phase for each element, radians; as many as the array has elements.
+    /// A phase for each element of the array, radians.
     Phases(Vec<f64>),
 }
 
@@ -22,7 +22,7 @@ impl Excitation {
         }
     }
 
-    /// The phase that each element is driven with, radians, with path lengths advancing the phase by +k d.
+    /// The phase that each element is driven with, radians. A path of length d adds +k d to it.
     pub fn phases_rad(&self, array: &Array, medium: &Medium, frequency_hz: f64) -> Vec<f64> {
         match self {
             Self::Focus(_) => delays_s(self, array, medium, frequency_hz)
@@ -37,8 +37,8 @@ impl Excitation {
 
 /// The delay of each element, seconds, zero or above, as it is sent to the array.
 ///
-/// For a focus, the largest travel time less each element's own (thesis, listing `gen_delays`): the farthest
-/// element starts at once. For given phases, the phase as a fraction of a period, 0 up to 1/f.
+/// For a focus, the largest travel time minus that of each element (thesis, listing `gen_delays`): the farthest element has no delay.
+/// For given phases, the phase as a fraction of a period, from 0 to less than 1/f.
 pub fn delays_s(
     excitation: &Excitation,
     array: &Array,

@@ -298,7 +298,7 @@ impl FieldKernel {
         out.par_chunks_mut(TILE).zip(points_m.par_chunks(TILE)).for_each_init(
             || (Sums::default(), Surroundings::default()),
             |(sums, surroundings), (out, points_m)| {
-                surroundings.surround(self, points_m);
+                surroundings.set(self, points_m);
                 self.instructions.run(TileSum::<T, C>::new(&prepared, surroundings, sums));
                 for (point, out) in out.iter_mut().enumerate() {
                     write(out, sums, point);

@@ -1,4 +1,4 @@
-//! The two precisions of the field kernel, and what its arithmetic needs to know of each.
+//! The two precisions of the field kernel and the constants of its arithmetic in each.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -22,26 +22,26 @@ pub(super) trait Float:
 
     const ZERO: Self;
     const ONE: Self;
-    /// 1.5 times two to the power of the mantissa's bits: adding it and taking it away again rounds a small number to the
-    /// nearest whole one (ties to even), on every instruction set, because no fraction fits beside it.
+    /// 1.5 times two to the power of the mantissa's bits. Adding and subtracting it rounds a small number to the nearest whole number
+    /// (ties to even) with every instruction set, because the sum has no bits for a fraction.
     const ROUNDER: Self;
-    /// So little that it is nothing beside a squared distance, but has a root.
+    /// Negligible beside any squared distance, but with a nonzero square root.
     const TINY: Self;
-    /// cos(πr) and sin(πr)/r in powers of r², for |r| at most a half: polynomials of least largest error (2e-15 and 4e-16 in
-    /// double precision, 5e-8 and 1.4e-8 in single).
+    /// cos(πr) and sin(πr)/r in powers of r², for |r| up to 0.5: minimax polynomials with errors of 2e-15 and 4e-16 in double
+    /// precision, 5e-8 and 1.4e-8 in single.
     const COSINE: &'static [Self];
     const SINE: &'static [Self];
-    /// e^x for |x| at most ln(2)/2, likewise (3e-18 and 2e-9).
+    /// e^x for |x| up to ln(2)/2, likewise (3e-18 and 2e-9).
     const EXPONENTIAL: &'static [Self];
-    /// 2/(2n+1): twice the series of artanh(s)/s in powers of s², enough for |s| < 0.172.
+    /// 2/(2n+1): twice the series of artanh(s)/s in powers of s², as many terms as |s| < 0.172 needs.
     const ARTANH: &'static [Self];
-    /// -ln 2, its leading digits and the rest.
+    /// -ln 2 as a sum: its leading digits and the remainder.
     const MINUS_LN_2: [Self; 2];
     const LN_2: Self;
     const LOG2_E: Self;
-    /// Below this power of e there is no normal number.
+    /// The smallest power of e that is a normal number.
     const LEAST_POWER: Self;
-    /// Whether a path's last digits must be computed apart, for want of digits beside its whole length.
+    /// Whether the excess path needs a correction because the precision is too low for differences of whole lengths.
     const REFINED: bool;
 
     fn of(value: f64) -> Self;
@@ -56,7 +56,7 @@ pub(super) trait Float:
     fn two_to(self) -> Self;
     /// The whole e for which `self / 2^e` lies within a factor √2 of 1.
     fn exponent(self) -> Self;
-    /// The number without its fraction, for an index; zero below zero.
+    /// The number without its fraction as an index; zero for negative numbers.
     fn index(self) -> usize;
 }
 
@@ -100,7 +100,7 @@ macro_rules! real {
 
             #[inline(always)]
             fn two_to(self) -> Self {
-                // The biased exponent, in the lowest bits once the rounder is added, goes up to its place.
+                // The biased exponent, which is in the lowest bits after the rounder is added, is shifted to its position.
                 Self::from_bits((self + (Self::ROUNDER + $bias)).to_bits() << $mantissa)
             }
 

@@ -2,12 +2,12 @@
 
 use super::Vec3;
 
-/// A plane grid at one height: every `y` of every `x`.
+/// A grid of points on a plane of constant height: every combination of its columns and rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneGrid {
-    /// Column positions, metres, rising.
+    /// Column positions, metres, in ascending order.
     pub x_m: Vec<f64>,
-    /// Row positions, metres, rising.
+    /// Row positions, metres, in ascending order.
     pub y_m: Vec<f64>,
     /// Height, metres.
     pub z_m: f64,

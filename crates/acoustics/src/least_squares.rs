@@ -1,9 +1,8 @@
 //! Nonlinear least squares with normal priors: the Levenberg-Marquardt method.
 //!
-//! Minimises `Σ rᵢ(x)² + Σ ((xⱼ - meanⱼ)/sdⱼ)²` over a handful of parameters. Each parameter has a scale, the
-//! size of a change that matters, and is worked in units of it, so that metres and radians weigh alike; the
-//! damping follows Marquardt (J. SIAM 11, 431, 1963) with the update of Nielsen (IMM-REP-1999-05, eq. 2.4),
-//! which neither stalls nor jumps. Sums are taken in the order of the residuals: the same input gives the same
+//! Minimises `Σ rᵢ(x)² + Σ ((xⱼ - meanⱼ)/sdⱼ)²` over a few parameters. Each parameter has a scale, the size of a significant change,
+//! and is computed in units of it, so that metres and radians are comparable. The damping follows Marquardt (J. SIAM 11, 431, 1963)
+//! with the update of Nielsen (IMM-REP-1999-05, eq. 2.4). Sums are taken in the order of the residuals: the same input gives the same
 //! bits.
 
 use nalgebra::{DMatrix, DVector};
@@ -13,29 +12,29 @@ use nalgebra::{DMatrix, DVector};
 pub struct Parameter {
     /// Where the search starts.
     pub start: f64,
-    /// The size of a change that matters; above zero.
+    /// The size of a significant change; above zero.
     pub scale: f64,
-    /// What is known beforehand, as mean and standard deviation (above zero); `None` for nothing.
+    /// Mean and standard deviation (above zero) of a normal prior; `None` without one.
     pub prior: Option<(f64, f64)>,
 }
 
-/// Residuals at a point and how they change with each parameter.
+/// Residuals at a point and their derivatives by each parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Linearisation {
     /// The residuals, in units of their standard deviation.
     pub residuals: Vec<f64>,
-    /// Derivatives of all residuals by each parameter: one column a parameter.
+    /// Derivatives of all residuals by each parameter: one column for each parameter.
     pub columns: Vec<Vec<f64>>,
 }
 
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stopping {
-    /// Most linearisations taken.
+    /// Largest number of linearisations.
     pub iterations: usize,
     /// A step smaller than this, in scales of the parameters, ends the search.
     pub step: f64,
-    /// A fall of the cost smaller than this, relative, ends the search.
+    /// A relative decrease of the cost smaller than this ends the search.
     pub fall: f64,
 }
 
@@ -50,27 +49,27 @@ impl Default for Stopping {
 pub struct Minimum {
     /// The parameters.
     pub parameters: Vec<f64>,
-    /// The cost: squared residuals plus squared departures from the priors.
+    /// The cost: squared residuals plus squared deviations from the priors.
     pub cost: f64,
-    /// Inverse of half the cost's curvature: the parameters' covariance, if the residuals are independent and
-    /// of unit variance. `None` if some combination of parameters changes nothing at all.
+    /// Inverse of half the cost's curvature: the covariance of the parameters, if the residuals are independent and of unit variance.
+    /// `None` if some combination of parameters does not change the residuals.
     pub covariance: Option<DMatrix<f64>>,
-    /// Linearisations taken.
+    /// Number of linearisations.
     pub iterations: usize,
-    /// Whether it ended because there was nothing more to gain, and not because its iterations ran out.
+    /// Whether the search ended by [`Stopping::step`] or [`Stopping::fall`] and not by the number of iterations.
     pub converged: bool,
 }
 
 /// Marquardt's damping at the start, relative to the largest curvature.
 const DAMPING: f64 = 1e-3;
 
-/// A damping at which no step is left to take.
+/// A damping at which steps are negligible.
 const MAX_DAMPING: f64 = 1e12;
 
-/// Searches the minimum from the parameters' starts.
+/// Finds a minimum, starting at the parameters' starts.
 ///
-/// `residuals` gives the residuals at a point, and `linearise` residuals and derivatives; a point at which the model
-/// does not exist may give residuals that are not finite, and is then stepped back from.
+/// `residuals` gives the residuals at a point, and `linearise` residuals and derivatives. Residuals that are not finite mark a point
+/// outside the model's domain, which is then not taken.
 pub fn minimise(
     parameters: &[Parameter],
     stopping: Stopping,
@@ -88,8 +87,8 @@ pub fn minimise(
         let trial: Vec<f64> =
             at.iter().zip(parameters).zip(step.iter()).map(|((x, p), s)| x + s * p.scale).collect();
         let cost = squares(&residuals(&trial)) + prior_cost(parameters, &trial);
-        // By how much the linear model says the cost falls.
-        let promised = step.dot(&(damping * &step + &normal.downhill));
+        // The decrease that the linear model predicts.
+        let predicted = step.dot(&(damping * &step + &normal.downhill));
         let fall = normal.cost - cost;
         let small = step.amax() < stopping.step;
         if fall > 0.0 {
@@ -97,7 +96,7 @@ pub fn minimise(
             at = trial;
             normal = NormalEquations::new(parameters, &at, &linearise(&at));
             iterations += 1;
-            damping *= (1.0 - (2.0 * fall / promised - 1.0).powi(3)).max(1.0 / 3.0);
+            damping *= (1.0 - (2.0 * fall / predicted - 1.0).powi(3)).max(1.0 / 3.0);
             growth = 2.0;
         } else {
             let scale = normal.curvature.diagonal().amax().max(f64::MIN_POSITIVE);
@@ -154,7 +153,7 @@ fn squares(residuals: &[f64]) -> f64 {
     dot(residuals, residuals)
 }
 
-/// Scalar product. Eight partial sums, which the processor takes at once; always in the same order.
+/// Scalar product, in eight partial sums that the processor computes together; always in the same order.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     const LANES: usize = 8;
     let (a, a_rest) = a.as_chunks::<LANES>();
@@ -191,7 +190,7 @@ mod tests {
 
     /// Residuals (10 (y - x²), 1 - x): minimum zero at (1, 1), along a bent valley.
     #[test]
-    fn it_walks_down_rosenbrocks_valley() {
+    fn rosenbrocks_minimum_is_found() {
         let minimum = run(&[free(-1.2, 1.0), free(1.0, 1.0)], |x| Linearisation {
             residuals: vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]],
             columns: vec![vec![-20.0 * x[0], -1.0], vec![10.0, 0.0]],
@@ -202,7 +201,7 @@ mod tests {
 
     /// A straight line through n points at 0, 1, … has the textbook's covariance.
     #[test]
-    fn a_straight_line_has_the_closed_form_and_its_covariance() {
+    fn a_straight_line_has_the_closed_forms_parameters_and_covariance() {
         let n = 10;
         let at: Vec<f64> = (0..n).map(f64::from).collect();
         let minimum = run(&[free(0.0, 1e-3), free(0.0, 10.0)], |p| Linearisation {
@@ -233,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn it_steps_back_from_where_the_model_does_not_exist() {
+    fn a_step_outside_the_models_domain_is_not_taken() {
         // ln x = 0 from far right: the first Newton step lands at a negative x.
         let minimum = run(&[free(8.0, 1.0)], |p| Linearisation {
             residuals: vec![p[0].ln()],
@@ -245,7 +244,7 @@ mod tests {
     proptest! {
         /// One measurement and one prior: the posterior mean weighs them by their precisions.
         #[test]
-        fn a_prior_pulls_by_its_precision(
+        fn measurement_and_prior_are_weighted_by_their_precisions(
             measured in -5.0..5.0f64, error in 0.1..3.0f64, mean in -5.0..5.0f64, sd in 0.1..3.0f64,
         ) {
             let parameter = Parameter { start: 0.0, scale: 0.7, prior: Some((mean, sd)) };

@@ -1,12 +1,12 @@
-//! Lengths beyond or below which an array behaves otherwise: near fields and the critical spacing.
+//! Characteristic lengths of an array: the limit of the near field and the critical pitch.
 
 use super::Vec3;
 
-/// Where the near field of a plane face ends: `a²/λ` for a disc of radius a, metres.
+/// The length of the near field of a disc of radius a: `a²/λ`, metres.
 ///
-/// The last maximum of the pressure on a piston's axis; beyond it the pressure only falls. Source: L. E. Kinsler et al.,
-/// *Fundamentals of Acoustics*, 4th ed., 2000, section 7.4. Of a whole array it is the greatest distance at which
-/// delays still make a focus: beyond, the beam is as narrow as it gets without them.
+/// For a piston this is close to the last maximum of the pressure on its axis (source: L. E. Kinsler et al., *Fundamentals of
+/// Acoustics*, 4th ed., 2000, section 7.4). For a whole array it is the largest distance at which delays still form a focus; farther
+/// away they do not narrow the beam.
 pub fn near_field_limit_m(radius_m: f64, wavelength_m: f64) -> f64 {
     radius_m * radius_m / wavelength_m
 }
@@ -15,13 +15,13 @@ pub fn near_field_limit_m(radius_m: f64, wavelength_m: f64) -> f64 {
 /// `steering_rad`: `λ/(1 + sin θ)`, metres.
 ///
 /// Source: S.-C. Wooh and Y. Shi, "Influence of phased array element size on beam steering behavior", Ultrasonics 36,
-/// 737 (1998). It asks that no grating lobe stands before the array at all, however far aside and however weak.
+/// 737 (1998). The condition is strict: no grating lobe in front of the array at any angle, however weak.
 pub fn critical_pitch_m(wavelength_m: f64, steering_rad: f64) -> f64 {
     wavelength_m / (1.0 + steering_rad.sin())
 }
 
-/// The angle from the array's normal at which the farthest edge sees a focus, radians: the larger one along x and y, as
-/// the thesis has it. `half_size_m` is half the array's size along x and y, about the origin.
+/// The angle from the array's normal at which the farthest edge sees a focus, radians: the larger of the angles along x and y, as in
+/// the thesis. `half_size_m` is half the array's size along x and y, about the origin.
 pub fn steering_rad(half_size_m: [f64; 2], focus_m: &Vec3) -> f64 {
     let along = |axis: usize| (half_size_m[axis] + focus_m[axis].abs()).atan2(focus_m.z);
     along(0).max(along(1))
@@ -33,7 +33,7 @@ mod tests {
     use crate::rayleigh;
 
     #[test]
-    fn the_last_maximum_of_a_piston_on_its_axis_stands_at_the_limit() {
+    fn the_last_maximum_on_a_pistons_axis_is_at_the_limit() {
         // |p| ~ |sin(k/2 (sqrt(z² + a²) - z))| has its last maximum at z = a²/λ - λ/4.
         let (radius_m, wavelength_m) = (30e-3, 8.575e-3);
         let k = std::f64::consts::TAU / wavelength_m;
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn at_the_critical_pitch_the_grating_lobe_lies_in_the_array_s_plane() {
-        // Grating lobes stand where sin θ' = sin θ - λ/pitch.
+        // Grating lobes are at sin θ' = sin θ - λ/pitch.
         for steering in [0.0, 0.3, 0.9] {
             let pitch_m = critical_pitch_m(8e-3, steering);
             assert!((f64::sin(steering) - 8e-3 / pitch_m + 1.0).abs() < 1e-12);

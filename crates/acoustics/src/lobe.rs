@@ -1,8 +1,8 @@
-//! Functions of one variable on [0, 1] as polynomials: the one form in which every directivity enters the field kernel.
+//! Functions of one variable on [0, 1] as polynomials: the form in which every directivity enters the field kernel.
 //!
-//! A smooth function is one polynomial. One with corners, such as a measured table, is a polynomial for each stretch between
-//! two corners, found without a search: the interval is cut into equal cells, so many that none holds two corners, and each
-//! cell knows its corner and the pieces to both sides of it.
+//! A smooth function is one polynomial. A function with corners, such as a measured table, is one polynomial between each two corners.
+//! The piece for a value is found without a search: the interval is divided into equal cells with at most one corner each, and each
+//! cell has its corner and the pieces on both sides.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -10,26 +10,26 @@ use std::sync::LazyLock;
 use super::float::Float;
 use super::simd::{MAX_LANES, Simd, Vector};
 
-/// Terms that a series is tried with, and the most: an analytic directivity needs 12 to 40.
+/// Terms of a series at first, and at most: an analytic directivity needs 12 to 40.
 const FIRST_TERMS: usize = 32;
 const MAX_TERMS: usize = 128;
 
-/// Terms of a piece between two corners. A piece is at most a tenth of the interval wide, where functions that are smooth on the
-/// scale of the whole interval fall by a factor of 40 a term.
+/// Terms of a piece between two corners. A piece is at most a tenth of the interval wide, so that for functions that are smooth on
+/// the scale of the interval each term is smaller than the one before by a factor of about 40.
 const PIECE_TERMS: usize = 8;
 const WIDEST_PIECE: f64 = 0.1;
 
-/// What a series may leave out in double precision, relative to its largest term.
+/// Relative size of the terms that a series leaves out in double precision.
 pub(super) const DOUBLE_TOLERANCE: f64 = 2e-15;
 /// The same in single precision.
 const SINGLE_TOLERANCE: f64 = 1e-8;
 
-/// A function on [0, 1], fitted once and ready to be written out in either precision.
+/// A function on [0, 1] in double precision.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Fit {
-    /// Chebyshev coefficients in 2 t - 1, and what may be left out of them, relative to the largest.
+    /// Chebyshev coefficients in 2 t - 1, and the relative size of those that may be left out.
     Smooth { chebyshev: Vec<f64>, tolerance: f64 },
-    /// The ends of the pieces, rising from 0 to 1, and the coefficients of each in powers of -1 to 1 across it.
+    /// The ends of the pieces, ascending from 0 to 1, and the coefficients of each in powers of a variable from -1 to 1 across it.
     Pieces { ends: Vec<f64>, rows: Vec<[f64; PIECE_TERMS]> },
 }
 
@@ -39,14 +39,14 @@ impl Fit {
         matches!(self, Self::Smooth { .. })
     }
 
-    /// Fits `function`, which may have corners, rising, between 0 and 1.
+    /// Fits `function`, which may have `corners` (ascending) between 0 and 1.
     pub fn new(corners: &[f64], function: impl Fn(f64) -> f64) -> Self {
         Self::within(DOUBLE_TOLERANCE, corners, function)
     }
 
-    /// The same for a function that is known to no more than `tolerance` of its largest value.
+    /// The same for a function with a relative error of `tolerance`.
     pub fn within(tolerance: f64, corners: &[f64], function: impl Fn(f64) -> f64) -> Self {
-        // One at an end is none; rounding may have left it beside.
+        // A corner at an end is none; rounding may have moved it a little.
         let inner = corners.iter().filter(|&corner| (1e-6..1.0 - 1e-6).contains(corner));
         let corners: Vec<f64> = inner.copied().collect();
         if corners.is_empty() {
@@ -78,7 +78,7 @@ impl Fit {
         Self::Pieces { ends, rows }
     }
 
-    /// The function in a precision.
+    /// The function in one precision.
     pub fn in_precision<T: Float>(&self) -> Lobe<T> {
         match self {
             Self::Smooth { chebyshev, tolerance } => {
@@ -100,11 +100,10 @@ impl Fit {
 /// A function on [0, 1] in one precision.
 #[derive(Debug, Clone)]
 pub(super) enum Lobe<T> {
-    /// Coefficients in powers of x = 2 t - 1, an even and an odd one each: E(x²) + x O(x²), two sums that do not wait for each
-    /// other.
+    /// Pairs of an even and an odd coefficient in powers of x = 2 t - 1: E(x²) + x O(x²), two sums that are computed independently.
     ///
-    /// Powers take one operation a term where Chebyshev polynomials take two. They lose digits where Chebyshev coefficients
-    /// fall more slowly than (1 + √2)^-n; those of directivities fall faster.
+    /// Powers take one operation a term where Chebyshev polynomials take two. They lose digits if Chebyshev coefficients decrease more
+    /// slowly than (1 + √2)^-n; those of directivities decrease faster.
     Polynomial(Vec<[T; 2]>),
     Pieces(Pieces<T>),
 }
@@ -138,7 +137,7 @@ impl<T: Float> Lobe<T> {
         }
     }
 
-    /// The same of a function without corners: what is compiled for it has no registers to keep for pieces.
+    /// The same for a function without corners: the code for it needs no registers for pieces.
     #[inline(always)]
     pub fn smooth_with_slope<V: Vector<T>, const L: usize>(
         &self,
@@ -173,12 +172,12 @@ fn polynomial_with_slope<T: Float, V: Vector<T>, const L: usize>(
             odd = odd.mul_add(square, Simd::splat(pair[1]));
         }
     }
-    // d/dx of E(x²) + x O(x²), and x goes twice as fast as t.
+    // d/dx of E(x²) + x O(x²), and dx/dt = 2.
     let slope = (x + x).mul_add(odd_slope.mul_add(x, even_slope), odd);
     [odd.mul_add(x, even), slope + slope]
 }
 
-/// Pieces between corners, and where to find each.
+/// Pieces between corners, and cells to find them.
 #[derive(Debug, Clone)]
 pub(super) struct Pieces<T> {
     cells: Vec<Cell<T>>,
@@ -196,7 +195,7 @@ struct Cell<T> {
 #[derive(Debug, Clone, Copy)]
 struct Piece<T> {
     middle: T,
-    /// 1 over half its width.
+    /// One over half its width.
     scale: T,
     coefficients: [T; PIECE_TERMS],
 }
@@ -234,7 +233,7 @@ impl<T: Float> Pieces<T> {
     /// Value and derivative.
     #[inline(always)]
     fn at<V: Vector<T>, const L: usize>(&self, t: Simd<T, V, L>) -> [Simd<T, V, L>; 2] {
-        // Room is cleared each time: no more of it than lanes need.
+        // The buffers are cleared each time: they are no larger than the lanes need.
         let count = Simd::<T, V, L>::COUNT;
         if count <= 16 {
             self.at_up_to::<V, L, 16>(t)
@@ -245,7 +244,7 @@ impl<T: Float> Pieces<T> {
         }
     }
 
-    /// The same for no more than `ROOM` lanes.
+    /// The same for at most `ROOM` lanes.
     #[inline(always)]
     fn at_up_to<V: Vector<T>, const L: usize, const ROOM: usize>(
         &self,
@@ -273,7 +272,7 @@ impl<T: Float> Pieces<T> {
     }
 }
 
-/// Whether the last quarter of a series holds nothing: what lies beyond its end is folded back there.
+/// Whether the last quarter of a series is negligible: aliases of the terms beyond its end would appear there.
 fn has_ended(series: &[f64]) -> bool {
     let largest = |terms: &[f64]| terms.iter().fold(0.0f64, |largest, c| largest.max(c.abs()));
     largest(&series[3 * series.len() / 4..]) <= DOUBLE_TOLERANCE * largest(series)
@@ -282,8 +281,7 @@ fn has_ended(series: &[f64]) -> bool {
 /// The first coefficients of a function on [0, 1] in Chebyshev polynomials of 2 t - 1, from its values at as many nodes
 /// (L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, ch. 3).
 fn chebyshev(terms: usize, function: impl Fn(f64) -> f64) -> Vec<f64> {
-    /// The cosines of all multiples of half the spacing of as many nodes as are mostly taken: a fit is made for each new
-    /// set-up, and there are many.
+    /// The cosines for the usual number of terms: a fit is made for each new set-up, and there are many.
     static COSINES: LazyLock<Vec<f64>> = LazyLock::new(|| cosines(FIRST_TERMS));
     let others;
     let cosines: &[f64] = if terms == FIRST_TERMS {
@@ -292,7 +290,7 @@ fn chebyshev(terms: usize, function: impl Fn(f64) -> f64) -> Vec<f64> {
         others = cosines(terms);
         &others
     };
-    // cos(term * angle(node)), its argument brought into one turn in whole numbers, where nothing is rounded.
+    // cos(term * angle(node)), the argument reduced to one turn in integers, without rounding.
     let cosine = |term: usize, node: usize| cosines[(term * (2 * node + 1)) % (4 * terms)];
     let values: Vec<f64> = (0..terms).map(|node| function(0.5 + 0.5 * cosine(1, node))).collect();
     (0..terms)
@@ -308,7 +306,7 @@ fn cosines(terms: usize) -> Vec<f64> {
     (0..4 * terms).map(|step| (0.5 * PI * step as f64 / terms as f64).cos()).collect()
 }
 
-/// Turns Chebyshev coefficients into those of powers, by T(n+1) = 2 x T(n) - T(n-1).
+/// Converts Chebyshev coefficients to those of powers, by T(n+1) = 2 x T(n) - T(n-1).
 fn powers(coefficients: &[f64]) -> Vec<f64> {
     let mut powers = vec![0.0; coefficients.len()];
     let (mut before, mut current) = (vec![], vec![1.0]);
@@ -344,7 +342,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn an_analytic_function_and_its_slope_are_met(t in 0.0..=1.0f64, rate in 0.5..6.0f64) {
+        fn an_analytic_function_and_its_slope_are_reproduced(t in 0.0..=1.0f64, rate in 0.5..6.0f64) {
             let function = |t: f64| (rate * t).cos() * (-t * t).exp();
             let slope = -(rate * (rate * t).sin() + 2.0 * t * (rate * t).cos()) * (-t * t).exp();
             let lobe: Lobe<f64> = Fit::new(&[], function).in_precision();
@@ -356,7 +354,7 @@ mod tests {
         }
 
         #[test]
-        fn corners_are_met_wherever_they_stand(
+        fn functions_with_corners_are_reproduced(
             t in 0.0..=1.0f64, corners in prop::collection::btree_set(1u32..500, 1..30), heights in prop::array::uniform4(-1.0..1.0f64),
         ) {
             let corners: Vec<f64> = corners.into_iter().map(|n| f64::from(n) / 500.0).collect();
@@ -370,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_has_one_pair_of_terms_and_nothing_has_none() {
+    fn a_constant_has_one_pair_of_terms_and_zero_has_none() {
         let terms = |function: fn(f64) -> f64| match Fit::new(&[], function).in_precision::<f64>() {
             Lobe::Polynomial(pairs) => pairs.len(),
             Lobe::Pieces(_) => panic!("no corners were given"),
@@ -379,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn chebyshev_polynomials_turn_into_their_powers() {
+    fn chebyshev_polynomials_are_converted_to_powers() {
         // T4 = 8 x^4 - 8 x^2 + 1
         assert_eq!(powers(&[0.0, 0.0, 0.0, 0.0, 1.0]), [1.0, 0.0, -8.0, 0.0, 8.0]);
         assert_eq!(powers(&[1.0, 2.0]), [1.0, 2.0]);

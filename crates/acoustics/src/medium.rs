@@ -1,6 +1,6 @@
 //! The air between array and receiver.
 
-/// The medium as far as the field needs it.
+/// The medium that the sound travels through.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Medium {
     /// Speed of sound, metres per second, above zero.
@@ -13,7 +13,7 @@ impl Medium {
     ///
     /// Source: O. Cramer, "The variation of the specific heat ratio and the speed of sound in air with
     /// temperature, pressure, humidity, and CO2 concentration", J. Acoust. Soc. Am. 93, 2510 (1993), eq. 15,
-    /// with the saturation pressure of R. S. Davis, Metrologia 29, 67 (1992). Stated there as good to 300 ppm.
+    /// with the saturation pressure of R. S. Davis, Metrologia 29, 67 (1992). Cramer states an accuracy of 300 ppm.
     pub fn air(temperature_c: f64, humidity_percent: f64, pressure_kpa: f64) -> Self {
         let t = temperature_c;
         let p = pressure_kpa * 1e3;
@@ -56,16 +56,16 @@ mod tests {
         // 331.45 m/s at 0 °C (Cramer's own check) and 343.4 m/s at 20 °C.
         let at = |t: f64| Medium::air(t, 0.0, 101.325).speed_of_sound_m_s;
         assert!((at(0.0) - 331.45).abs() < 0.05, "{}", at(0.0));
-        // An ideal gas: the speed goes with the square root of the absolute temperature.
+        // Ideal gas: the speed is proportional to the square root of the absolute temperature.
         let ideal = at(0.0) * (293.15f64 / 273.15).sqrt();
         assert!((at(20.0) - ideal).abs() < 0.1, "{} against {ideal}", at(20.0));
     }
 
     #[test]
-    fn humid_air_is_faster_as_its_mean_molar_mass_says() {
+    fn sound_is_faster_in_humid_air_by_its_lower_molar_mass() {
         let dry = Medium::air(20.0, 0.0, 101.325).speed_of_sound_m_s;
         let humid = Medium::air(20.0, 100.0, 101.325).speed_of_sound_m_s;
-        // Water at 2.34 kPa of 101.325: c goes with 1/sqrt(M), and the heat ratio falls a little.
+        // Water vapour of 2.34 kPa in 101.325 kPa: c is proportional to 1/sqrt(M), and the ratio of heat capacities falls a little.
         let share = 2.339 / 101.325;
         let mass_ratio: f64 = 1.0 - share * (1.0 - 18.015 / 28.966);
         let bound = dry / mass_ratio.sqrt();

@@ -1,17 +1,17 @@
-//! What the air does to sound on its way besides spreading it: it carries it, bends its speed, takes from it.
+//! The effects of air on propagation besides spreading: wind, a gradient of the speed of sound, attenuation.
 
 use super::Vec3;
 use super::float::Float;
 use super::simd::{Simd, Vector};
 
-/// Air that is not still, not uniform, or not clear. The default is still, uniform and clear.
+/// Air with wind, a gradient of the speed of sound, or attenuation. The default has none of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Propagation {
-    /// Steady wind over the speed of sound, along each axis; below 1.
+    /// Velocity of a steady wind over the speed of sound, along each axis; below 1.
     pub mach: Vec3,
-    /// Relative change of the speed of sound a metre, along each axis, about the array's centre.
+    /// Relative change of the speed of sound per metre, along each axis, from the array's centre.
     pub gradient_per_m: Vec3,
-    /// Attenuation of the amplitude, nepers a metre of path.
+    /// Attenuation of the amplitude, Np/m.
     pub attenuation_np_m: f64,
 }
 
@@ -39,13 +39,13 @@ impl<T: Float> Air<T> {
         }
     }
 
-    /// By what share of itself travel time is longer than in still, uniform air, for straight ways `along` from one source;
-    /// `inverse` is one over their length.
+    /// Relative delay compared with still, uniform air, for straight rays `along_m` from one source; `inverse` is one over their
+    /// length.
     ///
-    /// Wind: d/(c + v·n) (Pierce, *Acoustics*, section 8-1, straight rays). Gradient: the mean of 1/(1 + g·x) along the way,
-    /// which is ln(1 + r)/r over the value at its start, taken about the middle as (1 + δ²/12)/(1 + ε): exact to the
-    /// fourth order in the change δ along the way. Together (1 + δ²/12)/((1 + m)(1 + ε)), and what that is more than 1
-    /// without a difference of numbers near 1.
+    /// Wind: the travel time is d/(c + v·n) (Pierce, *Acoustics*, section 8-1, straight rays). Gradient: the mean of 1/(1 + g·x) along
+    /// the ray, expanded about the middle of the ray as (1 + δ²/12)/(1 + ε), where δ is the relative change along the ray; the error
+    /// is of the fourth order in δ. Together (1 + δ²/12)/((1 + m)(1 + ε)). The result is this minus 1, computed without a difference
+    /// of numbers close to 1.
     #[inline(always)]
     pub fn delay<V: Vector<T>, const L: usize>(
         &self,
@@ -64,7 +64,7 @@ impl<T: Float> Air<T> {
         (bent - carried * middle - faster) / ((carried + T::ONE) * middle)
     }
 
-    /// Amplitude over that in clear air.
+    /// Amplitude relative to that without attenuation.
     #[inline(always)]
     pub fn transmission<V: Vector<T>, const L: usize>(
         &self,
@@ -83,7 +83,7 @@ mod tests {
 
     type Double = <Plain<2, 4, false> as Registers>::Double;
 
-    /// Travel time along a way over that in still, uniform air.
+    /// Travel time along a ray over that in still, uniform air.
     fn slowness(propagation: &Propagation, from: Vec3, to: Vec3) -> f64 {
         let along = to - from;
         let lanes = [0, 1, 2].map(|axis| Simd::<f64, Double, 4>::splat(along[axis]));
@@ -93,7 +93,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_gradients_time_is_the_integral_of_slowness_along_the_way(
+        fn the_delay_by_a_gradient_is_the_integral_of_slowness_along_the_ray(
             gradient in prop::array::uniform3(-0.4..0.4f64), to in prop::array::uniform3(-0.1..0.1f64),
         ) {
             let gradient_per_m = Vec3::from(gradient);
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn a_neper_leaves_one_part_in_e() {
+    fn one_neper_is_a_factor_of_one_over_e() {
         let air = Propagation { attenuation_np_m: 4.0, ..Propagation::default() };
         let quarter = Simd::<f64, Double, 4>::splat(0.25);
         let left = Air::<f64>::new(&air).transmission(quarter).lane(0);

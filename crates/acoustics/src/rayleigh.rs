@@ -1,14 +1,14 @@
-//! The field of a vibrating piston by its Rayleigh integral: the truth that simulators are measured against.
+//! The field of a vibrating piston by its Rayleigh integral: the reference for the simulators.
 //!
 //! Every part of the face radiates a spherical wave, and the field is their sum
 //! ```text
 //! p(x) = 1/A ∫ exp(i k r) / r dS
 //! ```
-//! (Lord Rayleigh, *The Theory of Sound*, § 278, without the constant -iρck u₀ A / 2π, so that far out on the axis
-//! |p| = 1/d). Nothing is taken as far away, so it holds from some millimetres before the face outwards. The time
-//! convention is exp(-iωt).
+//! (Lord Rayleigh, *The Theory of Sound*, § 278, without the constant -iρck u₀ A / 2π, so that |p| = 1/d in the far field on the
+//! axis). There is no far-field approximation: it holds from a few millimetres in front of the face. The time convention is
+//! exp(-iωt).
 //!
-//! This shares nothing with the simulators' kernel: a mistake in either shows as a difference.
+//! This code shares nothing with the field kernel, so that an error in either shows as a difference.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,14 +16,14 @@ use num_complex::Complex64;
 
 use super::Vec3;
 
-/// Most patches a face is ever cut into.
-const MOST_PATCHES: usize = 2048;
+/// Most patches of a face.
+const MAX_PATCHES: usize = 2048;
 
-/// A way to cut a disc of radius 1 into patches: rings whose radii squared are Gauss-Legendre nodes on (0, 1),
-/// each with equally spaced spokes.
+/// A quadrature rule on the disc of radius 1: rings whose squared radii are Gauss-Legendre nodes on (0, 1), each with equally
+/// spaced points.
 ///
-/// Both parts converge exponentially for the smooth integrand: the rings because 1/A dS = d(r²) dφ / 2π, the
-/// spokes because it is periodic.
+/// Both parts converge exponentially for the smooth integrand: along the radius because 1/A dS = d(r²) dφ / 2π, along a ring because
+/// the integrand is periodic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscRule {
     patches: Vec<Patch>,
@@ -32,16 +32,16 @@ pub struct DiscRule {
 /// One patch of the unit disc; the weights of a rule sum to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Patch {
-    /// Place along the first axis of the face, in radii.
+    /// Position along the first axis of the face, in radii.
     pub u: f64,
-    /// Place along the second.
+    /// Position along the second axis, in radii.
     pub v: f64,
     /// Share of the area.
     pub weight: f64,
 }
 
 impl DiscRule {
-    /// The rule of so many rings (at least 1) and spokes (at least 3).
+    /// The rule with a number of rings (at least 1) and of points on each (`spokes`, at least 3).
     pub fn new(rings: usize, spokes: usize) -> Self {
         let (rings, spokes) = (rings.max(1), spokes.max(3));
         let patches = gauss_legendre(rings)
@@ -49,7 +49,7 @@ impl DiscRule {
             .enumerate()
             .flat_map(|(ring, (node, weight))| {
                 (0..spokes).map(move |spoke| {
-                    // Every other ring is turned by half a spoke, so that rings do not err alike.
+                    // Every other ring is turned by half a step, so that the errors of the rings differ.
                     let turn = spoke as f64 + if ring % 2 == 1 { 0.5 } else { 0.0 };
                     let (sin, cos) = (TAU * turn / spokes as f64).sin_cos();
                     let radius = node.sqrt();
@@ -60,11 +60,10 @@ impl DiscRule {
         Self { patches }
     }
 
-    /// The coarsest rule whose errors, relative to the field on the axis far away, stay below `tolerance` for a
-    /// piston of wavenumber times radius `ka`, at `nearest` radii from its face and beyond.
+    /// The coarsest rule with an error below `tolerance`, relative to the far field on the axis, for a piston of wavenumber times
+    /// radius `ka` at distances from `nearest` radii.
     ///
-    /// The error is measured against the two closed forms there are: on the axis at that distance, and in
-    /// the far field at every angle.
+    /// The error is measured against two closed forms: on the axis at that distance, and in the far field at every angle.
     pub fn for_piston(ka: f64, nearest: f64, tolerance: f64) -> Self {
         let mut rings = 1;
         loop {
@@ -72,7 +71,7 @@ impl DiscRule {
             let rule = Self::new(rings, spokes);
             let good = rule.far_field_error(ka) <= tolerance
                 && rule.on_axis_error(ka, nearest) * nearest <= tolerance;
-            if good || rule.patches.len() >= MOST_PATCHES {
+            if good || rule.patches.len() >= MAX_PATCHES {
                 return rule;
             }
             rings += 1;
@@ -84,7 +83,7 @@ impl DiscRule {
         &self.patches
     }
 
-    /// Largest deviation from 2 J₁(x)/x, x = ka sin θ, over all θ up to 90°, along a spoke and between two.
+    /// Largest deviation from 2 J₁(x)/x, x = ka sin θ, over all θ up to 90°, at an azimuth on the points and one between them.
     fn far_field_error(&self, ka: f64) -> f64 {
         (0..=90)
             .flat_map(|degree| [(degree, 0.0), (degree, 0.37)])
@@ -101,7 +100,7 @@ impl DiscRule {
             .fold(0.0, f64::max)
     }
 
-    /// Deviation from the closed form at `distance` radii on the axis; in units of 1/radius.
+    /// Deviation from the closed form on the axis at `distance` radii, in units of 1/radius.
     fn on_axis_error(&self, ka: f64, distance: f64) -> f64 {
         let sum: Complex64 = self
             .patches
@@ -129,14 +128,14 @@ pub fn far_field_directivity(x: f64) -> f64 {
     if x.abs() < 1e-6 { 1.0 - x * x / 8.0 } else { 2.0 * libm::j1(x) / x }
 }
 
-/// A piston in space, cut into patches once, so that the field at a point is one pass over them.
+/// A piston in space as a set of patches.
 #[derive(Debug, Clone)]
 pub struct Piston {
     patches_m: Vec<[f64; 4]>,
 }
 
 impl Piston {
-    /// The piston of a radius with its centre and (unit) normal anywhere.
+    /// A piston with any centre, unit normal and radius.
     pub fn new(centre_m: Vec3, normal: Vec3, radius_m: f64, rule: &DiscRule) -> Self {
         let (first, second) = across(normal);
         let patches_m = rule
@@ -150,7 +149,7 @@ impl Piston {
         Self { patches_m }
     }
 
-    /// The field at a point before the face, 1/m.
+    /// The complex field at a point in front of the face, 1/m.
     pub fn field(&self, at_m: Vec3, wavenumber_rad_m: f64) -> Complex64 {
         let mut sum = Complex64::ZERO;
         for &[x, y, z, weight] in &self.patches_m {
@@ -164,9 +163,9 @@ impl Piston {
     }
 }
 
-/// Two directions across a (unit) normal and each other.
+/// Two unit vectors perpendicular to a unit normal and to each other.
 pub(super) fn across(normal: Vec3) -> (Vec3, Vec3) {
-    // Any two do: start from the axis that the normal is least along.
+    // Any pair will do: the first is perpendicular to the axis that the normal has the smallest component along.
     let aside = Vec3::ith(normal.iamin(), 1.0);
     let first = normal.cross(&aside).normalize();
     (first, normal.cross(&first))
@@ -248,8 +247,8 @@ mod tests {
     }
 
     #[test]
-    fn a_hundred_patches_do_for_the_arrays_elements_wherever_the_receiver_goes() {
-        // Off the axis near the face there is no closed form: a rule of 4,800 patches stands in for it.
+    fn a_hundred_patches_are_enough_for_the_arrays_elements_everywhere_in_a_scan() {
+        // Off the axis near the face there is no closed form: a rule of 4,800 patches is the reference.
         for radius_m in [4.5e-3, 5.25e-3] {
             let chosen = rule(radius_m);
             assert!(chosen.patches().len() <= 100, "{} patches", chosen.patches().len());

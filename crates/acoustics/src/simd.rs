@@ -1,4 +1,4 @@
-//! Several numbers at a time, without branches, in vectors of whatever width the processor has.
+//! Arithmetic on several numbers at a time, without branches, in vectors of the width that the processor has.
 
 mod vector;
 #[cfg(target_arch = "x86_64")]
@@ -11,10 +11,10 @@ pub(super) use vector::{Plain, Registers, Vector};
 #[cfg(target_arch = "x86_64")]
 pub(super) use x86_64::{Avx2, Avx512};
 
-/// The most lanes that there are on any instruction set.
+/// The largest number of lanes with any instruction set.
 pub(super) const MAX_LANES: usize = 64;
 
-/// `N` vectors of numbers that go through the same arithmetic, so that one need not wait for another.
+/// `N` vectors that go through the same arithmetic, so that the processor can work on one while it waits for another.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Simd<T, V, const N: usize>([V; N], PhantomData<T>);
 
@@ -48,7 +48,7 @@ impl<T: Float, V: Vector<T>, const N: usize> Simd<T, V, N> {
         Self(vectors, PhantomData)
     }
 
-    /// Does the same to each vector; `f` must be `#[inline(always)]` itself, as a closure is not.
+    /// Applies a function to each vector. `f` must be `#[inline(always)]`, which a closure is not.
     #[inline(always)]
     fn each(mut self, f: impl Fn(V) -> V) -> Self {
         for n in 0..N {
@@ -57,7 +57,7 @@ impl<T: Float, V: Vector<T>, const N: usize> Simd<T, V, N> {
         self
     }
 
-    /// The same to each vector with another.
+    /// Applies a function to each vector and its counterpart.
     #[inline(always)]
     fn with(mut self, other: Self, f: impl Fn(V, V) -> V) -> Self {
         for n in 0..N {
@@ -86,7 +86,7 @@ impl<T: Float, V: Vector<T>, const N: usize> Simd<T, V, N> {
         lanes
     }
 
-    /// Puts the numbers at the start of a slice with room enough.
+    /// Writes the numbers to the start of a slice that has room for them.
     #[inline(always)]
     pub fn store(self, to: &mut [T]) {
         for n in 0..N {
@@ -120,19 +120,19 @@ impl<T: Float, V: Vector<T>, const N: usize> Simd<T, V, N> {
         self
     }
 
-    /// `self * factor + addend`, the factor alike in all lanes.
+    /// `self * factor + addend`, with the same factor in all lanes.
     #[inline(always)]
     pub fn scale_add(self, factor: T, addend: Self) -> Self {
         self.mul_add(Self::splat(factor), addend)
     }
 
-    /// The scalar product of three lanes with one vector, and `addend`.
+    /// The scalar product of vectors, given by their components, with one vector, plus `addend`.
     #[inline(always)]
     pub fn dot_add([x, y, z]: [Self; 3], [a, b, c]: [T; 3], addend: Self) -> Self {
         x.scale_add(a, y.scale_add(b, z.scale_add(c, addend)))
     }
 
-    /// Three lanes, each moved along its axis.
+    /// Vectors, given by their components, moved by one vector.
     #[inline(always)]
     pub fn moved([x, y, z]: [Self; 3], [a, b, c]: [T; 3]) -> [Self; 3] {
         [x + a, y + b, z + c]
@@ -143,7 +143,7 @@ impl<T: Float, V: Vector<T>, const N: usize> Simd<T, V, N> {
         self * self
     }
 
-    /// The square root, one over it, and one over the number itself, of numbers above zero.
+    /// The square root, its reciprocal, and the reciprocal of the number itself; for numbers above zero.
     #[inline(always)]
     pub fn root_and_reciprocals(self) -> [Self; 3] {
         let mut all = [self; 3];
@@ -168,7 +168,7 @@ impl<T: Float, V: Vector<T>, const N: usize> Simd<T, V, N> {
     /// The greater of each number and `least`.
     #[inline(always)]
     pub fn at_least(self, least: T) -> Self {
-        // What is no number stays none.
+        // NaN stays NaN.
         Self::splat(least).with(self, V::greater)
     }
 
@@ -188,7 +188,7 @@ impl<T: Float, V: Vector<T>, const N: usize> Simd<T, V, N> {
         self
     }
 
-    /// A polynomial, constant term first (Horner's rule); zero without any term.
+    /// A polynomial, constant term first (Horner's rule); zero without terms.
     #[inline(always)]
     pub fn polynomial(self, coefficients: &[T]) -> Self {
         let Some((&highest, lower)) = coefficients.split_last() else { return Self::zero() };
@@ -199,11 +199,11 @@ impl<T: Float, V: Vector<T>, const N: usize> Simd<T, V, N> {
         sum
     }
 
-    /// Cosine and sine of an angle given in half turns, below 2^20 of them, but for the sign that both have in common; and the
-    /// half turns that say which it is, to [`Simd::negated_if_odd`].
+    /// Cosine and sine of an angle of less than 2^20 half turns, without their common sign; and the rounded half turns, from which
+    /// [`Simd::negated_if_odd`] gets the sign.
     ///
-    /// What is left of the angle beyond the nearest whole number of half turns lies within a quarter turn, where two short
-    /// polynomials do; an odd number of half turns changes both signs.
+    /// The angle minus the nearest whole number of half turns is within a quarter turn, where two short polynomials are enough. An odd
+    /// number of half turns changes both signs.
     #[inline(always)]
     pub fn cos_sin_half_turns(self) -> [Self; 3] {
         let rounded = self + T::ROUNDER;
@@ -218,8 +218,7 @@ impl<T: Float, V: Vector<T>, const N: usize> Simd<T, V, N> {
         self.with(half_turns, V::negated_if_odd)
     }
 
-    /// e to the power of each number; far below zero it gives zero's neighbourhood, beyond the largest number it must not
-    /// be used.
+    /// e to the power of each number. Far below zero the result is nearly zero; arguments that overflow are not allowed.
     #[inline(always)]
     pub fn exp(self) -> Self {
         let clamped = self.at_least(T::LEAST_POWER);
@@ -231,8 +230,8 @@ impl<T: Float, V: Vector<T>, const N: usize> Simd<T, V, N> {
 
     /// The natural logarithm of each number; for normal numbers above zero.
     ///
-    /// The number is taken apart into 2^e m with m within a factor √2 of 1, and ln m = 2 artanh((m-1)/(m+1)), whose series
-    /// falls by 34 a term.
+    /// The number is split into 2^e m with m within a factor √2 of 1. In ln m = 2 artanh((m-1)/(m+1)) each term of the series is
+    /// smaller than the one before by a factor of 34.
     #[inline(always)]
     pub fn ln(self) -> Self {
         let exponent = self.each(V::exponent);
@@ -250,13 +249,13 @@ mod tests {
     use super::vector::Array;
     use super::*;
 
-    /// What is asked of each kind of vectors with one number in all lanes, and one of the lanes.
+    /// The functions of each kind of vectors for one number in all lanes, read from one of the lanes.
     type Ask<T> = (&'static str, fn(T) -> Answers<T>);
 
     #[derive(Debug)]
     struct Answers<T> {
         cosine_and_sine: [T; 2],
-        /// Root, one over it, one over the number; and the root by itself.
+        /// Root, its reciprocal, reciprocal of the number; and the root computed alone.
         roots: [T; 4],
         exp: T,
         ln: T,
@@ -386,13 +385,13 @@ mod tests {
     }
 
     #[test]
-    fn the_root_of_nothing_is_nothing() {
+    fn the_root_of_zero_is_zero() {
         assert!(doubles().iter().all(|(_, ask)| ask(0.0).roots[3] == 0.0));
         assert!(singles().iter().all(|(_, ask)| ask(0.0).roots[3] == 0.0));
     }
 
     #[test]
-    fn far_below_zero_the_exponential_vanishes_and_what_is_no_number_stays_none() {
+    fn far_below_zero_the_exponential_vanishes_and_nan_stays_nan() {
         assert!(doubles().iter().all(|(_, ask)| ask(-1e9).exp < 1e-300));
         assert!(singles().iter().all(|(_, ask)| ask(-1e9).exp < 1e-36));
         assert!(doubles().iter().all(|(_, ask)| ask(f64::NAN).exp.is_nan()));

@@ -1,5 +1,4 @@
-//! The named simulators: the thesis's own as it was written, the same with its slips mended, and those with other
-//! transducers.
+//! The named simulators: that of the thesis as written, the same with its errors corrected, and those with other transducer models.
 
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -12,26 +11,25 @@ use super::{Array, Excitation, FieldKernel, Medium, PathLengths, PlaneGrid, Vec3
 /// Samples over which the thesis takes the root mean square: five periods at ten points each, both ends included.
 const SAMPLES_OF_THESIS: f64 = 51.0;
 
-/// A simulator whose gap to the scan is in question.
+/// A simulator that scans can be compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Simulator {
-    /// The thesis's, slips and all: phases frozen at the focal height, the on-axis decay fed metres, the root mean
-    /// square over 51 samples.
+    /// The thesis's as written, including its errors: phases frozen at the focal height, the on-axis decay evaluated in metres, the
+    /// root mean square over 51 samples.
     AsWritten,
-    /// The thesis's, its slips mended: path lengths at the observed height, the decay in its own unit. It keeps the
-    /// root mean square over 51 samples, which ripples by up to 1 % with the phase; [`Simulation::field`] has no ripple.
+    /// The thesis's with these errors corrected: path lengths at the observed height, the decay in centimetres. It keeps the root mean
+    /// square over 51 samples, which varies by up to 1 % with the phase; [`Simulation::field`] does not.
     Corrected,
     /// The far field of pistons: (1/d) 2 J1(ka sin θ)/(ka sin θ).
     Piston,
     /// The thesis's lobe made symmetric, (1/d) exp(-(θ/30.9°)²).
     Gaussian,
-    /// Pistons as ten Gaussians each.
+    /// Pistons as sums of ten Gaussians.
     MultiGaussian,
-    /// Pistons by the integral over their faces, to a ten-thousandth from two radii off the face outwards; some fifty times
-    /// slower than the others.
+    /// Pistons by the integral over their faces, to 1e-4 at distances above two radii; about fifty times slower than the others.
     Rayleigh,
-    /// The transducer that the array names in its file; pistons if it names none.
+    /// The transducer that the array's file names; pistons if it names none.
     Transducer,
 }
 
@@ -52,7 +50,7 @@ impl std::fmt::Display for Simulator {
 /// A name that no simulator has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "no simulator is called `{0}`; there are as-written, corrected, piston, gaussian, multi-gaussian, rayleigh and transducer"
+    "there is no simulator `{0}`; choose as-written, corrected, piston, gaussian, multi-gaussian, rayleigh or transducer"
 )]
 pub struct UnknownSimulator(String);
 
@@ -79,7 +77,7 @@ impl Simulator {
         Self::Transducer,
     ];
 
-    /// The transducer it takes every element of an array for.
+    /// The transducer model that it uses for every element of an array.
     pub fn transducer(self, array: &Array) -> &dyn Transducer {
         match self {
             Self::AsWritten => &MurataFit::FED_METRES,
@@ -96,7 +94,7 @@ impl Simulator {
     }
 }
 
-/// A set-up to be simulated: which simulator, which array in which medium, told what.
+/// A set-up to be simulated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulation {
     /// The simulator.
@@ -107,14 +105,14 @@ pub struct Simulation {
     pub medium: Medium,
     /// Drive frequency, Hz, above zero.
     pub frequency_hz: f64,
-    /// What the array is told.
+    /// How the array is driven.
     pub excitation: Excitation,
 }
 
 impl Simulation {
-    /// The array, driven and ready to be summed at any points.
+    /// The field kernel of the driven array.
     ///
-    /// `as-written` has no frozen height without a focus; path lengths are then taken where they are observed.
+    /// `as-written` has no frozen height without a focus; path lengths are then taken at the observed point.
     pub fn kernel(&self) -> FieldKernel {
         let phases_rad = self.excitation.phases_rad(&self.array, &self.medium, self.frequency_hz);
         let paths = match (self.simulator, self.excitation.focus_m()) {
@@ -125,12 +123,12 @@ impl Simulation {
         FieldKernel::new(&self.array, &phases_rad, self.transducer(), wavenumber, paths)
     }
 
-    /// The transducer that every element is taken for.
+    /// The transducer model of every element.
     pub fn transducer(&self) -> &dyn Transducer {
         self.simulator.transducer(&self.array)
     }
 
-    /// The complex field at each point, as the simulator sums it, in its own arbitrary unit.
+    /// The complex field at each point, in the simulator's arbitrary unit.
     pub fn field(&self, points_m: &[Vec3]) -> Vec<Complex64> {
         self.kernel().at(points_m)
     }
@@ -140,12 +138,12 @@ impl Simulation {
         self.field(points_m).into_iter().map(self.rms()).collect()
     }
 
-    /// The same at every point of a plane's grid, row by row, by the way that takes least ([`FieldKernel::on_plane`]).
+    /// The same at every point of a plane's grid, row by row, by the fastest method ([`FieldKernel::on_plane`]).
     pub fn magnitudes_on(&self, grid: &PlaneGrid) -> Vec<f64> {
         self.kernel().on_plane(grid).field.into_iter().map(self.rms()).collect()
     }
 
-    /// What the simulator makes of a complex field.
+    /// How the simulator computes the root mean square from a complex field.
     pub fn rms(&self) -> fn(Complex64) -> f64 {
         match self.simulator {
             Simulator::AsWritten | Simulator::Corrected => rms_of_thesis,
@@ -158,7 +156,7 @@ fn rms_of_sine(phasor: Complex64) -> f64 {
     phasor.norm() * std::f64::consts::FRAC_1_SQRT_2
 }
 
-/// Ten equal steps a period sum cos² to 5 each; the 51st sample repeats the first.
+/// Over ten equal steps of a period cos² sums to 5; the 51st sample repeats the first.
 fn rms_of_thesis(phasor: Complex64) -> f64 {
     let magnitude = phasor.norm();
     if magnitude == 0.0 {

@@ -71,7 +71,7 @@ impl ArraySection {
             let faced = array.elements().iter().map(|&element| Element { radius_m, ..element });
             array = Array::from_elements(faced.collect()).expect("as many elements as before");
         }
-        let array = array.made_of(Arc::clone(file.transducer()));
+        let array = array.with_transducer(Arc::clone(file.transducer()));
         Self { array, transducer: Some(NamedTransducer { name: name.to_owned(), file }), ..self }
     }
 

@@ -7,25 +7,25 @@ use crate::simd::{Plain, Registers};
 /// A set of vector instructions that the kernel is compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InstructionSet {
-    /// What every processor of the architecture has: SSE2 on x86-64, NEON on AArch64.
+    /// The instructions of every processor of the architecture: SSE2 on x86-64, NEON on AArch64.
     Baseline,
-    /// AVX2 and FMA: 32 bytes, multiplying and adding at once.
+    /// AVX2 and FMA: vectors of 32 bytes, fused multiply-add.
     #[cfg(target_arch = "x86_64")]
     Avx2,
-    /// AVX-512: 64 bytes.
+    /// AVX-512: vectors of 64 bytes.
     #[cfg(target_arch = "x86_64")]
     Avx512,
 }
 
-/// Work that is compiled once for each instruction set. Everything in it must be `#[inline(always)]`, so that it is compiled
-/// where the set is switched on.
+/// Work that is compiled once for each instruction set. All functions in it must be `#[inline(always)]`, so that they are compiled
+/// with the set enabled.
 pub(super) trait Vectorised {
-    /// Does the work by an instruction set's vectors, `VECTORS` at a time.
+    /// Does the work with an instruction set's vectors, `VECTORS` at a time.
     fn run<R: Registers, const VECTORS: usize>(self);
 }
 
 impl InstructionSet {
-    /// All, the best last.
+    /// All sets, the best last.
     pub const ALL: &'static [Self] = &[
         Self::Baseline,
         #[cfg(target_arch = "x86_64")]
@@ -56,11 +56,11 @@ impl InstructionSet {
         }
     }
 
-    /// Does work with these instructions, as many vectors at a time as were measured to be quickest: several, so that one need not
-    /// wait for another, but no more than there are registers for.
+    /// Does work with these instructions. The number of vectors at a time was measured to be the fastest: several, so that the
+    /// processor can work on one while it waits for another, but no more than there are registers for.
     pub(super) fn run(self, work: impl Vectorised) {
         match self {
-            // NEON multiplies and adds at once; SSE2 does not.
+            // NEON has a fused multiply-add; SSE2 has not.
             #[cfg(target_arch = "aarch64")]
             Self::Baseline => work.run::<Plain<4, 8, true>, 4>(),
             #[cfg(not(target_arch = "aarch64"))]

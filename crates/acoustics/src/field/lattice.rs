@@ -1,7 +1,7 @@
-//! Sources that stand alike on a lattice, over a grid whose steps fit it: the way from source to point is one of few.
+//! Equal sources on a lattice and a grid of points whose step fits it: few different rays occur from source to point.
 //!
-//! Where the grid's step is q times a divisor of the lattice's, the ways fall into q × q grids of their own, each with the grid's step:
-//! one source is summed once at every way, and each row of the field is the sum of shifted rows of these, times the drives.
+//! Where the grid's step is q times a divisor of the lattice's step, the rays form q × q grids, each with the grid's step. The field of
+//! one source is computed once for every ray. Each row of the total field is a sum of shifted rows of these, times the drives.
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -10,19 +10,19 @@ use super::resample::{Map, Rows, Term, WeightedSum};
 use super::{FieldKernel, Source};
 use crate::Vec3;
 
-/// Places nearer than this are one, m: a hundred-thousandth of a wavelength.
+/// Positions closer than this are taken as equal, m: about a millionth of a wavelength.
 const SAME_M: f64 = 1e-8;
 
-/// Finest lattice that is looked for, m.
+/// Smallest step of a lattice that is looked for, m.
 const FINEST_M: f64 = 1e-4;
 
-/// Most grids of ways along each axis.
-const MOST_PHASES: usize = 4;
+/// Most grids of rays along each axis.
+const MAX_PHASES: usize = 4;
 
-/// Most ways along each axis, for each of the grid's own points.
-const MOST_WAYS: usize = 12;
+/// Most rays for each point of the grid.
+const MAX_RAYS: usize = 12;
 
-/// The lattice along x and y on which a kernel's sources stand.
+/// The lattice along x and y of a kernel's sources.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lattice {
     axes: [AxisLattice; 2],
@@ -30,7 +30,7 @@ pub(super) struct Lattice {
     pub height_m: f64,
 }
 
-/// Places at `first_m` and whole numbers of `step_m` from it; an infinite step where there is one place.
+/// Positions at whole numbers of `step_m` from `first_m`; the step is infinite where there is only one position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct AxisLattice {
     first_m: f64,
@@ -42,7 +42,7 @@ impl AxisLattice {
         let first_m = places_m.clone().fold(f64::INFINITY, f64::min);
         let mut step_m = 0.0;
         for place_m in places_m {
-            // Euclid's algorithm, as far as numbers with an error can go.
+            // Euclid's algorithm for numbers with rounding errors.
             let (mut larger, mut smaller) = (step_m, place_m - first_m);
             while smaller > SAME_M {
                 let rest: f64 = larger % smaller;
@@ -57,7 +57,7 @@ impl AxisLattice {
         (step_m > FINEST_M).then_some(Self { first_m, step_m })
     }
 
-    /// Steps of the lattice from its first place.
+    /// Steps of the lattice from its first position.
     fn number(self, place_m: f64) -> i64 {
         if self.step_m.is_finite() {
             ((place_m - self.first_m) / self.step_m).round() as i64
@@ -67,26 +67,26 @@ impl AxisLattice {
     }
 }
 
-/// How the ways along one axis are numbered.
+/// The rays' components along one axis, from a lattice to a grid.
 #[derive(Debug, Clone, Copy)]
-struct Ways {
+struct AxisRays {
     lattice: AxisLattice,
     rows: Rows,
-    /// Grids of ways.
+    /// Grids of rays.
     phases: usize,
-    /// Finest steps in one of the lattice.
+    /// Steps of the finest common grid in one step of the lattice.
     steps: i64,
 }
 
-impl Ways {
-    /// The ways from a lattice to a grid; `None` if too few fall together.
+impl AxisRays {
+    /// The rays from a lattice to a grid; `None` if too few of them are equal.
     fn new(lattice: AxisLattice, rows: Rows) -> Option<Self> {
         if !lattice.step_m.is_finite() {
             return Some(Self { lattice, rows, phases: 1, steps: 0 });
         }
-        (1..=MOST_PHASES).find_map(|phases| {
+        (1..=MAX_PHASES).find_map(|phases| {
             let steps = lattice.step_m * phases as f64 / rows.step_m;
-            // Whatever a whole number lacks adds up over the array.
+            // The deviation from a whole number accumulates over the array.
             let fits = (steps - steps.round()).abs() * rows.step_m < SAME_M;
             (fits && steps > 0.5).then(|| Self {
                 lattice,
@@ -97,22 +97,22 @@ impl Ways {
         })
     }
 
-    /// The grid of ways that a source belongs to, and by how many rows it is shifted there.
+    /// The grid of rays that a source belongs to, and its shift in it in rows.
     fn of(self, place_m: f64) -> (usize, i64) {
         let finest = -self.lattice.number(place_m) * self.steps;
         let phases = self.phases as i64;
         (finest.rem_euclid(phases) as usize, finest.div_euclid(phases))
     }
 
-    /// Length of a way along the axis, m.
-    fn way_m(self, phase: usize, shifted: i64) -> f64 {
+    /// Component of a ray along the axis, m.
+    fn component_m(self, phase: usize, shifted: i64) -> f64 {
         self.rows.first_m - self.lattice.first_m
             + self.rows.step_m * (shifted as f64 + phase as f64 / self.phases as f64)
     }
 }
 
 impl Lattice {
-    /// The lattice of sources that are alike but for place and drive; `None` if there is none.
+    /// The lattice of sources that differ only in position and drive; `None` if there is none.
     pub fn of(sources: &[Source]) -> Option<Self> {
         let first = sources.first()?;
         let alike = |source: &Source| {
@@ -145,14 +145,14 @@ impl Lattice {
         FieldKernel { sources: vec![source], elements: 1, ..kernel.clone() }
     }
 
-    /// The field of a kernel's sources on a grid at height `z_m`; `None` if too few ways fall together.
+    /// The field of a kernel's sources on a grid at height `z_m`; `None` if too few rays are equal.
     pub fn field(&self, kernel: &FieldKernel, [columns, rows]: [Rows; 2], z_m: f64) -> Option<Map> {
-        let ways = [Ways::new(self.axes[0], columns)?, Ways::new(self.axes[1], rows)?];
+        let rays = [AxisRays::new(self.axes[0], columns)?, AxisRays::new(self.axes[1], rows)?];
         let sources: Vec<_> = kernel
             .sources
             .iter()
             .map(|source| {
-                let place = [0, 1].map(|axis| ways[axis].of(source.centre_m[axis]));
+                let place = [0, 1].map(|axis| rays[axis].of(source.centre_m[axis]));
                 let weight =
                     Complex64::from_polar(source.amplitude, source.drive_rad + source.own_rad);
                 (place, weight)
@@ -163,20 +163,20 @@ impl Lattice {
         let [least_x, least_y] = [least(0)?, least(1)?];
         let wide = columns.count + (most(0)? - least_x) as usize;
         let high = rows.count + (most(1)? - least_y) as usize;
-        if wide * high * ways[0].phases * ways[1].phases > MOST_WAYS * columns.count * rows.count {
+        if wide * high * rays[0].phases * rays[1].phases > MAX_RAYS * columns.count * rows.count {
             return None;
         }
 
         let model = self.model(kernel);
-        let mut grids: Vec<Option<Map>> = vec![None; ways[0].phases * ways[1].phases];
-        let grid_of = |place: &[(usize, i64); 2]| place[1].0 * ways[0].phases + place[0].0;
+        let mut grids: Vec<Option<Map>> = vec![None; rays[0].phases * rays[1].phases];
+        let grid_of = |place: &[(usize, i64); 2]| place[1].0 * rays[0].phases + place[0].0;
         for (place, _) in &sources {
             grids[grid_of(place)].get_or_insert_with(|| {
                 let points_m: Vec<Vec3> = (0..high)
                     .flat_map(|y| (0..wide).map(move |x| (x, y)))
                     .map(|(x, y)| {
-                        let x_m = ways[0].way_m(place[0].0, x as i64 + least_x);
-                        let y_m = ways[1].way_m(place[1].0, y as i64 + least_y);
+                        let x_m = rays[0].component_m(place[0].0, x as i64 + least_x);
+                        let y_m = rays[1].component_m(place[1].0, y as i64 + least_y);
                         Vec3::new(x_m, y_m, z_m)
                     })
                     .collect();
@@ -223,7 +223,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_with_rounding_errors_find_their_step() {
+    fn the_step_of_positions_with_rounding_errors_is_found() {
         let lattice = |places: &[f64]| AxisLattice::of(places.iter().copied());
         let step = |places: &[f64]| lattice(places).map(|lattice| lattice.step_m);
         let thirds: Vec<f64> = (0..30).map(|n| 10.5e-3 * (f64::from(n) - 14.5)).collect();

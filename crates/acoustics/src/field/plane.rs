@@ -1,8 +1,9 @@
-//! The field on a regular grid of a plane, by whatever way takes least.
+//! The field on a regular grid of a plane, by the fastest method.
 //!
-//! Two properties save work, alone or together. Where sources stand on a lattice that fits the grid, ways from source to point repeat
-//! (`lattice`). And a field some distance from its sources has no structure finer than about half a wavelength: waves along the plane
-//! of wavenumber K beyond k die out as exp(-z √(K² - k²)). A fine grid is then interpolated from a coarse one (`resample`).
+//! Two properties save work, alone or together. If the sources are on a lattice that fits the grid, rays from source to point repeat
+//! (`lattice`). And a field at some distance from its sources has no structure finer than about half a wavelength: waves with a
+//! wavenumber K above k along the plane are evanescent, exp(-z √(K² - k²)). A fine grid is then interpolated from a coarse one
+//! (`resample`).
 
 use num_complex::Complex64;
 
@@ -12,16 +13,16 @@ use super::{FieldKernel, PathLengths};
 use crate::transducer::Smooth;
 use crate::{PlaneGrid, Vec3};
 
-/// Largest error of a plane's field, relative to what its elements could add up to there if all were in phase.
+/// Largest error of a plane's field, relative to the sum of the elements' magnitudes there.
 pub const PLANE_TOLERANCE: f64 = 1e-9;
 
-/// Where waves along the plane are left out, as a power of e: a tenth of the tolerance.
+/// Decay from which evanescent waves are left out, Np: a tenth of the tolerance.
 const EVANESCENT: f64 = 23.0;
 
-/// Share of a grid's points that a coarse one may have, to pay.
-const WORTH_IT: f64 = 0.6;
+/// Largest number of points of a coarse grid that still saves time, relative to the fine grid.
+const WORTHWHILE: f64 = 0.6;
 
-/// Irregularity of a grid's steps that is taken for rounding, m.
+/// Irregularity of a grid's steps that is taken as rounding, m.
 const REGULAR_M: f64 = 1e-10;
 
 /// How a plane was summed.
@@ -29,25 +30,25 @@ const REGULAR_M: f64 = 1e-10;
 pub enum PlaneMethod {
     /// Point by point.
     Direct,
-    /// By the ways that repeat; exact.
+    /// With repeated rays; exact.
     Repeating,
-    /// Point by point on a coarse grid, and interpolated.
+    /// Point by point on a coarse grid, then interpolated.
     Coarse,
-    /// By the ways that repeat on a coarse grid, and interpolated.
+    /// With repeated rays on a coarse grid, then interpolated.
     CoarseRepeating,
 }
 
 /// A field on a plane's grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneSum {
-    /// The complex field, row by row as [`PlaneGrid::points`] has them.
+    /// The complex field, row by row in the order of [`PlaneGrid::points`].
     pub field: Vec<Complex64>,
     /// How it was summed.
     pub method: PlaneMethod,
 }
 
 impl FieldKernel {
-    /// The complex field at every point of a plane's grid, within [`PLANE_TOLERANCE`], by the way that takes least.
+    /// The complex field at every point of a plane's grid, within [`PLANE_TOLERANCE`], by the fastest method.
     pub fn on_plane(&self, grid: &PlaneGrid) -> PlaneSum {
         self.by_structure(grid).unwrap_or_else(|| PlaneSum {
             field: self.at(&grid.points()),
@@ -78,9 +79,9 @@ impl FieldKernel {
         Some(PlaneSum { field: map.joined(), method })
     }
 
-    /// A grid that is coarser, and reaches beyond the fine one by what the interpolation needs; `None` if there is none that pays.
+    /// A coarser grid that extends beyond the fine one as far as the interpolation needs; `None` if none saves time.
     fn coarse(&self, z_m: f64, axes: [Rows; 2], lattice: Option<&Lattice>) -> Option<[Rows; 2]> {
-        // A corner on the axis of a lobe is structure as fine as can be.
+        // A corner on the axis of a lobe has arbitrarily fine structure.
         if self.smooth == Smooth::InHalfTangent {
             return None;
         }
@@ -105,7 +106,7 @@ impl FieldKernel {
         };
         let coarse = [coarser(0), coarser(1)];
         let points = |rows: [Rows; 2]| rows[0].count as f64 * rows[1].count as f64;
-        (points(coarse) < WORTH_IT * points(axes)).then_some(coarse)
+        (points(coarse) < WORTHWHILE * points(axes)).then_some(coarse)
     }
 
     fn on_rows(&self, [columns, rows]: [Rows; 2], z_m: f64) -> Map {
@@ -117,7 +118,7 @@ impl FieldKernel {
     }
 }
 
-/// Places that stand at equal steps; `None` if they do not.
+/// Positions at equal steps; `None` if the steps differ.
 fn regular(places_m: &[f64]) -> Option<Rows> {
     let [first_m, .., last_m] = *places_m else { return None };
     let rows = Rows {
@@ -154,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn each_way_is_chosen_where_it_belongs_and_agrees_with_the_direct_sum() {
+    fn each_method_is_chosen_where_it_applies_and_agrees_with_the_direct_sum() {
         let medium = Medium { speed_of_sound_m_s: 343.0 };
         let k = medium.wavenumber_rad_m(40e3);
         let square = Array::square(8, 8, 10.5e-3).expect("not empty");
@@ -184,7 +185,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(24))]
 
         #[test]
-        fn no_grid_is_off_by_more_than_the_tolerance(
+        fn no_grid_has_an_error_above_the_tolerance(
             rows in 1usize..6, pitch_mm in 6.0..14.0f64, hexagonal: bool, model in 0usize..7,
             step_mm in 0.3..2.5f64, divides: bool, z_mm in 15.0..200.0f64, phases in prop::collection::vec(-4.0..4.0f64, 100),
         ) {

@@ -1,7 +1,7 @@
-//! From a coarse grid to a fine one, where the field has no finer structure than the coarse grid holds.
+//! Interpolation from a coarse grid to a fine one, for fields without structure finer than the coarse grid resolves.
 //!
-//! Each value is a sum over its neighbours, weighted by a cardinal sine under a Kaiser window (J. F. Kaiser and R. W. Schafer, IEEE
-//! Trans. ASSP 28, 105 (1980)).
+//! Each value is a weighted sum of its neighbours. The weights are a sinc function with a Kaiser window (J. F. Kaiser and R. W. Schafer,
+//! IEEE Trans. ASSP 28, 105 (1980)).
 
 use std::f64::consts::PI;
 
@@ -14,18 +14,18 @@ use crate::simd::{Registers, Simd};
 /// Neighbours of a value; half of them to each side.
 pub(super) const TAPS: usize = 40;
 
-/// What the window lets through beyond the band, dB down.
+/// Attenuation of the window beyond the band, dB.
 const STOP_DB: f64 = 205.0;
 
 /// Width of the step of the window's spectrum, radians a sample (Kaiser and Schafer, equation 8).
 const TRANSITION: f64 = (STOP_DB - 8.0) / (2.285 * TAPS as f64);
 
-/// The coarsest step at which structure up to a wavenumber (rad/m) comes through the window.
+/// The coarsest step that resolves structure up to a wavenumber (rad/m) with this window.
 pub(super) fn coarsest_step_m(band_rad_m: f64) -> f64 {
     (PI - 0.5 * TRANSITION) / band_rad_m
 }
 
-/// Numbers that are kept beyond a map's last, so that a whole vector may be read from any place in it.
+/// Numbers kept beyond a map's last, so that a whole vector may be read at any position.
 const BEYOND: usize = 32;
 
 /// Complex numbers on a grid, rows of columns.
@@ -59,12 +59,12 @@ impl Map {
         both.map(|(&re, &im)| Complex64::new(re, im)).collect()
     }
 
-    /// Real and imaginary parts of each row, to be filled.
+    /// Real and imaginary parts of each row.
     pub fn rows_mut(&mut self) -> impl IndexedParallelIterator<Item = (&mut [f64], &mut [f64])> {
         self.parts_mut(self.columns)
     }
 
-    /// The same of stretches of all values, of a length.
+    /// Real and imaginary parts of all values, in pieces of a length.
     pub fn parts_mut(
         &mut self,
         length: usize,
@@ -87,7 +87,7 @@ impl Map {
     }
 }
 
-/// Where the rows of a grid stand.
+/// The positions of a grid's rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Rows {
     pub first_m: f64,
@@ -101,7 +101,7 @@ impl Rows {
     }
 }
 
-/// Rows at other places, from those of `map`, which stand at `rows`, half of [`TAPS`] and more beyond both ends of `to_m`.
+/// Rows at the positions `to_m`, from those of `map` at `rows`, which extend beyond both ends of `to_m` by half of [`TAPS`] or more.
 pub(super) fn resampled(instructions: InstructionSet, map: &Map, rows: Rows, to_m: &[f64]) -> Map {
     let mut out = Map::zero(to_m.len(), map.columns);
     out.rows_mut().zip(to_m).for_each(|((real, imaginary), &at_m)| {
@@ -143,14 +143,14 @@ fn bessel_i0(x: f64) -> f64 {
     sum
 }
 
-/// A stretch of a map, from `start` on, times a complex weight.
+/// A piece of a map, from `start` on, times a complex weight.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Term {
     pub start: usize,
     pub weight: [f64; 2],
 }
 
-/// The sum of stretches of a map, each times its weight; `COMPLEX` says whether weights have an imaginary part.
+/// The sum of pieces of a map, each times its weight; `COMPLEX` says whether weights have an imaginary part.
 pub(super) struct WeightedSum<'w, const COMPLEX: bool> {
     pub map: &'w Map,
     pub terms: &'w [Term],
@@ -168,7 +168,7 @@ impl<const COMPLEX: bool> Vectorised for WeightedSum<'_, COMPLEX> {
         for first in (0..columns).step_by(at_once) {
             let [mut real, mut imaginary] = [Simd::<f64, R::Double, VECTORS>::zero(); 2];
             for term in self.terms {
-                // Where a row ends first, the rest is of no use and not kept.
+                // Numbers beyond the end of a row are summed, but not stored.
                 let from = term.start + first;
                 let re = Simd::load(&self.map.real[from..from + at_once]);
                 let im = Simd::load(&self.map.imaginary[from..from + at_once]);
@@ -198,7 +198,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_wave_within_the_band_comes_through_to_nine_digits() {
+    fn a_wave_within_the_band_is_interpolated_to_nine_digits() {
         let step_m = coarsest_step_m(800.0);
         let rows = Rows { first_m: -0.2, step_m, count: 200 };
         let to_m: Vec<f64> = (0..150).map(|n| -0.1 + 1e-3 * f64::from(n)).collect();
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_turned_twice_is_itself() {
+    fn a_map_transposed_twice_is_itself() {
         let field: Vec<Complex64> = (0..6).map(|n| Complex64::new(f64::from(n), 1.0)).collect();
         let map = Map::of(&field, 3);
         let turned: Vec<f64> = map.transposed().joined().iter().map(|value| value.re).collect();

@@ -1,6 +1,6 @@
-//! A tile's points and the sources as they stand to its middle.
+//! The points of a tile and the sources, relative to the tile's middle.
 //!
-//! What all points of a tile have in common, above all the phase at its middle, is found once and in double precision.
+//! What the points of a tile have in common, above all the phase at the middle, is computed once and in double precision.
 
 use std::f64::consts::PI;
 
@@ -10,37 +10,37 @@ use crate::float::Float;
 use crate::simd::MAX_LANES;
 use crate::transducer::OnAxis;
 
-/// A source as it stands to the middle of a tile.
+/// A source relative to the middle of a tile.
 #[derive(Clone, Copy)]
 pub(super) struct Near<T> {
     /// From the source to the tile's middle, m.
     pub offset: [T; 3],
     pub normal: [T; 3],
-    /// Place of the source, m.
+    /// Position of the source, m.
     pub centre: [T; 3],
     pub amplitude: T,
     /// Phase of the drive, rad.
     pub drive: T,
-    /// Length of the path to the tile's middle, m: where path lengths are frozen, to below or above it.
+    /// Length of the path to the tile's middle, m; where path lengths are frozen, to the point above or below it.
     pub path: T,
-    /// What its square as rounded lacks of the true square, m².
+    /// True squared length minus the square of the rounded length, m².
     pub rounded_off: T,
-    /// Height of the path where it is frozen, m.
+    /// Component of this path along z, m.
     pub rise: T,
     /// Phase at the tile's middle, half turns, -1 to 1.
     pub half_turns: T,
     pub lobe: usize,
-    /// What the near field makes a path longer by on the axis, times its length, halved, m².
+    /// Half of the near field's excess path on the axis times the length of the path, m².
     pub near_field: T,
 }
 
-/// Room for a tile's points and for what the last vectors hold beyond them.
+/// Room for a tile's points and for the lanes of the last vectors beyond them.
 pub(super) const ROOM: usize = TILE + MAX_LANES;
 
-/// A tile's points and the sources as they stand to its middle.
+/// The points of a tile and the sources, relative to the tile's middle.
 pub(super) struct Surroundings<T> {
     pub points: usize,
-    /// From the middle to each point, along each axis, m; beyond the last whatever is there, which comes to nothing.
+    /// From the middle to each point, along each axis, m. Entries beyond the last point are summed, but not used.
     pub steps: [[T; ROOM]; 3],
     pub near: Vec<Near<T>>,
 }
@@ -52,8 +52,8 @@ impl<T: Float> Default for Surroundings<T> {
 }
 
 impl<T: Float> Surroundings<T> {
-    /// Places a kernel's sources about a tile of points.
-    pub fn surround(&mut self, kernel: &FieldKernel, points_m: &[Vec3]) {
+    /// Computes all for a kernel's sources and a tile of points.
+    pub fn set(&mut self, kernel: &FieldKernel, points_m: &[Vec3]) {
         let middle_m = middle(points_m);
         self.points = points_m.len();
         for (n, point_m) in points_m.iter().enumerate() {
@@ -66,7 +66,7 @@ impl<T: Float> Surroundings<T> {
             OnAxis::Exponential { amplitude, .. } | OnAxis::Absorbed { amplitude, .. } => amplitude,
             OnAxis::Spherical | OnAxis::Power { .. } => 1.0,
         };
-        let lanes = |vector: Vec3| [T::of(vector.x), T::of(vector.y), T::of(vector.z)];
+        let components = |vector: Vec3| [T::of(vector.x), T::of(vector.y), T::of(vector.z)];
         near.clear();
         near.extend(kernel.sources.iter().map(|source| {
             let offset_m = middle_m - source.centre_m;
@@ -80,9 +80,9 @@ impl<T: Float> Surroundings<T> {
                 (path.to_f64() * kernel.wavenumber_rad_m + source.drive_rad + source.own_rad) / PI;
             let turns = (0.5 * half_turns + f64::ROUNDER) - f64::ROUNDER;
             Near {
-                offset: lanes(offset_m),
-                normal: lanes(source.normal),
-                centre: lanes(source.centre_m),
+                offset: components(offset_m),
+                normal: components(source.normal),
+                centre: components(source.centre_m),
                 amplitude: T::of(source.amplitude * amplitude),
                 drive: T::of(source.drive_rad),
                 path,
@@ -100,12 +100,12 @@ impl<T: Float> Surroundings<T> {
 
 /// The middle of the box about points.
 fn middle(points_m: &[Vec3]) -> Vec3 {
-    // Boxes about every fourth point: one after the other, comparisons would wait for each other longer than sums do.
+    // Four boxes, each about every fourth point: with one, each comparison would wait for the one before.
     let mut boxes = [[[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]]; 4];
     for four in points_m.chunks(4) {
         for ([low, high], point) in boxes.iter_mut().zip(four) {
             for axis in 0..3 {
-                // As the processor's own least and greatest: what is no number is passed over.
+                // As the processor's minimum and maximum: NaN is ignored.
                 low[axis] = if point[axis] < low[axis] { point[axis] } else { low[axis] };
                 high[axis] = if point[axis] > high[axis] { point[axis] } else { high[axis] };
             }

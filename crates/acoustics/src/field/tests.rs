@@ -50,7 +50,7 @@ pub(super) fn plain_sum(
     sum
 }
 
-/// One of each kind, with every law on the axis.
+/// One of each kind, with every decay on the axis.
 pub(super) fn transducers() -> Vec<Box<dyn Transducer>> {
     let angles_deg: Vec<f64> = (0..=18).map(|n| 5.0 * f64::from(n)).collect();
     let pressures: Vec<f64> = angles_deg.iter().map(|deg| deg.to_radians().cos().powi(3)).collect();
@@ -93,7 +93,7 @@ fn element() -> impl Strategy<Value = Element> {
         })
 }
 
-/// The largest magnitude that the elements can add up to, at the nearest of the points and 10 mm off at the least.
+/// The largest possible sum of the elements' magnitudes at the points, at a distance of 2 to 10 mm.
 fn peak(array: &Array, transducer: &dyn Transducer, points_m: &[Vec3]) -> f64 {
     let strengths: f64 = array.elements().iter().map(|e| e.amplitude).sum();
     let distances =
@@ -111,7 +111,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
 
     #[test]
-    fn every_instruction_set_meets_the_plain_sum_in_either_precision(
+    fn every_instruction_set_agrees_with_the_plain_sum_in_either_precision(
         elements in prop::collection::vec((element(), -7.0..7.0f64), 1..12),
         points in prop::collection::vec((-0.1..0.1f64, -0.1..0.1f64, -0.02..0.3f64), 1..80),
         wavenumber in 400.0..1200.0f64,
@@ -123,7 +123,7 @@ proptest! {
         let points: Vec<Vec3> = points.into_iter().map(|(x, y, z)| Vec3::new(x, y, z)).collect();
         let clear = |x: &Vec3| array.elements().iter().all(|e| {
             let r = x - e.centre_m;
-            // A face's edge at a right angle is no place to ask for the twelfth digit: there the field ends.
+            // At a right angle to the axis the field of a source ends: there the twelfth digit is undefined.
             r.norm() > 2e-3 && r.dot(&e.normal).abs() > 1e-6
         });
         prop_assume!(points.iter().all(clear));
@@ -160,11 +160,11 @@ proptest! {
             gradient_per_m: Vec3::new(gradient, 0.0, -gradient),
             attenuation_np_m,
         };
-        let hears = |angle_rad: f64| (-0.8 * angle_rad * angle_rad).exp();
+        let sensitivity = |angle_rad: f64| (-0.8 * angle_rad * angle_rad).exp();
         let kernel = FieldKernel::new(&array, &[0.0; 9], &Piston, wavenumber, PathLengths::Observed)
             .with_on_axis(OnAxis::Power { exponent })
             .with_propagation(propagation)
-            .with_receiver_directivity(hears);
+            .with_receiver_directivity(sensitivity);
         let points: Vec<Vec3> = points.into_iter().map(|(x, y, z)| Vec3::new(x, y, z)).collect();
         for (sum, x) in kernel.sums_at(&points).into_iter().zip(&points) {
             let (mut field, mut power) = (Complex64::ZERO, 0.0);
@@ -175,8 +175,8 @@ proptest! {
                 let magnitude = d.powf(-exponent)
                     * Piston.directivity(theta, element.radius_m, wavenumber)
                     * (-attenuation_np_m * d).exp()
-                    * hears(theta);
-                // The mean of slowness along the way, by its middle: the next term is of the order of (g d)^4.
+                    * sensitivity(theta);
+                // The mean slowness along the ray, expanded about its middle: the next term is of the order of (g d)^4.
                 let middle = 1.0 + propagation.gradient_per_m.dot(&(element.centre_m + 0.5 * r));
                 let change = propagation.gradient_per_m.dot(&r) / middle;
                 let slowness = (1.0 + change * change / 12.0)
@@ -191,7 +191,7 @@ proptest! {
     }
 
     #[test]
-    fn neither_order_nor_company_changes_a_point_beyond_the_last_digits(count in 1usize..2000) {
+    fn the_field_at_a_point_does_not_depend_on_the_other_points(count in 1usize..2000) {
         let array = Array::square(3, 3, 10.5e-3).expect("not empty");
         let kernel = FieldKernel::new(&array, &[0.0; 9], &Piston, 732.7, PathLengths::Observed);
         let points: Vec<Vec3> = (0..count).map(|i| Vec3::new(i as f64 * 1e-5, 1e-3, 0.1)).collect();
@@ -210,7 +210,7 @@ fn one_piston_on_its_axis_is_a_spherical_wave() {
 }
 
 #[test]
-fn at_the_very_middle_of_a_source_nothing_is_lost_but_that_source() {
+fn the_field_is_finite_at_the_centre_of_a_source() {
     let array = Array::linear(2, 10.5e-3).expect("not empty");
     for precision in [Precision::Single, Precision::Double] {
         let kernel = FieldKernel::new(&array, &[0.0; 2], &Piston, 732.7, PathLengths::Observed)
@@ -220,7 +220,7 @@ fn at_the_very_middle_of_a_source_nothing_is_lost_but_that_source() {
 }
 
 #[test]
-fn the_integral_over_a_tilted_face_is_the_same_by_its_own_code() {
+fn the_integral_over_a_tilted_face_agrees_with_the_independent_code() {
     let normal = Vec3::new(0.3, -0.2, 1.0).normalize();
     let element = Element { normal, ..Element::at(3e-3, -5e-3) };
     let array = Array::from_elements(vec![element]).expect("not empty");
@@ -250,9 +250,9 @@ fn contributions_of_the_elements_add_up_to_the_field() {
     }
 }
 
-/// Far field and near field's term against the integral: what the term leaves of the phase's error is the error of the next.
+/// Far field with and without the near-field term against the integral: the remaining phase error is that of the next term.
 #[test]
-fn the_near_fields_term_brings_the_far_field_to_the_integral() {
+fn the_near_field_term_brings_the_far_field_to_the_integral() {
     let array = Array::from_elements(vec![Element::at(0.0, 0.0)]).expect("not empty");
     let (k, radius_m) = (732.7, array.elements()[0].radius_m);
     let far = FieldKernel::new(&array, &[0.0], &Piston, k, PathLengths::Observed);
@@ -264,8 +264,9 @@ fn the_near_fields_term_brings_the_far_field_to_the_integral() {
             let (sine, cosine) = f64::to_radians(degrees).sin_cos();
             let at_m = distance_m * Vec3::new(sine, 0.0, cosine);
             let truth = piston.field(at_m, k);
-            let off_rad = |kernel: &FieldKernel| (kernel.at(&[at_m])[0] * truth.conj()).arg().abs();
-            let [without, with] = [off_rad(&far), off_rad(&near)];
+            let phase_error =
+                |kernel: &FieldKernel| (kernel.at(&[at_m])[0] * truth.conj()).arg().abs();
+            let [without, with] = [phase_error(&far), phase_error(&near)];
             let closed_form =
                 k * radius_m.powi(2) * (3.0 * cosine * cosine - 1.0) / (8.0 * distance_m);
             assert!((without / closed_form - 1.0).abs() < 0.1, "{at_m}: {without} {closed_form}");

@@ -1,4 +1,4 @@
-//! Many drives of one geometry at the same points: the matrix from drives to fields, made once.
+//! Many drives of one geometry at the same points: the matrix from drives to fields, computed once.
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -7,10 +7,10 @@ use super::FieldKernel;
 use super::resample::{Map, Term, WeightedSum};
 use crate::Vec3;
 
-/// Points whose sums are taken together.
-const STRETCH: usize = 4096;
+/// Points that are summed together.
+const BLOCK: usize = 4096;
 
-/// What each element adds to the field at some points, for any drive.
+/// The contribution of each element to the field at some points, for any drive.
 #[derive(Debug, Clone)]
 pub struct Transfer {
     kernel: FieldKernel,
@@ -20,7 +20,7 @@ pub struct Transfer {
 }
 
 impl FieldKernel {
-    /// The matrix from drives to the field at some points; the drive that the kernel was made with is left out of it.
+    /// The matrix from drives to the field at some points. It does not depend on the drive that the kernel was made with.
     pub fn transfer_at(&self, points_m: &[Vec3]) -> Transfer {
         let mut undriven = self.clone();
         for source in &mut undriven.sources {
@@ -36,17 +36,17 @@ impl FieldKernel {
 }
 
 impl Transfer {
-    /// The complex field at each point, every element driven with its phase of `phases_rad`.
+    /// The complex field at each point, with every element driven with its phase of `phases_rad`.
     pub fn driven(&self, phases_rad: &[f64]) -> Vec<Complex64> {
         assert_eq!(self.kernel.elements, phases_rad.len(), "one phase for each element");
         let mut field = Map::zero(1, self.points);
-        field.parts_mut(STRETCH).enumerate().for_each(|(stretch, (real, imaginary))| {
+        field.parts_mut(BLOCK).enumerate().for_each(|(block, (real, imaginary))| {
             let terms: Vec<Term> = phases_rad
                 .iter()
                 .enumerate()
                 .map(|(element, phase_rad)| {
                     let (sine, cosine) = phase_rad.sin_cos();
-                    let start = element * self.points + stretch * STRETCH;
+                    let start = element * self.points + block * BLOCK;
                     Term { start, weight: [cosine, sine] }
                 })
                 .collect();
@@ -68,7 +68,7 @@ mod tests {
     use crate::{Array, PathLengths, PlaneGrid};
 
     #[test]
-    fn the_matrix_gives_every_drive_its_field() {
+    fn the_matrix_gives_the_field_of_every_drive() {
         let array = Array::hexagonal(2, 10.5e-3);
         let points = PlaneGrid::square(35e-3, 1e-3, 0.07).points();
         let kernel = |phases: &[f64]| {

@@ -1,18 +1,17 @@
-//! Several foci at once: the phases that give each of some points its share of the pressure.
+//! Several foci at once: phases that give several points pressures in given proportions.
 //!
-//! An array driven with the complex amplitudes q gives the points the pressures p = H q, where H has a row for each point and a
-//! column for each element. One focus has a closed form: every element's phase takes back that of its own path. For
-//! several only iterations are known, since each element has but one phase to serve them all, and full drive is wanted
-//! of every element. Three ways, in the order of their quality:
+//! An array driven with the complex amplitudes q produces the pressures p = H q at some points; H has a row for each point and a
+//! column for each element. For one focus there is a closed form: the phase of every element compensates its path. For several foci,
+//! with every element at full amplitude, only iterative solutions are known. Three methods, in the order of their quality:
 //!
 //! | solver | what it does | source |
 //! |---|---|---|
-//! | [`Solver::Naive`] | adds up the drives of the single foci, all in phase, and keeps the phases of the sum | superposition; the start of both others |
-//! | [`Solver::GerchbergSaxton`] | goes to the points and back, keeping their phases and the wanted amplitudes there, the elements' phases and full drive here | Gerchberg and Saxton, Optik 35, 237 (1972); for arrays of transducers Marzo and Drinkwater, PNAS 116, 84 (2019) |
-//! | [`Solver::Weighted`] | the same, and what a point lacks against the others raises its weight for the next round | Di Leonardo, Ianni and Ruocco, Opt. Express 15, 1913 (2007) |
+//! | [`Solver::Naive`] | sums the drives of the single foci, all in phase, and keeps the phases of the sum | superposition; both others start from it |
+//! | [`Solver::GerchbergSaxton`] | propagates to the points, where it sets the wanted amplitudes, and back, where it sets full amplitudes; phases are kept | Gerchberg and Saxton, Optik 35, 237 (1972); for arrays of transducers Marzo and Drinkwater, PNAS 116, 84 (2019) |
+//! | [`Solver::Weighted`] | the same; a point below the mean has more weight in the next round | Di Leonardo, Ianni and Ruocco, Opt. Express 15, 1913 (2007) |
 //!
-//! Over 200 draws of 2 to 8 foci, 100 mm above the thesis's 6 x 6 array, at least 12 mm apart, 50 rounds each
-//! (`tests/several_foci.rs` draws them and holds these figures):
+//! For 200 random sets of 2 to 8 foci, 100 mm above the thesis's 6 x 6 array, at least 12 mm apart, with 50 rounds
+//! (`tests/several_foci.rs` makes them and checks these figures):
 //!
 //! | solver | uniformity, mean | worst | efficiency, mean | worst |
 //! |---|---|---|---|---|
@@ -20,9 +19,9 @@
 //! | gerchberg-saxton | 0.65 | 0.23 | 0.80 | 0.70 |
 //! | weighted | 0.97 | 0.22 | 0.77 | 0.63 |
 //!
-//! The worst are foci nearer to each other than the array resolves, 14 mm at this height (λ z over its width): no drive serves
-//! them evenly. Uniformity is 1 - (max - min)/(max + min) of the intensities over the wanted ones (Di Leonardo et al., eq. 8); efficiency
-//! the sum of the intensities over the largest that any drive of the same power could give, the largest eigenvalue of H H†.
+//! The worst cases are foci closer than the array's resolution, 14 mm at this height (λ z over its width): no drive makes them
+//! uniform. Uniformity is 1 - (max - min)/(max + min) of the intensities divided by the wanted ones (Di Leonardo et al., eq. 8).
+//! Efficiency is the sum of the intensities over its maximum for any drive of the same power, the largest eigenvalue of H H†.
 
 mod solve;
 
@@ -33,7 +32,7 @@ use serde::{Deserialize, Serialize};
 use super::{Array, FieldKernel, PathLengths, Vec3};
 use crate::transducer::Transducer;
 
-/// How the phases for several foci are found.
+/// How phases for several foci are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Solver {
@@ -41,7 +40,7 @@ pub enum Solver {
     Naive,
     /// Gerchberg and Saxton's iteration.
     GerchbergSaxton,
-    /// The same with weights that even the foci out.
+    /// The same with weights that make the foci uniform.
     Weighted,
 }
 
@@ -60,24 +59,24 @@ impl std::fmt::Display for Solver {
     }
 }
 
-/// What each element, driven alone with unit amplitude and no phase, gives each point.
+/// The complex pressure that each element, driven alone with unit amplitude and zero phase, produces at each point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transfer {
     /// A row for each point, a column for each element.
     matrix: DMatrix<Complex64>,
 }
 
-/// How well some drives serve the points.
+/// How well drives produce the wanted pressures.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Quality {
-    /// 1 where all points have what was wanted of them, relative to each other; 0 where one has nothing.
+    /// 1 where all points have the wanted proportions; 0 where one has no pressure.
     pub uniformity: f64,
-    /// Sum of the points' intensities over the largest that is possible, 0 to 1.
+    /// Sum of the points' intensities over the largest possible sum, 0 to 1.
     pub efficiency: f64,
 }
 
 impl Transfer {
-    /// The transfer from an array of some transducers to points, metres.
+    /// The transfer from an array of transducers to points, metres.
     pub fn new(
         array: &Array,
         transducer: &dyn Transducer,
@@ -105,14 +104,13 @@ impl Transfer {
         self.matrix.nrows()
     }
 
-    /// The complex pressure that some drives give each point.
+    /// The complex pressure at each point for some drives.
     pub fn pressures(&self, drives: &[Complex64]) -> Vec<Complex64> {
         (&self.matrix * DVector::from_column_slice(drives)).iter().copied().collect()
     }
 
-    /// The phase of each element, radians, for points that want amplitudes in the proportion of `wanted` (one for each
-    /// point, above zero). `rounds` bounds the iterations. The first point's phase is zero, so that solutions for
-    /// neighbouring places follow each other smoothly.
+    /// The phase of each element, radians, for amplitudes in the proportions of `wanted` (one for each point, above zero). `rounds`
+    /// limits the iterations. The phase at the first point is zero, so that solutions for neighbouring points change smoothly.
     pub fn solve(&self, solver: Solver, wanted: &[f64], rounds: usize) -> Vec<f64> {
         assert_eq!(wanted.len(), self.points(), "one amplitude for each point");
         let drives = solve::drives(&self.matrix, solver, wanted, rounds);
@@ -120,7 +118,7 @@ impl Transfer {
         drives.into_iter().map(|drive| drive.arg() - first).collect()
     }
 
-    /// How well some drives serve points that want amplitudes in the proportion of `wanted`.
+    /// How well drives produce amplitudes in the proportions of `wanted`.
     pub fn quality(&self, drives: &[Complex64], wanted: &[f64]) -> Quality {
         let intensities: Vec<f64> = self.pressures(drives).iter().map(|p| p.norm_sqr()).collect();
         let shares = intensities.iter().zip(wanted).map(|(have, want)| have / (want * want));

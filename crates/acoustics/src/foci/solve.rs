@@ -1,14 +1,14 @@
-//! The iterations.
+//! The iterations of the solvers.
 
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
 use super::Solver;
 
-/// Weights change by no more than this factor in one round, so that a point in a null does not take everything.
-const STEADY: f64 = 2.0;
+/// Weights change by no more than this factor in one round, so that a point in a null does not get all the weight.
+const MAX_CHANGE: f64 = 2.0;
 
-/// Drives of unit amplitude.
+/// Drives of unit amplitude that a solver finds.
 pub(super) fn drives(
     transfer: &DMatrix<Complex64>,
     solver: Solver,
@@ -17,7 +17,7 @@ pub(super) fn drives(
 ) -> Vec<Complex64> {
     let back = transfer.adjoint();
     let wanted = DVector::from_column_slice(wanted);
-    // One focus is solved when its paths' phases are taken back; so are many by the sum, where no rounds are left.
+    // The sum of the single foci's drives: exact for one focus, the start of the iterations for several.
     let mut drives = phases_of(&back * wanted.map(Complex64::from));
     let rounds = if wanted.len() == 1 || solver == Solver::Naive { 0 } else { rounds };
     let mut weights = DVector::from_element(wanted.len(), 1.0);
@@ -27,7 +27,7 @@ pub(super) fn drives(
             let shares = pressures.zip_map(&wanted, |pressure, wanted| pressure.norm() / wanted);
             let mean = shares.mean();
             weights.zip_apply(&shares, |weight, share| {
-                *weight *= (mean / share).clamp(1.0 / STEADY, STEADY);
+                *weight *= (mean / share).clamp(1.0 / MAX_CHANGE, MAX_CHANGE);
             });
             weights /= weights.mean();
         }

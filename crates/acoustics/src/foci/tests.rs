@@ -40,9 +40,9 @@ proptest! {
     }
 
     #[test]
-    fn two_mirrored_foci_are_served_alike(x in 0.008..0.035f64, z in 0.08..0.15f64) {
-        // Of two places that mirror each other, the sum has no reason to prefer one. (The iterations may leave the symmetry:
-        // where an element must choose between the two, it is not stable.)
+    fn two_mirrored_foci_are_equal(x in 0.008..0.035f64, z in 0.08..0.15f64) {
+        // The sum is symmetric. (The iterations may break the symmetry: where an element must choose between the two foci, it is not
+        // stable.)
         let transfer = transfer(&[Vec3::new(x, 0.0, z), Vec3::new(-x, 0.0, z)]);
         let drives = unit_drives(&transfer.solve(Solver::Naive, &[1.0, 1.0], 0));
         prop_assert!(transfer.quality(&drives, &[1.0, 1.0]).uniformity > 1.0 - 1e-6);
@@ -58,7 +58,7 @@ proptest! {
 
 #[test]
 fn the_bound_is_reached_by_one_far_focus() {
-    // Far away all paths weigh alike, so that full drive is also the best drive: the bound is reached.
+    // Far away all paths have the same loss, so that full amplitude is also the best drive: the bound is reached.
     let transfer = transfer(&[Vec3::new(0.0, 0.0, 20.0)]);
     let drives = unit_drives(&transfer.solve(Solver::Naive, &[1.0], 0));
     let quality = transfer.quality(&drives, &[1.0]);

@@ -1,4 +1,4 @@
-//! The focal radius: how far from the largest value the field first falls below a threshold.
+//! The focal radius: the distance from the largest value at which the field first falls below a threshold.
 
 use super::{Convention, PlaneMap};
 
@@ -31,18 +31,18 @@ impl std::fmt::Display for Side {
     }
 }
 
-/// The focal radius of a map and the four half-widths it is the mean of.
+/// The focal radius of a map and the four half-widths that it is the mean of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FocalRadius {
     /// Mean of the half-widths that end inside the map, metres; `None` if none does.
     pub radius_m: Option<f64>,
-    /// Half-width on each side ([`Side::ALL`]), metres; `None` where the field never falls below the threshold before the
-    /// map's edge (or the first unmeasured point).
+    /// Half-width on each side ([`Side::ALL`]), metres; `None` where the field does not fall below the threshold before the map's edge
+    /// or the first unmeasured point.
     pub half_widths_m: [Option<f64>; 4],
 }
 
 impl FocalRadius {
-    /// The sides that the map's edge cuts off; they are not in the mean.
+    /// The sides without a half-width; they are not in the mean.
     pub fn cut_off(&self) -> impl Iterator<Item = Side> + '_ {
         Side::ALL
             .into_iter()
@@ -55,8 +55,8 @@ impl FocalRadius {
 /// and -y to where the field first falls below `threshold` times the largest value, linearly interpolated, averaged over
 /// the sides on which it does.
 ///
-/// On the negative sides the listing subtracts the interpolated fraction of a step where it should add it, and it leaves out
-/// half-widths of exactly zero; [`Convention::AsWritten`] does both. `None` if nothing was measured.
+/// On the negative sides the listing subtracts the interpolated fraction of a step instead of adding it, and it leaves out half-widths
+/// of exactly zero; [`Convention::AsWritten`] does both. `None` if nothing was measured.
 pub fn focal_radius(map: &PlaneMap, threshold: f64, convention: Convention) -> Option<FocalRadius> {
     let (column, row, peak) = map.largest()?;
     let level = threshold * peak;

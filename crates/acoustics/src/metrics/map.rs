@@ -1,6 +1,6 @@
 //! A field map on a regular or irregular grid of columns and rows.
 
-/// Magnitudes over the columns `x` and rows `y` of a plane; not-a-number where nothing was measured.
+/// Magnitudes over the columns `x` and rows `y` of a plane; NaN where nothing was measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneMap {
     x_m: Vec<f64>,
@@ -8,10 +8,10 @@ pub struct PlaneMap {
     values: Vec<f64>,
 }
 
-/// Why numbers do not make a map.
+/// Why numbers are not a map.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "a map of {columns} rising columns and {rows} rising rows needs that many values, not {values}"
+    "a map needs ascending positions and one value for each: {columns} columns and {rows} rows do not fit {values} values"
 )]
 pub struct MapShapeError {
     columns: usize,
@@ -20,10 +20,10 @@ pub struct MapShapeError {
 }
 
 impl PlaneMap {
-    /// Takes column and row positions, metres, both rising, and the values row by row (y outer, x inner).
+    /// Takes column and row positions, metres, both ascending, and the values row by row (y outer, x inner).
     ///
     /// # Errors
-    /// [`MapShapeError`] if there is no column or row, if positions do not rise, or if the counts do not fit.
+    /// [`MapShapeError`] if there is no column or row, if positions do not ascend, or if the counts do not fit.
     pub fn new(x_m: Vec<f64>, y_m: Vec<f64>, values: Vec<f64>) -> Result<Self, MapShapeError> {
         let rising = |along: &[f64]| !along.is_empty() && along.windows(2).all(|w| w[0] < w[1]);
         if rising(&x_m) && rising(&y_m) && values.len() == x_m.len() * y_m.len() {
@@ -33,12 +33,12 @@ impl PlaneMap {
         }
     }
 
-    /// Column positions, metres, rising.
+    /// Column positions, metres, ascending.
     pub fn x_m(&self) -> &[f64] {
         &self.x_m
     }
 
-    /// Row positions, metres, rising.
+    /// Row positions, metres, ascending.
     pub fn y_m(&self) -> &[f64] {
         &self.y_m
     }
@@ -56,8 +56,8 @@ impl PlaneMap {
         Some(self.values[row * self.x_m.len() + column]).filter(|value| !value.is_nan())
     }
 
-    /// Column and row of the largest value, the first in the order of columns where several are equal (as the
-    /// thesis's listing finds it); `None` if nothing was measured.
+    /// Column, row and size of the largest value; of several equal ones the first, column by column, as in the thesis's listing.
+    /// `None` if nothing was measured.
     pub(super) fn largest(&self) -> Option<(usize, usize, f64)> {
         let mut largest: Option<(usize, usize, f64)> = None;
         for column in 0..self.x_m.len() {

@@ -1,4 +1,4 @@
-//! The figures that the thesis reads off a field map: peak, focal radius, sub-peaks.
+//! The figures that the thesis takes from a field map: peak, focal radius, sub-peaks.
 
 mod focal_radius;
 mod map;
@@ -10,14 +10,14 @@ pub use map::{MapShapeError, PlaneMap};
 pub use peak::{Peak, peak};
 pub use sub_peaks::sub_peaks;
 
-/// The threshold of the thesis, relative to the peak, for focal radius and sub-peaks.
+/// The thesis's threshold for focal radius and sub-peaks, relative to the peak.
 pub const THESIS_THRESHOLD: f64 = 0.5;
 
-/// Which reading of the thesis's definitions is used.
+/// Which version of the thesis's definitions is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Convention {
-    /// As its listings compute them, slips included, so that its printed figures reproduce.
+    /// As its listings compute them, bugs included: reproduces its printed figures.
     AsWritten,
-    /// With the slips mended.
+    /// With the bugs corrected.
     Corrected,
 }

@@ -1,24 +1,24 @@
-//! The largest value of a map, and where it stands below the step.
+//! The largest value of a map and its position, refined below the step.
 
 use super::PlaneMap;
 
 /// The peak of a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peak {
-    /// The largest value measured.
+    /// The largest value of the map.
     pub value: f64,
-    /// Where it was measured, metres.
+    /// Its column, metres.
     pub x_m: f64,
-    /// Where it was measured, metres.
+    /// Its row, metres.
     pub y_m: f64,
-    /// The value at the vertex of the parabola through it and its neighbours.
+    /// The value at the vertex of the parabolas through it and its neighbours.
     pub refined_value: f64,
-    /// Where that vertex stands, metres.
+    /// Position of that vertex along x, metres.
     pub refined_x_m: f64,
-    /// Where that vertex stands, metres.
+    /// Position of that vertex along y, metres.
     pub refined_y_m: f64,
-    /// Whether the largest value lies on the map's edge, or beside unmeasured points: then the field's own peak may
-    /// lie beyond, and the position is not refined in that direction.
+    /// Whether the largest value is on the map's edge or beside unmeasured points. The field's peak may then lie outside, and the
+    /// position is not refined in that direction.
     pub at_edge: bool,
 }
 

@@ -1,12 +1,11 @@
-//! Local maxima beside the peak.
+//! Local maxima other than the peak.
 
 use super::PlaneMap;
 
-/// Columns and rows of the local maxima, the peak aside, that reach `threshold` times the largest value; the largest first.
+/// Columns and rows of the local maxima without the peak that reach `threshold` times the largest value; the largest first.
 ///
-/// A local maximum is a connected set of equal values (eight neighbours) whose every other neighbour is lower, as
-/// `imregionalmax` in the thesis's listing has it; a plateau counts once. The peak itself is the first of
-/// the largest.
+/// A local maximum is a connected set of equal values (eight neighbours) with only lower values around it, as `imregionalmax` defines
+/// it in the thesis's listing. A plateau counts once. The peak is the first of the largest.
 pub fn sub_peaks(map: &PlaneMap, threshold: f64) -> Vec<(usize, usize)> {
     let Some((_, _, largest)) = map.largest() else { return Vec::new() };
     let (columns, rows) = (map.x_m().len(), map.y_m().len());
@@ -27,7 +26,7 @@ pub fn sub_peaks(map: &PlaneMap, threshold: f64) -> Vec<(usize, usize)> {
     maxima.into_iter().skip(1).map(|(_, column, row)| (column, row)).collect()
 }
 
-/// Walks the plateau that holds `start`, marking it as seen.
+/// Whether the plateau that contains `start` has only lower values around it; marks its points as seen.
 fn is_regional_maximum(
     map: &PlaneMap,
     start: (usize, usize),

@@ -1,4 +1,4 @@
-//! What the kernel asks of a processor's vectors, and arrays that answer for processors whose vectors it does not name.
+//! The operations that the kernel needs of a processor's vectors, and arrays for processors without an implementation of their own.
 
 use crate::float::Float;
 
@@ -16,7 +16,7 @@ pub(crate) trait Vector<T: Float>: Copy {
     fn splat(value: T) -> Self;
     /// The first numbers of a slice that holds enough.
     fn load(from: &[T]) -> Self;
-    /// Puts the numbers at the start of a slice with room enough.
+    /// Writes the numbers to the start of a slice that has room for them.
     fn store(self, to: &mut [T]);
 
     fn add(self, other: Self) -> Self;
@@ -29,9 +29,9 @@ pub(crate) trait Vector<T: Float>: Copy {
     fn mul_sub_from(self, factor: Self, from: Self) -> Self;
     /// The square root.
     fn root(self) -> Self;
-    /// The lesser of two numbers; the other's if one is none.
+    /// The lesser of two numbers; the other's if one is NaN.
     fn lesser(self, other: Self) -> Self;
-    /// The greater of two numbers; the other's if one is none.
+    /// The greater of two numbers; the other's if one is NaN.
     fn greater(self, other: Self) -> Self;
     /// `self` where the other is above a limit, zero elsewhere.
     fn only_where_above(self, other: Self, limit: Self) -> Self;
@@ -42,9 +42,9 @@ pub(crate) trait Vector<T: Float>: Copy {
     /// The whole e for which `self / 2^e` lies within a factor √2 of 1.
     fn exponent(self) -> Self;
 
-    /// The square root, one over it, and one over the number itself; for numbers above zero.
+    /// The square root, its reciprocal, and the reciprocal of the number itself; for numbers above zero.
     ///
-    /// Root and division are slow: that by the number itself need not wait for the root.
+    /// Root and division are slow. The division by the number itself does not wait for the root.
     #[inline(always)]
     fn root_and_reciprocals(self) -> [Self; 3] {
         let (root, reciprocal) = (self.root(), Self::splat(T::ONE).div(self));
@@ -52,10 +52,10 @@ pub(crate) trait Vector<T: Float>: Copy {
     }
 }
 
-/// What every processor has, as arrays that the compiler turns into its vectors; `DOUBLES` and `SINGLES` go into an array.
+/// Arrays of `DOUBLES` or `SINGLES` numbers, which the compiler turns into the vectors of any processor.
 ///
-/// `FUSED` says whether the processor multiplies and adds in one instruction; where it does not, `f64::mul_add` would be a
-/// library call many times slower than the two operations.
+/// `FUSED` says whether the processor multiplies and adds in one instruction. Otherwise `f64::mul_add` would be a library call, many
+/// times slower than the two operations.
 pub(crate) struct Plain<const DOUBLES: usize, const SINGLES: usize, const FUSED: bool>;
 
 impl<const DOUBLES: usize, const SINGLES: usize, const FUSED: bool> Registers
@@ -65,11 +65,11 @@ impl<const DOUBLES: usize, const SINGLES: usize, const FUSED: bool> Registers
     type Single = Array<f32, SINGLES, FUSED>;
 }
 
-/// A vector by way of an array.
+/// A vector as an array.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Array<T, const W: usize, const FUSED: bool>([T; W]);
 
-/// Methods that do the same to each number.
+/// Methods that apply the same operation to each number.
 macro_rules! lane_by_lane {
     ($($name:ident($a:ident $(, $more:ident)*) = $value:expr;)*) => {$(
         #[inline(always)]

@@ -37,8 +37,8 @@ macro_rules! vector {
         #[derive(Debug, Clone, Copy)]
         pub(crate) struct $name($vector);
 
-        // SAFETY, of all that is unsafe here: a vector of this kind is only made by work that `InstructionSet::run` does where
-        // the processor has the set; and what is loaded and stored is an array of as many numbers.
+        // SAFETY, for all unsafe operations here: a vector of this kind is only made by work that `InstructionSet::run` does on
+        // processors that have the set; and loads and stores are of arrays of the vector's length.
         impl Vector<$float> for $name {
             const LANES: usize = $lanes;
 
@@ -79,7 +79,7 @@ macro_rules! vector {
 
             #[inline(always)]
             fn two_to(self) -> Self {
-                // The biased exponent, in the lowest bits once the rounder is added, goes up to its place.
+                // The biased exponent, which is in the lowest bits after the rounder is added, is shifted to its position.
                 let bias = ($float::MAX_EXP - 1) as $float;
                 let biased = self.add(Self::splat($float::ROUNDER + bias));
                 Self(unsafe { $from_bits($left::<$mantissa>($to_bits(biased.0))) })
@@ -87,7 +87,7 @@ macro_rules! vector {
 
             #[inline(always)]
             fn exponent(self) -> Self {
-                // The biased exponent goes down to the lowest bits of a number that has its fraction's end there.
+                // The biased exponent is shifted to the lowest bits of a number whose last fraction bit is worth one.
                 let from_root = $float::ONE.to_bits() - std::$float::consts::FRAC_1_SQRT_2.to_bits();
                 let whole = Self::splat((1u64 << $mantissa) as $float);
                 let above = Self(unsafe {
@@ -160,11 +160,11 @@ vector! {
         greater(other) = _mm512_max_pd;
     }
 
-    /// By the processor's guess g, right to 2^-14: with l = 1 - x g², the root of 1/x is g (1 + l/2 + 3/8 l² + 5/16 l³), to
+    /// From the processor's estimate g, accurate to 2^-14: with l = 1 - x g², the root of 1/x is g (1 + l/2 + 3/8 l² + 5/16 l³), to
     /// 6e-17.
     #[inline(always)]
     fn root_and_reciprocals(self) -> [Self; 3] {
-        // SAFETY: as of all operations.
+        // SAFETY: as for all operations.
         let guess = Self(unsafe { _mm512_rsqrt14_pd(self.0) });
         let left = self.mul(guess).mul_sub_from(guess, Self::splat(1.0));
         let series = left.mul_add(Self::splat(0.3125), Self::splat(0.375));
@@ -198,10 +198,10 @@ vector! {
         greater(other) = _mm512_max_ps;
     }
 
-    /// By the processor's guess g, right to 2^-14: with l = 1 - x g², the root of 1/x is g (1 + l/2), to 6e-9.
+    /// From the processor's estimate g, accurate to 2^-14: with l = 1 - x g², the root of 1/x is g (1 + l/2), to 6e-9.
     #[inline(always)]
     fn root_and_reciprocals(self) -> [Self; 3] {
-        // SAFETY: as of all operations.
+        // SAFETY: as for all operations.
         let guess = Self(unsafe { _mm512_rsqrt14_ps(self.0) });
         let left = self.mul(guess).mul_sub_from(guess, Self::splat(1.0));
         let reciprocal = guess.mul(left).mul_add(Self::splat(0.5), guess);

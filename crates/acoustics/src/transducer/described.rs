@@ -1,4 +1,4 @@
-//! A transducer put together from a law on the axis and a directivity, as a transducer file describes it.
+//! A transducer with any decay on the axis and any directivity, as a transducer file describes it.
 
 use super::{
     MeasuredTable, MultiGaussian, OnAxis, Piston, RayleighPiston, Smooth, SymmetricGaussian,
@@ -6,16 +6,16 @@ use super::{
 };
 use crate::rayleigh::Patch;
 
-/// A directivity by one of the known laws.
+/// A directivity.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Directivity {
-    /// Alike in every direction.
+    /// The same in all directions.
     Even,
-    /// `exp(-((θ - centre)/width)²)`, which has a corner on the axis unless its centre lies there.
+    /// `exp(-((θ - centre)/width)²)`, which has a corner on the axis unless its centre is 0.
     Gaussian {
-        /// Where it is largest, rad.
+        /// Angle of the maximum, rad.
         centre_rad: f64,
-        /// Where it falls to 1/e of that, rad from the centre, above zero.
+        /// Angle from the centre at which it falls to 1/e, rad, above zero.
         width_rad: f64,
     },
     /// The far field of a piston.
@@ -24,14 +24,14 @@ pub enum Directivity {
     MultiGaussian,
     /// The integral over a piston's face.
     Rayleigh,
-    /// As it was measured.
+    /// A measured table.
     Table(MeasuredTable),
 }
 
-/// A transducer with any law on the axis and any directivity.
+/// A transducer with any decay on the axis and any directivity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DescribedTransducer {
-    /// The law on the axis.
+    /// The decay on the axis.
     pub on_axis: OnAxis,
     /// The directivity.
     pub directivity: Directivity,
@@ -57,7 +57,7 @@ impl Transducer for DescribedTransducer {
             model.directivity(theta_rad, face_radius_m, wavenumber_rad_m)
         };
         match self.directivity {
-            // Each patch of the face radiates evenly.
+            // Each patch of the face radiates equally in all directions.
             Directivity::Even | Directivity::Rayleigh => 1.0,
             Directivity::Gaussian { centre_rad, width_rad } => {
                 of(&SymmetricGaussian { width_rad }, theta_rad - centre_rad)

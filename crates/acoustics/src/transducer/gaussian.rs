@@ -4,7 +4,7 @@ use super::{OnAxis, Smooth, Transducer};
 
 /// p ~ (1/d) exp(-(θ/width)²).
 ///
-/// The thesis's Gaussian has its centre 4.1° off the axis, which no round transducer has; this is what it should have been.
+/// The thesis's Gaussian has its centre 4.1° off the axis, which a circular transducer cannot have; this one is symmetric.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SymmetricGaussian {
     /// Angle at which the pressure falls to 1/e of the axis, rad, above zero.
@@ -12,8 +12,7 @@ pub struct SymmetricGaussian {
 }
 
 impl SymmetricGaussian {
-    /// The lobe of the thesis's transducer ([`super::MurataFit`]) made symmetric: it falls to half of the axis at the same
-    /// 25.70°.
+    /// The lobe of the thesis's transducer ([`super::MurataFit`]) made symmetric, with the same half-pressure angle of 25.70°.
     pub const MURATA: Self = Self { width_rad: 0.538_704 };
 }
 
@@ -37,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn half_the_pressure_stands_where_the_thesis_has_it() {
+    fn the_half_pressure_angle_is_that_of_the_thesis() {
         let half_rad = SymmetricGaussian::MURATA.width_rad * std::f64::consts::LN_2.sqrt();
         let thesis = |theta_rad| MurataFit::CENTIMETRES.directivity(theta_rad, 0.0, 0.0);
         assert!((thesis(half_rad) / thesis(0.0) - 0.5).abs() < 1e-5, "{}", half_rad.to_degrees());

@@ -1,15 +1,15 @@
-//! How one transducer radiates: a law on its axis times a directivity.
+//! Models of one transducer: the decay of the pressure on its axis times a directivity.
 //!
-//! | model | on the axis | about it | trust it |
+//! | model | on the axis | directivity | range of validity |
 //! |---|---|---|---|
-//! | [`MurataFit`] | fitted exponential | fitted Gaussian, off its axis | between 20 and 200 mm, where it was fitted |
-//! | [`SymmetricGaussian`] | 1/d | Gaussian | within its half-pressure angle |
+//! | [`MurataFit`] | fitted exponential | fitted Gaussian with its centre off the axis | 20 to 200 mm, where it was fitted |
+//! | [`SymmetricGaussian`] | 1/d | Gaussian | within the half-pressure angle |
 //! | [`MultiGaussian`] | 1/d | ten Gaussians for a piston | as a piston, to 1 % of the axis, for ka sin θ up to 12 |
 //! | [`Piston`] | 1/d | Bessel | beyond about ten times a²/λ (25 mm at 40 kHz for a = 4.5 mm) |
-//! | [`RayleighPiston`] | the integral over the face | the same | from two radii off the face outwards |
-//! | [`MeasuredTable`] | any law | what was measured | between its angles |
+//! | [`RayleighPiston`] | integral over the face | integral over the face | from two radii in front of the face |
+//! | [`MeasuredTable`] | any law | measured | between its angles |
 //!
-//! A new model is one file here, and one line where [`super::Simulator`] names its transducer.
+//! A new model is one file here, and one line in [`super::Simulator`].
 
 mod described;
 mod gaussian;
@@ -31,7 +31,7 @@ pub use widened::Widened;
 
 use super::rayleigh::Patch;
 
-/// How the amplitude on the axis falls with distance.
+/// The decay of the amplitude on the axis with distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum OnAxis {
     /// `amplitude * exp(-decay_per_m * h)`, h the height above the face along its normal.
@@ -48,45 +48,44 @@ pub enum OnAxis {
         /// The exponent.
         exponent: f64,
     },
-    /// `amplitude * exp(-attenuation_np_m * d) / d`: spherical in air that absorbs.
+    /// `amplitude * exp(-attenuation_np_m * d) / d`: spherical in absorbing air.
     Absorbed {
-        /// Amplitude at a metre, were there no absorption.
+        /// Amplitude at one metre without absorption.
         amplitude: f64,
-        /// Attenuation, nepers a metre.
+        /// Attenuation, Np/m.
         attenuation_np_m: f64,
     },
 }
 
-/// The variable in which a directivity is a polynomial of few terms.
+/// The variable in which a directivity is smooth, so that a polynomial of few terms represents it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Smooth {
-    /// sin² θ: for directivities of plane faces, which are functions of ka sin θ alone.
+    /// sin² θ: for the directivities of plane faces, which are functions of ka sin θ alone.
     InSineSquared,
-    /// cos θ: for directivities that are even in θ, and so smooth across the axis.
+    /// cos θ: for directivities that are even in θ and so smooth across the axis.
     InCosine,
-    /// tan(θ/2), from 0 on the axis to 1 at a right angle: for those with a corner on the axis.
+    /// tan(θ/2), from 0 on the axis to 1 at a right angle: for directivities with a corner on the axis.
     InHalfTangent,
 }
 
-/// A transducer model: amplitude(d, theta) = on-axis law times directivity.
+/// A transducer model: amplitude(d, θ) is the decay on the axis times the directivity.
 pub trait Transducer: Sync {
-    /// In which variable the directivity is smooth.
+    /// The variable in which the directivity is smooth.
     fn smooth(&self) -> Smooth;
 
-    /// The law on the axis.
+    /// The decay on the axis.
     fn on_axis(&self) -> OnAxis;
 
-    /// The directivity at an angle from the axis, 0 to pi/2 rad, for a face of the given radius at the given
-    /// wavenumber, on which it depends if it is smooth in sin² θ only. It may be negative beyond a null: the sign is the phase's.
+    /// The directivity at an angle from the axis, 0 to π/2 rad, for a face of the given radius at the given wavenumber. Only
+    /// directivities that are smooth in sin² θ may depend on radius and wavenumber. Negative values beyond a null mean opposite phase.
     fn directivity(&self, theta_rad: f64, face_radius_m: f64, wavenumber_rad_m: f64) -> f64;
 
-    /// Angles at which the directivity has a corner in any of its derivatives, rad, rising, between 0 and pi/2; none for
-    /// most models.
+    /// Angles at which the directivity or one of its derivatives jumps, rad, ascending, between 0 and π/2; none for most models.
     fn corners_rad(&self) -> Vec<f64> {
         Vec::new()
     }
 
-    /// The patches of the face that radiate, each by itself as the model says; one, in the middle, for most models.
+    /// The patches of the face, each of which radiates as the model states; for most models one, in the centre.
     fn patches(&self, _face_radius_m: f64, _wavenumber_rad_m: f64) -> Vec<Patch> {
         vec![Patch { u: 0.0, v: 0.0, weight: 1.0 }]
     }

@@ -27,9 +27,9 @@ fn terms() -> impl Iterator<Item = (Complex64, Complex64)> {
 
 /// The far field of [`multi_gaussian_beam`]: p ~ (1/d) Re Σ (A/B) exp(-(ka sin θ)²/(4B)).
 ///
-/// Each Gaussian of the face has a Gaussian far field; their sum is that of a piston to 0.92 % of the axis for ka sin θ up to
-/// 12, most of it on the axis itself. The imaginary part, which a face that moves in phase does not have, is the fit's error (0.33 %) and
-/// left out.
+/// Each Gaussian on the face has a Gaussian far field. Their sum deviates from the field of a piston by at most 0.92 % of the value on
+/// the axis for ka sin θ up to 12; the largest deviation is on the axis. A face that moves in phase has no imaginary part: that of the
+/// fit (0.33 %) is an error and left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MultiGaussian;
 
@@ -48,11 +48,11 @@ impl Transducer for MultiGaussian {
     }
 }
 
-/// The beam before a piston's face at `distance_m` along its axis and `off_axis_m` from it, in the unit of
-/// [`rayleigh`](crate::rayleigh): far out on the axis |p| = 1/d.
+/// The beam of a piston at `distance_m` along its axis and `off_axis_m` from the axis, in the unit of
+/// [`rayleigh`](crate::rayleigh): |p| = 1/d in the far field on the axis.
 ///
-/// p = (2/(i k a²)) (-1) exp(ikz) Σ A/(1 + iBz/z₀) exp(-B(ρ/a)²/(1 + iBz/z₀)), z₀ = k a²/2, is the paraxial field: right within some 20° of the
-/// axis and where ka is well above 1, near the face too (Wen and Breazeale's equation 11).
+/// p = (2/(i k a²)) (-1) exp(ikz) Σ A/(1 + iBz/z₀) exp(-B(ρ/a)²/(1 + iBz/z₀)), z₀ = k a²/2 (Wen and Breazeale, equation 11). This is
+/// the paraxial field: valid within about 20° of the axis and for ka well above 1, also near the face.
 pub fn multi_gaussian_beam(
     wavenumber_rad_m: f64,
     radius_m: f64,
@@ -78,7 +78,7 @@ mod tests {
     use crate::rayleigh::{DiscRule, Piston, far_field_directivity, on_axis};
 
     #[test]
-    fn far_away_it_is_a_piston_to_a_hundredth() {
+    fn its_far_field_is_that_of_a_piston_to_one_percent() {
         for step in 0..=120 {
             let x = 0.1 * f64::from(step);
             let ours = MultiGaussian.directivity(std::f64::consts::FRAC_PI_2, x, 1.0);
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn on_the_axis_of_a_wide_face_it_is_the_closed_form() {
-        // ka = 60, so that the beam is paraxial; nearer than half of z₀ the ten Gaussians leave ripples.
+        // ka = 60, so that the beam is paraxial; below half of z₀ the ten Gaussians leave ripples.
         let (k, a) = (732.7, 60.0 / 732.7);
         let rayleigh_m = 0.5 * k * a * a;
         for share in [0.3, 0.5, 0.8, 1.0, 2.0, 4.0] {

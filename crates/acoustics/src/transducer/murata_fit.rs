@@ -1,5 +1,5 @@
-//! The thesis's transducer: an exponential on the axis, a Gaussian about it, both fitted to a scan of one
-//! Murata MA40S4S driven at 19 V.
+//! The thesis's transducer: an exponential decay on the axis and a Gaussian directivity, both fitted to a scan of one Murata MA40S4S
+//! driven at 19 V.
 
 use super::{OnAxis, Smooth, Transducer};
 
@@ -7,17 +7,17 @@ use super::{OnAxis, Smooth, Transducer};
 /// p2(θ) = 1.071272 exp(-((θ + 4.108851)/35.458904)²) (R² 0.991386), z in centimetres and θ in degrees.
 ///
 /// Source: H. W. Park, *Modeling and Simulation of Acoustic Pressure Field for Ultrasonic Tactile Displays*, MS
-/// thesis, Lehigh University, section 3.1 and listing `gen_mag`. The Gaussian's centre lies off the axis, so that the
-/// directivity has a corner at θ = 0; that is how it was fitted.
+/// thesis, Lehigh University, section 3.1 and listing `gen_mag`. The centre of the Gaussian is off the axis, which gives the
+/// directivity a corner at θ = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MurataFit {
     decay_per_m: f64,
 }
 
 impl MurataFit {
-    /// The fit with its unit right: z in centimetres.
+    /// The fit in its own unit: z in centimetres.
     pub const CENTIMETRES: Self = Self { decay_per_m: 5.2927 };
-    /// The fit fed with metres, as the thesis's simulator does: the decay all but vanishes.
+    /// The fit evaluated with z in metres, as in the thesis's simulator: there is almost no decay.
     pub const FED_METRES: Self = Self { decay_per_m: 0.052927 };
 }
 

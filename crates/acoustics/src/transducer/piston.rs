@@ -4,8 +4,8 @@ use super::{OnAxis, Smooth, Transducer};
 
 /// p ~ (1/d) 2 J1(ka sin θ)/(ka sin θ).
 ///
-/// Source: P. M. Morse and K. U. Ingard, *Theoretical Acoustics*, 1968, section 7.4. Right where d is well beyond
-/// the near-field limit a²/λ (2.4 mm for a = 4.5 mm at 40 kHz).
+/// Source: P. M. Morse and K. U. Ingard, *Theoretical Acoustics*, 1968, section 7.4. Valid where d is well above the near-field limit
+/// a²/λ (2.4 mm for a = 4.5 mm at 40 kHz).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piston;
 
@@ -29,7 +29,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_null_stands_where_the_bessel_function_has_its_zero() {
+    fn the_first_null_is_at_the_zero_of_the_bessel_function() {
         // J1's first zero is 3.831706 (Abramowitz and Stegun, table 9.5).
         let radius_m = 8e-3;
         let wavenumber = 732.7;

@@ -1,20 +1,20 @@
-//! A piston in a rigid baffle by its Rayleigh integral, with nothing taken as far away.
+//! A piston in a rigid baffle by its Rayleigh integral, without far-field approximation.
 
 use super::{OnAxis, Smooth, Transducer};
 use crate::rayleigh::{DiscRule, Patch};
 
-/// Distances from the face, in radii, from which the integral is held to its tolerance.
+/// Smallest distance from the face, in radii, at which the integral keeps its tolerance.
 const NEAREST_RADII: f64 = 2.0;
 
-/// The face as patches that radiate spherical waves, as many as keep the integral within a tolerance.
+/// The face as patches that radiate spherical waves, as many as a tolerance requires.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayleighPiston {
-    /// Largest error from two radii off the face outwards, relative to the far field on the axis; above zero.
+    /// Largest error at distances from two radii, relative to the far field on the axis; above zero.
     pub tolerance: f64,
 }
 
 impl RayleighPiston {
-    /// A ten-thousandth: some 40 to 100 patches for the faces of 40 kHz transducers.
+    /// 1e-4: about 40 to 100 patches for the faces of 40 kHz transducers.
     pub const FINE: Self = Self { tolerance: 1e-4 };
 }
 

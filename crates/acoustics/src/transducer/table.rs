@@ -1,15 +1,13 @@
-//! A directivity as it was measured, angle by angle.
+//! A directivity measured angle by angle.
 
-/// Angles closer than this are one angle measured twice, rad (0.1°).
+/// Angles closer than this are taken as one angle measured twice, rad (0.1°).
 const CLOSEST_RAD: f64 = 1.745e-3;
 
-/// Why a table of angles and pressures describes no directivity.
+/// Why a table of angles and pressures is not a directivity.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TableError {
-    /// Not as many pressures as angles, or fewer than two.
-    #[error(
-        "{angles} angles and {pressures} pressures; as many of both are needed, and two at least"
-    )]
+    /// The numbers of pressures and angles differ, or are below two.
+    #[error("{angles} angles and {pressures} pressures; equal numbers are needed, at least two")]
     Lengths {
         /// Angles given.
         angles: usize,
@@ -18,7 +16,7 @@ pub enum TableError {
     },
     /// Angles out of range or order.
     #[error(
-        "angle {number}, {angle_deg}°, is not at least 0.1° above the one before it and within 0° to 90°"
+        "angle {number}, {angle_deg}°, is not between 0° and 90° and at least 0.1° above the angle before it"
     )]
     Angle {
         /// Which angle, from 1.
@@ -36,11 +34,10 @@ pub enum TableError {
     },
 }
 
-/// Relative pressure against angle, interpolated so that nothing overshoots.
+/// Relative pressure as a function of angle, interpolated without overshoot.
 ///
-/// Between two angles the curve is a cubic whose slopes keep it monotone where the table is (F. N. Fritsch and R. E. Carlson,
-/// SIAM J. Numer. Anal. 17, 238 (1980), with the harmonic slopes of Fritsch and Butland). Within the first angle and beyond the
-/// last the pressure stays what it is there.
+/// Between two angles the curve is a cubic that is monotone where the table is (F. N. Fritsch and R. E. Carlson, SIAM J. Numer. Anal.
+/// 17, 238 (1980), with the harmonic slopes of Fritsch and Butland). Below the first angle and beyond the last it is constant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredTable {
     angles_rad: Vec<f64>,
@@ -49,10 +46,10 @@ pub struct MeasuredTable {
 }
 
 impl MeasuredTable {
-    /// Takes a table: angles from the axis, degrees, rising, 0 to 90; pressures relative to the one on the axis.
+    /// Takes angles from the axis, degrees, ascending from 0 to 90, and pressures relative to that on the axis.
     ///
     /// # Errors
-    /// [`TableError`] naming the first number that cannot be.
+    /// [`TableError`] for the first invalid number.
     pub fn new(angles_deg: &[f64], pressures: &[f64]) -> Result<Self, TableError> {
         if angles_deg.len() != pressures.len() || angles_deg.len() < 2 {
             let (angles, pressures) = (angles_deg.len(), pressures.len());
@@ -73,7 +70,7 @@ impl MeasuredTable {
         Ok(Self { angles_rad, pressures: pressures.to_vec(), slopes })
     }
 
-    /// The angles, rad, rising.
+    /// The angles, rad, ascending.
     pub fn angles_rad(&self) -> &[f64] {
         &self.angles_rad
     }
@@ -104,8 +101,8 @@ impl MeasuredTable {
     }
 }
 
-/// A slope for each point: the harmonic mean of its neighbours', weighted by their distances, and level at a turn and at
-/// both ends, where the curve goes on level.
+/// A slope for each point: the harmonic mean of those on both sides, weighted by their distances; zero at an extremum and at both
+/// ends, beyond which the curve is constant.
 fn monotone_slopes(at: &[f64], values: &[f64]) -> Vec<f64> {
     let mut slopes = vec![0.0; at.len()];
     for n in 1..at.len() - 1 {
@@ -140,11 +137,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_table_is_refused_with_the_number_at_fault() {
+    fn an_invalid_table_is_refused_with_the_number_at_fault() {
         let refusal = |angles: &[f64], pressures: &[f64]| {
             MeasuredTable::new(angles, pressures).expect_err("no table").to_string()
         };
-        assert!(refusal(&[0.0], &[1.0]).contains("two at least"));
+        assert!(refusal(&[0.0], &[1.0]).contains("at least two"));
         assert!(refusal(&[0.0, 10.0, 5.0], &[1.0; 3]).starts_with("angle 3, 5°"));
         assert!(refusal(&[0.0, 95.0], &[1.0; 2]).starts_with("angle 2, 95°"));
         assert!(refusal(&[0.0, 10.0], &[1.0, f64::NAN]).starts_with("pressure 2"));

@@ -1,22 +1,22 @@
-//! A transducer whose lobes are wider or narrower than another's.
+//! A transducer with wider or narrower lobes than another.
 
 use super::{OnAxis, Smooth, Transducer};
 use crate::rayleigh::Patch;
 
-/// Another transducer with every angle of its directivity stretched.
+/// Another transducer with its directivity stretched in angle.
 pub struct Widened<'t> {
     /// The transducer.
     pub transducer: &'t dyn Transducer,
-    /// Width of these lobes over those; above zero.
+    /// Width relative to the original lobes; above zero.
     pub ratio: f64,
-    /// Whether the face is smaller by the ratio, which stretches the angle's sine, and not the angle itself stretched.
+    /// Whether the face is made smaller by the ratio, which stretches sin θ; otherwise θ itself is stretched.
     pub by_face: bool,
 }
 
 impl Transducer for Widened<'_> {
     fn smooth(&self) -> Smooth {
         match self.transducer.smooth() {
-            // An angle stretched is no longer at rest at a right angle, where the sine is.
+            // With θ stretched, the directivity is no longer a smooth function of sin² θ at a right angle.
             Smooth::InSineSquared if !self.by_face => Smooth::InCosine,
             smooth => smooth,
         }
@@ -45,7 +45,7 @@ impl Transducer for Widened<'_> {
     }
 
     fn patches(&self, face_radius_m: f64, wavenumber_rad_m: f64) -> Vec<Patch> {
-        // Lobes of a face are stretched by making the face smaller, whichever way is asked for.
+        // The lobes of a face cut into patches are always stretched by making the face smaller.
         let smaller_m = face_radius_m / self.ratio;
         let mut patches = self.transducer.patches(smaller_m, wavenumber_rad_m);
         for patch in &mut patches {
@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_level_of_an_angle_stands_at_the_stretched_one() {
+    fn the_level_at_an_angle_is_found_at_the_stretched_angle() {
         let wide = Widened { transducer: &MurataFit::CENTIMETRES, ratio: 1.25, by_face: false };
         let level = MurataFit::CENTIMETRES.directivity(0.4, 4.5e-3, 732.7);
         assert!((wide.directivity(0.5, 4.5e-3, 732.7) - level).abs() < 1e-15);

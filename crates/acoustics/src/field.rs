@@ -14,7 +14,7 @@
 //! |---|---|
 //! | `surroundings` | a tile's points and sources, relative to the tile's middle |
 //! | `tile`, `case` | the sum over sources, compiled for each case |
-//! | `ray`, `on_axis_law` | distance, direction, path and level of one source |
+//! | `ray`, `on_axis_law` | distance, excess path and level of one source |
 //! | `derivatives`, `derivative_sums`, `phasor` | derivatives, in the same pass as the field |
 //! | `plane`, `lattice`, `resample` | a plane with less work, from repeated rays or a coarse grid |
 //! | `transfer` | the matrix from drives to fields |

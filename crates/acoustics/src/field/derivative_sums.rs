@@ -5,8 +5,6 @@
 
 use super::case::Case;
 use super::phasor::Phasor;
-use super::ray::{Direction, Path, Ray};
-use super::surroundings::Near;
 use super::{FieldKernel, fit};
 use crate::float::Float;
 use crate::lobe::{Fit, Lobe};
@@ -93,124 +91,122 @@ impl<T: Float> Differentiation<T> {
 }
 
 /// One source's contribution to the field at the points of `L` vectors.
+///
+/// It is flat on purpose: with structures inside, its vectors are kept in memory and not in registers.
 pub(super) struct Contribution<T, V, const L: usize> {
-    pub ray: Ray<T, V, L>,
-    pub direction: Direction<T, V, L>,
-    pub path: Path<T, V, L>,
+    /// From source to point, m.
+    pub along: [Simd<T, V, L>; 3],
+    /// Axis of the source.
+    pub normal: [T; 3],
+    /// Distance, and one over it.
+    pub distance: Simd<T, V, L>,
+    pub inverse: Simd<T, V, L>,
+    /// Cosine of the angle to the axis.
+    pub cosine: Simd<T, V, L>,
     /// The lobe's variable.
     pub variable: Simd<T, V, L>,
     /// Law on the axis and amplitude, without the lobe.
     pub level: Simd<T, V, L>,
     pub magnitude: Simd<T, V, L>,
-    /// Derivative of the magnitude by the lobe's variable.
-    pub by_variable: Simd<T, V, L>,
+    /// Derivative of the magnitude by the logarithm of the wavelength.
+    pub by_wavelength: Simd<T, V, L>,
+    /// Derivative of the magnitude by the cosine of the angle.
+    pub by_cosine: Simd<T, V, L>,
     /// Relative fall of the level by distance, and its relative change by height.
     pub fall: Simd<T, V, L>,
     pub by_height: T,
-    /// Cosine and sine of the phase.
-    pub phase: Phasor<T, V, L>,
+    /// Length of the path, and one over it.
+    pub path: Simd<T, V, L>,
+    pub path_inverse: Simd<T, V, L>,
+    /// Phase of the drive, rad.
+    pub drive: T,
+    pub lobe: usize,
     /// Whether the path's length does not depend on the point's height.
     pub frozen: bool,
 }
 
-/// Derivatives of the field at the points of `L` vectors.
-pub(super) struct DerivativeSums<T, V, const L: usize>(pub [Phasor<T, V, L>; AT_ONCE]);
-
-impl<T: Float, V: Vector<T>, const L: usize> DerivativeSums<T, V, L> {
-    #[inline(always)]
-    pub fn zero() -> Self {
-        Self([Phasor::zero(); AT_ONCE])
-    }
-
-    /// Adds one source.
-    ///
-    /// With the unit vector u from source to point, D' the derivative of the lobe by cos θ = u·m and L the law on the axis, the
-    /// magnitude m = L D changes along an axis by m u L'/L + L D' (m - u cos θ)/d and the phase by k u. Both are the ray r and the
-    /// normal m times factors that are the same for all axes.
-    #[inline(always)]
-    pub fn add<C: Case>(
-        &mut self,
-        by: &Differentiation<T>,
-        smooth: Smooth,
-        source: &Near<T>,
-        of: &Contribution<T, V, L>,
-    ) {
-        let shared = Shared::new(by, smooth, of);
-        // Written out one by one: the sums then stay in registers.
-        self.0[0] = by.one::<V, L, C>(0, source, of, &shared, self.0[0]);
-        self.0[1] = by.one::<V, L, C>(1, source, of, &shared, self.0[1]);
-        self.0[2] = by.one::<V, L, C>(2, source, of, &shared, self.0[2]);
-        self.0[3] = by.one::<V, L, C>(3, source, of, &shared, self.0[3]);
-    }
-}
-
 /// What the derivatives of one source's contribution share.
 struct Shared<T, V, const L: usize> {
+    /// exp(i φ)
+    phase: Phasor<T, V, L>,
     /// Change of the contribution along the ray, over the ray's length; and the same where the phase does not change with height.
     along_ray: Phasor<T, V, L>,
     along_ray_at_height: Phasor<T, V, L>,
     /// Change of the magnitude along the normal.
     along_normal: Simd<T, V, L>,
-    /// Derivative of the magnitude by the logarithm of the wavelength.
-    by_wavelength: Simd<T, V, L>,
 }
 
-impl<T: Float, V: Vector<T>, const L: usize> Shared<T, V, L> {
+/// Real and imaginary parts of the derivatives' sums.
+pub(super) type DerivativeSums<T, V, const L: usize> = [[Simd<T, V, L>; 2]; AT_ONCE];
+
+impl<T: Float> Differentiation<T> {
+    /// Adds one source to the sums.
+    ///
+    /// With the unit vector u from source to point, D' the derivative of the lobe by cos θ = u·m and L the law on the axis, the
+    /// magnitude m = L D changes along an axis by m u L'/L + L D' (m - u cos θ)/d and the phase by k u. Both are the ray r and the
+    /// normal m times factors that are the same for all axes.
     #[inline(always)]
-    fn new(by: &Differentiation<T>, smooth: Smooth, of: &Contribution<T, V, L>) -> Self {
-        let (ray, cosine) = (&of.ray, of.direction.cosine);
-        let [by_cosine, by_wavelength] =
-            by_angle_and_wavelength(smooth, of.by_variable, of.variable, cosine);
-        let by_cosine = by_cosine * ray.inverse;
-        let inwards = by_cosine.mul_add(cosine, of.magnitude * of.fall) * ray.inverse;
+    pub fn add<V: Vector<T>, const L: usize, C: Case>(
+        &self,
+        of: &Contribution<T, V, L>,
+        [cosine, sine]: [Simd<T, V, L>; 2],
+        sums: &mut DerivativeSums<T, V, L>,
+    ) {
+        let by_cosine = of.by_cosine * of.inverse;
+        let inwards = by_cosine.mul_add(of.cosine, of.magnitude * of.fall) * of.inverse;
         let along_normal = if of.by_height == T::ZERO {
             by_cosine
         } else {
             of.magnitude.scale_add(of.by_height, by_cosine)
         };
-        let turning = of.magnitude * by.wavenumber_rad_m * of.path.inverse;
-        let along_ray = of.phase.scaled_and_turned_back(inwards, turning);
-        let along_ray_at_height = if of.frozen { of.phase.scaled(inwards) } else { along_ray };
-        Self { along_ray, along_ray_at_height, along_normal, by_wavelength }
+        let turning = of.magnitude * self.wavenumber_rad_m * of.path_inverse;
+        let phase = Phasor([cosine, sine]);
+        let along_ray = phase.scaled_and_turned_back(inwards, turning);
+        let along_ray_at_height = if of.frozen { phase.scaled(inwards) } else { along_ray };
+        let shared = Shared { phase, along_ray, along_ray_at_height, along_normal };
+        // Written out one by one: the sums then stay in registers.
+        sums[0] = self.one::<V, L, C>(0, of, &shared, sums[0]);
+        sums[1] = self.one::<V, L, C>(1, of, &shared, sums[1]);
+        sums[2] = self.one::<V, L, C>(2, of, &shared, sums[2]);
+        sums[3] = self.one::<V, L, C>(3, of, &shared, sums[3]);
     }
-}
 
-impl<T: Float> Differentiation<T> {
     /// One derivative's sum with one source added.
     #[inline(always)]
     fn one<V: Vector<T>, const L: usize, C: Case>(
         &self,
         n: usize,
-        source: &Near<T>,
         of: &Contribution<T, V, L>,
         shared: &Shared<T, V, L>,
-        sum: Phasor<T, V, L>,
-    ) -> Phasor<T, V, L> {
-        let (phase, path) = (of.phase, &of.path);
+        sum: [Simd<T, V, L>; 2],
+    ) -> [Simd<T, V, L>; 2] {
+        let sum = Phasor(sum);
+        let phase = shared.phase;
         // A parameter that is known only while the sum runs costs a branch, for which the sums leave their registers.
         let parameter = if C::USUAL { Some(USUAL_PARAMETERS[n]) } else { self.parameters[n] };
-        match parameter {
+        let sum = match parameter {
             None => sum,
             Some(Parameter::X) => along_axis(0, of, shared, shared.along_ray, sum),
             Some(Parameter::Y) => along_axis(1, of, shared, shared.along_ray, sum),
             Some(Parameter::Z) => along_axis(2, of, shared, shared.along_ray_at_height, sum),
             Some(Parameter::SoundSpeed) => {
-                let turned = of.magnitude * self.wavenumber_rad_m * path.length;
-                sum.plus(phase, shared.by_wavelength).minus_turned(phase, turned)
+                let turned = of.magnitude * self.wavenumber_rad_m * of.path;
+                sum.plus(phase, of.by_wavelength).minus_turned(phase, turned)
             }
             Some(Parameter::Frequency) => {
-                let drive = Simd::splat(source.drive);
-                let turned = of.magnitude * path.length.scale_add(self.wavenumber_rad_m, drive);
-                sum.minus(phase, shared.by_wavelength).plus_turned(phase, turned)
+                let turned = of.path.scale_add(self.wavenumber_rad_m, Simd::splat(of.drive));
+                let turned = of.magnitude * turned;
+                sum.minus(phase, of.by_wavelength).plus_turned(phase, turned)
             }
-            Some(Parameter::Spreading) => sum.minus(phase, of.ray.distance.ln() * of.magnitude),
-            Some(Parameter::Attenuation) => sum.minus(phase, of.ray.distance * of.magnitude),
+            Some(Parameter::Spreading) => sum.minus(phase, of.distance.ln() * of.magnitude),
+            Some(Parameter::Attenuation) => sum.minus(phase, of.distance * of.magnitude),
             Some(parameter @ (Parameter::LobeWidth | Parameter::LobeWidthByFace)) => {
                 let of_angle = parameter == Parameter::LobeWidth && !self.corner_on_axis;
-                let variable = if of_angle { of.direction.cosine } else { of.variable };
-                sum.plus(phase, self.lobes[n][source.lobe].at(variable) * of.level)
+                let variable = if of_angle { of.cosine } else { of.variable };
+                sum.plus(phase, self.lobes[n][of.lobe].at(variable) * of.level)
             }
-        }
+        };
+        sum.0
     }
 }
 
@@ -223,15 +219,18 @@ fn along_axis<T: Float, V: Vector<T>, const L: usize>(
     along_ray: Phasor<T, V, L>,
     sum: Phasor<T, V, L>,
 ) -> Phasor<T, V, L> {
-    let sum = sum.minus(along_ray, of.ray.along[axis]);
-    let normal = of.direction.normal[axis];
-    if normal == T::ZERO { sum } else { sum.plus(of.phase, shared.along_normal * normal) }
+    let sum = sum.minus(along_ray, of.along[axis]);
+    if of.normal[axis] == T::ZERO {
+        sum
+    } else {
+        sum.plus(shared.phase, shared.along_normal * of.normal[axis])
+    }
 }
 
 /// The derivatives of a magnitude by the cosine of the angle and by the logarithm of the wavelength, from that by the lobe's
 /// variable.
 #[inline(always)]
-fn by_angle_and_wavelength<T: Float, V: Vector<T>, const L: usize>(
+pub(super) fn by_angle_and_wavelength<T: Float, V: Vector<T>, const L: usize>(
     smooth: Smooth,
     by_variable: Simd<T, V, L>,
     variable: Simd<T, V, L>,

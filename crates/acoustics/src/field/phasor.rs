@@ -8,11 +8,6 @@ use crate::simd::{Simd, Vector};
 pub(super) struct Phasor<T, V, const L: usize>(pub [Simd<T, V, L>; 2]);
 
 impl<T: Float, V: Vector<T>, const L: usize> Phasor<T, V, L> {
-    #[inline(always)]
-    pub fn zero() -> Self {
-        Self([Simd::zero(); 2])
-    }
-
     /// Times a real factor.
     #[inline(always)]
     pub fn scaled(self, factor: Simd<T, V, L>) -> Self {

@@ -9,11 +9,12 @@ use std::marker::PhantomData;
 use num_complex::Complex64;
 
 use super::case::Case;
-use super::derivative_sums::{AT_ONCE, Contribution, DerivativeSums, Differentiation};
+use super::derivative_sums::{
+    AT_ONCE, Contribution, DerivativeSums, Differentiation, by_angle_and_wavelength,
+};
 use super::instruction_set::Vectorised;
 use super::on_axis_law::OnAxisLaw;
-use super::phasor::Phasor;
-use super::ray::{Direction, Path, Ray};
+use super::ray::{Ray, excess, half_tangent};
 use super::surroundings::{Near, ROOM, Surroundings};
 use super::{FieldKernel, PathLengths};
 use crate::float::Float;
@@ -60,33 +61,6 @@ impl<'k, T: Float> Prepared<'k, T> {
         if C::USUAL { OnAxisLaw::Spherical } else { self.on_axis }
     }
 
-    /// The path that the phase of a source is computed for.
-    #[inline(always)]
-    fn path<V: Vector<T>, const L: usize, C: Case>(
-        &self,
-        source: &Near<T>,
-        step: [Simd<T, V, L>; 3],
-        ray: &Ray<T, V, L>,
-        cosine: Simd<T, V, L>,
-    ) -> Path<T, V, L> {
-        let mut path = if !C::USUAL && self.frozen {
-            Path::frozen(source, step, ray)
-        } else {
-            Path::observed(source, step, ray)
-        };
-        if C::NEAR_FIELD {
-            let beside_axis = cosine.square() * T::of(3.0) - T::ONE;
-            path.excess = (beside_axis * source.near_field).mul_add(ray.inverse, path.excess);
-        }
-        if !C::PLAIN_AIR
-            && let Some(air) = &self.air
-        {
-            let delay = air.delay(source.centre, ray.along, ray.inverse);
-            path.excess = path.length.mul_add(delay, path.excess);
-        }
-        path
-    }
-
     /// The directivity of a source and, where derivatives are summed, its slope by the lobe's variable.
     #[inline(always)]
     fn directivity<V: Vector<T>, const L: usize, C: Case>(
@@ -109,15 +83,16 @@ impl<'k, T: Float> Prepared<'k, T> {
     fn received<V: Vector<T>, const L: usize, C: Case>(
         &self,
         mut magnitude: Simd<T, V, L>,
-        ray: &Ray<T, V, L>,
+        z: Simd<T, V, L>,
+        distance: Simd<T, V, L>,
+        inverse: Simd<T, V, L>,
     ) -> Simd<T, V, L> {
         if !C::PLAIN_AIR {
             if let Some(air) = &self.air {
-                magnitude = magnitude * air.transmission(ray.distance);
+                magnitude = magnitude * air.transmission(distance);
             }
             if let Some(reception) = &self.reception {
-                let cosine_of_arrival = ray.along[2] * ray.inverse;
-                magnitude = magnitude * reception.at(cosine_of_arrival.at_least(T::ZERO));
+                magnitude = magnitude * reception.at((z * inverse).at_least(T::ZERO));
             }
         }
         magnitude
@@ -182,45 +157,79 @@ fn sum_bundle<T: Float, V: Vector<T>, const L: usize, C: Case>(
     let mut sum = Bundle::zero();
     let Some(first) = near.first() else { return sum };
     let (smooth, law) = (prepared.smooth::<C>(), prepared.law::<C>());
+    let frozen = !C::USUAL && prepared.frozen;
+    let z_axis = [T::ZERO, T::ZERO, T::ONE];
     // Root and division are slow: the processor computes those of the next source while it adds this one.
     let mut next = Ray::new(first, step);
     for (n, source) in near.iter().enumerate() {
-        let ray = next;
+        let Ray { along, across_square, distance, inverse, inverse_square } = next;
         next = Ray::new(near.get(n + 1).unwrap_or(source), step);
+        let normal = if C::USUAL { z_axis } else { source.normal };
+        let upright = C::UPRIGHT || (C::PLAIN_AIR && normal == z_axis);
+        let height = if upright { along[2] } else { Simd::dot_add(along, normal, Simd::zero()) };
+        let cosine_of_angle = height * inverse;
 
-        let direction = Direction::new::<C>(source, &ray);
-        let path = prepared.path::<V, L, C>(source, step, &ray, direction.cosine);
+        let (path, path_inverse, mut excess_path) = if frozen {
+            let square = across_square + source.rise * source.rise;
+            let [path, inverse, _] = square.root_and_reciprocals();
+            let [sx, sy, _] = Simd::moved(along, source.offset);
+            (path, inverse, excess(source, step, path, inverse, [sx, sy, Simd::zero()]))
+        } else {
+            let sum_of_ends = Simd::moved(along, source.offset);
+            (distance, inverse, excess(source, step, distance, inverse, sum_of_ends))
+        };
+        if C::NEAR_FIELD {
+            let beside_axis = cosine_of_angle.square() * T::of(3.0) - T::ONE;
+            excess_path = (beside_axis * source.near_field).mul_add(inverse, excess_path);
+        }
+        if !C::PLAIN_AIR
+            && let Some(air) = &prepared.air
+        {
+            excess_path = path.mul_add(air.delay(source.centre, along, inverse), excess_path);
+        }
         let half_turns =
-            path.excess.scale_add(prepared.half_turns_per_m, Simd::splat(source.half_turns));
+            excess_path.scale_add(prepared.half_turns_per_m, Simd::splat(source.half_turns));
         // The sign that cosine and sine have in common goes to the level and all that is computed from it.
         let [cosine, sine, odd] = half_turns.cos_sin_half_turns();
 
-        let variable = direction.variable(smooth, &ray);
+        let variable = match smooth {
+            Smooth::InCosine => cosine_of_angle,
+            Smooth::InSineSquared if upright => across_square * inverse_square,
+            Smooth::InSineSquared => {
+                cosine_of_angle.mul_sub_from(cosine_of_angle, Simd::splat(T::ONE))
+            }
+            Smooth::InHalfTangent => half_tangent(along, normal, distance, height),
+        };
         let [directivity, slope] = prepared.directivity::<V, L, C>(source, variable);
-        let level = law.level(ray.distance, ray.inverse, direction.height) * source.amplitude;
-        let level = level.only_where_above(direction.height, T::ZERO).negated_if_odd(odd);
-        let magnitude = prepared.received::<V, L, C>(directivity * level, &ray);
-
-        let phase = Phasor([cosine, sine]);
-        sum.add::<C>(magnitude, phase);
+        let level = law.level(distance, inverse, height) * source.amplitude;
+        let level = level.only_where_above(height, T::ZERO).negated_if_odd(odd);
+        let magnitude =
+            prepared.received::<V, L, C>(directivity * level, along[2], distance, inverse);
+        sum.add::<C>(magnitude, [cosine, sine]);
         if C::DERIVATIVES {
-            let by_variable = level * slope;
-            let (fall, by_height) = law.rates(ray.inverse);
-            let frozen = !C::USUAL && prepared.frozen;
+            let (fall, by_height) = law.rates(inverse);
+            let [by_cosine, by_wavelength] =
+                by_angle_and_wavelength(smooth, level * slope, variable, cosine_of_angle);
             let contribution = Contribution {
-                ray,
-                direction,
-                path,
+                along,
+                normal,
+                distance,
+                inverse,
+                cosine: cosine_of_angle,
                 variable,
                 level,
                 magnitude,
-                by_variable,
+                by_wavelength,
+                by_cosine,
                 fall,
                 by_height,
-                phase,
+                path,
+                path_inverse,
+                drive: source.drive,
+                lobe: source.lobe,
                 frozen,
             };
-            sum.derivatives.add::<C>(&prepared.by, smooth, source, &contribution);
+            prepared.by.add::<V, L, C>(&contribution, [cosine, sine], &mut sum.derivatives);
         }
     }
     sum
@@ -228,7 +237,8 @@ fn sum_bundle<T: Float, V: Vector<T>, const L: usize, C: Case>(
 
 /// The sums at the points of `L` vectors.
 struct Bundle<T, V, const L: usize> {
-    field: Phasor<T, V, L>,
+    real: Simd<T, V, L>,
+    imaginary: Simd<T, V, L>,
     power: Simd<T, V, L>,
     square: [Simd<T, V, L>; 2],
     derivatives: DerivativeSums<T, V, L>,
@@ -239,19 +249,21 @@ impl<T: Float, V: Vector<T>, const L: usize> Bundle<T, V, L> {
     fn zero() -> Self {
         let zero = Simd::zero();
         Self {
-            field: Phasor::zero(),
+            real: zero,
+            imaginary: zero,
             power: zero,
             square: [zero; 2],
-            derivatives: DerivativeSums::zero(),
+            derivatives: [[zero; 2]; AT_ONCE],
         }
     }
 
     /// Adds a source's magnitude times the cosine and sine of its phase.
     #[inline(always)]
-    fn add<C: Case>(&mut self, magnitude: Simd<T, V, L>, phase: Phasor<T, V, L>) {
-        self.field = self.field.plus(phase, magnitude);
+    fn add<C: Case>(&mut self, magnitude: Simd<T, V, L>, [cosine, sine]: [Simd<T, V, L>; 2]) {
+        self.real = magnitude.mul_add(cosine, self.real);
+        self.imaginary = magnitude.mul_add(sine, self.imaginary);
         if C::SQUARES {
-            let [real, imaginary] = phase.scaled(magnitude).0;
+            let [real, imaginary] = [magnitude * cosine, magnitude * sine];
             let [real_square, imaginary_square] = [real.square(), imaginary.square()];
             self.power = self.power + real_square + imaginary_square;
             self.square[0] = self.square[0] + real_square - imaginary_square;
@@ -262,32 +274,41 @@ impl<T: Float, V: Vector<T>, const L: usize> Bundle<T, V, L> {
     /// Writes the sums out, from the tile's point `first` on.
     #[inline(always)]
     fn store<C: Case>(self, sums: &mut Sums, first: usize) {
-        store(self.field.0, &mut sums.field, first);
+        store_pair([self.real, self.imaginary], &mut sums.field, first);
         if C::SQUARES {
-            store([self.power], &mut sums.power, first);
-            store(self.square, &mut sums.square, first);
+            store(self.power, &mut sums.power, first);
+            store_pair(self.square, &mut sums.square, first);
         }
         if C::DERIVATIVES {
-            for (sum, out) in self.derivatives.0.into_iter().zip(&mut sums.derivatives) {
-                store(sum.0, out, first);
-            }
+            store_pair(self.derivatives[0], &mut sums.derivatives[0], first);
+            store_pair(self.derivatives[1], &mut sums.derivatives[1], first);
+            store_pair(self.derivatives[2], &mut sums.derivatives[2], first);
+            store_pair(self.derivatives[3], &mut sums.derivatives[3], first);
         }
     }
 }
 
-/// Writes vectors out in double precision, from a place on.
 #[inline(always)]
-fn store<T: Float, V: Vector<T>, const L: usize, const N: usize>(
-    from: [Simd<T, V, L>; N],
-    to: &mut [[f64; ROOM]; N],
+fn store_pair<T: Float, V: Vector<T>, const L: usize>(
+    [real, imaginary]: [Simd<T, V, L>; 2],
+    to: &mut [[f64; ROOM]; 2],
     first: usize,
 ) {
-    for (vectors, to) in from.into_iter().zip(to) {
-        let mut numbers = [T::ZERO; MAX_LANES];
-        vectors.store(&mut numbers);
-        for (to, number) in to[first..].iter_mut().zip(&numbers[..Simd::<T, V, L>::COUNT]) {
-            *to = number.to_f64();
-        }
+    store(real, &mut to[0], first);
+    store(imaginary, &mut to[1], first);
+}
+
+/// Writes vectors out in double precision, from a place on.
+#[inline(always)]
+fn store<T: Float, V: Vector<T>, const L: usize>(
+    vectors: Simd<T, V, L>,
+    to: &mut [f64; ROOM],
+    first: usize,
+) {
+    let mut numbers = [T::ZERO; MAX_LANES];
+    vectors.store(&mut numbers);
+    for (to, number) in to[first..].iter_mut().zip(&numbers[..Simd::<T, V, L>::COUNT]) {
+        *to = number.to_f64();
     }
 }
 
@@ -295,7 +316,7 @@ fn store<T: Float, V: Vector<T>, const L: usize, const N: usize>(
 pub(super) struct Sums {
     field: [[f64; ROOM]; 2],
     /// The sources' squared magnitudes.
-    power: [[f64; ROOM]; 1],
+    power: [f64; ROOM],
     /// The squares of the sources' contributions.
     square: [[f64; ROOM]; 2],
     /// Derivatives by each parameter.
@@ -305,12 +326,7 @@ pub(super) struct Sums {
 impl Default for Sums {
     fn default() -> Self {
         let none = [0.0; ROOM];
-        Self {
-            field: [none; 2],
-            power: [none],
-            square: [none; 2],
-            derivatives: [[none; 2]; AT_ONCE],
-        }
+        Self { field: [none; 2], power: none, square: [none; 2], derivatives: [[none; 2]; AT_ONCE] }
     }
 }
 
@@ -320,7 +336,7 @@ impl Sums {
     }
 
     pub fn power(&self, point: usize) -> f64 {
-        self.power[0][point]
+        self.power[point]
     }
 
     pub fn square(&self, point: usize) -> Complex64 {

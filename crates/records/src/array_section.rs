@@ -15,10 +15,10 @@ use fieldgap_input::{Fault, Positive, TomlSource};
 /// Most elements an array may have: a hundred times the largest known display, and still quickly computed.
 const MAX_ELEMENTS: u64 = 100_000;
 
-/// What a transducer file is called beside a record.
+/// The name of a transducer file beside a record.
 pub const TRANSDUCER_BESIDE: &str = "transducer.toml";
 
-/// An array that can be built and has been.
+/// `[array]`, checked, with the array that it describes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArraySection {
     frequency_hz: Positive,
@@ -27,7 +27,7 @@ pub struct ArraySection {
     transducer: Option<NamedTransducer>,
 }
 
-/// A transducer file, and what it is called in the section.
+/// A transducer file and its name in the section.
 #[derive(Debug, Clone, PartialEq)]
 struct NamedTransducer {
     name: String,
@@ -35,12 +35,11 @@ struct NamedTransducer {
 }
 
 impl ArraySection {
-    /// Makes sense of the `[array]` of `source`, and builds it. A file of elements is looked for from the folder
-    /// that `source` is in.
+    /// Checks the `[array]` of `source` and builds the array. The path of a file of elements is relative to the folder of `source`.
     ///
     /// # Errors
-    /// A [`Fault`] at a key that does not belong to the layout, or naming one that is missing; at the layout, if no
-    /// such array can be built; or in the file of elements.
+    /// A [`Fault`] at a key that does not belong to the layout, or naming a missing one; at the layout, if the array cannot be built;
+    /// or in the file of elements.
     pub fn read(table: &Spanned<ArrayTable>, source: &TomlSource) -> Result<Self, Fault> {
         let table = table.get_ref();
         let layout = table.layout(source)?;
@@ -49,7 +48,7 @@ impl ArraySection {
         };
         if layout.elements() > MAX_ELEMENTS {
             return Err(at_layout(format!(
-                "the array would have {} elements; {MAX_ELEMENTS} are the most",
+                "the array would have {} elements; at most {MAX_ELEMENTS} are allowed",
                 layout.elements()
             )));
         }
@@ -61,11 +60,11 @@ impl ArraySection {
         let array = array.map_err(|error| at_layout(error.to_string()))?;
         let section = Self { frequency_hz: table.frequency_hz(), layout, array, transducer: None };
         let Some(name) = table.transducer() else { return Ok(section) };
-        Ok(section.made_of(name.get_ref(), TransducerFile::named(name, source)?))
+        Ok(section.with_transducer(name.get_ref(), TransducerFile::named(name, source)?))
     }
 
-    /// The same array, made of the transducers that a file describes; `name` is what the section calls it.
-    pub fn made_of(self, name: &str, file: TransducerFile) -> Self {
+    /// The same array with the transducers that a file describes; `name` is the file's name in the section.
+    pub fn with_transducer(self, name: &str, file: TransducerFile) -> Self {
         let mut array = self.array;
         if let Some(radius_m) = file.face_radius_m() {
             let faced = array.elements().iter().map(|&element| Element { radius_m, ..element });
@@ -75,17 +74,17 @@ impl ArraySection {
         Self { array, transducer: Some(NamedTransducer { name: name.to_owned(), file }), ..self }
     }
 
-    /// A lattice, or elements at random.
+    /// A regular or random layout.
     ///
     /// # Errors
-    /// [`LayoutError`] if it cannot be built; [`LayoutError::Empty`] for [`Layout::Elements`], whose elements only
-    /// [`ArraySection::of_elements`] knows.
+    /// [`LayoutError`] if it cannot be built; [`LayoutError::Empty`] for [`Layout::Elements`], for which there is
+    /// [`ArraySection::of_elements`].
     pub fn of_layout(frequency_hz: Positive, layout: Layout) -> Result<Self, LayoutError> {
         let array = layout.build()?;
         Ok(Self { frequency_hz, layout, array, transducer: None })
     }
 
-    /// Any elements, which go into the file `elements.csv` wherever the section is written.
+    /// Any elements; they are written to the file `elements.csv` beside the section.
     ///
     /// # Errors
     /// [`LayoutError::Empty`] if there are none.
@@ -113,24 +112,24 @@ impl ArraySection {
         &self.array
     }
 
-    /// As it is written.
+    /// The section for writing.
     pub fn table(&self) -> ArrayTable {
         let transducer = self.transducer.as_ref().map(|named| named.name.as_str());
         ArrayTable::of(self.frequency_hz, &self.layout, transducer)
     }
 
-    /// Where that file stands, from the folder of the section.
+    /// The path of the transducer file, relative to the folder of the section.
     pub fn transducer_path(&self) -> Option<PathBuf> {
         self.transducer.as_ref().map(|named| transducer_path(&named.name))
     }
 
-    /// The file of the transducer that the array is made of, if it is named.
+    /// The transducer file, if one is named.
     pub fn transducer_file(&self) -> Option<&TransducerFile> {
         self.transducer.as_ref().map(|named| &named.file)
     }
 
-    /// The same array, its elements and its transducer, if they are in files, to be found in `elements.csv` and
-    /// `transducer.toml` beside the section.
+    /// The same array with the files of its elements and transducer, if any, called `elements.csv` and `transducer.toml` beside the
+    /// section.
     pub fn with_file_beside(mut self) -> Self {
         if let Layout::Elements { file } = &mut self.layout {
             "elements.csv".clone_into(file);

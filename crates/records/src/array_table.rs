@@ -10,7 +10,7 @@ use super::layout::{Layout, Rims};
 use super::section::{Key, Section, place, written};
 use fieldgap_input::{Fault, NonNegative, Positive, TomlSource};
 
-/// An `[array]` as it is written; [`ArraySection::read`](super::ArraySection::read) makes sense of it.
+/// The keys of an `[array]`; [`ArraySection::read`](super::ArraySection::read) checks them.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArrayTable {
@@ -39,7 +39,7 @@ enum LayoutName {
 }
 
 impl LayoutName {
-    /// What an array of this layout is called, and the keys that it has, all of them needed.
+    /// The name of this layout in messages, and its keys, all of them required.
     fn keys(self) -> (&'static str, &'static [&'static str]) {
         match self {
             Self::Square => {
@@ -61,7 +61,7 @@ impl LayoutName {
 }
 
 impl ArrayTable {
-    /// The layout, once every key is known to belong to it.
+    /// The layout, after checking that every key belongs to it.
     ///
     /// # Errors
     /// A [`Fault`] at a key that does not belong to the layout, or at the layout, naming a key that is missing.
@@ -107,17 +107,17 @@ impl ArrayTable {
         self.frequency_hz
     }
 
-    /// Where the name of the layout stands.
+    /// The position of the layout's name.
     pub fn layout_place(&self) -> Range<usize> {
         self.layout.span()
     }
 
-    /// The transducer that the array is made of, if it is named.
+    /// The name of the transducer, if given.
     pub fn transducer(&self) -> &Key<String> {
         &self.transducer
     }
 
-    /// A layout as it is written, and the transducer's name.
+    /// The keys of a layout and a transducer's name, for writing.
     pub fn of(frequency_hz: Positive, layout: &Layout, transducer: Option<&str>) -> Self {
         let blank = |name, rims: Option<Rims>| Self {
             frequency_hz,
@@ -158,7 +158,7 @@ impl ArrayTable {
         }
     }
 
-    /// The keys that only some layouts have, and where their values stand.
+    /// The keys that only some layouts have, and the positions of their values.
     fn given(&self) -> [(&'static str, Option<Range<usize>>); 8] {
         [
             ("columns", place(&self.columns)),

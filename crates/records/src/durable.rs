@@ -1,15 +1,15 @@
-//! Files that are on disk, whole, once a call has returned.
+//! Files that are completely on disk when a call returns.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Writes a file so that whoever looks, also after a power cut, finds the old contents or the new, never a part.
+/// Replaces a file so that it always has either the old or the new contents, also after a power failure.
 ///
-/// Writes beside it, syncs, renames over it, syncs the folder.
+/// The new contents are written to a file beside it and synced; that file is then renamed, and the folder synced.
 ///
 /// # Errors
-/// What the file system reports; the old file is then still there.
+/// What the file system reports; the old file then still exists.
 pub fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
     let mut beside = path.as_os_str().to_owned();
     beside.push(".new");
@@ -18,7 +18,7 @@ pub fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
         file.sync_all()
     });
     if let Err(error) = written.and_then(|()| fs::rename(&beside, path)) {
-        // Best effort: what went wrong first is what matters, and a leftover is overwritten next time.
+        // Best effort: the first error is the one to report, and a leftover is overwritten next time.
         let _ = fs::remove_file(&beside);
         return Err(error);
     }
@@ -30,7 +30,7 @@ pub fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
 /// # Errors
 /// What the file system reports.
 pub fn sync_folder(folder: &Path) -> io::Result<()> {
-    // Only Unix opens folders as files; elsewhere the rename itself is as durable as it gets.
+    // Only Unix opens folders as files; elsewhere nothing more can be done than the rename.
     if cfg!(unix) {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         File::open(folder)?.sync_all()?;
@@ -38,11 +38,11 @@ pub fn sync_folder(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Where lines are appended: a file, or in tests a disk that fails when it is told to.
+/// Where lines are appended: a file, or in tests a disk that fails on purpose.
 pub trait Disk: Write + Send {
-    /// Waits until all that was written is on disk.
+    /// Waits until everything written is on disk.
     fn sync(&mut self) -> io::Result<()>;
-    /// Cuts off all beyond `length` bytes.
+    /// Truncates to `length` bytes.
     fn cut(&mut self, length: u64) -> io::Result<()>;
 }
 
@@ -56,55 +56,55 @@ impl Disk for File {
     }
 }
 
-/// A file that grows by whole lines, each on disk before [`Lines::append`] returns.
+/// A file that grows by complete lines, each on disk before [`Lines::append`] returns.
 #[derive(Debug)]
 pub struct Lines<D> {
     disk: D,
-    /// Bytes of whole, synced lines.
+    /// Bytes of complete, synced lines.
     length: u64,
-    /// Whether something that was not acknowledged may stand after them.
+    /// Whether there may be bytes after them that were not acknowledged.
     torn: bool,
 }
 
 impl<D: Disk> Lines<D> {
-    /// Appends to a disk that holds `length` bytes of whole lines and nothing after them.
+    /// Appends to a disk with `length` bytes of complete lines and nothing after them.
     pub fn after(disk: D, length: u64) -> Self {
         Self { disk, length, torn: false }
     }
 
-    /// Appends a line, its line end included, and waits until it is on disk.
+    /// Appends a line, including its line end, and waits until it is on disk.
     ///
     /// # Errors
-    /// What the disk reports. The line then counts as never written: what may stand of it is cut off, now or, if
-    /// the disk refuses that too, before the next line.
+    /// What the disk reports. The line then counts as not written: a part of it is cut off now or, if the disk refuses that too, before
+    /// the next line.
     pub fn append(&mut self, line: &str) -> io::Result<()> {
         self.write(line)?;
         self.disk.sync().inspect_err(|_| self.forget(line))
     }
 
-    /// Appends a line, its line end included; it may not be on disk before [`Lines::sync`].
+    /// Appends a line, including its line end. It is on disk only after [`Lines::sync`].
     ///
     /// # Errors
     /// As [`Lines::append`].
     pub fn write(&mut self, line: &str) -> io::Result<()> {
         if self.torn {
-            self.mend()?;
+            self.cut_torn_end()?;
         }
         if let Err(error) = self.disk.write_all(line.as_bytes()) {
             self.torn = true;
-            // The first error is the one to report; mending is tried again before the next line.
-            let _ = self.mend();
+            // The first error is the one to report; cutting is tried again before the next line.
+            let _ = self.cut_torn_end();
             return Err(error);
         }
         self.length += line.len() as u64;
         Ok(())
     }
 
-    /// Takes the last line back, which was not acknowledged to anybody: it is cut off, now or before the next line.
+    /// Removes the last line, which was not acknowledged: it is cut off now or before the next line.
     pub fn forget(&mut self, line: &str) {
         self.length -= line.len() as u64;
         self.torn = true;
-        let _ = self.mend();
+        let _ = self.cut_torn_end();
     }
 
     /// Waits until all lines are on disk.
@@ -115,11 +115,11 @@ impl<D: Disk> Lines<D> {
         self.disk.sync()
     }
 
-    /// Cuts off what stands after the lines and was never acknowledged.
+    /// Cuts off what is after the lines and was not acknowledged.
     ///
     /// # Errors
     /// What the disk reports.
-    pub fn mend(&mut self) -> io::Result<()> {
+    pub fn cut_torn_end(&mut self) -> io::Result<()> {
         self.disk.cut(self.length)?;
         self.disk.sync()?;
         self.torn = false;
@@ -167,7 +167,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_full_disk_holds_the_acknowledged_lines_and_nothing_else(
+        fn a_full_disk_has_the_acknowledged_lines_and_nothing_else(
             lines in prop::collection::vec("[a-z]{0,9}\n", 1..12),
             room in 0usize..60,
         ) {
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_replaced_is_left_as_it_was() {
+    fn a_file_that_cannot_be_replaced_is_not_changed() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a folder in the way");
         fs::create_dir(&path).expect("made");

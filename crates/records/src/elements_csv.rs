@@ -16,8 +16,8 @@ const NAMES: [&str; 9] =
 /// Reads an `elements.csv`.
 ///
 /// # Errors
-/// A [`Fault`] at the first row that cannot be right: wrong number of columns, unreadable or non-finite number,
-/// normal of no length, radius not above zero, negative amplitude; or of the file, if it holds no element.
+/// A [`Fault`] at the first invalid row: wrong number of columns, unreadable or non-finite number, normal of zero length, radius not
+/// above zero, negative amplitude; or of the file, if it has no element.
 pub fn read_elements(path: &Path) -> Result<Vec<Element>, Fault> {
     elements_of(&Table::read(path)?)
 }
@@ -44,7 +44,7 @@ fn elements_of(table: &Table) -> Result<Vec<Element>, Fault> {
 fn no_element(table: &Table) -> Fault {
     Fault::of_file(
         table.path(),
-        "holds no element",
+        "has no element",
         format!("write a line for each element below the header `{}`", NAMES.join(",")),
     )
 }
@@ -62,7 +62,7 @@ fn element_of(row: &Row<'_>) -> Result<Element, Fault> {
     let normal = unit(direction).ok_or_else(|| {
         row.fault(
             3,
-            "the normal (nx, ny, nz) has no length",
+            "the normal (nx, ny, nz) has zero length",
             "write the direction in which the element radiates; 0,0,1 is straight into the field",
         )
     })?;
@@ -83,9 +83,9 @@ fn element_of(row: &Row<'_>) -> Result<Element, Fault> {
     })
 }
 
-/// The direction at unit length; none if it has no length.
+/// The unit vector of a direction; `None` if it has zero length.
 fn unit(direction: Vec3) -> Option<Vec3> {
-    // What is of unit length already stays as it is, so that a file written and read again stays the same.
+    // A unit vector is not changed, so that a file does not change when it is read and written.
     let rounding = 4.0 * f64::EPSILON;
     if (direction.norm_squared() - 1.0).abs() <= rounding {
         return Some(direction);
@@ -93,7 +93,7 @@ fn unit(direction: Vec3) -> Option<Vec3> {
     direction.try_normalize(f64::MIN_POSITIVE)
 }
 
-/// Writes an `elements.csv`; lengths are kept to the nanometre.
+/// Writes an `elements.csv`; lengths are rounded to the nanometre.
 ///
 /// # Errors
 /// What `out` reports.

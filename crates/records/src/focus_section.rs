@@ -1,4 +1,4 @@
-//! `[[focus]]`: what the array was, or is to be, told.
+//! `[[focus]]`: one drive of the array.
 
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
@@ -7,7 +7,7 @@ use super::section::{Key, Section, written};
 use fieldgap_acoustics::{Excitation, Vec3};
 use fieldgap_input::{Fault, Finite, TomlSource};
 
-/// A `[[focus]]` as it is written; [`FocusSection::read`] makes sense of it.
+/// The keys of a `[[focus]]`; [`FocusSection::read`] checks them.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FocusTable {
@@ -27,9 +27,9 @@ enum NamedPhases {
 /// One drive of the array.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FocusSection {
-    /// Delays that bring all waves together at a point: millimetres, array frame.
+    /// A focus at a point, millimetres, array frame.
     Point(Vec3),
-    /// Every element alike (`phases = "all-zero"`).
+    /// All elements in phase (`phases = "all-zero"`).
     AllZero,
     /// A phase for each element, radians (`phases_rad`).
     Phases(Vec<f64>),
@@ -39,13 +39,13 @@ impl std::fmt::Display for FocusSection {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Point(at_mm) => write!(f, "({}, {}, {}) mm", at_mm.x, at_mm.y, at_mm.z),
-            Self::AllZero => f.write_str("every element alike"),
-            Self::Phases(phases_rad) => write!(f, "{} phases of its own", phases_rad.len()),
+            Self::AllZero => f.write_str("all elements in phase"),
+            Self::Phases(phases_rad) => write!(f, "{} given phases", phases_rad.len()),
         }
     }
 }
 
-/// A drive has phases for another number of elements than the array has.
+/// The number of phases of a drive differs from the number of elements.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`phases_rad` has {phases} phases, and the array has {elements} elements")]
 pub struct WrongPhaseCount {
@@ -54,7 +54,7 @@ pub struct WrongPhaseCount {
 }
 
 impl FocusSection {
-    /// Makes sense of a `[[focus]]` of `source`.
+    /// Checks a `[[focus]]` of `source`.
     ///
     /// # Errors
     /// A [`Fault`] at keys that exclude each other, or naming those that are missing.
@@ -84,10 +84,10 @@ impl FocusSection {
         )))
     }
 
-    /// Makes sure that there are as many phases as elements.
+    /// Checks that phases, if given, are as many as the elements.
     ///
     /// # Errors
-    /// [`WrongPhaseCount`] if not.
+    /// [`WrongPhaseCount`] if they are not.
     pub fn fits(&self, elements: usize) -> Result<(), WrongPhaseCount> {
         match self {
             Self::Phases(phases) if phases.len() != elements => {
@@ -108,14 +108,14 @@ impl FocusSection {
         if tables.is_empty() {
             return Err(Fault::of_file(
                 source.path(),
-                "has no [[focus]]: nothing says what the array is told",
+                "has no [[focus]]: it does not say how the array is driven",
                 "add `[[focus]]` with x_mm, y_mm and z_mm, or with phases = \"all-zero\"",
             ));
         }
         tables.iter().map(|table| Self::read(table, source)).collect()
     }
 
-    /// What the array is told, in the terms of acoustics.
+    /// The drive for the simulation.
     pub fn excitation(&self) -> Excitation {
         match self {
             Self::Point(at_mm) => Excitation::Focus(at_mm / 1e3),
@@ -124,7 +124,7 @@ impl FocusSection {
         }
     }
 
-    /// As it is written. Numbers that are not finite, which no file can hold, are left out.
+    /// The section for writing. Numbers that are not finite, which a file cannot contain, are left out.
     pub fn table(&self) -> FocusTable {
         let finite = |value: f64| Finite::new(value).ok();
         match self {

@@ -1,4 +1,4 @@
-//! `[hooks]` and `[alarm]` of a plan or a rig file: who is told, and when.
+//! `[hooks]` and `[alarm]` of a plan or a rig file: programs that notify a person, and when.
 
 use std::path::Path;
 
@@ -6,32 +6,32 @@ use serde::{Deserialize, Serialize};
 
 use fieldgap_input::Positive;
 
-/// `[hooks]`: programs that are started when something happens to a scan.
+/// `[hooks]`: programs that are started at events of a scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Hooks {
-    /// The scan ended before its plan did.
+    /// The scan ended before its last point.
     on_failure: Option<HookCommand>,
     /// The scan is complete.
     on_finish: Option<HookCommand>,
-    /// A person is wanted: the scan goes on, or waits.
+    /// The scan needs a person; meanwhile it continues or waits.
     on_question: Option<HookCommand>,
 }
 
-/// What a hook is for.
+/// The event that a hook is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum HookKind {
-    /// The scan ended before its plan did.
+    /// The scan ended before its last point.
     Failure,
     /// The scan is complete.
     Finish,
-    /// A person is wanted.
+    /// The scan needs a person.
     Question,
 }
 
 impl HookKind {
-    /// As `FIELDGAP_EVENT` has it.
+    /// Its name in the variable `FIELDGAP_EVENT`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Failure => "failure",
@@ -51,7 +51,7 @@ impl Hooks {
         }
     }
 
-    /// These, their programs looked for from a folder where they are given as relative paths.
+    /// The same hooks, with relative paths of programs resolved from a folder.
     pub fn beside(&self, folder: &Path) -> Self {
         let beside = |command: &Option<HookCommand>| {
             let mut command = command.clone()?;
@@ -67,7 +67,7 @@ impl Hooks {
         }
     }
 
-    /// These, and where one is missing that of `others`.
+    /// The same hooks, with missing ones taken from `others`.
     pub fn or(&self, others: &Self) -> Self {
         let or = |one: &Option<HookCommand>, other: &Option<HookCommand>| {
             one.as_ref().or(other.as_ref()).cloned()
@@ -80,9 +80,9 @@ impl Hooks {
     }
 }
 
-/// A program and its arguments. No shell is between: nothing is expanded, nothing piped.
+/// A program and its arguments. It is started without a shell: nothing is expanded or piped.
 ///
-/// Written as a list of words, or as one line whose words are parted at spaces, and kept together by quotes.
+/// Written as a list of words, or as one line that is split at spaces outside quotes.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "Written")]
 pub struct HookCommand {
@@ -103,10 +103,10 @@ impl TryFrom<Written> for HookCommand {
         let words = match written {
             Written::Words(words) => words,
             Written::Line(line) => shlex::split(&line)
-                .ok_or_else(|| format!("a quote in `{line}` is opened and not closed"))?,
+                .ok_or_else(|| format!("`{line}` has an opening quote without a closing one"))?,
         };
         if words.iter().any(|word| word.contains('\0')) {
-            return Err("a word of a command cannot hold a zero byte".to_owned());
+            return Err("a word of a command cannot contain a zero byte".to_owned());
         }
         let mut words = words.into_iter();
         match words.next().filter(|program| !program.is_empty()) {
@@ -117,7 +117,7 @@ impl TryFrom<Written> for HookCommand {
 }
 
 impl HookCommand {
-    /// The program: a path, or a name that is looked for as a shell would.
+    /// The program: a path, or a name to be searched in `PATH`.
     pub fn program(&self) -> &str {
         &self.program
     }
@@ -128,11 +128,11 @@ impl HookCommand {
     }
 }
 
-/// `[alarm]`: when a scan that does not go on is no longer taken to be slow.
+/// `[alarm]`: when a scan without progress raises an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Alarm {
-    /// Seconds without a point after which a person is told; without it, as the plan's slowest point suggests.
+    /// Seconds without a new point before the alarm; by default estimated from the plan's slowest point.
     pub no_progress_s: Option<Positive>,
 }
 
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_parted_into_words_and_nothing_is_expanded() {
+    fn a_line_is_split_into_words_and_nothing_is_expanded() {
         let hooks = hooks(
             "on_failure = \"notify 'two words' $HOME ; rm *\"\non_finish = [\"mail\", \"a b\"]\n",
         )
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_command_is_shown_at_its_line() {
+    fn an_invalid_command_is_shown_at_its_line() {
         for wrong in ["\"\"", "[]", "\"say 'hello\"", "[\"\"]", "3"] {
             let fault = hooks(&format!("# hooks\non_failure = {wrong}\n")).expect_err(wrong);
             assert_eq!(fault.line_column().map(|(line, _)| line), Some(2), "{fault}");
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_is_looked_for_from_its_file_and_a_name_as_a_shell_would() {
+    fn a_path_is_relative_to_its_file_and_a_name_is_kept() {
         let hooks =
             hooks("on_finish = './tell.sh x'\non_failure = 'mail'\non_question = '/bin/x'\n");
         let hooks = hooks.expect("valid").beside(Path::new("scans"));
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn those_of_the_plan_go_before_those_of_the_rig() {
+    fn hooks_of_the_plan_have_precedence_over_those_of_the_rig() {
         let plan = hooks("on_finish = \"plan\"\n").expect("valid");
         let rig = hooks("on_finish = \"rig\"\non_question = \"rig\"\n").expect("valid");
         let both = plan.or(&rig);

@@ -1,17 +1,17 @@
-//! The folder of a scan that is running.
+//! The folder of a running scan.
 //!
-//! What a [`RecordedScan`](super::RecordedScan) needs, growing by one line a visit, and beside it
+//! The files of a [`RecordedScan`](super::RecordedScan), which grow by one line for each visit, and beside them
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | `state.toml` | how the scan stands: scanning, partial, complete |
-//! | `journal.csv` | each point with where the robot was sent for it and a checksum |
-//! | `events.jsonl` | what happened: homing, reference checks, faults, resumes |
-//! | copies | the plan and the rig file it was begun with, so that it can be resumed as it was begun |
+//! | `state.toml` | the state of the scan: scanning, partial, complete |
+//! | `journal.csv` | each point with the commanded position and a checksum |
+//! | `events.jsonl` | events: homing, reference checks, faults, resumes |
+//! | copies | the plan and the rig file at the start, with which the scan is resumed |
 //!
-//! Record k of `journal.csv`, and row k of `samples.csv`, is visit k of the plan. The record is on disk before
-//! [`Journal::append`] returns. Whatever instant the process or the power dies at, [`Journal::resume`] finds every acknowledged
-//! record: at most the one being written is torn, which its checksum tells; and `samples.csv` is put right by the journal.
+//! Record k of `journal.csv` and row k of `samples.csv` belong to visit k of the plan. The record is on disk before
+//! [`Journal::append`] returns. After a crash or power failure at any time, [`Journal::resume`] finds every acknowledged record. At
+//! most the record that was being written is incomplete, which its checksum shows. `samples.csv` is restored from the journal.
 
 mod error;
 mod event;
@@ -40,45 +40,45 @@ const SAMPLES: &str = "samples.csv";
 const EVENTS: &str = "events.jsonl";
 const SETUP: &str = "scan.toml";
 
-/// Most characters of a torn line that are kept; a power cut can leave a long stretch of nothing.
+/// Most characters of an incomplete line that are kept; a power failure can leave a long run of zeros.
 const KEPT_OF_TORN_LINE: usize = 200;
 
-/// The folder of a scan that is running. One process at a time holds it.
+/// The folder of a running scan, locked by this process.
 #[derive(Debug)]
 pub struct Journal {
     folder: PathBuf,
     columns: Columns,
     foci: usize,
     records: Lines<File>,
-    /// The same points as the records; what a crash takes of it is put back from them.
+    /// The same points as the records, from which it is restored after a crash.
     samples: Lines<File>,
-    /// Locked as long as the journal lives; the lock goes with the process, however it ends.
+    /// Locked as long as the journal exists; the lock ends with the process.
     events: Lines<File>,
     visits_done: usize,
 }
 
-/// A scan taken up again.
+/// A resumed scan.
 #[derive(Debug)]
 pub struct Resumed {
-    /// Where it goes on.
+    /// The journal, ready for the next visit.
     pub journal: Journal,
-    /// What was set up.
+    /// The set-up.
     pub setup: ScanSetup,
-    /// What was measured so far: record k is of visit k.
+    /// The records so far: record k belongs to visit k.
     pub records: Vec<Record>,
-    /// What stood of a record that was cut off, if one was: that visit is to be made again.
+    /// The text of an incomplete record that was cut off, if there was one: that visit is to be repeated.
     pub cut: Option<String>,
 }
 
 impl Journal {
-    /// Begins a scan in a folder, which is made if need be.
+    /// Starts a scan in a folder, which is created if necessary.
     ///
-    /// `copies` are files to keep with it, by name and contents (the plan, the rig file). `scan.toml` is written last: a
-    /// folder that has it can be resumed, and a folder that has not holds nothing that was measured.
+    /// `copies` are files to keep with it, by name and contents (the plan, the rig file). `scan.toml` is written last: a folder with it
+    /// can be resumed, and a folder without it has no readings.
     ///
     /// # Errors
-    /// [`JournalError::Occupied`] if the folder holds a scan, [`JournalError::Busy`] if another process is at it; or
-    /// what the file system refused.
+    /// [`JournalError::Occupied`] if the folder contains a scan, [`JournalError::Busy`] if another process uses it; or an error of the
+    /// file system.
     pub fn create(
         folder: &Path,
         setup: &ScanSetup,
@@ -90,7 +90,7 @@ impl Journal {
         refuse_occupied(folder)?;
         make_folder(folder)?;
         let events = open_locked(folder)?;
-        // Again, now that no other process can begin a scan here.
+        // Checked again, now that no other process can start a scan here.
         refuse_occupied(folder)?;
 
         let header = columns.header();
@@ -125,14 +125,14 @@ impl Journal {
         Ok(journal)
     }
 
-    /// Takes up a scan that was broken off, however it ended.
+    /// Resumes an interrupted scan, for whatever reason it ended.
     ///
-    /// A torn tail of the journal is cut off, and its text kept in `events.jsonl`; `samples.csv` is made to hold what the
-    /// journal holds.
+    /// An incomplete last line of the journal is cut off, and its text kept in `events.jsonl`. `samples.csv` is made equal to the
+    /// journal.
     ///
     /// # Errors
-    /// [`JournalError::NoScan`], [`JournalError::AlreadyComplete`], [`JournalError::Busy`]; [`JournalError::Fault`] if a
-    /// file that is not torn but wrong stands in the folder.
+    /// [`JournalError::NoScan`], [`JournalError::AlreadyComplete`], [`JournalError::Busy`]; [`JournalError::Fault`] if a file has
+    /// errors other than an incomplete end.
     pub fn resume(folder: &Path, at: Timestamp) -> Result<Resumed, JournalError> {
         if !folder.join(SETUP).exists() {
             return Err(JournalError::NoScan(folder.to_owned()));
@@ -163,18 +163,18 @@ impl Journal {
             String::from_utf8_lossy(torn).chars().take(KEPT_OF_TORN_LINE).collect::<String>()
         });
         if let Some(text) = &cut {
-            // Kept before it is cut: killed in between, it is found and kept once more.
+            // Kept before it is cut: after a crash in between it is found and kept again.
             journal.record(at, EventKind::LineCut, text)?;
-            journal.records.mend().map_err(write_error(&path))?;
+            journal.records.cut_torn_end().map_err(write_error(&path))?;
         }
-        journal.put_samples_right(&records)?;
+        journal.restore_samples(&records)?;
         ScanState::Scanning.write(folder).map_err(write_error(&folder.join(state::FILE)))?;
         journal.record(at, EventKind::Resumed, "")?;
         Ok(Resumed { journal, setup, records, cut })
     }
 
-    /// Makes `samples.csv` hold what the records hold: a crash may have taken its end, a power cut all that was not synced.
-    fn put_samples_right(&mut self, records: &[Record]) -> Result<(), JournalError> {
+    /// Makes `samples.csv` equal to the records: after a crash its end may be missing, after a power failure all that was not synced.
+    fn restore_samples(&mut self, records: &[Record]) -> Result<(), JournalError> {
         let path = self.folder.join(SAMPLES);
         let mut wanted = self.columns.header();
         for (row, record) in records.iter().enumerate() {
@@ -185,19 +185,18 @@ impl Journal {
         let there = read_back(&path)?;
         let same = there.iter().zip(wanted.as_bytes()).take_while(|(a, b)| a == b).count();
         let same = whole_lines(&wanted.as_bytes()[..same]);
-        // Its end may be torn; a row that differs otherwise was changed by somebody.
+        // Its end may be incomplete; a row that differs otherwise was changed by somebody.
         if same < whole_lines(&there) && !is_torn(&there[same..]) {
             return Err(JournalError::Fault(Box::new(differs(&path, &there, &wanted, same))));
         }
         self.samples = Lines::after(open_for_append(&path)?, same as u64);
         self.samples
-            .mend()
+            .cut_torn_end()
             .and_then(|()| self.samples.append(&wanted[same..]))
             .map_err(write_error(&path))
     }
 
-    /// Keeps the point of the next visit, for which the robot was sent to `commanded_m` (array frame); it is on disk when
-    /// this returns.
+    /// Records the point of the next visit, with the commanded position `commanded_m` (array frame). It is on disk when this returns.
     ///
     /// # Errors
     /// As [`Journal::append_row`].
@@ -209,11 +208,11 @@ impl Journal {
         self.append_row(&[(*sample, commanded_m)])
     }
 
-    /// Keeps the points of the next visits, each with where the robot was sent; all are on disk when this returns.
+    /// Records the points of the next visits, each with the commanded position. All are on disk when this returns.
     ///
     /// # Errors
-    /// [`JournalError::Sample`] if the record could not be read with one of them, [`JournalError::Append`] if they did not
-    /// reach the disk. Either way all points before them are safe, nothing of these is left, and they may be tried again.
+    /// [`JournalError::Sample`] if one of them could not be read back, [`JournalError::Append`] if they were not written. In both
+    /// cases all points before them are safe, none of these is recorded, and they may be tried again.
     pub fn append_row(&mut self, points: &[(RecordedSample, Vec3)]) -> Result<(), JournalError> {
         let (mut records, mut lines) = (String::new(), String::new());
         for (n, &(sample, commanded_m)) in points.iter().enumerate() {
@@ -238,7 +237,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Keeps what happened; it is on disk when this returns.
+    /// Records an event; it is on disk when this returns.
     ///
     /// # Errors
     /// [`JournalError::Write`] if it did not reach the disk.
@@ -255,10 +254,10 @@ impl Journal {
             .map_err(write_error(&self.folder.join(EVENTS)))
     }
 
-    /// Ends the scan: keeps how it stands, and lets go of the folder.
+    /// Ends the scan: records its state and unlocks the folder.
     ///
     /// # Errors
-    /// [`JournalError::Write`] if that did not reach the disk; the scan then counts as killed, and can be resumed.
+    /// [`JournalError::Write`] if the state was not written; the scan then counts as killed and can be resumed.
     pub fn end(mut self, at: Timestamp, state: &ScanState) -> Result<(), JournalError> {
         let recorded = self.record(at, EventKind::Ended, &state.to_string());
         self.samples.sync().map_err(write_error(&self.folder.join(SAMPLES)))?;
@@ -267,7 +266,7 @@ impl Journal {
         recorded
     }
 
-    /// How many visits have their sample on disk; the next visit has this number.
+    /// Number of visits on disk; the next visit has this number.
     pub fn visits_done(&self) -> usize {
         self.visits_done
     }
@@ -287,7 +286,7 @@ impl Journal {
     }
 }
 
-/// Begins the journal of a scan that has none, from its `samples.csv`: where the robot was sent is then not known.
+/// Creates the journal of a scan that has none from its `samples.csv`; the commanded positions are then unknown.
 fn begin_records(folder: &Path, foci: usize) -> Result<(), JournalError> {
     let path = folder.join(SAMPLES);
     let mut bytes = read_back(&path)?;
@@ -307,18 +306,18 @@ fn begin_records(folder: &Path, foci: usize) -> Result<(), JournalError> {
 
 fn read_back(path: &Path) -> Result<Vec<u8>, JournalError> {
     let bytes = fs::read(path).map_err(|error| {
-        let remedy = "bring the file back from a copy";
+        let remedy = "restore the file from a copy";
         Box::new(Fault::of_file(path, format!("cannot be read: {error}"), remedy))
     })?;
     Ok(bytes)
 }
 
-/// Whether this is what a crash leaves: one line that was broken off, or zeros, as a power cut leaves them.
+/// Whether this is the result of a crash: one incomplete line, or zeros, as after a power failure.
 fn is_torn(tail: &[u8]) -> bool {
     whole_lines(tail) == 0 || tail.contains(&0)
 }
 
-/// `samples.csv` and the journal tell of different points.
+/// `samples.csv` and the journal have different points.
 fn differs(path: &Path, there: &[u8], wanted: &str, same: usize) -> Fault {
     let line = |text: &str| text.lines().next().unwrap_or("").to_owned();
     let number = wanted[..same].matches('\n').count() + 1;
@@ -328,7 +327,7 @@ fn differs(path: &Path, there: &[u8], wanted: &str, same: usize) -> Fault {
         1,
         &line(&String::from_utf8_lossy(&there[same..])),
         format!("the row was changed: {} has `{}`", record::FILE, line(&wanted[same..])),
-        "bring the file back from a copy; or move journal.csv away, and the scan goes on from what stands here",
+        "restore the file from a copy; or move journal.csv away: the scan then continues from this file",
     )
 }
 
@@ -338,7 +337,7 @@ fn make_folder(folder: &Path) -> Result<(), JournalError> {
         .map_err(write_error(folder))
 }
 
-/// Opens `events.jsonl`, locks it against other processes, and cuts off what a killed one left of a line.
+/// Opens `events.jsonl`, locks it against other processes, and cuts off an incomplete last line.
 fn open_locked(folder: &Path) -> Result<Lines<File>, JournalError> {
     let path = folder.join(EVENTS);
     let open = OpenOptions::new().create(true).append(true).open(&path);
@@ -350,12 +349,12 @@ fn open_locked(folder: &Path) -> Result<Lines<File>, JournalError> {
     }
     let whole = fs::read(&path).map_err(write_error(&path)).map(|bytes| whole_lines(&bytes))?;
     let mut events = Lines::after(file, whole as u64);
-    events.mend().map_err(write_error(&path))?;
+    events.cut_torn_end().map_err(write_error(&path))?;
     Ok(events)
 }
 
 fn refuse_occupied(folder: &Path) -> Result<(), JournalError> {
-    // A header alone is what a scan killed before its scan.toml leaves behind.
+    // A scan killed before its scan.toml was written leaves only the header.
     let rows = fs::read_to_string(folder.join(SAMPLES)).map_or(0, |text| text.lines().count());
     if !folder.join(SETUP).exists() && rows <= 1 {
         return Ok(());
@@ -368,7 +367,7 @@ fn open_for_append(path: &Path) -> Result<File, JournalError> {
     OpenOptions::new().append(true).open(path).map_err(write_error(path))
 }
 
-/// Bytes up to the end of the last whole line.
+/// Bytes up to the end of the last complete line.
 fn whole_lines(bytes: &[u8]) -> usize {
     bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1)
 }

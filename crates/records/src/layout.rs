@@ -14,37 +14,37 @@ pub enum Layout {
         columns: NonZeroU32,
         /// Elements in a column.
         rows: NonZeroU32,
-        /// How close they stand.
+        /// Their size and spacing.
         rims: Rims,
     },
     /// A row along x.
     Linear {
         /// Elements.
         count: NonZeroU32,
-        /// How close they stand.
+        /// Their size and spacing.
         rims: Rims,
     },
     /// Rings of the triangular lattice about the centre.
     Hexagonal {
-        /// Rings; none leaves the centre alone.
+        /// Number of rings; with 0 there is only the centre.
         rings: u32,
-        /// How close they stand.
+        /// Their size and spacing.
         rims: Rims,
     },
-    /// Rings as the thesis built them, up to three.
+    /// Rings as in the thesis, up to three.
     HexagonalThesis {
         /// Rings.
         rings: u32,
-        /// How close they stand.
+        /// Their size and spacing.
         rims: Rims,
     },
-    /// Thrown at random without overlap.
+    /// At random positions without overlap.
     Random {
         /// Elements.
         count: NonZeroU32,
-        /// Seed of the draw.
+        /// Seed of the random positions.
         seed: u32,
-        /// How close they may stand.
+        /// Their size and smallest spacing.
         rims: Rims,
     },
     /// One by one, from a file.
@@ -94,7 +94,7 @@ impl Rims {
 }
 
 impl Layout {
-    /// How many elements it asks for; none where only the file knows.
+    /// The number of elements; 0 where only the file knows it.
     pub fn elements(&self) -> u64 {
         match *self {
             Self::Square { columns, rows, .. } => u64::from(columns.get()) * u64::from(rows.get()),
@@ -110,7 +110,7 @@ impl Layout {
     /// The elements, in their numbered order.
     ///
     /// # Errors
-    /// [`LayoutError`] if there is no such array; [`LayoutError::Empty`] for elements that only a file knows.
+    /// [`LayoutError`] if there is no such array; [`LayoutError::Empty`] for elements in a file.
     pub fn build(&self) -> Result<Array, LayoutError> {
         let whole = |count: u32| count as usize;
         match *self {

@@ -1,17 +1,58 @@
-//! Records of fields: recorded scans, plans of scans to come, the journal of a scan that is running, and
-//! imports of fields measured elsewhere.
+//! Files of measured fields: recorded scans, plans of scans, the journal of a running scan, and imports of other formats.
 //!
-//! | to | see |
+//! A recorded scan is a folder with `scan.toml`, the set-up, and `samples.csv`, the readings.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use fieldgap_acoustics::{Simulator, Vec3};
+//! use fieldgap_input::TomlSource;
+//! use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
+//!
+//! let scan_toml = r#"
+//!     format = 1
+//!     name = "one focus"
+//!     recorded = 2026-11-20T17:00:00Z
+//!     reading = "V"
+//!     [array]
+//!     frequency_hz = 40000.0
+//!     layout = "square"
+//!     columns = 6
+//!     rows = 6
+//!     element_diameter_mm = 10.5
+//!     spacing_mm = 0.0
+//!     [medium]
+//!     speed_of_sound_m_s = 343.0
+//!     [simulator]
+//!     model = "piston"
+//!     [[focus]]
+//!     x_mm = 0.0
+//!     y_mm = 0.0
+//!     z_mm = 100.0
+//! "#;
+//! let setup = ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), scan_toml))?;
+//! let at_focus = RecordedSample::measured(0.0, Some(0), Vec3::new(0.0, 0.0, 0.1), 1.7, None);
+//! let scan = RecordedScan { setup, samples: vec![at_focus] };
+//!
+//! let folder = tempfile::tempdir()?;
+//! scan.write(folder.path())?;
+//! let scan = RecordedScan::open(folder.path())?;
+//! let simulation = scan.setup.simulation(Simulator::Piston, 0).expect("there is a focus 0");
+//! println!("read {}, simulated {:?}", scan.samples[0].reading, simulation.magnitudes(&[scan.samples[0].position_m()]));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | to | begin with |
 //! |---|---|
-//! | open, write and group a recorded scan | [`RecordedScan`], [`planes`], [`plane_map`], [`repeats`] |
-//! | read a plan and walk through its points | [`Plan`], [`Plan::visits`] |
-//! | keep a scan while it runs, and take it up again | [`Journal`] |
-//! | bring in what was measured elsewhere | [`import`] |
-//! | keep a field that is larger than memory | [`VolumeFile`] |
+//! | read, write and group a recorded scan | [`RecordedScan`], [`planes`], [`plane_map`], [`repeats`] |
+//! | read a plan and list its points | [`Plan`], [`Plan::visits`] |
+//! | record a running scan and resume it | [`Journal`] |
+//! | import other formats | [`import`] |
+//! | write a field that is larger than memory | [`VolumeFile`] |
 //!
-//! `scan.toml`, the plan and the rig file share sections: [`ArraySection`], [`MediumSection`], [`FocusSection`]. Each is
-//! read in two steps: a table of optional keys, which serde checks one by one, and then a section in which the keys
-//! are known to go together. A fault of either step stands at its line.
+//! `scan.toml`, the plan and the rig file have sections in common: [`ArraySection`], [`MediumSection`], [`FocusSection`]. Each is read
+//! in two steps: a table of optional keys, and then a section in which the keys are known to be consistent. An error of either step
+//! names its line.
 
 mod array_section;
 mod array_table;
@@ -39,7 +80,7 @@ mod volume_file;
 pub use array_section::ArraySection;
 pub use array_section::TRANSDUCER_BESIDE;
 pub use array_table::ArrayTable;
-pub use elements_csv::{read_elements, write_elements};
+pub use elements_csv::write_elements;
 pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};
 pub use hooks::{Alarm, HookCommand, HookKind, Hooks};
 pub use journal::{
@@ -54,9 +95,9 @@ pub use plan::{
 pub use plane_map::{MappedPlane, NotAGrid, OFF_LINE_MM, plane_map};
 pub use planes::{Plane, SAME_HEIGHT_MM, planes};
 pub use recorded::{RecordError, RecordedScan};
-pub use repeats::{Repeat, RepeatNoise, SAME_POINT_MM, repeat_noise, repeats};
+pub use repeats::{Repeat, SAME_POINT_MM, repeats};
 pub use sample::{RecordedSample, Spread};
-pub use samples_csv::{Columns, UnwritableSample, read_samples, write_samples};
+pub use samples_csv::{Columns, UnwritableSample};
 pub use setup::{ScanSetup, UnwritableSetup};
 pub use transducer_file::TransducerFile;
 pub use volume_file::{VolumeError, VolumeFile};

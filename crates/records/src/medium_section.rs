@@ -1,4 +1,4 @@
-//! `[medium]`: the air, as the lab believes it to be.
+//! `[medium]`: the air as assumed for the simulation.
 
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
@@ -7,13 +7,13 @@ use super::section::{Key, Section, written};
 use fieldgap_acoustics::Medium;
 use fieldgap_input::{Fault, Finite, Positive, TomlSource};
 
-/// Temperatures for which the formula for air is trusted, °C: where laboratories are, and some way beyond the 0 to
-/// 30 °C for which its source states an accuracy.
+/// Temperatures for which the formula for air is used, °C: those of laboratories, somewhat more than the 0 to 30 °C for which its
+/// source states an accuracy.
 const TEMPERATURES_C: std::ops::RangeInclusive<f64> = -20.0..=50.0;
-/// Pressures for which the formula for air is trusted, kPa: from a high mountain to a strong anticyclone.
+/// Pressures for which the formula for air is used, kPa: from a high mountain to a strong anticyclone.
 const PRESSURES_KPA: std::ops::RangeInclusive<f64> = 60.0..=110.0;
 
-/// A `[medium]` as it is written; [`MediumSection::read`] makes sense of it.
+/// The keys of a `[medium]`; [`MediumSection::read`] checks them.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MediumTable {
@@ -26,7 +26,7 @@ pub struct MediumTable {
 /// The medium, by its speed of sound or by the state of the air.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MediumSection {
-    /// Given outright, metres per second.
+    /// The speed of sound, metres per second.
     SpeedOfSound(Positive),
     /// Air, from which the speed of sound follows.
     Air {
@@ -40,7 +40,7 @@ pub enum MediumSection {
 }
 
 impl MediumSection {
-    /// Makes sense of the `[medium]` of `source`.
+    /// Checks the `[medium]` of `source`.
     ///
     /// # Errors
     /// A [`Fault`] at keys that exclude each other or are out of range, or naming those that are missing.
@@ -87,7 +87,7 @@ impl MediumSection {
         })
     }
 
-    /// The medium, in the terms of acoustics.
+    /// The medium for the simulation.
     pub fn medium(&self) -> Medium {
         match *self {
             Self::SpeedOfSound(speed) => Medium { speed_of_sound_m_s: speed.get() },
@@ -97,7 +97,7 @@ impl MediumSection {
         }
     }
 
-    /// As it is written.
+    /// The section for writing.
     pub fn table(&self) -> MediumTable {
         match *self {
             Self::SpeedOfSound(speed) => {
@@ -123,7 +123,7 @@ fn within(
         Some(value) if !range.contains(&value.get_ref().get()) => Err(source.fault(
             value.span(),
             format!(
-                "{} lies outside {} to {} {unit}, where the speed of sound in air can be computed",
+                "{} is outside the range of the formula for the speed of sound in air, {} to {} {unit}",
                 value.get_ref().get(),
                 range.start(),
                 range.end()
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn both_ways_to_say_it_give_a_medium() {
+    fn a_speed_of_sound_and_a_state_of_the_air_give_a_medium() {
         let medium = read("speed_of_sound_m_s = 343.0\n").expect("good").medium();
         assert_eq!(medium.speed_of_sound_m_s, 343.0);
         let air = "temperature_c = 20\nhumidity_percent = 0.0\npressure_kpa = 101.325\n";
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn measured_air_is_a_medium_where_its_sound_can_be_computed() {
+    fn measured_air_is_a_medium_within_the_range_of_the_formula() {
         let air = MediumSection::of_air(20.0, 0.0, 101.325).expect("a room");
         assert!((air.medium().speed_of_sound_m_s - 343.4).abs() < 0.2);
         for (t, rh, p) in [(60.0, 50.0, 101.0), (20.0, 101.0, 101.0), (20.0, 50.0, 20.0)] {

@@ -23,7 +23,7 @@ use super::hooks::{Alarm, Hooks};
 use fieldgap_acoustics::Simulator;
 use fieldgap_input::{Fault, Positive, TomlSource, file_name};
 
-/// Most visits of a plan: at ten a second, two weeks.
+/// Most visits of a plan: at ten per second, two weeks.
 const MAX_VISITS: usize = 10_000_000;
 
 #[derive(Debug, Deserialize)]
@@ -66,15 +66,14 @@ struct SimulatorTable {
     also: Vec<Simulator>,
 }
 
-/// How the rows of a plane follow one another.
+/// The order of the rows of a plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
-    /// There and back: every second row runs backwards, and every second plane from its last row. No way is
-    /// travelled without measuring.
+    /// Every second row is measured backwards, and every second plane from its last row, without idle travel.
     #[default]
     Serpentine,
-    /// Every row in the same direction, so that play in the drive shifts all rows alike.
+    /// All rows in the same direction, so that backlash shifts all rows equally.
     Raster,
 }
 
@@ -82,21 +81,21 @@ pub enum Order {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dark {
-    /// Before all others.
+    /// Number before all other readings.
     #[serde(default)]
     pub before: u32,
-    /// After all others.
+    /// Number after all other readings.
     #[serde(default)]
     pub after: u32,
 }
 
-/// `[resume]`: how far points that are measured again may be from what they were for a broken-off scan to go on.
+/// `[resume]`: largest deviation of points that are measured again, for an interrupted scan to continue.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tolerances {
-    /// Of the place, mm.
+    /// Of the position, mm.
     pub place_mm: Positive,
-    /// Of the level beyond its noise, percent.
+    /// Of the level, in addition to its noise, percent.
     pub level_percent: Positive,
 }
 
@@ -110,40 +109,40 @@ impl Default for Tolerances {
 /// The plan of a scan.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// What the scan will be called; fit to name a file.
+    /// Name of the scan; a valid file name.
     pub name: String,
-    /// The rig file it names, from where this program was started.
+    /// Path of the rig file, if the plan names one.
     pub rig: Option<PathBuf>,
-    /// How the rows of a plane follow one another.
+    /// The order of the rows of a plane.
     pub order: Order,
-    /// Whether a run is to name the cause of the gap too, correct the set-up by it, and compare once more.
+    /// Whether a run also diagnoses the gap, corrects the set-up, and compares again.
     pub diagnose: bool,
-    /// How rows are flown over, where the robot is not to stop at each point.
+    /// How rows are measured in motion; `None` if the robot stops at each point.
     pub fly: Option<Fly>,
-    /// The simulator whose gap to the scan is in question.
+    /// The simulator that the scan is compared with.
     pub simulator: Simulator,
-    /// Further simulators to compare with; neither `simulator` nor one twice.
+    /// Further simulators to compare with, without repetitions.
     pub also: Vec<Simulator>,
-    /// What the array will be told; at least one.
+    /// The drives of the array; at least one.
     pub foci: Vec<FocusSection>,
-    /// Readings in silence.
+    /// Readings with the array silent.
     pub dark: Dark,
-    /// The point to come back to.
+    /// The point that is measured repeatedly.
     pub reference: Reference,
-    /// How far the rig may be from what it was for a broken-off scan to go on.
+    /// Largest deviation of points that are measured again, for an interrupted scan to continue.
     pub resume: Tolerances,
-    /// Who is told of what happens.
+    /// Programs that are started at events.
     pub hooks: Hooks,
-    /// When a scan that does not go on is no longer taken to be slow.
+    /// When a scan without progress raises an alarm.
     pub alarm: Alarm,
-    /// What is measured; at least one. Planes, volumes, lines, lists of points, each in the plan's order.
+    /// The points to be measured; at least one region. Planes, volumes, lines, lists of points, each in the order of the plan.
     pub regions: Vec<Region>,
     source: TomlSource,
     rig_place: Option<Range<usize>>,
     focus_places: Vec<Range<usize>>,
 }
 
-/// A part of a plan that something was found wrong with after it was read.
+/// A part of a plan, for errors that are found after reading it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlanPart {
     /// The name of the rig file.
@@ -160,12 +159,12 @@ impl Plan {
     /// Reads a plan.
     ///
     /// # Errors
-    /// A [`Fault`] at the first key or value that cannot be right.
+    /// A [`Fault`] at the first invalid key or value.
     pub fn read(path: &Path) -> Result<Self, Fault> {
         Self::parse(TomlSource::read(path)?)
     }
 
-    /// Makes sense of a text as a plan.
+    /// Reads a text as a plan.
     ///
     /// # Errors
     /// As [`Plan::read`].
@@ -185,7 +184,7 @@ impl Plan {
         if regions.is_empty() {
             return Err(Fault::of_file(
                 source.path(),
-                "the plan is empty: it has nothing to measure",
+                "the plan has nothing to measure",
                 "add a [[plane]], [[volume]], [[line]] or [[points]]",
             ));
         }
@@ -225,13 +224,12 @@ impl Plan {
         self.source.text()
     }
 
-    /// Where the plan was read from.
+    /// The path of the plan.
     pub fn path(&self) -> &Path {
         self.source.path()
     }
 
-    /// A fault of the plan found after it was read, such as a point outside the robot's travel, shown at the part that
-    /// it comes from.
+    /// An error that was found after reading the plan, such as a point outside the robot's travel, located at a part of the plan.
     pub fn fault(
         &self,
         part: PlanPart,
@@ -250,7 +248,7 @@ impl Plan {
         }
     }
 
-    /// Makes sure that foci given by phases have one for each of the array's elements.
+    /// Checks that foci given by phases have one phase for each element of the array.
     ///
     /// # Errors
     /// A [`Fault`] at the first focus that has another number.
@@ -275,7 +273,9 @@ impl Plan {
             if visits > MAX_VISITS {
                 return Err(self.fault(
                     PlanPart::Region(index),
-                    format!("with this the plan has {visits} points; {MAX_VISITS} are the most"),
+                    format!(
+                        "with this the plan has {visits} points; at most {MAX_VISITS} are allowed"
+                    ),
                     "make the step larger, or split the plan",
                 ));
             }

@@ -1,35 +1,35 @@
-//! The samples of a plane as a map on a regular grid, if that is how they were taken.
+//! The samples of a plane as a map on a regular grid, if they were taken on one.
 
 use super::planes::Plane;
 use super::sample::RecordedSample;
 use fieldgap_acoustics::metrics::PlaneMap;
 
-/// How far a reported position may lie off its grid line, millimetres.
+/// Largest distance of a reported position from its grid line, millimetres.
 pub const OFF_LINE_MM: f64 = 0.1;
 
-/// Share of the samples that may lie off the grid: points revisited or added between those of a plane.
+/// Largest share of samples off the grid: points revisited or added between those of a plane.
 const MAX_OFF_GRID: f64 = 0.1;
 
-/// Share of the grid's points that must have been measured for a map to mean something.
+/// Smallest share of the grid's points that must have been measured for a useful map.
 const MIN_MEASURED: f64 = 0.5;
 
 /// A plane that was scanned on a regular grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MappedPlane {
-    /// The readings, repeats averaged; not-a-number where nothing was measured.
+    /// The readings, repeats averaged; NaN where nothing was measured.
     pub map: PlaneMap,
     /// Steps of the grid along x and y, millimetres.
     pub step_mm: [f64; 2],
-    /// How many samples lie on no point of the grid and are left out of the map.
+    /// Number of samples off the grid, which are not in the map.
     pub off_grid: usize,
 }
 
-/// Why the samples of a plane make no map.
+/// Why the samples of a plane are not a map.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NotAGrid {
-    /// No two columns or no two rows hold two points each.
+    /// Fewer than two columns or two rows with two points each.
     #[error(
-        "the points lie on {columns} columns and {rows} rows of two points or more; a map has two of each"
+        "the points lie on {columns} columns and {rows} rows of two points or more; a map needs two of each"
     )]
     TooFewLines {
         /// Columns (x) that hold two points or more.
@@ -37,20 +37,20 @@ pub enum NotAGrid {
         /// Rows (y) that hold two points or more.
         rows: usize,
     },
-    /// The lines do not stand at multiples of one step.
+    /// The lines are not at multiples of one step.
     #[error(
         "the line at {axis} = {at_mm:.3} mm does not lie on the regular step of {step_mm:.3} mm"
     )]
     Irregular {
         /// `x` or `y`.
         axis: char,
-        /// Where the line stands, millimetres.
+        /// Position of the line, millimetres.
         at_mm: f64,
         /// The step of the others, millimetres.
         step_mm: f64,
     },
-    /// Too many samples lie off the grid that the others make.
-    #[error("{off_grid} of {samples} samples lie off the grid that the others make")]
+    /// Too many samples are off the grid of the others.
+    #[error("{off_grid} of {samples} samples are off the grid of the others")]
     Scattered {
         /// Samples off the grid.
         off_grid: usize,
@@ -69,13 +69,12 @@ pub enum NotAGrid {
     },
 }
 
-/// Lays the samples of a plane out on the regular grid they were taken on.
+/// The samples of a plane as a map on the regular grid on which they were taken.
 ///
-/// Columns and rows are the positions at which two points or more stand, told apart when more than `tolerance_mm`
-/// lies between them.
+/// Columns and rows are positions with two points or more. Positions are distinct if they are more than `tolerance_mm` apart.
 ///
 /// # Errors
-/// [`NotAGrid`] with the reason, if they were taken otherwise.
+/// [`NotAGrid`] with the reason, if the samples are not on a grid.
 pub fn plane_map(plane: &Plane<'_>, tolerance_mm: f64) -> Result<MappedPlane, NotAGrid> {
     let along = |axis: usize| -> Vec<f64> {
         plane.samples.iter().map(|sample| sample.position_mm[axis]).collect()
@@ -98,7 +97,7 @@ fn fill(
     (y, rows): (&Clusters, &RegularLines),
 ) -> Result<MappedPlane, NotAGrid> {
     let sparse = |measured| NotAGrid::Sparse { measured, columns: columns.count, rows: rows.count };
-    // Known before the map is allocated: a grid of a few points far apart could have any number of lines.
+    // Checked before the map is allocated: a grid of a few points far apart could have any number of lines.
     let points = columns.count.saturating_mul(rows.count);
     if (samples.len() as f64) < MIN_MEASURED * points as f64 {
         return Err(sparse(samples.len()));
@@ -131,11 +130,11 @@ fn fill(
     Ok(MappedPlane { map, step_mm: [columns.step_mm, rows.step_mm], off_grid })
 }
 
-/// Positions along an axis that are one and the same within the tolerance.
+/// Positions along an axis that are equal within the tolerance.
 struct Clusters {
-    /// Mean position of each, millimetres, rising.
+    /// Mean position of each cluster, millimetres, ascending.
     centres_mm: Vec<f64>,
-    /// For each sample, which it belongs to.
+    /// The cluster of each sample.
     of: Vec<usize>,
 }
 
@@ -153,7 +152,7 @@ impl Clusters {
         Self { centres_mm, of }
     }
 
-    /// The clusters whose samples stand at two clusters or more of the other axis.
+    /// The clusters whose samples are in two or more clusters of the other axis.
     fn holding_two_points_or_more(&self, across: &Self) -> Vec<usize> {
         let mut first = vec![None; self.centres_mm.len()];
         let mut holds = vec![false; self.centres_mm.len()];
@@ -172,7 +171,7 @@ struct RegularLines {
     first_mm: f64,
     step_mm: f64,
     count: usize,
-    /// For each cluster, the line it lies on.
+    /// The line of each cluster.
     line_of: Vec<Option<usize>>,
 }
 
@@ -186,7 +185,7 @@ impl RegularLines {
         let at_mm = |line: usize| clusters.centres_mm[lines[line]];
         let gaps_mm = (1..lines.len()).map(|line| at_mm(line) - at_mm(line - 1));
         let narrowest_mm = gaps_mm.clone().fold(f64::INFINITY, f64::min);
-        // Counted gap by gap, so that an error in the narrowest does not add up over the whole width.
+        // Counted gap by gap, so that an error in the narrowest gap does not accumulate over the whole width.
         let mut numbers = vec![0.0];
         for gap_mm in gaps_mm {
             numbers.push(numbers[numbers.len() - 1] + (gap_mm / narrowest_mm).round());

@@ -1,12 +1,11 @@
-//! Samples grouped by what was driven and by height.
+//! Samples grouped by drive and height.
 
 use super::sample::RecordedSample;
 
-/// How far the reported heights of one plane may lie from one another's neighbours, millimetres: twice what a robot
-/// is allowed to miss its target by.
+/// Largest difference between neighbouring heights within one plane, millimetres: twice the allowed position error of a robot.
 pub const SAME_HEIGHT_MM: f64 = 0.1;
 
-/// The samples of one focus at one height, in the order they were taken.
+/// The samples of one focus at one height, in the order of acquisition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plane<'s> {
     /// Number of the focus.
@@ -17,9 +16,9 @@ pub struct Plane<'s> {
     pub samples: Vec<&'s RecordedSample>,
 }
 
-/// Groups the samples taken with the array driven: by focus, then by height, rising.
+/// Groups the samples taken with the array driven: by focus, then by height, ascending.
 ///
-/// Heights belong to one plane as long as no gap between neighbours is wider than `tolerance_mm`.
+/// Heights belong to one plane if no gap between neighbours is wider than `tolerance_mm`.
 pub fn planes(samples: &[RecordedSample], tolerance_mm: f64) -> Vec<Plane<'_>> {
     let mut driven: Vec<(usize, usize, &RecordedSample)> = samples
         .iter()

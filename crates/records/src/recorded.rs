@@ -11,50 +11,49 @@ use super::samples_csv::{read_samples, write_samples};
 use super::setup::{ScanSetup, UnwritableSetup};
 use fieldgap_input::Fault;
 
-/// A measured field: what was set up, and what was measured, in the order of acquisition.
+/// A measured field: its set-up, and its samples in the order of acquisition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordedScan {
-    /// What was set up.
+    /// The set-up.
     pub setup: ScanSetup,
-    /// What was measured.
+    /// The samples.
     pub samples: Vec<RecordedSample>,
 }
 
 /// Why a recorded scan was not written.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum RecordError {
-    /// The set-up fits in no `scan.toml`.
+    /// The set-up cannot be written as a `scan.toml`.
     #[error(transparent)]
     Setup(#[from] UnwritableSetup),
-    /// There is a scan in the folder already.
-    #[error("{} holds a scan already; choose another folder, or take that scan away", .0.display())]
+    /// The folder contains a scan.
+    #[error("{} already contains a scan; choose another folder, or move that scan away", .0.display())]
     Occupied(PathBuf),
     /// The file system refused.
     #[error("cannot write {}: {source}", path.display())]
     Write {
-        /// What was being written.
+        /// The file.
         path: PathBuf,
-        /// What was reported.
+        /// The reason.
         source: io::Error,
     },
 }
 
 impl RecordedScan {
-    /// Reads the scan in a folder. Other files there are not looked at.
+    /// Reads the scan in a folder. Other files in the folder are ignored.
     ///
     /// # Errors
-    /// A [`Fault`] at the first key, value or row that cannot be right.
+    /// A [`Fault`] at the first invalid key, value or row.
     pub fn open(folder: &Path) -> Result<Self, Fault> {
         let setup = ScanSetup::read(&folder.join("scan.toml"))?;
         let (_, samples) = read_samples(&folder.join("samples.csv"), setup.foci.len())?;
         Ok(Self { setup, samples })
     }
 
-    /// Writes the scan into a folder, which is made if need be. `scan.toml` comes last: a folder that has it, has
-    /// all.
+    /// Writes the scan into a folder, which is created if necessary. `scan.toml` is written last: a folder that has it is complete.
     ///
     /// # Errors
-    /// [`RecordError`] if the folder holds a scan already, or cannot be written.
+    /// [`RecordError`] if the folder contains a scan or cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), RecordError> {
         let scan_toml = folder.join("scan.toml");
         if scan_toml.exists() {
@@ -87,7 +86,7 @@ impl RecordedScan {
         self.samples.iter().filter(|sample| sample.focus.is_none())
     }
 
-    /// The points that were measured more than once: what they differ by is noise and drift. See [`repeats`].
+    /// The points that were measured more than once: their readings differ by noise and drift. See [`repeats`].
     pub fn repeats(&self, tolerance_mm: f64) -> Vec<Repeat<'_>> {
         repeats(&self.samples, tolerance_mm)
     }

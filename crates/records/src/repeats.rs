@@ -5,28 +5,18 @@ use std::collections::HashMap;
 use super::sample::RecordedSample;
 use fieldgap_acoustics::Vec3;
 
-/// How far two visits of one point may be reported apart, millimetres, along each axis.
+/// Largest difference between the reported positions of two visits of one point, millimetres, along each axis.
 pub const SAME_POINT_MM: f64 = 0.1;
 
-/// The visits of one point under one drive (or in silence), in the order they were made.
+/// The visits of one point under one drive (or with the array silent), in the order of acquisition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repeat<'s> {
     /// Number of the focus; none if the array was silent.
     pub focus: Option<usize>,
-    /// Where it was first measured, millimetres, array frame.
+    /// Position of the first visit, millimetres, array frame.
     pub position_mm: Vec3,
     /// The samples; at least two.
     pub samples: Vec<&'s RecordedSample>,
-}
-
-/// A spread estimated from repeats.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RepeatNoise {
-    /// Standard deviation of one reading about its point's mean, in the record's unit.
-    pub std: f64,
-    /// Readings beyond the first of each point: how much the estimate rests on. Its relative error is about
-    /// 1/√(2 degrees of freedom).
-    pub degrees_of_freedom: usize,
 }
 
 impl Repeat<'_> {
@@ -34,22 +24,16 @@ impl Repeat<'_> {
     pub fn mean(&self) -> f64 {
         self.samples.iter().map(|sample| sample.reading).sum::<f64>() / self.samples.len() as f64
     }
-
-    fn squares_about_mean(&self) -> f64 {
-        let mean = self.mean();
-        self.samples.iter().map(|sample| (sample.reading - mean).powi(2)).sum()
-    }
 }
 
 /// Finds the points that were measured more than once, in the order of their first visits.
 ///
-/// A sample belongs to the first point that was visited, under the same drive, within `tolerance_mm` of it along
-/// each axis.
+/// A sample belongs to the first point under the same drive that is within `tolerance_mm` along each axis.
 pub fn repeats(samples: &[RecordedSample], tolerance_mm: f64) -> Vec<Repeat<'_>> {
     let mut points: Vec<Repeat<'_>> = Vec::new();
     let mut points_in_cell: HashMap<(Option<usize>, [i64; 3]), Vec<usize>> = HashMap::new();
     for sample in samples {
-        // Cells as wide as the tolerance: whatever is near enough stands in this cell or one that touches it.
+        // Cells as wide as the tolerance: a point that is near enough is in this cell or a neighbour.
         let cell = sample.position_mm.map(|along| (along / tolerance_mm).floor() as i64);
         let known = touching(cell.into())
             .filter_map(|cell| points_in_cell.get(&(sample.focus, cell)))
@@ -75,19 +59,6 @@ pub fn repeats(samples: &[RecordedSample], tolerance_mm: f64) -> Vec<Repeat<'_>>
     points
 }
 
-/// Pools the spread of all repeats; `None` if there are none.
-///
-/// What drifts between the visits counts in too: the estimate is of noise and drift together. Readings in silence
-/// and under drive need not be spread alike; leave out of `repeats` what should not count.
-pub fn repeat_noise(repeats: &[Repeat<'_>]) -> Option<RepeatNoise> {
-    let degrees_of_freedom = repeats.iter().map(|repeat| repeat.samples.len() - 1).sum();
-    if degrees_of_freedom == 0 {
-        return None;
-    }
-    let squares: f64 = repeats.iter().map(Repeat::squares_about_mean).sum();
-    Some(RepeatNoise { std: (squares / degrees_of_freedom as f64).sqrt(), degrees_of_freedom })
-}
-
 fn touching(cell: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
     (0..27_i64).map(move |n| {
         let steps = [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1];
@@ -107,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_is_known_again_across_a_cell_edge_but_not_under_another_drive() {
+    fn a_point_is_recognised_across_a_cell_edge_but_not_under_another_drive() {
         let samples = [
             sample(Some(0), 0.999, 1.0),
             sample(Some(0), 1.001, 3.0),
@@ -121,20 +92,9 @@ mod tests {
         assert_eq!(repeats[0].mean(), 2.0);
     }
 
-    #[test]
-    fn noise_is_pooled_over_points_with_different_means() {
-        let readings = [(1.0, 10.0), (1.0, 12.0), (5.0, 100.0), (5.0, 101.0), (5.0, 102.0)];
-        let samples = readings.map(|(x_mm, reading)| sample(Some(0), x_mm, reading));
-        let noise = repeat_noise(&repeats(&samples, SAME_POINT_MM)).expect("repeats");
-        // (1 + 1 + 1 + 0 + 1) / 3
-        assert_eq!(noise.degrees_of_freedom, 3);
-        assert!((noise.std - (4.0f64 / 3.0).sqrt()).abs() < 1e-12);
-        assert_eq!(repeat_noise(&repeats(&samples[..1], SAME_POINT_MM)), None);
-    }
-
     proptest! {
         #[test]
-        fn on_a_grid_repeats_are_the_points_that_stand_twice(at in prop::collection::vec(-4i32..4, 0..20)) {
+        fn on_a_grid_repeats_are_the_points_that_occur_twice(at in prop::collection::vec(-4i32..4, 0..20)) {
             let samples: Vec<RecordedSample> =
                 at.iter().map(|&step| sample(Some(0), f64::from(step), 1.0)).collect();
             let mut counts = std::collections::BTreeMap::new();

@@ -1,35 +1,35 @@
-//! One row of a record: where the robot stood, what was driven, what the receiver read.
+//! One row of a record: position, drive and reading.
 
 use fieldgap_acoustics::Vec3;
 
-/// Millimetres are kept to the nanometre, so that metres turned into millimetres read as they were meant
-/// (17.5, not 17.500000000000004); no robot knows where it is to a thousandth of that.
+/// Millimetres are rounded to the nanometre, so that a position in metres gives the expected digits (17.5, not 17.500000000000004).
+/// No robot positions to this accuracy.
 const PER_MM: f64 = 1e6;
 
-/// Millimetres of a length in metres, to the nanometre.
+/// A length in metres as millimetres, to the nanometre.
 pub fn millimetres(metres: f64) -> f64 {
     (metres * 1e3 * PER_MM).round() / PER_MM
 }
 
 /// One reading, as a row of `samples.csv` holds it.
 ///
-/// The position is kept in the file's own millimetres, so that a record read and written again stays the same
-/// to the last bit; [`RecordedSample::position_m`] gives it to whoever computes.
+/// The position is in millimetres as in the file, so that a record does not change when it is read and written;
+/// [`RecordedSample::position_m`] is in metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecordedSample {
     /// Seconds on the recorder's clock, any origin.
     pub time_s: f64,
-    /// Number of the `[[focus]]` that was driven; none if the array was silent.
+    /// Number of the `[[focus]]` that was driven; `None` if the array was silent.
     pub focus: Option<usize>,
-    /// Where the robot said it was, millimetres, array frame.
+    /// Position reported by the robot, millimetres, array frame.
     pub position_mm: Vec3,
     /// Magnitude, zero or above, in the record's unit.
     pub reading: f64,
-    /// How the readings behind it were spread, where the receiver gives it.
+    /// Spread of the single readings, where the receiver gives it.
     pub spread: Option<Spread>,
 }
 
-/// How the readings that were averaged into one sample were spread.
+/// The spread of the single readings that were averaged into one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
     /// Standard deviation of the single readings, zero or above, in the record's unit.
@@ -39,7 +39,7 @@ pub struct Spread {
 }
 
 impl RecordedSample {
-    /// A sample taken at a position in metres (array frame), kept to the nanometre.
+    /// A sample at a position in metres (array frame), rounded to the nanometre.
     pub fn measured(
         time_s: f64,
         focus: Option<usize>,
@@ -50,7 +50,7 @@ impl RecordedSample {
         Self { time_s, focus, position_mm: position_m.map(millimetres), reading, spread }
     }
 
-    /// Where the robot said it was, metres, array frame.
+    /// Position reported by the robot, metres, array frame.
     pub fn position_m(&self) -> Vec3 {
         self.position_mm / 1e3
     }

@@ -1,7 +1,7 @@
-//! `samples.csv`: the readings of a record, in the order they were taken.
+//! `samples.csv`: the readings of a record, in the order of acquisition.
 //!
-//! `time_s,focus,x_mm,y_mm,z_mm,reading` and, where the receiver gives them, `std,count`. Focus -1 means that
-//! the array was silent. A row that cannot be right is a fault at its line and column, never left out.
+//! `time_s,focus,x_mm,y_mm,z_mm,reading` and, where the receiver gives them, `std,count`. Focus -1 means that the array was silent. An
+//! invalid row is an error at its line and column; it is never skipped.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -16,14 +16,14 @@ const NAMES: [&str; 8] = ["time_s", "focus", "x_mm", "y_mm", "z_mm", "reading", 
 /// Which columns a `samples.csv` has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Columns {
-    /// The six that every record has.
+    /// The six columns of every record.
     Plain,
     /// With standard deviation and count.
     WithSpread,
 }
 
 impl Columns {
-    /// The columns that hold all that `samples` know: with spread, if every one of them has it.
+    /// The columns for some samples: with spread if every sample has it.
     pub fn of(samples: &[RecordedSample]) -> Self {
         let spread = !samples.is_empty() && samples.iter().all(|sample| sample.spread.is_some());
         if spread { Self::WithSpread } else { Self::Plain }
@@ -42,15 +42,15 @@ impl Columns {
         self.names().join(",") + "\n"
     }
 
-    /// One sample as a line, with its line end; each number is the shortest that reads back the same.
+    /// One sample as a line, with its line end. Each number has the fewest digits that read back as the same number.
     ///
     /// # Errors
-    /// [`UnwritableSample`] if the reader would not take it back.
+    /// [`UnwritableSample`] if the line could not be read back.
     pub fn line(self, sample: &RecordedSample) -> Result<String, UnwritableSample> {
         check(sample)?;
         let at = sample.position_mm;
         let focus = sample.focus.map_or_else(|| "-1".to_owned(), |focus| focus.to_string());
-        // {:?} writes the shortest digits that read back the same, with an exponent where that is shorter.
+        // {:?} writes the fewest digits that read back as the same number, with an exponent where that is shorter.
         let plain = format!(
             "{:?},{focus},{:?},{:?},{:?},{:?}",
             sample.time_s, at.x, at.y, at.z, sample.reading
@@ -74,20 +74,19 @@ impl Columns {
         Err(header.fault(
             wrong.unwrap_or(header.len()),
             "the header is not that of a samples.csv",
-            "the first line is `time_s,focus,x_mm,y_mm,z_mm,reading`, with `,std,count` after it where \
-             the receiver gives them",
+            "the first line is `time_s,focus,x_mm,y_mm,z_mm,reading`, followed by `,std,count` where the receiver gives them",
         ))
     }
 }
 
-/// Why a sample does not go into a `samples.csv`: the reader would refuse it.
+/// Why a sample cannot be written to a `samples.csv`: it could not be read back.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum UnwritableSample {
     /// The sample and the columns do not agree on whether there is a standard deviation and count.
     #[error("in one samples.csv either every row has std and count or none has")]
     SpreadMismatch,
     /// A number is not finite.
-    #[error("{column} is {value}, which is no finite number")]
+    #[error("{column} is {value}, which is not a finite number")]
     NotFinite {
         /// The column.
         column: &'static str,
@@ -95,7 +94,7 @@ pub enum UnwritableSample {
         value: f64,
     },
     /// A magnitude is negative.
-    #[error("{column} is {value}, and a magnitude is not negative")]
+    #[error("{column} is {value}, but a magnitude cannot be negative")]
     Negative {
         /// The column.
         column: &'static str,
@@ -133,8 +132,8 @@ fn check(sample: &RecordedSample) -> Result<(), UnwritableSample> {
 /// Reads a `samples.csv` whose `[[focus]]` entries are `foci` in number.
 ///
 /// # Errors
-/// A [`Fault`] at the first row that cannot be right: wrong number of columns, unreadable or non-finite number,
-/// negative reading, focus without an entry, last line cut off.
+/// A [`Fault`] at the first invalid row: wrong number of columns, unreadable or non-finite number, negative reading, focus without an
+/// entry, last line cut off.
 pub fn read_samples(path: &Path, foci: usize) -> Result<(Columns, Vec<RecordedSample>), Fault> {
     samples_of(&Table::read(path)?, foci)
 }
@@ -145,8 +144,7 @@ pub fn samples_of(table: &Table, foci: usize) -> Result<(Columns, Vec<RecordedSa
         Fault::of_file(
             table.path(),
             "is empty",
-            "its first line is `time_s,focus,x_mm,y_mm,z_mm,reading`; if the recorder was killed, \
-             bring the file back from a copy",
+            "its first line is `time_s,focus,x_mm,y_mm,z_mm,reading`; if the recording program was killed, restore the file from a copy",
         )
     })?;
     let columns = Columns::of_header(&header)?;
@@ -166,7 +164,7 @@ fn sample_of(row: &Row<'_>, columns: Columns, foci: usize) -> Result<RecordedSam
         return Err(row.fault(
             row.len().min(wanted),
             format!("the row has {} cells where the header has {wanted}", row.len()),
-            "complete the row, or take it out on purpose; a file cut short shows this at its end",
+            "complete the row, or remove it; a file that was cut off has this error at its end",
         ));
     }
     let number = |index: usize| row.number(index, NAMES[index]);
@@ -207,7 +205,7 @@ fn count_of(row: &Row<'_>) -> Result<u32, Fault> {
     }
 }
 
-/// Writes a whole `samples.csv`.
+/// Writes a `samples.csv`.
 ///
 /// # Errors
 /// What `out` reports, or [`UnwritableSample`] (as [`io::ErrorKind::InvalidInput`]).

@@ -1,4 +1,4 @@
-//! Keys of a TOML section that go together: which are needed, which do not belong.
+//! Keys of a TOML section: which are required, which are not allowed.
 
 use std::ops::Range;
 
@@ -6,20 +6,20 @@ use toml::Spanned;
 
 use fieldgap_input::{Fault, TomlSource};
 
-/// A key that may be left out, and where its value stands.
+/// A key that may be left out, with the position of its value in the file.
 pub type Key<T> = Option<Spanned<T>>;
 
-/// Where the value of a key stands.
+/// The position of a key's value.
 pub fn place<T>(key: &Key<T>) -> Option<Range<usize>> {
     key.as_ref().map(Spanned::span)
 }
 
-/// A value that stands in no file: for writing.
+/// A value to be written, without a position.
 pub fn written<T>(value: T) -> Key<T> {
     Some(Spanned::new(0..0, value))
 }
 
-/// One section of a file, of one kind (a square array, a focus at a point), that needs some keys and refuses others.
+/// One section of a file, of one kind (a square array, a focus at a point), which requires some keys and refuses others.
 pub struct Section<'s> {
     source: &'s TomlSource,
     at: Range<usize>,
@@ -28,7 +28,7 @@ pub struct Section<'s> {
 }
 
 impl<'s> Section<'s> {
-    /// A section at a byte range; `kind` is what it describes ("a square array"), `needs` names all its keys.
+    /// A section at a byte range. `kind` is what it describes ("a square array"), `needs` lists all its keys.
     pub fn new(
         source: &'s TomlSource,
         at: Range<usize>,
@@ -38,7 +38,7 @@ impl<'s> Section<'s> {
         Self { source, at, kind, needs: needs.into() }
     }
 
-    /// The value of a key that must be there.
+    /// The value of a required key.
     ///
     /// # Errors
     /// A [`Fault`] at the section that names the missing key.
@@ -48,7 +48,7 @@ impl<'s> Section<'s> {
         })
     }
 
-    /// Makes sure that a key is not there.
+    /// Refuses a key.
     ///
     /// # Errors
     /// A [`Fault`] at the key's value.
@@ -56,7 +56,7 @@ impl<'s> Section<'s> {
         self.refuse_at(name, place(key))
     }
 
-    /// Makes sure that a key, whose value stands at `place`, is not there.
+    /// Refuses a key with its value at `place`.
     ///
     /// # Errors
     /// A [`Fault`] at the key's value.
@@ -66,7 +66,7 @@ impl<'s> Section<'s> {
             Some(place) => Err(self.source.fault(
                 place,
                 format!("`{name}` does not belong to {}", self.kind),
-                format!("take the key out; {} has {}", self.kind, self.needs),
+                format!("remove the key; {} has {}", self.kind, self.needs),
             )),
         }
     }

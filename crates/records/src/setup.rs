@@ -1,4 +1,4 @@
-//! `scan.toml`: what was set up when a field was recorded.
+//! `scan.toml`: the set-up of a recorded field.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -40,26 +40,26 @@ struct SimulatorTable {
     model: Simulator,
 }
 
-/// What was set up when a field was recorded.
+/// The set-up of a recorded field.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanSetup {
-    /// What the scan is called.
+    /// Name of the scan.
     pub name: String,
-    /// When it was begun.
+    /// Time at which it was started.
     pub recorded: Timestamp,
     /// Unit of the readings, as text: `V`, `count`. The gain from pressure to reading is unknown.
     pub unit: String,
     /// The array.
     pub array: ArraySection,
-    /// The medium, as the lab believed it to be.
+    /// The medium as assumed.
     pub medium: MediumSection,
-    /// The simulator whose gap to the scan is in question.
+    /// The simulator that the scan is compared with.
     pub simulator: Simulator,
-    /// What the array was told; samples name these by their number from 0.
+    /// The drives of the array; samples refer to them by their number from 0.
     pub foci: Vec<FocusSection>,
 }
 
-/// A set-up that no `scan.toml` can hold: a year beyond four digits, a number that is not finite.
+/// A set-up that a `scan.toml` cannot contain: a year beyond four digits, a number that is not finite.
 #[derive(Debug, thiserror::Error)]
 #[error("the set-up of the scan cannot be written as TOML: {0}")]
 pub struct UnwritableSetup(String);
@@ -73,7 +73,7 @@ impl ScanSetup {
         Self::parse(&TomlSource::read(path)?)
     }
 
-    /// Makes sense of a text as a `scan.toml`; a file of elements is looked for beside it.
+    /// Reads a text as a `scan.toml`; a file of elements is searched beside it.
     ///
     /// # Errors
     /// As [`ScanSetup::read`].
@@ -82,7 +82,7 @@ impl ScanSetup {
         if *file.format.get_ref() != FORMAT {
             return Err(source.fault(
                 file.format.span(),
-                format!("format {} is not known", file.format.get_ref()),
+                format!("format {} is unknown", file.format.get_ref()),
                 format!("this program reads format {FORMAT}; a later one may read this scan"),
             ));
         }
@@ -107,10 +107,10 @@ impl ScanSetup {
     /// The text of the `scan.toml`.
     ///
     /// # Errors
-    /// [`UnwritableSetup`] if the format has no way to say it.
+    /// [`UnwritableSetup`] if the format cannot express it.
     pub fn to_toml(&self) -> Result<String, UnwritableSetup> {
         let recorded = Datetime::from_str(&self.recorded.to_string())
-            .map_err(|_| UnwritableSetup(format!("{} is no date of TOML", self.recorded)))?;
+            .map_err(|_| UnwritableSetup(format!("{} is not a date of TOML", self.recorded)))?;
         let spanless = |value| Spanned::new(0..0, value);
         let file = ScanFile {
             format: Spanned::new(0..0, FORMAT),
@@ -125,8 +125,8 @@ impl ScanSetup {
         toml::to_string(&file).map_err(|error| UnwritableSetup(error.to_string()))
     }
 
-    /// The files that hold the set-up, by name: elements and transducer first, if they are kept in files, `scan.toml`
-    /// last, as it names the others.
+    /// The files of the set-up, by name: elements and transducer first, if they are in files, and `scan.toml`, which refers to them,
+    /// last.
     ///
     /// # Errors
     /// As [`ScanSetup::to_toml`].
@@ -146,7 +146,7 @@ impl ScanSetup {
         Ok(files)
     }
 
-    /// The set-up as a simulator takes it, driven by one of the foci; `None` if there is no such focus.
+    /// The simulation of the set-up driven by one of the foci; `None` if there is no such focus.
     pub fn simulation(&self, simulator: Simulator, focus: usize) -> Option<Simulation> {
         Some(Simulation {
             simulator,
@@ -162,7 +162,7 @@ fn instant(recorded: &Spanned<Datetime>, source: &TomlSource) -> Result<Timestam
     recorded.get_ref().to_string().parse().map_err(|_| {
         source.fault(
             recorded.span(),
-            format!("{} is not an instant", recorded.get_ref()),
+            format!("{} is not a point in time", recorded.get_ref()),
             "write date, time and zone, such as 2026-11-20T17:00:00Z",
         )
     })

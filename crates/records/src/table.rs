@@ -1,7 +1,7 @@
 //! Tables of numbers in text, read row by row, with faults at their line and column.
 //!
-//! Cells are unquoted (quotes around a cell are taken off), so one line is one row and a cell's place in
-//! its line is known exactly. Empty lines are passed over.
+//! Quotes have no meaning except around a cell, where they are removed: one line is one row, and the position of a cell in its line is
+//! known exactly. Empty lines are skipped.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -30,7 +30,7 @@ impl Table {
             Fault::of_file(
                 path,
                 format!("cannot be read: {error}"),
-                "check the path, and that the file is there and may be read",
+                "check that the file exists and that you have the permission to read it",
             )
         })?;
         Self::from_bytes(path, bytes)
@@ -68,8 +68,8 @@ impl Table {
         &self.text
     }
 
-    /// Makes sure that the last row has its line end: a number cut in its middle is still a number, so nothing else
-    /// says that the row is whole.
+    /// Checks that the last row ends with a line end. A number that was cut off is still a number, so that only the line end shows
+    /// that the row is complete.
     ///
     /// # Errors
     /// A [`Fault`] at the end of the last row.
@@ -80,12 +80,11 @@ impl Table {
         Err(last.fault(
             last.len(),
             "the last line has no line end, so it may have been cut off",
-            "if the row is whole, end it with a line end; if a scan was broken off here, `fieldgap resume` \
-             measures that point again",
+            "if the row is complete, add a line end; if a scan was interrupted here, `fieldgap resume` measures that point again",
         ))
     }
 
-    /// The rows, top down, cells parted by `delimiter`.
+    /// The rows from the top, with cells separated by `delimiter`.
     pub fn rows(&self, delimiter: u8) -> Rows<'_> {
         let reader = csv::ReaderBuilder::new()
             .has_headers(false)
@@ -103,7 +102,7 @@ const NOT_TEXT: &str = "write the table as plain text with numbers and commas";
 pub struct Rows<'t> {
     table: &'t Table,
     records: csv::StringRecordsIntoIter<&'t [u8]>,
-    /// Byte up to which line ends have been counted, and the line that starts there or later.
+    /// Byte up to which line ends have been counted, and the number of the line that starts there or later.
     counted_to: usize,
     line: usize,
 }
@@ -112,11 +111,11 @@ impl<'t> Iterator for Rows<'t> {
     type Item = Row<'t>;
 
     fn next(&mut self) -> Option<Row<'t>> {
-        // Reading UTF-8 text from memory, with any number of cells allowed, has no way to fail.
+        // Reading UTF-8 text from memory, with any number of cells, cannot fail.
         let record = self.records.next()?.ok()?;
         let text = &self.table.text;
         let at = record.position().map_or(self.counted_to, |position| position.byte() as usize);
-        // The position may stand before empty lines, and before the \n of the \r\n that ended the last row.
+        // The position may be before empty lines, and before the \n of the \r\n that ended the last row.
         let start =
             at + text[at..].bytes().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();
         self.line += text[self.counted_to..start].matches('\n').count();
@@ -150,16 +149,16 @@ impl Row<'_> {
         (0..self.len()).map(|index| self.cell(index))
     }
 
-    /// A cell as a finite number.
+    /// A cell as a finite number; `name` is that of the column.
     ///
     /// # Errors
-    /// A [`Fault`] at the cell; `name` is what the column holds.
+    /// A [`Fault`] at the cell.
     pub fn number(&self, index: usize, name: &str) -> Result<f64, Fault> {
         let value: f64 = self.parse(index, name, "a number")?;
         if value.is_finite() { Ok(value) } else { Err(self.wrong(index, name, "a finite number")) }
     }
 
-    /// A cell as any type that reads itself from text; `wanted` says what it should have been.
+    /// A cell as any type that parses from text; `wanted` describes what is expected.
     ///
     /// # Errors
     /// A [`Fault`] at the cell.
@@ -167,16 +166,16 @@ impl Row<'_> {
         self.cell(index).parse().map_err(|_| self.wrong(index, name, wanted))
     }
 
-    /// The fault of a cell that holds something other than `wanted`.
+    /// The fault of a cell that is not what is `wanted`.
     pub fn wrong(&self, index: usize, name: &str, wanted: &str) -> Fault {
         let seen = match self.cell(index) {
             "" => "is empty".to_owned(),
-            cell => format!("`{}`", clipped(cell)),
+            cell => format!("is `{}`", clipped(cell)),
         };
         self.fault(
             index,
-            format!("{name} {seen} where {wanted} should stand"),
-            "correct the value, or take the whole row out on purpose",
+            format!("{name} {seen}, but {wanted} is expected"),
+            "correct the value, or remove the row",
         )
     }
 
@@ -199,7 +198,7 @@ impl Row<'_> {
 
     /// Character, from 1, at which a cell's text starts; one past the end of the line if the row is shorter.
     fn character_of(&self, index: usize) -> usize {
-        // Quoting is off: the cells' bytes and one delimiter between neighbours make up the line.
+        // Quoting is off: the line is the bytes of the cells and one delimiter between neighbours.
         let byte = match self.record.range(index) {
             Some(range) => {
                 let cell = &self.record.as_slice()[range.clone()];
@@ -243,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_cell_is_placed_at_its_first_character() {
+    fn a_bad_cell_is_located_at_its_first_character() {
         let table = table("λ,1\nλ,  x7\n");
         let row = table.rows(b',').nth(1).expect("two rows");
         let fault = row.number(1, "reading").expect_err("x7 is no number");
@@ -262,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_no_text_are_placed() {
+    fn bytes_that_are_not_text_are_located() {
         let fault = Table::from_bytes(Path::new("t.csv"), b"1,2\n3,\xff4\n".to_vec())
             .expect_err("0xff is not UTF-8");
         assert_eq!(fault.line_column(), Some((2, 3)));

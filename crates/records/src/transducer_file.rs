@@ -1,4 +1,4 @@
-//! A transducer file: what one transducer does on its axis and about it, and the radius of its face.
+//! A transducer file: the decay on the axis and the directivity of a transducer, and the radius of its face.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -61,10 +61,10 @@ struct DirectivityTable {
     pressure: Key<Vec<f64>>,
 }
 
-/// Decibels of a neper.
+/// Decibels per neper.
 const DB_PER_NP: f64 = 20.0 / std::f64::consts::LN_10;
 
-/// A transducer file, and its text, which goes with every record of an array made of it.
+/// A transducer file, and its text, which is kept with every record of an array with this transducer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransducerFile {
     name: String,
@@ -82,10 +82,10 @@ impl TransducerFile {
         Self::parse(&TomlSource::read(path)?)
     }
 
-    /// Reads the file that a key of `source` names: one of the folder `transducers` beside it, or a path that ends in `.toml`.
+    /// Reads the file that a key of `source` names: a file in the folder `transducers` beside `source`, or a path that ends in `.toml`.
     ///
     /// # Errors
-    /// A [`Fault`] at the key if there is none; and as [`TransducerFile::read`].
+    /// A [`Fault`] at the key if there is no such file; and as [`TransducerFile::read`].
     pub fn named(name: &Spanned<String>, source: &TomlSource) -> Result<Self, Fault> {
         let folder = source.path().parent().unwrap_or(Path::new(""));
         let file = folder.join(transducer_path(name.get_ref()));
@@ -93,13 +93,13 @@ impl TransducerFile {
             return Err(source.fault(
                 name.span(),
                 format!("there is no transducer file {}", file.display()),
-                "name a file of the folder `transducers` beside this one, without .toml, or a path that ends in .toml",
+                "give the name of a file in the folder `transducers` beside this file, without .toml, or a path that ends in .toml",
             ));
         }
         Self::read(&file)
     }
 
-    /// Makes sense of a text as a transducer file.
+    /// Reads a text as a transducer file.
     ///
     /// # Errors
     /// As [`TransducerFile::read`].
@@ -110,8 +110,8 @@ impl TransducerFile {
             Some(table) if directivity == Directivity::Rayleigh => {
                 return Err(source.fault(
                     table.span(),
-                    "the integral over a face says itself how pressure falls on the axis",
-                    "take [on_axis] away, or another law of directivity",
+                    "the integral over a face determines the decay on the axis itself",
+                    "remove [on_axis], or choose another directivity",
                 ));
             }
             Some(table) => on_axis(table, source)?,
@@ -125,8 +125,8 @@ impl TransducerFile {
         })
     }
 
-    /// The file that describes a transducer: what it is called, where its numbers come from, its face's radius (metres)
-    /// where the elements' own is not to be taken.
+    /// The file that describes a transducer: its name, the source of its numbers, and the radius of its face (metres), if it is to
+    /// replace that of the elements.
     pub fn describing(
         name: &str,
         source: &str,
@@ -150,7 +150,7 @@ impl TransducerFile {
         }
     }
 
-    /// What the transducer is called.
+    /// Name of the transducer.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -160,7 +160,7 @@ impl TransducerFile {
         &self.transducer
     }
 
-    /// Radius of its face, metres, if the file says it.
+    /// Radius of its face, metres, if given.
     pub fn face_radius_m(&self) -> Option<f64> {
         self.face_radius_m
     }
@@ -252,7 +252,7 @@ fn directivity(
                 source.fault(
                     table.span(),
                     wrong.to_string(),
-                    "list the angles from the axis outwards, each with its pressure over that on the axis",
+                    "list the angles from the axis outwards, each with its pressure relative to that on the axis",
                 )
             })?;
             Directivity::Table(measured)
@@ -260,7 +260,7 @@ fn directivity(
     })
 }
 
-/// A number that a file can hold.
+/// A number to be written, if it is in the range of the key.
 fn number<T: TryFrom<f64>>(value: f64) -> Key<T> {
     T::try_from(value).ok().and_then(written)
 }
@@ -317,7 +317,7 @@ fn directivity_table(directivity: &Directivity) -> DirectivityTable {
     }
 }
 
-/// Where a section finds its transducer: by a path of its own, or by its name among those beside it.
+/// The path of a transducer file: the name itself if it is a path, or a file in the folder `transducers`.
 pub(super) fn transducer_path(name: &str) -> PathBuf {
     if name.ends_with(".toml") {
         return PathBuf::from(name);

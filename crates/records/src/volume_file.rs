@@ -1,5 +1,5 @@
-//! A field on many planes, kept plane by plane: `volume.npy`, which NumPy and others map into memory, and `volume.toml`, which says
-//! what it is the field of.
+//! A field on many planes, written plane by plane: `volume.npy`, which NumPy can map into memory, and `volume.toml`, which describes
+//! the set-up.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -10,26 +10,26 @@ use super::durable;
 /// Bytes of a value (`<f4`).
 const VALUE_BYTES: u64 = 4;
 
-/// Why a volume cannot be kept in a folder.
+/// Why a volume cannot be written to a folder.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum VolumeError {
     /// There is another volume.
-    #[error("{} describes another volume; choose another folder, or take that volume away", .0.display())]
+    #[error("{} describes another volume; choose another folder, or move that volume away", .0.display())]
     Another(PathBuf),
-    /// What is there is no volume of this shape.
-    #[error("{} is not the volume that {} describes; take both away to begin anew", .0.display(), .1.display())]
+    /// The file is not a volume of this shape.
+    #[error("{} is not the volume that {} describes; remove both to start again", .0.display(), .1.display())]
     Damaged(PathBuf, PathBuf),
     /// The file system refused.
     #[error("cannot write {}: {source}", path.display())]
     Write {
-        /// What was being written.
+        /// The file.
         path: PathBuf,
-        /// What was reported.
+        /// The reason.
         source: io::Error,
     },
 }
 
-/// A volume that grows by whole planes, each on disk before [`VolumeFile::append`] returns.
+/// A volume that grows by complete planes, each on disk before [`VolumeFile::append`] returns.
 #[derive(Debug)]
 pub struct VolumeFile {
     file: File,
@@ -39,11 +39,11 @@ pub struct VolumeFile {
 }
 
 impl VolumeFile {
-    /// Begins a volume of planes, rows and columns in a folder, which is made if need be, or goes on with the one that is there
-    /// if its description is the same; what was begun of a plane is cut off.
+    /// Starts a volume of planes, rows and columns in a folder, which is created if necessary. If the folder has a volume with the same
+    /// description, that one is continued, and an incomplete plane is cut off.
     ///
     /// # Errors
-    /// [`VolumeError`] if the folder holds another volume, or cannot be written.
+    /// [`VolumeError`] if the folder contains another volume or cannot be written.
     pub fn open(folder: &Path, description: &str, shape: [usize; 3]) -> Result<Self, VolumeError> {
         let path = folder.join("volume.npy");
         let described = folder.join("volume.toml");
@@ -74,12 +74,12 @@ impl VolumeFile {
         fs::create_dir_all(folder).map_err(refused(folder))?;
         let mut file = File::create(&path).map_err(refused(&path))?;
         file.write_all(&header).and_then(|()| file.sync_all()).map_err(refused(&path))?;
-        // Last: a folder that has it, has a volume that can be gone on with.
+        // Last: a folder that has it has a volume that can be continued.
         durable::replace(&described, description.as_bytes()).map_err(refused(&described))?;
         Ok(Self { file, path, shape, done: 0 })
     }
 
-    /// Planes that are on disk.
+    /// Number of planes on disk.
     pub fn done(&self) -> usize {
         self.done
     }
@@ -92,10 +92,10 @@ impl VolumeFile {
     /// Adds the next plane, row by row.
     ///
     /// # Errors
-    /// [`VolumeError::Write`]; the plane then counts as never written.
+    /// [`VolumeError::Write`]; the plane then counts as not written.
     ///
     /// # Panics
-    /// If the plane is not as large as the others, or one too many.
+    /// If the plane has another size than the others, or the volume is complete.
     pub fn append(&mut self, values: &[f32]) -> Result<(), VolumeError> {
         assert_eq!(values.len(), self.shape[1] * self.shape[2], "as many values as a plane has");
         assert!(self.done < self.shape[0], "no more planes than were announced");

@@ -1,4 +1,4 @@
-//! A plane as a plain grid of readings: a CSV file with a line for each row of points and nothing else.
+//! A plane as a grid of readings: a CSV file with one line for each row of points and nothing else.
 
 use std::path::Path;
 
@@ -8,24 +8,24 @@ use crate::table::{Row, Table};
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::{Fault, Positive};
 
-/// A grid of readings, as it stands in its file.
+/// A grid of readings as in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GridCsv {
     columns: usize,
-    /// Row by row; none where nothing was measured.
+    /// Row by row; `None` where nothing was measured.
     readings: Vec<Option<f64>>,
 }
 
-/// Which side of the plane the first line of the file is.
+/// The side of the plane that the first line of the file belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FirstRow {
-    /// That of the largest y, as a picture has it.
+    /// The largest y, as in a picture.
     Top,
-    /// That of the smallest y.
+    /// The smallest y.
     Bottom,
 }
 
-/// Where a grid lies in the plane.
+/// The position of a grid in the plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Anchor {
     /// Its centre, millimetres.
@@ -34,26 +34,25 @@ pub enum Anchor {
     LeastCorner([f64; 2]),
 }
 
-/// What the file does not say: where its grid was. The first column is that of the smallest x.
+/// The position of the grid, which the file does not contain. The first column is that of the smallest x.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GridPlacement {
     /// Height, millimetres, array frame.
     pub z_mm: f64,
     /// Steps along x and y, millimetres.
     pub step_mm: [Positive; 2],
-    /// Where it lies.
+    /// Position in the plane.
     pub anchor: Anchor,
-    /// Which way up it is.
+    /// The side of the first line.
     pub first_row: FirstRow,
 }
 
 impl GridCsv {
-    /// Reads a grid: numbers, zero or above, parted by commas, semicolons or tabs. An empty cell or `NaN` is a point
-    /// that was not measured.
+    /// Reads a grid: numbers, zero or above, separated by commas, semicolons or tabs. An empty cell or `NaN` is a point that was not
+    /// measured.
     ///
     /// # Errors
-    /// A [`Fault`] at the first cell that cannot be right, at a row that is longer or shorter than the first, or of
-    /// the file, if nothing was measured.
+    /// A [`Fault`] at the first invalid cell, at a row with more or fewer cells than the first, or of the file, if it has no reading.
     pub fn read(path: &Path) -> Result<Self, Fault> {
         Self::of(&Table::read(path)?)
     }
@@ -63,8 +62,8 @@ impl GridCsv {
         let nothing = || {
             Fault::of_file(
                 table.path(),
-                "holds no reading",
-                "write a line of numbers for each row of points, parted by commas",
+                "has no reading",
+                "write a line of numbers for each row of points, separated by commas",
             )
         };
         let (first, last) = rows.first().zip(rows.last()).ok_or_else(nothing)?;
@@ -73,11 +72,11 @@ impl GridCsv {
             return Err(row.fault(
                 row.len().min(wanted),
                 format!("the row has {} cells where the first has {wanted}", row.len()),
-                "make all rows alike; a point that was not measured is an empty cell or NaN",
+                "give all rows the same number of cells; a point that was not measured is an empty cell or NaN",
             ));
         }
         table.refuse_cut_end(last)?;
-        // A delimiter at the end of every line is how some programs write; it makes no column.
+        // Some programs write a delimiter at the end of every line; it is not a column.
         let ended = wanted > 1 && rows.iter().all(|row| row.cell(wanted - 1).is_empty());
         let columns = if ended { wanted - 1 } else { wanted };
         let mut readings = Vec::with_capacity(columns * rows.len());
@@ -102,8 +101,7 @@ impl GridCsv {
         self.readings.len() / self.columns
     }
 
-    /// The readings as samples under a focus, in the order of the file, with made-up times that follow
-    /// `first_time_s`.
+    /// The readings as samples with a focus, in the order of the file, with assumed times from `first_time_s`.
     pub fn samples(
         &self,
         placement: &GridPlacement,
@@ -151,7 +149,7 @@ fn reading_of(row: &Row<'_>, column: usize) -> Result<Option<f64>, Fault> {
     }
 }
 
-/// What parts the cells: whichever of comma, semicolon and tab stands first in the text.
+/// The delimiter: the first comma, semicolon or tab in the text.
 fn delimiter(text: &str) -> u8 {
     text.bytes().find(|byte| b",;\t".contains(byte)).unwrap_or(b',')
 }
@@ -177,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn a_grid_is_centred_with_its_first_line_where_it_is_said_to_be() {
+    fn a_grid_is_centred_with_its_first_line_at_the_given_side() {
         let grid = parse("1,2,3\n4,,6\n").expect("good");
         assert_eq!((grid.columns(), grid.rows()), (3, 2));
         let low = |x, reading| ([x, -1.5, 160.0], reading);
@@ -196,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn other_ways_to_write_a_grid_are_read_alike() {
+    fn other_formats_of_a_grid_give_the_same_grid() {
         let grid = parse("1,NaN\n3,4\n").expect("good");
         for text in ["1;nan\r\n3;4\r\n", "1\t\n3\t4\n", "1,,\n3,4,\n", "\n1,NaN\n\n3,4\n"] {
             assert_eq!(parse(text).expect(text), grid, "{text:?}");

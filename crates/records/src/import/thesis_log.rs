@@ -1,8 +1,7 @@
 //! The log of the thesis's robot: one transducer, scanned over a box.
 //!
-//! A header line; then the start, the size and the resolution of the axes, a row each; then a row for each point:
-//! x, y, z, magnitude, and a fifth column that is not used. Lengths are centimetres. The thesis's own script
-//! (Appendix A) reads it so.
+//! A header line; then the start, the size and the resolution of the axes, one row each; then one row for each point: x, y, z,
+//! magnitude, and a fifth column that is not used. Lengths are in centimetres, as in the thesis's own script (Appendix A).
 
 use std::num::NonZeroU32;
 use std::path::Path;
@@ -21,44 +20,44 @@ const CENTIMETRE_M: f64 = 0.01;
 /// A log of the thesis's robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ThesisLog {
-    /// Where the axes start, millimetres.
+    /// Start of the axes, millimetres.
     pub start_mm: Vec3,
-    /// How far they go, millimetres.
+    /// Lengths of the axes, millimetres.
     pub size_mm: Vec3,
-    /// Their steps, millimetres, above zero.
+    /// Steps of the axes, millimetres, above zero.
     pub resolution_mm: Vec3,
     /// Positions as logged, millimetres, and magnitudes, zero or above, in the order of the log; at least one.
     pub readings: Vec<(Vec3, f64)>,
 }
 
-/// Where the transducer's axis stands among the logged positions.
+/// The position of the transducer's axis in the logged coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TransducerAxis {
-    /// Under the largest reading, the first if several are equal, as the thesis's script has it.
+    /// At the largest reading, the first if several are equal, as in the thesis's script.
     UnderLargest,
     /// At a logged x and y, millimetres.
     At([f64; 2]),
 }
 
-/// What a log does not say.
+/// The set-up, which a log does not contain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ThesisLogSetup {
-    /// What the scan is to be called.
+    /// Name of the scan.
     pub name: String,
-    /// When it was recorded.
+    /// Time of the recording.
     pub recorded: Timestamp,
     /// Unit of the magnitudes.
     pub unit: String,
     /// The medium.
     pub medium: MediumSection,
-    /// The simulator whose gap is in question.
+    /// The simulator that the scan is compared with.
     pub simulator: Simulator,
-    /// Where the transducer stood.
+    /// Position of the transducer.
     pub axis: TransducerAxis,
 }
 
 impl ThesisLogSetup {
-    /// As in the thesis: volts, 343 m/s, the transducer under the largest reading; compared with `corrected`.
+    /// As in the thesis: volts, 343 m/s, the transducer at the largest reading; compared with `corrected`.
     pub fn of_thesis(name: &str, recorded: Timestamp) -> Self {
         Self {
             name: name.to_owned(),
@@ -75,7 +74,7 @@ impl ThesisLog {
     /// Reads a log.
     ///
     /// # Errors
-    /// A [`Fault`] at the first row that cannot be right.
+    /// A [`Fault`] at the first invalid row.
     pub fn read(path: &Path) -> Result<Self, Fault> {
         Self::of(&Table::read(path)?)
     }
@@ -96,8 +95,8 @@ impl ThesisLog {
         Ok(Self { start_mm, size_mm, resolution_mm, readings })
     }
 
-    /// The log as a recorded scan of one transducer at the origin: positions from its axis, heights as logged,
-    /// magnitudes as they are (the thesis's script takes the smallest off as noise), made-up times.
+    /// The log as a recorded scan of one transducer at the origin: positions relative to its axis, heights and magnitudes as logged
+    /// (the thesis's script subtracts the smallest magnitude as noise), assumed times.
     pub fn into_scan(self, setup: ThesisLogSetup) -> RecordedScan {
         let [x_mm, y_mm] = match setup.axis {
             TransducerAxis::At(at_mm) => at_mm,

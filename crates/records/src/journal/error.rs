@@ -1,4 +1,4 @@
-//! Why a scan could not be kept.
+//! Why a scan could not be recorded.
 
 use std::fmt;
 use std::io;
@@ -8,72 +8,72 @@ use super::ScanState;
 use crate::{UnwritableSample, UnwritableSetup};
 use fieldgap_input::Fault;
 
-/// Why a scan could not be begun, kept or taken up again.
+/// Why a scan could not be started, recorded or resumed.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum JournalError {
-    /// The folder is taken.
-    #[error("{} holds a scan already, which {state}; {}", folder.display(), go_on(state, folder))]
+    /// The folder contains a scan.
+    #[error("{} already contains a scan, which {state}; {}", folder.display(), next_step(state, folder))]
     Occupied {
         /// The folder.
         folder: PathBuf,
-        /// How that scan stands.
+        /// The state of that scan.
         state: ScanState,
     },
     /// Another process scans into the folder.
     #[error("another fieldgap is scanning into {}; wait for it, or stop it with Ctrl-C", .0.display())]
     Busy(PathBuf),
-    /// There is nothing to take up.
+    /// There is no scan to resume.
     #[error(
-        "{} holds no scan that could be resumed: no scan.toml is in it; check the path, or begin anew with `fieldgap scan`",
+        "{} has no scan to resume: there is no scan.toml; check the path, or start a scan with `fieldgap scan`",
         .0.display()
     )]
     NoScan(PathBuf),
-    /// There is nothing left to do.
-    #[error("the scan in {folder} is complete; look at it with `fieldgap replay {folder}`", folder = .0.display())]
+    /// The scan is complete.
+    #[error("the scan in {folder} is complete; show it with `fieldgap replay {folder}`", folder = .0.display())]
     AlreadyComplete(PathBuf),
-    /// What is in the folder cannot be read.
+    /// A file of the folder cannot be read.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Fault(#[from] Box<Fault>),
-    /// The set-up fits in no `scan.toml`.
+    /// The set-up cannot be written as a `scan.toml`.
     #[error(transparent)]
     Setup(#[from] UnwritableSetup),
     /// The sample would make the record unreadable.
     #[error(
-        "the reading of visit {visit} cannot be kept: {reason}; the {visit} before it are safe"
+        "the reading of visit {visit} cannot be recorded: {reason}; the {visit} readings before it are safe"
     )]
     Sample {
         /// Number of the visit, from 0.
         visit: usize,
-        /// What is wrong with it.
+        /// The reason.
         reason: BadSample,
     },
-    /// A sample did not reach the disk.
+    /// A sample was not written.
     #[error(
-        "the reading of visit {kept} did not reach {}: {source}; the {kept} before it are safe. {}, then \
+        "the reading of visit {kept} could not be written to {}: {source}; the {kept} readings before it are safe. {}, then \
          `fieldgap resume {}`",
-        folder.join("samples.csv").display(), mend(source), folder.display()
+        folder.join("samples.csv").display(), remedy(source), folder.display()
     )]
     Append {
         /// The folder.
         folder: PathBuf,
-        /// How many samples are on disk.
+        /// Number of samples on disk.
         kept: usize,
-        /// What was reported.
+        /// The reason.
         source: io::Error,
     },
-    /// Something else did not reach the disk.
-    #[error("cannot write {}: {source}. {}", path.display(), mend(source))]
+    /// Another file was not written.
+    #[error("cannot write {}: {source}. {}", path.display(), remedy(source))]
     Write {
-        /// What was being written.
+        /// The file.
         path: PathBuf,
-        /// What was reported.
+        /// The reason.
         source: io::Error,
     },
 }
 
 impl JournalError {
-    /// Whether there was no room: it can be tried again when there is.
+    /// Whether the disk was full: writing can be tried again when there is space.
     pub fn is_no_room(&self) -> bool {
         use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
         let (Self::Append { source, .. } | Self::Write { source, .. }) = self else { return false };
@@ -81,28 +81,28 @@ impl JournalError {
     }
 }
 
-/// Why a sample does not go into this record.
+/// Why a sample cannot be in this record.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum BadSample {
-    /// No `samples.csv` could hold it.
+    /// It cannot be written to a `samples.csv`.
     #[error(transparent)]
     Unwritable(#[from] UnwritableSample),
     /// The scan has no such focus.
-    #[error("focus {focus} was driven, and the scan has {foci}, numbered from 0")]
+    #[error("focus {focus} was driven, but the scan has {foci} foci, numbered from 0")]
     NoSuchFocus {
         /// The number.
         focus: usize,
-        /// How many there are.
+        /// The number of foci.
         foci: usize,
     },
 }
 
-fn go_on(state: &ScanState, folder: &std::path::Path) -> impl fmt::Display {
+fn next_step(state: &ScanState, folder: &std::path::Path) -> impl fmt::Display {
     let folder = folder.display();
     match state {
-        ScanState::Complete => format!(
-            "look at it with `fieldgap replay {folder}`, or choose another folder with --out"
-        ),
+        ScanState::Complete => {
+            format!("show it with `fieldgap replay {folder}`, or choose another folder with --out")
+        }
         ScanState::Scanning | ScanState::Partial { .. } => {
             format!(
                 "finish it with `fieldgap resume {folder}`, or choose another folder with --out"
@@ -111,7 +111,7 @@ fn go_on(state: &ScanState, folder: &std::path::Path) -> impl fmt::Display {
     }
 }
 
-fn mend(error: &io::Error) -> &'static str {
+fn remedy(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
             "Free some space on that disk"

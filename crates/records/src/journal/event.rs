@@ -1,4 +1,4 @@
-//! `events.jsonl`: what happened during a scan beside the readings.
+//! `events.jsonl`: the events of a scan other than readings.
 
 use std::io;
 use std::path::Path;
@@ -6,57 +6,56 @@ use std::path::Path;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
-/// Something that happened during a scan: one line of JSON in `events.jsonl`.
+/// An event of a scan: one line of JSON in `events.jsonl`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Event {
-    /// When.
+    /// Time.
     pub at: Timestamp,
-    /// What.
+    /// Kind.
     pub kind: EventKind,
-    /// How many visits had been made.
+    /// Number of visits before it.
     pub visits_done: usize,
-    /// The particulars, for a person.
+    /// Details for a person.
     pub text: String,
 }
 
-/// What happened.
+/// The kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EventKind {
-    /// The scan was begun.
+    /// The scan was started.
     Started,
-    /// A device said who it is.
+    /// A device identified itself.
     Identified,
     /// The robot was homed.
     Homed,
-    /// Reference points were revisited, and what they read.
+    /// Reference points were measured again; the text has their readings.
     ReferenceChecked,
-    /// How far the readings of flown rows lag behind the robot, and how evenly the rows were flown.
+    /// Rows were measured in motion; the text has the lag of the readings and how uniform the speed was.
     Flown,
-    /// The scan was asked to wait.
+    /// The scan was paused.
     Paused,
-    /// It went on.
+    /// The scan was continued after a pause.
     Continued,
-    /// A person was wanted.
+    /// The scan needed a decision by a person.
     Question,
-    /// A device failed, lost or spoilt a reading, or was lost.
+    /// A device failed, lost or spoilt a reading, or was disconnected.
     DeviceFault,
-    /// There was no room for a reading; the scan waited until there was.
+    /// The disk was full; the scan waited for space.
     Waited,
-    /// The scan was taken up again.
+    /// The scan was resumed.
     Resumed,
-    /// A line that was cut off by the end of an earlier run was taken out of `samples.csv`; the text is what stood
-    /// of it.
+    /// A line that an earlier run left incomplete was removed from `journal.csv`; the text is what there was of it.
     LineCut,
     /// The scan ended, complete or not.
     Ended,
 }
 
-/// What happened during the scan in a folder, in its order. A torn last line, which a killed scan leaves, is left out; a
-/// folder without `events.jsonl`, as records from elsewhere are, has none.
+/// The events of the scan in a folder, in their order. An incomplete last line, which a killed scan leaves, is left out. A folder
+/// without `events.jsonl`, such as an imported record, has none.
 ///
 /// # Errors
-/// What the file system refused; or the first line that is no event.
+/// An error of the file system, or the first line that is not an event.
 pub fn read_events(folder: &Path) -> io::Result<Vec<Event>> {
     let text = match std::fs::read_to_string(folder.join(super::EVENTS)) {
         Ok(text) => text,

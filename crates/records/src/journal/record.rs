@@ -1,7 +1,7 @@
-//! `journal.csv`: every point as it was made, a line each with its checksum.
+//! `journal.csv`: every point of a scan, one line each, with a checksum.
 //!
-//! `row,to_x_mm,to_y_mm,to_z_mm,` where the robot was sent (array frame), then the point as it stands in `samples.csv`, with
-//! where it reported to be, then `crc32` (IEEE 802.3, eight hexadecimal digits) of all before the last comma.
+//! `row,to_x_mm,to_y_mm,to_z_mm,` the commanded position (array frame), then the point as in `samples.csv`, with the reported position,
+//! then `crc32` (IEEE 802.3, eight hexadecimal digits) of everything before the last comma.
 
 use std::path::Path;
 
@@ -16,17 +16,17 @@ pub(super) const FILE: &str = "journal.csv";
 /// Longest part of a damaged line that a fault shows, characters.
 const SHOWN: usize = 120;
 
-/// A point and where the robot was sent for it.
+/// A point with its commanded position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
-    /// Where the robot was sent, millimetres, array frame; none in records that were begun without a journal.
+    /// Commanded position, millimetres, array frame; `None` in records that were started without a journal.
     pub commanded_mm: Option<Vec3>,
-    /// What was measured, and where the robot reported to be.
+    /// The sample, with the reported position.
     pub sample: RecordedSample,
 }
 
 impl Record {
-    /// A sample for which the robot was sent to a place in metres (array frame), kept to the nanometre.
+    /// A sample and its commanded position in metres (array frame), rounded to the nanometre.
     pub fn new(sample: RecordedSample, commanded_m: Vec3) -> Self {
         Self { commanded_mm: Some(commanded_m.map(millimetres)), sample }
     }
@@ -52,19 +52,19 @@ pub(super) fn lines(
     Ok((format!("{body},{crc:08x}\n"), sample))
 }
 
-/// What stands in a journal.
+/// The contents of a journal.
 #[derive(Debug)]
 pub(super) struct Contents {
     pub columns: Columns,
     pub records: Vec<Record>,
-    /// Bytes of the header and the whole records.
+    /// Bytes of the header and the complete records.
     pub whole: usize,
 }
 
-/// Reads a journal: its whole records, up to a tail that is torn.
+/// Reads the complete records of a journal, up to an incomplete end.
 ///
 /// # Errors
-/// A [`Fault`] at a damaged line that has whole ones after it: that is no torn tail but a damaged file.
+/// A [`Fault`] at a damaged line with complete records after it: that file was damaged otherwise than by a crash.
 pub(super) fn read(path: &Path, bytes: &[u8], foci: usize) -> Result<Contents, Fault> {
     let columns = [Columns::Plain, Columns::WithSpread]
         .into_iter()
@@ -72,8 +72,8 @@ pub(super) fn read(path: &Path, bytes: &[u8], foci: usize) -> Result<Contents, F
         .ok_or_else(|| {
             Fault::of_file(
                 path,
-                "does not begin as a journal does",
-                "bring it back from a copy; without it, move it away: the scan goes on from samples.csv",
+                "does not start with the header of a journal",
+                "restore it from a copy; or move it away: the scan then continues from samples.csv",
             )
         })?;
     let mut whole = header(columns).len();
@@ -81,7 +81,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], foci: usize) -> Result<Contents, F
     let mut rest = bytes[whole..].split_inclusive(|&byte| byte == b'\n');
     for line in rest.by_ref() {
         let Some((to_mm, sample)) = checked(line, commanded.len()) else {
-            // A record behind this one would be lost with the tail.
+            // A record after this line would be lost with it.
             if let Some(later) = rest.position(is_record) {
                 return Err(damaged(path, line, commanded.len(), later));
             }
@@ -98,7 +98,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], foci: usize) -> Result<Contents, F
     Ok(Contents { columns, records, whole })
 }
 
-/// Where the robot was sent, and the sample's line, of a whole line that is record `row`.
+/// The commanded position and the sample's line, from a complete line that is record `row`.
 fn checked(line: &[u8], row: usize) -> Option<(Option<Vec3>, &str)> {
     let body = body(line)?;
     let (number, rest) = body.split_once(',')?;
@@ -119,7 +119,7 @@ fn is_record(line: &[u8]) -> bool {
     body(line).is_some()
 }
 
-/// What a whole line's checksum is of.
+/// The part of a complete line that its checksum is for; `None` if the checksum is wrong.
 fn body(line: &[u8]) -> Option<&str> {
     let line = std::str::from_utf8(line).ok()?.strip_suffix('\n')?;
     let (body, crc) = line.rsplit_once(',')?;
@@ -133,8 +133,7 @@ fn damaged(path: &Path, line: &[u8], row: usize, later: usize) -> Fault {
         row + 2,
         1,
         &shown,
-        format!("record {row} is damaged, and whole ones follow ({later} lines further on)"),
-        "bring the file back from a copy; or move it away, and the scan goes on from samples.csv, without where the \
-         robot was sent",
+        format!("record {row} is damaged, but intact records follow ({later} lines later)"),
+        "restore the file from a copy; or move it away: the scan then continues from samples.csv, without the commanded positions",
     )
 }

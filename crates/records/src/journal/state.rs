@@ -1,4 +1,4 @@
-//! `state.toml`: how a scan stands.
+//! `state.toml`: the state of a scan.
 
 use std::fmt;
 use std::io;
@@ -9,14 +9,14 @@ use serde::{Deserialize, Serialize};
 use crate::durable;
 use fieldgap_input::{Fault, toml_file};
 
-/// How a scan stands.
+/// The state of a scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ScanState {
-    /// It is running; or, if no process holds its folder, it was killed.
+    /// It is running; or, if no process has locked its folder, it was killed.
     Scanning,
     /// It ended before its last point.
     Partial {
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// Every point was measured.
@@ -51,11 +51,10 @@ enum StateName {
 pub(super) const FILE: &str = "state.toml";
 
 impl ScanState {
-    /// How the scan in a folder stands; `None` if nothing is kept there about it, as with a scan recorded by other
-    /// means.
+    /// The state of the scan in a folder; `None` if there is no `state.toml`, as with a scan recorded by other programs.
     ///
     /// # Errors
-    /// A [`Fault`] if `state.toml` is there and cannot be read.
+    /// A [`Fault`] if `state.toml` exists but cannot be read.
     pub fn of(folder: &Path) -> Result<Option<Self>, Fault> {
         let path = folder.join(FILE);
         if !path.exists() {
@@ -69,7 +68,7 @@ impl ScanState {
         }))
     }
 
-    /// Replaces `state.toml` whole.
+    /// Replaces `state.toml`.
     pub(super) fn write(&self, folder: &Path) -> io::Result<()> {
         let (state, reason) = match self {
             Self::Scanning => (StateName::Scanning, None),

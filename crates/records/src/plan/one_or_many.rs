@@ -6,9 +6,9 @@ use std::marker::PhantomData;
 use serde::de::value::F64Deserializer;
 use serde::de::{Deserialize, Deserializer, IntoDeserializer, SeqAccess, Visitor};
 
-/// One number, or a list of numbers, each of a quantity that refuses what is out of range.
+/// One number, or a list of numbers, each of a quantity with a checked range.
 ///
-/// An untagged enum would say the same, but its faults know neither the number at fault nor the reason.
+/// The errors of an untagged enum would contain neither the number at fault nor the reason.
 #[derive(Debug)]
 pub(super) struct OneOrMany<T>(pub Vec<T>);
 

@@ -1,4 +1,4 @@
-//! `[reference]` of a plan: a point to come back to, which shows what drifts.
+//! `[reference]` of a plan: a point that is measured repeatedly to detect drift.
 
 use std::num::NonZeroU32;
 use std::ops::Range;
@@ -11,13 +11,13 @@ use crate::FocusSection;
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::{Fault, Finite, NonNegative, Positive};
 
-/// How often the point is revisited where the plan does not say, minutes.
+/// Default time between measurements of the point, minutes.
 const EVERY_MIN: f64 = 15.0;
 
-/// By how much the level there may drift where the plan does not say, percent.
+/// Default drift of the level that is allowed, percent.
 const DRIFT_PERCENT: f64 = 3.0;
 
-/// `[reference]` as it is written.
+/// The keys of `[reference]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ReferenceTable {
@@ -28,30 +28,30 @@ pub(super) struct ReferenceTable {
     focus: Option<Spanned<usize>>,
 }
 
-/// A point that is measured again and again, to show what drifts.
+/// A point that is measured repeatedly to detect drift.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
-    /// Where it is, millimetres, array frame: as the plan says, else where its focus is. `None` where neither tells.
+    /// Its position, millimetres, array frame: that of the plan, or else that of its focus. `None` if neither is given.
     pub at_mm: Option<Vec3>,
-    /// After how many points it is visited again as a part of the plan. It is then also the first point and the last.
+    /// Number of points between its visits as a part of the plan. It is then also the first point and the last.
     pub every_points: Option<NonZeroU32>,
-    /// After how many minutes it is visited again beside the plan; 0: never.
+    /// Minutes between its visits in addition to the plan; 0: never.
     pub every_min: NonNegative,
-    /// By how much the level there may drift before a person is told, percent.
+    /// Drift of its level at which a person is notified, percent.
     pub drift_percent: Positive,
-    /// Number of the focus under which it is measured, always the same.
+    /// Number of the focus with which it is measured.
     pub focus: usize,
-    /// Where the plan says `at_mm`, bytes; `None` where it leaves it to the focus.
+    /// Position of `at_mm` in the plan, bytes; `None` if it is not given there.
     pub(super) place: Option<Range<usize>>,
 }
 
 impl Reference {
-    /// Whether the plan says where it is.
+    /// Whether the plan gives its position.
     pub fn is_given(&self) -> bool {
         self.place.is_some()
     }
 
-    /// The reference of a plan, which need not say anything of it.
+    /// The reference of a plan, in which the section may be missing.
     pub(super) fn read(
         table: Option<&ReferenceTable>,
         foci: &[FocusSection],
@@ -71,7 +71,7 @@ impl Reference {
         if let (Some(every), None) = (every_points, at_mm) {
             return Err(reader.source.fault(
                 every.span(),
-                "the plan does not say where its reference point is, and its focus is at no place",
+                "the plan does not give the position of its reference point, and its focus has no position either",
                 "add at_mm = [x, y, z]",
             ));
         }

@@ -1,4 +1,4 @@
-//! What a plan wants measured: planes, volumes, lines and lists of points.
+//! The regions of a plan: planes, volumes, lines and lists of points.
 
 use std::ops::Range;
 
@@ -9,18 +9,18 @@ use super::one_or_many::OneOrMany;
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::{Fault, Finite, Positive, TomlSource};
 
-/// Share of a step by which a length may miss a whole number of steps through rounding.
+/// Deviation of a length from a whole number of steps that is taken as rounding, in steps.
 const ROUNDING: f64 = 1e-9;
 
-/// Most points along one axis of a region; more are a slip in the step.
+/// Most points along one axis of a region; more are taken as a mistake in the step.
 const MAX_POINTS_ALONG: f64 = 1e6;
 
-/// A `[[plane]]` as it is written.
+/// The keys of a `[[plane]]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PlaneTable {
     z_mm: Spanned<OneOrMany<Finite>>,
-    /// Without it, over the array's centre.
+    /// By default above the array's centre.
     #[serde(default)]
     centre_mm: [Finite; 2],
     size_mm: Spanned<[Positive; 2]>,
@@ -28,7 +28,7 @@ pub(super) struct PlaneTable {
     foci: Option<Spanned<Vec<usize>>>,
 }
 
-/// A `[[volume]]` as it is written.
+/// The keys of a `[[volume]]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct VolumeTable {
@@ -38,7 +38,7 @@ pub(super) struct VolumeTable {
     foci: Option<Spanned<Vec<usize>>>,
 }
 
-/// A `[[line]]` as it is written.
+/// The keys of a `[[line]]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct LineTable {
@@ -48,7 +48,7 @@ pub(super) struct LineTable {
     foci: Option<Spanned<Vec<usize>>>,
 }
 
-/// A `[[points]]` as it is written.
+/// The keys of a `[[points]]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PointsTable {
@@ -56,21 +56,21 @@ pub(super) struct PointsTable {
     foci: Option<Spanned<Vec<usize>>>,
 }
 
-/// Points to be measured, and under which foci.
+/// Points to be measured, and the foci with which they are measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
     /// The points.
     pub shape: Shape,
-    /// Numbers of the foci under which they are measured, each once, rising.
+    /// Numbers of the foci, each once, ascending.
     pub foci: Vec<usize>,
-    /// Where the region stands in the plan, bytes.
+    /// Position of the region in the plan, bytes.
     pub(super) place: Range<usize>,
 }
 
 /// Points in space; millimetres, array frame.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
-    /// Planes of one grid, one above the other.
+    /// Planes with the same grid at several heights.
     Planes(Layers),
     /// A grid in space.
     Volume(Layers),
@@ -94,7 +94,7 @@ pub struct Layers {
     pub x: Axis,
     /// Rows.
     pub y: Axis,
-    /// Heights, millimetres, rising; at least one.
+    /// Heights, millimetres, ascending; at least one.
     pub z_mm: Vec<f64>,
 }
 
@@ -117,7 +117,7 @@ impl Axis {
 }
 
 impl Shape {
-    /// How many points there are; at least one.
+    /// Number of points; at least one.
     pub fn points(&self) -> usize {
         match self {
             Self::Planes(layers) | Self::Volume(layers) => {
@@ -129,7 +129,7 @@ impl Shape {
     }
 }
 
-/// Reads regions: knows the plan's text, and how many foci there are.
+/// Reads regions of a plan with a number of foci.
 pub(super) struct Reader<'p> {
     pub source: &'p TomlSource,
     pub foci: usize,
@@ -166,7 +166,7 @@ impl Reader<'_> {
         self.region(Shape::Planes(Layers { x, y, z_mm }), &keys.foci, table.span())
     }
 
-    /// A `[[volume]]`: from its least corner by whole steps, up to its greatest.
+    /// A `[[volume]]`: whole steps from `min_mm`, up to `max_mm`.
     pub fn volume(&self, table: &Spanned<VolumeTable>) -> Result<Region, Fault> {
         let keys = table.get_ref();
         let steps_mm = match keys.step_mm.get_ref().0[..] {
@@ -186,7 +186,7 @@ impl Reader<'_> {
             if size_mm < 0.0 {
                 return Err(self.source.fault(
                     keys.max_mm.span(),
-                    format!("`max_mm` lies below `min_mm` along {}", ["x", "y", "z"][axis]),
+                    format!("`max_mm` is below `min_mm` along {}", ["x", "y", "z"][axis]),
                     "exchange the two numbers",
                 ));
             }
@@ -200,7 +200,7 @@ impl Reader<'_> {
         self.region(Shape::Volume(layers), &keys.foci, table.span())
     }
 
-    /// A `[[line]]`: from its start by whole steps, up to its end.
+    /// A `[[line]]`: whole steps from its start, up to its end.
     pub fn line(&self, table: &Spanned<LineTable>) -> Result<Region, Fault> {
         let keys = table.get_ref();
         let from_mm = Vec3::from(keys.from_mm.map(Finite::get));
@@ -233,7 +233,7 @@ impl Reader<'_> {
         self.region(Shape::Points(points), &keys.foci, table.span())
     }
 
-    /// A number of a focus that is there.
+    /// The number of an existing focus.
     pub fn focus(&self, number: usize, place: Range<usize>) -> Result<usize, Fault> {
         if number < self.foci {
             return Ok(number);

@@ -7,33 +7,33 @@ use fieldgap_acoustics::Vec3;
 /// What a visit is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VisitKind {
-    /// A reading in silence.
+    /// A reading with the array silent.
     Dark,
     /// A point of the plan.
     Point,
-    /// The point that is measured again and again.
+    /// The reference point.
     Reference,
 }
 
-/// One point at which the robot stands still and one sample is taken: row k of the samples is visit k of the plan.
+/// One point at which one sample is taken: row k of the samples belongs to visit k of the plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Visit {
-    /// What it is for.
+    /// Its purpose.
     pub kind: VisitKind,
-    /// Number of the focus that is driven; none in silence.
+    /// Number of the focus that is driven; `None` with the array silent.
     pub focus: Option<usize>,
-    /// Where, metres, array frame.
+    /// Position, metres, array frame.
     pub position_m: Vec3,
-    /// The part of the plan that puts it there.
+    /// The part of the plan that it comes from.
     pub part: PlanPart,
 }
 
 impl Plan {
-    /// The visits, in their order; the same for the same plan, always. At least one.
+    /// The visits, in their order; at least one. The same plan always gives the same visits.
     ///
-    /// For each focus: planes by height, then volumes, lines and lists of points. The reference point comes first,
-    /// after every so many points, and last. Readings in silence are taken where the robot stands anyhow: before
-    /// the first of these, and after the last.
+    /// For each focus: planes by height, then volumes, lines and lists of points. The reference point is first, after each
+    /// `every_points` points, and last. Readings with the array silent are taken at the first of these points before it, and at the last
+    /// after it.
     pub fn visits(&self) -> Vec<Visit> {
         let driven = self.with_references(self.points());
         let silent = |at: Option<&Visit>, count: u32| {
@@ -46,7 +46,7 @@ impl Plan {
     }
 
     fn points(&self) -> Vec<Visit> {
-        let mut way = Way { order: self.order, rows: 0, planes: 0, points: Vec::new() };
+        let mut route = Route { order: self.order, rows: 0, planes: 0, points: Vec::new() };
         for focus in 0..self.foci.len() {
             let regions = || {
                 let all = self.regions.iter().enumerate();
@@ -61,26 +61,26 @@ impl Plan {
                 .collect();
             planes.sort_by(|(a_mm, ..), (b_mm, ..)| a_mm.total_cmp(b_mm));
             for (z_mm, index, layers) in planes {
-                way.plane(focus, PlanPart::Region(index), layers, z_mm);
+                route.plane(focus, PlanPart::Region(index), layers, z_mm);
             }
             for (index, region) in regions() {
                 let part = PlanPart::Region(index);
                 match &region.shape {
                     Shape::Planes(_) => {}
                     Shape::Volume(layers) => {
-                        layers.z_mm.iter().for_each(|&z_mm| way.plane(focus, part, layers, z_mm));
+                        layers.z_mm.iter().for_each(|&z_mm| route.plane(focus, part, layers, z_mm));
                     }
                     Shape::Line { from_mm, step_mm, count } => {
                         (0..*count)
-                            .for_each(|n| way.point(focus, part, from_mm + step_mm * n as f64));
+                            .for_each(|n| route.point(focus, part, from_mm + step_mm * n as f64));
                     }
                     Shape::Points(points) => {
-                        points.iter().for_each(|&at_mm| way.point(focus, part, at_mm));
+                        points.iter().for_each(|&at_mm| route.point(focus, part, at_mm));
                     }
                 }
             }
         }
-        way.points
+        route.points
     }
 
     fn with_references(&self, points: Vec<Visit>) -> Vec<Visit> {
@@ -103,16 +103,16 @@ impl Plan {
     }
 }
 
-/// The robot's way, as far as it is laid out.
-struct Way {
+/// The route of the robot.
+struct Route {
     order: Order,
-    /// Rows and planes so far: in a serpentine every second one runs backwards.
+    /// Rows and planes so far: in serpentine order every second one runs backwards.
     rows: usize,
     planes: usize,
     points: Vec<Visit>,
 }
 
-impl Way {
+impl Route {
     fn plane(&mut self, focus: usize, part: PlanPart, layers: &Layers, z_mm: f64) {
         let from_last_row = self.runs_backwards(self.planes);
         for row in along(layers.y.count, from_last_row) {

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use fieldgap::comparison::{Closing, Registering, compare};
+use fieldgap::comparison::{GapReduction, Registering, compare};
 use fieldgap::records::RecordedScan;
 use fieldgap::virtual_rig::Truth;
 
@@ -59,12 +59,12 @@ fn the_withheld_effect_is_named_and_the_gap_closed_to_the_noise() {
     let gap = |scan: &RecordedScan| {
         compare(scan, scan.setup.simulator, Registering::Auto).expect("comparable")
     };
-    let closing = Closing::between(&scan, &gap(&scan), &gap(&corrected));
-    assert!(said.contains(&closing.to_text()), "{said}");
+    let reduction = GapReduction::between(&scan, &gap(&scan), &gap(&corrected));
+    assert!(said.contains(&reduction.to_text()), "{said}");
     let kept = std::fs::read_to_string(folder.join("corrected/gaps.txt")).expect("it is kept");
-    assert_eq!(kept, closing.to_text());
-    assert_eq!(closing.planes.len(), 4);
-    for gaps in closing.planes.iter().map(|plane| plane.gaps).chain([closing.overall]) {
+    assert_eq!(kept, reduction.to_text());
+    assert_eq!(reduction.planes.len(), 4);
+    for gaps in reduction.planes.iter().map(|plane| plane.gaps).chain([reduction.overall]) {
         assert!(gaps.before > 3.0 * gaps.noise, "{kept}");
         assert!(gaps.after < 1.3 * gaps.noise, "{kept}");
     }

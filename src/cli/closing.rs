@@ -8,7 +8,7 @@ use miette::{Diagnostic, IntoDiagnostic};
 use super::compare::ComparisonArgs;
 use super::diagnose::{tell, write_page};
 use super::replay::write_report;
-use fieldgap_comparison::Closing;
+use fieldgap_comparison::GapReduction;
 use fieldgap_correction::{CorrectionError, correct_recorded_scan};
 use fieldgap_diagnosis::diagnose;
 use fieldgap_records::RecordedScan;
@@ -58,7 +58,7 @@ pub(super) fn close_gap(
     let after = [comparison.compare_with(&again, again.setup.simulator)?];
     let files = write_report(&out, &again, &after, &out.join("report"))?;
     eprintln!("report of the corrected set-up: {}", files.index.display());
-    let gaps = Closing::between(scan, &before, &after[0]).to_text();
+    let gaps = GapReduction::between(scan, &before, &after[0]).to_text();
     let path = out.join(GAPS);
     std::fs::write(&path, &gaps)
         .map_err(|source| ReportError::Write { path, source })

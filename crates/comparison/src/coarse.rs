@@ -1,10 +1,9 @@
-//! Where to start: every plausible pose tried on a coarse grid.
+//! Start values for a pose: every plausible pose on a coarse grid.
 //!
-//! A field of interference fringes has as many false optima as fringes, so a search that walks downhill has to start
-//! within a quarter of a wavelength or so. Here the simulated field is computed once on a wide grid about
-//! each height, and some hundreds of readings are laid on it at every combination of handedness, quarter turn, small turn,
-//! step, height and shift; what correlates best in each orientation is handed on to be refined. A quarter of the readings tells what is
-//! worth a look at all of them.
+//! A field with interference fringes has as many false optima as fringes, so that a local search has to start within about a quarter of
+//! a wavelength. Here the simulated field is computed once on a wide grid at each height, and some hundreds of readings are compared with
+//! it at every combination of handedness, quarter turn, small turn, step, height and shift. The best correlations in each orientation
+//! are then refined. All combinations are tried with a quarter of the readings, the best of them with all.
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -27,7 +26,7 @@ const SHIFT_RANGE_M: f64 = SHIFT_STEPS as f64 * SHIFT_STEP_M;
 const SHIFTS: usize = 2 * SHIFT_STEPS + 1;
 /// The widest step of the grid that the field is computed on, in wavelengths.
 const GRID_STEP: f64 = 0.25;
-/// One reading in so many is looked at first, and one pose in so many, of each orientation, is looked at with all.
+/// One reading in so many is used at first, and the best one in so many poses of each orientation is tried with all.
 const FIRST_LOOK: usize = 4;
 const SECOND_LOOK: usize = 8;
 const TURNS_DEG: [f64; 5] = [-6.0, -3.0, 0.0, 3.0, 6.0];
@@ -132,10 +131,10 @@ fn tasks(orientation: usize, centre: &Vec3) -> Vec<Task> {
     tasks
 }
 
-/// Ways to lay a square on itself.
+/// Symmetries of a square.
 const ORIENTATIONS: usize = 8;
 
-/// One of the eight ways to lay a square on itself, and a small turn more.
+/// One of the eight symmetries of a square, and a small turn.
 fn oriented(orientation: usize, turn_rad: f64, step_ratio: f64) -> Pose {
     let (mirror, quarter) = match orientation {
         0 => (Mirror::None, 0.0),

@@ -7,36 +7,35 @@ use super::comparison::{
 use super::noise::Roughness;
 use super::pose::Pose;
 use super::readings::Readings;
-use super::receiver_face::as_heard;
+use super::receiver_face::simulation_with_receiver_face;
 use super::register::{Registered, register};
 use super::registration::{Registering, Registration};
 use fieldgap_acoustics::metrics::PlaneMap;
 use fieldgap_acoustics::{Simulation, Simulator, Vec3};
 use fieldgap_records::{OFF_LINE_MM, Plane, RecordedScan, SAME_HEIGHT_MM, plane_map};
 
-/// Fewer readings than a gain and a shift have numbers tell nothing.
+/// Fewest readings: one more than the parameters of a gain and a shift.
 const FEWEST: usize = 5;
 
-/// Why a scan cannot be compared with anything.
+/// Why a scan cannot be compared.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Incomparable {
     /// Every row has focus -1, or there is none.
     #[error(
-        "the scan `{0}` holds no reading taken with the array driven; at least one row of samples.csv needs a \
-         focus of 0 or above"
+        "the scan `{0}` has no reading taken with the array driven; at least one row of samples.csv needs a focus of 0 or above"
     )]
     NothingDriven(String),
-    /// Too little to tell anything from.
+    /// There are too few readings.
     #[error(
-        "the scan `{name}` holds {readings} driven readings; at least {FEWEST} are needed to compare it with anything"
+        "the scan `{name}` has {readings} readings taken with the array driven; a comparison needs at least {FEWEST}"
     )]
     TooFew {
-        /// What the scan is called.
+        /// Name of the scan.
         name: String,
-        /// How many there are.
+        /// Number of driven readings.
         readings: usize,
     },
-    /// Nothing but zeros.
+    /// All driven readings are zero.
     #[error("every driven reading of the scan `{0}` is zero: was the receiver connected?")]
     AllZero(String),
     /// The simulated field is zero at every reading.
@@ -45,13 +44,12 @@ pub enum Incomparable {
          (z_mm above 0), and do the elements face them?"
     )]
     NothingSimulated(String),
-    /// Scans to be taken together, and there is none.
+    /// There is no scan.
     #[error("there is no scan to diagnose; at least one is needed")]
     NoScan,
-    /// Scans to be taken together that are not of one rig.
+    /// The scans are not from one rig.
     #[error(
-        "the scans `{one}` and `{other}` were made with different arrays; only scans of one rig can be diagnosed \
-         together"
+        "the scans `{one}` and `{other}` were made with different arrays; only scans of one rig can be diagnosed together"
     )]
     OtherArray {
         /// The first scan.
@@ -91,7 +89,7 @@ pub fn compare(
         .filter_map(|plane| {
             let simulation = scan.setup.simulation(simulator, plane.focus)?;
             let simulation = match comparison.registration.receiver_face_m {
-                Some(face) => as_heard(&simulation, face.value),
+                Some(face) => simulation_with_receiver_face(&simulation, face.value),
                 None => simulation,
             };
             Some(SimulatedPlane::of(&simulation, plane, &fit.pose, fit.gain))

@@ -1,4 +1,4 @@
-//! What a comparison of a scan with its simulation says: the result, as data.
+//! The result of a comparison of a scan with its simulation, as data.
 //!
 //! Everything here serialises to JSON with the unit in the name of each field; readings are in the
 //! scan's own unit, named once by [`Comparison::reading_unit`]. A number that does not exist (a
@@ -17,13 +17,13 @@ pub struct Comparison {
     pub scan_name: String,
     /// Unit of the readings, as the record gives it.
     pub reading_unit: String,
-    /// The simulator whose gap this is.
+    /// The simulator.
     pub simulator: Simulator,
     /// Number of readings compared (array driven, not silent).
     pub points: usize,
     /// Standard deviation of the noise of one reading, in the reading's unit, and where it is from.
     pub noise: Noise,
-    /// How the two were brought to the same coordinates and the same unit.
+    /// The registration of the two.
     pub registration: Registration,
     /// One entry for each drive and height, by drive, then by height.
     pub planes: Vec<PlaneComparison>,
@@ -39,11 +39,11 @@ pub struct Noise {
     pub additive: f64,
     /// Part in proportion to the level, relative.
     pub multiplicative: f64,
-    /// What it was estimated from.
+    /// The data that it was estimated from.
     pub source: NoiseSource,
 }
 
-/// Where an estimate of the noise is from, best first.
+/// The data of a noise estimate, best first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoiseSource {
@@ -51,7 +51,7 @@ pub enum NoiseSource {
     Repeats,
     /// Readings with the array silent; no repeats.
     SilentReadings,
-    /// The finest structure of what the simulation leaves: an upper bound, as some of the gap is in it.
+    /// The finest structure of the residual: an upper bound, as it contains some of the gap.
     Residual,
 }
 
@@ -63,9 +63,9 @@ pub struct Agreement {
     /// Rms of the residual over the rms of the scan's readings, at the gain of the registration; 0
     /// to about 1.
     pub residual_rms_ratio: f64,
-    /// The same, at the gain that suits these points best.
+    /// The same, at the best gain for these points.
     pub residual_rms_ratio_own_gain: f64,
-    /// That gain over the registration's: how much louder the scan is here than the simulation says.
+    /// This gain over that of the registration: the relative level of the scan here.
     pub gain_ratio: f64,
     /// Rms of the residual, in the reading's unit, at the gain of the registration.
     pub residual_rms: f64,
@@ -82,10 +82,10 @@ pub struct PlaneComparison {
     pub focus: usize,
     /// Height in the scan's coordinates, metres.
     pub z_m: f64,
-    /// Where the drive wanted the focus, in the array's coordinates, metres.
+    /// Intended focus of the drive, in the array's coordinates, metres.
     #[serde(serialize_with = "vector")]
     pub target_m: Option<Vec3>,
-    /// The same in the coordinates of the scan, where the maps are drawn, metres.
+    /// The same in the coordinates of the scan, metres.
     #[serde(serialize_with = "vector")]
     pub target_in_scan_m: Option<Vec3>,
     /// The two maps on one grid, where the points lie on one.
@@ -118,14 +118,14 @@ pub struct ComparedMap {
     pub simulation: Vec<f64>,
 }
 
-/// What the thesis asks of a map: its peak, its focal radius, its sub-peaks.
+/// The thesis's figures of a map: peak, focal radius, sub-peaks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FieldFigures {
     /// Value of the peak, refined below the step, in the reading's unit.
     pub peak: Uncertain,
-    /// Where it stands (x, y), refined below the step, in the scan's coordinates, metres.
+    /// Its position (x, y), refined below the step, in the scan's coordinates, metres.
     pub peak_position_m: [Uncertain; 2],
-    /// Whether the largest point lies on the map's edge, so that the true peak may lie outside.
+    /// Whether the largest point is on the map's edge, so that the true peak may be outside.
     pub peak_at_edge: bool,
     /// Mean half-width at half the peak, by the thesis's definition; `None` without a map.
     pub focal_radius: Option<FocalRadiusFigure>,

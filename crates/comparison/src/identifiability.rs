@@ -1,11 +1,10 @@
-//! What the readings cannot tell apart.
+//! Parameters that the readings do not determine.
 //!
-//! Every parameter is moved by as much as a usual slip in setting up would move it. The changes of the simulated map
-//! that follow, the gain's part taken out, span a small matrix (the Fisher information in these units); its
-//! eigenvectors are combinations of slips, its eigenvalues the squared change of the map that each makes. A
-//! combination that changes the map by less than what the simulation leaves unexplained anyway cannot be told from
-//! none: it is named, with numbers, and not decided. The array's own pitch is moved along with the pose: nobody
-//! estimates it here, but a pitch that is off would be taken for a step and a height.
+//! Each parameter is changed by a typical error of the set-up. The resulting changes of the simulated map, without the part of the gain,
+//! give a small matrix, the Fisher information in these units. Its eigenvectors are combinations of errors; its eigenvalues are the
+//! squared changes of the map. A combination that changes the map by less than the residual cannot be detected: it is reported with
+//! numbers and not decided. The pitch of the array is included, although it is not estimated here: an error of the pitch looks like an
+//! error of step and height.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -18,58 +17,58 @@ use super::standard_errors::Blocks;
 /// Name of the hypothetical parameter: how far the array's elements stand apart, relative.
 const ARRAY_PITCH: &str = "array_pitch";
 
-/// A usual slip of the array's pitch and of the scan's step, relative.
-const USUAL_STRETCH: f64 = 0.02;
+/// Typical relative error of the array's pitch and of the scan's step.
+const TYPICAL_STRETCH: f64 = 0.02;
 
-/// What the standard errors allow the array's pitch to be off by, relative.
+/// Relative error of the array's pitch that the standard errors include.
 const PITCH_TOLERANCE: f64 = 0.01;
 
-/// A parameter takes part in a combination from this share of its largest member on.
-const TAKES_PART: f64 = 0.3;
+/// A parameter belongs to a combination from this share of its largest member.
+const MEMBER: f64 = 0.3;
 
-/// A combination counts as told by the readings if it changes the map by this share of the residual at least.
-const TOLD_BY: f64 = 0.25;
+/// The readings determine a combination if it changes the map by at least this share of the residual.
+const DETECTABLE: f64 = 0.25;
 
-/// What the readings say about each parameter of a fit, and what they leave open.
+/// The standard errors of a fit's parameters, and the combinations that the readings do not determine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identifiability {
     /// Standard error of the gain, in its own unit.
     pub gain_error: f64,
-    /// Standard error of each free parameter, in the order given, in its own unit. Where the step is free, it counts in
-    /// that the array's pitch may be off by a percent.
+    /// Standard error of each free parameter, in the order given, in its own unit. If the step is free, they include an error of the
+    /// array's pitch of one percent.
     pub errors: Vec<f64>,
-    /// Combinations that the readings leave open.
+    /// Combinations that the readings do not determine.
     pub undetermined: Vec<UndeterminedCombination>,
 }
 
-/// The size of a usual slip in a parameter, in its own unit.
-fn usual_slip(parameter: PoseParameter) -> f64 {
+/// A typical error of a parameter, in its own unit.
+fn typical_error(parameter: PoseParameter) -> f64 {
     match parameter {
         PoseParameter::ShiftX | PoseParameter::ShiftY => 2e-3,
         PoseParameter::ShiftZ => 5e-3,
         PoseParameter::Turn => 0.035,
-        PoseParameter::Step => USUAL_STRETCH,
+        PoseParameter::Step => TYPICAL_STRETCH,
     }
 }
 
-/// A slip in words.
-fn in_words(name: &str, slip: f64) -> String {
+/// A change of a parameter in words.
+fn in_words(name: &str, change: f64) -> String {
     match name {
-        "shift_x" | "shift_y" => format!("{name} by {:+.1} mm", slip * 1e3),
-        "shift_z" => format!("height by {:+.1} mm", slip * 1e3),
-        "turn" => format!("turn by {:+.1} degrees", slip.to_degrees()),
-        "step_ratio" => format!("step by {:+.1} %", slip * 1e2),
-        _ => format!("array pitch by {:+.1} %", slip * 1e2),
+        "shift_x" | "shift_y" => format!("{name} by {:+.1} mm", change * 1e3),
+        "shift_z" => format!("height by {:+.1} mm", change * 1e3),
+        "turn" => format!("turn by {:+.1} degrees", change.to_degrees()),
+        "step_ratio" => format!("step by {:+.1} %", change * 1e2),
+        _ => format!("array pitch by {:+.1} %", change * 1e2),
     }
 }
 
-/// Judges the parameters that were free in a fit.
+/// How well the readings determine the free parameters of a fit.
 pub fn identifiability(readings: &Readings, fit: &Fit, free: &[PoseParameter]) -> Identifiability {
     let values = readings.values();
     let gradient = readings.simulate_gradient(&fit.pose);
     let mut columns = derivatives(readings, &fit.pose, &gradient, free);
     let mut names: Vec<&str> = free.iter().map(|parameter| parameter.name()).collect();
-    let mut slips: Vec<f64> = free.iter().map(|parameter| usual_slip(*parameter)).collect();
+    let mut typical: Vec<f64> = free.iter().map(|parameter| typical_error(*parameter)).collect();
     let residual = residual(&fit.simulated, &values, fit.gain);
 
     // Standard errors, the gain being one of the coefficients.
@@ -86,28 +85,28 @@ pub fn identifiability(readings: &Readings, fit: &Fit, free: &[PoseParameter]) -
         }
         columns.push(pitch);
         names.push(ARRAY_PITCH);
-        slips.push(USUAL_STRETCH);
+        typical.push(TYPICAL_STRETCH);
     }
     let gain_error = variances.remove(0).sqrt();
     let errors = variances.into_iter().map(f64::sqrt).collect();
 
     let per_scan = fit.gain / (rms(values.iter().copied()) * (values.len() as f64).sqrt());
-    for (column, slip) in columns.iter_mut().zip(&slips) {
+    for (column, slip) in columns.iter_mut().zip(&typical) {
         project_out(&fit.simulated, column);
         column.iter_mut().for_each(|entry| *entry *= slip * per_scan);
     }
     let undetermined = if columns.is_empty() {
         Vec::new()
     } else {
-        hidden_combinations(&names, &slips, &columns, fit.residual_ratio)
+        hidden_combinations(&names, &typical, &columns, fit.residual_ratio)
     };
     Identifiability { gain_error, errors, undetermined }
 }
 
-/// The combinations of columns (change of the map, over its rms, by a usual slip) that change it too little.
+/// The combinations of columns (relative change of the map by a typical error) that change it too little.
 fn hidden_combinations(
     names: &[&str],
-    slips: &[f64],
+    typical: &[f64],
     columns: &[Vec<f64>],
     residual_ratio: f64,
 ) -> Vec<UndeterminedCombination> {
@@ -119,7 +118,7 @@ fn hidden_combinations(
         .iter()
         .zip(eigen.eigenvectors.column_iter())
         .map(|(value, vector)| (value.max(0.0).sqrt(), vector.iter().copied().collect()))
-        .filter(|(change, _)| *change < TOLD_BY * residual_ratio)
+        .filter(|(change, _)| *change < DETECTABLE * residual_ratio)
         .collect();
     hidden.sort_by(|a, b| a.0.total_cmp(&b.0));
     hidden
@@ -127,8 +126,8 @@ fn hidden_combinations(
         .map(|(change, vector)| {
             let largest = vector.iter().copied().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
             let members: Vec<usize> =
-                (0..names.len()).filter(|&i| vector[i].abs() >= TAKES_PART * largest.abs()).collect();
-            let slip = |i: usize| in_words(names[i], vector[i] * slips[i] * largest.signum());
+                (0..names.len()).filter(|&i| vector[i].abs() >= MEMBER * largest.abs()).collect();
+            let slip = |i: usize| in_words(names[i], vector[i] * typical[i] * largest.signum());
             let moved = members.iter().map(|&i| slip(i)).collect::<Vec<_>>().join(", ");
             let together = if members.len() > 1 { " together" } else { "" };
             UndeterminedCombination {
@@ -145,7 +144,7 @@ fn hidden_combinations(
         .collect()
 }
 
-/// How far each free coefficient follows when the pitch is off by its tolerance, as variances.
+/// The variance of each free coefficient that an error of the pitch by its tolerance causes.
 fn pitch_variances(columns: &[Vec<f64>], pitch: &[f64]) -> Option<Vec<f64>> {
     let columns = matrix(columns);
     let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
@@ -163,7 +162,7 @@ mod tests {
 
     /// Two parameters with one and the same effect, and a third with its own.
     #[test]
-    fn twins_are_named_and_the_loner_is_not() {
+    fn parameters_with_the_same_effect_are_named_and_others_are_not() {
         let wave = |f: f64| (0..100).map(|i| 0.01 * (f * i as f64).sin()).collect::<Vec<f64>>();
         let columns = [wave(0.1), wave(0.1), wave(0.37)];
         let names = ["shift_z", "step_ratio", "turn"];
@@ -174,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn what_changes_nothing_is_named_alone() {
+    fn a_parameter_without_effect_is_named_alone() {
         let columns = [vec![0.0; 10], vec![0.1; 10]];
         let hidden = hidden_combinations(&["turn", "shift_x"], &[0.035, 2e-3], &columns, 0.1);
         assert_eq!(hidden.len(), 1);

@@ -1,30 +1,54 @@
-//! The gap between a scan and its simulation: the two are registered to each other, then compared
-//! height by height.
+//! Comparison of a scan with its simulation: registration, then residual, correlation and focal figures at each height.
 //!
-//! *Registration* finds how the coordinates and the unit of the scan relate to those of the
-//! simulation; it may explain what a careful setting-up of the robot would have removed (a gain, a
-//! shift, a mirrored axis) and nothing else. What is left after it is the gap.
+//! *Registration* finds how the coordinates and the unit of the scan relate to those of the simulation. It may remove only what a
+//! careful set-up of the robot would have removed: a gain, a shift, a mirrored axis. The residual after it is the gap.
 //!
-//! [`compare`] is the way in; one scan goes through these, in order:
+//! ```
+//! use std::path::Path;
+//!
+//! use fieldgap_acoustics::{PlaneGrid, Simulator};
+//! use fieldgap_comparison::{Registering, compare};
+//! use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
+//!
+//! # let scan_toml = "format = 1\nname = \"plane\"\nrecorded = 2026-11-20T17:00:00Z\nreading = \"V\"\n\
+//! # [array]\nfrequency_hz = 40000.0\nlayout = \"square\"\ncolumns = 6\nrows = 6\nelement_diameter_mm = 10.5\nspacing_mm = 0.0\n\
+//! # [medium]\nspeed_of_sound_m_s = 343.0\n[simulator]\nmodel = \"piston\"\n\
+//! # [[focus]]\nx_mm = 0.0\ny_mm = 0.0\nz_mm = 100.0\n";
+//! # let source = fieldgap_input::TomlSource::new(Path::new("scan.toml"), scan_toml);
+//! # let setup = ScanSetup::parse(&source)?;
+//! // Usually `RecordedScan::open(folder)`. Here the readings are 7 times the simulation: there is no gap.
+//! let points = PlaneGrid::square(20e-3, 4e-3, 0.1).points();
+//! let simulated = setup.simulation(Simulator::Piston, 0).expect("focus 0").magnitudes(&points);
+//! let samples = points.iter().zip(simulated);
+//! let samples = samples.map(|(at, p)| RecordedSample::measured(0.0, Some(0), *at, 7.0 * p, None)).collect();
+//!
+//! let comparison = compare(&RecordedScan { setup, samples }, Simulator::Piston, Registering::GainOnly)?;
+//! assert!((comparison.registration.gain.value - 7.0).abs() < 1e-9);
+//! assert!(comparison.overall.residual_rms_ratio < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Begin with [`compare`], which gives a [`Comparison`]; [`Comparison::to_text`] and [`Comparison::to_csv`] write it.
+//! [`register_scan`] registers without comparing. A scan goes through these files:
 //!
 //! | file | what it does |
 //! |---|---|
-//! | `readings` | lays the driven readings beside what the simulator is asked for them |
-//! | `register` | chooses between the coordinates as recorded and another pose |
-//! | `coarse`, `pose_search` | find a pose from nothing: a coarse grid, then rounds of refinement |
-//! | `refine` | the least-squares fit of a [`Pose`], the gain solved for at each step |
-//! | `receiver_face` | lets the gain fall off with the angle of arrival, where that explains what a pose cannot |
-//! | `identifiability`, `standard_errors` | what the readings fix, how well, and what they leave open |
-//! | `noise`, `figures`, `agreement` | the noise, the figures of each height with their errors, correlation and residual |
-//! | `comparison`, `registration`, `table` | the result as data, as text and as CSV |
-//! | `closing` | how the gap shrinks once a set-up is corrected |
+//! | `readings` | the driven readings and the simulated field at their positions |
+//! | `register` | the choice between the recorded coordinates and another pose |
+//! | `coarse`, `pose_search` | the search for a pose without a start value: a coarse grid, then rounds of refinement |
+//! | `refine` | the least-squares fit of a [`Pose`], with the gain solved for at each step |
+//! | `receiver_face` | a gain that falls with the angle of arrival, where this explains what a pose cannot |
+//! | `identifiability`, `standard_errors` | which parameters the readings determine, and how well |
+//! | `noise`, `figures`, `agreement` | noise, figures of each height with errors, correlation and residual |
+//! | `comparison`, `registration`, `table` | the result as data, text and CSV |
+//! | `gap_reduction` | the gap before and after the correction of a set-up |
 
 mod agreement;
-mod closing;
 mod coarse;
 mod compare;
 mod comparison;
 mod figures;
+mod gap_reduction;
 mod identifiability;
 mod noise;
 mod pose;
@@ -37,12 +61,12 @@ mod registration;
 mod standard_errors;
 mod table;
 
-pub use closing::{Closing, Gaps, PlaneClosing};
 pub use compare::{Incomparable, compare, register_scan};
 pub use comparison::{
     Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, FocalRadiusFigure, Noise,
     NoiseSource, PlaneComparison, Uncertain,
 };
+pub use gap_reduction::{GapReduction, Gaps, PlaneGaps};
 pub use pose::{Mirror, Pose};
 pub use registration::{
     Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,

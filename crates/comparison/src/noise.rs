@@ -1,13 +1,13 @@
-//! The noise of one reading: from repeats, else from silence, else from the roughness of what the simulation leaves.
+//! The noise of one reading: from repeats, else from silent readings, else from the roughness of the residual.
 
 use super::comparison::{Noise, NoiseSource};
 use fieldgap_records::{RecordedScan, Repeat, SAME_POINT_MM};
 
-/// Repeats of fewer visits beyond the first than this are too few to judge noise by.
+/// Fewest repeated visits from which noise is estimated.
 const ENOUGH_REPEATS: usize = 5;
 
-/// Silent readings fewer than this are too few to judge noise by.
-const ENOUGH_SILENCE: usize = 5;
+/// Fewest silent readings from which noise is estimated.
+const ENOUGH_SILENT: usize = 5;
 
 impl Noise {
     /// Standard deviation of a reading at a level, both in the reading's unit.
@@ -15,10 +15,10 @@ impl Noise {
         self.additive.hypot(self.multiplicative * level)
     }
 
-    /// Judges the noise of a scan; `of_residual` is used where the scan itself says nothing.
+    /// Estimates the noise of a scan; `of_residual` is used if it has neither repeats nor silent readings.
     pub fn of(scan: &RecordedScan, of_residual: Self) -> Self {
         let silent: Vec<f64> = scan.silent().map(|sample| sample.reading).collect();
-        let floor = (silent.len() >= ENOUGH_SILENCE).then(|| spread(&silent));
+        let floor = (silent.len() >= ENOUGH_SILENT).then(|| spread(&silent));
         let repeats: Vec<Repeat<'_>> = scan
             .repeats(SAME_POINT_MM)
             .into_iter()
@@ -36,8 +36,8 @@ impl Noise {
     }
 }
 
-/// The floor is taken from silence; what repeats scatter beyond it is put in proportion to their level. Without a
-/// floor, all of it is taken as the same at any level, as one level alone cannot tell.
+/// The floor is that of the silent readings; scatter of the repeats beyond it is taken as proportional to their level. Without a floor,
+/// all scatter is taken as independent of the level.
 fn from_repeats(repeats: &[Repeat<'_>], floor: Option<f64>) -> Option<Noise> {
     let freedom: usize = repeats.iter().map(|repeat| repeat.samples.len() - 1).sum();
     if freedom < ENOUGH_REPEATS {
@@ -67,23 +67,22 @@ fn spread(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
 }
 
-/// Points above this share of the largest level tell the part of the noise that goes with the level, the others the
-/// part that does not.
+/// Points above this share of the largest level determine the part of the noise that is proportional to the level, the others the
+/// constant part.
 const HIGH_LEVEL: f64 = 0.5;
 
-/// The noise of a map's points as the roughness of the residual: its third differences along the rows, whose square is
-/// 20 times the variance if the noise is white.
+/// The noise of a map's points from the roughness of the residual: its third differences along the rows, whose mean square is 20 times
+/// the variance of white noise.
 ///
-/// A pattern as wide as half a wavelength nearly drops out on a fine grid, white noise stays; what does not drop out
-/// makes this an upper bound.
+/// On a fine grid a pattern as wide as half a wavelength has nearly no third differences. What remains of it makes this an upper bound.
 #[derive(Debug, Clone, Default)]
 pub struct Roughness {
-    /// Level squared, and variance told by one third difference.
-    told: Vec<(f64, f64)>,
+    /// Level squared, and variance from one third difference.
+    estimates: Vec<(f64, f64)>,
 }
 
 impl Roughness {
-    /// Takes in a map: scan and simulation, in one unit, row by row of so many columns.
+    /// Adds a map: scan and simulation, in one unit, row by row with a number of columns.
     pub fn add(&mut self, scan: &[f64], simulation: &[f64], columns: usize) {
         for (scan, simulation) in scan.chunks(columns).zip(simulation.chunks(columns)) {
             for (scan, simulation) in scan.windows(4).zip(simulation.windows(4)) {
@@ -91,7 +90,7 @@ impl Roughness {
                 let third = residual(3) - 3.0 * residual(2) + 3.0 * residual(1) - residual(0);
                 if !third.is_nan() {
                     let level = 0.5 * (scan[1] + scan[2]);
-                    self.told.push((level * level, third * third / 20.0));
+                    self.estimates.push((level * level, third * third / 20.0));
                 }
             }
         }
@@ -99,11 +98,13 @@ impl Roughness {
 
     /// The noise; `None` where no four neighbours were measured.
     pub fn noise(&self) -> Option<Noise> {
-        let largest = self.told.iter().map(|(level_squared, _)| *level_squared).fold(0.0, f64::max);
+        let largest =
+            self.estimates.iter().map(|(level_squared, _)| *level_squared).fold(0.0, f64::max);
         let limit = HIGH_LEVEL * HIGH_LEVEL * largest;
         let mean = |high: bool| {
             let (mut levels, mut variances, mut count) = (0.0, 0.0, 0.0);
-            for (level, variance) in self.told.iter().filter(|(level, _)| (*level > limit) == high)
+            for (level, variance) in
+                self.estimates.iter().filter(|(level, _)| (*level > limit) == high)
             {
                 levels += level;
                 variances += variance;
@@ -147,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn what_repeats_scatter_beyond_the_floor_goes_with_the_level() {
+    fn scatter_of_repeats_beyond_the_floor_is_proportional_to_the_level() {
         // Two levels, each ±2 % about its mean: as variance about the mean 1.2 times (2 % of level)².
         let low: Vec<RecordedSample> =
             (0..6).map(|i| sample(10.0 + 0.2 * f64::from(1 - 2 * (i % 2)))).collect();

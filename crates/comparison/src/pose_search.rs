@@ -1,4 +1,4 @@
-//! The whole pose found from nothing: a coarse search, then refinement of fewer and fewer candidates on more and more
+//! The search for a pose without a start value: a coarse search, then refinement of fewer and fewer candidates on more and more
 //! readings.
 
 use std::f64::consts::FRAC_PI_2;
@@ -10,8 +10,8 @@ use super::pose::{Mirror, Pose};
 use super::readings::Readings;
 use super::refine::{Fit, PoseParameter, Search, refine};
 
-/// What is known of a pose before looking, as standard deviations: height and turn are set by hand, a step is wrong
-/// by a belt's or a screw's tolerance. Weak, so that they decide only what the readings leave open.
+/// Standard deviations of the priors of a pose: height and turn are set by hand, a step has the tolerance of a belt or a screw. They are
+/// weak, so that they matter only for what the readings do not determine.
 const HEIGHT_SD_M: f64 = 10e-3;
 const TURN_SD_RAD: f64 = 0.09;
 const STEP_SD: f64 = 0.05;
@@ -26,27 +26,26 @@ struct Round {
     entering: usize,
 }
 
-/// From many candidates on few readings to one on all that can matter: 40,000 readings fix a pose far better than
-/// any robot keeps it.
+/// From many candidates on few readings to one on many: 40,000 readings determine a pose far better than any robot keeps it.
 const ROUNDS: [Round; 3] = [
     Round { readings: 400, iterations: 6, entering: usize::MAX },
     Round { readings: 1500, iterations: 8, entering: 4 },
     Round { readings: 40_000, iterations: 8, entering: 1 },
 ];
 
-/// Squared residuals this near to one another, relative, are told apart by nothing in the readings: the pose that is
-/// nearer to what the lab meant is taken.
+/// Squared residuals with a smaller relative difference than this are taken as equal: the pose that is closer to the recorded
+/// coordinates is chosen.
 const AS_GOOD: f64 = 0.05;
 
-/// The pose that leaves least, and what came close.
+/// The pose with the smallest residual, and the best of the other handedness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// The pose found, refined on all readings.
     pub best: Fit,
-    /// The best of the other handedness, refined on some thousands of readings, if any came that far.
+    /// The best of the other handedness, refined on some thousands of readings, if there was one in that round.
     pub other_handedness: Option<Fit>,
-    /// The residual ratio of the best on the same readings as the above.
-    pub best_then: f64,
+    /// The residual ratio of the best pose on the same readings.
+    pub best_in_that_round: f64,
 }
 
 /// Searches every handedness, turn, step, height and shift; `None` without readings.
@@ -69,7 +68,7 @@ pub fn find_pose(readings: &Readings) -> Option<Found> {
     let (then, best) = (second.first()?, Fit::at(readings, last.first()?.pose));
     let mirrored = |fit: &Fit| fit.pose.mirror != Mirror::None;
     let other = second.iter().find(|fit| mirrored(fit) != mirrored(&best)).cloned();
-    Some(Found { best_then: then.residual_ratio, other_handedness: other, best })
+    Some(Found { best_in_that_round: then.residual_ratio, other_handedness: other, best })
 }
 
 /// All five parameters, with what is known of a pose in this orientation.
@@ -85,7 +84,7 @@ fn search_about(start: &Pose, iterations: usize) -> Search {
     Search { free, iterations }
 }
 
-/// Brings the plainest among those as good as the best to the front.
+/// Moves the simplest of those that are as good as the best to the front.
 fn prefer_plain(sorted: &mut [Fit]) {
     let Some(best) = sorted.first() else { return };
     let limit = best.residual_ratio * (1.0 + AS_GOOD).sqrt();

@@ -1,4 +1,4 @@
-//! The readings that a registration works on, each beside what the simulator has to be asked for it.
+//! The readings of a registration and the simulated field at their positions.
 
 use fieldgap_acoustics::golden_section::even_fraction;
 use fieldgap_acoustics::{Array, Simulation, Simulator, Vec3};
@@ -10,7 +10,7 @@ use super::pose::Pose;
 /// far above rounding and far below the field's own structure.
 const DIFFERENCE_M: f64 = 2e-7;
 
-/// The readings taken with the array driven, drive by drive, in the order they were taken.
+/// The readings taken with the array driven, drive by drive, in the order of acquisition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Readings {
     drives: Vec<Drive>,
@@ -23,13 +23,13 @@ pub struct Drive {
     pub focus: usize,
     /// The set-up that is simulated.
     pub simulation: Simulation,
-    /// Where the robot said it was, metres.
+    /// Positions reported by the robot, metres.
     pub positions_m: Vec<Vec3>,
-    /// What was read, in the record's unit.
+    /// Readings, in the record's unit.
     pub readings: Vec<f64>,
 }
 
-/// The simulated field at each reading, and how it changes as the point moves.
+/// The simulated field at each reading and its gradient.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulatedGradient {
     /// Magnitudes, in the simulator's unit.
@@ -78,7 +78,7 @@ impl Readings {
         self.drives.iter().flat_map(|drive| drive.readings.iter().copied()).collect()
     }
 
-    /// Where each was taken, as the robot said, metres.
+    /// Positions reported by the robot, metres.
     pub fn positions_m(&self) -> Vec<Vec3> {
         self.drives.iter().flat_map(|drive| drive.positions_m.iter().copied()).collect()
     }
@@ -158,7 +158,7 @@ impl Readings {
     }
 }
 
-/// A set-up whose elements stand wider apart than the lab believes: the phases that they are driven with stay.
+/// A set-up with a larger pitch of the array and the same phases of the drives.
 fn stretched(simulation: &Simulation, ratio: f64) -> Simulation {
     let phases_of = |array: &Array| {
         simulation.excitation.phases_rad(array, &simulation.medium, simulation.frequency_hz)
@@ -169,11 +169,11 @@ fn stretched(simulation: &Simulation, ratio: f64) -> Simulation {
         element.centre_m.y *= ratio;
     }
     let mut array = Array::from_elements(elements.clone()).expect("as many elements as before");
-    // A focus would be aimed at anew from the elements' new places: what that changes is taken back.
-    let believed = phases_of(&simulation.array);
-    let aimed_anew = phases_of(&array);
-    for ((element, believed), anew) in elements.iter_mut().zip(believed).zip(aimed_anew) {
-        element.phase_rad += believed - anew;
+    // For a focus the phases would follow the new positions of the elements: this change is undone.
+    let original = phases_of(&simulation.array);
+    let changed = phases_of(&array);
+    for ((element, original), changed) in elements.iter_mut().zip(original).zip(changed) {
+        element.phase_rad += original - changed;
     }
     array = Array::from_elements(elements).expect("as many elements as before");
     Simulation { array, ..simulation.clone() }

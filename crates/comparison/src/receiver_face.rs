@@ -1,80 +1,84 @@
-//! The receiver's own directivity, as a part of the gain from pressure to reading.
+//! The receiver's directivity as a part of the gain from pressure to reading.
 //!
-//! A receiver with a face of radius b hears less of what comes from the side, as a piston of that radius radiates less
-//! to it. Facing the array it hears each element at the angle at which it left, so emitter and receiver multiply; and
-//! to second order in k a sin θ, which is what the width of a lobe depends on, the product of two pistons a and b is
-//! one of radius √(a² + b²) (2 J1(x)/x = 1 - x²/8 + ...). Only a simulator whose directivity follows from the radius of its
-//! faces can be asked, and only elements that face the receiver.
+//! By reciprocity a receiver with a face of radius b has the directivity of a piston of that radius. If it faces the array, the angle
+//! of arrival of an element's sound is the angle of emission, so that the directivities of emitter and receiver multiply. To second
+//! order in k a sin θ, which determines the width of a lobe, the product of two pistons of radii a and b is a piston of radius
+//! √(a² + b²) (2 J1(x)/x = 1 - x²/8 + ...). This applies only to a simulator with a directivity that follows from the radius of the
+//! face, and to elements that face the receiver.
 
 use super::pose::Pose;
 use super::readings::{Drive, Readings};
 use super::refine::{Fit, PoseParameter, Search, refine};
 use fieldgap_acoustics::{Array, Element, Simulation, Simulator, Vec3, golden_section};
 
-/// Radii that are tried, metres: up to twice the face of a common 40 kHz receiver.
+/// Largest radius of the search, metres: twice the face of a common 40 kHz receiver.
 const LARGEST_M: f64 = 10e-3;
 
-/// Readings that the search is made on; the end is refined on all.
+/// Readings for the search; the result is refined on all.
 const SOME: usize = 1500;
 
 /// The search ends at this width, metres.
 const WIDTH_M: f64 = 0.05e-3;
 
-/// The receiver's directivity is part of the gain if it leaves no more than this share of the squared residual: less than
-/// that, and it is a matter of diagnosis.
-const TELLS: f64 = 0.9;
+/// The receiver's directivity is taken into the gain if it reduces the squared residual to this share or less. Smaller effects are left
+/// to the diagnosis.
+const WORTHWHILE: f64 = 0.9;
 
-/// A registration in which the gain falls off with the angle of arrival.
+/// A registration with a gain that falls with the angle of arrival.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Heard {
+pub struct ReceiverFace {
     /// Radius of the receiver's face, metres.
     pub face_radius_m: f64,
-    /// Its standard error, metres, the pose following.
+    /// Its standard error, metres, with the pose free.
     pub standard_error_m: f64,
-    /// Pose and gain under it.
+    /// Pose and gain with it.
     pub fit: Fit,
 }
 
-/// Looks for a receiver's face that makes a good part of what a pose leaves unexplained go away; `None` if there is
-/// none, or if the simulator cannot be asked.
-pub fn find_receiver_face(readings: &Readings, posed: &Fit) -> Option<Heard> {
-    if !readings.drives().iter().all(|drive| can_tell(&drive.simulation)) {
+/// The receiver's face that explains a good part of the residual of a pose; `None` if there is none, or if the simulator does not allow
+/// it.
+pub fn find_receiver_face(readings: &Readings, posed: &Fit) -> Option<ReceiverFace> {
+    if !readings.drives().iter().all(|drive| is_applicable(&drive.simulation)) {
         return None;
     }
     let some = readings.thinned(SOME);
     let free: Vec<_> = PoseParameter::ALL.map(|parameter| (parameter, None)).to_vec();
     let fit = |readings: &Readings, start: Pose, radius_m: f64, iterations: usize| {
-        refine(&heard_by(readings, radius_m), start, &Search { free: free.clone(), iterations })
+        refine(
+            &with_receiver_face(readings, radius_m),
+            start,
+            &Search { free: free.clone(), iterations },
+        )
     };
     let squared = |radius_m: f64| fit(&some, posed.pose, radius_m, 4).residual_ratio.powi(2);
     let golden_section::Minimum { at: face_radius_m, value: least, .. } =
         golden_section::minimise([0.0, LARGEST_M], WIDTH_M, squared);
     let start = fit(&some, posed.pose, face_radius_m, 6).pose;
     let heard = fit(readings, start, face_radius_m, 3);
-    if heard.residual_ratio.powi(2) > TELLS * posed.residual_ratio.powi(2) {
+    if heard.residual_ratio.powi(2) > WORTHWHILE * posed.residual_ratio.powi(2) {
         return None;
     }
-    // Half the curvature of the squared residual, by its rise a millimetre to either side.
+    // The curvature of the squared residual, from its rise at a millimetre to either side.
     const BESIDE_M: f64 = 1e-3;
     let rise = [-BESIDE_M, BESIDE_M].map(|by| squared((face_radius_m + by).max(0.0)) - least);
     let curvature = (rise[0] + rise[1]) / (BESIDE_M * BESIDE_M);
     let independent = super::standard_errors::Blocks::of(&some).count().max(1) as f64;
     let standard_error_m =
         if curvature > 0.0 { (least / (independent * curvature / 2.0)).sqrt() } else { f64::NAN };
-    Some(Heard { face_radius_m, standard_error_m, fit: heard })
+    Some(ReceiverFace { face_radius_m, standard_error_m, fit: heard })
 }
 
-/// The same readings, simulated as a receiver with a face of that radius hears them.
-pub fn heard_by(readings: &Readings, face_radius_m: f64) -> Readings {
+/// The same readings, simulated for a receiver with a face of that radius.
+pub fn with_receiver_face(readings: &Readings, face_radius_m: f64) -> Readings {
     let drives = readings.drives().iter().map(|drive| Drive {
-        simulation: as_heard(&drive.simulation, face_radius_m),
+        simulation: simulation_with_receiver_face(&drive.simulation, face_radius_m),
         ..drive.clone()
     });
     Readings::from_drives(drives.collect())
 }
 
-/// A set-up as a receiver with a face of that radius hears it.
-pub fn as_heard(simulation: &Simulation, face_radius_m: f64) -> Simulation {
+/// A simulation for a receiver with a face of that radius.
+pub fn simulation_with_receiver_face(simulation: &Simulation, face_radius_m: f64) -> Simulation {
     let wider =
         |element: &Element| Element { radius_m: element.radius_m.hypot(face_radius_m), ..*element };
     let elements = simulation.array.elements().iter().map(wider).collect();
@@ -82,7 +86,7 @@ pub fn as_heard(simulation: &Simulation, face_radius_m: f64) -> Simulation {
     Simulation { array, ..simulation.clone() }
 }
 
-fn can_tell(simulation: &Simulation) -> bool {
+fn is_applicable(simulation: &Simulation) -> bool {
     simulation.simulator == Simulator::Piston
         && simulation.array.elements().iter().all(|element| element.normal == Vec3::z())
 }

@@ -1,39 +1,39 @@
-//! Which registration is right: the choice between believing the set-up and looking for another.
+//! The choice of the registration: the recorded coordinates or another pose.
 //!
-//! A registration that is free enough explains any gap. The lab's own coordinates are therefore believed to a fraction of a
-//! millimetre, and a whole pose is put in their place only if the scan makes no sense as it stands and does
-//! make sense in the other pose. What a small shift or a pose could half explain stays where it belongs: in the gap.
+//! A registration with enough free parameters explains any gap. The recorded coordinates are therefore trusted to a fraction of a
+//! millimetre. Another pose replaces them only if the scan does not correlate with the simulation as recorded and does in that pose. A
+//! difference that a small shift or a pose explains only in part stays in the gap.
 
 use super::identifiability::identifiability;
 use super::pose::{Mirror, Pose};
 use super::pose_search::{Found, find_pose};
 use super::readings::Readings;
-use super::receiver_face::{Heard, find_receiver_face, heard_by};
+use super::receiver_face::{ReceiverFace, find_receiver_face, with_receiver_face};
 use super::refine::{Fit, PoseParameter, Search, refine};
 use super::registration::{
     Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,
 };
 
-/// How well a lab knows where its robot's origin lies: standard deviation along each axis, metres.
+/// Standard deviation of the position of the robot's origin after a careful set-up, along each axis, metres.
 pub const SHIFT_SD_M: f64 = 0.2e-3;
 
-/// A shift beyond this many standard deviations is no slip in setting up, but a gap to be reported.
-const FARTHEST_SHIFT_SD: f64 = 3.0;
+/// A shift of more standard deviations than this is not taken as an error of the set-up, but reported as a gap.
+const MAX_SHIFT_SD: f64 = 3.0;
 
-/// From this correlation on, a scan makes sense as it was recorded.
-const MAKES_SENSE: f64 = 0.85;
+/// Correlation from which a scan agrees with its simulation as recorded.
+const AGREES: f64 = 0.85;
 
-/// From this correlation on, a scan makes sense in another pose: it may have a gap of its own besides.
-const MAKES_SENSE_ELSEWHERE: f64 = 0.6;
+/// Correlation from which a scan agrees with its simulation in another pose; it may have a gap besides.
+const AGREES_IN_POSE: f64 = 0.6;
 
-/// Below this correlation, a scan has nothing to do with its simulation as it was recorded.
-const NO_SENSE: f64 = 0.3;
+/// Correlation below which a scan is unrelated to its simulation as recorded.
+const UNRELATED: f64 = 0.3;
 
-/// A pose explains the gap if it leaves no more than this share of the squared residual. (Where the scan made no sense
-/// at all, the share says little: even two unrelated fields of speckle leave only a half.)
+/// A pose explains the gap if it leaves at most this share of the squared residual. (For an unrelated scan the share means little: even
+/// two unrelated fields of speckle leave only a half.)
 const EXPLAINS: f64 = 0.5;
 
-/// A pose of the other handedness that leaves no more than this times the squared residual is as good.
+/// A pose of the other handedness with at most this times the squared residual is equally good.
 const AS_GOOD: f64 = 1.1;
 
 /// A registration and the simulation under it.
@@ -84,7 +84,7 @@ fn pose_as_asked(readings: &Readings, gain_only: Fit) -> Choice {
         None => Choice {
             chosen: Registering::GainOnly,
             fit: gain_only,
-            why: "no pose was found at all; only the gain was estimated".to_owned(),
+            why: "no pose was found; only the gain was estimated".to_owned(),
             found: None,
             heard: None,
             tried,
@@ -98,20 +98,19 @@ fn choose(readings: &Readings, gain_only: Fit) -> Choice {
     let shifted = with_small_shift(readings);
     all.push(tried(Registering::GainAndShift, &shifted));
     let asked_m = shifted.pose.shift_m.amax();
-    let (chosen, small, shift_words) = if asked_m <= FARTHEST_SHIFT_SD * SHIFT_SD_M {
+    let (chosen, small, shift_words) = if asked_m <= MAX_SHIFT_SD * SHIFT_SD_M {
         (Registering::GainAndShift, shifted, "gain and a small shift were estimated".to_owned())
     } else {
         let words = format!(
-            "only the gain was estimated: the readings ask for a shift of {}, more than a slip in \
-             setting up explains, so it is left in the gap",
+            "only the gain was estimated: the best shift is {}, more than an error of the set-up explains, so it is left in the gap",
             millimetres(&shifted.pose)
         );
         (Registering::GainOnly, gain_only, words)
     };
-    if small.correlation >= MAKES_SENSE {
+    if small.correlation >= AGREES {
         let why = format!(
-            "{shift_words}; with a correlation of {:.3} the scan makes sense in the coordinates it was \
-             recorded in, and no other pose was looked for",
+            "{shift_words}; with a correlation of {:.3} the scan agrees with the simulation in the recorded coordinates, and no other \
+             pose was searched",
             small.correlation
         );
         return Choice { chosen, fit: small, why, found: None, heard: None, tried: all };
@@ -135,16 +134,15 @@ fn choose(readings: &Readings, gain_only: Fit) -> Choice {
         found.best.correlation
     );
     let pose = in_words(&found.best);
-    let explains = falls_to <= EXPLAINS || small.correlation < NO_SENSE;
-    if explains && found.best.correlation >= MAKES_SENSE_ELSEWHERE {
+    let explains = falls_to <= EXPLAINS || small.correlation < UNRELATED;
+    if explains && found.best.correlation >= AGREES_IN_POSE {
         let why = format!(
-            "as recorded, the scan makes no sense against the simulation; another pose does: {pose}. It {reached}"
+            "in the recorded coordinates the scan does not agree with the simulation; in another pose it does: {pose}. It {reached}"
         );
         in_pose(readings, found, why, all)
     } else {
         let why = format!(
-            "{shift_words}. A whole pose was tried and not adopted, as it does not explain the gap: the best \
-             ({pose}) {reached}"
+            "{shift_words}. Another pose was tried and not adopted, as it does not explain the gap: the best ({pose}) {reached}"
         );
         Choice { chosen, fit: small, why, found: None, heard: None, tried: all }
     }
@@ -163,8 +161,8 @@ fn in_pose(
     let heard = find_receiver_face(readings, &found.best);
     if let Some(heard) = &heard {
         why += &format!(
-            ". With one gain for all angles this leaves a residual of {:.3} at a correlation of {:.3}; with a gain that \
-             falls off with the angle of arrival, as a receiver's face of {:.1} mm in radius makes it, {:.3} at {:.3}",
+            ". With one gain for all angles the residual is {:.3} at a correlation of {:.3}; with a gain that falls with the angle of \
+             arrival, as for a receiver's face of {:.1} mm in radius, it is {:.3} at {:.3}",
             found.best.residual_ratio,
             found.best.correlation,
             heard.face_radius_m * 1e3,
@@ -200,7 +198,7 @@ struct Choice {
     fit: Fit,
     why: String,
     found: Option<Found>,
-    heard: Option<Heard>,
+    heard: Option<ReceiverFace>,
     tried: Vec<TriedRegistration>,
 }
 
@@ -211,12 +209,17 @@ impl Choice {
             Registering::GainAndShift => &PoseParameter::SHIFT,
             _ => &[],
         };
-        let as_heard = self.heard.as_ref().map(|heard| heard_by(readings, heard.face_radius_m));
-        let known = identifiability(as_heard.as_ref().unwrap_or(readings), &self.fit, free);
+        let simulation_with_receiver_face =
+            self.heard.as_ref().map(|heard| with_receiver_face(readings, heard.face_radius_m));
+        let known = identifiability(
+            simulation_with_receiver_face.as_ref().unwrap_or(readings),
+            &self.fit,
+            free,
+        );
         let estimate = |parameter: PoseParameter| {
             let value = parameter.of(&self.fit.pose);
             match free.iter().position(|other| *other == parameter) {
-                // A shift held by its prior is known at least as well as the prior says.
+                // A shift with a prior has at most the prior's standard deviation.
                 Some(index) if self.chosen == Registering::GainAndShift => {
                     let precision = known.errors[index].powi(-2) + SHIFT_SD_M.powi(-2);
                     Estimate { value, standard_error: precision.powf(-0.5), estimated: true }
@@ -235,7 +238,7 @@ impl Choice {
         };
         let mut undetermined = match self.chosen {
             Registering::Pose => known.undetermined,
-            // Here every combination is held by the prior; the standard errors say how little else is known.
+            // Here the prior determines every combination; the standard errors show how well.
             _ => Vec::new(),
         };
         undetermined.extend(self.found.as_ref().and_then(either_hand));
@@ -264,15 +267,15 @@ impl Choice {
     }
 }
 
-/// Names the mirror as undetermined, if the other handedness does as well.
+/// Names the mirror as undetermined if the other handedness is equally good.
 fn either_hand(found: &Found) -> Option<UndeterminedCombination> {
     let other = found.other_handedness.as_ref()?;
-    let ratio = (other.residual_ratio / found.best_then).powi(2);
+    let ratio = (other.residual_ratio / found.best_in_that_round).powi(2);
     (ratio <= AS_GOOD).then(|| UndeterminedCombination {
         parameters: vec!["mirror".to_owned()],
         explanation: format!(
-            "a scan of the other handedness ({}) leaves {ratio:.2} times the squared residual: the field is too \
-             symmetric for these readings to tell whether an axis is mirrored",
+            "a scan of the other handedness ({}) has {ratio:.2} times the squared residual: the field is too symmetric to determine from \
+             these readings whether an axis is mirrored",
             in_words(other)
         ),
     })

@@ -1,22 +1,22 @@
-//! What a registration says: the result, as data.
+//! The result of a registration, as data.
 
 use serde::Serialize;
 
 use super::pose::{Mirror, Pose};
 
-/// How the scan may be brought to the simulation.
+/// Which parameters of the registration are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Registering {
-    /// Nothing is estimated: gain 1, coordinates as recorded.
+    /// None: gain 1, coordinates as recorded.
     None,
     /// The gain only.
     GainOnly,
-    /// The gain and a small shift, held near zero by a prior of a fraction of a millimetre.
+    /// The gain and a small shift, with a prior of a fraction of a millimetre.
     GainAndShift,
-    /// The gain and the whole pose: mirror, turn, step, shift in x, y and z.
+    /// The gain and the pose: mirror, turn, step, shift in x, y and z.
     Pose,
-    /// Gain and small shift, unless the whole pose explains the gap.
+    /// The gain and a small shift, or the pose if it explains the gap.
     #[default]
     Auto,
 }
@@ -32,14 +32,14 @@ pub struct Estimate {
     pub estimated: bool,
 }
 
-/// How a scan was brought to the coordinates and the unit of its simulation.
+/// How the coordinates and the unit of a scan relate to those of its simulation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Registration {
-    /// What was asked for.
+    /// What was requested.
     pub requested: Registering,
-    /// What was done; never [`Registering::Auto`].
+    /// What was chosen; never [`Registering::Auto`].
     pub chosen: Registering,
-    /// Why that, in a sentence or two for the report.
+    /// The reason, in a sentence or two for the report.
     pub why: String,
     /// Reading per unit of the simulation.
     pub gain: Estimate,
@@ -51,12 +51,11 @@ pub struct Registration {
     pub step_ratio: Estimate,
     /// Where the scan's origin lies in the array's coordinates (x, y, z), metres.
     pub shift_m: [Estimate; 3],
-    /// Radius of the receiver's face, metres, where the gain was let fall off with the angle of arrival as such a face
-    /// makes it; `None` where one gain holds for all angles.
+    /// Radius of the receiver's face, metres, if the gain falls with the angle of arrival; `None` if one gain holds for all angles.
     pub receiver_face_m: Option<Estimate>,
-    /// Every registration that was tried, the simplest first, with what it reached.
+    /// Every registration that was tried, the simplest first, with its result.
     pub tried: Vec<TriedRegistration>,
-    /// What these data cannot tell apart.
+    /// Combinations of parameters that these data do not determine.
     pub undetermined: Vec<UndeterminedCombination>,
 }
 
@@ -73,12 +72,12 @@ pub struct TriedRegistration {
     pub residual_rms_ratio: f64,
 }
 
-/// Parameters that the data fix only together.
+/// Parameters that the data determine only in combination.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct UndeterminedCombination {
     /// Their names: `shift_z`, `step_ratio`, `array_pitch`, `turn`, `mirror`, ...
     pub parameters: Vec<String>,
-    /// What follows from it, with numbers, in words for the report.
+    /// An explanation with numbers for the report.
     pub explanation: String,
 }
 

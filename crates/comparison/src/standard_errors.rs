@@ -1,10 +1,9 @@
-//! Standard errors that hold when neighbouring residuals are alike.
+//! Standard errors for correlated residuals.
 //!
-//! What a simulation leaves of a scan is not noise from point to point: it is a pattern as wide as the field's own
-//! structure, half a wavelength or more. Counting each reading as one independent fact would make every error
-//! too small by the square root of the readings in such a patch. So readings are put into blocks two wavelengths
-//! wide, and the scatter of what each *block* asks for gives the covariance (the cluster-robust estimate of Liang
-//! and Zeger, Biometrika 73, 13, 1986): no assumption about the residual's own pattern within a block.
+//! The residual of a scan is not independent from point to point: its pattern is as wide as the structure of the field, half a wavelength
+//! or more. With each reading counted as independent, every error would be too small by the square root of the readings in such a patch.
+//! Readings are therefore grouped into blocks two wavelengths wide, and the scatter of the blocks' contributions gives the covariance (the
+//! cluster-robust estimate of Liang and Zeger, Biometrika 73, 13, 1986). It assumes nothing about the pattern within a block.
 
 use std::collections::BTreeMap;
 
@@ -80,7 +79,7 @@ mod tests {
 
     /// The mean of blocks that are each one number throughout: its error is that of as many numbers as blocks.
     #[test]
-    fn readings_that_repeat_their_neighbours_count_once() {
+    fn readings_equal_to_their_neighbours_count_once() {
         let errors = [1.0, -1.0, 2.0, -2.0, 0.5, -0.5, 1.5, -1.5];
         let once = blocks((0..8).collect());
         let copied = blocks((0..80).map(|i| i / 10).collect());
@@ -92,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn what_changes_nothing_is_unknown() {
+    fn a_parameter_without_effect_is_unknown() {
         let columns =
             DMatrix::from_fn(10, 2, |row, column| if column == 0 { row as f64 } else { 0.0 });
         let covariance = blocks((0..10).collect()).covariance(&columns, &[0.1; 10]);

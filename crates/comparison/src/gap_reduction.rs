@@ -1,4 +1,4 @@
-//! How the gap of a scan shrinks once its set-up is corrected: the same readings against two simulations.
+//! The gap of a scan before and after its set-up was corrected: the same readings and two simulations.
 
 use std::fmt::Write;
 
@@ -9,16 +9,16 @@ use fieldgap_text::{percent, table};
 
 /// The gap of one scan before and after its set-up was corrected.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Closing {
+pub struct GapReduction {
     /// By drive, then by height, as in the comparisons.
-    pub planes: Vec<PlaneClosing>,
+    pub planes: Vec<PlaneGaps>,
     /// All readings together.
     pub overall: Gaps,
 }
 
 /// The gaps over one height, for one drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlaneClosing {
+pub struct PlaneGaps {
     /// Number of the drive.
     pub focus: usize,
     /// Height in the scan's coordinates, mm.
@@ -30,27 +30,27 @@ pub struct PlaneClosing {
 /// Root mean square residuals over some readings at their comparison's gain, relative to the rms of these readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gaps {
-    /// Of the simulation of the set-up as believed.
+    /// With the simulation of the assumed set-up.
     pub before: f64,
-    /// Of the simulation of the corrected set-up.
+    /// With the simulation of the corrected set-up.
     pub after: f64,
-    /// What noise alone leaves of a right simulation, on average.
+    /// The mean residual of a perfect simulation, from noise alone.
     pub noise: f64,
 }
 
 impl Gaps {
-    /// Share of the squared gap beyond noise that the correction took away: 1 if what is left is noise, below 0 if
-    /// the gap grew; `None` where there was no gap beyond noise.
-    pub fn closed(&self) -> Option<f64> {
+    /// The fraction of the squared gap beyond noise that the correction explains: 1 if the residual is noise, below 0 if the gap grew.
+    /// `None` if there was no gap beyond noise.
+    pub fn explained_fraction(&self) -> Option<f64> {
         let beyond = |gap: f64| (gap * gap - self.noise * self.noise).max(0.0);
         let before = beyond(self.before);
         (before > 0.0).then(|| 1.0 - beyond(self.after) / before)
     }
 }
 
-impl Closing {
-    /// Lays the comparisons of `scan` before and after a correction of its set-up beside one another, and beside the noise of
-    /// the first, which depends on no cause where the scan has repeats or silence to tell it by.
+impl GapReduction {
+    /// The gaps of `scan` from its comparisons before and after a correction of its set-up. The noise is that of the first comparison;
+    /// it does not depend on the gap if the scan has repeats or silent readings.
     pub fn between(scan: &RecordedScan, before: &Comparison, after: &Comparison) -> Self {
         let planes = scan.planes(SAME_HEIGHT_MM).into_iter().filter_map(|plane| {
             let of = |comparison: &Comparison| {
@@ -62,7 +62,7 @@ impl Closing {
             };
             let noise = noise_ratio(&before.noise, &plane.samples);
             let gaps = Gaps { before: of(before)?, after: of(after)?, noise };
-            Some(PlaneClosing { focus: plane.focus, z_mm: plane.z_mm, gaps })
+            Some(PlaneGaps { focus: plane.focus, z_mm: plane.z_mm, gaps })
         });
         let driven: Vec<&RecordedSample> =
             scan.samples.iter().filter(|sample| sample.focus.is_some()).collect();
@@ -74,7 +74,7 @@ impl Closing {
         Self { planes: planes.collect(), overall }
     }
 
-    /// A table for people, one line a height (and drive, where there are several) and one for all, and a sentence.
+    /// A table with one line for each height (and drive, if there are several) and one for all readings, and a sentence.
     pub fn to_text(&self) -> String {
         let headings = ["gap, relative to the scan's rms", "before", "after", "noise alone"];
         let row = |name: String, gaps: &Gaps| {
@@ -89,12 +89,12 @@ impl Closing {
         rows.push(row("all readings".to_owned(), &self.overall));
         let mut text = table(&rows);
         let Gaps { before, after, noise } = self.overall;
-        let what = match self.overall.closed() {
-            None => "There was no gap beyond noise to close.".to_owned(),
-            Some(_) if after >= before => "The correction does not close the gap.".to_owned(),
-            Some(closed) => format!(
-                "The correction closes {} of the squared gap beyond noise; what is left is {:.1} times what noise alone leaves.",
-                percent(closed),
+        let what = match self.overall.explained_fraction() {
+            None => "There was no gap beyond noise.".to_owned(),
+            Some(_) if after >= before => "The correction does not reduce the gap.".to_owned(),
+            Some(explained) => format!(
+                "The correction explains {} of the squared gap beyond noise; the residual is {:.1} times that of noise alone.",
+                percent(explained),
                 after / noise
             ),
         };
@@ -117,24 +117,26 @@ mod tests {
         Gaps { before, after, noise }
     }
 
-    fn closing(overall: Gaps) -> Closing {
-        let plane = |focus, z_mm| PlaneClosing { focus, z_mm, gaps: gaps(0.08, 0.009, 0.01) };
-        Closing { planes: vec![plane(0, 100.0), plane(1, 100.0)], overall }
+    fn reduction(overall: Gaps) -> GapReduction {
+        let plane = |focus, z_mm| PlaneGaps { focus, z_mm, gaps: gaps(0.08, 0.009, 0.01) };
+        GapReduction { planes: vec![plane(0, 100.0), plane(1, 100.0)], overall }
     }
 
     #[test]
-    fn a_gap_is_closed_by_what_goes_beyond_noise() {
+    fn the_explained_fraction_is_of_the_gap_beyond_noise() {
         // 5² - 3² = 16; of that 4² - 3² = 7 remain.
-        let closed = gaps(0.05, 0.04, 0.03).closed().expect("there was a gap");
-        assert!((closed - 9.0 / 16.0).abs() < 1e-12, "{closed}");
-        assert_eq!(gaps(0.05, 0.02, 0.03).closed(), Some(1.0));
-        assert!(gaps(0.05, 0.06, 0.03).closed().is_some_and(|closed| closed < 0.0));
-        assert_eq!(gaps(0.02, 0.02, 0.03).closed(), None);
+        let explained = gaps(0.05, 0.04, 0.03).explained_fraction().expect("there was a gap");
+        assert!((explained - 9.0 / 16.0).abs() < 1e-12, "{explained}");
+        assert_eq!(gaps(0.05, 0.02, 0.03).explained_fraction(), Some(1.0));
+        assert!(
+            gaps(0.05, 0.06, 0.03).explained_fraction().is_some_and(|explained| explained < 0.0)
+        );
+        assert_eq!(gaps(0.02, 0.02, 0.03).explained_fraction(), None);
     }
 
     #[test]
-    fn the_words_of_a_closing() {
-        let text = closing(gaps(0.0812, 0.011, 0.01)).to_text();
+    fn the_text_of_a_gap_reduction() {
+        let text = reduction(gaps(0.0812, 0.011, 0.01)).to_text();
         let lines: Vec<String> = text
             .lines()
             .map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "))
@@ -146,16 +148,16 @@ mod tests {
                 "drive 0, z = 100.0 mm 8.00 % 0.90 % 1.00 %",
                 "drive 1, z = 100.0 mm 8.00 % 0.90 % 1.00 %",
                 "all readings 8.12 % 1.10 % 1.00 %",
-                "The correction closes 99.7 % of the squared gap beyond noise; what is left is 1.1 times what noise alone leaves.",
+                "The correction explains 99.7 % of the squared gap beyond noise; the residual is 1.1 times that of noise alone.",
             ]
         );
     }
 
     #[test]
-    fn a_gap_that_stays_is_not_called_closed() {
-        let grown = closing(gaps(0.05, 0.06, 0.01)).to_text();
-        assert!(grown.contains("does not close the gap"), "{grown}");
-        let none = closing(gaps(0.009, 0.009, 0.01)).to_text();
+    fn a_gap_that_remains_is_not_called_explained() {
+        let grown = reduction(gaps(0.05, 0.06, 0.01)).to_text();
+        assert!(grown.contains("does not reduce the gap"), "{grown}");
+        let none = reduction(gaps(0.009, 0.009, 0.01)).to_text();
         assert!(none.contains("no gap beyond noise"), "{none}");
     }
 }

@@ -11,7 +11,7 @@ use fieldgap::display::{Composed, DisplayFile, Ended, Playback, SoundingArray, c
 use fieldgap::input::TomlSource;
 use fieldgap::rig::{ArrayIdentity, FocusArray, open_array};
 use fieldgap::rig_file::RigFile;
-use fieldgap::sensing::{Direction, SensingSession, Swipe};
+use fieldgap::sensing::{Direction, Swipe, SwipeListener};
 use fieldgap::virtual_rig::VirtualRig;
 use fieldgap::virtual_rig::gestures::Gesture;
 
@@ -215,7 +215,7 @@ async fn swipes_are_told_over_the_port_as_they_happen() {
     let rig = opened(&rig_setup);
     let (mut array, _) = array(&rig_setup, &rig).await;
     let section = rig_setup.sensing.expect("it listens");
-    let mut session = SensingSession::begin(array.as_mut(), section).await.expect("it listens");
+    let mut session = SwipeListener::begin(array.as_mut(), section).await.expect("it listens");
     let begun_s = rig.clock().now_s();
     let mut swipes: Vec<Swipe> = Vec::new();
     let mut now_s = 0.0;

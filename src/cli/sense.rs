@@ -13,7 +13,7 @@ use super::watchdog::guard_array;
 use crate::rig_file::RigFile;
 use fieldgap_input::Positive;
 use fieldgap_rig::open_array;
-use fieldgap_sensing::{SensingSession, Swipe};
+use fieldgap_sensing::{Swipe, SwipeListener};
 use fieldgap_virtual_rig::VirtualRig;
 
 /// The `sense` command.
@@ -57,7 +57,7 @@ impl Sense {
                     section.rate_hz()
                 ))?;
             }
-            let mut session = SensingSession::begin(array.as_mut(), section).await?;
+            let mut session = SwipeListener::begin(array.as_mut(), section).await?;
             let mut begun_s = None;
             loop {
                 let heard = tokio::select! {

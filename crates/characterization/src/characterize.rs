@@ -1,4 +1,4 @@
-//! Every pair of laws held against the readings.
+//! The fit of every pair of laws to the readings.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -9,19 +9,18 @@ use super::{AxisLaw, AxisPose, CharacterizationError, LobeLaw, PairFit, Profile,
 use fieldgap_input::Positive;
 use fieldgap_records::TransducerFile;
 
-/// How many of the preferred pairs get an axis of their own.
+/// Number of the best pairs that are fitted again with their own axis.
 const FREED: usize = 4;
 
-/// Share of the readings' variance that the best pair has to explain: a transducer's field far exceeds it, noise never gets
-/// there.
+/// Smallest share of the variance that the best pair has to explain: far less than for a transducer's field, far more than for noise.
 const LEAST_R_SQUARED: f64 = 0.5;
 
-/// What the readings say of a transducer.
+/// The characterization of a transducer.
 #[derive(Debug, Clone, Serialize)]
 pub struct Characterization {
-    /// Every pair of laws that could be fitted, the one that the readings prefer first: by the Bayesian criterion.
+    /// Every pair of laws that could be fitted, the best by the Bayesian information criterion first.
     pub pairs: Vec<PairFit>,
-    /// What the readings show, about the axis of the preferred pair.
+    /// The readings along and around the axis of the best pair.
     pub profile: Profile,
 }
 
@@ -30,7 +29,7 @@ pub struct Characterization {
 /// # Errors
 /// [`CharacterizationError::NoFit`] if none of them explains half of the readings' variance.
 pub fn characterize(readings: &Readings) -> Result<Characterization, CharacterizationError> {
-    // The axis is that of the freest pair; then every pair is held against the readings about it.
+    // The axis is that of the most flexible pair; then every pair is fitted with this axis.
     let guess = Axis::From(AxisPose::guess(readings));
     let freest = PairFit::new(readings, AxisLaw::Absorbed, LobeLaw::Table, guess)
         .or_else(|| PairFit::new(readings, AxisLaw::Power, LobeLaw::Gaussian, guess))
@@ -44,7 +43,7 @@ pub fn characterize(readings: &Readings) -> Result<Characterization, Characteriz
         .filter_map(|(axis, lobe)| PairFit::new(readings, axis, lobe, Axis::Held(freest.axis)))
         .collect();
     by_preference(&mut pairs);
-    // The nearest are fitted again with an axis of their own.
+    // The best are fitted again with their own axis.
     let near = FREED.min(pairs.len());
     pairs[..near].par_iter_mut().for_each(|pair| {
         let start = Axis::From(pair.axis);

@@ -3,21 +3,21 @@
 use fieldgap_acoustics::{Air, Vec3};
 use fieldgap_records::{MediumSection, RecordedScan, SAME_HEIGHT_MM};
 
-/// Fewest heights: two cannot tell one law on the axis from another.
+/// Fewest heights: with two, the laws on the axis cannot be distinguished.
 const LEAST_HEIGHTS: usize = 4;
 /// Fewest readings at a height.
 const LEAST_AT_A_HEIGHT: usize = 9;
 
-/// Readings of one transducer's field: metres from where its face is believed to be, and the record's unit.
+/// Readings of the field of one transducer: positions relative to the assumed centre of its face, and levels in the record's unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Readings {
-    /// Where, metres.
+    /// Positions, metres.
     pub at_m: Vec<Vec3>,
-    /// What was read.
+    /// Readings.
     pub values: Vec<f64>,
-    /// To which of `heights_m` each belongs.
+    /// The index in `heights_m` of each reading.
     pub height_of: Vec<usize>,
-    /// The heights, metres, rising.
+    /// The heights, metres, ascending.
     pub heights_m: Vec<f64>,
     /// Unit of the readings.
     pub unit: String,
@@ -25,25 +25,24 @@ pub struct Readings {
     pub frequency_hz: f64,
     /// Wavenumber, rad/m.
     pub wavenumber_rad_m: f64,
-    /// What ISO 9613-1 says of the air's absorption, Np/m, and whether the record says what air it was; else it is that of
-    /// 20 °C and 50 %.
+    /// Attenuation of the air by ISO 9613-1, Np/m, and whether the record gives the state of the air; otherwise it is that at 20 °C and
+    /// 50 %.
     pub air_np_m: (f64, bool),
-    /// How many readings lie too low and are left out.
+    /// Number of readings below the smallest height, which are left out.
     pub left_out: usize,
 }
 
-/// Why a scan says nothing of a transducer.
+/// Why a transducer cannot be characterized from a scan.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CharacterizationError {
     /// An array was scanned.
     #[error(
-        "the scan is of an array of {0} elements; a transducer is characterized by a scan of it alone"
+        "the scan is of an array of {0} elements; a transducer is characterized from a scan of a single one"
     )]
     NotAlone(usize),
     /// Too few planes.
     #[error(
-        "{LEAST_AT_A_HEIGHT} readings or more were taken at only {heights} heights from {from_mm} mm on; at least \
-         {LEAST_HEIGHTS} are needed"
+        "only {heights} heights from {from_mm} mm have {LEAST_AT_A_HEIGHT} readings or more; at least {LEAST_HEIGHTS} are needed"
     )]
     TooFewHeights {
         /// Heights with enough readings.
@@ -51,13 +50,12 @@ pub enum CharacterizationError {
         /// From where on they count, millimetres.
         from_mm: f64,
     },
-    /// Every reading is alike.
-    #[error("every reading is alike: nothing was heard")]
+    /// All readings are equal.
+    #[error("all readings are equal: there is no signal")]
     Silent,
     /// No pair of laws explains the readings.
     #[error(
-        "no model explains half of the readings' variance; is there a lone transducer under the scan, and are heights \
-         counted from its face?"
+        "no model explains half of the variance of the readings; was a single transducer scanned, and are heights relative to its face?"
     )]
     NoFit,
 }

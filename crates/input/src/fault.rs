@@ -1,4 +1,4 @@
-//! A fault in a file that a person wrote.
+//! An error in an input file.
 
 use std::ops::Range;
 use std::path::Path;
@@ -6,10 +6,9 @@ use std::sync::Arc;
 
 use miette::{NamedSource, SourceSpan};
 
-/// A fault in a file: what was tried, where, what was seen, and what to do about it.
+/// An error in a file: where it is, what is wrong, and how to correct it.
 ///
-/// `Display` gives one line, `file:line:column: problem`; as a [`miette::Diagnostic`] it also shows
-/// the source line at fault and the remedy.
+/// `Display` gives one line, `file:line:column: problem`. As a [`miette::Diagnostic`] it also shows the line and the remedy.
 #[derive(Debug, Clone, thiserror::Error, miette::Diagnostic)]
 #[error("{}{problem}", self.place())]
 pub struct Fault {
@@ -60,9 +59,9 @@ impl Fault {
         }
     }
 
-    /// A fault on a whole line, counted from 1, as readers of tables know it.
+    /// A fault on a line of a table; `line` and `column` (in characters) count from 1.
     ///
-    /// `column` counts characters from 1. The line's text is shown, not the file, which may be long.
+    /// The text of the line is shown, not the file, which may be long.
     pub fn on_line(
         path: &Path,
         line: usize,
@@ -84,7 +83,7 @@ impl Fault {
         &self.path
     }
 
-    /// Line and column, both from 1, where the fault has a place in the file.
+    /// Line and column, both from 1, if the fault has a position in the file.
     pub fn line_column(&self) -> Option<(usize, usize)> {
         self.line_column
     }

@@ -1,11 +1,11 @@
-//! Names that people give to what is written into a folder of that name.
+//! Names that are used as file names.
 
 use toml::Spanned;
 
 use super::{Fault, TomlSource};
 
-/// A name that can name a file: letters, digits, `-`, `_`, `.`, `+` and blanks, at least one letter or digit.
-/// `names` says what it is to name.
+/// A name that is a valid file name: letters, digits, `-`, `_`, `.`, `+` and blanks, at least one letter or digit. `names` says what it
+/// is the name of.
 ///
 /// # Errors
 /// A [`Fault`] at the name.

@@ -1,12 +1,32 @@
-//! Reading what people write: TOML and tables whose faults are located by file, line and column,
-//! and quantities that cannot hold a wrong value.
+//! Input files: TOML with errors that name file, line and column, and numbers with a checked range.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use fieldgap_input::{Positive, toml_text};
+//! use serde::Deserialize;
+//!
+//! #[derive(Debug, Deserialize)]
+//! struct Plane {
+//!     step_mm: Positive,
+//! }
+//!
+//! let plane: Plane = toml_text(Path::new("plane.toml"), "step_mm = 2.5")?;
+//! assert_eq!(plane.step_mm.get(), 2.5);
+//! let fault = toml_text::<Plane>(Path::new("plane.toml"), "# a comment\nstep_mm = -2.5").unwrap_err();
+//! assert_eq!(fault.to_string(), "plane.toml:2:11: -2.5 is not a number above zero");
+//! # Ok::<(), fieldgap_input::Fault>(())
+//! ```
+//!
+//! Begin with [`toml_file`] to read a file, [`TomlSource`] to report errors that are found after reading, and [`Positive`] and its
+//! relatives for the fields of your types. All errors are a [`Fault`].
 
 mod fault;
 mod file_name;
-pub mod quantity;
+mod quantity;
 mod toml_file;
 
 pub use fault::Fault;
 pub use file_name::file_name;
-pub use quantity::{Finite, Fraction, NonNegative, Positive};
+pub use quantity::{Finite, Fraction, NonNegative, OutOfRange, Positive};
 pub use toml_file::{TomlSource, toml_file, toml_text};

@@ -1,7 +1,7 @@
-//! Numbers that cannot hold a wrong value: parsed once, trusted afterwards.
+//! Numbers with a range that is checked when they are read.
 //!
-//! Each deserialises from a plain TOML or JSON number and refuses, with its reason, what is outside its
-//! range. The unit stands in the name of the field that holds it (`step_mm: Positive`).
+//! Each deserialises from a TOML or JSON number and refuses numbers outside its range with the reason. The unit is in the name of the
+//! field (`step_mm: Positive`).
 
 use serde::{Deserialize, Serialize};
 

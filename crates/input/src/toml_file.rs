@@ -7,8 +7,8 @@ use serde::de::DeserializeOwned;
 
 use super::Fault;
 
-/// The text of a TOML file, kept so that a fault found after parsing (two keys that contradict each other,
-/// a point outside travel) can still show its line.
+/// The text of a TOML file, kept so that an error found after parsing (two keys that contradict each other, a point outside travel) can
+/// show its line.
 #[derive(Debug, Clone)]
 pub struct TomlSource {
     path: PathBuf,
@@ -25,7 +25,7 @@ impl TomlSource {
             Fault::of_file(
                 path,
                 format!("cannot be read: {error}"),
-                "check the path; it is taken from the folder the command was started in",
+                "check the path; it is relative to the folder in which the command was started",
             )
         })?;
         Ok(Self::new(path, text))
@@ -56,7 +56,7 @@ impl TomlSource {
             self.fault(
                 range,
                 error.message().trim(),
-                "correct this value or key; the README shows those of a plan, rigs/thesis.toml those of a rig",
+                "correct this value or key; docs/plans.md lists those of a plan, rigs/thesis.toml those of a rig",
             )
         })
     }

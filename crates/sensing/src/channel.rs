@@ -1,15 +1,15 @@
-//! One element that listens: what it hears at rest, how noisy that is, and how far from it it is now.
+//! One receiving element: its level at rest, its noise, and its departure from rest.
 
-/// Time constant of what is taken for rest, s.
+/// Time constant of the level at rest, s.
 const REST_S: f64 = 0.4;
 
 /// Time constant of the noise, s.
 const NOISE_S: f64 = 2.0;
 
-/// The least noise that is believed in, as a share of the level at rest.
+/// Smallest noise, as a share of the level at rest.
 const LEAST_NOISE: f64 = 2e-3;
 
-/// What one element hears, against its own past.
+/// The signal of one element relative to its level at rest.
 #[derive(Debug, Clone)]
 pub(super) struct Channel {
     period_s: f64,
@@ -34,7 +34,7 @@ impl Channel {
         let step = volts - self.last;
         self.last = volts;
         if at_rest {
-            // At first every sample counts alike; later only what is as old as the time constants.
+            // At first a mean over all samples; later an exponential mean with the time constants.
             let share =
                 |constant_s: f64| (self.period_s / constant_s).max(1.0 / self.samples as f64);
             let (rest, noise) = (share(REST_S), share(NOISE_S));
@@ -43,7 +43,7 @@ impl Channel {
         }
     }
 
-    /// Standard deviation of its noise. Of independent samples, differences have twice the variance.
+    /// Standard deviation of its noise. The difference of independent samples has twice their variance.
     pub fn noise(&self) -> f64 {
         (0.5 * self.roughness).sqrt().max(LEAST_NOISE * self.rest.abs())
     }
@@ -54,7 +54,7 @@ impl Channel {
         if noise > 0.0 { (volts - self.rest).abs() / noise } else { 0.0 }
     }
 
-    /// Takes what it hears now for rest.
+    /// Takes a level as the level at rest.
     pub fn settle(&mut self, volts: f64) {
         self.rest = volts;
         self.last = volts;
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rest_and_noise_are_learnt() {
+    fn level_at_rest_and_noise_are_learnt() {
         let mut channel = Channel::new(250.0);
         // Deviation 0.01 about 0.3, by a sequence without pattern.
         let mut state = 1u64;
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hand_is_not_taken_for_rest() {
+    fn a_hand_does_not_change_the_level_at_rest() {
         let mut channel = Channel::new(250.0);
         (0..500).for_each(|n| channel.take(0.3 + 1e-3 * f64::from(n % 2), true));
         (0..500).for_each(|_| channel.take(0.6, false));

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use fieldgap_input::Positive;
 
-/// `[sensing]`: which elements listen, and how often.
+/// `[sensing]`: the receiving elements and their sampling rate.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(try_from = "SensingKeys")]
 pub struct SensingSection {
@@ -33,7 +33,7 @@ impl TryFrom<SensingKeys> for SensingSection {
         let twice = (1..4).find(|&n| elements[..n].contains(&elements[n]));
         match twice {
             Some(n) => Err(format!(
-                "element {} listens twice; four different ones are needed",
+                "element {} is listed twice; four different elements are needed",
                 elements[n]
             )),
             None => Ok(Self { elements, rate_hz: keys.rate_hz.get() }),
@@ -47,7 +47,7 @@ impl SensingSection {
         self.elements
     }
 
-    /// Samples a second, Hz.
+    /// Sampling rate, Hz.
     pub fn rate_hz(&self) -> f64 {
         self.rate_hz
     }
@@ -61,12 +61,12 @@ mod tests {
     use fieldgap_input::toml_text;
 
     #[test]
-    fn four_different_elements_listen() {
+    fn four_different_elements_are_needed() {
         let read = |text: &str| toml_text::<SensingSection>(Path::new("rig.toml"), text);
         let section = read("left = [15, 17]\nright = [11, 9]\n").expect("valid");
         assert_eq!((section.elements(), section.rate_hz()), ([15, 17, 11, 9], 250.0));
         let fault = read("left = [15, 17]\nright = [11, 15]\n").expect_err("twice");
-        assert!(fault.to_string().contains("element 15 listens twice"), "{fault}");
+        assert!(fault.to_string().contains("element 15 is listed twice"), "{fault}");
         for wrong in [
             "left = [1]\nright = [2, 3]\n",
             "left = [1, 2]\nright = [3, 4]\nrate_hz = 0\n",

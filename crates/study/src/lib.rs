@@ -1,18 +1,30 @@
-//! Studies: how peak, focal radius and sub-peaks of a field go with any parameter of the array, the focus, the medium,
-//! the model or the map.
+//! Parameter studies: peak, focal radius and sub-peaks of a field as functions of any parameter of array, focus, medium, model or map.
 //!
-//! A study is a file ([`Study`]): a set-up in the sections that rig files and plans have, and one or two sweeps, each of
-//! which gives values to one key (or the same to several). Every combination of values is written into the set-up and
-//! read as if it had stood there, so that whatever a set-up may say can be swept, and what cannot be is a fault at its
-//! line. The studies of the thesis ([`Study::OF_THESIS`]) are such files.
+//! A study is a file ([`Study`]): a set-up in the sections of rig files and plans, and one or two sweeps. A sweep gives values to one key,
+//! or the same values to several. Every combination of values is written into the set-up, which is then read as any other: every key of a
+//! set-up can be swept, and an invalid value is an error at its line. The studies of the thesis ([`Study::OF_THESIS`]) are such files.
 //!
-//! | to | see |
+//! ```
+//! use std::path::Path;
+//!
+//! use fieldgap_input::TomlSource;
+//! use fieldgap_study::{Figure, Study, run};
+//!
+//! let source = Study::of_thesis("height")?;
+//! let study = Study::read(TomlSource::new(Path::new("height.toml"), source.text()))?;
+//! let result = run(&study, false)?;
+//! let radius_mm = result.rows[0].figure(Figure::FocalRadius).expect("a focus").median;
+//! assert!(radius_mm > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | to | begin with |
 //! |---|---|
 //! | read a study, or one of the thesis's | [`Study::read`], [`Study::of_thesis`] |
 //! | run it | [`run`] |
 //! | find where sub-peaks appear between two values | [`onsets`] |
-//! | write what was found as a table | [`csv()`], [`draws_csv`], [`text()`] |
-//! | see how far a transducer model can be trusted | [`models_beside_integral`] |
+//! | write the result as a table | [`csv()`], [`draws_csv`], [`text()`] |
+//! | see where a transducer model is valid | [`models_beside_integral`] |
 
 mod documents;
 mod limits;

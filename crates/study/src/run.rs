@@ -1,4 +1,4 @@
-//! A study, run: every combination of values simulated and read off.
+//! The run of a study: simulation and figures of every combination of values.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -10,17 +10,17 @@ use fieldgap_acoustics::metrics::PlaneMap;
 use fieldgap_acoustics::{Simulator, Vec3};
 use fieldgap_input::Fault;
 
-/// What a study found.
+/// The result of a study.
 #[derive(Debug, Clone)]
 pub struct StudyResult {
-    /// A row for each combination of values, the last sweep's running fastest.
+    /// A row for each combination of values; the values of the last sweep change fastest.
     pub rows: Vec<Row>,
 }
 
 /// One combination of values.
 #[derive(Debug, Clone)]
 pub struct Row {
-    /// Which value of each sweep.
+    /// The index of the value of each sweep.
     pub values: Vec<usize>,
     /// The simulator.
     pub simulator: Simulator,
@@ -30,15 +30,15 @@ pub struct Row {
     pub focus_m: Option<Vec3>,
     /// Height at which the field was observed, millimetres.
     pub z_mm: f64,
-    /// What theory says.
+    /// The limits from theory.
     pub limits: Limits,
-    /// What was read off: once, or for each array drawn at random, with its seed; at least one.
+    /// The figures: once, or for each random array, with its seed; at least one.
     pub draws: Vec<(Option<u32>, Observation)>,
-    /// The map, of the first draw, where maps were asked for.
+    /// The map of the first random array, if maps were requested.
     pub map: Option<PlaneMap>,
 }
 
-/// One of the three figures that the thesis reads off a map.
+/// One of the thesis's three figures of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Figure {

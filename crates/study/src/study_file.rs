@@ -1,4 +1,4 @@
-//! A study, as its file has it.
+//! The file of a study.
 
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
@@ -40,11 +40,11 @@ struct StudyTable {
 /// A study: a set-up, and one or two sweeps over it.
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// What it is called; fit to name a folder.
+    /// Its name; a valid file name.
     pub name: String,
     /// The sweeps: one or two.
     pub sweeps: Vec<Sweep>,
-    /// How often an array of elements at random is drawn; seeds rise from the array's own.
+    /// Number of arrays for a random layout; their seeds count up from that of the array.
     pub draws: u32,
     pub(super) documents: Documents,
     source: TomlSource,
@@ -188,7 +188,7 @@ fn sweeps(
     if points > MOST_POINTS {
         return Err(source.fault(
             tables[0].span(),
-            format!("{points} combinations of values; {MOST_POINTS} are the most"),
+            format!("{points} combinations of values; at most {MOST_POINTS} are allowed"),
             "take larger steps",
         ));
     }

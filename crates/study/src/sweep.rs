@@ -12,7 +12,7 @@ use fieldgap_input::{Fault, TomlSource};
 /// Most values of one sweep.
 const MOST_VALUES: usize = 10_000;
 
-/// A `[[sweep]]` as it is written; [`Sweep::read`] makes sense of it.
+/// The keys of a `[[sweep]]`; [`Sweep::read`] checks them.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SweepTable {

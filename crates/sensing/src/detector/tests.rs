@@ -42,7 +42,7 @@ fn heard(lag_s: f64, width_s: f64, heights: [f64; 4], noise: f64) -> Vec<Swipe> 
 
 proptest! {
     #[test]
-    fn the_side_that_is_met_first_says_the_way(
+    fn the_side_that_changes_first_gives_the_direction(
         width_s in 0.06..0.8f64, share in 0.2..0.9f64, rightwards: bool,
         heights in prop::array::uniform4(prop_oneof![-0.2..-0.05f64, 0.05..0.4f64]),
     ) {
@@ -64,12 +64,12 @@ proptest! {
 }
 
 #[test]
-fn what_both_sides_meet_at_once_is_no_swipe() {
+fn a_change_on_both_sides_at_once_is_no_swipe() {
     assert_eq!(heard(0.0, 0.3, [0.2, 0.1, 0.15, 0.2], 1e-3), []);
 }
 
 #[test]
-fn what_only_one_side_meets_is_no_swipe() {
+fn a_change_on_one_side_only_is_no_swipe() {
     assert_eq!(heard(0.1, 0.3, [0.2, 0.1, 0.0, 0.0], 1e-3), []);
 }
 

@@ -1,4 +1,4 @@
-//! Listening on a rig.
+//! Swipes from the array of a rig.
 
 use std::time::Duration;
 
@@ -8,11 +8,11 @@ use super::detector::{Swipe, SwipeDetector};
 use super::section::SensingSection;
 use fieldgap_rig::{ElementDelay, FocusArray, RigError};
 
-/// How long the controller may say nothing while it listens.
+/// Longest time without a sample from the controller.
 const SILENT_WITHIN: Duration = Duration::from_secs(5);
 
-/// An array that sounds and listens.
-pub struct SensingSession<'a> {
+/// An array that emits and receives at the same time, with a detector of swipes.
+pub struct SwipeListener<'a> {
     array: &'a mut dyn FocusArray,
     section: SensingSection,
     detector: SwipeDetector,
@@ -21,20 +21,20 @@ pub struct SensingSession<'a> {
     samples: u64,
 }
 
-/// What a sample brought.
+/// The result of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Heard {
-    /// When it was taken, s since the controller's power-up.
+    /// Time of the sample, s since the controller's power-up.
     pub time_s: f64,
-    /// The swipe that it completed, if it did.
+    /// The swipe that it completed, if any.
     pub swipe: Option<Swipe>,
 }
 
-impl<'a> SensingSession<'a> {
-    /// Lets the array sound without modulation and without a focus, and listens with the elements of a section.
+impl<'a> SwipeListener<'a> {
+    /// Lets the array emit a continuous wave without a focus, and receives with the elements of a section.
     ///
     /// # Errors
-    /// That the array does not answer, or cannot listen.
+    /// A [`RigError`] if the array does not answer or cannot receive.
     pub async fn begin(
         array: &'a mut dyn FocusArray,
         section: SensingSection,
@@ -51,10 +51,10 @@ impl<'a> SensingSession<'a> {
 
     /// Waits for the next sample.
     ///
-    /// After samples that were lost the detector begins anew: it would take a gap for a movement.
+    /// After lost samples the detector starts again, because it would take a gap as a movement.
     ///
     /// # Errors
-    /// That the array is gone or has fallen silent.
+    /// A [`RigError`] if the array is disconnected or sends no more samples.
     pub async fn next(&mut self) -> Result<Heard, RigError> {
         loop {
             let until = Instant::now() + SILENT_WITHIN;
@@ -79,7 +79,7 @@ impl<'a> SensingSession<'a> {
         }
     }
 
-    /// Samples that came, and those that were lost.
+    /// Number of samples received, and of samples lost.
     pub fn tally(&self) -> (u64, u64) {
         (self.samples, self.lost)
     }
@@ -87,7 +87,7 @@ impl<'a> SensingSession<'a> {
     /// Ends all emission.
     ///
     /// # Errors
-    /// That the array does not confirm it.
+    /// A [`RigError`] if the array does not confirm it.
     pub async fn end(self) -> Result<(), RigError> {
         self.array.silence().await
     }

@@ -5,13 +5,9 @@
 //! set-up can be swept, and an invalid value is an error at its line. The studies of the thesis ([`Study::OF_THESIS`]) are such files.
 //!
 //! ```
-//! use std::path::Path;
-//!
-//! use fieldgap_input::TomlSource;
 //! use fieldgap_study::{Figure, Study, run};
 //!
-//! let source = Study::of_thesis("height")?;
-//! let study = Study::read(TomlSource::new(Path::new("height.toml"), source.text()))?;
+//! let study = Study::read(Study::of_thesis("height")?)?;
 //! let result = run(&study, false)?;
 //! let radius_mm = result.rows[0].figure(Figure::FocalRadius).expect("a focus").median;
 //! assert!(radius_mm > 0.0);

@@ -195,7 +195,7 @@ fn a_changed_byte_is_a_fault_or_costs_the_last_record_and_never_a_wrong_reading(
                 assert!(at < last, "byte {at}: {error}");
                 // A line end that is gone takes the next record with it; samples.csv still has it.
                 let said = error.to_string();
-                assert!(said.contains("is damaged, and") || said.contains("was changed"), "{said}");
+                assert!(said.contains("is damaged, but") || said.contains("was changed"), "{said}");
             }
         }
     }
@@ -338,7 +338,7 @@ fn a_sample_that_does_not_reach_the_disk_says_what_is_safe() {
     journal.samples = Lines::after(unwritable, 0);
     let error = keep(&mut journal, &sample(1)).expect_err("not writable");
     assert!(matches!(error, JournalError::Append { kept: 1, .. }), "{error}");
-    assert!(error.to_string().contains("the 1 before it are safe"), "{error}");
+    assert!(error.to_string().contains("the 1 readings before it are safe"), "{error}");
     assert_eq!(journal.visits_done(), 1);
     // Nothing of it is left in the journal either, and it can be tried again.
     journal.samples = Lines::after(

@@ -173,7 +173,7 @@ fn faults_are_placed_at_their_key() {
         assert!(fault.problem().contains(said), "{text}\n{fault}");
     }
     let empty = parse(HEAD).expect_err("nothing to measure");
-    assert!(empty.problem().contains("empty"), "{empty}");
+    assert!(empty.problem().contains("nothing to measure"), "{empty}");
 }
 
 #[test]

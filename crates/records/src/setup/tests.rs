@@ -59,7 +59,7 @@ fn what_is_written_is_the_example_again() {
 fn faults_are_placed() {
     let cases = [
         ("format = 1", "format = 2", 1, "format 2"),
-        ("17:00:00Z", "17:00:00", 3, "not an instant"),
+        ("17:00:00Z", "17:00:00", 3, "not a point in time"),
         ("reading", "readings", 4, "readings"),
         ("\"corrected\"", "\"perfect\"", 18, "perfect"),
         ("x_mm = 17.5\n", "", 20, "`x_mm`"),

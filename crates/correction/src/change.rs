@@ -1,9 +1,11 @@
 //! From the named cause to what it changes in a set-up.
 
 use super::error::CorrectionError;
-use super::no_home::{self, Unwritten};
+use super::not_correctable::Unwritten;
 use fieldgap_acoustics::{Simulator, Vec3};
-use fieldgap_diagnosis::{Candidate, Diagnosis, FittedParameter, Verdict};
+use fieldgap_diagnosis::{
+    Candidate, Diagnosis, EffectId, FittedParameter, Remedy, SetupKey, Verdict,
+};
 
 /// What is not as the set-up believes.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,14 +36,14 @@ pub(super) enum Change {
     Turn(f64),
     /// The driver rounds delays to so many steps in a period, at least one.
     Steps(f64),
-    /// The simulator's slips.
-    Slips,
+    /// The simulator's own defects are mended.
+    SimulatorModel,
 }
 
 /// A change with the effect that it stands for.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Correction {
-    pub effect: &'static str,
+    pub effect: EffectId,
     pub change: Change,
     /// What was found, with standard errors, for comments.
     pub found: String,
@@ -72,12 +74,12 @@ pub(super) fn corrections(
 }
 
 /// The parameters of an effect as a comment gives them; the effect alone where it has none.
-fn found(effect: &str, named: &Candidate, reading_unit: &str) -> String {
-    let own = named.parameters.iter().filter(|(name, _)| belongs(name, effect));
+fn found(effect: EffectId, named: &Candidate, reading_unit: &str) -> String {
+    let own = named.parameters.iter().filter(|(name, _)| belongs(name, effect.as_str()));
     let own: Vec<String> = own
         .map(|(name, value)| format!("{name} = {}", value.in_words(name, reading_unit)))
         .collect();
-    if own.is_empty() { effect.to_owned() } else { own.join(", ") }
+    if own.is_empty() { effect.to_string() } else { own.join(", ") }
 }
 
 fn belongs(name: &str, effect: &str) -> bool {
@@ -85,43 +87,45 @@ fn belongs(name: &str, effect: &str) -> bool {
 }
 
 /// What an effect changes; else why it changes nothing.
-fn change(effect: &str, named: &Candidate, simulator: Simulator) -> Result<Change, String> {
+fn change(effect: EffectId, named: &Candidate, simulator: Simulator) -> Result<Change, String> {
     let parameters = Parameters { effect, named };
-    Ok(match effect {
-        "phase-plane" | "on-axis-unit" => Change::Slips,
-        "sound-speed" => Change::SpeedOfSound(parameters.above_zero("c_m_s")?),
-        "drive-frequency" => Change::Frequency(parameters.above_zero("ratio")?),
-        "pitch" => Change::Pitch(parameters.above_zero("ratio")?),
-        "dead-elements" => Change::Silent(parameters.elements()?),
-        "polarity" => Change::Reversed(parameters.elements()?),
-        "swapped-channels" => {
+    let key = match effect.remedy(simulator) {
+        Remedy::Key(key) => key,
+        Remedy::Manual(why) => return Err(why.to_owned()),
+    };
+    Ok(match key {
+        SetupKey::SimulatorModel => Change::SimulatorModel,
+        SetupKey::SpeedOfSound => Change::SpeedOfSound(parameters.above_zero("c_m_s")?),
+        SetupKey::Frequency => Change::Frequency(parameters.above_zero("ratio")?),
+        SetupKey::Pitch => Change::Pitch(parameters.above_zero("ratio")?),
+        SetupKey::SilentElements => Change::Silent(parameters.elements()?),
+        SetupKey::ReversedElements => Change::Reversed(parameters.elements()?),
+        SetupKey::SwappedElements => {
             let elements = parameters.elements()?;
             let two = <[usize; 2]>::try_from(elements);
             Change::Swapped(two.map_err(|_| "the diagnosis does not name two elements".to_owned())?)
         }
-        "element-gain" => Change::Amplitudes(parameters.each("departures")?),
-        "element-phase" => Change::Phases(parameters.each("departures_rad")?),
-        "array-tilt" => {
+        SetupKey::Amplitudes => Change::Amplitudes(parameters.each("departures")?),
+        SetupKey::Phases => Change::Phases(parameters.each("departures_rad")?),
+        SetupKey::Tilt => {
             Change::Tilt([parameters.real("about_x_rad")?, parameters.real("about_y_rad")?])
         }
-        // A lobe wider by a ratio is that of a face smaller by it.
-        "directivity" if simulator == Simulator::Piston => {
-            Change::Faces(1.0 / parameters.above_zero("width_ratio")?)
-        }
-        "offset" => Change::Offset(Vec3::new(
+        SetupKey::FaceRadius => Change::Faces(1.0 / parameters.above_zero("width_ratio")?),
+        SetupKey::Origin => Change::Offset(Vec3::new(
             parameters.real("x_mm")?,
             parameters.real("y_mm")?,
             parameters.real("z_mm")?,
         )),
-        "rotation" => Change::Turn(parameters.real("rad")?),
-        "phase-quantisation" => Change::Steps(parameters.above_zero("steps")?.round().max(1.0)),
-        other => return Err(no_home::why(other).to_owned()),
+        SetupKey::Turn => Change::Turn(parameters.real("rad")?),
+        SetupKey::PhaseSteps => {
+            Change::Steps(parameters.above_zero("steps")?.round().max(1.0))
+        }
     })
 }
 
 /// The parameters of one effect.
 struct Parameters<'a> {
-    effect: &'a str,
+    effect: EffectId,
     named: &'a Candidate,
 }
 

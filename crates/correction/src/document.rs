@@ -5,7 +5,7 @@ use std::path::Path;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, Value};
 
 use super::change::{Change, Correction};
-use super::no_home::Unwritten;
+use super::not_correctable::Unwritten;
 use fieldgap_input::Fault;
 use fieldgap_records::{ArraySection, Layout, MediumSection};
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::no_home::Unwritten;
+use super::not_correctable::Unwritten;
 use fieldgap_diagnosis::Verdict;
 use fieldgap_input::Fault;
 

@@ -7,7 +7,7 @@
 //! | file | what it does |
 //! |---|---|
 //! | `change` | from the named cause to what it changes in a set-up |
-//! | `no_home` | the effects that change nothing there, and why |
+//! | `not_correctable` | the effects that change nothing there, and why |
 //! | `elements` | changes of single elements |
 //! | `document` | TOML edited in place, comments kept |
 //! | `rig_file`, `recorded_scan` | the two kinds of set-up |
@@ -16,7 +16,7 @@ mod change;
 mod document;
 mod elements;
 mod error;
-mod no_home;
+mod not_correctable;
 mod recorded_scan;
 mod rig_file;
 
@@ -25,7 +25,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 pub use error::CorrectionError;
-pub use no_home::Unwritten;
+pub use not_correctable::Unwritten;
 pub use recorded_scan::correct_recorded_scan;
 pub use rig_file::correct_rig_file;
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use super::change::{Change, Correction, corrections};
 use super::document::{Document, head, numbers, set, to};
 use super::elements::{changed, difference, is_of_elements};
-use super::no_home::Unwritten;
+use super::not_correctable::Unwritten;
 use super::{Corrected, CorrectionError, write_new};
 use fieldgap_acoustics::{Simulator, delays_s};
 use fieldgap_diagnosis::Diagnosis;
@@ -38,9 +38,9 @@ pub fn correct_recorded_scan(
     if let Some(what) = difference(setup.array.array(), scanned.array.array()) {
         return Err(CorrectionError::OtherArray { path: folder.to_owned(), what });
     }
-    let slips = corrections.iter().any(|correction| correction.change == Change::Slips);
+    let mends_simulator = corrections.iter().any(|correction| correction.change == Change::SimulatorModel);
     let frozen = setup.simulator == Simulator::AsWritten
-        && !slips
+        && !mends_simulator
         && setup.foci.iter().any(|focus| matches!(focus, FocusSection::Point(_)));
     let written: Vec<&Correction> = corrections
         .iter()
@@ -78,7 +78,7 @@ pub fn correct_recorded_scan(
         } else {
             document.correct_array(correction, &setup.array);
         }
-        if correction.change == Change::Slips {
+        if correction.change == Change::SimulatorModel {
             let note = format!("{}; {} before", correction.found, setup.simulator);
             let model = Simulator::Corrected.to_string();
             set(document.section("simulator"), "model", model.into(), &note);
@@ -130,7 +130,7 @@ fn changes_drives(change: &Change) -> bool {
         | Change::Amplitudes(_)
         | Change::Phases(_)
         | Change::Faces(_)
-        | Change::Slips => false,
+        | Change::SimulatorModel => false,
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::change::{Change, Correction, corrections};
 use super::document::{Document, head, numbers, set, to};
 use super::elements::{changed, difference, is_of_elements};
-use super::no_home::Unwritten;
+use super::not_correctable::Unwritten;
 use super::{Corrected, CorrectionError, write_new};
 use fieldgap_acquisition::RigSetup;
 use fieldgap_diagnosis::Diagnosis;
@@ -111,7 +111,7 @@ pub fn correct_rig_file(
 /// Why a change has no key in a rig file, where it has none.
 fn no_key(change: &Change) -> Option<&'static str> {
     match change {
-        Change::Slips => Some(
+        Change::SimulatorModel => Some(
             "a rig file names no simulator; write model = \"corrected\" into [simulator] of the plan, or give --simulator \
              corrected",
         ),

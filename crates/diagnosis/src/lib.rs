@@ -1,50 +1,31 @@
-//! Why a scan and its simulation differ: where the gap lies, which unmodelled effect causes it, how far it shrinks
-//! once that effect is added.
+//! Why a scan and its simulation differ.
 
-mod account;
-mod converter_steps;
-mod course;
-mod detection;
-#[allow(clippy::module_inception)] // the module's one result
-mod diagnosis;
-mod distinguish;
+mod advice;
+mod diagnose;
+mod effect_id;
 mod effects;
-mod element_order;
-mod evidence;
-mod extension;
 mod fit;
-mod flicker;
-mod gap_size;
-mod golden;
-mod judgement;
-mod levels;
-mod likelihood;
-mod maps;
-mod next_measurement;
-mod observations;
-mod pair;
+mod fitted_parameter;
+mod limits;
+mod model;
+mod noise;
 mod preparation;
-mod problem;
-mod promises;
-mod pursuit;
-mod random_elements;
-mod rarity;
-mod residual_tests;
-mod scale;
-mod scatter;
-mod score_tests;
-mod search;
-mod silence;
-mod stray_wave;
-mod structure;
-mod supposed;
+mod remedy;
+mod report;
+mod residual_structure;
+mod result;
+mod selection;
+mod statistics;
 mod text;
+mod verdict;
 
-pub use diagnosis::{
-    Candidate, DiagnosedPlane, Diagnosis, FittedParameter, KindShares, NextMeasurement, PlaneShare,
-    Region, RegionShare, ResidualTest, Verdict, WaterfallStep, Where,
+pub use advice::distinguish::{AlikeEffects, alike_effects};
+pub use diagnose::diagnose;
+pub use effect_id::{EffectId, UnknownEffect, joined};
+pub use fitted_parameter::FittedParameter;
+pub use remedy::{Remedy, SetupKey};
+pub use result::{
+    Candidate, DiagnosedPlane, Diagnosis, KindShares, NextMeasurement, PlaneShare, Region,
+    RegionShare, ResidualTest, Verdict, WaterfallStep, Where,
 };
 pub use text::Standing;
-
-pub use course::diagnose;
-pub use distinguish::{AlikeEffects, alike_effects};

@@ -1,16 +1,17 @@
 //! What a diagnosis begins with: the readings of all scans, in the array's coordinates, and what effects measure themselves
 //! against.
 
-use super::effects::Context;
-use super::observations::Observations;
-use super::scatter::USUAL_SHARE;
-use super::silence::Silence;
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{Incomparable, Pose, Registering, Registration, register_scan};
 use fieldgap_records::RecordedScan;
 
+use crate::limits::{ALIKE, UNLIKE, USUAL_PROPORTIONAL_NOISE};
+use crate::model::effect::Context;
+use crate::model::observations::Observations;
+use crate::statistics::dark_readings::DarkReadings;
+
 /// What a diagnosis begins with.
-pub(super) struct Prepared {
+pub(crate) struct Prepared {
     pub simulator: Simulator,
     pub observations: Observations,
     pub context: Context,
@@ -48,8 +49,6 @@ impl Prepared {
 /// Whether a scan lies in coordinates of its own: only then is it laid on the array's by a pose before anything else. What
 /// resembles the believed field at all is in the lab's coordinates, and a pose would eat what is to be found.
 fn is_in_other_coordinates(registration: &Registration) -> bool {
-    const UNLIKE: f64 = 0.5;
-    const ALIKE: f64 = 0.8;
     let correlation = |with_pose: bool| {
         let tried = registration.tried.iter();
         let of = tried.filter(|t| (t.registering == Registering::Pose) == with_pose);
@@ -63,14 +62,14 @@ fn is_in_other_coordinates(registration: &Registration) -> bool {
 fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {
     let drives = || observations.scans.iter().flat_map(|scan| &scan.drives);
     let highest = drives().flat_map(|drive| &drive.visits).map(|visit| visit.at_m.z);
-    let silence =
-        observations.scans.iter().filter_map(|scan| Silence::of(&scan.silent, scan.averaged));
-    let floors = silence.map(|silence| silence.told(USUAL_SHARE).floor);
+    let dark =
+        observations.scans.iter().filter_map(|scan| DarkReadings::of(&scan.dark, scan.averaged));
+    let floors = dark.map(|dark| dark.noise(USUAL_PROPORTIONAL_NOISE).floor);
     Context {
         believed: observations.first().believed.clone(),
         largest_reading: observations.readings().into_iter().fold(0.0, f64::max),
         unit: scans[0].setup.unit.clone(),
         highest_m: highest.fold(0.0, f64::max),
-        silent_floor: floors.fold(0.0, f64::max),
+        dark_floor: floors.fold(0.0, f64::max),
     }
 }

@@ -3,40 +3,64 @@
 //! Air at 20 °C and 50 % humidity takes 1.3 dB/m at 40 kHz (ISO 9613-1). A believed decay that is too strong shows as a
 //! value below zero.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use std::f64::consts::LN_10;
+
+use fieldgap_acoustics::{Propagation, Simulator};
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct Absorption;
+pub(crate) struct Absorption;
 
 impl Effect for Absorption {
-    fn id(&self) -> &'static str {
-        "absorption"
+    fn id(&self) -> EffectId {
+        EffectId::Absorption
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 0.0, scale: 0.5, least: -40.0, most: 80.0 }]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.attenuation_db_m = values[0];
+    fn stage(&self) -> Stage {
+        Stage::Field
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Spreading, EffectId::GainDrift]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual(
+            "how the level falls with distance is part of a simulator, not of a set-up; try another --simulator",
+        )
+    }
+
+    fn air(&self, at: Setting<'_>, _speed_m_s: f64, air: &mut Propagation) {
+        air.attenuation_np_m += at.values[0] * LN_10 / 20.0;
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
         Some("a thermometer and a hygrometer show what the air absorbs")
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
             "each path loses {:.2} ± {:.2} dB a metre more than the model says (air at 20 °C and 50 % humidity: 1.3)",
             fitted[0].value, fitted[0].error
         );
-        Said::new([("db_per_m", fitted[0].real())], sentence)
+        Finding::new([("db_per_m", fitted[0].real())], sentence)
     }
 }

@@ -3,46 +3,86 @@
 //! A plane wave from an angle θ is heard as 2 J₁(x)/x with x = k a sin θ, as a radiating piston is (reciprocity). It is fitted
 //! as the squared radius, in which it is linear when small.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::Simulator;
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct Aperture;
+pub(crate) struct Aperture;
 
 impl Effect for Aperture {
-    fn id(&self) -> &'static str {
-        "aperture"
+    fn id(&self) -> EffectId {
+        EffectId::Aperture
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 0.0, scale: 0.5, least: 0.0, most: 150.0 }]
     }
 
+    fn stage(&self) -> Stage {
+        Stage::Field
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::ReceiverDirectivity, EffectId::Directivity]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual(
+            "the simulators give the pressure at a point; use a smaller receiver, or one that hears all angles alike",
+        )
+    }
+
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![1.0], vec![16.0]]
     }
 
-    fn suppose(
+    fn sensitivity<'a>(
         &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.face_radius_m = 1e-3 * values[0].max(0.0).sqrt();
+        at: Setting<'a>,
+        wavenumber_rad_m: f64,
+    ) -> Option<Box<dyn Fn(f64) -> f64 + 'a>> {
+        let radius_m = radius_m(at.values);
+        (radius_m > 0.0).then(|| {
+            Box::new(move |angle_rad| mean_over_face(radius_m, wavenumber_rad_m, angle_rad)) as _
+        })
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn independent_check(&self) -> Option<&'static str> {
         Some("callipers show how wide an element's opening is")
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let radius = fitted[0].value.max(1e-6).sqrt();
         let radius = fitted[0].map(radius, 0.5 / radius);
         let sentence = format!(
             "the receiver averages over a face of {:.2} ± {:.2} mm radius",
             radius.value, radius.error
         );
-        Said::new([("radius_mm", radius.real())], sentence)
+        Finding::new([("radius_mm", radius.real())], sentence)
     }
+}
+
+/// Radius of the receiver's face, m, at fitted values.
+fn radius_m(values: &[f64]) -> f64 {
+    1e-3 * values[0].max(0.0).sqrt()
+}
+
+/// The mean of a plane wave over a disc, relative to its middle: 2 J₁(x)/x with x = k a sin θ.
+pub(crate) fn mean_over_face(radius_m: f64, wavenumber_rad_m: f64, angle_rad: f64) -> f64 {
+    let x = wavenumber_rad_m * radius_m * angle_rad.sin();
+    if x.abs() < 1e-4 { 1.0 - x * x / 8.0 } else { 2.0 * libm::j1(x) / x }
 }

@@ -1,14 +1,21 @@
 //! The array's plane is tilted against the scan's axes about its centre: first about x, then about y.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::{Element, Simulator, Vec3};
+use nalgebra::Rotation3;
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::{Remedy, SetupKey};
 
 /// The effect.
-pub(super) struct ArrayTilt;
+pub(crate) struct ArrayTilt;
 
 impl Effect for ArrayTilt {
-    fn id(&self) -> &'static str {
-        "array-tilt"
+    fn id(&self) -> EffectId {
+        EffectId::ArrayTilt
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -18,21 +25,40 @@ impl Effect for ArrayTilt {
         ]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.tilt_rad = [values[0], values[1]];
+    fn stage(&self) -> Stage {
+        Stage::Field
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Offset, EffectId::Rotation]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Key(SetupKey::Tilt)
+    }
+
+    fn elements(&self, at: Setting<'_>, elements: &mut [Element]) {
+        let tilt = Rotation3::from_axis_angle(&Vec3::y_axis(), at.values[1])
+            * Rotation3::from_axis_angle(&Vec3::x_axis(), at.values[0]);
+        for element in elements {
+            element.centre_m = tilt * element.centre_m;
+            element.normal = tilt * element.normal;
+        }
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
         Some("a dial gauge on the robot, led along the array's face, shows its tilt")
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let [x, y] = [fitted[0], fitted[1]];
         let sentence = format!(
             "the array is tilted by {:.2} ± {:.2} degrees about x and {:.2} ± {:.2} about y",
@@ -41,6 +67,6 @@ impl Effect for ArrayTilt {
             y.value.to_degrees(),
             y.error.to_degrees()
         );
-        Said::new([("about_x_rad", x.real()), ("about_y_rad", y.real())], sentence)
+        Finding::new([("about_x_rad", x.real()), ("about_y_rad", y.real())], sentence)
     }
 }

@@ -1,14 +1,21 @@
 //! Steps a millimetre are wrong: a commanded millimetre is truly this long, about the array's centre.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::{Simulator, Vec3};
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::model::observations::Visit;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct AxisScale;
+pub(crate) struct AxisScale;
 
 impl Effect for AxisScale {
-    fn id(&self) -> &'static str {
-        "axis-scale"
+    fn id(&self) -> EffectId {
+        EffectId::AxisScale
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -19,26 +26,40 @@ impl Effect for AxisScale {
         ]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.scale.copy_from_slice(values);
+    fn stage(&self) -> Stage {
+        Stage::Field
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Pitch, EffectId::SoundSpeed]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual("correct the steps per millimetre in the robot's firmware")
+    }
+
+    fn position(&self, at: Setting<'_>, _visit: &Visit, at_m: Vec3) -> Vec3 {
+        at_m.component_mul(&Vec3::from_column_slice(at.values))
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
         Some("a rule beside the robot shows how far it goes")
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let [x, y, z] = [fitted[0], fitted[1], fitted[2]];
         let sentence = format!(
             "a commanded millimetre is {:.4} ± {:.4} mm along x, {:.4} ± {:.4} along y and {:.4} ± {:.4} along z",
             x.value, x.error, y.value, y.error, z.value, z.error
         );
-        Said::new([("x", x.real()), ("y", y.real()), ("z", z.real())], sentence)
+        Finding::new([("x", x.real()), ("y", y.real()), ("z", z.real())], sentence)
     }
 }

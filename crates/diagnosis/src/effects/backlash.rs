@@ -1,43 +1,65 @@
 //! Play between motor and carriage along x: the nozzle trails by half of it, to either side of where it is believed.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::{Simulator, Vec3};
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::model::observations::Visit;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct Backlash;
+pub(crate) struct Backlash;
 
 impl Effect for Backlash {
-    fn id(&self) -> &'static str {
-        "backlash"
+    fn id(&self) -> EffectId {
+        EffectId::Backlash
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 0.0, scale: 0.02, least: -4.0, most: 4.0 }]
     }
 
+    fn stage(&self) -> Stage {
+        Stage::Field
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Direction
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Lag]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual("take the play out of the robot, or scan with order = \"raster\"")
+    }
+
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![0.3], vec![-0.3]]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.backlash_m = 1e-3 * values[0];
+    fn position(&self, at: Setting<'_>, visit: &Visit, at_m: Vec3) -> Vec3 {
+        let play_m = 1e-3 * at.values[0];
+        at_m - Vec3::x() * (0.5 * visit.x_direction * play_m)
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn independent_check(&self) -> Option<&'static str> {
         Some("a dial gauge against the robot, come from either side, shows its play")
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
             "the carriage has {:.2} ± {:.2} mm of play along x",
             fitted[0].value, fitted[0].error
         );
-        Said::new([("mm", fitted[0].real())], sentence)
+        Finding::new([("mm", fitted[0].real())], sentence)
     }
 }

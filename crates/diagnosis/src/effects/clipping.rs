@@ -2,19 +2,47 @@
 //!
 //! It is fitted as a share of the largest reading, at which the readings pile up.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
+use fieldgap_acoustics::Simulator;
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Expected, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct Clipping;
+pub(crate) struct Clipping;
 
 impl Effect for Clipping {
-    fn id(&self) -> &'static str {
-        "clipping"
+    fn id(&self) -> EffectId {
+        EffectId::Clipping
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 1.2, scale: 0.005, least: 0.05, most: 1.2 }]
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Converter
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Saturation]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual("lower the receiver's amplification")
     }
 
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
@@ -25,27 +53,34 @@ impl Effect for Clipping {
         true
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        context: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.full_scale = context.largest_reading * values[0];
+    fn clipped(&self, at: Setting<'_>, expected: Expected, deviation: f64) -> Expected {
+        clipped(at.context.largest_reading * at.values[0], expected, deviation)
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn independent_check(&self) -> Option<&'static str> {
         Some(
             "the level at the focus, at full and at half drive, shows whether the receiver follows",
         )
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, context: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, context: &Context) -> Finding {
         let level =
             fitted[0].map(context.largest_reading * fitted[0].value, context.largest_reading);
         let sentence =
             format!("readings are cut at {:.3} ± {:.3} {}", level.value, level.error, context.unit);
-        Said::new([("level", level.real())], sentence)
+        Finding::new([("level", level.real())], sentence)
+    }
+}
+
+/// What a full scale leaves of normal readings: those that noise takes beyond it are cut, and those that it takes below are not. How
+/// those that are cut would have scattered says nothing.
+fn clipped(full_scale: f64, expected: Expected, deviation: f64) -> Expected {
+    let Expected { reading, variance_ratio } = expected;
+    let below = (full_scale - reading) / deviation;
+    let share_below = 0.5 * libm::erfc(-below * FRAC_1_SQRT_2);
+    let density = (-0.5 * below * below).exp() / TAU.sqrt();
+    Expected {
+        reading: full_scale - deviation * (below * share_below + density),
+        variance_ratio: 1.0 + share_below * (variance_ratio - 1.0),
     }
 }

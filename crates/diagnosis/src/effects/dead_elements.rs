@@ -1,11 +1,15 @@
-//! One to three elements are silent.
+//! One to three elements are silent: their amplitude is zero.
 
-use super::Search;
-use super::of_elements::OfElements;
+use super::of_elements::{Act, OfElements};
+use crate::effect_id::EffectId;
+use crate::model::effect::Search;
+use crate::remedy::SetupKey;
 
-pub(super) static DEAD_ELEMENTS: OfElements = OfElements {
-    id: "dead-elements",
+pub(crate) static DEAD_ELEMENTS: OfElements = OfElements {
+    id: EffectId::DeadElements,
     search: Search::Sets,
     words: "silent",
-    act: |elements, supposed| supposed.dead = elements.to_vec(),
+    mimics: &[EffectId::ElementGain],
+    key: SetupKey::SilentElements,
+    act: Act::Amplitude(0.0),
 };

@@ -1,20 +1,51 @@
 //! A defect of the simulator itself: adding the effect mends it, and nothing is fitted.
 
-use super::{Choice, Context, Effect, Fitted, Said};
-use crate::observations::Observations;
-use crate::supposed::Supposed;
 use fieldgap_acoustics::Simulator;
 
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Radiation, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::model::observations::Observations;
+use crate::remedy::{Remedy, SetupKey};
+
 /// A defect that only the simulator as written has.
-pub(super) struct Defect {
-    pub id: &'static str,
+pub(crate) struct Defect {
+    pub id: EffectId,
+    /// What is wrong, one sentence.
     pub sentence: &'static str,
-    pub mend: fn(&mut Supposed),
+    /// What a simulator without the defect does.
+    pub mend: fn(&mut Radiation<'_>),
 }
 
 impl Effect for Defect {
-    fn id(&self) -> &'static str {
+    fn id(&self) -> EffectId {
         self.id
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &[]
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Field
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Key(SetupKey::SimulatorModel)
     }
 
     fn is_defect(&self) -> bool {
@@ -25,11 +56,15 @@ impl Effect for Defect {
         observations.first().believed.simulator == Simulator::AsWritten
     }
 
-    fn suppose(&self, _: &[f64], _: &Choice, _: &Context, supposed: &mut Supposed) {
-        (self.mend)(supposed);
+    fn radiation(&self, _at: Setting<'_>, radiation: &mut Radiation<'_>) {
+        (self.mend)(radiation);
     }
 
-    fn say(&self, _: &[Fitted], _: &Choice, _: &Context) -> Said {
-        Said::new([], self.sentence.to_owned())
+    fn independent_check(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn describe(&self, _: &[Estimate], _: &Choice, _: &Context) -> Finding {
+        Finding::new([], self.sentence.to_owned())
     }
 }

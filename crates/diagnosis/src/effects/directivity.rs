@@ -3,19 +3,51 @@
 //! Either every angle of the directivity is stretched, or the face is smaller, which stretches a piston's lobe in the sine of
 //! the angle: both are tried.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::Simulator;
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Radiation, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::{Remedy, SetupKey};
 
 /// The effect.
-pub(super) struct Directivity;
+pub(crate) struct Directivity;
 
 impl Effect for Directivity {
-    fn id(&self) -> &'static str {
-        "directivity"
+    fn id(&self) -> EffectId {
+        EffectId::Directivity
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 1.0, scale: 0.01, least: 0.4, most: 2.5 }]
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Field
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::ReceiverDirectivity, EffectId::Aperture]
+    }
+
+    fn remedy(&self, simulator: Simulator) -> Remedy {
+        match simulator {
+            // A lobe wider by a ratio is that of a face smaller by it.
+            Simulator::Piston => Remedy::Key(SetupKey::FaceRadius),
+            _ => Remedy::Manual(
+                "the lobe of this simulator is a fixed fit; only `piston` has a radius of the face to correct",
+            ),
+        }
     }
 
     fn choices(&self) -> Vec<Choice> {
@@ -26,28 +58,22 @@ impl Effect for Directivity {
         vec![vec![1.0], vec![0.8], vec![1.3]]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.width_ratio = values[0];
-        supposed.widened_by_face = *choice == Choice::Law(1);
+    fn radiation(&self, at: Setting<'_>, radiation: &mut Radiation<'_>) {
+        radiation.width_ratio *= at.values[0];
+        radiation.by_face = *at.choice == Choice::Law(1);
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn independent_check(&self) -> Option<&'static str> {
         Some(
             "one element alone, turned before the receiver, shows its lobe (`fieldgap characterize`)",
         )
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
             "the elements' lobes are {:.3} ± {:.3} times as wide as modelled",
             fitted[0].value, fitted[0].error
         );
-        Said::new([("width_ratio", fitted[0].real())], sentence)
+        Finding::new([("width_ratio", fitted[0].real())], sentence)
     }
 }

@@ -1,14 +1,20 @@
 //! A steady wind across the field: a path of direction n takes d / (c + v·n) (Pierce, *Acoustics*, section 8-1).
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::{Propagation, Simulator, Vec3};
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct Flow;
+pub(crate) struct Flow;
 
 impl Effect for Flow {
-    fn id(&self) -> &'static str {
-        "flow"
+    fn id(&self) -> EffectId {
+        EffectId::Flow
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -18,22 +24,37 @@ impl Effect for Flow {
         ]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.wind_m_s.x = values[0];
-        supposed.wind_m_s.y = values[1];
+    fn stage(&self) -> Stage {
+        Stage::Field
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Offset, EffectId::ArrayTilt]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual(
+            "the simulators know still air of one temperature only; keep draughts and heat away",
+        )
+    }
+
+    fn air(&self, at: Setting<'_>, speed_m_s: f64, air: &mut Propagation) {
+        air.mach += Vec3::new(at.values[0], at.values[1], 0.0) / speed_m_s;
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
         Some("smoke or a thread shows whether the air moves")
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let [x, y] = [fitted[0], fitted[1]];
         let sentence = format!(
             "air flows across the field at {:.2} m/s: {:.2} ± {:.2} along x, {:.2} ± {:.2} along y",
@@ -43,6 +64,6 @@ impl Effect for Flow {
             y.value,
             y.error
         );
-        Said::new([("vx_m_s", x.real()), ("vy_m_s", y.real())], sentence)
+        Finding::new([("vx_m_s", x.real()), ("vy_m_s", y.real())], sentence)
     }
 }

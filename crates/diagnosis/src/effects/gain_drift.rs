@@ -1,40 +1,62 @@
 //! The level drifts through the scan, linearly in time.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::Simulator;
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct GainDrift;
+pub(crate) struct GainDrift;
 
 impl Effect for GainDrift {
-    fn id(&self) -> &'static str {
-        "gain-drift"
+    fn id(&self) -> EffectId {
+        EffectId::GainDrift
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 0.0, scale: 0.005, least: -0.95, most: 10.0 }]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.drift = values[0];
+    fn stage(&self) -> Stage {
+        Stage::Gain
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn timing(&self) -> Timing {
+        Timing::Moment
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Absorption, EffectId::Spreading]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual(
+            "simulations do not know the time; let the rig warm up, or add a [reference] to the plan",
+        )
+    }
+
+    fn gain(&self, at: Setting<'_>, progress: f64) -> f64 {
+        1.0 + at.values[0] * progress
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
         Some("the level at one place, over the time of a scan, shows whether it drifts")
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
             "the level at the end of the scan is {:.1} ± {:.1} % off that at its beginning",
             100.0 * fitted[0].value,
             100.0 * fitted[0].error
         );
-        Said::new([("relative", fitted[0].real())], sentence)
+        Finding::new([("relative", fitted[0].real())], sentence)
     }
 }

@@ -2,45 +2,66 @@
 //!
 //! Unlike play it grows with speed and acts along every axis.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::{Simulator, Vec3};
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::model::observations::Visit;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct Lag;
+pub(crate) struct Lag;
 
 impl Effect for Lag {
-    fn id(&self) -> &'static str {
-        "lag"
+    fn id(&self) -> EffectId {
+        EffectId::Lag
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 0.0, scale: 0.001, least: 0.0, most: 1.0 }]
     }
 
+    fn stage(&self) -> Stage {
+        Stage::Field
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Velocity
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Backlash]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual("make settle_ms of the receiver longer")
+    }
+
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![5e-3], vec![2.5e-2]]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.lag_s = values[0];
+    fn position(&self, at: Setting<'_>, visit: &Visit, at_m: Vec3) -> Vec3 {
+        at_m - visit.velocity_m_s * at.values[0]
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn independent_check(&self) -> Option<&'static str> {
         Some("a burst at rest shows how late the receiver reads it")
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
             "readings trail the motion by {:.1} ± {:.1} ms",
             1e3 * fitted[0].value,
             1e3 * fitted[0].error
         );
-        Said::new([("s", fitted[0].real())], sentence)
+        Finding::new([("s", fitted[0].real())], sentence)
     }
 }

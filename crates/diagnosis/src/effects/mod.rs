@@ -1,8 +1,7 @@
-//! The effects that a simulator may leave out, each as a change of what is supposed.
+//! The catalogue of effects: one file each, with its physics, its source, its parameters and its words.
 //!
-//! One file each, with its physics, its source, its parameters with unit and plausible range, and **one line in the registry
-//! below**. Nothing here is shared with the virtual rig's effects, which act on paths of sound: what makes a field and what
-//! explains it were written apart.
+//! Nothing here is shared with the virtual rig's effects, which act on paths of sound: the physics that makes a field and the physics
+//! that explains it were written independently. A test holds the one against the other.
 
 mod absorption;
 mod aperture;
@@ -24,9 +23,10 @@ mod of_elements;
 mod offset;
 mod on_axis_unit;
 mod phase_plane;
-pub(super) mod phase_quantisation;
+pub(crate) mod phase_quantisation;
 mod pitch;
 mod polarity;
+mod position_jitter;
 mod random;
 mod receiver_directivity;
 mod reflection;
@@ -38,231 +38,71 @@ mod spreading;
 mod standing_wave;
 mod swapped_channels;
 mod temperature_gradient;
-pub(super) mod turbulence;
+pub(crate) mod turbulence;
 
-use std::collections::BTreeMap;
+use fieldgap_acoustics::Simulator;
 
-use super::FittedParameter;
-use super::observations::Observations;
-use super::supposed::Supposed;
-use fieldgap_acoustics::Simulation;
+use crate::effect_id::EffectId;
+use crate::model::effect::Effect;
+use crate::remedy::Remedy;
 
-/// A real parameter as a fit works on it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Parameter {
-    /// Where the effect does nothing.
-    pub neutral: f64,
-    /// A change that matters: about what a good scan tells.
-    pub scale: f64,
-    /// Least plausible value.
-    pub least: f64,
-    /// Largest plausible value.
-    pub most: f64,
-}
-
-/// What is chosen, not fitted: whole numbers.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Choice {
-    /// Nothing is.
-    None,
-    /// These elements.
-    Elements(Vec<usize>),
-    /// One of two laws.
-    Law(u8),
-    /// So many steps, counted from so many sixteenths of a step.
-    Steps(u32, u8),
-}
-
-/// How an effect is looked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Search {
-    /// From its starts, downhill.
-    Smooth,
-    /// Every set of up to three elements, then downhill in what remains.
-    Sets,
-    /// Every pair of elements.
-    Exchanges,
-    /// Every number of steps.
-    Steps,
-    /// Every height of a plane, its coefficient solved for.
-    Heights,
-    /// A random number for each element, the same spread for all.
-    Random,
-}
-
-impl Search {
-    /// Whether the cost has many minima, so that what was found depends on what else was known.
-    pub fn has_many_minima(self) -> bool {
-        self.is_of_elements() || self == Self::Heights
-    }
-
-    /// Whether what is found is something that single elements' departures show.
-    pub fn is_of_elements(self) -> bool {
-        matches!(self, Self::Sets | Self::Exchanges | Self::Steps)
+/// The effect of an id. An id without an effect does not compile.
+pub(crate) fn effect(id: EffectId) -> &'static dyn Effect {
+    match id {
+        EffectId::PhasePlane => &phase_plane::PHASE_PLANE,
+        EffectId::OnAxisUnit => &on_axis_unit::ON_AXIS_UNIT,
+        EffectId::SoundSpeed => &sound_speed::SoundSpeed,
+        EffectId::Absorption => &absorption::Absorption,
+        EffectId::Flow => &flow::Flow,
+        EffectId::TemperatureGradient => &temperature_gradient::TemperatureGradient,
+        EffectId::Turbulence => &turbulence::Turbulence,
+        EffectId::Spreading => &spreading::Spreading,
+        EffectId::Directivity => &directivity::Directivity,
+        EffectId::ElementGain => &element_gain::ELEMENT_GAIN,
+        EffectId::ElementPhase => &element_phase::ELEMENT_PHASE,
+        EffectId::DeadElements => &dead_elements::DEAD_ELEMENTS,
+        EffectId::Polarity => &polarity::POLARITY,
+        EffectId::SwappedChannels => &swapped_channels::SWAPPED_CHANNELS,
+        EffectId::Pitch => &pitch::Pitch,
+        EffectId::ArrayTilt => &array_tilt::ArrayTilt,
+        EffectId::PhaseQuantisation => &phase_quantisation::PhaseQuantisation,
+        EffectId::DriveFrequency => &drive_frequency::DriveFrequency,
+        EffectId::Offset => &offset::Offset,
+        EffectId::Rotation => &rotation::Rotation,
+        EffectId::Skew => &skew::Skew,
+        EffectId::AxisScale => &axis_scale::AxisScale,
+        EffectId::Backlash => &backlash::Backlash,
+        EffectId::Lag => &lag::Lag,
+        EffectId::PositionJitter => &position_jitter::PositionJitter,
+        EffectId::ReceiverDirectivity => &receiver_directivity::ReceiverDirectivity,
+        EffectId::Aperture => &aperture::Aperture,
+        EffectId::Saturation => &saturation::Saturation,
+        EffectId::NoiseFloor => &noise_floor::NoiseFloor,
+        EffectId::Clipping => &clipping::Clipping,
+        EffectId::Reflection => &reflection::Reflection,
+        EffectId::StandingWave => &standing_wave::StandingWave,
+        EffectId::GainDrift => &gain_drift::GainDrift,
     }
 }
 
-/// A fitted number and its standard error.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Fitted {
-    pub value: f64,
-    pub error: f64,
+/// Every effect, in the order of the catalogue.
+pub(crate) fn catalogue() -> impl Iterator<Item = &'static dyn Effect> {
+    EffectId::ALL.iter().copied().map(effect)
 }
 
-impl Fitted {
-    /// Through a function with this value and slope.
-    fn map(self, value: f64, slope: f64) -> Self {
-        Self { value, error: self.error * slope.abs() }
+impl EffectId {
+    /// What corrects this effect where fields are simulated by `simulator`.
+    pub fn remedy(self, simulator: Simulator) -> Remedy {
+        effect(self).remedy(simulator)
     }
 
-    fn real(self) -> FittedParameter {
-        FittedParameter::Real { value: self.value, standard_error: self.error }
-    }
-}
-
-/// What an effect's fit says, in its own parameters and in words.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Said {
-    /// Parameters by the names of the catalogue.
-    pub parameters: BTreeMap<&'static str, FittedParameter>,
-    /// Their meaning, one sentence.
-    pub sentence: String,
-}
-
-impl Said {
-    fn new<const N: usize>(
-        parameters: [(&'static str, FittedParameter); N],
-        sentence: String,
-    ) -> Self {
-        Self { parameters: BTreeMap::from(parameters), sentence }
-    }
-}
-
-/// One effect of the catalogue.
-pub(super) trait Effect: Sync {
-    /// Its name in the catalogue.
-    fn id(&self) -> &'static str;
-
-    /// Its real parameters.
-    fn parameters(&self) -> &'static [Parameter] {
-        &[]
+    /// What shows this effect without a scan of the field, as a clause; `None` where nothing simple does.
+    pub fn independent_check(self) -> Option<&'static str> {
+        effect(self).independent_check()
     }
 
-    /// How it is looked for.
-    fn search(&self) -> Search {
-        Search::Smooth
-    }
-
-    /// Where it does nothing.
-    fn neutral(&self) -> Vec<f64> {
-        self.parameters().iter().map(|parameter| parameter.neutral).collect()
-    }
-
-    /// Where a search begins; as many numbers as parameters.
-    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
-        vec![self.neutral()]
-    }
-
-    /// What may be chosen besides, all of it tried.
-    fn choices(&self) -> Vec<Choice> {
-        vec![Choice::None]
-    }
-
-    /// Whether the cost is flat where the effect does nothing, or it does nothing nowhere: then its slope there says
-    /// nothing about it.
-    fn begins_flat(&self, _believed: &Context) -> bool {
-        self.parameters().is_empty()
-    }
-
-    /// Whether it can act on what was observed at all.
-    fn can_act(&self, _observations: &Observations) -> bool {
-        true
-    }
-
-    /// Whether it is the simulator's own defect, and no physics.
-    fn is_defect(&self) -> bool {
-        false
-    }
-
-    /// Adds it to what is supposed.
-    fn suppose(&self, values: &[f64], choice: &Choice, believed: &Context, supposed: &mut Supposed);
-
-    /// What shows it without a scan of the field, as a clause.
-    fn shown_by(&self) -> Option<&'static str> {
-        None
-    }
-
-    /// What a fit of it says.
-    fn say(&self, fitted: &[Fitted], choice: &Choice, believed: &Context) -> Said;
-}
-
-/// What effects measure themselves against.
-#[derive(Debug, Clone)]
-pub(super) struct Context {
-    /// The set-up as believed.
-    pub believed: Simulation,
-    /// The largest reading.
-    pub largest_reading: f64,
-    /// Unit of the readings.
-    pub unit: String,
-    /// The highest point, m.
-    pub highest_m: f64,
-    /// The floor that silence shows, in the reading's unit; zero for none.
-    pub silent_floor: f64,
-}
-
-/// Every effect of the catalogue, in its order.
-pub(super) static CATALOGUE: [&dyn Effect; 32] = [
-    &phase_plane::PHASE_PLANE,
-    &on_axis_unit::ON_AXIS_UNIT,
-    &sound_speed::SoundSpeed,
-    &absorption::Absorption,
-    &flow::Flow,
-    &temperature_gradient::TemperatureGradient,
-    &turbulence::Turbulence,
-    &spreading::Spreading,
-    &directivity::Directivity,
-    &element_gain::ELEMENT_GAIN,
-    &element_phase::ELEMENT_PHASE,
-    &dead_elements::DEAD_ELEMENTS,
-    &polarity::POLARITY,
-    &swapped_channels::SWAPPED_CHANNELS,
-    &pitch::Pitch,
-    &array_tilt::ArrayTilt,
-    &phase_quantisation::PhaseQuantisation,
-    &drive_frequency::DriveFrequency,
-    &offset::Offset,
-    &rotation::Rotation,
-    &axis_scale::AxisScale,
-    &skew::Skew,
-    &backlash::Backlash,
-    &lag::Lag,
-    &receiver_directivity::ReceiverDirectivity,
-    &aperture::Aperture,
-    &saturation::Saturation,
-    &noise_floor::NoiseFloor,
-    &clipping::Clipping,
-    &reflection::Reflection,
-    &standing_wave::StandingWave,
-    &gain_drift::GainDrift,
-];
-
-/// Numbers in a list, for sentences.
-fn listed(elements: &[usize]) -> String {
-    let numbers: Vec<String> = elements.iter().map(usize::to_string).collect();
-    match numbers.split_last() {
-        Some((last, [])) => format!("element {last}"),
-        Some((last, rest)) => format!("elements {} and {last}", rest.join(", ")),
-        None => "no element".to_owned(),
-    }
-}
-
-impl Choice {
-    /// The elements chosen; none where none are.
-    pub fn elements(&self) -> &[usize] {
-        match self {
-            Self::Elements(elements) => elements,
-            Self::None | Self::Law(_) | Self::Steps(..) => &[],
-        }
+    /// Effects that a single scan mistakes for this one.
+    pub fn mimics(self) -> &'static [Self] {
+        effect(self).mimics()
     }
 }

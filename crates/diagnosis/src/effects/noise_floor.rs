@@ -2,19 +2,49 @@
 //!
 //! It is fitted as the squared ratio to the largest reading, which is zero for none; what silence reads says it best.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::Simulator;
+
+use crate::effect_id::EffectId;
+use crate::limits::FLOOR_NOT_SEEN;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::Remedy;
+use crate::statistics::scatter::Scatter;
 
 /// The effect.
-pub(super) struct NoiseFloor;
+pub(crate) struct NoiseFloor;
 
 impl Effect for NoiseFloor {
-    fn id(&self) -> &'static str {
-        "noise-floor"
+    fn id(&self) -> EffectId {
+        EffectId::NoiseFloor
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 0.0, scale: 1e-05, least: 0.0, most: 1.0 }]
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Detector
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Saturation]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual(
+            "the simulations are free of noise; shield the receiver, or drive the array harder",
+        )
     }
 
     /// Noise in proportion to the level behind the detector, or before it: nothing else tells which.
@@ -23,7 +53,7 @@ impl Effect for NoiseFloor {
     }
 
     fn starts(&self, context: &Context) -> Vec<Vec<f64>> {
-        match (context.silent_floor / context.largest_reading).powi(2) {
+        match (context.dark_floor / context.largest_reading).powi(2) {
             0.0 => vec![vec![1e-7], vec![1e-6], vec![1e-4], vec![1e-2]],
             in_silence => vec![vec![in_silence]],
         }
@@ -34,12 +64,45 @@ impl Effect for NoiseFloor {
         true
     }
 
-    fn suppose(&self, values: &[f64], choice: &Choice, context: &Context, supposed: &mut Supposed) {
-        supposed.share_before_receiver = *choice == Choice::Law(1);
-        supposed.floor = context.largest_reading * values[0].max(0.0).sqrt();
+    fn changes_scatter(&self, at: Setting<'_>) -> bool {
+        self.floor(at) > 0.0
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, context: &Context) -> Said {
+    fn transfer(&self, at: Setting<'_>, level: f64) -> f64 {
+        with_floor(level, self.floor(at))
+    }
+
+    /// Of √(v² + f²).
+    fn transfer_slope(&self, input: f64, output: f64) -> f64 {
+        input / output
+    }
+
+    fn floor(&self, at: Setting<'_>) -> f64 {
+        at.context.largest_reading * at.values[0].max(0.0).sqrt()
+    }
+
+    fn proportional_noise_before_detector(&self, choice: &Choice) -> Option<bool> {
+        Some(*choice == Choice::Law(1))
+    }
+
+    /// Nothing reads less than the floor.
+    fn is_allowed(&self, at: Setting<'_>, scatter: &Scatter) -> bool {
+        self.floor(at) <= scatter.most_floor
+    }
+
+    /// What dark readings say of a floor: for it, or, where they could have shown one and did not, against it.
+    fn evidence_of_dark_readings(&self, scatter: &Scatter) -> f64 {
+        match scatter.floor > 0.0 || scatter.most_floor.is_infinite() {
+            true => scatter.floor_evidence,
+            false => -FLOOR_NOT_SEEN,
+        }
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, context: &Context) -> Finding {
         let ratio = fitted[0].value.max(1e-12).sqrt();
         let level =
             fitted[0].map(context.largest_reading * ratio, 0.5 * context.largest_reading / ratio);
@@ -47,6 +110,11 @@ impl Effect for NoiseFloor {
             "a floor of {:.4} ± {:.4} {} is added in power to every reading",
             level.value, level.error, context.unit
         );
-        Said::new([("level", level.real())], sentence)
+        Finding::new([("level", level.real())], sentence)
     }
+}
+
+/// A level with a floor added in power. (The library's hypotenuse guards against overflow, at five times the time.)
+fn with_floor(level: f64, floor: f64) -> f64 {
+    (level * level + floor * floor).sqrt()
 }

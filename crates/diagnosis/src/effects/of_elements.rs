@@ -1,22 +1,65 @@
-//! Effects that name elements: what is chosen is which, and nothing is fitted.
+//! Effects that name elements: the elements are chosen, and nothing is fitted.
 
-use super::{Choice, Context, Effect, Fitted, Said, Search, listed};
-use crate::FittedParameter;
-use crate::observations::Observations;
-use crate::supposed::Supposed;
+use fieldgap_acoustics::{Element, Simulator};
+
+use crate::effect_id::EffectId;
+use crate::fitted_parameter::FittedParameter;
+use crate::model::effect::{
+    Carrier, Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Search, Stage,
+    Timing, listed,
+};
+use crate::model::instance::Setting;
+use crate::model::observations::Observations;
+use crate::remedy::{Remedy, SetupKey};
 
 /// Something that is wrong with some elements.
-pub(super) struct OfElements {
-    pub id: &'static str,
+pub(crate) struct OfElements {
+    pub id: EffectId,
     pub search: Search,
     /// What comes before the elements in a sentence.
     pub words: &'static str,
-    pub act: fn(&[usize], &mut Supposed),
+    pub mimics: &'static [EffectId],
+    pub key: SetupKey,
+    /// What it does to the elements, and to the phases that they are driven with.
+    pub act: Act,
+}
+
+/// What is wrong with the elements that are named.
+#[derive(Clone, Copy)]
+pub(crate) enum Act {
+    /// Their amplitudes are multiplied by this.
+    Amplitude(f64),
+    /// Their drives are exchanged.
+    Exchange,
 }
 
 impl Effect for OfElements {
-    fn id(&self) -> &'static str {
+    fn id(&self) -> EffectId {
         self.id
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &[]
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Field
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::Named
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        self.mimics
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Key(self.key)
     }
 
     fn search(&self) -> Search {
@@ -27,13 +70,27 @@ impl Effect for OfElements {
         observations.elements() > 1
     }
 
-    fn suppose(&self, _: &[f64], choice: &Choice, _: &Context, supposed: &mut Supposed) {
-        (self.act)(choice.elements(), supposed);
+    fn elements(&self, at: Setting<'_>, elements: &mut [Element]) {
+        if let Act::Amplitude(factor) = self.act {
+            for &n in at.choice.elements() {
+                elements[n].amplitude *= factor;
+            }
+        }
     }
 
-    fn say(&self, _: &[Fitted], choice: &Choice, _: &Context) -> Said {
+    fn drive_phases(&self, at: Setting<'_>, _carrier: &Carrier, phases_rad: &mut [f64]) {
+        if let (Act::Exchange, [a, b]) = (self.act, at.choice.elements()) {
+            phases_rad.swap(*a, *b);
+        }
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn describe(&self, _: &[Estimate], choice: &Choice, _: &Context) -> Finding {
         let value = choice.elements().to_vec();
         let sentence = format!("{}: {}", self.words, listed(&value));
-        Said::new([("elements", FittedParameter::Elements { value })], sentence)
+        Finding::new([("elements", FittedParameter::Elements { value })], sentence)
     }
 }

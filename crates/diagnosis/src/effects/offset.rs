@@ -2,15 +2,22 @@
 //!
 //! A fraction of a millimetre is what careful setting-up leaves and belongs to the registration; this is more.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::{Simulator, Vec3};
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::model::observations::Visit;
+use crate::remedy::{Remedy, SetupKey};
 
 /// The effect.
-pub(super) struct Offset;
+pub(crate) struct Offset;
 
 impl Effect for Offset {
-    fn id(&self) -> &'static str {
-        "offset"
+    fn id(&self) -> EffectId {
+        EffectId::Offset
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -21,26 +28,44 @@ impl Effect for Offset {
         ]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.offset_m.copy_from_slice(&[1e-3 * values[0], 1e-3 * values[1], 1e-3 * values[2]]);
+    fn stage(&self) -> Stage {
+        Stage::Field
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::ArrayTilt, EffectId::Flow]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Key(SetupKey::Origin)
+    }
+
+    fn is_told_by_shift(&self) -> bool {
+        true
+    }
+
+    fn position(&self, at: Setting<'_>, _visit: &Visit, at_m: Vec3) -> Vec3 {
+        at_m + 1e-3 * Vec3::from_column_slice(at.values)
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
         Some("`fieldgap rig find-axis` shows where the array's middle stands")
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let [x, y, z] = [fitted[0], fitted[1], fitted[2]];
         let sentence = format!(
             "the robot's origin stands {:.2} ± {:.2} mm along x, {:.2} ± {:.2} along y and {:.2} ± {:.2} along z from the array's",
             x.value, x.error, y.value, y.error, z.value, z.error
         );
-        Said::new([("x_mm", x.real()), ("y_mm", y.real()), ("z_mm", z.real())], sentence)
+        Finding::new([("x_mm", x.real()), ("y_mm", y.real()), ("z_mm", z.real())], sentence)
     }
 }

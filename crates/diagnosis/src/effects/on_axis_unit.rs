@@ -2,10 +2,13 @@
 //!
 //! Only the simulator as written has this defect; adding the effect feeds it centimetres.
 
-use super::defect::Defect;
+use fieldgap_acoustics::transducer::MurataFit;
 
-pub(super) static ON_AXIS_UNIT: Defect = Defect {
-    id: "on-axis-unit",
+use super::defect::Defect;
+use crate::effect_id::EffectId;
+
+pub(crate) static ON_AXIS_UNIT: Defect = Defect {
+    id: EffectId::OnAxisUnit,
     sentence: "the simulator fed metres to an on-axis decay that was fitted in centimetres",
-    mend: |supposed| supposed.decay_mended = true,
+    mend: |radiation| radiation.transducer = &MurataFit::CENTIMETRES,
 };

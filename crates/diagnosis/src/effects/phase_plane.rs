@@ -3,10 +3,13 @@
 //!
 //! Only the simulator as written has this defect; adding the effect takes path lengths where the field is observed.
 
-use super::defect::Defect;
+use fieldgap_acoustics::PathLengths;
 
-pub(super) static PHASE_PLANE: Defect = Defect {
-    id: "phase-plane",
+use super::defect::Defect;
+use crate::effect_id::EffectId;
+
+pub(crate) static PHASE_PLANE: Defect = Defect {
+    id: EffectId::PhasePlane,
     sentence: "the simulator froze its path lengths at the focal height; they belong where the field is observed",
-    mend: |supposed| supposed.paths_mended = true,
+    mend: |radiation| radiation.paths = PathLengths::Observed,
 };

@@ -2,9 +2,18 @@
 //!
 //! Where in a step its zero lies depends on which delay the driver counts from, and is fitted.
 
-use super::{Choice, Context, Effect, Fitted, Said, Search};
-use crate::FittedParameter;
-use crate::supposed::Supposed;
+use std::f64::consts::TAU;
+
+use fieldgap_acoustics::Simulator;
+
+use crate::effect_id::EffectId;
+use crate::fitted_parameter::FittedParameter;
+use crate::model::effect::{
+    Carrier, Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Search, Stage,
+    Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::{Remedy, SetupKey};
 
 /// Steps in a period: every number up to here, and then, as far as steps are told from none, what clocks and counters have.
 const EVERY_STEPS: u32 = 64;
@@ -12,38 +21,61 @@ const MOST_STEPS: u32 = 256;
 const OFTEN: usize = 4;
 
 /// The effect.
-pub(super) struct PhaseQuantisation;
+pub(crate) struct PhaseQuantisation;
 
 impl Effect for PhaseQuantisation {
-    fn id(&self) -> &'static str {
-        "phase-quantisation"
+    fn id(&self) -> EffectId {
+        EffectId::PhaseQuantisation
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &[]
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Field
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::ElementPhase]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Key(SetupKey::PhaseSteps)
     }
 
     fn search(&self) -> Search {
         Search::Steps
     }
 
-    fn suppose(
-        &self,
-        _values: &[f64],
-        choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.steps = match choice {
-            Choice::Steps(steps, zero) => Some((f64::from(*steps), f64::from(*zero) / 16.0)),
-            Choice::None | Choice::Law(_) | Choice::Elements(_) => None,
-        };
+    fn drive_phases(&self, at: Setting<'_>, carrier: &Carrier, phases_rad: &mut [f64]) {
+        if let Choice::Steps(steps, zero) = at.choice {
+            for phase_rad in phases_rad {
+                *phase_rad = rounded_rad(*phase_rad, *steps, *zero, carrier.frequency_ratio);
+            }
+        }
     }
 
-    fn say(&self, _fitted: &[Fitted], choice: &Choice, _believed: &Context) -> Said {
+    fn independent_check(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn describe(&self, _fitted: &[Estimate], choice: &Choice, _believed: &Context) -> Finding {
         let steps = match choice {
             Choice::Steps(steps, _) => f64::from(*steps),
             Choice::None | Choice::Law(_) | Choice::Elements(_) => f64::NAN,
         };
         let sentence = format!("the driver rounds delays to {steps} steps in a period");
         let value = FittedParameter::Real { value: steps, standard_error: 0.0 };
-        Said::new([("steps", value)], sentence)
+        Finding::new([("steps", value)], sentence)
     }
 }
 
@@ -51,4 +83,11 @@ impl Effect for PhaseQuantisation {
 pub(crate) fn steps_and_zeros() -> impl Iterator<Item = (u32, u8)> {
     let often = (EVERY_STEPS..=MOST_STEPS).step_by(OFTEN).skip(1);
     (2..=EVERY_STEPS).chain(often).flat_map(|steps| (0..16).map(move |zero| (steps, zero)))
+}
+
+/// A phase, rad, of a delay rounded to steps, counted from a number of sixteenths of a step.
+pub(crate) fn rounded_rad(phase_rad: f64, steps: u32, zero: u8, frequency_ratio: f64) -> f64 {
+    let step_rad = TAU * frequency_ratio / f64::from(steps);
+    let from = f64::from(zero) / 16.0;
+    ((phase_rad / step_rad + from).round() - from) * step_rad
 }

@@ -1,43 +1,66 @@
 //! The array is larger or smaller than modelled; the delays were computed for the modelled one.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::{Element, Simulator};
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::{Remedy, SetupKey};
 
 /// The effect.
-pub(super) struct Pitch;
+pub(crate) struct Pitch;
 
 impl Effect for Pitch {
-    fn id(&self) -> &'static str {
-        "pitch"
+    fn id(&self) -> EffectId {
+        EffectId::Pitch
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 1.0, scale: 0.001, least: 0.85, most: 1.18 }]
     }
 
+    fn stage(&self) -> Stage {
+        Stage::Field
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::AxisScale]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Key(SetupKey::Pitch)
+    }
+
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![1.0], vec![0.95], vec![1.05]]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.pitch_ratio = values[0];
+    fn elements(&self, at: Setting<'_>, elements: &mut [Element]) {
+        for element in elements {
+            element.centre_m.x *= at.values[0];
+            element.centre_m.y *= at.values[0];
+        }
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn independent_check(&self) -> Option<&'static str> {
         Some("callipers show how far apart the elements stand")
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
             "the elements stand {:.4} ± {:.4} times as far apart as modelled",
             fitted[0].value, fitted[0].error
         );
-        Said::new([("ratio", fitted[0].real())], sentence)
+        Finding::new([("ratio", fitted[0].real())], sentence)
     }
 }

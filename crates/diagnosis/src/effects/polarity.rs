@@ -1,11 +1,15 @@
-//! One to three elements are wired in reverse.
+//! One to three elements are wired in reverse: their amplitude has the opposite sign.
 
-use super::Search;
-use super::of_elements::OfElements;
+use super::of_elements::{Act, OfElements};
+use crate::effect_id::EffectId;
+use crate::model::effect::Search;
+use crate::remedy::SetupKey;
 
-pub(super) static POLARITY: OfElements = OfElements {
-    id: "polarity",
+pub(crate) static POLARITY: OfElements = OfElements {
+    id: EffectId::Polarity,
     search: Search::Sets,
     words: "wired in reverse",
-    act: |elements, supposed| supposed.reversed = elements.to_vec(),
+    mimics: &[EffectId::ElementPhase],
+    key: SetupKey::ReversedElements,
+    act: Act::Amplitude(-1.0),
 };

@@ -3,40 +3,67 @@
 //!
 //! It is fitted as the inverse square of that angle, which is zero for an even receiver.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::Simulator;
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct ReceiverDirectivity;
+pub(crate) struct ReceiverDirectivity;
 
 impl Effect for ReceiverDirectivity {
-    fn id(&self) -> &'static str {
-        "receiver-directivity"
+    fn id(&self) -> EffectId {
+        EffectId::ReceiverDirectivity
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 0.0, scale: 0.02, least: 0.0, most: 60.0 }]
     }
 
+    fn stage(&self) -> Stage {
+        Stage::Field
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Aperture, EffectId::Directivity]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual(
+            "the simulators give the pressure at a point; use a smaller receiver, or one that hears all angles alike",
+        )
+    }
+
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![vec![0.1], vec![2.0]]
     }
 
-    fn suppose(
+    fn sensitivity<'a>(
         &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.reception_half_rad = 1.0 / values[0].max(0.0).sqrt();
+        at: Setting<'a>,
+        _wavenumber_rad_m: f64,
+    ) -> Option<Box<dyn Fn(f64) -> f64 + 'a>> {
+        let half_rad = half_angle_rad(at.values);
+        half_rad.is_finite().then(|| Box::new(move |angle_rad| lobe(half_rad, angle_rad)) as _)
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn independent_check(&self) -> Option<&'static str> {
         Some("the receiver, turned where it stands, shows its lobe")
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let half_rad = 1.0 / fitted[0].value.max(1e-6).sqrt();
         let half_deg =
             fitted[0].map(half_rad.to_degrees(), 0.5 * half_rad.to_degrees() * half_rad * half_rad);
@@ -44,6 +71,16 @@ impl Effect for ReceiverDirectivity {
             "the receiver hears half (-6 dB) at {:.1} ± {:.1} degrees from its axis",
             half_deg.value, half_deg.error
         );
-        Said::new([("half_angle_deg", half_deg.real())], sentence)
+        Finding::new([("half_angle_deg", half_deg.real())], sentence)
     }
+}
+
+/// Angle at which the receiver hears half, rad, at fitted values; infinite for an even receiver.
+fn half_angle_rad(values: &[f64]) -> f64 {
+    1.0 / values[0].max(0.0).sqrt()
+}
+
+/// A Gaussian in the angle that is a half at `half_rad`, the usual fit of data-sheet lobes.
+pub(crate) fn lobe(half_rad: f64, angle_rad: f64) -> f64 {
+    (-std::f64::consts::LN_2 * (angle_rad / half_rad).powi(2)).exp()
 }

@@ -2,18 +2,25 @@
 //!
 //! The cost has a minimum every half wavelength of height: all heights are tried, the coefficient solved for at each.
 
+use fieldgap_acoustics::Simulator;
 use num_complex::Complex64;
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said, Search};
-use crate::FittedParameter;
-use crate::supposed::Supposed;
+use crate::effect_id::EffectId;
+use crate::fitted_parameter::FittedParameter;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Search, Stage,
+    SurroundingField, Timing,
+};
+use crate::model::instance::Setting;
+use crate::model::pressure::Pressure;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct Reflection;
+pub(crate) struct Reflection;
 
 impl Effect for Reflection {
-    fn id(&self) -> &'static str {
-        "reflection"
+    fn id(&self) -> EffectId {
+        EffectId::Reflection
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -24,21 +31,47 @@ impl Effect for Reflection {
         ]
     }
 
+    fn stage(&self) -> Stage {
+        Stage::Field
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::StandingWave]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual("the simulators know a free field only; line what reflects, or take it away")
+    }
+
     fn search(&self) -> Search {
         Search::Heights
     }
 
-    fn suppose(
+    fn added_waves(
         &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
+        at: Setting<'_>,
+        field: &dyn SurroundingField,
+        pressures: &mut [Pressure],
     ) {
-        supposed.mirror = Some((1e-3 * values[0], Complex64::new(values[1], values[2])));
+        let coefficient = Complex64::new(at.values[1], at.values[2]);
+        for (pressure, image) in pressures.iter_mut().zip(field.images(1e-3 * at.values[0])) {
+            pressure.coherent += coefficient * image;
+        }
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn independent_check(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let [height, re, im] = [fitted[0], fitted[1], fitted[2]];
         let coefficient = FittedParameter::Complex {
             value: [re.value, im.value],
@@ -50,6 +83,6 @@ impl Effect for Reflection {
             height.error,
             100.0 * re.value.hypot(im.value)
         );
-        Said::new([("height_mm", height.real()), ("coefficient", coefficient)], sentence)
+        Finding::new([("height_mm", height.real()), ("coefficient", coefficient)], sentence)
     }
 }

@@ -3,19 +3,45 @@
 //! It is fitted as the squared ratio of the largest reading to the level, which is zero for a straight receiver. The
 //! noise that came in before is compressed with the signal.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::Simulator;
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct Saturation;
+pub(crate) struct Saturation;
 
 impl Effect for Saturation {
-    fn id(&self) -> &'static str {
-        "saturation"
+    fn id(&self) -> EffectId {
+        EffectId::Saturation
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 0.0, scale: 0.02, least: 0.0, most: 400.0 }]
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Detector
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Clipping, EffectId::NoiseFloor]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual("lower the receiver's amplification")
     }
 
     /// Noise in proportion to the level behind the detector, or before it: nothing else tells which.
@@ -32,18 +58,34 @@ impl Effect for Saturation {
         true
     }
 
-    fn suppose(&self, values: &[f64], choice: &Choice, context: &Context, supposed: &mut Supposed) {
-        supposed.share_before_receiver = *choice == Choice::Law(1);
-        supposed.saturation = context.largest_reading / values[0].max(0.0).sqrt();
+    fn changes_scatter(&self, at: Setting<'_>) -> bool {
+        level_of_3_db(at).is_finite()
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn transfer(&self, at: Setting<'_>, level: f64) -> f64 {
+        let at_3_db = level_of_3_db(at);
+        match at_3_db.is_finite() {
+            true => level / (1.0 + (level / at_3_db).powi(2)).sqrt(),
+            false => level,
+        }
+    }
+
+    /// d/dv of v / √(1 + (v/l)²) is the cube of the ratio of output to input.
+    fn transfer_slope(&self, input: f64, output: f64) -> f64 {
+        (output / input).powi(3)
+    }
+
+    fn proportional_noise_before_detector(&self, choice: &Choice) -> Option<bool> {
+        Some(*choice == Choice::Law(1))
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
         Some(
             "the level at one place, at full and at half drive, shows whether the receiver follows",
         )
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, context: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, context: &Context) -> Finding {
         let ratio = fitted[0].value.max(1e-9).sqrt();
         let level = context.largest_reading / ratio;
         let level = fitted[0].map(level, 0.5 * level / (ratio * ratio));
@@ -51,6 +93,11 @@ impl Effect for Saturation {
             "the receiver compresses: at {:.3} ± {:.3} {} it has lost 3 dB",
             level.value, level.error, context.unit
         );
-        Said::new([("level", level.real())], sentence)
+        Finding::new([("level", level.real())], sentence)
     }
+}
+
+/// The level at which the receiver loses 3 dB, in the reading's unit; infinite for a linear receiver.
+fn level_of_3_db(at: Setting<'_>) -> f64 {
+    at.context.largest_reading / at.values[0].max(0.0).sqrt()
 }

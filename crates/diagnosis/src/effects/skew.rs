@@ -1,40 +1,62 @@
 //! The robot's y axis leans towards x instead of standing square on it.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::{Simulator, Vec3};
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::model::observations::Visit;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct Skew;
+pub(crate) struct Skew;
 
 impl Effect for Skew {
-    fn id(&self) -> &'static str {
-        "skew"
+    fn id(&self) -> EffectId {
+        EffectId::Skew
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 0.0, scale: 0.002, least: -0.5, most: 0.5 }]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.skew_rad = values[0];
+    fn stage(&self) -> Stage {
+        Stage::Field
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Rotation]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual("the set-up has square axes; square those of the robot")
+    }
+
+    fn position(&self, at: Setting<'_>, _visit: &Visit, at_m: Vec3) -> Vec3 {
+        let (sin, cos) = at.values[0].sin_cos();
+        Vec3::new(at_m.x + sin * at_m.y, cos * at_m.y, at_m.z)
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
         Some("a square held to the robot's axes shows their angle")
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
             "the robot's y axis leans by {:.2} ± {:.2} degrees towards x",
             fitted[0].value.to_degrees(),
             fitted[0].error.to_degrees()
         );
-        Said::new([("rad", fitted[0].real())], sentence)
+        Finding::new([("rad", fitted[0].real())], sentence)
     }
 }

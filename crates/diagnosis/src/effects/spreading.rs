@@ -2,47 +2,69 @@
 //!
 //! It stands in the place of the simulator's own law, fitted or spherical.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::Simulator;
 use fieldgap_acoustics::transducer::OnAxis;
 
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Radiation, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::Remedy;
+
 /// The effect.
-pub(super) struct Spreading;
+pub(crate) struct Spreading;
 
 impl Effect for Spreading {
-    fn id(&self) -> &'static str {
-        "spreading"
+    fn id(&self) -> EffectId {
+        EffectId::Spreading
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 1.0, scale: 0.02, least: -1.0, most: 4.0 }]
     }
 
+    fn stage(&self) -> Stage {
+        Stage::Field
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Absorption, EffectId::GainDrift]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual(
+            "how the level falls with distance is part of a simulator, not of a set-up; try another --simulator",
+        )
+    }
+
     fn begins_flat(&self, believed: &Context) -> bool {
         believed.believed.transducer().on_axis() != OnAxis::Spherical
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.spreading = Some(values[0]);
+    fn radiation(&self, at: Setting<'_>, radiation: &mut Radiation<'_>) {
+        radiation.on_axis = Some(OnAxis::Power { exponent: at.values[0] });
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn independent_check(&self) -> Option<&'static str> {
         Some(
             "one element alone, scanned along its axis, shows how its pressure falls (`fieldgap characterize`)",
         )
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
             "pressure falls with distance as d^-{:.3} ± {:.3} (1 is spherical)",
             fitted[0].value, fitted[0].error
         );
-        Said::new([("exponent", fitted[0].real())], sentence)
+        Finding::new([("exponent", fitted[0].real())], sentence)
     }
 }

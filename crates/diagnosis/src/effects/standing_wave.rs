@@ -1,17 +1,24 @@
 //! Sound bounces between receiver and array: p (1 + Γ exp(2 i k z)), a ripple of half a wavelength in z.
 
+use fieldgap_acoustics::Simulator;
 use num_complex::Complex64;
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::FittedParameter;
-use crate::supposed::Supposed;
+use crate::effect_id::EffectId;
+use crate::fitted_parameter::FittedParameter;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, SurroundingField,
+    Timing,
+};
+use crate::model::instance::Setting;
+use crate::model::pressure::Pressure;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct StandingWave;
+pub(crate) struct StandingWave;
 
 impl Effect for StandingWave {
-    fn id(&self) -> &'static str {
-        "standing-wave"
+    fn id(&self) -> EffectId {
+        EffectId::StandingWave
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -21,17 +28,48 @@ impl Effect for StandingWave {
         ]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.standing = Complex64::new(values[0], values[1]);
+    fn stage(&self) -> Stage {
+        Stage::Field
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Reflection]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual("the simulators know a free field only; line what reflects, or take it away")
+    }
+
+    fn added_waves(
+        &self,
+        at: Setting<'_>,
+        field: &dyn SurroundingField,
+        pressures: &mut [Pressure],
+    ) {
+        let coefficient = Complex64::new(at.values[0], at.values[1]);
+        if coefficient == Complex64::ZERO {
+            return;
+        }
+        let wavenumber = field.wavenumber_rad_m();
+        for (pressure, at_m) in pressures.iter_mut().zip(field.points_m()) {
+            let round_trip = Complex64::from_polar(1.0, 2.0 * wavenumber * at_m.z);
+            pressure.coherent *= 1.0 + coefficient * round_trip;
+        }
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let [re, im] = [fitted[0], fitted[1]];
         let coefficient = FittedParameter::Complex {
             value: [re.value, im.value],
@@ -41,6 +79,6 @@ impl Effect for StandingWave {
             "sound that went back to the array returns with {:.1} % of the pressure",
             100.0 * re.value.hypot(im.value)
         );
-        Said::new([("coefficient", coefficient)], sentence)
+        Finding::new([("coefficient", coefficient)], sentence)
     }
 }

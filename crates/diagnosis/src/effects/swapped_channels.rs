@@ -1,11 +1,15 @@
-//! Two elements hang on each other's outputs.
+//! Two elements are exchanged: each is driven by the other's output.
 
-use super::Search;
-use super::of_elements::OfElements;
+use super::of_elements::{Act, OfElements};
+use crate::effect_id::EffectId;
+use crate::model::effect::Search;
+use crate::remedy::SetupKey;
 
-pub(super) static SWAPPED_CHANNELS: OfElements = OfElements {
-    id: "swapped-channels",
+pub(crate) static SWAPPED_CHANNELS: OfElements = OfElements {
+    id: EffectId::SwappedChannels,
     search: Search::Exchanges,
-    words: "on each other's outputs",
-    act: |elements, supposed| supposed.swapped = elements.try_into().ok(),
+    words: "driven by each other's outputs",
+    mimics: &[EffectId::ElementPhase],
+    key: SetupKey::SwappedElements,
+    act: Act::Exchange,
 };

@@ -2,15 +2,21 @@
 //!
 //! A kelvin changes it by 0.17 %. Straight rays; their bending lengthens a path only by the order of (g d)²/24.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::Supposed;
+use fieldgap_acoustics::{Propagation, Simulator, Vec3};
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::remedy::Remedy;
 
 /// The effect.
-pub(super) struct TemperatureGradient;
+pub(crate) struct TemperatureGradient;
 
 impl Effect for TemperatureGradient {
-    fn id(&self) -> &'static str {
-        "temperature-gradient"
+    fn id(&self) -> EffectId {
+        EffectId::TemperatureGradient
     }
 
     fn parameters(&self) -> &'static [Parameter] {
@@ -21,23 +27,39 @@ impl Effect for TemperatureGradient {
         ]
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        _choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.gradient_per_m.copy_from_slice(values);
+    fn stage(&self) -> Stage {
+        Stage::Field
     }
 
-    fn shown_by(&self) -> Option<&'static str> {
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Offset, EffectId::Flow]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual(
+            "the simulators know still air of one temperature only; keep draughts and heat away",
+        )
+    }
+
+    fn air(&self, at: Setting<'_>, _speed_m_s: f64, air: &mut Propagation) {
+        air.gradient_per_m += Vec3::from_column_slice(at.values);
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
         Some(
             "two thermometers, one at the array and one where the scan ends, show how the air's temperature changes",
         )
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let [x, y, z] = [fitted[0], fitted[1], fitted[2]];
         // dc/c = dT / 2T at 293 K.
         let kelvin_m = |g: f64| g * 2.0 * 293.15;
@@ -51,6 +73,6 @@ impl Effect for TemperatureGradient {
             kelvin_m(y.value),
             kelvin_m(z.value)
         );
-        Said::new([("gx", x.real()), ("gy", y.real()), ("gz", z.real())], sentence)
+        Finding::new([("gx", x.real()), ("gy", y.real()), ("gz", z.real())], sentence)
     }
 }

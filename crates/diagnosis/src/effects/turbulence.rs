@@ -7,27 +7,67 @@
 //! itself, the speckle stands across what the paths bring, and a focus hardly flickers; where sound is scattered many times it
 //! is alike in both quadratures. Both are tried.
 
-use super::{Choice, Context, Effect, Fitted, Parameter, Said};
-use crate::supposed::{Speckle, Supposed};
+use fieldgap_acoustics::{FieldSum, Simulator};
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    AttenuatedSums, Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage,
+    Timing,
+};
+use crate::model::instance::Setting;
+use crate::model::pressure::Pressure;
+use crate::remedy::Remedy;
+use crate::statistics::scatter::Scatter;
+use crate::statistics::speckle::Speckle;
 
 /// The effect.
-pub(super) struct Turbulence;
+pub(crate) struct Turbulence;
 
 /// The kind of speckle that a choice stands for.
-pub(crate) fn speckle(choice: &Choice) -> Speckle {
+fn speckle(choice: &Choice) -> Speckle {
     match choice {
         Choice::Law(1) => Speckle::Circular,
         _ => Speckle::OfPaths,
     }
 }
 
+/// The choice that stands for a kind of speckle.
+pub(crate) fn choice(speckle: Speckle) -> Choice {
+    match speckle {
+        Speckle::OfPaths => Choice::Law(0),
+        Speckle::Circular => Choice::Law(1),
+    }
+}
+
 impl Effect for Turbulence {
-    fn id(&self) -> &'static str {
-        "turbulence"
+    fn id(&self) -> EffectId {
+        EffectId::Turbulence
     }
 
     fn parameters(&self) -> &'static [Parameter] {
         &[Parameter { neutral: 0.0, scale: 0.05, least: 0.0, most: 6.0 }]
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Field
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::PositionJitter]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual(
+            "the simulators know still air of one temperature only; keep draughts and heat away",
+        )
     }
 
     fn choices(&self) -> Vec<Choice> {
@@ -43,22 +83,50 @@ impl Effect for Turbulence {
         true
     }
 
-    fn suppose(
-        &self,
-        values: &[f64],
-        choice: &Choice,
-        _believed: &Context,
-        supposed: &mut Supposed,
-    ) {
-        supposed.turbulence = values[0];
-        supposed.speckle = speckle(choice);
+    fn scatters_repeats(&self) -> bool {
+        true
     }
 
-    fn say(&self, fitted: &[Fitted], _choice: &Choice, _believed: &Context) -> Said {
+    fn changes_scatter(&self, at: Setting<'_>) -> bool {
+        at.values[0] > 0.0
+    }
+
+    fn is_allowed(&self, at: Setting<'_>, scatter: &Scatter) -> bool {
+        at.values[0] <= scatter.most_turbulence
+    }
+
+    fn scintillation(&self, values: &[f64], choice: &Choice) -> Option<(f64, Speckle)> {
+        Some((values[0], speckle(choice)))
+    }
+
+    /// The coherent part of each path fades as exp(-s² d / 2), its square as exp(-2 s² d); what it loses is the speckle's.
+    fn scintillating(&self, at: Setting<'_>, sums: &AttenuatedSums<'_>) -> Option<Vec<Pressure>> {
+        if at.values[0] == 0.0 {
+            return None;
+        }
+        let faded_np_m = 0.5 * at.values[0] * at.values[0];
+        let [whole, steady] = [0.0, 1.0].map(|times| sums(times * faded_np_m));
+        let twice = match speckle(at.choice) {
+            Speckle::OfPaths => sums(2.0 * faded_np_m),
+            Speckle::Circular => steady.clone(),
+        };
+        let pressure = |((steady, whole), twice): ((FieldSum, FieldSum), FieldSum)| Pressure {
+            coherent: steady.field,
+            speckle: (whole.incoherent_power - steady.incoherent_power).max(0.0),
+            speckle_square: twice.square - steady.square,
+        };
+        Some(steady.into_iter().zip(whole).zip(twice).map(pressure).collect())
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
             "turbulent air turns phases at random by {:.2} ± {:.2} rad over one metre",
             fitted[0].value, fitted[0].error
         );
-        Said::new([("rad_per_sqrt_m", fitted[0].real())], sentence)
+        Finding::new([("rad_per_sqrt_m", fitted[0].real())], sentence)
     }
 }

@@ -1,7 +1,8 @@
 //! Fitted parameters in words: as many digits as the standard error allows, and the unit.
 
-use super::super::diagnosis::FittedParameter;
 use fieldgap_text::{ABSENT, Uncertain, fixed, significant, uncertain};
+
+use crate::fitted_parameter::FittedParameter;
 
 /// How the names of parameters end, and the unit that says so.
 const UNITS: [(&str, &str); 9] = [

@@ -1,7 +1,9 @@
 //! Where each candidate stands against the best one.
 
-use super::super::diagnosis::{Candidate, Diagnosis, Verdict};
 use fieldgap_text::significant;
+
+use crate::effect_id::joined;
+use crate::result::{Candidate, Diagnosis, Verdict};
 
 /// How far a candidate is behind the best, by its odds; the limits and what they are worth are those of R. E. Kass and
 /// A. E. Raftery, "Bayes factors", J. Am. Stat. Assoc. 90, 773 (1995), sec. 3.2.
@@ -34,7 +36,7 @@ impl std::fmt::Display for Standing {
 impl Candidate {
     /// What it is called: its effects, or `no effect`.
     pub fn name(&self) -> String {
-        if self.effects.is_empty() { "no effect".to_owned() } else { self.effects.join(" + ") }
+        if self.effects.is_empty() { "no effect".to_owned() } else { joined(&self.effects, " + ") }
     }
 
     /// Natural logarithm of the odds of `best` against this one: 0 where they are level, large where this one is out of the

@@ -10,7 +10,7 @@ use super::super::words::{listed, sentence};
 use super::figures::DiagnosisFigures;
 use super::{JSON_NAME, TEXT_NAME, causes, guide, heights, outlook, remains};
 use fieldgap_comparison::NoiseSource;
-use fieldgap_diagnosis::{Diagnosis, Verdict};
+use fieldgap_diagnosis::{Diagnosis, EffectId, Verdict, joined};
 use fieldgap_text::{ABSENT, percent, significant};
 
 /// What this page has beyond the others.
@@ -72,14 +72,14 @@ fn header(diagnosis: &Diagnosis) -> Markup {
 
 /// The verdict and the numbers that it rests on.
 fn verdict(diagnosis: &Diagnosis) -> Markup {
-    let sets = |sets: &[Vec<&'static str>]| {
-        let sets: Vec<String> = sets.iter().map(|set| set.join(" + ")).collect();
+    let sets = |sets: &[Vec<EffectId>]| {
+        let sets: Vec<String> = sets.iter().map(|set| joined(set, " + ")).collect();
         sets.join(", or ")
     };
     let words = match diagnosis.verdict {
         Verdict::Explained => format!(
             "Explained by {}: this explains the gap, and its rivals do not.",
-            diagnosis.effects.join(" + ")
+            joined(&diagnosis.effects, " + ")
         ),
         Verdict::Ambiguous => format!(
             "Ambiguous: {} explain these readings equally well.",

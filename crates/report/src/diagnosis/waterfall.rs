@@ -2,7 +2,7 @@
 
 use super::super::picture::{Bar, BarChart, Weight};
 use super::super::words::listed;
-use fieldgap_diagnosis::Diagnosis;
+use fieldgap_diagnosis::{Diagnosis, EffectId};
 use fieldgap_text::percent;
 
 /// What stands for the last step.
@@ -27,7 +27,7 @@ pub(super) fn chart(diagnosis: &Diagnosis) -> Option<BarChart> {
             Some(effect) => {
                 let hangs = (left, left - step.share);
                 left -= step.share;
-                bar(effect, hangs, format!("\u{2212}{}", percent(step.share)), Weight::Strong)
+                bar(effect.as_str(), hangs, format!("\u{2212}{}", percent(step.share)), Weight::Strong)
             }
             None => bar(REMAINS, (0.0, step.share), percent(step.share), Weight::Plain),
         });
@@ -35,7 +35,7 @@ pub(super) fn chart(diagnosis: &Diagnosis) -> Option<BarChart> {
     let parts: Vec<String> = diagnosis
         .waterfall
         .iter()
-        .map(|step| format!("{} {}", step.effect.unwrap_or(REMAINS), percent(step.share)))
+        .map(|step| format!("{} {}", step.effect.map_or(REMAINS, EffectId::as_str), percent(step.share)))
         .collect();
     Some(BarChart {
         bars,

@@ -1,0 +1,24 @@
+//! Effects that no set-up file has a key for.
+
+use fieldgap_diagnosis::EffectId;
+
+/// A named effect that was not written, and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unwritten {
+    /// Its id.
+    pub effect: EffectId,
+    /// Why, and what to do instead.
+    pub why: String,
+}
+
+impl std::fmt::Display for Unwritten {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.effect, self.why)
+    }
+}
+
+impl Unwritten {
+    pub(super) fn new(effect: EffectId, why: impl Into<String>) -> Self {
+        Self { effect, why: why.into() }
+    }
+}

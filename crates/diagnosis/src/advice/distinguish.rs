@@ -1,0 +1,154 @@
+//! Which effects a scan can tell apart at all, whatever its readings say: by Fisher's information of its places, drives and noise.
+//!
+//! To first order an effect moves the readings along its columns, the derivatives of the residuals by its parameters. What of them lies
+//! in the span of another effect's columns and the nuisance's is not told from that other effect: the rest, squared and over the
+//! whole, is the share of the effect's information that is left (S. M. Kay, *Fundamentals of Statistical Signal Processing*, vol. 1, section 3.8).
+
+use fieldgap_acoustics::Simulator;
+use fieldgap_comparison::Incomparable;
+use fieldgap_records::RecordedScan;
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::effect_id::EffectId;
+use crate::effects::effect;
+use crate::fit::score_statistic::ScoreStatistics;
+use crate::limits::{MOST_ELEMENTS, READINGS_OF_A_SIGNATURE, SEPARATED_SIGMA};
+use crate::model::effect::{Effect, Search};
+use crate::model::forward_model::ForwardModel;
+use crate::model::observations::Observations;
+use crate::noise::settle::settle_scatter;
+use crate::preparation::Prepared;
+use crate::selection::scored_model::believed;
+use crate::verdict::gap_size::as_believed;
+
+/// Two effects that are alike, to the eyes of a scan.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AlikeEffects {
+    /// The effect that is looked for.
+    pub effect: EffectId,
+    /// The effect that is taken for it.
+    pub imitator: EffectId,
+    /// Share of the effect's squared signature, gain and a small shift taken out, that the imitator cannot make: in the direction of its
+    /// parameters in which that is least; 0 to 1.
+    pub left_over: f64,
+    /// Gap that the effect must leave to be told from the imitator by three standard deviations, rms over all readings in standard
+    /// deviations of their noise.
+    pub told_from_sigma: f64,
+}
+
+/// Every pair of effects of the catalogue that act to first order, the most alike first, by the places and the noise of a scan; of
+/// two effects the one of which less is left over beside the other. Where an effect has two laws it is by the first. Left out are
+/// choices (dead elements, steps, heights) and what changes how readings scatter (turbulence, compression, floor, clipping).
+///
+/// # Errors
+/// [`Incomparable`] if there is nothing to compare.
+pub fn alike_effects(
+    scan: &RecordedScan,
+    simulator: Option<Simulator>,
+) -> Result<Vec<AlikeEffects>, Incomparable> {
+    let Prepared { mut observations, context, .. } =
+        Prepared::of(std::slice::from_ref(scan), simulator)?;
+    let nuisance = as_believed(&observations);
+    settle_scatter(&mut observations, &ForwardModel::believed(), &nuisance, &context, false);
+    let readings = observations.len() as f64;
+    observations = observations.thinned(READINGS_OF_A_SIGNATURE);
+    let base = believed(&observations, &context);
+    let scores = ScoreStatistics::of(&observations, &context, &base.fit);
+    let signatures: Vec<Signature> = EffectId::ALL
+        .par_iter()
+        .map(|id| effect(*id))
+        .filter(|effect| has_slope(*effect, &observations))
+        .filter(|effect| !effect.begins_flat(&context))
+        .filter_map(|effect| Signature::of(effect, &scores))
+        .collect();
+    let nuisance = scores.known_columns();
+    let mut alike: Vec<AlikeEffects> = signatures
+        .par_iter()
+        .flat_map_iter(|signature| {
+            let others = signatures.iter().filter(|other| other.id != signature.id);
+            others.filter_map(|other| {
+                let left_over = signature.left_over(&nuisance, other)?;
+                let told_from_sigma = SEPARATED_SIGMA / (readings * left_over).sqrt();
+                let (effect, imitator) = (signature.id, other.id);
+                Some(AlikeEffects { effect, imitator, left_over, told_from_sigma })
+            })
+        })
+        .collect();
+    alike.sort_by(|a, b| a.left_over.total_cmp(&b.left_over));
+    let mut seen: Vec<[EffectId; 2]> = Vec::new();
+    alike.retain(|pair| {
+        let is_new = !seen.contains(&[pair.imitator, pair.effect]);
+        seen.push([pair.effect, pair.imitator]);
+        is_new
+    });
+    Ok(alike)
+}
+
+/// Whether an effect moves readings along columns from where it does nothing.
+fn has_slope(effect: &dyn Effect, observations: &Observations) -> bool {
+    let has_columns = match effect.search() {
+        Search::Smooth => true,
+        Search::Random => observations.elements() <= MOST_ELEMENTS,
+        Search::Sets | Search::Exchanges | Search::Steps | Search::Heights => false,
+    };
+    has_columns && !effect.is_defect() && effect.can_act(observations)
+}
+
+/// The columns of an effect.
+struct Signature {
+    id: EffectId,
+    columns: DMatrix<f64>,
+}
+
+impl Signature {
+    /// Of an effect; `None` if it moves nothing.
+    fn of(effect: &'static dyn Effect, scores: &ScoreStatistics<'_>) -> Option<Self> {
+        let neutral = match effect.search() {
+            Search::Random => vec![0.0; scores.observations.elements()],
+            _ => effect.neutral(),
+        };
+        let columns: Vec<_> = scores
+            .columns_of(effect, &neutral)
+            .into_iter()
+            .map(|column| {
+                let rms = (column.iter().map(|c| c * c).sum::<f64>() / column.len() as f64).sqrt();
+                (rms > 0.0 && rms.is_finite())
+                    .then(|| column.iter().map(|c| c / rms).collect::<Vec<f64>>())
+            })
+            .collect::<Option<_>>()?;
+        let rows = columns.first()?.len();
+        let columns = DMatrix::from_fn(rows, columns.len(), |i, j| columns[j][i]);
+        Some(Self { id: effect.id(), columns })
+    }
+
+    /// The least share of the information that is left beside another effect.
+    fn left_over(&self, nuisance: &DMatrix<f64>, other: &Self) -> Option<f64> {
+        let alone = self.beside(nuisance)?;
+        let mut both =
+            nuisance.clone().resize_horizontally(nuisance.ncols() + other.columns.ncols(), 0.0);
+        // (What a scan's prior adds to the nuisance's columns stands in rows of its own below the readings'.)
+        both.view_mut((0, nuisance.ncols()), other.columns.shape()).copy_from(&other.columns);
+        let beside = self.beside(&both)?;
+        let root = alone.cholesky()?.l();
+        let half = root.solve_lower_triangular(&beside)?;
+        let whole = root.solve_lower_triangular(&half.transpose())?;
+        let least = whole.symmetric_eigen().eigenvalues.min();
+        Some(least.clamp(1e-9, 1.0))
+    }
+
+    /// The information about the parameters, those of `columns` free.
+    fn beside(&self, columns: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        /// What keeps columns apart that are the same to rounding.
+        const RIDGE: f64 = 1e-9;
+        let rows = self.columns.nrows();
+        let mut within = columns.tr_mul(columns);
+        for i in 0..within.nrows() {
+            within[(i, i)] *= 1.0 + RIDGE;
+        }
+        let across = columns.rows(0, rows).tr_mul(&self.columns);
+        let own = self.columns.tr_mul(&self.columns);
+        Some(&own - across.transpose() * within.cholesky()?.solve(&across))
+    }
+}

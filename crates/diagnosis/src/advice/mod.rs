@@ -1,0 +1,7 @@
+//! What to measure next.
+//!
+//! - [`next_measurement`]: the scan that separates two rivals best.
+//! - [`distinguish`]: which effects a scan can separate at all, whatever its readings.
+
+pub mod distinguish;
+pub mod next_measurement;

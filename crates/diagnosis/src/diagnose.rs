@@ -1,0 +1,122 @@
+//! The course of a diagnosis: registration, noise, search, judgement, account.
+
+use fieldgap_acoustics::Simulator;
+use fieldgap_comparison::Incomparable;
+use fieldgap_records::RecordedScan;
+
+use crate::fit::any::refined;
+use crate::fit::joint_fit::{Fit, SEARCH};
+use crate::limits::{
+    FEWEST_READINGS, MOST_ELEMENT_READINGS, NOISE_CHANGED, NOISE_MISJUDGED,
+    READINGS_OF_FIRST_SEARCH, NOISE_ROUNDS};
+use crate::model::effect::Context;
+use crate::model::forward_model::ForwardModel;
+use crate::model::observations::Observations;
+use crate::noise::settle::settle_scatter;
+use crate::preparation::Prepared;
+use crate::report::builder::ReportBuilder;
+use crate::residual_structure::ResidualStructure;
+use crate::result::Diagnosis;
+use crate::selection::model_search::ModelSearch;
+use crate::selection::scored_model::{ScoredModel, believed, is_near};
+use crate::verdict::gap_size::as_believed;
+use crate::verdict::judgement::judge;
+
+/// Diagnoses one scan, or several of one rig together. The same scans give the same bits.
+///
+/// `simulator` is the one whose gap is in question; without it, the first scan's own.
+///
+/// # Errors
+/// [`Incomparable`] if there is nothing to compare.
+pub fn diagnose(
+    scans: &[RecordedScan],
+    simulator: Option<Simulator>,
+) -> Result<Diagnosis, Incomparable> {
+    let Prepared { simulator, mut observations, context, mut registrations } =
+        Prepared::of(scans, simulator)?;
+    let few = (MOST_ELEMENT_READINGS / observations.elements()).max(FEWEST_READINGS);
+    observations = observations.thinned(few);
+    let scored = searched(&mut observations, &context);
+    let base = scored
+        .iter()
+        .find(|scored| scored.fit.instances.is_empty())
+        .cloned()
+        .unwrap_or_else(|| believed(&observations, &context));
+    let structure = ResidualStructure::of(&scored[0].fit, &observations, &context);
+    let judgement = judge(&observations, &scored, &base, &structure);
+    let registration = registrations.swap_remove(0);
+    let report = ReportBuilder {
+        scans,
+        simulator,
+        observations,
+        context,
+        scored,
+        base,
+        structure,
+        judgement,
+    };
+    Ok(report.build(registration))
+}
+
+/// Searches with the noise that repeats and silence tell, and goes on with the noise that what was found tells of: first on some
+/// of the readings, then from what is left there on all, until noise and what is found agree.
+fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredModel> {
+    let nuisance = as_believed(observations);
+    settle_scatter(observations, &ForwardModel::believed(), &nuisance, context, false);
+    let mut search = ModelSearch::begin(&observations.thinned(READINGS_OF_FIRST_SEARCH), context);
+    let noise_is_told = observations.scans.iter().all(|scan| scan.scatter.is_told_by_repeats());
+    let best = refined(search.scored[0].fit.clone(), observations, context, SEARCH);
+    if noise_is_told && !is_near(&best, observations) {
+        // What is far from the readings says nothing of their noise.
+        return search.on_all(observations, context).found();
+    }
+    let mut noise = settled_by(&best, observations, context);
+    if noise == NoiseChange::Misled {
+        search.forget_what_was_given_up();
+    }
+    search = search.on_all(observations, context).and_on(observations, context);
+    for _ in 0..NOISE_ROUNDS {
+        let best = search.scored[0].fit.clone();
+        if noise == NoiseChange::Alike || !is_near(&best, observations) {
+            break;
+        }
+        noise = settled_by(&best, observations, context);
+        if noise != NoiseChange::Alike {
+            search = search.on_all(observations, context).and_on(observations, context);
+        }
+    }
+    search.found()
+}
+
+/// How the noise that a fit leaves compares with what was judged before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum NoiseChange {
+    /// Alike.
+    Alike,
+    /// Otherwise, by no more than a search bears.
+    Otherwise,
+    /// So much otherwise that the search was misled.
+    Misled,
+}
+
+/// Judges the noise by what a fit leaves; alike, it is left as it was.
+fn settled_by(fit: &Fit, observations: &mut Observations, context: &Context) -> NoiseChange {
+    let before: Vec<_> = observations.scans.iter().map(|scan| scan.scatter.clone()).collect();
+    settle_scatter(observations, &fit.model(context), &fit.nuisance, context, true);
+    let pairs = || observations.scans.iter().map(|scan| &scan.scatter).zip(&before);
+    let changed = pairs().any(|(scatter, before)| {
+        let off = |now: f64, before: f64| (now / before - 1.0).abs() > NOISE_CHANGED;
+        off(scatter.share, before.share) || off(scatter.additive, before.additive)
+    });
+    let misled = pairs().any(|(scatter, before)| {
+        !(NOISE_MISJUDGED..1.0 / NOISE_MISJUDGED).contains(&(scatter.share / before.share))
+            || (scatter.turbulence > 0.0) != (before.turbulence > 0.0)
+    });
+    if !changed {
+        for (scan, before) in observations.scans.iter_mut().zip(before) {
+            scan.set_scatter(before);
+        }
+        return NoiseChange::Alike;
+    }
+    if misled { NoiseChange::Misled } else { NoiseChange::Otherwise }
+}

@@ -1,0 +1,163 @@
+//! The robot's position scatters at random from reading to reading: a normal displacement along each axis, new for every reading.
+//!
+//! Loose belts, a vibrating frame and missed microsteps displace the nozzle by some hundredths to some tenths of a millimetre. A reading
+//! at x is |p(x + δ)| with normal δ of standard deviations σ. Its mean and its scatter follow from the mean of p, of |p|² and of p² over
+//! the displacement. Each is taken along one axis at a time by Gauss and Hermite's rule of three points, 0 and ±√3 σ with weights
+//! 2/3 and 1/6 (Abramowitz and Stegun, section 25.4.46), which is exact for polynomials up to the fifth degree; what depends on two
+//! axes at once is left out, of the order of (k σ)⁴.
+//!
+//! It is fitted as the variances σ², mm², in which it is linear when small; slightly negative ones stand for the noise of that
+//! estimate.
+
+use fieldgap_acoustics::{Simulator, Vec3};
+use num_complex::Complex64;
+
+use crate::effect_id::EffectId;
+use crate::model::effect::{
+    Choice, Context, Effect, Estimate, FieldAt, Finding, Parameter, PerElement, Stage, Timing,
+};
+use crate::model::instance::Setting;
+use crate::model::pressure::Pressure;
+use crate::remedy::Remedy;
+
+/// The effect.
+pub(crate) struct PositionJitter;
+
+impl Effect for PositionJitter {
+    fn id(&self) -> EffectId {
+        EffectId::PositionJitter
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        const AXIS: Parameter =
+            Parameter { neutral: 0.0, scale: 2e-3, least: -0.02, most: MOST_VARIANCE_MM2 };
+        &[AXIS, AXIS, AXIS]
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Field
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Place
+    }
+
+    fn per_element(&self) -> PerElement {
+        PerElement::No
+    }
+
+    fn mimics(&self) -> &'static [EffectId] {
+        &[EffectId::Turbulence]
+    }
+
+    fn remedy(&self, _simulator: Simulator) -> Remedy {
+        Remedy::Manual(
+            "tighten the robot's belts and screws, stop vibrations, and scan more slowly",
+        )
+    }
+
+    fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
+        [0.05f64, 0.2].map(|sigma_mm| vec![sigma_mm * sigma_mm; 3]).to_vec()
+    }
+
+    /// It changes how readings scatter, too, which no slope says.
+    fn begins_flat(&self, _context: &Context) -> bool {
+        true
+    }
+
+    fn scatters_repeats(&self) -> bool {
+        true
+    }
+
+    fn changes_scatter(&self, at: Setting<'_>) -> bool {
+        at.values.iter().any(|variance_mm2| *variance_mm2 != 0.0)
+    }
+
+    fn scattered_position(
+        &self,
+        at: Setting<'_>,
+        points_m: &[Vec3],
+        field: &FieldAt<'_>,
+    ) -> Option<Vec<Pressure>> {
+        if !self.changes_scatter(at) {
+            return None;
+        }
+        let here = field(points_m);
+        let mut means: Vec<Moments> = here.iter().map(Moments::of).collect();
+        for (axis, variance_mm2) in at.values.iter().enumerate() {
+            let step_m = Vec3::ith(axis, 1e-3 * (3.0 * variance_mm2.abs()).sqrt());
+            // A negative variance takes away what a positive one adds.
+            let weight = variance_mm2.signum() / 6.0;
+            for side in [-1.0, 1.0] {
+                let displaced: Vec<Vec3> =
+                    points_m.iter().map(|at_m| at_m + side * step_m).collect();
+                for ((mean, there), here) in means.iter_mut().zip(field(&displaced)).zip(&here) {
+                    mean.add(weight, &there, here);
+                }
+            }
+        }
+        Some(means.iter().map(Moments::pressure).collect())
+    }
+
+    fn independent_check(&self) -> Option<&'static str> {
+        Some("a dial gauge against the robot, sent to one place again and again, shows its scatter")
+    }
+
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _context: &Context) -> Finding {
+        let [x, y, z] = [0, 1, 2].map(|axis| deviation_mm(fitted[axis]));
+        let sentence = format!(
+            "the robot's position scatters from reading to reading by {:.3} ± {:.3} mm along x, {:.3} ± {:.3} along y and {:.3} ± {:.3} along z",
+            x.value, x.error, y.value, y.error, z.value, z.error
+        );
+        Finding::new([("x_mm", x.real()), ("y_mm", y.real()), ("z_mm", z.real())], sentence)
+    }
+}
+
+/// Largest plausible variance, mm²: a robot that scatters by more than two millimetres is broken.
+const MOST_VARIANCE_MM2: f64 = 4.0;
+
+/// A variance, mm², as a standard deviation, mm. Where the variance is not told from zero, its root's error is that of a deviation as
+/// large as the variance's own error allows.
+fn deviation_mm(variance_mm2: Estimate) -> Estimate {
+    let value = variance_mm2.value.max(0.0).sqrt();
+    let error = match variance_mm2.value > variance_mm2.error {
+        true => 0.5 * variance_mm2.error / value,
+        false => variance_mm2.error.sqrt(),
+    };
+    Estimate { value, error }
+}
+
+/// Means over the displacement: of the pressure, of its squared magnitude, and of its square.
+#[derive(Clone, Copy)]
+struct Moments {
+    pressure: Complex64,
+    power: f64,
+    square: Complex64,
+}
+
+impl Moments {
+    fn of(pressure: &Pressure) -> Self {
+        let coherent = pressure.coherent;
+        Self {
+            pressure: coherent,
+            power: coherent.norm_sqr() + pressure.speckle,
+            square: coherent * coherent + pressure.speckle_square,
+        }
+    }
+
+    fn add(&mut self, weight: f64, there: &Pressure, here: &Pressure) {
+        let (there, here) = (Self::of(there), Self::of(here));
+        self.pressure += weight * (there.pressure - here.pressure);
+        self.power += weight * (there.power - here.power);
+        self.square += weight * (there.square - here.square);
+    }
+
+    fn pressure(&self) -> Pressure {
+        let coherent = self.pressure;
+        Pressure {
+            coherent,
+            speckle: self.power - coherent.norm_sqr(),
+            speckle_square: self.square - coherent * coherent,
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! A set of effects fitted to the readings, with gain and a small shift of each scan beside them.
+
+use fieldgap_acoustics::least_squares::{Minimum, Parameter as Unknown, Stopping, minimise};
+use nalgebra::DMatrix;
+use std::ops::Range;
+
+use crate::effect_id::EffectId;
+use crate::fit::problem::Problem;
+use crate::limits::{NEAR_FIELD_PRIOR, SHIFT_PRIOR_M};
+use crate::model::effect::{Context, Parameter, Search};
+use crate::model::forward_model::ForwardModel;
+use crate::model::instance::Instance;
+use crate::model::nuisance::Nuisance;
+use crate::model::observations::Observations;
+use crate::statistics::speckle::Speckle;
+
+/// A change of the shift that matters, m.
+const SHIFT_SCALE_M: f64 = 2e-5;
+
+/// A change of it that matters.
+const NEAR_FIELD_SCALE: f64 = 0.05;
+
+/// Steps for which the derivatives by the shifts, which change little, are kept: every step is tested on the residuals themselves.
+const KEPT: usize = 4;
+
+/// A change of the log gain that matters.
+const GAIN_SCALE: f64 = 1e-3;
+
+/// Several effects fitted together.
+#[derive(Clone)]
+pub(crate) struct Fit {
+    /// The effects; empty for the believed set-up.
+    pub instances: Vec<Instance>,
+    /// The real parameters of each.
+    pub values: Vec<Vec<f64>>,
+    /// Spread of the elements' departures of each, where they are random.
+    pub spreads: Vec<f64>,
+    /// Gain and shift of each scan.
+    pub nuisance: Vec<Nuisance>,
+    /// Twice the negative log likelihood, less a constant.
+    pub cost: f64,
+    /// The same and the departures from what is known beforehand.
+    pub penalised: f64,
+    /// Covariance: nuisance first, then the effects' parameters; `None` where some combination changes nothing.
+    pub covariance: Option<DMatrix<f64>>,
+}
+
+impl Fit {
+    /// No effect, not fitted.
+    #[cfg(test)]
+    pub fn of_nothing(nuisance: Vec<Nuisance>) -> Self {
+        Self {
+            instances: Vec::new(),
+            values: Vec::new(),
+            spreads: Vec::new(),
+            nuisance,
+            cost: f64::INFINITY,
+            penalised: f64::INFINITY,
+            covariance: None,
+        }
+    }
+
+    /// What is supposed.
+    pub fn model<'c>(&self, context: &'c Context) -> ForwardModel<'c> {
+        ForwardModel::of(&self.instances, &self.values, context)
+    }
+
+    /// The ids of the effects.
+    pub fn ids(&self) -> Vec<EffectId> {
+        self.instances.iter().map(|instance| instance.effect.id()).collect()
+    }
+
+    /// What the scans' shifts add to the cost.
+    pub fn cost_of_shifts(&self) -> f64 {
+        let shifts = self.nuisance.iter().map(|nuisance| nuisance.shift_m.norm_squared());
+        shifts.sum::<f64>() / (SHIFT_PRIOR_M * SHIFT_PRIOR_M)
+    }
+
+    /// The cost with that: where the robot's origin is elsewhere, the shift takes up what the readings would show, and all
+    /// that is left to see is that nobody sets up so badly.
+    pub fn cost_with_shifts(&self) -> f64 {
+        self.cost + self.cost_of_shifts()
+    }
+
+    /// How many effects there are, the simulator's own defects not counted.
+    pub fn physical_effects(&self) -> usize {
+        self.instances.iter().filter(|instance| !instance.effect.is_defect()).count()
+    }
+
+    /// Random phase over one metre of path, rad, and the kind of speckle it makes; none without an effect that makes it.
+    pub fn scintillation(&self) -> (f64, Speckle) {
+        let active = self.instances.iter().zip(&self.values);
+        let mut found = active.filter_map(|(Instance { effect, choice }, values)| {
+            effect.scintillation(values, choice)
+        });
+        found.next().unwrap_or((0.0, Speckle::OfPaths))
+    }
+
+    /// Whether each element has a departure of its own.
+    pub fn has_random_elements(&self) -> bool {
+        self.instances.iter().any(|instance| instance.effect.search() == Search::Random)
+    }
+
+    /// The same with the effects in another order.
+    pub fn in_order(self, order: &[usize]) -> Self {
+        let ranges = self.ranges();
+        let nuisance = Nuisance::COUNT * self.nuisance.len();
+        let moved: Vec<usize> =
+            (0..nuisance).chain(order.iter().flat_map(|&n| ranges[n].clone())).collect();
+        let covariance = self.covariance.map(|covariance| {
+            DMatrix::from_fn(moved.len(), moved.len(), |i, j| covariance[(moved[i], moved[j])])
+        });
+        Self {
+            instances: order.iter().map(|&n| self.instances[n].clone()).collect(),
+            values: order.iter().map(|&n| self.values[n].clone()).collect(),
+            spreads: order.iter().map(|&n| self.spreads[n]).collect(),
+            covariance,
+            ..self
+        }
+    }
+
+    /// Where the parameters of the effects' begin and end in the covariance.
+    pub fn ranges(&self) -> Vec<Range<usize>> {
+        let mut from = Nuisance::COUNT * self.nuisance.len();
+        self.values
+            .iter()
+            .map(|values| {
+                let range = from..from + values.len();
+                from = range.end;
+                range
+            })
+            .collect()
+    }
+}
+
+/// What to fit and from where.
+pub(crate) struct Start {
+    /// The effects.
+    pub instances: Vec<Instance>,
+    /// Their parameters to begin with.
+    pub values: Vec<Vec<f64>>,
+    /// Spread of the elements' departures of each, where they are random.
+    pub spreads: Vec<f64>,
+    /// Gain and shift to begin with; without it the gain that fits best.
+    pub nuisance: Option<Vec<Nuisance>>,
+}
+
+/// Fits a set of effects from a start.
+pub(crate) fn fit(
+    observations: &Observations,
+    context: &Context,
+    start: Start,
+    stopping: Stopping,
+) -> Fit {
+    let Start { instances, values, spreads, nuisance } = start;
+    let nuisance = nuisance
+        .unwrap_or_else(|| ForwardModel::of(&instances, &values, context).best_gain(observations));
+    let unknowns = unknowns(&instances, &values, &spreads, &nuisance);
+    let problem = Problem::new(observations, context, &instances, &values);
+    let mut kept = None;
+    let mut age = 0;
+    let Minimum { parameters, cost: penalised, covariance, .. } = minimise(
+        &unknowns,
+        stopping,
+        |numbers| problem.at(numbers),
+        |numbers| {
+            if age % KEPT == 0 {
+                kept = None;
+            }
+            age += 1;
+            problem.linearise(numbers, &unknowns, &mut kept)
+        },
+    );
+    let evaluation = problem.evaluate(&parameters);
+    let residuals = &evaluation.residuals;
+    let constant = evaluation.squared.iter().map(|r| r * r).sum::<f64>() - residuals.cost();
+    let nuisance = problem.nuisance(&parameters);
+    let mut rest = parameters[Nuisance::COUNT * nuisance.len()..].to_vec();
+    let values = problem.lengths.iter().map(|&length| rest.drain(..length).collect()).collect();
+    Fit {
+        cost: residuals.cost(),
+        penalised: penalised - constant,
+        instances,
+        values,
+        spreads,
+        nuisance,
+        covariance,
+    }
+}
+
+/// What a fit looks for: nuisance first, then the effects' parameters.
+pub(crate) fn unknowns(
+    instances: &[Instance],
+    values: &[Vec<f64>],
+    spreads: &[f64],
+    nuisance: &[Nuisance],
+) -> Vec<Unknown> {
+    let mut unknowns = Vec::new();
+    for nuisance in nuisance {
+        unknowns.push(Unknown { start: nuisance.log_gain, scale: GAIN_SCALE, prior: None });
+        let prior = Some((0.0, SHIFT_PRIOR_M));
+        let shifts = nuisance.shift_m.iter().map(|&start| (start, SHIFT_SCALE_M));
+        unknowns.extend(shifts.map(|(start, scale)| Unknown { start, scale, prior }));
+        let (start, prior) = (nuisance.near_field, Some(NEAR_FIELD_PRIOR));
+        unknowns.push(Unknown { start, scale: NEAR_FIELD_SCALE, prior });
+    }
+    for ((instance, values), spread) in instances.iter().zip(values).zip(spreads) {
+        if instance.effect.search() == Search::Random {
+            let prior = Some((0.0, *spread));
+            unknowns.extend(values.iter().map(|&start| Unknown { start, scale: 0.01, prior }));
+        } else {
+            let parameters = instance.effect.parameters();
+            unknowns.extend(values.iter().zip(parameters).map(|(v, p)| unknown(*v, p)));
+        }
+    }
+    unknowns
+}
+
+fn unknown(start: f64, parameter: &Parameter) -> Unknown {
+    // The plausible range as a very wide prior: it only keeps apart what the data do not.
+    let wide = parameter.most - parameter.least;
+    Unknown { start, scale: parameter.scale, prior: Some((parameter.neutral, wide)) }
+}
+
+/// When the search for a set of effects stops: a hundredth of a standard deviation is nothing to what is left open.
+pub(crate) const SEARCH: Stopping = Stopping { iterations: 12, step: 2e-2, fall: 1e-6 };
+
+/// The cost of a fit on other readings.
+pub(crate) fn cost_on(observations: &Observations, fit: &Fit, context: &Context) -> f64 {
+    let model = fit.model(context);
+    let pressures = model.pressures(observations, &fit.nuisance);
+    model.residuals(observations, &pressures, &fit.nuisance).cost()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::effect;
+    use crate::model::effect::Choice;
+
+    #[test]
+    fn in_another_order_every_effect_keeps_its_numbers_and_errors() {
+        let instance = |id| Instance { effect: effect(id), choice: Choice::None };
+        let nuisance = Nuisance::from_slice(&[0.0; Nuisance::COUNT]);
+        let size = Nuisance::COUNT + 4;
+        let fit = Fit {
+            instances: vec![instance(EffectId::Offset), instance(EffectId::Pitch)],
+            values: vec![vec![1.0, 2.0, 3.0], vec![4.0]],
+            spreads: vec![f64::NAN, 0.5],
+            covariance: Some(DMatrix::from_fn(size, size, |i, j| (10 * i + j) as f64)),
+            ..Fit::of_nothing(vec![nuisance])
+        };
+        let (before, fit) = (fit.clone(), fit.in_order(&[1, 0]));
+        assert_eq!(fit.ids(), [EffectId::Pitch, EffectId::Offset]);
+        assert_eq!(fit.values, [vec![4.0], vec![1.0, 2.0, 3.0]]);
+        assert_eq!(fit.spreads[0], 0.5);
+        let [now, old] = [&fit, &before].map(|fit| fit.covariance.as_ref().expect("one"));
+        let [pitch, offset] = [fit.ranges()[0].start, fit.ranges()[1].start];
+        let [old_offset, old_pitch] = [before.ranges()[0].start, before.ranges()[1].start];
+        assert_eq!(now[(pitch, offset + 2)], old[(old_pitch, old_offset + 2)]);
+        assert_eq!(now[(offset + 1, 0)], old[(old_offset + 1, 0)]);
+    }
+}

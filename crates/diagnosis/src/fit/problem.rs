@@ -1,0 +1,348 @@
+//! The least-squares problem of a set of effects: residuals at any point, and how they change with every number.
+
+use fieldgap_acoustics::least_squares::{Linearisation, Parameter as Unknown};
+use num_complex::Complex64;
+use std::cell::RefCell;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
+
+use crate::model::effect::{Context, Search, Stage};
+use crate::model::forward_model::{ForwardModel, Pressures};
+use crate::model::instance::{Instance, Setting};
+use crate::model::nuisance::Nuisance;
+use crate::model::observations::Observations;
+use crate::model::residuals::Residuals;
+
+/// Share of a parameter's scale that its difference quotient steps: far above rounding, far below curvature.
+const DIFFERENCE: f64 = 1e-3;
+
+/// The problem that a search works on.
+pub(crate) struct Problem<'o> {
+    observations: &'o Observations,
+    context: &'o Context,
+    instances: &'o [Instance],
+    /// How many parameters each effect has.
+    pub lengths: Vec<usize>,
+    /// Where it was looked last.
+    last: RefCell<Option<Arc<Evaluation>>>,
+}
+
+/// A point of the problem with all that is known there.
+pub(crate) struct Evaluation {
+    numbers: Vec<f64>,
+    pressures: Pressures,
+    /// What the readings are beyond what is expected there.
+    pub residuals: Residuals,
+    /// The same as least squares wants them.
+    pub squared: Vec<f64>,
+    /// How each residual, and each charge, changes with its pressure.
+    slopes: OnceLock<Vec<Complex64>>,
+    /// Each element's part of the pressures: by drive over all scans, then element, then visit.
+    contributions: OnceLock<Vec<Vec<Vec<Complex64>>>>,
+}
+
+impl<'o> Problem<'o> {
+    /// Of a set of effects.
+    pub fn new(
+        observations: &'o Observations,
+        context: &'o Context,
+        instances: &'o [Instance],
+        values: &[Vec<f64>],
+    ) -> Self {
+        let lengths = values.iter().map(Vec::len).collect();
+        Self { observations, context, instances, lengths, last: RefCell::new(None) }
+    }
+
+    /// Gain and shift of each scan at a point.
+    pub fn nuisance(&self, numbers: &[f64]) -> Vec<Nuisance> {
+        numbers[..Nuisance::COUNT * self.observations.scans.len()]
+            .chunks(Nuisance::COUNT)
+            .map(Nuisance::from_slice)
+            .collect()
+    }
+
+    fn model(&self, numbers: &[f64]) -> ForwardModel<'o> {
+        let mut rest = &numbers[Nuisance::COUNT * self.observations.scans.len()..];
+        let mut values = Vec::with_capacity(self.lengths.len());
+        for &length in &self.lengths {
+            let (of_effect, after) = rest.split_at(length);
+            values.push(of_effect.to_vec());
+            rest = after;
+        }
+        ForwardModel::of(self.instances, &values, self.context)
+    }
+
+    fn pressures(&self, numbers: &[f64]) -> Pressures {
+        self.model(numbers).pressures(self.observations, &self.nuisance(numbers))
+    }
+
+    /// The stage at which the effect of a number acts; for gain, shift and near field that of the field.
+    fn stage(&self, number: usize) -> Stage {
+        let mut end = Nuisance::COUNT * self.observations.scans.len();
+        let ends = self.instances.iter().zip(&self.lengths).map(|(instance, length)| {
+            end += length;
+            (end, instance.effect.stage())
+        });
+        let first = Nuisance::COUNT * self.observations.scans.len();
+        match number < first {
+            true => Stage::Field,
+            false => ends
+                .into_iter()
+                .find(|(end, _)| number < *end)
+                .map_or(Stage::Field, |(_, stage)| stage),
+        }
+    }
+
+    fn residuals(&self, numbers: &[f64], pressures: &Pressures) -> Residuals {
+        self.model(numbers).residuals(self.observations, pressures, &self.nuisance(numbers))
+    }
+
+    /// What a point looks like.
+    pub fn evaluate(&self, numbers: &[f64]) -> Arc<Evaluation> {
+        let mut last = self.last.borrow_mut();
+        if let Some(evaluation) = last.as_ref().filter(|evaluation| evaluation.numbers == numbers) {
+            return Arc::clone(evaluation);
+        }
+        let pressures = self.pressures(numbers);
+        let residuals = self.residuals(numbers, &pressures);
+        let evaluation = Arc::new(Evaluation {
+            numbers: numbers.to_vec(),
+            pressures,
+            squared: residuals.for_least_squares(),
+            residuals,
+            slopes: OnceLock::new(),
+            contributions: OnceLock::new(),
+        });
+        *last = Some(Arc::clone(&evaluation));
+        evaluation
+    }
+
+    /// Residuals at a point, NaN where a parameter has left what is plausible.
+    pub fn at(&self, numbers: &[f64]) -> Vec<f64> {
+        match self.plausible(numbers) {
+            true => self.evaluate(numbers).squared.clone(),
+            false => vec![f64::NAN],
+        }
+    }
+
+    fn plausible(&self, numbers: &[f64]) -> bool {
+        let mut at = Nuisance::COUNT * self.observations.scans.len();
+        self.instances.iter().zip(&self.lengths).all(|(instance, length)| {
+            let values = &numbers[at..at + length];
+            at += length;
+            is_plausible(self.observations, self.context, instance, values)
+        })
+    }
+
+    /// Residuals and derivatives; those by the scans' shifts, which change little on the way, are taken from `kept` where
+    /// that holds them.
+    pub fn linearise(
+        &self,
+        numbers: &[f64],
+        unknowns: &[Unknown],
+        kept: &mut Option<Vec<Vec<f64>>>,
+    ) -> Linearisation {
+        let evaluation = self.evaluate(numbers);
+        let of = |range| self.columns(numbers, unknowns, range, &evaluation);
+        let nuisance = Nuisance::COUNT * self.observations.scans.len();
+        let mut columns = match kept.take().filter(|kept| kept[0].len() == evaluation.squared.len())
+        {
+            Some(mut columns) => {
+                for gain in (0..nuisance).step_by(Nuisance::COUNT) {
+                    columns[gain] = of(gain..gain + 1).remove(0);
+                }
+                columns
+            }
+            None => of(0..nuisance),
+        };
+        *kept = Some(columns.clone());
+        columns.extend(of(nuisance..numbers.len()));
+        Linearisation { residuals: evaluation.squared.clone(), columns }
+    }
+
+    /// Derivatives of the residuals by some of the numbers, at a point that looks like this: it may have been looked at without the last
+    /// effect, if that does nothing there.
+    pub fn columns(
+        &self,
+        numbers: &[f64],
+        unknowns: &[Unknown],
+        range: Range<usize>,
+        evaluation: &Evaluation,
+    ) -> Vec<Vec<f64>> {
+        let base = self.model(numbers);
+        let random = self.random_ranges();
+        range
+            .map(|j| {
+                let mut beside = numbers.to_vec();
+                let mut step = DIFFERENCE * unknowns[j].scale;
+                beside[j] += step;
+                if !self.plausible(&beside) {
+                    step = -step;
+                    beside[j] = numbers[j] + step;
+                }
+                let of_scan = j % Nuisance::COUNT;
+                let is_nuisance = j < Nuisance::COUNT * self.observations.scans.len();
+                let model = self.model(&beside);
+                // Each reading follows its own pressure, and where no speckle changes with it, the pressure's magnitude.
+                let by_pressure = !model.depends_on_arrival();
+                let by_level = by_pressure && !model.scatters_field();
+                if is_nuisance && of_scan == 0 && by_level {
+                    let slopes = self.slopes(numbers, evaluation);
+                    return along_gain(slopes, evaluation, j / Nuisance::COUNT);
+                }
+                let random = random.iter().find(|range| range.contains(&j));
+                if let Some(range) = random.filter(|_| by_pressure) {
+                    let change = base.change_of_element(j - range.start, &model) / step;
+                    let parts = self.contributions(numbers, evaluation);
+                    return along_element(
+                        self.slopes(numbers, evaluation),
+                        parts,
+                        j - range.start,
+                        change,
+                    );
+                }
+                let of_field = self.stage(j) == Stage::Field;
+                let moves_field = of_field && (!is_nuisance || of_scan != 0);
+                let moved = if let Some(range) = random {
+                    let parts = self.contributions(numbers, evaluation);
+                    let element = j - range.start;
+                    let change = base.change_of_element(element, &model);
+                    Some(turned(&evaluation.pressures, parts, element, change))
+                } else {
+                    moves_field.then(|| self.pressures(&beside))
+                };
+                if let Some(moved) = moved.as_ref().filter(|_| by_level && of_field) {
+                    return along_pressures(
+                        self.slopes(numbers, evaluation),
+                        evaluation,
+                        moved,
+                        step,
+                    );
+                }
+                let pressures = moved.as_ref().unwrap_or(&evaluation.pressures);
+                let moved = self.residuals(&beside, pressures).for_least_squares();
+                moved.iter().zip(&evaluation.squared).map(|(m, r)| (m - r) / step).collect()
+            })
+            .collect()
+    }
+
+    /// How each residual, and after them each charge, changes with its pressure: the derivative by a change dp is the real part of slope
+    /// times dp.
+    pub fn slopes<'l>(&self, numbers: &[f64], evaluation: &'l Evaluation) -> &'l [Complex64] {
+        const LOUDER: f64 = 1e-6;
+        evaluation.slopes.get_or_init(|| {
+            let mut louder = evaluation.pressures.clone();
+            let all = louder.iter_mut().flatten().flatten();
+            all.for_each(|pressure| pressure.coherent *= 1.0 + LOUDER);
+            let moved = self.residuals(numbers, &louder).for_least_squares();
+            let pressures = evaluation.pressures.iter().flatten().flatten().cycle();
+            moved
+                .iter()
+                .zip(&evaluation.squared)
+                .zip(pressures)
+                .map(|((moved, residual), pressure)| {
+                    let power = pressure.coherent.norm_sqr().max(f64::MIN_POSITIVE);
+                    pressure.coherent.conj() / power * ((moved - residual) / LOUDER)
+                })
+                .collect()
+        })
+    }
+
+    /// Where the departures of single elements stand among the numbers.
+    fn random_ranges(&self) -> Vec<Range<usize>> {
+        let mut at = Nuisance::COUNT * self.observations.scans.len();
+        let mut ranges = Vec::new();
+        for (instance, length) in self.instances.iter().zip(&self.lengths) {
+            if instance.effect.search() == Search::Random {
+                ranges.push(at..at + length);
+            }
+            at += length;
+        }
+        ranges
+    }
+
+    fn contributions<'l>(
+        &self,
+        numbers: &[f64],
+        evaluation: &'l Evaluation,
+    ) -> &'l [Vec<Vec<Complex64>>] {
+        evaluation.contributions.get_or_init(|| {
+            let model = self.model(numbers);
+            let nuisance = self.nuisance(numbers);
+            let scans = self.observations.scans.iter().zip(&nuisance);
+            scans
+                .flat_map(|(scan, nuisance)| scan.drives.iter().map(move |drive| (drive, nuisance)))
+                .map(|(drive, nuisance)| {
+                    model.contributions(&drive.believed, &model.visits(drive), nuisance)
+                })
+                .collect()
+        })
+    }
+}
+
+/// Whether an effect's parameters are within what is plausible, and what repeats and silence allow.
+pub(crate) fn is_plausible(
+    observations: &Observations,
+    context: &Context,
+    instance: &Instance,
+    values: &[f64],
+) -> bool {
+    let parameters = instance.effect.parameters();
+    if !parameters.iter().zip(values).all(|(p, v)| (p.least..=p.most).contains(v)) {
+        return false;
+    }
+    let at = Setting { values, choice: &instance.choice, context };
+    observations.scans.iter().all(|scan| instance.effect.is_allowed(at, &scan.scatter))
+}
+
+/// The pressures after one element's amplitude and phase changed: the sum is linear in the elements.
+fn turned(
+    base: &Pressures,
+    contributions: &[Vec<Vec<Complex64>>],
+    element: usize,
+    change: Complex64,
+) -> Pressures {
+    let mut turned = base.clone();
+    let drives = turned.iter_mut().flat_map(|scan| scan.iter_mut());
+    for (drive, parts) in drives.zip(contributions) {
+        for (pressure, part) in drive.iter_mut().zip(&parts[element]) {
+            pressure.coherent += change * part;
+        }
+    }
+    turned
+}
+
+/// How the residuals change as one element's amplitude does.
+fn along_element(
+    slopes: &[Complex64],
+    contributions: &[Vec<Vec<Complex64>>],
+    element: usize,
+    change: Complex64,
+) -> Vec<f64> {
+    let parts = contributions.iter().flat_map(|drive| &drive[element]).cycle();
+    slopes.iter().zip(parts).map(|(slope, part)| (slope * part * change).re).collect()
+}
+
+/// How the residuals change as the pressures do, in one step of a parameter.
+fn along_pressures(
+    slopes: &[Complex64],
+    evaluation: &Evaluation,
+    moved: &Pressures,
+    step: f64,
+) -> Vec<f64> {
+    let moved = moved.iter().flatten().flatten();
+    let before = evaluation.pressures.iter().flatten().flatten();
+    let changes = moved.zip(before).map(|(moved, before)| moved.coherent - before.coherent);
+    slopes.iter().zip(changes.cycle()).map(|(slope, change)| (slope * change).re / step).collect()
+}
+
+/// How the residuals change as the logarithm of one scan's gain does.
+fn along_gain(slopes: &[Complex64], evaluation: &Evaluation, scan: usize) -> Vec<f64> {
+    let of_scans = evaluation.pressures.iter().enumerate();
+    let pressures = of_scans.flat_map(|(n, drives)| drives.iter().flatten().map(move |p| (n, p)));
+    slopes
+        .iter()
+        .zip(pressures.cycle())
+        .map(|(slope, (n, pressure))| if n == scan { (slope * pressure.coherent).re } else { 0.0 })
+        .collect()
+}

@@ -1,0 +1,178 @@
+//! Amplitudes or phases that differ from element to element: the spread that the readings speak for.
+//!
+//! The departures are normal with one spread s, and integrated out. With g and H gradient and curvature of half the cost by the
+//! departures, the logarithm of the evidence is ½ gᵀ(H + s⁻²)⁻¹ g - ½ ln det(1 + s² H), which has its maximum at the
+//! spread that is taken.
+
+use fieldgap_acoustics::least_squares::Stopping;
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use rayon::prelude::*;
+
+use crate::fit::joint_fit::{Fit, Start, fit};
+use crate::limits::{MOST_OUTSTANDING, OUTSTANDING, RESTARTS};
+use crate::model::effect::{Context, PerElement, Search};
+use crate::model::instance::Instance;
+use crate::model::observations::Observations;
+
+/// Spreads that are tried first, from a thousandth upwards, by this factor.
+const FACTOR: f64 = 1.5;
+
+/// Spread that a fit begins with, if no fit before it found one.
+const FIRST_SPREAD: f64 = 0.1;
+
+/// Rounds in which spread and departures settle.
+const ROUNDS: usize = 4;
+
+/// Fits a set whose instance `number` is random, its spread found with it.
+pub(crate) fn fit_with_spread(
+    observations: &Observations,
+    context: &Context,
+    start: Start,
+    number: usize,
+    stopping: Stopping,
+) -> Fit {
+    let mut start = start;
+    let known = start.spreads[number];
+    start.spreads[number] = if known.is_finite() { known } else { FIRST_SPREAD };
+    let instances = start.instances.clone();
+    let few = Stopping { iterations: 3, ..stopping };
+    let mut fitted = fit(observations, context, start, few);
+    for round in 0..ROUNDS {
+        let spread = better_spread(&fitted, number);
+        let settled = (spread / fitted.spreads[number] - 1.0).abs() < 0.02;
+        let mut spreads = fitted.spreads.clone();
+        spreads[number] = spread;
+        let again = Start {
+            instances: instances.clone(),
+            values: fitted.values.clone(),
+            spreads,
+            nuisance: Some(fitted.nuisance.clone()),
+        };
+        let stopping = if round + 1 == ROUNDS || settled { stopping } else { few };
+        fitted = fit(observations, context, again, stopping);
+        if settled {
+            break;
+        }
+    }
+    fitted
+}
+
+/// The same set, whose last instance is random, fitted from departures drawn by lot. Where a field is weak a magnitude does not tell its
+/// sign, and a search that came there with the wrong one ends in a minimum that is not the least.
+pub(crate) fn from_elsewhere(
+    stuck: &Fit,
+    observations: &Observations,
+    context: &Context,
+    stopping: Stopping,
+) -> Vec<Fit> {
+    let number = stuck.instances.len() - 1;
+    let spread = Normal::new(0.0, stuck.spreads[number]).expect("a spread is positive");
+    let from = |draw: u64| {
+        let mut values = stuck.values.clone();
+        let lots = spread.sample_iter(ChaCha8Rng::seed_from_u64(draw));
+        values[number].iter_mut().zip(lots).for_each(|(value, lot)| *value = lot);
+        let instances = stuck.instances.clone();
+        let (spreads, nuisance) = (stuck.spreads.clone(), Some(stuck.nuisance.clone()));
+        fit(observations, context, Start { instances, values, spreads, nuisance }, stopping)
+    };
+    (0..RESTARTS).into_par_iter().map(from).collect()
+}
+
+/// What a fit of random departures takes for a departure may be something that is wrong with single elements: the elements
+/// that stand out, as sets of one to three or as pairs, each with the values of the fit without their departures.
+pub(crate) fn in_place_of_departures(
+    fit: &Fit,
+    search: Search,
+) -> Vec<(Vec<usize>, Vec<Vec<f64>>)> {
+    let random: Vec<usize> = (0..fit.instances.len())
+        .filter(|&number| fit.instances[number].effect.search() == Search::Random)
+        .collect();
+    let mut outstanding: Vec<(f64, usize)> = Vec::new();
+    for &number in &random {
+        let sizes: Vec<f64> = fit.values[number].iter().map(|value| value.abs()).collect();
+        let mut sorted = sizes.clone();
+        sorted.sort_by(f64::total_cmp);
+        // Half of all normal numbers are within 0.67 standard deviations.
+        let spread = (sorted[sorted.len() / 2] / 0.6745).max(f64::MIN_POSITIVE);
+        let of_element = sizes.into_iter().enumerate().map(|(n, size)| (size / spread, n));
+        outstanding.extend(of_element.filter(|(size, _)| *size > OUTSTANDING));
+    }
+    outstanding.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut elements: Vec<usize> = Vec::new();
+    for (_, n) in outstanding {
+        if !elements.contains(&n) && elements.len() < MOST_OUTSTANDING {
+            elements.push(n);
+        }
+    }
+    let sets: Vec<Vec<usize>> = match search {
+        Search::Sets => (1..=elements.len().min(3)).map(|size| elements[..size].to_vec()).collect(),
+        Search::Exchanges => {
+            let pair = |(i, &a): (usize, &usize)| {
+                elements[i + 1..].iter().map(|&b| vec![a, b]).collect::<Vec<_>>()
+            };
+            elements.iter().enumerate().flat_map(pair).collect()
+        }
+        Search::Smooth | Search::Steps | Search::Heights | Search::Random => Vec::new(),
+    };
+    let without = |mut set: Vec<usize>| {
+        set.sort_unstable();
+        let mut values = fit.values.clone();
+        for &number in &random {
+            set.iter().for_each(|&n| values[number][n] = 0.0);
+        }
+        (set, values)
+    };
+    sets.into_iter().map(without).collect()
+}
+
+/// A fit without its elements' departures of phase, which may be what a driver's steps leave; `None` if it has none.
+pub(crate) fn without_phases(fit: &Fit) -> Option<Fit> {
+    let of_phases = |instance: &Instance| instance.effect.per_element() == PerElement::Phase;
+    let number = fit.instances.iter().position(of_phases)?;
+    let mut without = fit.clone();
+    without.values[number].fill(0.0);
+    Some(without)
+}
+
+/// The spread with the greatest evidence, by the quadratic model about a fit.
+fn better_spread(fit: &Fit, number: usize) -> f64 {
+    let spread = fit.spreads[number];
+    let range = fit.ranges()[number].clone();
+    let Some(covariance) = &fit.covariance else { return spread };
+    let block =
+        covariance.view((range.start, range.start), (range.len(), range.len())).into_owned();
+    let values = DVector::from_column_slice(&fit.values[number]);
+    // The curvature by the readings alone, all else free: the inverse of the block less what the prior put there.
+    let Some(with_prior) = block.cholesky().map(|c| c.inverse()) else { return spread };
+    let curvature: DMatrix<f64> =
+        &with_prior - DMatrix::identity(range.len(), range.len()) / (spread * spread);
+    // At the fit the departures are (H + s⁻²)⁻¹ g.
+    best_spread(curvature, &(with_prior * values)).0
+}
+
+/// The spread with the greatest evidence and its logarithm over that of none, from the curvature of half the cost by the
+/// departures and its slope downhill where there are none.
+pub(crate) fn best_spread(curvature: DMatrix<f64>, downhill: &DVector<f64>) -> (f64, f64) {
+    let eigen = curvature.symmetric_eigen();
+    let downhill = eigen.eigenvectors.transpose() * downhill;
+    let log_evidence = |s: f64| -> f64 {
+        eigen
+            .eigenvalues
+            .iter()
+            .zip(&downhill)
+            .map(|(h, g)| {
+                let freed = 1.0 + s * s * h.max(0.0);
+                0.5 * (g * g * s * s / freed - freed.ln())
+            })
+            .sum()
+    };
+    let of = |spread: f64| (spread, log_evidence(spread));
+    let best = |scored: Vec<(f64, f64)>| {
+        scored.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("some are tried")
+    };
+    let rough = best((0..20).map(|i| of(1e-3 * FACTOR.powi(i))).collect()).0;
+    best((-5..=5).map(|i| of(rough * FACTOR.powf(f64::from(i) / 6.0))).collect())
+}

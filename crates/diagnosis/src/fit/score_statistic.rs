@@ -1,0 +1,173 @@
+//! What readings say of an effect before it is fitted: how they would change with it, and what it promises.
+
+use fieldgap_acoustics::least_squares::{Linearisation, Parameter as Unknown, dot};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use num_complex::Complex64;
+use std::sync::{Arc, OnceLock};
+
+use crate::fit::joint_fit::{Fit, unknowns};
+use crate::fit::problem::{Evaluation, Problem};
+use crate::model::effect::{Choice, Context, Effect, Search};
+use crate::model::instance::Instance;
+use crate::model::nuisance::Nuisance;
+use crate::model::observations::Observations;
+
+/// What the readings say, to first order, about effects that are not yet in a fit.
+pub(crate) struct ScoreStatistics<'o> {
+    pub observations: &'o Observations,
+    pub context: &'o Context,
+    pub fit: &'o Fit,
+    numbers: Vec<f64>,
+    unknowns: Vec<Unknown>,
+    linear: Linearisation,
+    evaluation: Arc<Evaluation>,
+    within: OnceLock<Option<Cholesky<f64, Dyn>>>,
+}
+
+/// The quadratic model of half the cost in an effect's own parameters, all else fitted anew.
+pub(crate) struct ScoreStatistic {
+    /// Slope, downhill.
+    pub downhill: DVector<f64>,
+    /// Curvature by the readings alone.
+    pub curvature: DMatrix<f64>,
+    /// What it would be along each if nothing else were fitted.
+    pub alone: DVector<f64>,
+}
+
+impl ScoreStatistic {
+    /// What the cost would fall by; `None` where some direction changes nothing.
+    pub fn gained(&self) -> Option<f64> {
+        self.gained_beside(0.0)
+    }
+
+    /// The same, where a direction of which the rest imitates all but a share of this size is not to gain from what the
+    /// derivatives are wrong by.
+    pub fn gained_beside(&self, share: f64) -> Option<f64> {
+        let curvature = &self.curvature + DMatrix::from_diagonal(&(share * &self.alone));
+        Some(self.downhill.dot(&curvature.cholesky()?.solve(&self.downhill)))
+    }
+}
+
+impl<'o> ScoreStatistics<'o> {
+    /// Linearises a fit once, for all effects that may be added to it.
+    pub fn of(observations: &'o Observations, context: &'o Context, fit: &'o Fit) -> Self {
+        let unknowns = unknowns(&fit.instances, &fit.values, &fit.spreads, &fit.nuisance);
+        let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
+        let problem = Problem::new(observations, context, &fit.instances, &fit.values);
+        let linear = problem.linearise(&numbers, &unknowns, &mut None);
+        let evaluation = problem.evaluate(&numbers);
+        let within = OnceLock::new();
+        Self { observations, context, fit, numbers, unknowns, linear, evaluation, within }
+    }
+
+    /// The derivatives by what is fitted already, a column each, and below them a row for each that is known beforehand: one over
+    /// its standard deviation.
+    pub fn known_columns(&self) -> DMatrix<f64> {
+        let readings = self.linear.residuals.len();
+        let rows = readings + self.unknowns.len();
+        let mut columns = DMatrix::zeros(rows, self.unknowns.len());
+        for (j, (column, unknown)) in self.linear.columns.iter().zip(&self.unknowns).enumerate() {
+            columns.view_mut((0, j), (readings, 1)).copy_from_slice(column);
+            columns[(readings + j, j)] = unknown.prior.map_or(0.0, |(_, sd)| 1.0 / sd);
+        }
+        columns
+    }
+
+    /// The derivatives by the parameters of an effect, at values at which it must do nothing yet.
+    pub fn columns_of(&self, effect: &'static dyn Effect, values: &[f64]) -> Vec<Vec<f64>> {
+        let mut instances = self.fit.instances.clone();
+        instances.push(Instance { effect, choice: Choice::None });
+        let mut all = self.fit.values.clone();
+        all.push(values.to_vec());
+        let mut spreads = self.fit.spreads.clone();
+        spreads.push(1.0);
+        let problem = Problem::new(self.observations, self.context, &instances, &all);
+        let unknowns = unknowns(&instances, &all, &spreads, &self.fit.nuisance);
+        let mut numbers = self.numbers.clone();
+        numbers.extend(values);
+        let range = self.numbers.len()..numbers.len();
+        problem.columns(&numbers, &unknowns, range, &self.evaluation)
+    }
+
+    /// The derivatives by what is fitted already, but for departures of single elements, each with what it is called.
+    pub fn smooth_columns(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
+        let nuisance = Nuisance::NAMES.into_iter().cycle();
+        let nuisance = nuisance.take(Nuisance::COUNT * self.fit.nuisance.len());
+        let of_effects = self.fit.instances.iter().zip(&self.fit.values);
+        let of_effects = of_effects.flat_map(|(instance, values)| {
+            let name = Some(instance.effect.id().as_str())
+                .filter(|_| instance.effect.search() != Search::Random);
+            values.iter().map(move |_| name)
+        });
+        let names = nuisance.map(Some).chain(of_effects);
+        names
+            .zip(&self.linear.columns)
+            .filter_map(|(name, column)| Some((name?, column.as_slice())))
+    }
+
+    /// The derivatives by the shifts of all scans together, along x, y and z.
+    pub fn shift_columns(&self) -> [Vec<f64>; 3] {
+        [1, 2, 3].map(|number| {
+            let scans = (0..self.fit.nuisance.len()).map(|n| Nuisance::COUNT * n + number);
+            let columns = scans.map(|number| &self.linear.columns[number]);
+            let mut sum = vec![0.0; self.linear.residuals.len()];
+            columns.for_each(|column| sum.iter_mut().zip(column).for_each(|(s, c)| *s += c));
+            sum
+        })
+    }
+
+    /// How each residual changes with the pressure of its reading: by the real part of this times the change.
+    pub fn by_pressure(&self) -> Vec<Complex64> {
+        let problem =
+            Problem::new(self.observations, self.context, &self.fit.instances, &self.fit.values);
+        problem.slopes(&self.numbers, &self.evaluation)[..self.observations.len()].to_vec()
+    }
+
+    /// What an effect promises that begins with these values, at which it must do nothing yet.
+    pub fn of_effect(&self, effect: &'static dyn Effect, values: &[f64]) -> ScoreStatistic {
+        self.of_columns(&self.columns_of(effect, values))
+    }
+
+    /// The curvature in what is fitted already, decomposed; `None` where some combination of it changes nothing.
+    fn within(&self) -> Option<&Cholesky<f64, Dyn>> {
+        let decomposed = || {
+            let (known, old) = (self.numbers.len(), &self.linear.columns);
+            let mut within = DMatrix::from_fn(known, known, |i, j| dot(&old[i], &old[j]));
+            for (i, unknown) in self.unknowns.iter().enumerate() {
+                if let Some((_, sd)) = unknown.prior {
+                    within[(i, i)] += 1.0 / (sd * sd);
+                }
+            }
+            within.cholesky()
+        };
+        self.within.get_or_init(decomposed).as_ref()
+    }
+
+    /// What something promises by which the residuals change like this.
+    pub fn of_columns(&self, columns: &[Vec<f64>]) -> ScoreStatistic {
+        let known = self.numbers.len();
+        let residuals = &self.linear.residuals;
+        let old = &self.linear.columns;
+        let across = DMatrix::from_fn(known, columns.len(), |i, j| dot(&old[i], &columns[j]));
+        let own =
+            DMatrix::from_fn(columns.len(), columns.len(), |i, j| dot(&columns[i], &columns[j]));
+        let mut downhill = DVector::from_iterator(
+            columns.len(),
+            columns.iter().map(|column| -dot(column, residuals)),
+        );
+        // What is already in it shares curvature and, where the fit is not quite at its minimum, slope.
+        let curvature = match self.within() {
+            Some(cholesky) => {
+                let known_downhill = DVector::from_fn(known, |i, _| {
+                    let prior = self.unknowns[i].prior;
+                    let back = prior.map_or(0.0, |(mean, sd)| (mean - self.numbers[i]) / (sd * sd));
+                    back - dot(&old[i], residuals)
+                });
+                downhill -= across.tr_mul(&cholesky.solve(&known_downhill));
+                &own - across.transpose() * cholesky.solve(&across)
+            }
+            None => own.clone(),
+        };
+        ScoreStatistic { downhill, curvature, alone: own.diagonal() }
+    }
+}

@@ -1,0 +1,326 @@
+//! Priors, thresholds and verdict limits, each with its reason and source.
+//!
+//! A number here decides something: what a diagnosis takes for granted, looks at, gives up or names. Numbers that only set the
+//! accuracy of a computation (table sizes, difference steps, probes) stand where they are used.
+//!
+//! "Sealed scans" are scans drawn by `fieldgap blind make` and diagnosed before their truth was opened. "By judgement" means that no
+//! source fixes the value; it was held against such scans as a whole.
+
+// Readings: how many are looked at.
+
+/// Pairs of reading and element that a diagnosis works on at most, so that a search takes seconds; of a large array fewer readings
+/// are taken. Set by judgement.
+pub(crate) const MOST_ELEMENT_READINGS: usize = 400_000;
+
+/// Readings that a diagnosis works on whatever the array. Set by judgement.
+pub(crate) const FEWEST_READINGS: usize = 1000;
+
+/// Readings of the first search; what it finds is fitted again on all. Set by judgement.
+pub(crate) const READINGS_OF_FIRST_SEARCH: usize = 1500;
+
+/// Readings on which an effect is first fitted beside a set that is near the readings already. Set by judgement.
+pub(crate) const COARSE_READINGS_NEAR: usize = 1300;
+
+/// The same beside a set that is far from the readings, where a cause shows in few. Set by judgement.
+pub(crate) const COARSE_READINGS_FAR: usize = 500;
+
+/// Readings over which starts are compared first, when there are many. Set by judgement.
+pub(crate) const READINGS_OF_A_START: usize = 300;
+
+/// Readings over which the signatures of effects are compared; the result is scaled to all readings. Set by judgement.
+pub(crate) const READINGS_OF_A_SIGNATURE: usize = 1500;
+
+/// Readings of the present scan over which two rivals are compared; the result is scaled to all readings. Set by judgement.
+pub(crate) const READINGS_OF_A_COMPARISON: usize = 1500;
+
+/// Points along a row, and rows of a plane, of a proposed scan while proposals are compared; the result is scaled to the whole scan.
+/// Set by judgement.
+pub(crate) const POINTS_ALONG_A_PROPOSED_ROW: usize = 15;
+
+// Noise.
+
+/// Additive noise is taken for no less than this share of the largest reading: the steps of a 12-bit converter are 2.4e-4 of its full
+/// scale.
+pub(crate) const LEAST_ADDITIVE_NOISE: f64 = 1e-4;
+
+/// Pairs of repeats below which they say nothing: eight tell a standard deviation to 25 %.
+pub(crate) const FEWEST_REPEATS: usize = 8;
+
+/// Dark readings below which they say nothing: eight tell a standard deviation to 25 %.
+pub(crate) const FEWEST_DARK_READINGS: usize = 8;
+
+/// Noise in proportion to the level before repeats show it: some percent, as receivers have. Set by judgement.
+pub(crate) const USUAL_PROPORTIONAL_NOISE: f64 = 0.02;
+
+/// Factor by which the fine structure of the residual along rows may underestimate the proportional noise. Set by judgement.
+pub(crate) const ROUGHNESS_FACTOR: f64 = 2.0;
+
+/// Margin of the largest floor that dark readings allow, over the floor and over the additive noise, as both are read with an error.
+/// Set by judgement.
+pub(crate) const FLOOR_MARGIN: f64 = 0.1;
+
+/// Factor within which dark readings fix the additive noise, if repeats say otherwise. Set by judgement.
+pub(crate) const DARK_NOISE_FACTOR: f64 = 2.0;
+
+/// Nats by which repeats must prefer turbulence to steady noise: odds of 3000 to one. Set by judgement.
+pub(crate) const TURBULENCE_BY_REPEATS: f64 = 8.0;
+
+/// The same for all readings together, which also hold what the model leaves out. Set by judgement.
+pub(crate) const TURBULENCE_BY_ALL_READINGS: f64 = 10.0;
+
+/// Nats by which dark readings must prefer a floor: one number is fitted, over some decades. Set by judgement.
+pub(crate) const FLOOR_BY_DARK_READINGS: f64 = 7.0;
+
+/// Nats by which repeats and dark readings may contradict the noise that all readings show, which may be a gap. Set by judgement.
+pub(crate) const NOISE_AGAINST_REPEATS: f64 = 3.0;
+
+/// Factor within which one kind of noise is looked for while the other is held. Set by judgement.
+pub(crate) const NOISE_SEARCH_FACTOR: f64 = 3.0;
+
+/// Equal largest readings from which on they are a full scale: four equal ones do not happen by chance.
+pub(crate) const READINGS_AT_FULL_SCALE: usize = 4;
+
+/// Nats of the repeats against turbulence from which on it is excluded: odds of three million to one.
+pub(crate) const TURBULENCE_EXCLUDED: f64 = 15.0;
+
+/// Relative change of the noise for which a search is repeated. Set by judgement.
+pub(crate) const NOISE_CHANGED: f64 = 0.04;
+
+/// Ratio of the new proportional noise to the old, or its inverse, beyond which the first search was misled and its rejections are
+/// forgotten. Set by judgement.
+pub(crate) const NOISE_MISJUDGED: f64 = 0.75;
+
+/// Rounds in which noise and effects settle together, at most. Set by judgement.
+pub(crate) const NOISE_ROUNDS: usize = 2;
+
+// Priors.
+
+/// Standard deviation of the shift that careful setting-up leaves, m: a tenth of a millimetre. A wider prior would absorb the effects
+/// that move a field.
+pub(crate) const SHIFT_PRIOR_M: f64 = 1e-4;
+
+/// Mean and standard deviation of the share of a piston's near field that elements show: between none of it and all of it.
+pub(crate) const NEAR_FIELD_PRIOR: (f64, f64) = (0.5, 0.5);
+
+/// Span of the natural logarithm of an effect's size in standard deviations, each order equally likely: from one to three thousand.
+/// Set by judgement.
+pub(crate) const EFFECT_SIZE_SPAN: f64 = 8.0;
+
+/// Span of the natural logarithm of a spread of elements, each order equally likely: from a thousandth to four tenths. Set by
+/// judgement.
+pub(crate) const SPREAD_SPAN: f64 = 6.0;
+
+/// Nats that each effect beyond the first costs: pairs are rarer than single effects, and there are 15 times as many of them (2.7
+/// nats).
+pub(crate) const ANOTHER_EFFECT: f64 = 5.0;
+
+/// Nats by which no effect is likelier beforehand than one particular effect: as a class, no effect and any one effect are about
+/// equally likely (ln 33 = 3.5).
+pub(crate) const NO_EFFECT: f64 = 3.0;
+
+/// Sizes of a set of elements, one to three by the catalogue, equally likely.
+pub(crate) const SET_SIZES: f64 = 3.0;
+
+// Search.
+
+/// Cost a reading up to which a fit is near the readings: residuals 22 % larger than the noise. Set by judgement.
+pub(crate) const NEAR: f64 = 1.5;
+
+/// Single effects that are extended by another. Set by judgement.
+pub(crate) const SINGLES_EXTENDED: usize = 3;
+
+/// Larger sets that are extended, far from the readings: what two effects do not bring near a third seldom does. Set by judgement.
+pub(crate) const SETS_EXTENDED: usize = 1;
+
+/// Ratio of the excess cost to that of the best above which a set far from the readings is not extended. Set by judgement.
+pub(crate) const FAR_BEHIND: f64 = 3.0;
+
+/// Effects in a set at most, the simulator's own defects not counted: more imitate nearly any gap. Set by judgement.
+pub(crate) const MOST_EFFECTS: usize = 3;
+
+/// Effects in a set near the readings with which the first search, whose noise is not settled, ends. Set by judgement.
+pub(crate) const ENOUGH_AT_FIRST: usize = 2;
+
+/// Nats that a larger set must gain over the best smaller one before it is extended in its turn. Set by judgement.
+pub(crate) const WORTH_EXTENDING: f64 = 2.0;
+
+/// Rounds in which effects of the best set are exchanged for others, near the readings. Set by judgement.
+pub(crate) const EXCHANGES_NEAR: usize = 3;
+
+/// The same far from the readings.
+pub(crate) const EXCHANGES_FAR: usize = 1;
+
+/// Share of the gap in chi-square that another effect must explain: the formulas of the effects are no better than that. Set by
+/// judgement.
+pub(crate) const MATERIAL: f64 = 3e-4;
+
+/// Cost a reading from which on a gap is very large. Set by judgement.
+pub(crate) const VERY_LARGE: f64 = 100.0;
+
+/// Share of a very large gap that another effect must explain, down to the noise. Set by judgement.
+pub(crate) const MATERIAL_OF_VERY_LARGE: f64 = 1e-3;
+
+/// Nats within which sets near the readings are rivals, and extended: odds of 160,000 to one.
+pub(crate) const RIVALS: f64 = 12.0;
+
+/// Nats within which a set may be named beside the best: odds of 400 to one.
+pub(crate) const MAY_BE_NAMED: f64 = 6.0;
+
+/// Nats behind the best on some of the readings within which a set is fitted to all. Set by judgement.
+pub(crate) const KEPT_FOR_ALL_READINGS: f64 = 12.0;
+
+/// Sets that are fitted to all readings in any case. Set by judgement.
+pub(crate) const ALWAYS_KEPT: usize = 6;
+
+/// Sets that may be named, and whose effects are therefore put in order.
+pub(crate) const MOST_NAMED: usize = 3;
+
+/// Nats behind the best, by the estimate of the coarse fit, at which an effect is given up: the estimate is far from exact. Set by
+/// judgement.
+pub(crate) const GIVEN_UP: f64 = 80.0;
+
+/// Sets that are fitted to all readings however far they are behind. Set by judgement.
+pub(crate) const KEPT_IN_ANY_CASE: usize = 5;
+
+/// Nats that the score statistic must expect of an effect before it is fitted beside a set near the readings. Set by judgement.
+pub(crate) const LEAST_EXPECTED_NATS: f64 = -1.0;
+
+/// Elements up to which each may have an amplitude or a phase of its own, or be exchanged with any other: of more, the readings of a
+/// scan do not tell. Set by judgement.
+pub(crate) const MOST_ELEMENTS: usize = 120;
+
+/// Share of the excess cost below which most of it is explained; a fit that is not at the noise then may be stuck. Set by judgement.
+pub(crate) const STUCK_REST: f64 = 0.2;
+
+/// Excess cost a reading above which a fit is not at the noise. Set by judgement.
+pub(crate) const STUCK_EXCESS: f64 = 0.1;
+
+/// Nats by which the best of many starts may fall short of what their number costs and still be fitted. Set by judgement.
+pub(crate) const START_SHORT_BY: f64 = 4.0;
+
+/// How far above the highest point a reflecting plane is looked for, m: a shelf, or the frame of a robot. Set by judgement.
+pub(crate) const HIGHEST_PLANE_M: f64 = 0.6;
+
+/// Planes that a fit is started with. Set by judgement.
+pub(crate) const PLANES: usize = 6;
+
+/// Elements in a set at most, by the catalogue.
+pub(crate) const MOST_IN_A_SET: usize = 3;
+
+/// Sets of elements that are extended by one element more. Set by judgement.
+pub(crate) const SET_BEAM: usize = 40;
+
+/// Restarts of a fit of random elements that is stuck; about one in three leads to another minimum.
+pub(crate) const RESTARTS: u64 = 8;
+
+/// Departures, in spreads of the others, from which on an element stands out: one of 80 does by chance.
+pub(crate) const OUTSTANDING: f64 = 2.5;
+
+/// Elements that stand out and are looked at, at most. Set by judgement.
+pub(crate) const MOST_OUTSTANDING: usize = 4;
+
+/// Correlation with the believed field below which a scan without a pose is unlike it. Set by judgement.
+pub(crate) const UNLIKE: f64 = 0.5;
+
+/// Correlation with the believed field above which a scan with a pose is like it. Set by judgement.
+pub(crate) const ALIKE: f64 = 0.8;
+
+// Residual structure.
+
+/// Standard deviations at which a test for patterns fails: thousands of readings show small flaws of the formulas at three.
+pub(crate) const PATTERN_LIMIT: f64 = 4.0;
+
+/// The same of a test that asks for one cause and knows how rare its statistic is: one in two thousand.
+pub(crate) const SINGLE_CAUSE_LIMIT: f64 = 3.3;
+
+/// The same for order among departures of elements, which no formula makes: one in four hundred, by either of two tests.
+pub(crate) const ORDER_LIMIT: f64 = 3.0;
+
+/// Rounding error of a converter, in deviations of the noise, from which on the noise does not hide it: steps of a third of the noise
+/// (B. Widrow and I. Kollár, *Quantization Noise*, 2008).
+pub(crate) const ROUNDING_LIMIT: f64 = 0.1;
+
+/// Shortest period of an error along an axis that is looked for, m: about half a wavelength at 40 kHz.
+pub(crate) const SHORTEST_LEAD_M: f64 = 4.5e-3;
+
+/// Longest period of an error along an axis that is looked for, m: longer ones are hardly seen in a scan of 70 mm. Set by judgement.
+pub(crate) const LONGEST_LEAD_M: f64 = 25e-3;
+
+/// Share of a direction's power that may be in how readings scatter: the score test is one of means. Set by judgement.
+pub(crate) const MOST_OF_SCATTER: f64 = 1e-3;
+
+/// Share of a direction that the fitted effects cannot imitate, below which the test says nothing. Set by judgement.
+pub(crate) const IMITATED: f64 = 0.01;
+
+/// Fewest elements whose order says anything: up to five shapes are asked for. Set by judgement.
+pub(crate) const FEWEST_ELEMENTS: usize = 12;
+
+/// How far beside the array a wave may seem to come from, m: the image in a wall 13 cm away.
+pub(crate) const FARTHEST_SOURCE_M: f64 = 0.26;
+
+/// Distance from a plane of readings within which the robot would have touched an object, m: about the radius of a receiver. Set by
+/// judgement.
+pub(crate) const TOUCHED_M: f64 = 6e-3;
+
+/// Readings below which equal distances between them may be chance. Set by judgement.
+pub(crate) const FEWEST_FOR_STEPS: usize = 100;
+
+/// Share of the least noise below which a difference of readings is the record's own last digit. Set by judgement.
+pub(crate) const LAST_DIGIT: f64 = 1e-2;
+
+/// Share of a step by which readings may miss it, for the record's last digit. Set by judgement.
+pub(crate) const MISSED_STEP: f64 = 0.1;
+
+// Verdict.
+
+/// Probability above which a set is named alone. Of 147 sealed scans with one effect of half a standard deviation or more, 143 were
+/// named exactly.
+pub(crate) const CLEAR: f64 = 0.85;
+
+/// Probability that a set must have by itself to be named for larger sets that hold it. Set by judgement.
+pub(crate) const SUFFICES_ALONE: f64 = 0.1;
+
+/// Probability that rivals must reach together to be named as rivals. Set by judgement.
+pub(crate) const RIVALS_TOGETHER: f64 = 0.9;
+
+/// Rivals that are named at most, by the contract of the output.
+pub(crate) const MOST_RIVALS: usize = 3;
+
+/// Share of the excess chi-square that one effect may leave and still explain a gap: no formula is better. Set by judgement.
+pub(crate) const RESIDUAL_SHARE: f64 = 3e-3;
+
+/// The same for several effects, which together imitate much. Set by judgement.
+pub(crate) const RESIDUAL_SHARE_OF_SEVERAL: f64 = 3e-4;
+
+/// Cost a reading of the believed set-up from which on a gap is so large that a formula's own error may show. Set by judgement.
+pub(crate) const LARGE: f64 = 4.0;
+
+/// Explained chi-square a reading below which a gap is faint: 0.4 standard deviations squared. Of faint gaps in a thousand sealed
+/// scans thirteen were attributed to two effects or three, and none had two.
+pub(crate) const FAINT: f64 = 0.16;
+
+/// Share of a gap that rounding errors must make up to count against an explanation. Set by judgement.
+pub(crate) const ROUNDING_SHARE: f64 = 0.1;
+
+/// Share of a gap that is immaterial: rivals of three effects that differ by it are named by their common part. Set by judgement.
+pub(crate) const IMMATERIAL: f64 = 2e-3;
+
+/// Side of the blocks of points that are kept out of the fit together, m: about a wavelength at 40 kHz, beyond which neighbours are
+/// nearly independent.
+pub(crate) const HELD_OUT_BLOCK_M: f64 = 8e-3;
+
+/// Standard deviations by which two effects, or two sets, are separated.
+pub(crate) const SEPARATED_SIGMA: f64 = 3.0;
+
+/// The variance of a reading, over that of the scan's scatter, is kept above this: no detector is as quiet as a formula.
+pub(crate) const LEAST_VARIANCE_RATIO: f64 = 1e-3;
+
+/// Nats against a floor where dark readings could have shown one and did not. Set by judgement.
+pub(crate) const FLOOR_NOT_SEEN: f64 = 4.0;
+
+/// Probability that the cause is none of those that were looked at, though nothing in the readings says so: of 273 sealed scans whose
+/// first candidate had all the evidence for it, two had another cause, or one more that was too small to see.
+pub(crate) const ANOTHER_CAUSE: f64 = 0.02;
+
+/// Candidates that a report lists: one line each on a screen.
+pub(crate) const MOST_CANDIDATES: usize = 12;

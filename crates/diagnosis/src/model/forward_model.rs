@@ -1,0 +1,378 @@
+//! The pressures under a set of effects: the measurement chain from the drive to the receiver's face.
+//!
+//! The field is p(x) = Σ wₙ gₙ(x) exp(i k dₙ) over the elements n, as the acoustics crate sums it. Each effect changes one or more links
+//! of the chain before or after that sum; see [`Effect`](super::effect::Effect). Effects act in the order of the catalogue, except on
+//! the place of the receiver: there the position is followed from the robot's own reading to the array's frame, which is the catalogue
+//! backwards.
+
+use std::f64::consts::TAU;
+
+use num_complex::Complex64;
+
+use fieldgap_acoustics::transducer::Widened;
+use fieldgap_acoustics::{
+    Array, Excitation, FieldKernel, FieldSum, PathLengths, Propagation, Simulation, Simulator,
+    Vec3, delays_s,
+};
+
+use super::effect::{Carrier, Context, Radiation, Stage, SurroundingField, Timing};
+use super::instance::{Active, Instance};
+use super::nuisance::Nuisance;
+use super::observations::{Observations, ObservedDrive, Visit};
+use super::pressure::Pressure;
+
+/// The believed set-up with some effects added.
+#[derive(Clone)]
+pub(crate) struct ForwardModel<'c> {
+    /// In the order in which they were added.
+    added: Vec<Active<'c>>,
+    /// Their numbers in that order, sorted by the catalogue.
+    sorted: Vec<usize>,
+    /// Numbers of those that act in amplifier and detector, sorted by the catalogue.
+    detector: Vec<usize>,
+    changes_scatter: bool,
+    scatters_field: bool,
+    clips: bool,
+    depends_on_arrival: bool,
+}
+
+/// Pressures of every reading: by scan, then drive, then visit. Where it matters how the robot arrived, those of the other ways in
+/// which it may have arrived follow after the visits.
+pub(crate) type Pressures = Vec<Vec<Vec<Pressure>>>;
+
+impl<'c> ForwardModel<'c> {
+    /// The believed set-up, nothing added.
+    pub fn believed() -> Self {
+        Self::with(Vec::new())
+    }
+
+    /// A set of effects, each with its values.
+    pub fn of(instances: &[Instance], values: &[Vec<f64>], context: &'c Context) -> Self {
+        let active = instances.iter().zip(values);
+        Self::with(
+            active.map(|(instance, values)| Active::new(instance, values, context)).collect(),
+        )
+    }
+
+    /// The same and one more effect.
+    pub fn and(&self, instance: &Instance, values: &[f64], context: &'c Context) -> Self {
+        let mut added = self.added.clone();
+        added.push(Active::new(instance, values, context));
+        Self::with(added)
+    }
+
+    /// The same without the effects that make a reading differ from its own repeat.
+    pub fn without_scatter_of_the_field(&self) -> Self {
+        let kept = self.added.iter().filter(|active| !active.effect.scatters_repeats());
+        Self::with(kept.cloned().collect())
+    }
+
+    fn with(added: Vec<Active<'c>>) -> Self {
+        let mut sorted: Vec<usize> = (0..added.len()).collect();
+        sorted.sort_by_key(|&number| added[number].effect.id());
+        let at_stage = |stage: Stage| {
+            let of_stage = |number: &usize| added[*number].effect.stage() == stage;
+            sorted.iter().copied().filter(of_stage).collect::<Vec<_>>()
+        };
+        let scatters = |active: &Active<'_>| active.effect.changes_scatter(active.setting());
+        let arrival = |active: &Active<'_>| {
+            matches!(active.effect.timing(), Timing::Direction | Timing::Velocity)
+        };
+        Self {
+            detector: at_stage(Stage::Detector),
+            changes_scatter: added.iter().any(scatters),
+            scatters_field: added
+                .iter()
+                .any(|active| active.effect.stage() == Stage::Field && scatters(active)),
+            clips: !at_stage(Stage::Converter).is_empty(),
+            depends_on_arrival: added.iter().any(|active| arrival(active) && !active.is_neutral()),
+            sorted,
+            added,
+        }
+    }
+
+    /// The effects, in the order of the catalogue.
+    pub(crate) fn effects(&self) -> impl DoubleEndedIterator<Item = &Active<'c>> {
+        self.sorted.iter().map(|&number| &self.added[number])
+    }
+
+    /// The effects, in the order in which they were added.
+    pub(crate) fn as_added(&self) -> &[Active<'c>] {
+        &self.added
+    }
+
+    /// The effects of amplifier and detector, in the order of the catalogue.
+    pub(crate) fn detector(&self) -> impl Iterator<Item = &Active<'c>> {
+        self.detector.iter().map(|&number| &self.added[number])
+    }
+
+    /// Whether readings scatter otherwise than the scan's scatter says.
+    pub fn changes_scatter(&self) -> bool {
+        self.changes_scatter
+    }
+
+    /// Whether the field itself differs from reading to reading.
+    pub fn scatters_field(&self) -> bool {
+        self.scatters_field
+    }
+
+    /// Whether the converter cuts readings.
+    pub fn clips(&self) -> bool {
+        self.clips
+    }
+
+    /// Whether it matters how the robot arrived at a point.
+    pub fn depends_on_arrival(&self) -> bool {
+        self.depends_on_arrival
+    }
+
+    /// Speed of sound and frequency.
+    pub fn carrier(&self) -> Carrier {
+        let mut carrier = Carrier { speed_ratio: 1.0, frequency_ratio: 1.0 };
+        self.effects().for_each(|active| active.effect.carrier(active.setting(), &mut carrier));
+        carrier
+    }
+
+    /// The wavenumber, rad/m.
+    pub fn wavenumber_rad_m(&self, believed: &Simulation) -> f64 {
+        let carrier = self.carrier();
+        believed.medium.wavenumber_rad_m(believed.frequency_hz) * carrier.frequency_ratio
+            / carrier.speed_ratio
+    }
+
+    /// Where the receiver truly is, array's frame, m.
+    pub fn place(&self, visit: &Visit) -> Vec3 {
+        self.effects()
+            .rev()
+            .fold(visit.at_m, |at_m, active| active.effect.position(active.setting(), visit, at_m))
+    }
+
+    /// Where the receiver truly is at each visit, array's frame, m.
+    pub fn places(&self, visits: &[Visit], nuisance: &Nuisance) -> Vec<Vec3> {
+        visits.iter().map(|visit| self.place(visit) + nuisance.shift_m).collect()
+    }
+
+    /// The pressures of all readings.
+    pub fn pressures(&self, observations: &Observations, nuisance: &[Nuisance]) -> Pressures {
+        let scans = observations.scans.iter().zip(nuisance);
+        scans
+            .map(|(scan, nuisance)| {
+                let of_drive = |drive: &ObservedDrive| {
+                    self.pressures_at(&drive.believed, &self.visits(drive), nuisance)
+                };
+                scan.drives.iter().map(of_drive).collect()
+            })
+            .collect()
+    }
+
+    /// The visits of a drive and, where it matters how the robot arrived, the other ways in which it may have arrived.
+    pub fn visits(&self, drive: &ObservedDrive) -> Vec<Visit> {
+        let mut visits = drive.visits.clone();
+        if self.depends_on_arrival {
+            visits.extend(drive.otherwise.iter().map(|(_, visit)| *visit));
+        }
+        visits
+    }
+
+    /// The pressure at each visit of one drive, with the shift and the near field of its scan.
+    pub fn pressures_at(
+        &self,
+        believed: &Simulation,
+        visits: &[Visit],
+        nuisance: &Nuisance,
+    ) -> Vec<Pressure> {
+        let chain = Chain::of(self, believed, nuisance);
+        let points_m = self.places(visits, nuisance);
+        let scattered = self.effects().find_map(|active| {
+            active
+                .effect
+                .scattered_position(active.setting(), &points_m, &|at_m| chain.pressures(at_m))
+        });
+        scattered.unwrap_or_else(|| chain.pressures(&points_m))
+    }
+
+    /// What each element adds to the coherent pressure at each visit, element by element.
+    pub fn contributions(
+        &self,
+        believed: &Simulation,
+        visits: &[Visit],
+        nuisance: &Nuisance,
+    ) -> Vec<Vec<Complex64>> {
+        let points_m = self.places(visits, nuisance);
+        let kernel = Chain::of(self, believed, nuisance).kernel;
+        (0..believed.array.len()).map(|n| kernel.of_element(n).at(&points_m)).collect()
+    }
+
+    /// The field of the array's images in a plane, if it reflects all of it.
+    pub fn images(
+        &self,
+        believed: &Simulation,
+        height_m: f64,
+        points_m: &[Vec3],
+        nuisance: &Nuisance,
+    ) -> Vec<Complex64> {
+        Chain::of(self, believed, nuisance).images(height_m, points_m)
+    }
+
+    /// What each element is driven with, rad.
+    pub fn phases_rad(&self, believed: &Simulation) -> Vec<f64> {
+        self.sources(believed).phases_rad
+    }
+
+    /// Relative change of one element's complex amplitude from this model to another.
+    pub fn change_of_element(&self, element: usize, other: &Self) -> Complex64 {
+        let weight = |model: &Self| -> Complex64 {
+            model.effects().map(|active| active.element_weight(element)).product()
+        };
+        weight(other) / weight(self) - 1.0
+    }
+
+    fn sources(&self, believed: &Simulation) -> Sources {
+        let carrier = self.carrier();
+        let frequency_hz = believed.frequency_hz;
+        let mut phases_rad: Vec<f64> = match &believed.excitation {
+            Excitation::Phases(phases_rad) => phases_rad.clone(),
+            excitation => delays_s(excitation, &believed.array, &believed.medium, frequency_hz)
+                .into_iter()
+                // Delays are kept in seconds, whatever the carrier.
+                .map(|delay_s| TAU * frequency_hz * carrier.frequency_ratio * delay_s)
+                .collect(),
+        };
+        // The driver rounds delays before its outputs are routed to the elements: the catalogue backwards.
+        for active in self.effects().rev() {
+            active.effect.drive_phases(active.setting(), &carrier, &mut phases_rad);
+        }
+        let mut elements = believed.array.elements().to_vec();
+        self.effects().for_each(|active| active.effect.elements(active.setting(), &mut elements));
+        let array = Array::from_elements(elements).expect("as many elements as are believed");
+        Sources { array, phases_rad }
+    }
+
+    fn radiation<'b>(&self, believed: &'b Simulation) -> Radiation<'b> {
+        let paths = match (believed.simulator, believed.excitation.focus_m()) {
+            (Simulator::AsWritten, Some(focus_m)) => PathLengths::FrozenAt(focus_m.z),
+            _ => PathLengths::Observed,
+        };
+        let transducer = believed.transducer();
+        let mut radiation =
+            Radiation { transducer, width_ratio: 1.0, by_face: false, on_axis: None, paths };
+        self.effects().for_each(|active| active.effect.radiation(active.setting(), &mut radiation));
+        radiation
+    }
+
+    fn air(&self, believed: &Simulation) -> Propagation {
+        let speed_m_s = believed.medium.speed_of_sound_m_s * self.carrier().speed_ratio;
+        let mut air = Propagation::default();
+        self.effects().for_each(|active| active.effect.air(active.setting(), speed_m_s, &mut air));
+        air
+    }
+
+    fn kernel(&self, believed: &Simulation, sources: &Sources, nuisance: &Nuisance) -> FieldKernel {
+        let wavenumber = self.wavenumber_rad_m(believed);
+        let Radiation { transducer, width_ratio, by_face, on_axis, paths } =
+            self.radiation(believed);
+        let widened = Widened { transducer, ratio: width_ratio, by_face };
+        let mut kernel =
+            FieldKernel::new(&sources.array, &sources.phases_rad, &widened, wavenumber, paths);
+        if let Some(on_axis) = on_axis {
+            kernel = kernel.with_on_axis(on_axis);
+        }
+        kernel = kernel.through(self.air(believed)).with_near_field(nuisance.near_field);
+        let lobes: Vec<_> = self
+            .effects()
+            .filter_map(|active| active.effect.sensitivity(active.setting(), wavenumber))
+            .collect();
+        if !lobes.is_empty() {
+            let sensitivity =
+                |angle_rad| -> f64 { lobes.iter().map(|lobe| lobe(angle_rad)).product() };
+            kernel = kernel.with_receiver_directivity(sensitivity);
+        }
+        kernel
+    }
+}
+
+/// The chain of one drive, ready to be sampled at any points.
+struct Chain<'m, 'c> {
+    model: &'m ForwardModel<'c>,
+    believed: &'m Simulation,
+    nuisance: &'m Nuisance,
+    sources: Sources,
+    kernel: FieldKernel,
+}
+
+impl<'m, 'c> Chain<'m, 'c> {
+    fn of(model: &'m ForwardModel<'c>, believed: &'m Simulation, nuisance: &'m Nuisance) -> Self {
+        let sources = model.sources(believed);
+        let kernel = model.kernel(believed, &sources, nuisance);
+        Self { model, believed, nuisance, sources, kernel }
+    }
+
+    fn pressures(&self, points_m: &[Vec3]) -> Vec<Pressure> {
+        let mut pressures = self.of_elements(points_m);
+        let around = Around { chain: self, points_m };
+        for active in self.model.effects() {
+            active.effect.added_waves(active.setting(), &around, &mut pressures);
+        }
+        pressures
+    }
+
+    fn of_elements(&self, points_m: &[Vec3]) -> Vec<Pressure> {
+        let attenuated = |attenuation_np_m: f64| -> Vec<FieldSum> {
+            let air = self.model.air(self.believed);
+            let attenuation_np_m = air.attenuation_np_m + attenuation_np_m;
+            let air = Propagation { attenuation_np_m, ..air };
+            self.kernel.clone().through(air).sums_at(points_m)
+        };
+        let scintillating = self
+            .model
+            .effects()
+            .find_map(|active| active.effect.scintillating(active.setting(), &attenuated));
+        scintillating
+            .unwrap_or_else(|| self.kernel.at(points_m).into_iter().map(Pressure::steady).collect())
+    }
+
+    fn images(&self, height_m: f64, points_m: &[Vec3]) -> Vec<Complex64> {
+        let mirrored = self.sources.mirrored(height_m);
+        self.model.kernel(self.believed, &mirrored, self.nuisance).at(points_m)
+    }
+}
+
+/// The field around some points.
+struct Around<'a, 'm, 'c> {
+    chain: &'a Chain<'m, 'c>,
+    points_m: &'a [Vec3],
+}
+
+impl SurroundingField for Around<'_, '_, '_> {
+    fn points_m(&self) -> &[Vec3] {
+        self.points_m
+    }
+
+    fn wavenumber_rad_m(&self) -> f64 {
+        self.chain.model.wavenumber_rad_m(self.chain.believed)
+    }
+
+    fn images(&self, height_m: f64) -> Vec<Complex64> {
+        self.chain.images(height_m, self.points_m)
+    }
+}
+
+/// Elements with the phases that they are driven with.
+struct Sources {
+    array: Array,
+    phases_rad: Vec<f64>,
+}
+
+impl Sources {
+    /// The images in a plane parallel to the array (Pierce, *Acoustics*, section 1-4).
+    fn mirrored(&self, height_m: f64) -> Self {
+        let flip = Vec3::new(1.0, 1.0, -1.0);
+        let mut elements = self.array.elements().to_vec();
+        for element in &mut elements {
+            element.centre_m = element.centre_m.component_mul(&flip) + Vec3::z() * 2.0 * height_m;
+            element.normal = element.normal.component_mul(&flip);
+        }
+        let array = Array::from_elements(elements).expect("as many images as elements");
+        Self { array, phases_rad: self.phases_rad.clone() }
+    }
+}

@@ -1,0 +1,21 @@
+//! The forward model: what the receiver should read, given a set-up and the effects added to it.
+//!
+//! - [`observations`]: the readings of one or several scans, each with where and when it was taken.
+//! - [`planes`]: readings of one height, and the step between neighbours.
+//! - [`effect`]: the trait that an effect implements: where it acts, and how it is looked for.
+//! - [`instance`]: an effect with the numbers at which it acts.
+//! - [`nuisance`]: gain, shift and near field, which are free in every fit.
+//! - [`pressure`]: the pressure at a reading, its steady and its random part.
+//! - [`forward_model`]: the pressures under a set of effects.
+//! - [`receiver`]: what the receiver makes of a pressure.
+//! - [`residuals`]: measured minus expected, in standard deviations, and the likelihood.
+
+pub mod effect;
+pub mod forward_model;
+pub mod instance;
+pub mod nuisance;
+pub mod observations;
+pub mod planes;
+pub mod pressure;
+pub mod receiver;
+pub mod residuals;

@@ -1,0 +1,29 @@
+//! Readings of one height, and the step between neighbours.
+
+use super::observations::ObservedDrive;
+
+/// Median step of a drive's even visits, m; `None` if it has none.
+pub(crate) fn step_m(drive: &ObservedDrive) -> Option<f64> {
+    let mut steps: Vec<f64> = drive
+        .visits
+        .windows(2)
+        .filter(|pair| pair[1].even && pair[1].number == pair[0].number + 1)
+        .map(|pair| (pair[1].at_m - pair[0].at_m).norm())
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied()
+}
+
+/// The readings of a drive at each height, as indices, the lowest height first.
+pub(crate) fn by_height(drive: &ObservedDrive) -> Vec<Vec<usize>> {
+    let mut planes: Vec<(i64, Vec<usize>)> = Vec::new();
+    for (index, visit) in drive.visits.iter().enumerate() {
+        let height = (visit.at_m.z * 1e4).round() as i64;
+        match planes.iter_mut().find(|(known, _)| (*known - height).abs() <= 1) {
+            Some((_, indices)) => indices.push(index),
+            None => planes.push((height, vec![index])),
+        }
+    }
+    planes.sort_by_key(|(height, _)| *height);
+    planes.into_iter().map(|(_, indices)| indices).collect()
+}

@@ -1,0 +1,32 @@
+//! The pressure at one reading.
+
+use num_complex::Complex64;
+
+/// Pressure at one reading, in the simulator's unit: a coherent part, and a random part that differs from reading to reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Pressure {
+    /// The coherent part: the mean over all readings at this place.
+    pub coherent: Complex64,
+    /// Mean square magnitude of the random part.
+    pub speckle: f64,
+    /// Mean square of the random part, a complex number: it tells the part along the coherent pressure from the part across it,
+    /// which hardly shows where the coherent pressure is strong.
+    pub speckle_square: Complex64,
+}
+
+impl Pressure {
+    /// A pressure without a random part.
+    pub fn steady(coherent: Complex64) -> Self {
+        Self { coherent, speckle: 0.0, speckle_square: Complex64::ZERO }
+    }
+
+    /// Mean squares of the random part along the coherent pressure and across it.
+    pub fn speckle_along_and_across(&self) -> [f64; 2] {
+        let power = self.coherent.norm_sqr();
+        let along = match power > 0.0 {
+            true => (self.speckle_square * self.coherent.conj().powi(2)).re / power,
+            false => 0.0,
+        };
+        [0.5 * (self.speckle + along), 0.5 * (self.speckle - along)].map(|square| square.max(0.0))
+    }
+}

@@ -1,0 +1,135 @@
+//! What the receiver makes of a pressure: gain, drift, quadrature noise, compression, floor, noise in proportion, full scale.
+
+use super::effect::Expected;
+use super::forward_model::ForwardModel;
+use super::observations::ObservedScan;
+use super::pressure::Pressure;
+use crate::limits::LEAST_VARIANCE_RATIO;
+use crate::statistics::detector::{Detected, rice_mean};
+
+/// The expected reading on the scan's noise scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Scaled {
+    pub value: f64,
+    /// Its slope by the natural logarithm of the level.
+    pub by_log_level: f64,
+    /// Variance of a reading about it, over that of the scan's scatter.
+    pub variance_ratio: f64,
+}
+
+impl ForwardModel<'_> {
+    /// What the receiver reads of a pressure: gain, drift, quadrature noise, compression, floor, noise in proportion (or that
+    /// before compression and floor), full scale, in this order.
+    pub fn expected(
+        &self,
+        pressure: &Pressure,
+        gain: f64,
+        progress: f64,
+        scan: &ObservedScan,
+    ) -> Expected {
+        let scatter = &scan.scatter;
+        let gain = self.gain_at(gain, progress);
+        let level = level(pressure, gain);
+        // Of magnitudes that are averaged, each has the noise of one.
+        let single = scatter.additive * scan.averaged.sqrt();
+        if !self.changes_scatter() {
+            let reading = rice_mean(level, single);
+            return self.cut(Expected { reading, variance_ratio: 1.0 }, scan);
+        }
+        let noise = single * single;
+        let speckle = pressure.speckle_along_and_across().map(|square| gain * gain * square);
+        let [along, across] = speckle.map(|square| (noise + square).sqrt());
+        let detected = Detected::of(level, along, across);
+        let (reading, quadrature) = detected.received(self.floor(), |level| self.detected(level));
+        let proportional = match self.proportional_noise_before_detector() {
+            false => scatter.share * reading,
+            true => scatter.share * level * self.slope(level, reading),
+        };
+        // Averaging takes from the noise, and not from what changes more slowly.
+        let of_noise = 2.0 * noise / (2.0 * noise + speckle[0] + speckle[1]).max(f64::MIN_POSITIVE);
+        let quadrature = quadrature * (1.0 - of_noise * (1.0 - 1.0 / scan.averaged));
+        let variance = quadrature + proportional * proportional;
+        let variance_ratio =
+            (variance * scan.scale.slope(reading).powi(2)).max(LEAST_VARIANCE_RATIO);
+        self.cut(Expected { reading, variance_ratio }, scan)
+    }
+
+    /// The same on the scan's scale.
+    #[inline]
+    pub fn expected_on_scale(
+        &self,
+        pressure: &Pressure,
+        gain: f64,
+        progress: f64,
+        scan: &ObservedScan,
+    ) -> Scaled {
+        if !self.changes_scatter() && !self.clips() {
+            let level = level(pressure, self.gain_at(gain, progress));
+            let (value, by_log_level) = scan.scale.of_level(level);
+            return Scaled { value, by_log_level, variance_ratio: 1.0 };
+        }
+        let Expected { reading, variance_ratio } = self.expected(pressure, gain, progress, scan);
+        let by_log_level = reading * scan.scale.slope(reading);
+        Scaled { value: scan.scale.of(reading), by_log_level, variance_ratio }
+    }
+
+    fn gain_at(&self, gain: f64, progress: f64) -> f64 {
+        /// A gain is kept above this share of its first value: nothing drifts to zero.
+        const LEAST: f64 = 1e-3;
+        let effects = self.as_added().iter();
+        let drift: f64 =
+            effects.map(|active| active.effect.gain(active.setting(), progress)).product();
+        gain * drift.max(LEAST)
+    }
+
+    /// What amplifier and detector make of a level.
+    fn detected(&self, level: f64) -> f64 {
+        self.detector().fold(level, |level, active| active.effect.transfer(active.setting(), level))
+    }
+
+    /// The slope of that, at a level whose mean reading is known. A floor in power makes it the ratio of the level before the floor to
+    /// the reading.
+    fn slope(&self, level: f64, reading: f64) -> f64 {
+        if level <= 0.0 {
+            return 0.0;
+        }
+        let (mut slope, mut input) = (1.0, level);
+        for active in self.detector() {
+            let setting = active.setting();
+            let output = match active.effect.floor(setting) > 0.0 {
+                true => reading,
+                false => active.effect.transfer(setting, input),
+            };
+            slope *= active.effect.transfer_slope(input, output);
+            input = output;
+        }
+        slope * input / reading
+    }
+
+    fn floor(&self) -> f64 {
+        self.detector().map(|active| active.effect.floor(active.setting())).sum()
+    }
+
+    /// Whether noise in proportion to the level comes in before the detector, by the effect added last that asks for it.
+    fn proportional_noise_before_detector(&self) -> bool {
+        let asked = self.as_added().iter().rev().find_map(|active| {
+            active.effect.proportional_noise_before_detector(active.setting().choice)
+        });
+        asked.unwrap_or(false)
+    }
+
+    fn cut(&self, expected: Expected, scan: &ObservedScan) -> Expected {
+        if !self.clips() {
+            return expected;
+        }
+        self.effects().fold(expected, |expected, active| {
+            let deviation = scan.scale.deviation(expected.reading) * expected.variance_ratio.sqrt();
+            active.effect.clipped(active.setting(), expected, deviation)
+        })
+    }
+}
+
+/// The magnitude of a pressure at a gain. (The library's norm guards against overflow, at five times the time.)
+fn level(pressure: &Pressure, gain: f64) -> f64 {
+    pressure.coherent.norm_sqr().sqrt() * gain
+}

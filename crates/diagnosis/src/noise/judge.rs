@@ -1,0 +1,216 @@
+//! How readings scatter about their mean: from silence and from points that were visited again.
+//!
+//! A level m reads |m + b (n₁ + i n₂)| (1 + a n₀) with standard normal n, so that silence reads Rayleigh's distribution and a
+//! strong signal scatters by √(a² m² + b²). A floor that the detector adds in power makes √(reading² + floor²) of it before
+//! the share in proportion comes in: quadrature noise is the smaller beside a floor, and the share is not.
+
+use crate::limits::{
+    DARK_NOISE_FACTOR, FEWEST_REPEATS, FLOOR_MARGIN, LEAST_ADDITIVE_NOISE, NOISE_AGAINST_REPEATS,
+    NOISE_SEARCH_FACTOR, ROUGHNESS_FACTOR, TURBULENCE_BY_REPEATS, USUAL_PROPORTIONAL_NOISE,
+};
+use crate::model::observations::ObservedScan;
+use crate::noise::repeats::{full_scale, pairs_beside};
+use crate::noise::scintillation::turbulent;
+use crate::statistics::dark_readings::{DarkNoise, DarkReadings};
+use crate::statistics::golden_section::least;
+use crate::statistics::noise_scale::LEAST_SHARE;
+use crate::statistics::reading_pairs::{Level, Pair, cost};
+use crate::statistics::scatter::Scatter;
+use crate::statistics::speckle::Speckle;
+
+/// What is known of a share beforehand, in nats: receivers scatter by some percent, give or take a factor of three.
+fn against_share(share: f64) -> f64 {
+    0.5 * (share / USUAL_PROPORTIONAL_NOISE).ln().powi(2)
+}
+
+/// The least silent reading, or the floor that silence tells, and some more, as both are read with an error.
+fn most_floor(dark: &DarkReadings, known: f64, additive: f64) -> f64 {
+    dark.least().max(known) * (1.0 + FLOOR_MARGIN) + FLOOR_MARGIN * additive
+}
+
+/// Judges the scatter of a scan, given what each reading should have been, drive by drive.
+///
+/// The additive part is silence's; the share is known by visits that came again to a point, the turbulence by
+/// the way in which their scatter depends on the level. Where no point was visited again, the fine structure
+/// of the residual along the rows stands for both: an upper bound.
+pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
+    let rough = roughness(scan, levels);
+    // A converter with coarse steps reads silence as nothing at all.
+    let largest = scan.drives.iter().flat_map(|d| &d.readings).fold(0.0f64, |a, r| a.max(*r));
+    let lowest = (LEAST_ADDITIVE_NOISE * largest).max(f64::MIN_POSITIVE);
+    let dark = DarkReadings::of(&scan.dark, scan.averaged);
+    let unknown = DarkNoise { additive: rough.1, floor: 0.0, evidence: 0.0 };
+    let mut known = dark.as_ref().map_or(unknown, |dark| dark.noise(USUAL_PROPORTIONAL_NOISE));
+    let mut pairs = pairs_beside(scan, levels, known.floor);
+    let beside_floor = known.floor > 0.0 && scan.averaged == 1.0 && pairs.len() >= FEWEST_REPEATS;
+    if let Some(dark) = dark.as_ref().filter(|_| beside_floor) {
+        // Beside a floor silence scatters by the share, too: both are found from silence and repeats together.
+        let most_share = (ROUGHNESS_FACTOR * rough.0).max(10.0 * LEAST_SHARE);
+        let of = |additive: f64| {
+            least(LEAST_SHARE, most_share, |share| {
+                cost(&pairs, share, additive, 0.0, Speckle::OfPaths)
+                    + dark.cost(additive, share)
+                    + against_share(share)
+            })
+        };
+        let most = dark.floor_beside(0.0);
+        let (additive, _) = least(1e-3 * most, 0.7 * most, |additive| of(additive).1);
+        let evidence = dark.noise(of(additive).0).evidence;
+        known = DarkNoise { additive, floor: dark.floor_beside(additive), evidence };
+        pairs = pairs_beside(scan, levels, known.floor);
+    }
+    let additive = known.additive.max(lowest);
+    let scatter = Scatter {
+        share: rough.0,
+        additive,
+        turbulence: 0.0,
+        speckle: Speckle::OfPaths,
+        most_turbulence: f64::INFINITY,
+        floor: known.floor,
+        most_floor: dark
+            .as_ref()
+            .map_or(f64::INFINITY, |dark| most_floor(dark, known.floor, additive)),
+        floor_evidence: known.evidence,
+        pairs: pairs.into(),
+    };
+    let pairs = &scatter.pairs;
+    if pairs.len() < FEWEST_REPEATS {
+        return scatter;
+    }
+    let best_share = |additive: f64, turbulence: f64, speckle: Speckle| {
+        least(LEAST_SHARE, 1.0, |share| {
+            cost(pairs, share, additive, turbulence, speckle) + against_share(share)
+        })
+    };
+    let of_silence = |additive: f64| match &dark {
+        Some(dark) if known.floor == 0.0 => dark.cost_without_floor(additive),
+        _ => 0.0,
+    };
+    let steady = |additive: f64| best_share(additive, 0.0, Speckle::OfPaths);
+    let (steady_additive, steady_cost) = match dark.is_some() && known.floor == 0.0 {
+        true => least(additive / DARK_NOISE_FACTOR, additive * DARK_NOISE_FACTOR, |additive| {
+            steady(additive).1 + of_silence(additive)
+        }),
+        false => (additive, steady(additive).1),
+    };
+    let turbulent = Speckle::ALL.map(|speckle| {
+        (least(0.01, 10.0, |turbulence| best_share(additive, turbulence, speckle).1), speckle)
+    });
+    let ((turbulence, turbulent_cost), speckle) = match turbulent[0].0.1 <= turbulent[1].0.1 {
+        true => turbulent[0],
+        false => turbulent[1],
+    };
+    if steady_cost - turbulent_cost - of_silence(additive) > TURBULENCE_BY_REPEATS {
+        let share = best_share(additive, turbulence, speckle).0;
+        return Scatter { share, turbulence, speckle, ..scatter }.with_most_turbulence();
+    }
+    let (additive, share) = (steady_additive, steady(steady_additive).0);
+    // Repeats also differ by what the model of them leaves out (a lag, a drift); the residual's fine structure along
+    // the rows does less so, if it is rougher than the noise by less.
+    let share = share.min(ROUGHNESS_FACTOR * rough.0);
+    Scatter { share, additive, ..scatter }.with_most_turbulence()
+}
+
+/// The scatter of a scan, share and additive part moved to where all its readings, silence and repeats together are
+/// likeliest, as far as silence and repeats allow.
+pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatter) -> Scatter {
+    let Some(dark) = DarkReadings::of(&scan.dark, scan.averaged) else { return judged };
+    let averaged_beside_floor = judged.floor > 0.0 && scan.averaged > 1.0;
+    if judged.turbulence > 0.0 || judged.pairs.len() < FEWEST_REPEATS || averaged_beside_floor {
+        return judged;
+    }
+    let full_scale = full_scale(scan);
+    let mut known: Vec<Pair> = Vec::new();
+    for (drive, levels) in scan.drives.iter().zip(levels) {
+        for (reading, level) in drive.readings.iter().zip(levels) {
+            if *reading >= full_scale {
+                continue;
+            }
+            // A reading scatters by half of what a difference of two does.
+            let difference = 2f64.sqrt() * (reading - level.reading);
+            known.push(Pair::new(*level, scan.averaged, judged.floor, difference));
+        }
+    }
+    let steady = |pairs: &[Pair], share: f64, additive: f64| {
+        cost(pairs, share, additive, 0.0, Speckle::OfPaths)
+    };
+    let against = |share: f64, additive: f64| {
+        let of_silence = match judged.floor > 0.0 {
+            true => dark.cost(additive, share),
+            false => dark.cost_without_floor(additive),
+        };
+        steady(&judged.pairs, share, additive) + of_silence + against_share(share)
+    };
+    let of = |share: f64, additive: f64| steady(&known, share, additive) + against(share, additive);
+    let least_against = against(judged.share, judged.additive);
+    // What one may be depends on what the other is: beside a floor silence tells a sum of both.
+    let either = |at: f64, against: &dyn Fn(f64) -> f64| {
+        least(at / NOISE_SEARCH_FACTOR, at * NOISE_SEARCH_FACTOR, against).1
+    };
+    let limit = |factor: f64, against: &dyn Fn(f64) -> f64| {
+        let mut limit = 1.0;
+        while (0.02..50.0).contains(&limit)
+            && against(limit) < least_against + NOISE_AGAINST_REPEATS
+        {
+            limit *= factor;
+        }
+        limit
+    };
+    const FINER: f64 = 1.06;
+    let of_share =
+        |factor: f64| either(judged.additive, &|additive| against(factor * judged.share, additive));
+    let of_additive =
+        |factor: f64| either(judged.share, &|share| against(share, factor * judged.additive));
+    let shares = [1.0 / FINER, FINER].map(|factor| judged.share * limit(factor, &of_share));
+    let additives =
+        [1.0 / FINER, FINER].map(|factor| judged.additive * limit(factor, &of_additive));
+    let best_share = |additive: f64| least(shares[0], shares[1], |share| of(share, additive));
+    let (additive, _) = least(additives[0], additives[1], |additive| best_share(additive).1);
+    let steady = Scatter { share: best_share(additive).0, additive, ..judged };
+    let turbulent = match steady.floor == 0.0 {
+        true => turbulent(&known, &dark, &steady),
+        false => None,
+    };
+    turbulent.unwrap_or(steady).with_most_turbulence()
+}
+
+/// Share and additive part as the residual's third differences along evenly spaced visits tell them: their square is 20
+/// times the variance of white noise.
+fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
+    let full_scale = full_scale(scan);
+    let mut known: Vec<(f64, f64)> = Vec::new();
+    for (drive, levels) in scan.drives.iter().zip(levels) {
+        let beyond = |i: usize| drive.readings[i] - levels[i].reading;
+        for i in 0..drive.visits.len().saturating_sub(3) {
+            let even = (i + 2..i + 4).all(|j| {
+                let (a, b) = (&drive.visits[j], &drive.visits[i + 1]);
+                (a.velocity_m_s - b.velocity_m_s).norm() <= 1e-3 * b.velocity_m_s.norm()
+            });
+            let seen = drive.readings[i..i + 4].iter().all(|&reading| reading < full_scale);
+            if even && seen {
+                let third = beyond(i + 3) - 3.0 * beyond(i + 2) + 3.0 * beyond(i + 1) - beyond(i);
+                let level = 0.5 * (levels[i + 1].reading + levels[i + 2].reading);
+                known.push((level * level, third * third / 20.0));
+            }
+        }
+    }
+    if known.is_empty() {
+        let default = Scatter::default();
+        let readings = scan.drives.iter().flat_map(|drive| &drive.readings);
+        let largest = readings.fold(0.0f64, |largest, r| largest.max(*r));
+        return (default.share, 5e-3 * largest);
+    }
+    known.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (low, high) = known.split_at(known.len() / 2);
+    // Medians, as a gap is rough in some places: of the square of a normal number, 0.455 times its mean.
+    let middle = |part: &[(f64, f64)]| {
+        let mut variances: Vec<f64> = part.iter().map(|(_, variance)| *variance).collect();
+        variances.sort_by(f64::total_cmp);
+        let levels = part.iter().map(|(level, _)| level).sum::<f64>() / part.len().max(1) as f64;
+        (levels, variances.get(variances.len() / 2).copied().unwrap_or(0.0) / 0.455)
+    };
+    let ((low_level, low), (high_level, high)) = (middle(low), middle(high));
+    let share = ((high - low) / (high_level - low_level).max(f64::MIN_POSITIVE)).max(0.0).sqrt();
+    let additive = (low - share * share * low_level).max(1e-4 * low).sqrt();
+    (share.max(1e-3), additive)
+}

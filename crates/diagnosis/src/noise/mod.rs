@@ -1,0 +1,11 @@
+//! The noise of a scan, from dark readings, repeats, and the residuals of a fit.
+//!
+//! - [`repeats`]: readings of one place that were taken again.
+//! - [`judge`]: the scatter that dark readings and repeats show, and what the residuals add.
+//! - [`scintillation`]: whether all readings together ask for fluctuating paths.
+//! - [`settle`]: the scatter of every scan, given a forward model.
+
+pub mod judge;
+pub mod repeats;
+pub mod scintillation;
+pub mod settle;

@@ -1,0 +1,118 @@
+//! Whether all readings together ask for turbulence: its speckle scatters readings as no steady noise does, most where paths are many
+//! and levels low.
+//!
+//! A Gaussian likelihood of what readings scatter by, whose variance is a sum of what is in proportion, s² m², of the quadratures' a²
+//! and of the speckle's t²: all three are found by Fisher's scoring, silence telling a² besides (C. R. Rao, *Linear Statistical
+//! Inference*, section 5g).
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::limits::TURBULENCE_BY_ALL_READINGS;
+use crate::statistics::dark_readings::DarkReadings;
+use crate::statistics::reading_pairs::Pair;
+use crate::statistics::scatter::Scatter;
+use crate::statistics::speckle::Speckle;
+
+/// Rounds of scoring, from no turbulence.
+const ROUNDS: usize = 8;
+
+/// Most change of a variance in one round, as a factor.
+const MOST_CHANGE: f64 = 3.0;
+
+/// The scatter with the turbulence that readings ask for beside a steady scatter at its own best; `None` if they do not.
+pub(crate) fn turbulent(
+    readings: &[Pair],
+    dark: &DarkReadings,
+    steady: &Scatter,
+) -> Option<Scatter> {
+    let cost = |scatter: &Scatter| {
+        let of_readings: f64 =
+            readings.iter().map(|pair| pair.cost(scatter.squares(), scatter.speckle)).sum();
+        of_readings + dark.cost_without_floor(scatter.additive)
+    };
+    let found = Speckle::ALL.map(|speckle| {
+        let scatter = scored(readings, dark, &Scatter { speckle, ..steady.clone() });
+        (cost(&scatter), scatter)
+    });
+    let [(one, of_paths), (other, circular)] = found;
+    let (least, scatter) = if one <= other { (one, of_paths) } else { (other, circular) };
+    (cost(steady) - least > TURBULENCE_BY_ALL_READINGS).then_some(scatter)
+}
+
+/// The scatter at which readings and silence are likeliest, from a steady one.
+fn scored(readings: &[Pair], dark: &DarkReadings, steady: &Scatter) -> Scatter {
+    let mut scatter = steady.clone();
+    for round in 0..ROUNDS {
+        let squares = scatter.squares();
+        let (mut slope, mut information) = (Vector3::zeros(), Matrix3::zeros());
+        for pair in readings {
+            let (variance, by) = pair.variance_and_slopes(squares, scatter.speckle);
+            let by = Vector3::from(by) / variance;
+            slope += 0.5 * (pair.square() / variance - 1.0) * by;
+            information += 0.5 * by * by.transpose();
+        }
+        let (of_silence, known) = dark.slope_and_information(scatter.additive);
+        slope[1] += of_silence;
+        information[(1, 1)] += known;
+        let Some(step) = information.cholesky().map(|cholesky| cholesky.solve(&slope)) else {
+            break;
+        };
+        let next = |n: usize| {
+            let (least, most) = (squares[n] / MOST_CHANGE, squares[n] * MOST_CHANGE);
+            match n == 2 && round == 0 {
+                true => step[n].max(0.0),
+                false => (squares[n] + step[n]).clamp(least, most),
+            }
+        };
+        scatter.share = next(0).sqrt();
+        scatter.additive = next(1).sqrt();
+        scatter.turbulence = next(2).sqrt();
+        if scatter.turbulence == 0.0 {
+            break;
+        }
+    }
+    scatter
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pair::Level;
+    use fieldgap_virtual_rig::luck::Luck;
+
+    const SHARE: f64 = 0.02;
+    const ADDITIVE: f64 = 0.005;
+
+    /// Readings from 0.08 to 1, far above noise and speckle of a mean square of 0.01 t² in each quadrature, as differences from what they
+    /// should be, and silence.
+    fn plotted(turbulence: f64) -> (Vec<Pair>, DarkReadings) {
+        let luck = Luck::new(7);
+        let dark: Vec<f64> =
+            (0..64).map(|n| ADDITIVE * luck.normal(2 * n).hypot(luck.normal(2 * n + 1))).collect();
+        let pairs = (0..5000u64).map(|n| {
+            let reading = 0.08 * 12.5f64.powf(n as f64 / 5000.0);
+            let level = Level { reading, speckle: [0.01; 2] };
+            let variance = (SHARE * reading).powi(2) + ADDITIVE.powi(2) + 0.01 * turbulence.powi(2);
+            Pair::new(level, 1.0, 0.0, (2.0 * variance).sqrt() * luck.normal(1000 + n))
+        });
+        (pairs.collect(), DarkReadings::of(&dark, 1.0).expect("enough"))
+    }
+
+    #[test]
+    fn turbulence_is_told_from_noise_that_silence_knows() {
+        let (pairs, dark) = plotted(0.1);
+        // What steady noise makes of the same: more than there is in silence.
+        let steady = Scatter { share: SHARE, additive: 0.0105, ..Scatter::default() };
+        let found = turbulent(&pairs, &dark, &steady).expect("it is seen");
+        assert!((found.turbulence / 0.1 - 1.0).abs() < 0.1, "{found:?}");
+        assert!((found.additive / ADDITIVE - 1.0).abs() < 0.2, "{found:?}");
+        assert!((found.share / SHARE - 1.0).abs() < 0.05, "{found:?}");
+    }
+
+    #[test]
+    fn steady_noise_asks_for_none() {
+        let (pairs, dark) = plotted(0.0);
+        let steady = Scatter { share: SHARE, additive: ADDITIVE, ..Scatter::default() };
+        assert_eq!(turbulent(&pairs, &dark, &steady), None);
+    }
+}

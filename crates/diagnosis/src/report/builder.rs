@@ -1,0 +1,239 @@
+//! The result of a diagnosis, put together from its phases.
+
+use fieldgap_acoustics::Simulator;
+use fieldgap_comparison::{Noise, NoiseSource, Registration};
+use fieldgap_records::RecordedScan;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+use crate::advice::next_measurement::next_measurement;
+use crate::effect_id::EffectId;
+use crate::fit::joint_fit::Fit;
+use crate::fitted_parameter::FittedParameter;
+use crate::limits::{ANOTHER_CAUSE, MOST_CANDIDATES};
+use crate::model::effect::{Context, Estimate};
+use crate::model::forward_model::ForwardModel;
+use crate::model::observations::Observations;
+use crate::report::maps::{Plotted, maps};
+use crate::report::sentence::Gaps;
+use crate::residual_structure::ResidualStructure;
+use crate::residual_structure::test::Test;
+use crate::result::{Candidate, Diagnosis, NextMeasurement, ResidualTest, Verdict, WaterfallStep};
+use crate::selection::scored_model::ScoredModel;
+use crate::verdict::gap_budget::gap_budget;
+use crate::verdict::gap_size::{HeldOut, as_believed, gap, noise_floor};
+use crate::verdict::judgement::Judgement;
+
+/// What the phases found, to be put together.
+pub(crate) struct ReportBuilder<'s> {
+    /// The scans.
+    pub scans: &'s [RecordedScan],
+    /// The simulator whose gap is in question.
+    pub simulator: Simulator,
+    /// Their readings.
+    pub observations: Observations,
+    /// The set-up as believed.
+    pub context: Context,
+    /// Every set that was fitted, the best first.
+    pub scored: Vec<ScoredModel>,
+    /// The believed set-up.
+    pub base: ScoredModel,
+    /// What the best set leaves.
+    pub structure: ResidualStructure,
+    /// Which set is named.
+    pub judgement: Judgement,
+}
+
+impl ReportBuilder<'_> {
+    /// The diagnosis; `registration` is that of the first scan.
+    pub fn build(self, registration: Registration) -> Diagnosis {
+        let Self { scans, simulator, observations, context, base, judgement, .. } = &self;
+        let nuisance = as_believed(observations);
+        let before = ForwardModel::believed().expected_readings(observations, &nuisance);
+        let best = &self.scored[0].fit;
+        let after = best.model(context).expected_readings(observations, &best.nuisance);
+        let held_out = HeldOut::of(observations);
+        let ranked = self.ranked(&held_out);
+        let gaps = Gaps {
+            before: gap(observations, &before),
+            before_held_out: held_out.before(),
+            after_held_out: ranked[0].gap_after_held_out,
+            noise: noise_floor(observations),
+        };
+        let structure_before = ResidualStructure::patterns_only(&base.fit, observations, context);
+        let plotted = Plotted {
+            before: &before,
+            after: &after,
+            residual_before: &structure_before.residuals,
+            residual_after: &self.structure.residuals,
+        };
+        let (effects, alternatives) = self.named();
+        let undetermined = registration.undetermined.iter();
+        let undetermined = undetermined.map(|combination| combination.explanation.clone());
+        Diagnosis {
+            format: 1,
+            scan: scans[0].setup.name.clone(),
+            scans: scans.iter().map(|scan| scan.setup.name.clone()).collect(),
+            simulator: *simulator,
+            reading_unit: scans[0].setup.unit.clone(),
+            points: observations.len(),
+            verdict: judgement.verdict,
+            sentence: self.sentence(&ranked, &gaps),
+            effects,
+            alternatives,
+            gap_before: gaps.before,
+            gap_before_held_out: gaps.before_held_out,
+            noise_floor: gaps.noise,
+            explained_fraction: gaps.explained_fraction(),
+            r#where: gap_budget(observations, &nuisance, &before, &after),
+            next_measurement: self.advice(),
+            noise: self.noise(),
+            planes: maps(observations, &registration, &plotted),
+            residual_tests: self.residual_tests(&structure_before),
+            waterfall: self.waterfall(),
+            undetermined: undetermined.collect(),
+            registration,
+            ranked,
+        }
+    }
+
+    /// The best candidates, each with its gap over readings kept out of the fit.
+    fn ranked(&self, held_out: &HeldOut) -> Vec<Candidate> {
+        let named = self.judgement.named.iter().map(|number| number + 1);
+        let listed = named.fold(MOST_CANDIDATES, usize::max);
+        let mut ranked: Vec<Candidate> = self
+            .scored
+            .iter()
+            .take(listed)
+            .enumerate()
+            .map(|(number, scored)| self.candidate(number, scored))
+            .collect();
+        ranked.par_iter_mut().zip(&self.scored).for_each(|(candidate, scored)| {
+            candidate.gap_after_held_out = held_out.after(&scored.fit, &self.context);
+        });
+        ranked
+    }
+
+    /// The named cause, and the rivals.
+    fn named(&self) -> (Vec<EffectId>, Vec<Vec<EffectId>>) {
+        let mut named = self.judgement.named.iter().map(|number| self.scored[*number].fit.ids());
+        match self.judgement.verdict {
+            Verdict::Explained => (named.next().unwrap_or_default(), Vec::new()),
+            Verdict::Ambiguous => (Vec::new(), named.collect()),
+            Verdict::Unexplained | Verdict::None => (Vec::new(), Vec::new()),
+        }
+    }
+
+    fn noise(&self) -> Noise {
+        let scatter = &self.observations.scans[0].scatter;
+        let source = match scatter.pairs.is_empty() {
+            true => NoiseSource::Residual,
+            false => NoiseSource::Repeats,
+        };
+        Noise { additive: scatter.additive, multiplicative: scatter.share, source }
+    }
+
+    fn residual_tests(&self, before: &ResidualStructure) -> Vec<ResidualTest> {
+        let tests = self.structure.tests.iter();
+        let of_same_name =
+            |test: &Test| before.tests.iter().find(|other| other.name == test.name).map(|t| t.z);
+        tests
+            .map(|test| ResidualTest {
+                name: test.name,
+                z: test.z,
+                z_before: of_same_name(test),
+                limit: test.limit,
+                sign_of: test.sign_of.clone().filter(|_| test.fails()),
+            })
+            .collect()
+    }
+
+    fn advice(&self) -> Option<NextMeasurement> {
+        let [one, other, ..] = self.judgement.named[..] else { return None };
+        next_measurement(
+            &self.observations,
+            &self.context,
+            [&self.scored[one].fit, &self.scored[other].fit],
+            self.simulator,
+            &self.scans[0].setup.name,
+        )
+    }
+
+    fn candidate(&self, number: usize, scored: &ScoredModel) -> Candidate {
+        let fit = &scored.fit;
+        let mut parameters: BTreeMap<String, FittedParameter> = BTreeMap::new();
+        let mut readings = Vec::new();
+        for (instance, fitted) in fit.instances.iter().zip(fitted(fit)) {
+            let finding = instance.effect.describe(&fitted, &instance.choice, &self.context);
+            let id = instance.effect.id();
+            parameters
+                .extend(finding.parameters.into_iter().map(|(p, v)| (format!("{id}.{p}"), v)));
+            readings.push(finding.sentence);
+        }
+        let model = fit.model(&self.context);
+        let after = model.expected_readings(&self.observations, &fit.nuisance);
+        Candidate {
+            effects: fit.ids(),
+            probability: (1.0 - ANOTHER_CAUSE) * self.judgement.probabilities[number],
+            log_evidence: scored.log_evidence - self.scored[0].log_evidence,
+            parameters,
+            readings,
+            gap_after: gap(&self.observations, &after),
+            gap_after_held_out: f64::NAN,
+        }
+    }
+
+    /// How far the excess chi-square falls as the effects of the best set come in, in the order of what each takes alone.
+    fn waterfall(&self) -> Vec<WaterfallStep> {
+        let n = self.observations.len() as f64;
+        let excess = |scored: &ScoredModel| (scored.fit.cost - n).max(0.0);
+        let whole = excess(&self.base);
+        if whole <= 0.0 {
+            return vec![WaterfallStep { effect: None, share: 1.0 }];
+        }
+        let mut steps = Vec::new();
+        let mut rest = whole;
+        let mut added: Vec<EffectId> = Vec::new();
+        for id in self.scored[0].fit.ids() {
+            added.push(id);
+            let mut set = added.clone();
+            set.sort_unstable();
+            let same = |scored: &&ScoredModel| {
+                let mut ids = scored.fit.ids();
+                ids.sort_unstable();
+                ids == set
+            };
+            // (The search came by each of these sets on its way.)
+            let now = self.scored.iter().find(same).map_or(rest, excess).min(rest);
+            steps.push(WaterfallStep { effect: Some(id), share: (rest - now) / whole });
+            rest = now;
+        }
+        steps.push(WaterfallStep { effect: None, share: rest / whole });
+        steps
+    }
+}
+
+/// The parameters of each effect of a fit, as its own file says them.
+fn fitted(fit: &Fit) -> Vec<Vec<Estimate>> {
+    let error = |index: usize| {
+        fit.covariance.as_ref().map_or(f64::NAN, |covariance| covariance[(index, index)].sqrt())
+    };
+    fit.ranges()
+        .into_iter()
+        .zip(&fit.values)
+        .zip(&fit.spreads)
+        .map(|((range, values), spread)| {
+            let mut fitted: Vec<Estimate> = values
+                .iter()
+                .zip(range)
+                .map(|(&value, index)| Estimate { value, error: error(index) })
+                .collect();
+            if spread.is_finite() {
+                // So many draws tell a spread to one in √2n.
+                let error = spread / (2.0 * values.len() as f64).sqrt();
+                fitted.push(Estimate { value: *spread, error });
+            }
+            fitted
+        })
+        .collect()
+}

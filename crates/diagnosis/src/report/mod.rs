@@ -1,0 +1,9 @@
+//! The result of a diagnosis, put together.
+//!
+//! - [`builder`]: the result, from what the phases found.
+//! - [`sentence`]: the verdict in one sentence.
+//! - [`maps`]: scan and simulations height by height.
+
+pub mod builder;
+pub mod maps;
+pub mod sentence;

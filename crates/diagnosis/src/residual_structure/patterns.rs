@@ -1,0 +1,248 @@
+//! Whether what a fit leaves is noise: tests for structure, each as a z-score.
+
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+use crate::model::observations::{Observations, ObservedDrive, Visit};
+use crate::model::planes::{by_height, step_m};
+use crate::statistics::significance::z_of_sum_of_squares;
+
+/// Residuals laid out by drive, in the order of the observations, with where they stand.
+struct DriveResiduals<'o> {
+    drive: &'o ObservedDrive,
+    residuals: &'o [f64],
+}
+
+/// Names and z-scores of the tests for patterns.
+pub(crate) fn z_scores(observations: &Observations, residuals: &[f64]) -> Vec<(&'static str, f64)> {
+    let by_drive = by_drive(observations, residuals);
+    // Structure is judged against the residual's own size, so that a noise judged a little wrong is none.
+    let power = mean_square(residuals);
+    vec![
+        ("neighbours alike", neighbours(&by_drive, power)),
+        ("ripples across a plane", ripples(&by_drive, power)),
+        ("slow patterns across a plane", slow_patterns(&by_drive, power)),
+        ("repeats alike", repeats(&by_drive, power)),
+        ("planes off as a whole", planes(&by_drive, power)),
+    ]
+}
+
+/// The residuals' mean square.
+pub(crate) fn mean_square(residuals: &[f64]) -> f64 {
+    residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64
+}
+
+fn by_drive<'o>(observations: &'o Observations, residuals: &'o [f64]) -> Vec<DriveResiduals<'o>> {
+    let mut rest = residuals;
+    let drives = observations.scans.iter().flat_map(|scan| &scan.drives);
+    drives
+        .map(|drive| {
+            let (residuals, after) = rest.split_at(drive.visits.len());
+            rest = after;
+            DriveResiduals { drive, residuals }
+        })
+        .collect()
+}
+
+/// The mean square against one, in units of what it scatters by; the noise itself is known only to some percent.
+pub(crate) fn scatter(observations: &Observations, residuals: &[f64]) -> f64 {
+    let known: usize = observations.scans.iter().map(|scan| scan.scatter.pairs.len()).sum();
+    let dark: usize = observations.scans.iter().map(|scan| scan.dark.len()).sum();
+    let known = (known.min(4 * dark).max(8)) as f64;
+    let n = residuals.len() as f64;
+    (mean_square(residuals) - 1.0) / (2.0 / n + 2.0 / known).sqrt()
+}
+
+/// Moran's I: products of residuals of points one step apart along x or y.
+fn neighbours(by_drive: &[DriveResiduals<'_>], power: f64) -> f64 {
+    let (products, count) = products_apart(by_drive, [(1, 0), (0, 1)])
+        .into_iter()
+        .fold((0.0, 0.0), |(products, count), apart| (products + apart.0, count + apart.1));
+    if count > 0.0 { products / (power * f64::sqrt(count)) } else { 0.0 }
+}
+
+/// Products of residuals at every distance up to some steps: waves that are shorter than a focus show as points that are alike at one
+/// distance and unlike at another. (Of a series of residuals the test of G. M. Ljung and G. E. P. Box, Biometrika 65, 297, 1978.)
+fn ripples(by_drive: &[DriveResiduals<'_>], power: f64) -> f64 {
+    /// Steps, along x and along y.
+    const FARTHEST: i64 = 3;
+    let side = 2 * FARTHEST + 1;
+    // One of every two distances that are opposite.
+    let apart = (1..=side * side / 2).map(|n| {
+        let middle = n + side * side / 2;
+        (middle / side - FARTHEST, middle % side - FARTHEST)
+    });
+    let (mut squares, mut distances) = (0.0, 0.0);
+    for (products, count) in products_apart(by_drive, apart) {
+        if count > 0.0 {
+            squares += products * products / (power * power * count);
+            distances += 1.0;
+        }
+    }
+    z_of_sum_of_squares(squares, distances)
+}
+
+/// Sum and number of the products of residuals that stand so many steps apart along x and y, for each of these.
+fn products_apart(
+    by_drive: &[DriveResiduals<'_>],
+    apart: impl IntoIterator<Item = (i64, i64)>,
+) -> Vec<(f64, f64)> {
+    let mut sums: Vec<((i64, i64), (f64, f64))> =
+        apart.into_iter().map(|apart| (apart, (0.0, 0.0))).collect();
+    for DriveResiduals { drive, residuals } in by_drive {
+        let Some(step_m) = step_m(drive) else { continue };
+        let cell = |visit: &Visit| {
+            let along = |m: f64| (m / step_m).round() as i64;
+            (along(visit.at_m.x), along(visit.at_m.y), (visit.at_m.z * 1e4).round() as i64)
+        };
+        let mut at: HashMap<_, usize> = HashMap::new();
+        for (index, visit) in drive.visits.iter().enumerate() {
+            at.entry(cell(visit)).or_insert(index);
+        }
+        for (index, visit) in drive.visits.iter().enumerate() {
+            let (x, y, z) = cell(visit);
+            for ((dx, dy), (products, count)) in &mut sums {
+                if let Some(&other) = at.get(&(x + *dx, y + *dy, z)) {
+                    *products += residuals[index] * residuals[other];
+                    *count += 1.0;
+                }
+            }
+        }
+    }
+    sums.into_iter().map(|(_, sums)| sums).collect()
+}
+
+/// Chi-square that slow patterns across the planes hold beyond what noise does.
+pub(crate) fn in_slow_patterns(observations: &Observations, residuals: &[f64]) -> f64 {
+    let (energy, count) = energy_of_slow_patterns(&by_drive(observations, residuals));
+    (energy - count).max(0.0)
+}
+
+/// Power in the lowest cosines across each plane.
+fn slow_patterns(by_drive: &[DriveResiduals<'_>], power: f64) -> f64 {
+    let (energy, count) = energy_of_slow_patterns(by_drive);
+    z_of_sum_of_squares(energy / power, count)
+}
+
+/// Sum of squares of the lowest cosines' amplitudes across each plane, each of variance one in noise, and how many there are.
+fn energy_of_slow_patterns(by_drive: &[DriveResiduals<'_>]) -> (f64, f64) {
+    /// Cosines along each axis.
+    const ORDERS: usize = 7;
+    let (mut energy, mut count) = (0.0, 0.0);
+    for DriveResiduals { drive, residuals } in by_drive {
+        for plane in by_height(drive) {
+            if plane.len() < 4 * ORDERS * ORDERS {
+                continue;
+            }
+            let range = |axis: usize| {
+                let values = plane.iter().map(|&i| drive.visits[i].at_m[axis]);
+                values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
+            };
+            let ((x0, x1), (y0, y1)) = (range(0), range(1));
+            let cosines = |at: f64, from: f64, to: f64| -> [f64; ORDERS] {
+                let share = if to > from { (at - from) / (to - from) } else { 0.0 };
+                std::array::from_fn(|order| (PI * order as f64 * share).cos())
+            };
+            let mut sums = [[(0.0, 0.0); ORDERS]; ORDERS];
+            for &i in &plane {
+                let at_m = drive.visits[i].at_m;
+                let (along_x, along_y) = (cosines(at_m.x, x0, x1), cosines(at_m.y, y0, y1));
+                for (row, cx) in sums.iter_mut().zip(along_x) {
+                    for (sum, cy) in row.iter_mut().zip(along_y) {
+                        sum.0 += residuals[i] * cx * cy;
+                        sum.1 += (cx * cy) * (cx * cy);
+                    }
+                }
+            }
+            for (product, norm) in sums.iter().flatten().skip(1) {
+                energy += product * product / norm;
+                count += 1.0;
+            }
+        }
+    }
+    (energy, count)
+}
+
+/// Products of residuals of points that were visited again.
+fn repeats(by_drive: &[DriveResiduals<'_>], power: f64) -> f64 {
+    let (mut products, mut count) = (0.0, 0.0);
+    for DriveResiduals { drive, residuals } in by_drive {
+        let mut seen: HashMap<[i64; 3], usize> = HashMap::new();
+        for (index, visit) in drive.visits.iter().enumerate() {
+            let cell: [i64; 3] = visit.at_m.map(|m| (m * 1e5).round() as i64).into();
+            if let Some(before) = seen.insert(cell, index) {
+                products += residuals[index] * residuals[before];
+                count += 1.0;
+            }
+        }
+    }
+    if count > 0.0 { products / (power * f64::sqrt(count)) } else { 0.0 }
+}
+
+/// Means of whole planes.
+fn planes(by_drive: &[DriveResiduals<'_>], power: f64) -> f64 {
+    let (mut squares, mut count) = (0.0, 0.0);
+    for DriveResiduals { drive, residuals } in by_drive {
+        for plane in by_height(drive) {
+            let sum: f64 = plane.iter().map(|&i| residuals[i]).sum();
+            squares += sum * sum / (plane.len() as f64 * power);
+            count += 1.0;
+        }
+    }
+    z_of_sum_of_squares(squares, count)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+    use fieldgap_acoustics::{Array, Excitation, Medium, Simulation, Simulator, Vec3};
+
+    /// Four planes of 36 x 36 points, two millimetres apart.
+    fn planes_of_points() -> ObservedDrive {
+        let mut visits = Vec::new();
+        for number in 0..4 * 36 * 36 {
+            let (plane, row, column) = (number / 1296, number / 36 % 36, number % 36);
+            let steps = Vec3::new(f64::from(column), f64::from(row), f64::from(25 * plane));
+            let (at_m, velocity_m_s) = (2e-3 * steps, Vec3::x());
+            let (number, progress) = (number as usize, 0.0);
+            visits.push(Visit {
+                number,
+                at_m,
+                velocity_m_s,
+                x_direction: 1.0,
+                even: true,
+                progress,
+            });
+        }
+        let believed = Simulation {
+            simulator: Simulator::Piston,
+            array: Array::square(2, 2, 10e-3).expect("not empty"),
+            medium: Medium { speed_of_sound_m_s: 343.0 },
+            frequency_hz: 40e3,
+            excitation: Excitation::Uniform,
+        };
+        let (readings, stabilised, otherwise) = (Vec::new(), Vec::new(), Vec::new());
+        ObservedDrive { focus: 0, believed, visits, readings, stabilised, otherwise }
+    }
+
+    /// Sound that a wall beside the field returns makes fringes of half a wavelength, here 2.1 steps: neighbours are unlike, and what is
+    /// slow across a plane sees none of it.
+    #[test]
+    fn fringes_far_below_the_noise_are_ripples_and_noise_is_none() {
+        let drive = planes_of_points();
+        let mut draws = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let mut normal = || (0..12).map(|_| draws.random_range(-0.5..0.5)).sum::<f64>();
+        let noise: Vec<f64> = drive.visits.iter().map(|_| normal()).collect();
+        let fringe = |visit: &Visit| 0.3 * (2.0 * PI * visit.at_m.x / 4.2e-3).cos();
+        let fringes: Vec<f64> =
+            drive.visits.iter().zip(&noise).map(|(visit, noise)| noise + fringe(visit)).collect();
+        let z = |test: fn(&[DriveResiduals<'_>], f64) -> f64, residuals: &[f64]| {
+            test(&[DriveResiduals { drive: &drive, residuals }], 1.0)
+        };
+        assert!(z(ripples, &noise).abs() < 3.0, "{}", z(ripples, &noise));
+        assert!(z(ripples, &fringes) > 6.0, "{}", z(ripples, &fringes));
+        assert!(z(neighbours, &fringes) < 3.0 && z(slow_patterns, &fringes) < 3.0);
+    }
+}

@@ -1,0 +1,190 @@
+//! Whether what a fit leaves leans the way of causes that the catalogue does not have.
+//!
+//! The slope of the likelihood along a direction that was not fitted is zero but for noise if nothing lies that way, and its
+//! variance is known (C. R. Rao's score test, Proc. Camb. Phil. Soc. 44, 50, 1948). What was fitted is taken out of each direction, so
+//! that a cause passes which the fit imitates, and what it cannot imitate shows with hardly a loss.
+
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
+
+use crate::effect_id::EffectId;
+use crate::effects::effect;
+use crate::fit::score_statistic::ScoreStatistics;
+use crate::limits::{
+    FEWEST_ELEMENTS, IMITATED, LONGEST_LEAD_M, MOST_OF_SCATTER, PATTERN_LIMIT, SHORTEST_LEAD_M,
+};
+use crate::model::observations::Visit;
+use crate::residual_structure::patterns::mean_square;
+use crate::residual_structure::test::Test;
+use crate::statistics::significance::{less_by_chance, z_of_sum_of_squares};
+
+/// Effects of which something is asked besides what was fitted: the air's, which is the first to change.
+const OF_THE_AIR: [EffectId; 2] = [EffectId::SoundSpeed, EffectId::Flow];
+
+/// Cosines over the time of a scan: with four, what changes at one moment shows nine tenths of itself.
+const ORDERS: usize = 4;
+
+/// The same over the field, along each axis.
+const ORDERS_OF_PLACE: usize = 2;
+
+/// Smooth ways for elements to differ over an array that is one across.
+const GRADED: [fn(f64, f64) -> f64; 5] =
+    [|x, _| x, |_, y| y, |x, y| x * x + y * y, |x, y| x * x - y * y, |x, y| x * y];
+
+/// The tests of a fit that leaves these residuals.
+pub(crate) fn tests(scores: &ScoreStatistics<'_>, residuals: &[f64]) -> Vec<Test> {
+    let asked = Asked { scores, power: mean_square(residuals), directions: directions(scores) };
+    let tests = [asked.on_the_way(), asked.over_the_field(), asked.screws()];
+    asked.graded_elements().into_iter().chain(tests).collect()
+}
+
+/// A fit of which something is asked.
+struct Asked<'p, 'o> {
+    scores: &'p ScoreStatistics<'o>,
+    /// Mean square of the residuals.
+    power: f64,
+    /// How readings change with what may differ, and what that is.
+    directions: Vec<(&'static str, Vec<f64>)>,
+}
+
+/// How readings change with what was fitted, and with the air. What changes how they scatter is left out: its slope is not a sum of
+/// what each reading adds by itself.
+fn directions(scores: &ScoreStatistics<'_>) -> Vec<(&'static str, Vec<f64>)> {
+    let held = scores.fit.ids();
+    let asked = OF_THE_AIR.into_iter().filter(|id| !held.contains(id));
+    let of_air = asked.flat_map(|id| {
+        let effect = effect(id);
+        let columns = scores.columns_of(effect, &effect.neutral());
+        columns.into_iter().map(move |column| (id.as_str(), column))
+    });
+    let readings = scores.observations.len();
+    let only_means = |(_, column): &(&str, Vec<f64>)| {
+        let (of_means, of_scatter) = column.split_at(readings);
+        let power = |part: &[f64]| part.iter().map(|d| d * d).sum::<f64>();
+        power(of_scatter) <= MOST_OF_SCATTER * power(of_means)
+    };
+    let fitted = scores.smooth_columns().map(|(name, column)| (name, column.to_vec()));
+    fitted.chain(of_air).filter(only_means).collect()
+}
+
+impl Asked<'_, '_> {
+    /// Whether amplitudes or phases go smoothly across the array: a board that is bowed, a supply that sags. Phases with a slope only
+    /// steer the beam, which the catalogue has. Departures that were fitted have a test of their own.
+    fn graded_elements(&self) -> Option<Test> {
+        let scores = self.scores;
+        let elements = scores.observations.first().believed.array.elements();
+        if elements.len() < FEWEST_ELEMENTS || scores.fit.has_random_elements() {
+            return None;
+        }
+        let from_middle = elements.iter().map(|element| element.centre_m.xy().norm());
+        let size_m = from_middle.fold(f64::MIN_POSITIVE, f64::max);
+        let mut directions = Vec::new();
+        for (id, first) in [(EffectId::ElementGain, 0), (EffectId::ElementPhase, 2)] {
+            let by_element = scores.columns_of(effect(id), &vec![0.0; elements.len()]);
+            for shape in &GRADED[first..] {
+                let mut along = vec![0.0; by_element[0].len()];
+                for (element, column) in elements.iter().zip(&by_element) {
+                    let weight = shape(element.centre_m.x / size_m, element.centre_m.y / size_m);
+                    along.iter_mut().zip(column).for_each(|(sum, value)| *sum += weight * value);
+                }
+                directions.push(along);
+            }
+        }
+        Some(Test::of_one_thing("elements graded across the array", self.z(&directions), None))
+    }
+
+    /// Whether what was fitted, or the air, is another later than at first (F. Nyblom, J. Am. Stat. Assoc. 84, 223, 1989, of
+    /// parameters in general): a step of gain, a wind that sets in, a room that cools.
+    fn on_the_way(&self) -> Test {
+        let cosines =
+            |order: usize| self.at_visits(|visit| (PI * order as f64 * visit.progress).cos());
+        let over_time: Vec<Vec<f64>> = (1..=ORDERS).map(cosines).collect();
+        self.of_directions("a set-up that changes on the way", &over_time)
+    }
+
+    /// Whether it is another here than there: warm air over a device, an axis that is bent.
+    fn over_the_field(&self) -> Test {
+        let mut over_field = Vec::new();
+        for axis in 0..3 {
+            let (along_m, [from_m, to_m]) = self.along(axis);
+            if to_m > from_m {
+                over_field.extend((1..=ORDERS_OF_PLACE).map(|order| -> Vec<f64> {
+                    let turn = PI * order as f64 / (to_m - from_m);
+                    along_m.iter().map(|m| (turn * (m - from_m)).cos()).collect()
+                }));
+            }
+        }
+        // (So many directions find what small flaws of the formulas there are.)
+        Test {
+            limit: PATTERN_LIMIT,
+            ..self.of_directions("a set-up that differs over the field", &over_field)
+        }
+    }
+
+    /// Whether an axis runs ahead and behind again and again: a lead screw that is bent or badly cut.
+    fn screws(&self) -> Test {
+        let shifts = self.scores.shift_columns();
+        let mut found = Vec::new();
+        for (axis, name) in ["x", "y"].into_iter().enumerate() {
+            let (along_m, [from_m, to_m]) = self.along(axis);
+            // Half a turn over the field more, each time.
+            let turns = (1..).map(|n| 0.5 * f64::from(n) / (to_m - from_m).max(LONGEST_LEAD_M));
+            let turns = turns
+                .skip_while(|turns| *turns < 1.0 / LONGEST_LEAD_M)
+                .take_while(|turns| *turns <= 1.0 / SHORTEST_LEAD_M);
+            for per_m in turns {
+                let shapes = [f64::cos, f64::sin].map(|shape| -> Vec<f64> {
+                    along_m.iter().map(|m| shape(TAU * per_m * m)).collect()
+                });
+                let sign = format!("of {name}, {:.1} mm a turn", 1e3 / per_m);
+                found.push((self.z_of_shapes(&shifts[axis], &shapes), sign));
+            }
+        }
+        rarest("a screw that is out of true", found)
+    }
+
+    /// Whether something is stronger and weaker over the readings, in any of some shapes.
+    fn of_directions(&self, name: &'static str, shapes: &[Vec<f64>]) -> Test {
+        let found = self
+            .directions
+            .par_iter()
+            .map(|(of, direction)| (self.z_of_shapes(direction, shapes), format!("of {of}")));
+        rarest(name, found.collect())
+    }
+
+    /// Something of every visit, in the order of the readings.
+    fn at_visits(&self, of: impl Fn(&Visit) -> f64) -> Vec<f64> {
+        let drives = self.scores.observations.scans.iter().flat_map(|scan| &scan.drives);
+        drives.flat_map(|drive| drive.visits.iter().map(&of)).collect()
+    }
+
+    /// Where every visit is along an axis, and from where to where they are, m.
+    fn along(&self, axis: usize) -> (Vec<f64>, [f64; 2]) {
+        let along_m = self.at_visits(|visit| visit.at_m[axis]);
+        let from_m = along_m.iter().copied().fold(f64::INFINITY, f64::min);
+        let to_m = along_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        (along_m, [from_m, to_m])
+    }
+
+    fn z_of_shapes(&self, direction: &[f64], shapes: &[Vec<f64>]) -> f64 {
+        let shaped = |shape: &Vec<f64>| -> Vec<f64> {
+            // (Behind the readings stand the charges for their variances, in the same order.)
+            direction.iter().zip(shape.iter().cycle()).map(|(d, s)| d * s).collect()
+        };
+        self.z(&shapes.iter().map(shaped).collect::<Vec<_>>())
+    }
+
+    /// How rare the sum of squares is that residuals show along directions, which belong together.
+    fn z(&self, directions: &[Vec<f64>]) -> f64 {
+        let gained = self.scores.of_columns(directions).gained_beside(IMITATED).unwrap_or(0.0);
+        z_of_sum_of_squares(gained / self.power, directions.len() as f64)
+    }
+}
+
+/// The rarest of what was found, with what it is a sign of.
+fn rarest(name: &'static str, found: Vec<(f64, String)>) -> Test {
+    let count = found.len() as f64;
+    let rarest = found.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+    let (z, sign) = rarest.map_or((0.0, None), |(z, sign)| (less_by_chance(z, count), Some(sign)));
+    Test::of_one_thing(name, z, sign)
+}

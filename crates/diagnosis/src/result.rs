@@ -1,0 +1,245 @@
+//! What a diagnosis says: the result, as data.
+//!
+//! It serialises to the JSON of format 1. Gaps are root mean square residuals over the readings at the best gain, relative
+//! to the root mean square of the scan. Shares sum to one.
+
+use fieldgap_acoustics::Simulator;
+use fieldgap_comparison::Registration;
+use fieldgap_comparison::{FieldFigures, Noise};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+use crate::effect_id::EffectId;
+use crate::fitted_parameter::FittedParameter;
+
+/// Why a scan and its simulation differ, as far as the readings tell.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diagnosis {
+    /// The format of the JSON: 1.
+    pub format: u32,
+    /// Name of the (first) scan.
+    pub scan: String,
+    /// Names of all scans that were taken together.
+    pub scans: Vec<String>,
+    /// The simulator whose gap this is.
+    pub simulator: Simulator,
+    /// Unit of the readings, as the record gives it.
+    pub reading_unit: String,
+    /// Readings taken with the array driven.
+    pub points: usize,
+    /// The judgement.
+    pub verdict: Verdict,
+    /// The named cause, one id or several; empty unless the verdict is `explained`.
+    pub effects: Vec<EffectId>,
+    /// The rival sets of causes, best first, where the verdict is `ambiguous`.
+    pub alternatives: Vec<Vec<EffectId>>,
+    /// Every cause or set of causes worth a mention, the most probable first. An empty set is "no effect".
+    pub ranked: Vec<Candidate>,
+    /// Gap of the simulation as believed, relative to the scan's rms.
+    pub gap_before: f64,
+    /// The same over readings kept out of the fit.
+    pub gap_before_held_out: f64,
+    /// What noise alone leaves, relative to the scan's rms.
+    pub noise_floor: f64,
+    /// Share of the squared gap beyond noise, on readings kept out of the fit, that the best candidate closes; 0 to 1.
+    pub explained_fraction: f64,
+    /// Where the gap lies.
+    pub r#where: Where,
+    /// The scan that would tell the rivals apart.
+    pub next_measurement: Option<NextMeasurement>,
+    /// Noise of one reading.
+    pub noise: Noise,
+    /// How the scan was brought to the simulation's coordinates before anything else.
+    pub registration: Registration,
+    /// Tests for structure in what the best candidate leaves, as z-scores.
+    pub residual_tests: Vec<ResidualTest>,
+    /// How the squared gap shrinks as the named effects are added one after another, the largest first; the last
+    /// entry is what remains beyond noise. Shares sum to one.
+    pub waterfall: Vec<WaterfallStep>,
+    /// What these data cannot tell, with numbers, in sentences.
+    pub undetermined: Vec<String>,
+    /// The verdict in one sentence.
+    pub sentence: String,
+    /// Maps height by height.
+    pub planes: Vec<DiagnosedPlane>,
+}
+
+/// The judgement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// One set of effects explains the gap and its rivals do not.
+    Explained,
+    /// Two or three sets explain it equally well.
+    Ambiguous,
+    /// There is a gap, and nothing in the catalogue explains it.
+    Unexplained,
+    /// There is no gap beyond noise.
+    None,
+}
+
+/// A set of effects fitted to the readings.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Candidate {
+    /// The ids; empty for "no effect".
+    pub effects: Vec<EffectId>,
+    /// Probability among all that were tried, 0 to 1.
+    pub probability: f64,
+    /// Natural logarithm of the evidence, relative to the best.
+    pub log_evidence: f64,
+    /// Fitted parameters by `effect.parameter`.
+    pub parameters: BTreeMap<String, FittedParameter>,
+    /// What the parameters mean, one sentence an effect.
+    pub readings: Vec<String>,
+    /// Gap with the effects added.
+    pub gap_after: f64,
+    /// The same over readings kept out of the fit.
+    pub gap_after_held_out: f64,
+}
+
+/// Where the gap lies: shares of the squared gap beyond noise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Where {
+    /// By drive and height.
+    pub planes: Vec<PlaneShare>,
+    /// By region of the believed field.
+    pub regions: Vec<RegionShare>,
+    /// By kind.
+    pub kinds: KindShares,
+}
+
+/// One height's share.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PlaneShare {
+    /// Number of the scan, from 0.
+    pub scan: usize,
+    /// Number of the drive.
+    pub focus: usize,
+    /// Height, mm.
+    pub z_mm: f64,
+    /// Share of the squared gap beyond noise.
+    pub share: f64,
+    /// Gap over this plane, relative to its own rms.
+    pub gap: f64,
+    /// The same with the best candidate added.
+    pub gap_after: f64,
+}
+
+/// One region's share.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RegionShare {
+    /// Which.
+    pub region: Region,
+    /// Share of the squared gap beyond noise.
+    pub share: f64,
+}
+
+/// A region of the believed field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Region {
+    /// Connected to the plane's peak and above half of it.
+    MainLobe,
+    /// Other places above a tenth of the plane's peak.
+    SideLobes,
+    /// The rest.
+    Outside,
+}
+
+/// Shares by kind; they sum to one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct KindShares {
+    /// What a gain of its own for each height would remove.
+    pub gain: f64,
+    /// What a free shift of each height would remove beyond that.
+    pub registration: f64,
+    /// What remains: the field has another shape.
+    pub shape: f64,
+    /// What noise alone would leave of the squared gap.
+    pub noise: f64,
+}
+
+/// A test of what the best candidate leaves.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ResidualTest {
+    /// What is looked for, in words.
+    pub name: &'static str,
+    /// Standard deviations from what noise alone gives; of a converter's steps their rounding error, in the noise's deviations.
+    pub z: f64,
+    /// Before anything was added; `None` for what is only asked of what is left.
+    pub z_before: Option<f64>,
+    /// From where on it is not noise's.
+    pub limit: f64,
+    /// What it is a sign of, as far as the readings say: where a wave comes from, which axis a screw drives.
+    pub sign_of: Option<String>,
+}
+
+impl ResidualTest {
+    /// Whether what is left is not noise.
+    pub fn is_structure(&self) -> bool {
+        self.z > self.limit
+    }
+
+    /// Whether what there was before was not.
+    pub fn was_structure(&self) -> bool {
+        self.z_before.is_some_and(|z| z > self.limit)
+    }
+}
+
+/// A step of the waterfall.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WaterfallStep {
+    /// The effect that is added here; `None` for what remains.
+    pub effect: Option<EffectId>,
+    /// Share of the squared gap beyond noise.
+    pub share: f64,
+}
+
+/// The scan that tells rivals apart best.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NextMeasurement {
+    /// What to do, in words, and what to expect of it.
+    pub what: String,
+    /// Expected difference between the two best rivals, in standard deviations of the whole scan's noise, after each has
+    /// been fitted anew.
+    pub expected_sigma: f64,
+    /// The same for the scan that was diagnosed.
+    pub present_sigma: f64,
+    /// A plan that `fieldgap scan` runs, as TOML; `None` where no scan of this rig can do it.
+    pub plan: Option<String>,
+}
+
+/// Scan and simulations at one height, for pictures. Values are NaN where nothing was measured.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DiagnosedPlane {
+    /// Number of the scan, from 0.
+    pub scan: usize,
+    /// Number of the drive.
+    pub focus: usize,
+    /// Height, mm.
+    pub z_mm: f64,
+    /// Columns, ascending, metres.
+    #[serde(skip)]
+    pub x_m: Vec<f64>,
+    /// Rows, ascending, metres.
+    #[serde(skip)]
+    pub y_m: Vec<f64>,
+    /// Readings, row by row (y outer, x inner).
+    #[serde(skip)]
+    pub measured: Vec<f64>,
+    /// The believed simulation, in the readings' unit.
+    #[serde(skip)]
+    pub before: Vec<f64>,
+    /// The simulation with the best candidate added.
+    #[serde(skip)]
+    pub after: Vec<f64>,
+    /// What the believed simulation leaves, in standard deviations of the noise.
+    #[serde(skip)]
+    pub residual_before: Vec<f64>,
+    /// What the best candidate leaves, likewise.
+    #[serde(skip)]
+    pub residual_after: Vec<f64>,
+    /// Figures of the scanned map, of the believed simulation, and with the best candidate added; `None` where the points
+    /// lie on no grid.
+    pub figures: Option<[FieldFigures; 3]>,
+}

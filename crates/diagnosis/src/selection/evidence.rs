@@ -1,0 +1,84 @@
+//! How much the readings speak for a set of effects, whatever its parameters are.
+//!
+//! The logarithm of the evidence is that of the likelihood at its best less what the parameters' freedom costs. With u the size
+//! of an effect in standard deviations of its own parameters, and a prior that holds every order of magnitude of u
+//! for equally likely and every direction too, p parameters cost p ln u + ln(L S_p) - (p/2) ln 2π (Laplace's method; S_p the
+//! surface of the unit sphere, L the span of ln u). So nothing depends on an arbitrary width of a prior, and an effect that is not
+//! seen costs little to allow. Each discrete choice costs the logarithm of their number.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::effects::phase_quantisation::steps_and_zeros;
+use crate::fit::joint_fit::Fit;
+use crate::limits::{ANOTHER_EFFECT, EFFECT_SIZE_SPAN, NO_EFFECT, SET_SIZES, SPREAD_SPAN};
+use crate::model::effect::{Choice, Search};
+use crate::model::observations::{Observations, ObservedScan};
+
+/// Natural logarithm of evidence times prior, less a constant of the observations.
+pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
+    let mut log = -0.5 * fit.penalised;
+    let (turbulence, speckle) = fit.scintillation();
+    let scans = observations.scans.iter();
+    log -= scans.map(|scan| scan.scatter.against_turbulence(turbulence, speckle)).sum::<f64>();
+    let ranges = fit.ranges();
+    for (number, instance) in fit.instances.iter().enumerate() {
+        let values = &fit.values[number];
+        log -= cost_of_choice(&instance.choice, observations.elements());
+        let block = fit.covariance.as_ref().map(|covariance| {
+            let range = ranges[number].clone();
+            covariance.view((range.start, range.start), (range.len(), range.len())).into_owned()
+        });
+        let of_scan =
+            |scan: &ObservedScan| instance.effect.evidence_of_dark_readings(&scan.scatter);
+        log += observations.scans.iter().map(of_scan).sum::<f64>();
+        if values.is_empty() {
+            continue;
+        }
+        if instance.effect.search() == Search::Random {
+            let spread = fit.spreads[number];
+            let determinant = block
+                .and_then(|block| (block / (spread * spread)).cholesky())
+                .map_or(0.0, |c| c.l().diagonal().iter().map(|d| 2.0 * d.ln()).sum::<f64>());
+            // ln det(1 + s² H) is what the elements' freedom costs; the spread is one number more.
+            log += 0.5 * determinant - SPREAD_SPAN.ln() + 0.5 * (PI / values.len() as f64).ln();
+            continue;
+        }
+        let parameters = instance.effect.parameters();
+        let departures = nalgebra::DVector::from_iterator(
+            values.len(),
+            values.iter().zip(parameters).map(|(v, p)| v - p.neutral),
+        );
+        let size = block
+            .and_then(|block| block.cholesky())
+            .map_or(1.0, |cholesky| departures.dot(&cholesky.solve(&departures)).sqrt());
+        log -= cost_of_freedom(values.len(), size);
+    }
+    match fit.instances.len() {
+        0 => log + NO_EFFECT,
+        _ => log - ANOTHER_EFFECT * fit.physical_effects().saturating_sub(1) as f64,
+    }
+}
+
+/// What so many parameters cost an effect of a size in standard deviations.
+pub(crate) fn cost_of_freedom(parameters: usize, size: f64) -> f64 {
+    let p = parameters as f64;
+    let sphere = match parameters {
+        1 => 2.0,
+        2 => TAU,
+        _ => 4.0 * PI,
+    };
+    (p * size.max(1.0).ln() + (EFFECT_SIZE_SPAN * sphere).ln() - 0.5 * p * TAU.ln()).max(0.0)
+}
+
+pub(crate) fn cost_of_choice(choice: &Choice, elements: usize) -> f64 {
+    match choice {
+        Choice::None => 0.0,
+        Choice::Law(_) => 2f64.ln(),
+        Choice::Steps(..) => (steps_and_zeros().count() as f64).ln(),
+        Choice::Elements(set) => {
+            let ways: f64 =
+                (0..set.len()).map(|i| (elements - i) as f64 / (i + 1) as f64).product();
+            (SET_SIZES * ways).ln()
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! Sets of effects, each extended by every effect that it does not hold yet.
+
+use fieldgap_acoustics::least_squares::Stopping;
+use rayon::prelude::*;
+
+use crate::effect_id::EffectId;
+use crate::effects::catalogue;
+use crate::fit::any::{fit_any, refined};
+use crate::fit::joint_fit::{Fit, SEARCH, Start, cost_on};
+use crate::fit::problem::is_plausible;
+use crate::fit::random_elements::{
+    best_spread, from_elsewhere, in_place_of_departures, without_phases,
+};
+use crate::fit::score_statistic::{ScoreStatistic, ScoreStatistics};
+use crate::limits::{
+    COARSE_READINGS_FAR, COARSE_READINGS_NEAR, GIVEN_UP, KEPT_IN_ANY_CASE, LEAST_EXPECTED_NATS,
+    MOST_ELEMENTS, STUCK_EXCESS, STUCK_REST,
+};
+use crate::model::effect::{Choice, Context, Effect, Search};
+use crate::model::instance::Instance;
+use crate::model::observations::Observations;
+use crate::selection::evidence::{cost_of_freedom, log_evidence};
+use crate::selection::scored_model::{ScoredModel, is_near};
+use crate::selection::starts::{Beginning, QuickScores, beginnings, extended};
+
+/// When a fit on few readings stops, and when one of several starts has shown what it is worth.
+const ROUGH: Stopping = Stopping { iterations: 12, step: 5e-2, fall: 1e-4 };
+const FIRST_STEPS: Stopping = Stopping { iterations: 4, ..ROUGH };
+
+/// What came of extending sets.
+pub(crate) struct Extension {
+    /// Fitted to all readings.
+    pub fitted: Vec<ScoredModel>,
+    /// Ids, sorted, of what is hopeless.
+    pub given_up: Vec<Vec<EffectId>>,
+}
+
+/// One set with one effect more.
+struct Extended {
+    /// Number of the set in the frontier.
+    number: usize,
+    effect: &'static dyn Effect,
+    ids: Vec<EffectId>,
+}
+
+impl Extension {
+    /// Extends each set of the frontier by every effect, but for what is known already.
+    pub fn of(
+        frontier: &[ScoredModel],
+        known: Vec<Vec<EffectId>>,
+        noise_is_settled: bool,
+        observations: &Observations,
+        context: &Context,
+    ) -> Self {
+        let sets = sets(frontier, known, observations);
+        let far = frontier.iter().all(|scored| !is_near(&scored.fit, observations));
+        let coarse = if far {
+            COARSE_READINGS_FAR
+        } else {
+            COARSE_READINGS_NEAR.min(observations.len() * 2 / 5)
+        };
+        let coarse = observations.thinned(coarse);
+        let bases: Vec<Base<'_>> = frontier
+            .par_iter()
+            .map(|scored| Base::of(scored, noise_is_settled, observations, &coarse, context))
+            .collect();
+        let rough: Vec<(Extended, Fit)> = sets
+            .into_par_iter()
+            .filter_map(|set| {
+                let fit = bases[set.number].coarse_fit(set.effect, &coarse, context)?;
+                Some((set, fit))
+            })
+            .collect();
+        // What a coarse fit gains it gains about as often more on all readings as these are more.
+        let share = observations.len() as f64 / coarse.len() as f64;
+        let estimates: Vec<f64> = rough
+            .iter()
+            .map(|(set, fit)| {
+                let base = &bases[set.number];
+                // Each number that is fitted gains one by chance, which is not gained as often.
+                let by_chance = fit.values.last().map_or(0, Vec::len) as f64;
+                let of_readings = share * (base.coarse_cost - fit.cost - by_chance);
+                let of_shifts = base.scored.fit.cost_of_shifts() - fit.cost_of_shifts();
+                0.5 * (of_readings + of_shifts) + base.scored.log_evidence
+            })
+            .collect();
+        let mut best_first = estimates.clone();
+        best_first.sort_by(|a, b| b.total_cmp(a));
+        // Far from the readings all but one are hopeless by far, and yet another may be what is right together with the next.
+        let Some(kept_anyway) = best_first.get(KEPT_IN_ANY_CASE - 1).or(best_first.last()) else {
+            return Self { fitted: Vec::new(), given_up: Vec::new() };
+        };
+        let least = kept_anyway.min(best_first[0] - GIVEN_UP);
+        let (kept, given_up): (Vec<_>, Vec<_>) =
+            rough.into_iter().zip(estimates).partition(|(_, estimate)| *estimate >= least);
+        let fitted = kept
+            .into_par_iter()
+            .map(|((_, fit), _)| match share > 1.0 {
+                true => ScoredModel::of(refined(fit, observations, context, SEARCH), observations),
+                false => ScoredModel::of(fit, observations),
+            })
+            .collect();
+        Self { fitted, given_up: given_up.into_iter().map(|((set, _), _)| set.ids).collect() }
+    }
+}
+
+/// The sets to look at, each once.
+fn sets(
+    frontier: &[ScoredModel],
+    mut known: Vec<Vec<EffectId>>,
+    observations: &Observations,
+) -> Vec<Extended> {
+    let mut sets = Vec::new();
+    for (number, scored) in frontier.iter().enumerate() {
+        let held = scored.fit.ids();
+        for effect in catalogue() {
+            let one_by_one = matches!(effect.search(), Search::Random | Search::Exchanges);
+            let too_many = one_by_one && observations.elements() > MOST_ELEMENTS;
+            if too_many || held.contains(&effect.id()) || !effect.can_act(observations) {
+                continue;
+            }
+            let mut ids = held.clone();
+            ids.push(effect.id());
+            ids.sort_unstable();
+            if !known.contains(&ids) {
+                known.push(ids.clone());
+                sets.push(Extended { number, effect, ids });
+            }
+        }
+    }
+    sets
+}
+
+/// A set that is to be extended, with what is asked of it for every effect.
+struct Base<'o> {
+    scored: &'o ScoredModel,
+    scores: ScoreStatistics<'o>,
+    quick: QuickScores<'o>,
+    near: bool,
+    /// Whether turbulence may explain what is left over.
+    may_be_turbulent: bool,
+    /// Its cost on the few readings.
+    coarse_cost: f64,
+}
+
+impl<'o> Base<'o> {
+    fn of(
+        scored: &'o ScoredModel,
+        noise_is_settled: bool,
+        observations: &'o Observations,
+        coarse: &Observations,
+        context: &'o Context,
+    ) -> Self {
+        let near = is_near(&scored.fit, observations);
+        Self {
+            scored,
+            scores: ScoreStatistics::of(observations, context, &scored.fit),
+            quick: QuickScores::of(&scored.fit, observations, context),
+            near,
+            may_be_turbulent: observations.are_turbulent() || near && noise_is_settled,
+            coarse_cost: cost_on(coarse, &scored.fit, context),
+        }
+    }
+
+    /// The best fit with an effect more, on few readings; `None` if nothing there promises to be worth it.
+    fn coarse_fit(
+        &self,
+        effect: &'static dyn Effect,
+        coarse: &Observations,
+        context: &Context,
+    ) -> Option<Fit> {
+        // What the repeats do not ask for must not make up for what is not yet explained, nor for a noise misjudged.
+        if effect.scatters_repeats() && !self.may_be_turbulent {
+            return None;
+        }
+        // Far from the readings a slope says little, and every effect is followed to where it leads.
+        if self.near && expected_nats(&self.scores, effect) < LEAST_EXPECTED_NATS {
+            return None;
+        }
+        let before = &self.scored.fit;
+        // What begins elsewhere than at nothing is not the same problem there: it changes how readings scatter, too.
+        let neutral = effect.neutral();
+        let begins_there = effect.starts(context).contains(&neutral);
+        let slope_leads = self.near && begins_there && !effect.begins_flat(context);
+        let start = |beginning: Beginning, values: &[Vec<f64>]| {
+            let mut values = values.to_vec();
+            values.push(beginning.values);
+            let mut spreads = before.spreads.clone();
+            spreads.push(f64::NAN);
+            let instances = extended(before, effect, beginning.choice);
+            let nuisance = Some(before.nuisance.clone());
+            Start { instances, values, spreads, nuisance }
+        };
+        let plausible = |beginning: &Beginning| {
+            let instance = Instance { effect, choice: beginning.choice.clone() };
+            is_plausible(coarse, context, &instance, &beginning.values)
+        };
+        let mut starts: Vec<Start> = beginnings(effect, &self.quick, slope_leads, context)
+            .into_iter()
+            .filter(plausible)
+            .map(|beginning| start(beginning, &before.values))
+            .collect();
+        // Phases that were fitted to each element may be bent by what steps or an exchange does to some.
+        let of_phases = matches!(effect.search(), Search::Steps | Search::Exchanges);
+        if let Some(without) = without_phases(before).filter(|_| of_phases) {
+            let scored = QuickScores::of(&without, self.scores.observations, context);
+            let others = beginnings(effect, &scored, slope_leads, context);
+            starts.extend(others.into_iter().map(|other| start(other, &without.values)));
+        }
+        for (elements, values) in in_place_of_departures(before, effect.search()) {
+            let choice = Choice::Elements(elements);
+            starts.push(start(Beginning { choice, values: Vec::new() }, &values));
+        }
+        let stopping = if starts.len() > 1 { FIRST_STEPS } else { ROUGH };
+        let best = starts
+            .into_iter()
+            .map(|start| fit_any(coarse, context, start, stopping))
+            .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))?;
+        let best = if stopping == ROUGH { best } else { refined(best, coarse, context, ROUGH) };
+        if effect.search() != Search::Random || !self.is_stuck(&best, coarse) {
+            return Some(best);
+        }
+        let others = from_elsewhere(&best, coarse, context, ROUGH);
+        others
+            .into_iter()
+            .chain([best])
+            .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))
+    }
+
+    /// Whether a fit closes most of what was open, and yet leaves more than noise: that may be another minimum than the least.
+    fn is_stuck(&self, fit: &Fit, coarse: &Observations) -> bool {
+        let n = coarse.len() as f64;
+        let excess = fit.cost - n;
+        excess > STUCK_EXCESS * n && excess < STUCK_REST * (self.coarse_cost - n)
+    }
+}
+
+/// Nats of evidence that an effect promises to first order; infinite where its slope says nothing.
+fn expected_nats(scores: &ScoreStatistics<'_>, effect: &'static dyn Effect) -> f64 {
+    match effect.search() {
+        Search::Smooth if effect.begins_flat(scores.context) => f64::INFINITY,
+        Search::Smooth => {
+            let score = scores.of_effect(effect, &effect.neutral());
+            let Some(gained) = score.gained() else { return f64::INFINITY };
+            0.5 * gained - cost_of_freedom(score.downhill.len(), gained.sqrt())
+        }
+        Search::Random => {
+            let neutral = vec![0.0; scores.observations.elements()];
+            let ScoreStatistic { downhill, curvature, .. } = scores.of_effect(effect, &neutral);
+            best_spread(curvature, &downhill).1
+        }
+        Search::Sets | Search::Exchanges | Search::Steps | Search::Heights => f64::INFINITY,
+    }
+}

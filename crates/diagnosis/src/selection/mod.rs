@@ -1,0 +1,13 @@
+//! The search for the set of effects that the readings speak for.
+//!
+//! - [`evidence`]: how much the readings speak for a set, whatever its parameters.
+//! - [`scored_model`]: a fitted set with that evidence.
+//! - [`starts`]: where the search for an effect begins.
+//! - [`extension`]: sets, each extended by every other effect.
+//! - [`model_search`]: the search from the believed set-up to the best set.
+
+pub mod evidence;
+pub mod extension;
+pub mod model_search;
+pub mod scored_model;
+pub mod starts;

@@ -1,0 +1,391 @@
+//! The search through sets of effects: every single one, then the best of them with each of the others, as long as the
+//! evidence asks for more.
+
+use rayon::prelude::*;
+
+use crate::effect_id::EffectId;
+use crate::effects::catalogue;
+use crate::fit::any::{fit_any, refined};
+use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
+use crate::limits::{
+    ALWAYS_KEPT, ENOUGH_AT_FIRST, EXCHANGES_FAR, EXCHANGES_NEAR, FAR_BEHIND, KEPT_FOR_ALL_READINGS,
+    MATERIAL, MATERIAL_OF_VERY_LARGE, MAY_BE_NAMED, MOST_EFFECTS, MOST_NAMED, RIVALS,
+    SETS_EXTENDED, SINGLES_EXTENDED, VERY_LARGE, WORTH_EXTENDING,
+};
+use crate::model::effect::{Choice, Context};
+use crate::model::observations::Observations;
+use crate::selection::extension::Extension;
+use crate::selection::scored_model::{ScoredModel, believed, is_near};
+use crate::selection::starts::extended;
+
+/// A search under way.
+pub(crate) struct ModelSearch {
+    /// What was fitted to all readings, the best first when the search has ended.
+    pub scored: Vec<ScoredModel>,
+    /// Ids, sorted, of the sets that were seen to lead nowhere.
+    given_up: Vec<Vec<EffectId>>,
+    /// Whether the noise was judged by what a fit leaves over.
+    noise_is_settled: bool,
+    /// Ids, sorted, of the sets whose laws were chosen on these readings, and what the best had chosen then.
+    laws_chosen: (Vec<Vec<EffectId>>, Vec<(EffectId, Choice)>),
+}
+
+impl ModelSearch {
+    /// Searches from the believed set-up.
+    pub fn begin(observations: &Observations, context: &Context) -> Self {
+        let scored = vec![believed(observations, context)];
+        let (given_up, laws_chosen) = Default::default();
+        let mut search = Self { scored, given_up, noise_is_settled: false, laws_chosen };
+        let size = search.mend_simulator(observations, context);
+        search.go_on(size, observations, context);
+        search
+    }
+
+    /// What was seen to lead nowhere is looked at again: it was seen with another noise.
+    pub fn forget_what_was_given_up(&mut self) {
+        self.given_up.clear();
+    }
+
+    /// Fits what is hopeful to all readings, of which the search saw some.
+    pub fn on_all(self, observations: &Observations, context: &Context) -> Self {
+        let Self { mut scored, mut given_up, .. } = self;
+        sort(&mut scored);
+        let least = scored[0].log_evidence - KEPT_FOR_ALL_READINGS;
+        let hopeful: Vec<Vec<EffectId>> = scored
+            .iter()
+            .enumerate()
+            .filter(|(number, scored)| *number < ALWAYS_KEPT || scored.log_evidence > least)
+            .map(|(_, scored)| scored.fit.ids())
+            .collect();
+        // What went into a hopeful set may do without the rest of it: some effects only make up for a noise judged wrong.
+        let (hopeful, hopeless): (Vec<ScoredModel>, Vec<ScoredModel>) =
+            scored.into_iter().partition(|scored| {
+                let ids = scored.fit.ids();
+                hopeful.iter().any(|hopeful| ids.iter().all(|id| hopeful.contains(id)))
+            });
+        given_up.extend(hopeless.iter().map(|scored| sorted_ids(&scored.fit)));
+        // What is larger than the best and worth less than a part of it that is no smaller is looked at again beside that part, by what
+        // it promises there.
+        let size = hopeful[0].fit.instances.len();
+        let worth_more_than_its_parts = |scored: &&ScoredModel| {
+            !hopeful.iter().any(|part| {
+                part.fit.instances.len() >= size
+                    && holds_all(&scored.fit, &part.fit)
+                    && part.log_evidence > scored.log_evidence
+            })
+        };
+        let hopeful: Vec<ScoredModel> =
+            hopeful.iter().filter(worth_more_than_its_parts).cloned().collect();
+        let mut scored: Vec<ScoredModel> = hopeful
+            .into_par_iter()
+            .map(|scored| {
+                ScoredModel::of(refined(scored.fit, observations, context, SEARCH), observations)
+            })
+            .collect();
+        sort(&mut scored);
+        let laws_chosen = Default::default();
+        let mut search = Self { scored, given_up, noise_is_settled: true, laws_chosen };
+        search.leave_out_the_immaterial(observations);
+        search
+    }
+
+    /// What was found, the best first, the effects of the first few in the order of what they close.
+    pub fn found(self) -> Vec<ScoredModel> {
+        let mut found = self.scored.clone();
+        for scored in found.iter_mut().take(MOST_NAMED) {
+            *scored = scored.clone().by_what_each_closes(&self.scored);
+        }
+        found
+    }
+
+    /// Goes on from the best.
+    pub fn and_on(mut self, observations: &Observations, context: &Context) -> Self {
+        self.choose_laws(observations, context);
+        let size = self.scored[0].fit.instances.len();
+        self.go_on(size, observations, context);
+        self.choose_laws(observations, context);
+        self
+    }
+
+    /// Which of an effect's laws holds, and what was found among many minima, was chosen on few readings or beside other effects: for
+    /// the best sets and what is part of the best, it is chosen again on all, and what the best chose is tried in the others.
+    fn choose_laws(&mut self, observations: &Observations, context: &Context) {
+        let best = self.scored[0].clone();
+        let instances = best.fit.instances.iter();
+        let choices_of_best: Vec<_> =
+            instances.map(|i| (i.effect.id(), i.choice.clone())).collect();
+        if self.laws_chosen.1 != choices_of_best {
+            self.laws_chosen = (Vec::new(), choices_of_best);
+        }
+        let chosen = &self.laws_chosen.0;
+        let matters = |scored: &&mut ScoredModel| {
+            let near = scored.log_evidence > best.log_evidence - MAY_BE_NAMED;
+            (near || holds_all(&best.fit, &scored.fit))
+                && !chosen.contains(&sorted_ids(&scored.fit))
+        };
+        let now_chosen = self.scored.par_iter_mut().filter(matters).map(|scored| {
+            for number in 0..scored.fit.instances.len() {
+                let effect = scored.fit.instances[number].effect;
+                let of_best = best.fit.instances.iter().filter(|i| i.effect.id() == effect.id());
+                let of_best: Vec<Choice> = of_best.map(|i| i.choice.clone()).collect();
+                for choice in effect.choices().into_iter().chain(of_best) {
+                    if choice == scored.fit.instances[number].choice
+                        || matches!(choice, Choice::None)
+                    {
+                        continue;
+                    }
+                    let mut fit = scored.fit.clone();
+                    fit.instances[number].choice = choice;
+                    let other =
+                        ScoredModel::of(refined(fit, observations, context, SEARCH), observations);
+                    if other.log_evidence > scored.log_evidence {
+                        *scored = other;
+                    }
+                }
+            }
+            sorted_ids(&scored.fit)
+        });
+        let now_chosen: Vec<_> = now_chosen.collect();
+        self.laws_chosen.0.extend(now_chosen);
+        sort(&mut self.scored);
+    }
+
+    /// The simulator's own defects come first: nobody looks for physics in what a slip of the program explains. Gives
+    /// the number of those that are taken in.
+    fn mend_simulator(&mut self, observations: &Observations, context: &Context) -> usize {
+        let mut mended = self.scored[0].clone();
+        loop {
+            let ids = mended.fit.ids();
+            let defects = catalogue().filter(|effect| {
+                effect.is_defect() && effect.can_act(observations) && !ids.contains(&effect.id())
+            });
+            let one_more: Vec<ScoredModel> = defects
+                .map(|effect| {
+                    let mut values = mended.fit.values.clone();
+                    values.push(Vec::new());
+                    let mut spreads = mended.fit.spreads.clone();
+                    spreads.push(f64::NAN);
+                    let instances = extended(&mended.fit, effect, Choice::None);
+                    let start = Start { instances, values, spreads, nuisance: None };
+                    ScoredModel::of(fit(observations, context, start, SEARCH), observations)
+                })
+                .collect();
+            self.scored.extend(one_more.iter().cloned());
+            let best =
+                one_more.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
+            match best.filter(|best| best.log_evidence > mended.log_evidence + WORTH_EXTENDING) {
+                Some(best) => mended = best,
+                None => break,
+            }
+        }
+        let size = mended.fit.instances.len();
+        // What else was tried with as many would be searched on from as well.
+        self.scored.retain(|scored| {
+            scored.fit.instances.len() < size || scored.fit.ids() == mended.fit.ids()
+        });
+        size
+    }
+
+    /// Goes on from the best sets of a size.
+    fn go_on(&mut self, size: usize, observations: &Observations, context: &Context) {
+        let n = observations.len() as f64;
+        let of_size = |scored: &&ScoredModel| scored.fit.instances.len() == size;
+        let mut frontier: Vec<ScoredModel> = self.scored.iter().filter(of_size).cloned().collect();
+        let gap = self.gap(n);
+        loop {
+            sort(&mut frontier);
+            let best = frontier[0].clone();
+            let effects = best.fit.physical_effects();
+            if effects == MOST_EFFECTS {
+                break;
+            }
+            let near = is_near(&best.fit, observations);
+            if near && effects >= ENOUGH_AT_FIRST && !self.noise_is_settled {
+                break;
+            }
+            frontier.truncate(if near || effects < 2 { SINGLES_EXTENDED } else { SETS_EXTENDED });
+            frontier.retain(|scored| match near {
+                true => scored.log_evidence >= best.log_evidence - RIVALS,
+                false => scored.fit.cost - n <= FAR_BEHIND * (best.fit.cost - n),
+            });
+            let before = best_log_evidence(&self.scored);
+            let mut grown = self.extend(&frontier, self.known(), observations, context);
+            self.scored.extend(grown.iter().cloned());
+            sort(&mut grown);
+            let goes_on = grown.first().is_some_and(|grown| {
+                grown.log_evidence > before + WORTH_EXTENDING
+                    && closes(&best.fit, &grown.fit, gap, n)
+            });
+            if !goes_on {
+                break;
+            }
+            frontier = grown;
+        }
+        self.leave_out_the_immaterial(observations);
+        let near = is_near(&self.scored[0].fit, observations);
+        for _ in 0..if near { EXCHANGES_NEAR } else { EXCHANGES_FAR } {
+            let best = sorted_ids(&self.scored[0].fit);
+            self.exchange(observations, context);
+            if sorted_ids(&self.scored[0].fit) == best {
+                break;
+            }
+        }
+    }
+
+    /// Leaves out what closes next to nothing that a part of it does not close: it makes up for the formulas' own error.
+    fn leave_out_the_immaterial(&mut self, observations: &Observations) {
+        let n = observations.len() as f64;
+        let gap = self.gap(n);
+        let all = self.scored.clone();
+        self.scored.retain(|scored| {
+            !all.iter().any(|other| {
+                scored.log_evidence > other.log_evidence
+                    && holds_all(&scored.fit, &other.fit)
+                    && !closes(&other.fit, &scored.fit, gap, n)
+            })
+        });
+        sort(&mut self.scored);
+    }
+
+    /// The gap of the believed set-up in chi-square. (Another set may leave more: a fit that went astray.)
+    fn gap(&self, n: f64) -> f64 {
+        let believed = self.scored.iter().find(|scored| scored.fit.instances.is_empty());
+        believed.expect("it is part of every set").fit.cost_with_shifts() - n
+    }
+
+    /// Tries every other effect in the place of each of the best set: what was taken in first, as the best alone, need not be
+    /// part of the best together.
+    fn exchange(&mut self, observations: &Observations, context: &Context) {
+        let best = self.scored[0].fit.clone();
+        if best.instances.len() < 2 {
+            return;
+        }
+        // What was chosen among many minima may be chosen otherwise now that the rest is known.
+        let mut known = self.known();
+        if best.instances.iter().any(|instance| instance.effect.search().has_many_minima()) {
+            let ids = sorted_ids(&best);
+            known.retain(|known| *known != ids);
+        }
+        // Departures show what single elements suffer; what was looked for before they were known may have missed it.
+        if best.has_random_elements() {
+            let ids = best.ids();
+            let of_elements: Vec<EffectId> = catalogue()
+                .filter(|effect| effect.search().is_of_elements())
+                .map(|effect| effect.id())
+                .collect();
+            known.retain(|known| {
+                let others: Vec<_> = known.iter().filter(|id| !ids.contains(id)).collect();
+                !matches!(others[..], [id] if of_elements.contains(id))
+            });
+        }
+        let without: Vec<ScoredModel> = (0..best.instances.len())
+            .filter(|&number| !best.instances[number].effect.is_defect())
+            .map(|number| {
+                let Fit { mut instances, mut values, mut spreads, nuisance, .. } = best.clone();
+                instances.remove(number);
+                values.remove(number);
+                spreads.remove(number);
+                let start = Start { instances, values, spreads, nuisance: Some(nuisance) };
+                ScoredModel::of(fit_any(observations, context, start, SEARCH), observations)
+            })
+            .collect();
+        let extended = self.extend(&without, known, observations, context);
+        self.scored.extend(extended);
+        self.scored.extend(without);
+        sort(&mut self.scored);
+        let mut seen: Vec<Vec<EffectId>> = Vec::new();
+        self.scored.retain(|scored| {
+            let ids = sorted_ids(&scored.fit);
+            let is_new = !seen.contains(&ids);
+            seen.push(ids);
+            is_new
+        });
+    }
+
+    /// What was fitted or given up.
+    fn known(&self) -> Vec<Vec<EffectId>> {
+        let scored = self.scored.iter().map(|scored| sorted_ids(&scored.fit));
+        scored.chain(self.given_up.iter().cloned()).collect()
+    }
+
+    /// Every set worth a fit that has one effect more than one of these, and was not looked at before.
+    fn extend(
+        &mut self,
+        frontier: &[ScoredModel],
+        known: Vec<Vec<EffectId>>,
+        observations: &Observations,
+        context: &Context,
+    ) -> Vec<ScoredModel> {
+        let Extension { fitted, given_up } =
+            Extension::of(frontier, known, self.noise_is_settled, observations, context);
+        self.given_up.extend(given_up);
+        fitted
+    }
+}
+
+/// Whether a set closes more of a gap than a part of it does, by what is worth an effect. Of a very large gap only what is beyond the
+/// noise counts; what takes the place of random departures need not close anything.
+fn closes(smaller: &Fit, larger: &Fit, gap: f64, n: f64) -> bool {
+    let [smaller_cost, larger_cost] = [smaller, larger].map(Fit::cost_with_shifts);
+    let material = match gap > VERY_LARGE * n {
+        true => smaller_cost.max(n) - larger_cost.max(n) > MATERIAL_OF_VERY_LARGE * gap,
+        false => smaller_cost - larger_cost > MATERIAL * gap,
+    };
+    material || smaller.has_random_elements()
+}
+
+/// Whether a set holds all effects of another and more.
+fn holds_all(larger: &Fit, smaller: &Fit) -> bool {
+    let ids = larger.ids();
+    ids.len() > smaller.instances.len() && smaller.ids().iter().all(|id| ids.contains(id))
+}
+
+fn sorted_ids(fit: &Fit) -> Vec<EffectId> {
+    let mut ids = fit.ids();
+    ids.sort_unstable();
+    ids
+}
+
+fn best_log_evidence(scored: &[ScoredModel]) -> f64 {
+    scored.iter().map(|scored| scored.log_evidence).fold(f64::NEG_INFINITY, f64::max)
+}
+
+fn sort(scored: &mut [ScoredModel]) {
+    scored.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::effect;
+    use crate::model::instance::Instance;
+    use crate::model::nuisance::Nuisance;
+
+    fn scored(id: Option<EffectId>, cost: f64, shift_m: f64) -> ScoredModel {
+        let instance = |id: EffectId| Instance { effect: effect(id), choice: Choice::None };
+        let mut nuisance = Nuisance::from_slice(&[0.0; Nuisance::COUNT]);
+        nuisance.shift_m.x = shift_m;
+        let instances = id.map(instance).into_iter().collect();
+        let fit = Fit { instances, cost, ..Fit::of_nothing(vec![nuisance]) };
+        ScoredModel { fit, log_evidence: -0.5 * cost }
+    }
+
+    /// Else what closes all that is left but for noise would close next to nothing of what a fit that went astray leaves.
+    #[test]
+    fn a_fit_that_went_astray_makes_no_gap() {
+        let scored = vec![scored(None, 1000.0, 0.0), scored(Some(EffectId::Aperture), 1e9, 0.0)];
+        let (given_up, laws_chosen) = Default::default();
+        let search = ModelSearch { scored, given_up, noise_is_settled: false, laws_chosen };
+        assert_eq!(search.gap(100.0), 900.0);
+    }
+
+    #[test]
+    fn an_offset_closes_what_the_shift_took_up() {
+        let (drift, gap, n) =
+            (scored(Some(EffectId::GainDrift), 5000.0, 5e-4).fit, 20_000.0, 5000.0);
+        let still = scored(Some(EffectId::GainDrift), 4998.0, 5e-4).fit;
+        let unshifted = scored(Some(EffectId::Offset), 4998.0, 0.0).fit;
+        assert!(!closes(&drift, &still, gap, n));
+        assert!(closes(&drift, &unshifted, gap, n));
+    }
+}

@@ -1,0 +1,54 @@
+//! A set of effects as it was fitted, with the evidence for it.
+
+use crate::effect_id::EffectId;
+use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
+use crate::limits::NEAR;
+use crate::model::effect::Context;
+use crate::model::observations::Observations;
+use crate::selection::evidence::log_evidence;
+
+/// Whether a fit leaves little more than noise.
+pub(crate) fn is_near(fit: &Fit, observations: &Observations) -> bool {
+    fit.cost < NEAR * observations.len() as f64
+}
+
+/// A set of effects as it was fitted, with the logarithm of its evidence.
+#[derive(Clone)]
+pub(crate) struct ScoredModel {
+    pub fit: Fit,
+    pub log_evidence: f64,
+}
+
+impl ScoredModel {
+    pub fn of(fit: Fit, observations: &Observations) -> Self {
+        Self { log_evidence: log_evidence(&fit, observations), fit }
+    }
+}
+
+/// The believed set-up with nothing added.
+pub(crate) fn believed(observations: &Observations, context: &Context) -> ScoredModel {
+    let start = Start { instances: vec![], values: vec![], spreads: vec![], nuisance: None };
+    ScoredModel::of(fit(observations, context, start, SEARCH), observations)
+}
+
+impl ScoredModel {
+    /// The same set, its effects in the order in which each next closes most, by the parts of it that were tried.
+    pub fn by_what_each_closes(self, all: &[Self]) -> Self {
+        let mut order: Vec<usize> = Vec::new();
+        let ids = self.fit.ids();
+        while order.len() < ids.len() {
+            let cost_with = |next: usize| {
+                let part: Vec<EffectId> = order.iter().chain([&next]).map(|&n| ids[n]).collect();
+                let is_part = |scored: &&Self| {
+                    let others = scored.fit.ids();
+                    others.len() == part.len() && part.iter().all(|id| others.contains(id))
+                };
+                all.iter().find(is_part).map_or(f64::INFINITY, |scored| scored.fit.cost)
+            };
+            let left = (0..ids.len()).filter(|n| !order.contains(n));
+            let next = left.min_by(|&a, &b| cost_with(a).total_cmp(&cost_with(b)));
+            order.extend(next);
+        }
+        Self { fit: self.fit.in_order(&order), ..self }
+    }
+}

@@ -1,0 +1,217 @@
+//! What silence says: the quadratures' noise, and the floor that a detector adds in power.
+//!
+//! Of r² = (floor² + b² (n₁² + n₂²)) (1 + a n₀)² the excess over the floor is exponential with mean 2 b²; beside a floor the noise in
+//! proportion, a, may be the larger, and r² is the sum of an exponential and a normal number.
+
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
+
+use crate::limits::{FEWEST_DARK_READINGS, FLOOR_BY_DARK_READINGS};
+use crate::statistics::golden_section;
+use crate::statistics::noise_scale::OF_NOISE_ALONE;
+
+/// The least share of the silent power that is taken for noise.
+const LEAST_NOISE: f64 = 1e-5;
+
+/// Variance of a magnitude of noise alone, in quadratures' variances.
+const RAYLEIGH_VARIANCE: f64 = 2.0 - 0.5 * PI;
+
+/// Silent readings, squared.
+pub(crate) struct DarkReadings {
+    powers: Vec<f64>,
+    mean: f64,
+    /// Of the readings themselves.
+    mean_reading: f64,
+    /// How many magnitudes each is the mean of.
+    averaged: f64,
+}
+
+/// The noise that silence tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct DarkNoise {
+    /// Each quadrature's standard deviation.
+    pub additive: f64,
+    /// The floor; zero for none.
+    pub floor: f64,
+    /// By how much silence prefers that floor to none, in nats.
+    pub evidence: f64,
+}
+
+impl DarkReadings {
+    /// Of readings, each the mean of so many magnitudes; `None` if they are too few to tell anything.
+    pub fn of(readings: &[f64], averaged: f64) -> Option<Self> {
+        let mean_reading = readings.iter().sum::<f64>() / readings.len() as f64;
+        let powers: Vec<f64> = readings.iter().map(|reading| reading * reading).collect();
+        let mean = powers.iter().sum::<f64>() / powers.len() as f64;
+        (powers.len() >= FEWEST_DARK_READINGS && mean > 0.0).then_some(Self {
+            powers,
+            mean,
+            mean_reading,
+            averaged,
+        })
+    }
+
+    /// The noise, if so much of a level scatters in proportion.
+    pub fn noise(&self, share: f64) -> DarkNoise {
+        if self.averaged > 1.0 {
+            return self.noise_of_averages();
+        }
+        let of = |noise: f64| self.cost((0.5 * noise * self.mean).sqrt(), share);
+        let none = DarkNoise { additive: (0.5 * self.mean).sqrt(), floor: 0.0, evidence: 0.0 };
+        let (noise, cost) = golden_section::least(LEAST_NOISE, 1.0, of);
+        let evidence = self.cost(none.additive, share) - cost - 1.0;
+        if evidence < FLOOR_BY_DARK_READINGS {
+            return none;
+        }
+        let additive = (0.5 * noise * self.mean).sqrt();
+        DarkNoise { additive, floor: self.floor_beside(additive), evidence }
+    }
+
+    /// What means of magnitudes tell: without a floor they scatter as Rayleigh's distribution says, and with noise σ beside a larger
+    /// floor f, where a magnitude is f + σ² (n₁² + n₂²) / 2f, by σ²/f, both over the root of how many.
+    fn noise_of_averages(&self) -> DarkNoise {
+        let additive = self.mean_reading / OF_NOISE_ALONE / self.averaged.sqrt();
+        let none = DarkNoise { additive, floor: 0.0, evidence: 0.0 };
+        let variance = (self.mean - self.mean_reading * self.mean_reading).max(1e-12 * self.mean);
+        let ratio = variance / (RAYLEIGH_VARIANCE * additive * additive);
+        let evidence = 0.5 * self.powers.len() as f64 * (ratio - 1.0 - ratio.ln()) - 1.0;
+        if ratio > 1.0 || evidence < FLOOR_BY_DARK_READINGS {
+            return none;
+        }
+        let additive = additive.min((self.mean_reading * (variance / self.averaged).sqrt()).sqrt());
+        DarkNoise { additive, floor: self.floor_beside(additive), evidence }
+    }
+
+    /// Negative logarithm of the likelihood of a quadrature's noise beside no floor, less a constant.
+    pub fn cost_without_floor(&self, additive: f64) -> f64 {
+        let count = self.powers.len() as f64;
+        if self.averaged > 1.0 {
+            let variance = RAYLEIGH_VARIANCE * additive * additive;
+            let off = self.mean_reading - OF_NOISE_ALONE * additive * self.averaged.sqrt();
+            let scattered = self.mean - self.mean_reading * self.mean_reading;
+            return 0.5 * count * (variance.ln() + (scattered + off * off) / variance);
+        }
+        let power = 2.0 * additive * additive;
+        count * (power.ln() + self.mean / power)
+    }
+
+    /// Slope of the logarithm of that likelihood by the square of the noise, and its information.
+    pub fn slope_and_information(&self, additive: f64) -> (f64, f64) {
+        let variance = additive * additive;
+        let count = self.powers.len() as f64;
+        (
+            (0.5 * self.mean / (variance * self.averaged) - 1.0) * count / variance,
+            count / (variance * variance),
+        )
+    }
+
+    /// The floor, if the quadratures' noise is this.
+    pub fn floor_beside(&self, additive: f64) -> f64 {
+        (self.mean - 2.0 * additive * additive * self.averaged).max(0.0).sqrt()
+    }
+
+    /// The least reading.
+    pub fn least(&self) -> f64 {
+        self.powers.iter().copied().fold(f64::INFINITY, f64::min).sqrt()
+    }
+
+    /// Negative logarithm of the likelihood of a quadrature's noise, the floor being the rest of the power.
+    pub fn cost(&self, additive: f64, share: f64) -> f64 {
+        let rate = 1.0 / (2.0 * additive * additive);
+        let floor = self.floor_beside(additive).powi(2);
+        let deviation = (2.0 * share * self.mean).max(1e-6 * self.mean);
+        self.powers.iter().map(|power| -log_density(power - floor, rate, deviation)).sum()
+    }
+}
+
+/// Logarithm of the density of the sum of an exponential number with a rate and a normal one with a standard deviation.
+fn log_density(x: f64, rate: f64, deviation: f64) -> f64 {
+    let spread = rate * deviation;
+    let z = FRAC_1_SQRT_2 * (spread - x / deviation);
+    if z < 20.0 {
+        return (0.5 * rate * libm::erfc(z)).ln() + spread * (0.5 * spread - x / deviation);
+    }
+    // erfc(z) → exp(-z²) / (z √π), its exponent and the other's cancelling but for the normal number's own.
+    (rate / (2.0 * z * PI.sqrt())).ln() - 0.5 * (x / deviation).powi(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::SQRT_2;
+
+    use super::*;
+
+    /// Silent readings with a floor, drawn by a generator of its own.
+    fn readings(floor: f64, additive: f64, share: f64) -> Vec<f64> {
+        let mut state = 0x2545_f491_4f6c_dd1d_u64;
+        let mut uniform = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let mut normal =
+            || (-2.0 * uniform().max(1e-300).ln()).sqrt() * (2.0 * PI * uniform()).cos();
+        (0..400)
+            .map(|_| {
+                let noise = (additive * normal()).hypot(additive * normal());
+                noise.hypot(floor) * (1.0 + share * normal())
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_floor_is_told_from_noise_even_where_the_share_scatters_more() {
+        let dark = DarkReadings::of(&readings(0.21, 0.02, 0.02), 1.0).expect("enough");
+        let noise = dark.noise(0.02);
+        assert!((noise.floor / 0.21 - 1.0).abs() < 0.01, "{noise:?}");
+        assert!((noise.additive / 0.02 - 1.0).abs() < 0.3, "{noise:?}");
+        assert!(noise.evidence > 100.0, "{noise:?}");
+    }
+
+    #[test]
+    fn silence_without_a_floor_shows_none() {
+        let dark = DarkReadings::of(&readings(0.0, 0.02, 0.02), 1.0).expect("enough");
+        let noise = dark.noise(0.02);
+        assert_eq!((noise.floor, noise.evidence), (0.0, 0.0));
+        assert!((noise.additive / 0.02 - 1.0).abs() < 0.1, "{noise:?}");
+    }
+
+    #[test]
+    fn means_of_magnitudes_that_scatter_too_little_show_a_floor() {
+        let averages: Vec<f64> = readings(0.21, 0.02, 0.0)
+            .chunks(16)
+            .map(|chunk| chunk.iter().sum::<f64>() / 16.0)
+            .collect();
+        let noise = DarkReadings::of(&averages, 16.0).expect("enough").noise(0.02);
+        assert!((noise.floor / 0.21 - 1.0).abs() < 0.01, "{noise:?}");
+        assert!((noise.additive / 0.005 - 1.0).abs() < 0.3, "{noise:?}");
+    }
+
+    #[test]
+    fn a_mean_of_magnitudes_shows_no_floor() {
+        let averages: Vec<f64> = readings(0.0, 0.02, 0.0)
+            .chunks(16)
+            .map(|chunk| chunk.iter().sum::<f64>() / 16.0)
+            .collect();
+        let noise = DarkReadings::of(&averages, 16.0).expect("enough").noise(0.02);
+        assert_eq!(noise.floor, 0.0);
+        assert!((noise.additive / 0.005 - 1.0).abs() < 0.1, "{noise:?}");
+    }
+
+    #[test]
+    fn the_density_is_one_in_all_on_both_sides_of_its_bend() {
+        for (rate, deviation) in [(1.0, 0.01), (1.0, 1.0), (30.0, 1.0)] {
+            let step = 1e-3 / f64::max(rate, 1.0 / deviation);
+            let range = 12.0 * deviation + 30.0 / rate;
+            let steps = (2.0 * range / step) as usize;
+            let sum: f64 = (0..steps)
+                .map(|i| log_density(i as f64 * step - range, rate, deviation).exp())
+                .sum();
+            assert!((sum * step - 1.0).abs() < 3e-3, "{rate} {deviation} {}", sum * step);
+            let bend = deviation * (rate * deviation - 20.0 * SQRT_2);
+            let [below, above] =
+                [bend - 1e-9, bend + 1e-9].map(|x| log_density(x, rate, deviation));
+            assert!((below - above).abs() < 2e-3, "{below} {above}");
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Differences of two readings of one level, whose variance tells how readings scatter.
+
+use crate::statistics::noise_scale::lost_with_mean;
+use crate::statistics::speckle::Speckle;
+
+/// The level that a reading had before a floor was added in power.
+pub(crate) fn without_floor(reading: f64, floor: f64) -> f64 {
+    (reading * reading - floor * floor).max(0.0).sqrt()
+}
+
+/// What a reading should have been, and what turbulence of one rad over √m would scatter of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Level {
+    /// In the reading's unit, any floor included.
+    pub reading: f64,
+    /// Mean squares along what is steady and across it, in the unit squared.
+    pub speckle: [f64; 2],
+}
+
+/// What two visits of one point differ by beyond what they should.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Pair {
+    level: Level,
+    /// What the reading changes by for a change of what the floor was added to: one without a floor.
+    beside_floor: f64,
+    averaged: f64,
+    difference: f64,
+}
+
+impl Pair {
+    pub fn new(level: Level, averaged: f64, floor: f64, difference: f64) -> Self {
+        let beside_floor = match floor > 0.0 {
+            true => without_floor(level.reading, floor) / level.reading.max(floor),
+            false => 1.0,
+        };
+        Self { level, beside_floor, averaged, difference }
+    }
+
+    /// The square of the difference.
+    pub fn square(&self) -> f64 {
+        self.difference * self.difference
+    }
+
+    /// Variance of the difference, and its slopes by the squares of share, additive part and turbulence.
+    pub fn variance_and_slopes(&self, squares: [f64; 3], speckle: Speckle) -> (f64, [f64; 3]) {
+        /// Step of a square over what changes a variance by about as much as it is.
+        const STEP: f64 = 1e-4;
+        let variance = self.variance(squares, speckle);
+        let [along, across] = self.level.speckle;
+        let whole = 0.5 * variance;
+        let power = (self.level.reading * self.level.reading).max(squares[1]);
+        let sizes = [whole / power, whole, whole / (along + across).max(f64::MIN_POSITIVE)];
+        let slopes = std::array::from_fn(|n| {
+            let mut beside = squares;
+            beside[n] += STEP * sizes[n];
+            (self.variance(beside, speckle) - variance) / (STEP * sizes[n])
+        });
+        (variance, slopes)
+    }
+
+    /// Negative logarithm of its likelihood, less a constant, given the squares of share, additive part and turbulence.
+    pub fn cost(&self, squares: [f64; 3], speckle: Speckle) -> f64 {
+        let variance = self.variance(squares, speckle);
+        0.5 * (variance.ln() + self.difference * self.difference / variance)
+    }
+
+    /// Variance of the difference, given the squares of share, additive part and turbulence.
+    fn variance(&self, [share2, additive2, turbulence2]: [f64; 3], speckle: Speckle) -> f64 {
+        let Level { reading, speckle: [along, across] } = self.level;
+        let (m2, beside2) = (reading * reading, self.beside_floor * self.beside_floor);
+        let mean = additive2 + 0.5 * turbulence2 * (along + across);
+        let along = match speckle {
+            Speckle::OfPaths => additive2 + turbulence2 * along,
+            Speckle::Circular => mean,
+        };
+        // Near a null the magnitude scatters as Rayleigh's, less than its quadratures do.
+        let lost = lost_with_mean((beside2 * m2 / (self.averaged * mean)).sqrt());
+        let quadrature =
+            along + lost / lost_with_mean(0.0) * ((1.0 - lost_with_mean(0.0)) * mean - along);
+        // Where a floor is all that was read there is next to nothing that scatters.
+        2.0 * (share2 * m2 + beside2 * quadrature).max(1e-6 * additive2)
+    }
+}
+
+/// Negative logarithm of the likelihood of pairs, each a difference of two readings.
+pub(crate) fn cost(
+    pairs: &[Pair],
+    share: f64,
+    additive: f64,
+    turbulence: f64,
+    speckle: Speckle,
+) -> f64 {
+    let squares = [share, additive, turbulence].map(|root| root * root);
+    pairs.iter().map(|pair| pair.cost(squares, speckle)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A converter with coarse steps reads nulls as nothing at all, or as its floor, visit after visit.
+    #[test]
+    fn two_visits_that_read_nothing_or_the_floor_alone_leave_the_noise_a_number() {
+        for floor in [0.0, 0.2] {
+            let level = Level { reading: floor, speckle: [0.0; 2] };
+            let pair = Pair::new(level, 1.0, floor, 0.0);
+            let cost = cost(&[pair], 0.0, 0.1, 0.0, Speckle::OfPaths);
+            assert!(cost.is_finite(), "{floor}: {cost}");
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! How large the gap is: root mean square residual over that of the scan, over all readings and over some kept out of the fit.
+
+use fieldgap_acoustics::least_squares::Stopping;
+
+use crate::fit::joint_fit::{Fit, Start, fit as fit_again};
+use crate::limits::HELD_OUT_BLOCK_M;
+use crate::model::effect::Context;
+use crate::model::forward_model::ForwardModel;
+use crate::model::nuisance::Nuisance;
+use crate::model::observations::{Observations, Visit};
+
+/// Whether a point is kept out of the fit: one block in five.
+pub(crate) fn is_held_out(visit: &Visit) -> bool {
+    let block = |m: f64, side_m: f64| (m / side_m).floor() as i64;
+    let [x, y] = [visit.at_m.x, visit.at_m.y].map(|m| block(m, HELD_OUT_BLOCK_M));
+    (x + 2 * y + block(visit.at_m.z, 1e-3)).rem_euclid(5) == 0
+}
+
+/// The believed set-up at the gain that fits best, and no shift.
+pub(crate) fn as_believed(observations: &Observations) -> Vec<Nuisance> {
+    ForwardModel::believed().best_gain(observations)
+}
+
+/// Rms residual over rms reading.
+pub(crate) fn gap(observations: &Observations, expected: &[f64]) -> f64 {
+    let readings = observations.readings();
+    let squares: f64 = readings.iter().zip(expected).map(|(r, e)| (r - e).powi(2)).sum();
+    (squares / readings.iter().map(|r| r * r).sum::<f64>()).sqrt()
+}
+
+/// What noise alone leaves, in the same unit.
+pub(crate) fn noise_floor(observations: &Observations) -> f64 {
+    let (mut noise, mut power) = (0.0, 0.0);
+    for scan in &observations.scans {
+        for reading in scan.drives.iter().flat_map(|drive| &drive.readings) {
+            noise += scan.scale.slope(*reading).powi(-2);
+            power += reading * reading;
+        }
+    }
+    (noise / power).sqrt()
+}
+
+/// Gaps over points kept out of the fit.
+pub(crate) struct HeldOut {
+    pub training: Observations,
+    pub kept_out: Observations,
+}
+
+impl HeldOut {
+    pub fn of(observations: &Observations) -> Self {
+        Self {
+            training: observations.only(|_, visit| !is_held_out(visit)),
+            kept_out: observations.only(|_, visit| is_held_out(visit)),
+        }
+    }
+
+    /// Of the believed set-up, its gain from the training points.
+    pub fn before(&self) -> f64 {
+        let nuisance = as_believed(&self.training);
+        gap(&self.kept_out, &ForwardModel::believed().expected_readings(&self.kept_out, &nuisance))
+    }
+
+    /// Of a fit, made anew on the training points; the spread of random departures stays what it was.
+    pub fn after(&self, fit: &Fit, context: &Context) -> f64 {
+        let start = Start {
+            instances: fit.instances.clone(),
+            values: fit.values.clone(),
+            spreads: fit.spreads.clone(),
+            nuisance: Some(fit.nuisance.clone()),
+        };
+        let few = Stopping { iterations: 4, step: 1e-2, fall: 1e-6 };
+        let again = fit_again(&self.training, context, start, few);
+        let model = again.model(context);
+        gap(&self.kept_out, &model.expected_readings(&self.kept_out, &again.nuisance))
+    }
+}

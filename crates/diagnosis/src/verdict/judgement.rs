@@ -1,0 +1,188 @@
+//! The verdict: which set of effects, if any, is named.
+
+use crate::limits::{
+    CLEAR, FAINT, IMMATERIAL, LARGE, MOST_RIVALS, RESIDUAL_SHARE, RESIDUAL_SHARE_OF_SEVERAL,
+    RIVALS_TOGETHER, ROUNDING_SHARE, SUFFICES_ALONE,
+};
+use crate::model::instance::Instance;
+use crate::model::observations::Observations;
+use crate::residual_structure::ResidualStructure;
+use crate::residual_structure::patterns::in_slow_patterns;
+use crate::residual_structure::test::{Kind, Test};
+use crate::result::Verdict;
+use crate::selection::scored_model::ScoredModel;
+
+/// The verdict and what it rests on.
+pub(crate) struct Judgement {
+    pub verdict: Verdict,
+    /// Numbers of the named set, or of the rivals, best first.
+    pub named: Vec<usize>,
+    /// Probability of each set that was tried.
+    pub probabilities: Vec<f64>,
+    /// Whether several effects would be named but that the gap is faint.
+    pub too_faint: bool,
+}
+
+/// Judges what was tried, the best first, by what that leaves.
+pub(crate) fn judge(
+    observations: &Observations,
+    scored: &[ScoredModel],
+    believed: &ScoredModel,
+    of_best: &ResidualStructure,
+) -> Judgement {
+    let probabilities = probabilities(scored);
+    let n = observations.len() as f64;
+    let excess = |cost: f64| (cost - n).max(0.0);
+    // A noise judged by what is left hides what is left of chi-square, and not its structure.
+    let left = excess(scored[0].fit.cost).max(in_slow_patterns(observations, &of_best.residuals));
+    let share = left / excess(believed.fit.cost);
+    let many =
+        scored[0].fit.physical_effects() > 2 || scored[0].fit.instances.len() > 1 && left > 0.5 * n;
+    let imitates = many && share > RESIDUAL_SHARE_OF_SEVERAL;
+    // Of a gap within the noise nothing may be left over.
+    let left_over = if believed.fit.cost > LARGE * n && !imitates { share } else { 1.0 };
+    let structured = |test: &Test| match test.kind {
+        Kind::NoFlaw => test.fails(),
+        Kind::Pattern => test.fails() && left_over > RESIDUAL_SHARE,
+        Kind::Converter => {
+            let of_gap = ROUNDING_SHARE * excess(believed.fit.cost);
+            test.fails() && test.z * test.z * n > of_gap
+        }
+    };
+    let fails = of_best.tests.iter().any(structured);
+    let judgement = |verdict, named| Judgement {
+        verdict,
+        named,
+        probabilities: probabilities.clone(),
+        too_faint: false,
+    };
+    if fails {
+        return judgement(Verdict::Unexplained, Vec::new());
+    }
+    // Whoever names a set says that its effects are there, and not that there are no others: what holds it and more
+    // supports it.
+    let support = |number: usize| -> f64 {
+        let ids = scored[number].fit.ids();
+        let holds = |other: &ScoredModel| {
+            let others = other.fit.ids();
+            ids.iter().all(|id| others.contains(id)) && (!ids.is_empty() || others.is_empty())
+        };
+        scored.iter().zip(&probabilities).filter(|(t, _)| holds(t)).map(|(_, p)| p).sum()
+    };
+    if scored[0].fit.instances.is_empty() {
+        return judgement(Verdict::None, Vec::new());
+    }
+    // The largest set that is certain and does alone: rivals that hold it and differ in more only add what is doubtful.
+    let does_alone = |number: &usize| probabilities[*number] >= SUFFICES_ALONE;
+    let certain = (0..scored.len())
+        .filter(|number| !scored[*number].fit.instances.is_empty())
+        .filter(does_alone)
+        .filter(|number| support(*number) >= CLEAR)
+        .max_by_key(|number| scored[*number].fit.instances.len());
+    let named = |verdict, named: Vec<usize>| {
+        let several = named.iter().all(|&number| {
+            let fit = &scored[number].fit;
+            // An offset is told by a shift that nobody leaves, however faint what is left beside it.
+            let of_shift = |instance: &Instance| instance.effect.is_told_by_shift();
+            let told_by_shifts = usize::from(fit.instances.iter().any(of_shift));
+            fit.physical_effects() - told_by_shifts > 1
+        });
+        if several && believed.fit.cost - scored[0].fit.cost.min(n) < FAINT * n {
+            return Judgement { too_faint: true, ..judgement(Verdict::Unexplained, Vec::new()) };
+        }
+        judgement(verdict, named)
+    };
+    if let Some(number) = certain {
+        return named(Verdict::Explained, vec![number]);
+    }
+    let mut rivals: Vec<usize> = Vec::new();
+    let mut together = 0.0;
+    for number in 0..scored.len() {
+        let ids = scored[number].fit.ids();
+        let holds_a_rival =
+            rivals.iter().any(|&rival| scored[rival].fit.ids().iter().all(|id| ids.contains(id)));
+        if !holds_a_rival {
+            rivals.push(number);
+        }
+        together += probabilities[number];
+        if together >= RIVALS_TOGETHER || rivals.len() > MOST_RIVALS {
+            break;
+        }
+    }
+    if rivals.iter().any(|&rival| scored[rival].fit.instances.is_empty()) {
+        return judgement(Verdict::None, Vec::new());
+    }
+    if let Some(common) = common_part(scored, &rivals, excess(believed.fit.cost)) {
+        return named(Verdict::Explained, vec![common]);
+    }
+    match rivals.len() {
+        1 => named(Verdict::Explained, rivals),
+        2..=MOST_RIVALS => named(Verdict::Ambiguous, rivals),
+        _ => judgement(Verdict::Unexplained, Vec::new()),
+    }
+}
+
+/// The set that all rivals of three effects hold, where what each adds closes next to nothing of the gap: it makes up for some
+/// formula's own error, and the most that can be said of it is that something does.
+fn common_part(scored: &[ScoredModel], rivals: &[usize], gap: f64) -> Option<usize> {
+    let all_hold = |part: &ScoredModel| {
+        let ids = part.fit.ids();
+        rivals.iter().all(|&rival| {
+            let others = scored[rival].fit.ids();
+            others.len() == ids.len() + 1 && ids.iter().all(|id| others.contains(id))
+        })
+    };
+    let of_three = rivals.iter().all(|&rival| scored[rival].fit.physical_effects() > 2);
+    let nearly_closes =
+        |part: &ScoredModel| part.fit.cost - scored[rivals[0]].fit.cost < IMMATERIAL * gap;
+    (of_three && rivals.len() > 1)
+        .then(|| scored.iter().position(|part| all_hold(part) && nearly_closes(part)))
+        .flatten()
+}
+
+/// Evidence over the sum of all evidence.
+fn probabilities(scored: &[ScoredModel]) -> Vec<f64> {
+    let best = scored[0].log_evidence;
+    let weights: Vec<f64> = scored.iter().map(|t| (t.log_evidence - best).exp()).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.into_iter().map(|weight| weight / sum).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::effect;
+    use crate::fit::joint_fit::Fit;
+    use crate::model::effect::Choice;
+    use crate::model::instance::Instance;
+
+    fn scored(ids: &[EffectId], cost: f64) -> ScoredModel {
+        let instance = |id: EffectId| Instance { effect: effect(id), choice: Choice::None };
+        let instances = ids.iter().copied().map(instance).collect();
+        let fit = Fit { instances, cost, ..Fit::of_nothing(Vec::new()) };
+        ScoredModel { fit, log_evidence: -0.5 * cost }
+    }
+
+    #[test]
+    fn rivals_of_three_effects_are_known_by_what_they_share() {
+        let gap = 10_000.0;
+        let sets = |cost_of_two: f64| {
+            [
+                scored(&[EffectId::Spreading, EffectId::Lag, EffectId::GainDrift], 5000.0),
+                scored(&[EffectId::Spreading, EffectId::Lag, EffectId::Clipping], 5001.0),
+                scored(&[EffectId::Lag, EffectId::Clipping], 9000.0),
+                scored(&[EffectId::Spreading, EffectId::Lag], cost_of_two),
+            ]
+        };
+        assert_eq!(common_part(&sets(5015.0), &[0, 1], gap), Some(3));
+        // What the third closes is no flaw of a formula.
+        assert_eq!(common_part(&sets(5100.0), &[0, 1], gap), None);
+        assert_eq!(common_part(&sets(5015.0), &[0], gap), None);
+        let of_two = [
+            scored(&[EffectId::Spreading, EffectId::Aperture], 5000.0),
+            scored(&[EffectId::Spreading, EffectId::Directivity], 5001.0),
+            scored(&[EffectId::Spreading], 5010.0),
+        ];
+        assert_eq!(common_part(&of_two, &[0, 1], gap), None);
+    }
+}

@@ -1,0 +1,9 @@
+//! The verdict, and the size of the gap.
+//!
+//! - [`judgement`]: which set, if any, is named.
+//! - [`gap_size`]: the gap over all readings and over readings kept out of the fit.
+//! - [`gap_budget`]: the gap shared out over heights, regions and kinds.
+
+pub mod gap_budget;
+pub mod gap_size;
+pub mod judgement;

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use fieldgap::acoustics::Vec3;
-use fieldgap::diagnosis::{Diagnosis, ResidualTest, Verdict, diagnose};
+use fieldgap::diagnosis::{Diagnosis, EffectId, ResidualTest, Verdict, diagnose};
 
 mod scanned_pistons;
 use scanned_pistons::{Truth, scan};
@@ -55,11 +55,11 @@ fn a_step_of_the_gain_is_no_drift() {
     let (test, diagnosis) =
         found("a set-up that changes on the way", &Truth { received, ..Truth::default() });
     assert!(test.sign_of.as_deref().is_some_and(|sign| sign.contains("gain")), "{test:?}");
-    assert_eq!(diagnosis.ranked[0].effects, ["gain-drift"], "{}", diagnosis.sentence);
+    assert_eq!(diagnosis.ranked[0].effects, [EffectId::GainDrift], "{}", diagnosis.sentence);
     let drifting = |reading: f64, progress: f64| reading * (1.0 + 0.015 * progress);
     let drifting = Truth { received: drifting, ..Truth::default() };
     let plain = diagnose(&[scan(&HEIGHTS_MM, &drifting)], None).expect("readings enough");
-    assert_eq!(plain.effects, ["gain-drift"], "{}", plain.sentence);
+    assert_eq!(plain.effects, [EffectId::GainDrift], "{}", plain.sentence);
 }
 
 /// Phases that grow with the squared distance from the middle move the focus nearly as a scale of the axes does.

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use fieldgap::acoustics::{Array, Element, Excitation, Medium, Simulation, Simulator, Vec3};
 use fieldgap::acquisition::RigSetup;
 use fieldgap::correction::{Corrected, CorrectionError, correct_recorded_scan, correct_rig_file};
-use fieldgap::diagnosis::{Diagnosis, FittedParameter};
+use fieldgap::diagnosis::{Diagnosis, EffectId, FittedParameter};
 use fieldgap::input::TomlSource;
 use fieldgap::records::{RecordedSample, RecordedScan, ScanSetup};
 use nalgebra::{Rotation3, Vector3};
@@ -259,7 +259,7 @@ fn the_words_of_a_corrected_scan() {
     let bench = Bench::new();
     let mut diagnosis = named("sound-speed", &[]);
     let best = &mut diagnosis.ranked[0];
-    best.effects = vec!["sound-speed", "reflection", "dead-elements"];
+    best.effects = vec![EffectId::SoundSpeed, EffectId::Reflection, EffectId::DeadElements];
     best.parameters = BTreeMap::from([
         (
             "sound-speed.c_m_s".to_owned(),
@@ -286,7 +286,7 @@ fn the_words_of_a_corrected_rig_file() {
     let bench = Bench::with(&SCAN_TOML.replace("temperature_c = 20.0        # by the thermometer on the wall\nhumidity_percent = 40.0\npressure_kpa = 101.0", "speed_of_sound_m_s = 343.0"));
     let mut diagnosis = named("sound-speed", &[]);
     let best = &mut diagnosis.ranked[0];
-    best.effects = vec!["sound-speed", "offset", "pitch"];
+    best.effects = vec![EffectId::SoundSpeed, EffectId::Offset, EffectId::Pitch];
     let fitted = |value, standard_error| FittedParameter::Real { value, standard_error };
     best.parameters = BTreeMap::from([
         ("sound-speed.c_m_s".to_owned(), fitted(347.1234, 0.2061)),

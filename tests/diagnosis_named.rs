@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use fieldgap::acoustics::Vec3;
-use fieldgap::diagnosis::{Diagnosis, Verdict, diagnose};
+use fieldgap::diagnosis::{Diagnosis, EffectId, Verdict, diagnose};
 
 mod scanned_pistons;
 use scanned_pistons::{Truth, scan};
@@ -20,7 +20,7 @@ fn diagnosis(truth: &Truth) -> Diagnosis {
 fn a_scan_that_is_heavily_clipped_is_clipped_and_not_saturated() {
     let truth = Truth { received: |reading, _| reading.min(0.2), ..Truth::default() };
     let diagnosis = diagnosis(&truth);
-    assert_eq!(diagnosis.effects, ["clipping"], "{}", diagnosis.sentence);
+    assert_eq!(diagnosis.effects, [EffectId::Clipping], "{}", diagnosis.sentence);
     let share = diagnosis.noise.multiplicative;
     assert!((0.5..1.5).contains(&(share / scanned_pistons::SHARE)), "{share}");
 }
@@ -35,7 +35,12 @@ fn a_drivers_steps_are_found_beside_gains_that_differ() {
     };
     let mut diagnosis = diagnosis(&truth);
     diagnosis.effects.sort_unstable();
-    assert_eq!(diagnosis.effects, ["element-gain", "phase-quantisation"], "{}", diagnosis.sentence);
+    assert_eq!(
+        diagnosis.effects,
+        [EffectId::ElementGain, EffectId::PhaseQuantisation],
+        "{}",
+        diagnosis.sentence
+    );
 }
 
 /// Gains that differ and a drift, which are both told where they leave more than half a standard deviation.
@@ -48,9 +53,14 @@ fn a_faint_gap_is_not_said_to_come_of_two_causes() {
         reading * (1.0 + 0.01 * f64::from(PERCENT) * progress)
     }
     let plain = diagnosis(&Truth { gain: gain::<6>, received: drifting::<6>, ..Truth::default() });
-    assert_eq!(plain.effects, ["element-gain", "gain-drift"], "{}", plain.sentence);
+    assert_eq!(plain.effects, [EffectId::ElementGain, EffectId::GainDrift], "{}", plain.sentence);
     let faint = diagnosis(&Truth { gain: gain::<3>, received: drifting::<3>, ..Truth::default() });
-    assert_eq!(faint.ranked[0].effects, ["element-gain", "gain-drift"], "{}", faint.sentence);
+    assert_eq!(
+        faint.ranked[0].effects,
+        [EffectId::ElementGain, EffectId::GainDrift],
+        "{}",
+        faint.sentence
+    );
     assert_eq!(faint.verdict, Verdict::Unexplained, "{}", faint.sentence);
     assert!(faint.sentence.contains("so faint a gap"), "{}", faint.sentence);
 }
@@ -60,12 +70,12 @@ fn a_faint_gap_is_not_said_to_come_of_two_causes() {
 fn departures_that_have_an_order_are_not_random() {
     let random = |n: usize| 1.0 + 0.05 * (2.4 * n as f64 * n as f64).sin();
     let plain = diagnosis(&Truth { gain: random, ..Truth::default() });
-    assert_eq!(plain.effects, ["element-gain"], "{}", plain.sentence);
+    assert_eq!(plain.effects, [EffectId::ElementGain], "{}", plain.sentence);
     let gain = |n: usize| {
         1.0 + 0.05 * (2.4 * n as f64 * n as f64).sin() + 0.0225 * ((n % 6) as f64 - 2.5) / 2.5
     };
     let graded = diagnosis(&Truth { gain, ..Truth::default() });
-    assert_eq!(graded.ranked[0].effects, ["element-gain"], "{}", graded.sentence);
+    assert_eq!(graded.ranked[0].effects, [EffectId::ElementGain], "{}", graded.sentence);
     assert_eq!(graded.verdict, Verdict::Unexplained, "{}", graded.sentence);
 }
 
@@ -88,5 +98,10 @@ fn an_offset_is_found_beside_another_cause() {
     };
     let mut diagnosis = diagnosis(&truth);
     diagnosis.effects.sort_unstable();
-    assert_eq!(diagnosis.effects, ["gain-drift", "offset"], "{}", diagnosis.sentence);
+    assert_eq!(
+        diagnosis.effects,
+        [EffectId::GainDrift, EffectId::Offset],
+        "{}",
+        diagnosis.sentence
+    );
 }

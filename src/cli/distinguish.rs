@@ -1,4 +1,4 @@
-//! `fieldgap distinguish`: which effects a scan can tell apart, whatever its readings say.
+//! `fieldgap distinguish`: which effects a scan can separate, whatever its readings.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -15,12 +15,12 @@ use fieldgap_records::RecordedScan;
 /// The `distinguish` command.
 #[derive(Debug, Args)]
 pub(super) struct Distinguish {
-    /// The folder of the recorded scan: its places, foci and noise are what counts, not its readings
+    /// Folder of the recorded scan; its places, foci and noise count, not its readings
     folder: PathBuf,
     /// The simulator that the effects change (see `simulate --help`); without it the scan's own
     #[arg(long, value_name = "NAME")]
     simulator: Option<Simulator>,
-    /// Pairs of which so much of the signature is left over, or less, are shown: 0 to 1
+    /// Show pairs whose residual share is at most this: 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.2)]
     below: f64,
     /// Print the pairs as JSON
@@ -32,7 +32,7 @@ impl Distinguish {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         let scan = RecordedScan::open(&self.folder)?;
         let mut alike = alike_effects(&scan, self.simulator).into_diagnostic()?;
-        alike.retain(|pair| pair.left_over <= self.below);
+        alike.retain(|pair| pair.residual_share <= self.below);
         match self.json {
             true => print_json(&alike)?,
             false => print(&table(&alike))?,
@@ -43,12 +43,12 @@ impl Distinguish {
 
 fn table(alike: &[AlikeEffects]) -> String {
     let mut text =
-        format!("{:22} {:22} {:>9}  {:>9}\n", "effect", "taken for", "left over", "told from");
-    for AlikeEffects { effect, imitator, left_over, told_from_sigma } in alike {
-        let left_over = format!("{left_over:.3}");
-        let sigma = format!("{told_from_sigma:.2} sigma");
-        let _ = writeln!(text, "{effect:22} {imitator:22} {left_over:>9}  {sigma:>10}");
+        format!("{:22} {:22} {:>9}  {:>9}\n", "effect", "mistaken for", "residual", "separable");
+    for AlikeEffects { effect, imitator, residual_share, separable_gap_sigma } in alike {
+        let residual_share = format!("{residual_share:.3}");
+        let sigma = format!("{separable_gap_sigma:.2} sigma");
+        let _ = writeln!(text, "{effect:22} {imitator:22} {residual_share:>9}  {sigma:>10}");
     }
-    text + "\nLeft over is the share of an effect's squared signature that the other cannot make, gain and a small shift taken out.\n\
-            Told from is the gap, rms over all readings in their noise, from which three standard deviations part the two.\n"
+    text + "\nResidual: share of an effect's squared signature that the other cannot reproduce, gain and a small shift removed.\n\
+            Separable: gap, rms over all readings in units of their noise, from which on the two differ by three standard deviations.\n"
 }

@@ -8,8 +8,8 @@ use fieldgap::comparison::{
     UndeterminedCombination,
 };
 use fieldgap::diagnosis::{
-    Candidate, DiagnosedPlane, Diagnosis, FittedParameter, KindShares, NextMeasurement, PlaneShare,
-    Region, RegionShare, ResidualTest, Verdict, WaterfallStep, Where,
+    Candidate, DiagnosedPlane, Diagnosis, EffectId, FittedParameter, KindShares, NextMeasurement,
+    PlaneShare, Region, RegionShare, ResidualTest, Verdict, WaterfallStep, Where,
 };
 
 use crate::report_synthetic::{FOCUS_M, figured, noise};
@@ -59,7 +59,7 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
         reading_unit: "V".to_owned(),
         points,
         verdict: Verdict::Explained,
-        effects: vec!["sound-speed"],
+        effects: vec![EffectId::SoundSpeed],
         alternatives: Vec::new(),
         ranked,
         gap_before: gap(&before),
@@ -85,7 +85,7 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
             residual_test("a screw that is out of true", 5.2, None, Some("of x, 8.0 mm a turn")),
         ],
         waterfall: vec![
-            WaterfallStep { effect: Some("sound-speed"), share: 0.9982 },
+            WaterfallStep { effect: Some(EffectId::SoundSpeed), share: 0.9982 },
             WaterfallStep { effect: None, share: 0.0018 },
         ],
         undetermined: vec![
@@ -105,7 +105,7 @@ pub fn ambiguous(step_mm: f64) -> Diagnosis {
     let mut diagnosis = explained(&[150.0], step_mm);
     diagnosis.verdict = Verdict::Ambiguous;
     diagnosis.effects.clear();
-    diagnosis.alternatives = vec![vec!["sound-speed"], vec!["pitch"]];
+    diagnosis.alternatives = vec![vec![EffectId::SoundSpeed], vec![EffectId::Pitch]];
     diagnosis.ranked[0].probability = 0.55;
     diagnosis.ranked[1].probability = 0.44;
     diagnosis.ranked[1].log_evidence = -0.223;
@@ -132,7 +132,7 @@ pub fn ambiguous(step_mm: f64) -> Diagnosis {
 /// Two causes at once, one of them among the elements, the other a reflection.
 pub fn two_causes(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
     let mut diagnosis = explained(heights_mm, step_mm);
-    diagnosis.effects = vec!["dead-elements", "reflection"];
+    diagnosis.effects = vec![EffectId::DeadElements, EffectId::Reflection];
     let parameters = BTreeMap::from([
         ("dead-elements.elements".to_owned(), FittedParameter::Elements { value: vec![3, 17] }),
         ("reflection.height_mm".to_owned(), real(412.0, 1.3)),
@@ -152,8 +152,8 @@ pub fn two_causes(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
     };
     diagnosis.ranked[0] = both;
     diagnosis.waterfall = vec![
-        WaterfallStep { effect: Some("dead-elements"), share: 0.83 },
-        WaterfallStep { effect: Some("reflection"), share: 0.14 },
+        WaterfallStep { effect: Some(EffectId::DeadElements), share: 0.83 },
+        WaterfallStep { effect: Some(EffectId::Reflection), share: 0.14 },
         WaterfallStep { effect: None, share: 0.03 },
     ];
     diagnosis.sentence =
@@ -188,7 +188,7 @@ fn real(value: f64, standard_error: f64) -> FittedParameter {
 }
 
 fn ranked() -> Vec<Candidate> {
-    let candidate = |effects: &[&'static str],
+    let candidate = |effects: &[EffectId],
                      (probability, log_evidence): (f64, f64),
                      parameters: &[(&str, FittedParameter)],
                      reading: &str,
@@ -203,28 +203,28 @@ fn ranked() -> Vec<Candidate> {
     };
     vec![
         candidate(
-            &["sound-speed"],
+            &[EffectId::SoundSpeed],
             (0.9928, 0.0),
             &[("sound-speed.c_m_s", real(347.1234, 0.2061))],
             "Sound is 1.2 % faster than believed, as in air about 7 °C warmer.",
             0.0124,
         ),
         candidate(
-            &["sound-speed", "pitch"],
+            &[EffectId::SoundSpeed, EffectId::Pitch],
             (0.0062, -5.1),
             &[("pitch.ratio", real(1.0003, 0.0009)), ("sound-speed.c_m_s", real(347.0, 0.6))],
             "The array is as large as modelled, within the error.",
             0.0124,
         ),
         candidate(
-            &["pitch"],
+            &[EffectId::Pitch],
             (0.0008, -7.2),
             &[("pitch.ratio", real(0.979, 0.002))],
             "The array is 2.1 % smaller than modelled.",
             0.041,
         ),
-        candidate(&["temperature-gradient"], (2e-12, -28.0), &[], "", 0.12),
-        candidate(&["drive-frequency"], (0.0, -711.0), &[], "", 0.21),
+        candidate(&[EffectId::TemperatureGradient], (2e-12, -28.0), &[], "", 0.12),
+        candidate(&[EffectId::DriveFrequency], (0.0, -711.0), &[], "", 0.21),
         candidate(&[], (0.0, -20_711.0), &[], "", 0.2731),
     ]
 }

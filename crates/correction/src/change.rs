@@ -117,9 +117,7 @@ fn change(effect: EffectId, named: &Candidate, simulator: Simulator) -> Result<C
             parameters.real("z_mm")?,
         )),
         SetupKey::Turn => Change::Turn(parameters.real("rad")?),
-        SetupKey::PhaseSteps => {
-            Change::Steps(parameters.above_zero("steps")?.round().max(1.0))
-        }
+        SetupKey::PhaseSteps => Change::Steps(parameters.above_zero("steps")?.round().max(1.0)),
     })
 }
 

@@ -77,7 +77,10 @@ pub(super) fn changed(
         Change::Offset(offset_mm) => {
             elements.iter_mut().for_each(|element| element.centre_m -= offset_mm / 1e3);
         }
-        Change::SpeedOfSound(_) | Change::Frequency(_) | Change::Steps(_) | Change::SimulatorModel => {}
+        Change::SpeedOfSound(_)
+        | Change::Frequency(_)
+        | Change::Steps(_)
+        | Change::SimulatorModel => {}
     }
     Ok(elements)
 }

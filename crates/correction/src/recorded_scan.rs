@@ -38,7 +38,8 @@ pub fn correct_recorded_scan(
     if let Some(what) = difference(setup.array.array(), scanned.array.array()) {
         return Err(CorrectionError::OtherArray { path: folder.to_owned(), what });
     }
-    let mends_simulator = corrections.iter().any(|correction| correction.change == Change::SimulatorModel);
+    let mends_simulator =
+        corrections.iter().any(|correction| correction.change == Change::SimulatorModel);
     let frozen = setup.simulator == Simulator::AsWritten
         && !mends_simulator
         && setup.foci.iter().any(|focus| matches!(focus, FocusSection::Point(_)));

@@ -7,8 +7,9 @@ use fieldgap_records::RecordedScan;
 use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH};
 use crate::limits::{
-    FEWEST_READINGS, MOST_ELEMENT_READINGS, NOISE_CHANGED, NOISE_MISJUDGED,
-    READINGS_OF_FIRST_SEARCH, NOISE_ROUNDS};
+    FEWEST_READINGS, MOST_ELEMENT_READINGS, NOISE_CHANGED, NOISE_MISJUDGED, NOISE_ROUNDS,
+    READINGS_OF_FIRST_SEARCH,
+};
 use crate::model::effect::Context;
 use crate::model::forward_model::ForwardModel;
 use crate::model::observations::Observations;
@@ -110,7 +111,7 @@ fn settled_by(fit: &Fit, observations: &mut Observations, context: &Context) -> 
     });
     let misled = pairs().any(|(scatter, before)| {
         !(NOISE_MISJUDGED..1.0 / NOISE_MISJUDGED).contains(&(scatter.share / before.share))
-            || (scatter.turbulence > 0.0) != (before.turbulence > 0.0)
+            || (scatter.fluctuation > 0.0) != (before.fluctuation > 0.0)
     });
     if !changed {
         for (scan, before) in observations.scans.iter_mut().zip(before) {

@@ -63,10 +63,10 @@ pub(crate) const FLOOR_MARGIN: f64 = 0.1;
 pub(crate) const DARK_NOISE_FACTOR: f64 = 2.0;
 
 /// Nats by which repeats must prefer turbulence to steady noise: odds of 3000 to one. Set by judgement.
-pub(crate) const TURBULENCE_BY_REPEATS: f64 = 8.0;
+pub(crate) const FLUCTUATION_BY_REPEATS: f64 = 8.0;
 
 /// The same for all readings together, which also hold what the model leaves out. Set by judgement.
-pub(crate) const TURBULENCE_BY_ALL_READINGS: f64 = 10.0;
+pub(crate) const FLUCTUATION_BY_ALL_READINGS: f64 = 10.0;
 
 /// Nats by which dark readings must prefer a floor: one number is fitted, over some decades. Set by judgement.
 pub(crate) const FLOOR_BY_DARK_READINGS: f64 = 7.0;
@@ -81,7 +81,7 @@ pub(crate) const NOISE_SEARCH_FACTOR: f64 = 3.0;
 pub(crate) const READINGS_AT_FULL_SCALE: usize = 4;
 
 /// Nats of the repeats against turbulence from which on it is excluded: odds of three million to one.
-pub(crate) const TURBULENCE_EXCLUDED: f64 = 15.0;
+pub(crate) const FLUCTUATION_EXCLUDED: f64 = 15.0;
 
 /// Relative change of the noise for which a search is repeated. Set by judgement.
 pub(crate) const NOISE_CHANGED: f64 = 0.04;

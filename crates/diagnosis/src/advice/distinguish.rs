@@ -32,10 +32,10 @@ pub struct AlikeEffects {
     pub imitator: EffectId,
     /// Share of the effect's squared signature, gain and a small shift taken out, that the imitator cannot make: in the direction of its
     /// parameters in which that is least; 0 to 1.
-    pub left_over: f64,
+    pub residual_share: f64,
     /// Gap that the effect must leave to be told from the imitator by three standard deviations, rms over all readings in standard
     /// deviations of their noise.
-    pub told_from_sigma: f64,
+    pub separable_gap_sigma: f64,
 }
 
 /// Every pair of effects of the catalogue that act to first order, the most alike first, by the places and the noise of a scan; of
@@ -69,14 +69,14 @@ pub fn alike_effects(
         .flat_map_iter(|signature| {
             let others = signatures.iter().filter(|other| other.id != signature.id);
             others.filter_map(|other| {
-                let left_over = signature.left_over(&nuisance, other)?;
-                let told_from_sigma = SEPARATED_SIGMA / (readings * left_over).sqrt();
+                let residual_share = signature.residual_share(&nuisance, other)?;
+                let separable_gap_sigma = SEPARATED_SIGMA / (readings * residual_share).sqrt();
                 let (effect, imitator) = (signature.id, other.id);
-                Some(AlikeEffects { effect, imitator, left_over, told_from_sigma })
+                Some(AlikeEffects { effect, imitator, residual_share, separable_gap_sigma })
             })
         })
         .collect();
-    alike.sort_by(|a, b| a.left_over.total_cmp(&b.left_over));
+    alike.sort_by(|a, b| a.residual_share.total_cmp(&b.residual_share));
     let mut seen: Vec<[EffectId; 2]> = Vec::new();
     alike.retain(|pair| {
         let is_new = !seen.contains(&[pair.imitator, pair.effect]);
@@ -124,7 +124,7 @@ impl Signature {
     }
 
     /// The least share of the information that is left beside another effect.
-    fn left_over(&self, nuisance: &DMatrix<f64>, other: &Self) -> Option<f64> {
+    fn residual_share(&self, nuisance: &DMatrix<f64>, other: &Self) -> Option<f64> {
         let alone = self.beside(nuisance)?;
         let mut both =
             nuisance.clone().resize_horizontally(nuisance.ncols() + other.columns.ncols(), 0.0);

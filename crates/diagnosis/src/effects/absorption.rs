@@ -64,3 +64,17 @@ impl Effect for Absorption {
         Finding::new([("db_per_m", fitted[0].real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+
+    #[test]
+    fn twenty_decibels_a_metre_divide_the_amplitude_by_ten() {
+        let bench = Bench::new();
+        let mut air = Propagation::default();
+        Absorption.air(bench.at(&[20.0]), 343.0, &mut air);
+        assert!(((-air.attenuation_np_m).exp() - 0.1).abs() < 1e-12);
+    }
+}

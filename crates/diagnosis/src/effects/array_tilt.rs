@@ -70,3 +70,19 @@ impl Effect for ArrayTilt {
         Finding::new([("about_x_rad", x.real()), ("about_y_rad", y.real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+
+    #[test]
+    fn an_array_tilted_about_x_looks_towards_minus_y() {
+        let bench = Bench::new();
+        let mut elements = [Element::at(0.0, 0.01)];
+        ArrayTilt.elements(bench.at(&[0.1, 0.0]), &mut elements);
+        let (sin, cos) = 0.1f64.sin_cos();
+        assert!((elements[0].normal - Vec3::new(0.0, -sin, cos)).norm() < 1e-12);
+        assert!((elements[0].centre_m - 0.01 * Vec3::new(0.0, cos, sin)).norm() < 1e-12);
+    }
+}

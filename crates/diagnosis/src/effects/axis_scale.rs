@@ -63,3 +63,17 @@ impl Effect for AxisScale {
         Finding::new([("x", x.real()), ("y", y.real()), ("z", z.real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::{Bench, visit};
+
+    #[test]
+    fn each_axis_is_stretched_about_the_centre_of_the_array() {
+        let bench = Bench::new();
+        let at_m =
+            AxisScale.position(bench.at(&[1.1, 0.9, 1.0]), &visit(), Vec3::new(0.01, 0.01, 0.1));
+        assert!((at_m - Vec3::new(0.011, 0.009, 0.1)).norm() < 1e-12);
+    }
+}

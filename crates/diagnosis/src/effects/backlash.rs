@@ -63,3 +63,20 @@ impl Effect for Backlash {
         Finding::new([("mm", fitted[0].real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::{Bench, visit};
+
+    #[test]
+    fn the_two_directions_of_travel_differ_by_the_play() {
+        let bench = Bench::new();
+        let x_mm = |x_direction: f64| {
+            let visit = Visit { x_direction, ..visit() };
+            1e3 * Backlash.position(bench.at(&[0.4]), &visit, Vec3::zeros()).x
+        };
+        assert!((x_mm(-1.0) - x_mm(1.0) - 0.4).abs() < 1e-12);
+        assert_eq!(x_mm(0.0), 0.0);
+    }
+}

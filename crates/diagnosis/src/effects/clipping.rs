@@ -84,3 +84,28 @@ fn clipped(full_scale: f64, expected: Expected, deviation: f64) -> Expected {
         variance_ratio: 1.0 + share_below * (variance_ratio - 1.0),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The mean of normal readings cut at a level, by summing over their density.
+    #[test]
+    fn a_full_scale_cuts_as_much_of_the_mean_as_the_readings_beyond_it_had() {
+        let (share, full_scale) = (0.05, 0.3);
+        for reading in [0.2, 0.28, 0.3, 0.31, 0.33, 0.6] {
+            let deviation = share * reading;
+            let (mut sum, mut weights) = (0.0, 0.0);
+            for n in -600..=600 {
+                let t = 0.01 * f64::from(n);
+                let weight = (-0.5 * t * t).exp();
+                sum += weight * (reading + t * deviation).min(full_scale);
+                weights += weight;
+            }
+            let cut = clipped(full_scale, Expected { reading, variance_ratio: 1.0 }, deviation);
+            assert!((cut.reading - sum / weights).abs() < 1e-5, "{reading}: {cut:?}");
+        }
+        let beyond = clipped(full_scale, Expected { reading: 0.6, variance_ratio: 0.1 }, 0.01);
+        assert!((beyond.variance_ratio - 1.0).abs() < 1e-6, "{beyond:?}");
+    }
+}

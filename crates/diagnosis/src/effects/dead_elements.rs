@@ -13,3 +13,14 @@ pub(crate) static DEAD_ELEMENTS: OfElements = OfElements {
     key: SetupKey::SilentElements,
     act: Act::Amplitude(0.0),
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::amplitudes_with;
+
+    #[test]
+    fn a_silent_element_has_no_amplitude_and_the_others_keep_theirs() {
+        assert_eq!(amplitudes_with(&DEAD_ELEMENTS, &[1]), [1.0, 0.0, 1.0]);
+    }
+}

@@ -77,3 +77,31 @@ impl Effect for Directivity {
         Finding::new([("width_ratio", fitted[0].real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::{Bench, radiation};
+    use fieldgap_acoustics::transducer::Transducer;
+    use fieldgap_acoustics::transducer::Widened;
+
+    /// A piston's first null, sin θ = 3.8317 / ka, moves to 1.3 times its angle or to 1.3 times its sine.
+    #[test]
+    fn a_wider_lobe_has_its_null_at_a_larger_angle_or_a_larger_sine() {
+        let bench = Bench::new();
+        let (radius_m, wavenumber) = (8e-3, 732.0);
+        let null_rad = (3.831_706f64 / (radius_m * wavenumber)).asin();
+        for (law, there_rad) in [(0, 1.3 * null_rad), (1, (1.3 * null_rad.sin()).asin())] {
+            let mut radiation = radiation();
+            let choice = Choice::Law(law);
+            Directivity.radiation(Setting { choice: &choice, ..bench.at(&[1.3]) }, &mut radiation);
+            let widened = Widened {
+                transducer: radiation.transducer,
+                ratio: radiation.width_ratio,
+                by_face: radiation.by_face,
+            };
+            let at_null = widened.directivity(there_rad, radius_m, wavenumber);
+            assert!(at_null.abs() < 1e-6, "{law}: {at_null}");
+        }
+    }
+}

@@ -66,3 +66,23 @@ impl Effect for DriveFrequency {
         Finding::new([("ratio", fitted[0].real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+    use crate::model::forward_model::ForwardModel;
+
+    #[test]
+    fn a_higher_frequency_shortens_the_wavelength_and_advances_the_phases() {
+        let bench = Bench::new();
+        let model = bench.model(EffectId::DriveFrequency, &[1.02]);
+        let believed = ForwardModel::believed();
+        let ratio =
+            model.wavenumber_rad_m(bench.believed()) / believed.wavenumber_rad_m(bench.believed());
+        assert!((ratio - 1.02).abs() < 1e-12);
+        let [true_rad, believed_rad] =
+            [&model, &believed].map(|m| m.phases_rad(bench.believed())[0]);
+        assert!((true_rad / believed_rad - 1.02).abs() < 1e-12);
+    }
+}

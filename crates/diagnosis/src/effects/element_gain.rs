@@ -24,3 +24,20 @@ pub(crate) static ELEMENT_GAIN: Random = Random {
     act: |departure, element| element.amplitude *= 1.0 + departure,
     weight: |departure| Complex64::from(1.0 + departure),
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+    use crate::model::effect::Effect;
+    use fieldgap_acoustics::Element;
+
+    #[test]
+    fn a_departure_multiplies_the_amplitude_as_its_weight_says() {
+        let bench = Bench::new();
+        let mut elements = [Element::at(0.0, 0.0); 2];
+        ELEMENT_GAIN.elements(bench.at(&[0.1, -0.2]), &mut elements);
+        assert_eq!(elements.map(|element| element.amplitude), [1.1, 0.8]);
+        assert_eq!(ELEMENT_GAIN.element_weight(0.1), Complex64::from(1.1));
+    }
+}

@@ -20,3 +20,20 @@ pub(crate) static ELEMENT_PHASE: Random = Random {
     act: |departure, element| element.phase_rad += departure,
     weight: Complex64::cis,
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+    use crate::model::effect::Effect;
+    use fieldgap_acoustics::Element;
+
+    #[test]
+    fn a_departure_advances_the_phase_as_its_weight_says() {
+        let bench = Bench::new();
+        let mut elements = [Element::at(0.0, 0.0); 2];
+        ELEMENT_PHASE.elements(bench.at(&[0.1, -0.2]), &mut elements);
+        assert_eq!(elements.map(|element| element.phase_rad), [0.1, -0.2]);
+        assert!((ELEMENT_PHASE.element_weight(0.1) - Complex64::cis(0.1)).norm() < 1e-15);
+    }
+}

@@ -67,3 +67,17 @@ impl Effect for Flow {
         Finding::new([("vx_m_s", x.real()), ("vy_m_s", y.real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+
+    #[test]
+    fn a_wind_is_a_mach_number_of_the_true_speed_of_sound() {
+        let bench = Bench::new();
+        let mut air = Propagation::default();
+        Flow.air(bench.at(&[3.4, -1.7]), 340.0, &mut air);
+        assert!((air.mach - Vec3::new(0.01, -0.005, 0.0)).norm() < 1e-12);
+    }
+}

@@ -60,3 +60,16 @@ impl Effect for GainDrift {
         Finding::new([("relative", fitted[0].real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+
+    #[test]
+    fn the_gain_at_the_end_is_off_by_the_drift() {
+        let bench = Bench::new();
+        assert_eq!(GainDrift.gain(bench.at(&[-0.1]), 0.0), 1.0);
+        assert!((GainDrift.gain(bench.at(&[-0.1]), 1.0) - 0.9).abs() < 1e-12);
+    }
+}

@@ -65,3 +65,17 @@ impl Effect for Lag {
         Finding::new([("s", fitted[0].real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::{Bench, visit};
+
+    #[test]
+    fn a_reading_belongs_where_the_nozzle_was() {
+        let bench = Bench::new();
+        let visit = Visit { velocity_m_s: Vec3::new(0.05, 0.0, 0.0), ..visit() };
+        let at_m = Lag.position(bench.at(&[0.02]), &visit, Vec3::new(0.01, 0.0, 0.1));
+        assert!((at_m - Vec3::new(0.009, 0.0, 0.1)).norm() < 1e-12);
+    }
+}

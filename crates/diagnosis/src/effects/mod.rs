@@ -38,6 +38,8 @@ mod spreading;
 mod standing_wave;
 mod swapped_channels;
 mod temperature_gradient;
+#[cfg(test)]
+pub(crate) mod testing;
 pub(crate) mod turbulence;
 
 use fieldgap_acoustics::Simulator;

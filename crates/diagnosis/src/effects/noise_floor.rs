@@ -118,3 +118,21 @@ impl Effect for NoiseFloor {
 fn with_floor(level: f64, floor: f64) -> f64 {
     (level * level + floor * floor).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+
+    #[test]
+    fn a_level_as_large_as_the_floor_reads_root_two_times_that_and_its_slope_is_its_share() {
+        let bench = Bench::new();
+        let at = bench.at(&[0.04]);
+        let floor = NoiseFloor.floor(at);
+        assert!((floor - 0.2 * bench.context.largest_reading).abs() < 1e-12);
+        let read = NoiseFloor.transfer(at, floor);
+        assert!((read / floor - 2f64.sqrt()).abs() < 1e-12);
+        let quotient = (NoiseFloor.transfer(at, floor + 1e-7) - read) / 1e-7;
+        assert!((NoiseFloor.transfer_slope(floor, read) - quotient).abs() < 1e-6);
+    }
+}

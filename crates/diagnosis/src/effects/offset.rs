@@ -69,3 +69,16 @@ impl Effect for Offset {
         Finding::new([("x_mm", x.real()), ("y_mm", y.real()), ("z_mm", z.real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::{Bench, visit};
+
+    #[test]
+    fn the_origin_is_added_to_every_position() {
+        let bench = Bench::new();
+        let at_m = Offset.position(bench.at(&[1.0, -2.0, 3.0]), &visit(), Vec3::zeros());
+        assert!((at_m - 1e-3 * Vec3::new(1.0, -2.0, 3.0)).norm() < 1e-12);
+    }
+}

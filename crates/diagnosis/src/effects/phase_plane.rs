@@ -13,3 +13,19 @@ pub(crate) static PHASE_PLANE: Defect = Defect {
     sentence: "the simulator froze its path lengths at the focal height; they belong where the field is observed",
     mend: |radiation| radiation.paths = PathLengths::Observed,
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::{Bench, radiation};
+    use crate::model::effect::Effect;
+    use crate::model::effect::Radiation;
+
+    #[test]
+    fn the_mended_simulator_takes_paths_where_the_field_is_observed() {
+        let bench = Bench::new();
+        let mut radiation = Radiation { paths: PathLengths::FrozenAt(0.1), ..radiation() };
+        PHASE_PLANE.radiation(bench.at(&[]), &mut radiation);
+        assert_eq!(radiation.paths, PathLengths::Observed);
+    }
+}

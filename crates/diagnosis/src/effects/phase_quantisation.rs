@@ -91,3 +91,22 @@ pub(crate) fn rounded_rad(phase_rad: f64, steps: u32, zero: u8, frequency_ratio:
     let from = f64::from(zero) / 16.0;
     ((phase_rad / step_rad + from).round() - from) * step_rad
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_phase_is_rounded_to_the_nearest_of_its_steps() {
+        let step_rad = TAU / 16.0;
+        for n in 0..100 {
+            let phase_rad = 0.1 * f64::from(n);
+            let rounded = rounded_rad(phase_rad, 16, 0, 1.0);
+            assert!((rounded / step_rad - (rounded / step_rad).round()).abs() < 1e-9);
+            assert!((rounded - phase_rad).abs() <= 0.5 * step_rad + 1e-12);
+            // Counted from half a step later, the steps lie between these.
+            let between = rounded_rad(phase_rad, 16, 8, 1.0) / step_rad;
+            assert!((between.rem_euclid(1.0) - 0.5).abs() < 1e-9);
+        }
+    }
+}

@@ -64,3 +64,18 @@ impl Effect for Pitch {
         Finding::new([("ratio", fitted[0].real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+    use fieldgap_acoustics::Vec3;
+
+    #[test]
+    fn the_elements_move_away_from_the_centre() {
+        let bench = Bench::new();
+        let mut elements = [Element::at(0.01, -0.02)];
+        Pitch.elements(bench.at(&[1.1]), &mut elements);
+        assert!((elements[0].centre_m - Vec3::new(0.011, -0.022, 0.0)).norm() < 1e-12);
+    }
+}

@@ -13,3 +13,14 @@ pub(crate) static POLARITY: OfElements = OfElements {
     key: SetupKey::ReversedElements,
     act: Act::Amplitude(-1.0),
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::amplitudes_with;
+
+    #[test]
+    fn a_reversed_element_changes_its_sign() {
+        assert_eq!(amplitudes_with(&POLARITY, &[0, 2]), [-1.0, 1.0, -1.0]);
+    }
+}

@@ -19,6 +19,8 @@ use crate::model::effect::{
 use crate::model::instance::Setting;
 use crate::model::pressure::Pressure;
 use crate::remedy::Remedy;
+use crate::statistics::fluctuation::Fluctuation;
+use crate::statistics::scatter::Scatter;
 
 /// The effect.
 pub(crate) struct PositionJitter;
@@ -71,6 +73,17 @@ impl Effect for PositionJitter {
 
     fn changes_scatter(&self, at: Setting<'_>) -> bool {
         at.values.iter().any(|variance_mm2| *variance_mm2 != 0.0)
+    }
+
+    /// Along x and y: a displacement along z hardly changes a magnitude.
+    fn fluctuation(&self, values: &[f64], _choice: &Choice) -> Option<(f64, Fluctuation)> {
+        Some(((0.5 * (values[0] + values[1])).max(0.0).sqrt(), Fluctuation::OfPosition))
+    }
+
+    fn is_allowed(&self, at: Setting<'_>, scatter: &Scatter) -> bool {
+        at.values[..2]
+            .iter()
+            .all(|variance_mm2| variance_mm2.max(0.0).sqrt() <= scatter.most_jitter_mm)
     }
 
     fn scattered_position(
@@ -159,5 +172,49 @@ impl Moments {
             speckle: self.power - coherent.norm_sqr(),
             speckle_square: self.square - coherent * coherent,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+
+    /// |a + b x|² has the mean |a|² + |b|² σ²; a plane wave exp(ikx) has the mean exp(-k² σ²/2).
+    #[test]
+    fn a_linear_field_scatters_by_its_slope_and_a_plane_wave_fades() {
+        let bench = Bench::new();
+        let scattered = |values: &[f64], field: &FieldAt<'_>| {
+            let at = bench.at(values);
+            PositionJitter.scattered_position(at, &[Vec3::zeros()], field).expect("it scatters")[0]
+        };
+        let linear = |points: &[Vec3]| -> Vec<Pressure> {
+            let at = |p: &Vec3| Pressure::steady(Complex64::new(1.0, 300.0 * p.x - 100.0 * p.y));
+            points.iter().map(at).collect()
+        };
+        let found = scattered(&[0.04, 0.01, 1.0], &linear);
+        assert!((found.coherent - 1.0).norm() < 1e-12);
+        let variance = (300.0 * 0.2e-3f64).powi(2) + (100.0 * 0.1e-3f64).powi(2);
+        let [along, across] = found.speckle_along_and_across();
+        assert!(
+            along.abs() < 1e-12 && (across / (0.5 * variance) - 1.0).abs() < 1e-6,
+            "{along} {across}"
+        );
+        let wave = |points: &[Vec3]| -> Vec<Pressure> {
+            points.iter().map(|p| Pressure::steady(Complex64::cis(732.0 * p.x))).collect()
+        };
+        let found = scattered(&[0.04, 0.0, 0.0], &wave);
+        let faded = (-0.5 * (732.0 * 0.2e-3f64).powi(2)).exp();
+        assert!((found.coherent.re - faded).abs() < 1e-6, "{found:?}");
+        // What fades turns up again as scatter: the magnitude itself is the same everywhere.
+        assert!((found.coherent.norm_sqr() + found.speckle - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_variance_that_is_not_told_from_zero_has_the_error_that_its_own_error_allows() {
+        let told = deviation_mm(Estimate { value: 0.04, error: 0.004 });
+        assert!((told.value - 0.2).abs() < 1e-12 && (told.error - 0.01).abs() < 1e-12);
+        let not_told = deviation_mm(Estimate { value: -1e-4, error: 0.01 });
+        assert_eq!((not_told.value, not_told.error), (0.0, 0.1));
     }
 }

@@ -84,3 +84,22 @@ fn half_angle_rad(values: &[f64]) -> f64 {
 pub(crate) fn lobe(half_rad: f64, angle_rad: f64) -> f64 {
     (-std::f64::consts::LN_2 * (angle_rad / half_rad).powi(2)).exp()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+
+    #[test]
+    fn the_sensitivity_is_a_half_at_the_half_angle() {
+        let bench = Bench::new();
+        let half_rad = 0.6f64;
+        let values = [1.0 / (half_rad * half_rad)];
+        let sensitivity =
+            ReceiverDirectivity.sensitivity(bench.at(&values), 732.0).expect("a lobe");
+        assert!(
+            (sensitivity(half_rad) - 0.5).abs() < 1e-12 && (sensitivity(0.0) - 1.0).abs() < 1e-12
+        );
+        assert!(ReceiverDirectivity.sensitivity(bench.at(&[0.0]), 732.0).is_none());
+    }
+}

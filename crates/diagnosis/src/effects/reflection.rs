@@ -86,3 +86,26 @@ impl Effect for Reflection {
         Finding::new([("height_mm", height.real()), ("coefficient", coefficient)], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::{Bench, nuisance, visit};
+    use crate::model::forward_model::ForwardModel;
+    use crate::model::observations::Visit;
+    use fieldgap_acoustics::Vec3;
+
+    /// The wave that a plane at height h returns to a point at z is that which the array sends to 2 h - z.
+    #[test]
+    fn a_perfect_plane_adds_the_field_of_the_mirrored_point() {
+        let bench = Bench::new();
+        let pressure = |model: &ForwardModel<'_>, z_m: f64| {
+            let visit = Visit { at_m: Vec3::new(0.01, 0.0, z_m), ..visit() };
+            model.pressures_at(bench.believed(), &[visit], &nuisance())[0].coherent
+        };
+        let mirrored = pressure(&bench.model(EffectId::Reflection, &[200.0, 1.0, 0.0]), 0.15);
+        let believed = ForwardModel::believed();
+        let expected = pressure(&believed, 0.15) + pressure(&believed, 0.25);
+        assert!((mirrored - expected).norm() < 1e-6 * expected.norm(), "{mirrored} {expected}");
+    }
+}

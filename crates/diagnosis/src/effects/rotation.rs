@@ -60,3 +60,17 @@ impl Effect for Rotation {
         Finding::new([("rad", fitted[0].real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::{Bench, visit};
+
+    #[test]
+    fn a_quarter_turn_leads_x_to_y() {
+        let bench = Bench::new();
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let at_m = Rotation.position(bench.at(&[quarter]), &visit(), Vec3::new(0.01, 0.0, 0.1));
+        assert!((at_m - Vec3::new(0.0, 0.01, 0.1)).norm() < 1e-12);
+    }
+}

@@ -101,3 +101,22 @@ impl Effect for Saturation {
 fn level_of_3_db(at: Setting<'_>) -> f64 {
     at.context.largest_reading / at.values[0].max(0.0).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+
+    #[test]
+    fn the_receiver_loses_3_db_at_its_level_and_its_slope_is_the_cube_of_the_ratio() {
+        let bench = Bench::new();
+        let at = bench.at(&[4.0]);
+        let level = level_of_3_db(at);
+        assert!((level - 0.5 * bench.context.largest_reading).abs() < 1e-12);
+        let read = Saturation.transfer(at, level);
+        assert!((read / level - 0.5f64.sqrt()).abs() < 1e-12);
+        let quotient = (Saturation.transfer(at, level + 1e-7) - read) / 1e-7;
+        assert!((Saturation.transfer_slope(level, read) - quotient).abs() < 1e-6);
+        assert_eq!(Saturation.transfer(bench.at(&[0.0]), 3.0), 3.0);
+    }
+}

@@ -60,3 +60,17 @@ impl Effect for Skew {
         Finding::new([("rad", fitted[0].real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::{Bench, visit};
+
+    #[test]
+    fn a_leaning_y_axis_keeps_its_length() {
+        let bench = Bench::new();
+        let at_m = Skew.position(bench.at(&[0.1]), &visit(), Vec3::new(0.0, 0.02, 0.1));
+        let (sin, cos) = 0.1f64.sin_cos();
+        assert!((at_m - Vec3::new(0.02 * sin, 0.02 * cos, 0.1)).norm() < 1e-12);
+    }
+}

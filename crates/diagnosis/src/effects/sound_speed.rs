@@ -70,3 +70,21 @@ impl Effect for SoundSpeed {
         Finding::new([("c_m_s", speed.real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+    use crate::model::forward_model::ForwardModel;
+
+    #[test]
+    fn faster_air_lengthens_the_wavelength_and_leaves_the_delays() {
+        let bench = Bench::new();
+        let model = bench.model(EffectId::SoundSpeed, &[1.02]);
+        let believed = ForwardModel::believed();
+        let ratio =
+            believed.wavenumber_rad_m(bench.believed()) / model.wavenumber_rad_m(bench.believed());
+        assert!((ratio - 1.02).abs() < 1e-12);
+        assert_eq!(model.phases_rad(bench.believed()), believed.phases_rad(bench.believed()));
+    }
+}

@@ -68,3 +68,22 @@ impl Effect for Spreading {
         Finding::new([("exponent", fitted[0].real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::{Bench, nuisance, visit};
+    use crate::model::observations::Visit;
+    use fieldgap_acoustics::Vec3;
+
+    #[test]
+    fn twice_as_far_on_the_axis_the_pressure_falls_by_two_to_the_exponent() {
+        let bench = Bench::of_one_element();
+        let model = bench.model(EffectId::Spreading, &[0.5]);
+        let level = |z_m: f64| {
+            let visit = Visit { at_m: Vec3::z() * z_m, ..visit() };
+            model.pressures_at(bench.believed(), &[visit], &nuisance())[0].coherent.norm()
+        };
+        assert!((level(0.1) / level(0.2) - 2f64.sqrt()).abs() < 1e-4);
+    }
+}

@@ -82,3 +82,36 @@ impl Effect for StandingWave {
         Finding::new([("coefficient", coefficient)], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+    use fieldgap_acoustics::Vec3;
+
+    struct Along(Vec<Vec3>);
+
+    impl SurroundingField for Along {
+        fn points_m(&self) -> &[Vec3] {
+            &self.0
+        }
+        fn wavenumber_rad_m(&self) -> f64 {
+            std::f64::consts::TAU / 8e-3
+        }
+        fn images(&self, _height_m: f64) -> Vec<Complex64> {
+            Vec::new()
+        }
+    }
+
+    /// At a wavelength of 8 mm the largest and smallest levels, (1 ± Γ), lie 2 mm apart, and the ripple repeats every 4 mm.
+    #[test]
+    fn the_ripple_repeats_every_half_wavelength() {
+        let bench = Bench::new();
+        let field = Along((0..4).map(|n| Vec3::z() * (0.08 + 2e-3 * f64::from(n))).collect());
+        let mut pressures = vec![Pressure::steady(Complex64::ONE); 4];
+        StandingWave.added_waves(bench.at(&[0.1, 0.0]), &field, &mut pressures);
+        for (pressure, level) in pressures.iter().zip([1.1, 0.9, 1.1, 0.9]) {
+            assert!((pressure.coherent.norm() - level).abs() < 1e-9, "{pressures:?}");
+        }
+    }
+}

@@ -13,3 +13,25 @@ pub(crate) static SWAPPED_CHANNELS: OfElements = OfElements {
     key: SetupKey::SwappedElements,
     act: Act::Exchange,
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::{Bench, amplitudes_with};
+    use crate::model::effect::Carrier;
+    use crate::model::effect::Choice;
+    use crate::model::effect::Effect;
+    use crate::model::instance::Setting;
+
+    #[test]
+    fn two_elements_are_driven_with_each_others_phases() {
+        let bench = Bench::new();
+        let choice = Choice::Elements(vec![0, 2]);
+        let mut phases_rad = [0.1, 0.2, 0.3];
+        let carrier = Carrier { speed_ratio: 1.0, frequency_ratio: 1.0 };
+        let at = Setting { choice: &choice, ..bench.at(&[]) };
+        SWAPPED_CHANNELS.drive_phases(at, &carrier, &mut phases_rad);
+        assert_eq!(phases_rad, [0.3, 0.2, 0.1]);
+        assert_eq!(amplitudes_with(&SWAPPED_CHANNELS, &[0, 2]), [1.0; 3]);
+    }
+}

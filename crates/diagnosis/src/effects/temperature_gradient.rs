@@ -76,3 +76,17 @@ impl Effect for TemperatureGradient {
         Finding::new([("gx", x.real()), ("gy", y.real()), ("gz", z.real())], sentence)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+
+    #[test]
+    fn the_gradient_of_the_speed_of_sound_is_that_of_the_air() {
+        let bench = Bench::new();
+        let mut air = Propagation::default();
+        TemperatureGradient.air(bench.at(&[0.1, -0.2, 0.3]), 343.0, &mut air);
+        assert_eq!(air.gradient_per_m, Vec3::new(0.1, -0.2, 0.3));
+    }
+}

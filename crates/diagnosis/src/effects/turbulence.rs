@@ -17,27 +17,17 @@ use crate::model::effect::{
 use crate::model::instance::Setting;
 use crate::model::pressure::Pressure;
 use crate::remedy::Remedy;
+use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::scatter::Scatter;
-use crate::statistics::speckle::Speckle;
 
 /// The effect.
 pub(crate) struct Turbulence;
 
-/// The kind of speckle that a choice stands for.
-fn speckle(choice: &Choice) -> Speckle {
-    match choice {
-        Choice::Law(1) => Speckle::Circular,
-        _ => Speckle::OfPaths,
-    }
-}
+/// The choice of phases that change a little, each path by itself.
+pub(crate) const OF_PATHS: Choice = Choice::Law(0);
 
-/// The choice that stands for a kind of speckle.
-pub(crate) fn choice(speckle: Speckle) -> Choice {
-    match speckle {
-        Speckle::OfPaths => Choice::Law(0),
-        Speckle::Circular => Choice::Law(1),
-    }
-}
+/// The choice of sound that is scattered many times.
+const CIRCULAR: Choice = Choice::Law(1);
 
 impl Effect for Turbulence {
     fn id(&self) -> EffectId {
@@ -71,7 +61,7 @@ impl Effect for Turbulence {
     }
 
     fn choices(&self) -> Vec<Choice> {
-        vec![Choice::Law(0), Choice::Law(1)]
+        vec![OF_PATHS, CIRCULAR]
     }
 
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
@@ -95,8 +85,12 @@ impl Effect for Turbulence {
         at.values[0] <= scatter.most_turbulence
     }
 
-    fn scintillation(&self, values: &[f64], choice: &Choice) -> Option<(f64, Speckle)> {
-        Some((values[0], speckle(choice)))
+    fn fluctuation(&self, values: &[f64], choice: &Choice) -> Option<(f64, Fluctuation)> {
+        let cause = match *choice == CIRCULAR {
+            true => Fluctuation::Circular,
+            false => Fluctuation::OfPaths,
+        };
+        Some((values[0], cause))
     }
 
     /// The coherent part of each path fades as exp(-s² d / 2), its square as exp(-2 s² d); what it loses is the speckle's.
@@ -106,9 +100,9 @@ impl Effect for Turbulence {
         }
         let faded_np_m = 0.5 * at.values[0] * at.values[0];
         let [whole, steady] = [0.0, 1.0].map(|times| sums(times * faded_np_m));
-        let twice = match speckle(at.choice) {
-            Speckle::OfPaths => sums(2.0 * faded_np_m),
-            Speckle::Circular => steady.clone(),
+        let twice = match *at.choice == CIRCULAR {
+            true => steady.clone(),
+            false => sums(2.0 * faded_np_m),
         };
         let pressure = |((steady, whole), twice): ((FieldSum, FieldSum), FieldSum)| Pressure {
             coherent: steady.field,
@@ -128,5 +122,31 @@ impl Effect for Turbulence {
             fitted[0].value, fitted[0].error
         );
         Finding::new([("rad_per_sqrt_m", fitted[0].real())], sentence)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::Bench;
+    use num_complex::Complex64;
+
+    /// Of one path of length d the coherent part is exp(-s² d/2), and the rest of its power is scattered.
+    #[test]
+    fn the_power_that_the_coherent_part_loses_is_the_speckles() {
+        let bench = Bench::new();
+        let (s, d) = (2.0, 0.3);
+        let sums = |attenuation_np_m: f64| {
+            let field = Complex64::from((-attenuation_np_m * d).exp());
+            vec![FieldSum { field, incoherent_power: field.norm_sqr(), square: field * field }]
+        };
+        for choice in [OF_PATHS, CIRCULAR] {
+            let values = [s];
+            let at = Setting { choice: &choice, ..bench.at(&values) };
+            let found = Turbulence.scintillating(at, &sums).expect("it scatters")[0];
+            assert!((found.coherent.re - (-0.5 * s * s * d).exp()).abs() < 1e-12);
+            assert!((found.coherent.norm_sqr() + found.speckle - 1.0).abs() < 1e-12);
+        }
+        assert!(Turbulence.scintillating(bench.at(&[0.0]), &sums).is_none());
     }
 }

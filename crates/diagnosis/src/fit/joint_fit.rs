@@ -12,7 +12,7 @@ use crate::model::forward_model::ForwardModel;
 use crate::model::instance::Instance;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::Observations;
-use crate::statistics::speckle::Speckle;
+use crate::statistics::fluctuation::Fluctuation;
 
 /// A change of the shift that matters, m.
 const SHIFT_SCALE_M: f64 = 2e-5;
@@ -87,13 +87,12 @@ impl Fit {
         self.instances.iter().filter(|instance| !instance.effect.is_defect()).count()
     }
 
-    /// Random phase over one metre of path, rad, and the kind of speckle it makes; none without an effect that makes it.
-    pub fn scintillation(&self) -> (f64, Speckle) {
+    /// The fluctuation of the field that its effects make, with its cause; zero without such an effect.
+    pub fn fluctuation(&self) -> (f64, Fluctuation) {
         let active = self.instances.iter().zip(&self.values);
-        let mut found = active.filter_map(|(Instance { effect, choice }, values)| {
-            effect.scintillation(values, choice)
-        });
-        found.next().unwrap_or((0.0, Speckle::OfPaths))
+        let mut found = active
+            .filter_map(|(Instance { effect, choice }, values)| effect.fluctuation(values, choice));
+        found.next().unwrap_or((0.0, Fluctuation::OfPaths))
     }
 
     /// Whether each element has a departure of its own.

@@ -30,8 +30,8 @@ use super::pressure::Pressure;
 use crate::effect_id::EffectId;
 use crate::fitted_parameter::FittedParameter;
 use crate::remedy::Remedy;
+use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::scatter::Scatter;
-use crate::statistics::speckle::Speckle;
 
 /// A real parameter as a fit works on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -346,8 +346,8 @@ pub(crate) trait Effect: Sync {
     /// Changes the propagation; `speed_m_s` is the true speed of sound.
     fn air(&self, _at: Setting<'_>, _speed_m_s: f64, _air: &mut Propagation) {}
 
-    /// Variance of each path's phase over one metre, as its root, rad, with the kind of speckle it makes.
-    fn scintillation(&self, _values: &[f64], _choice: &Choice) -> Option<(f64, Speckle)> {
+    /// The fluctuation of the field that it makes, with its cause.
+    fn fluctuation(&self, _values: &[f64], _choice: &Choice) -> Option<(f64, Fluctuation)> {
         None
     }
 

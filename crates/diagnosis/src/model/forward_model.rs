@@ -62,7 +62,7 @@ impl<'c> ForwardModel<'c> {
     }
 
     /// The same without the effects that make a reading differ from its own repeat.
-    pub fn without_scatter_of_the_field(&self) -> Self {
+    pub fn without_fluctuations(&self) -> Self {
         let kept = self.added.iter().filter(|active| !active.effect.scatters_repeats());
         Self::with(kept.cloned().collect())
     }

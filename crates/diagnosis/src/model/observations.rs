@@ -1,6 +1,6 @@
 //! The readings that a diagnosis works on, each with all that an effect may ask about it.
 
-use fieldgap_acoustics::{golden_section, Simulation, Simulator, Vec3};
+use fieldgap_acoustics::{Simulation, Simulator, Vec3, golden_section};
 use fieldgap_comparison::Pose;
 use fieldgap_records::RecordedScan;
 
@@ -121,9 +121,9 @@ impl Observations {
         self.first().believed.array.len()
     }
 
-    /// Whether the repeats of a scan ask for turbulence.
-    pub fn are_turbulent(&self) -> bool {
-        self.scans.iter().any(|scan| scan.scatter.turbulence > 0.0)
+    /// Whether the repeats of a scan show a fluctuating field.
+    pub fn are_fluctuating(&self) -> bool {
+        self.scans.iter().any(|scan| scan.scatter.fluctuation > 0.0)
     }
 
     /// The first drive.

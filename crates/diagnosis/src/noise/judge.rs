@@ -5,18 +5,18 @@
 //! the share in proportion comes in: quadrature noise is the smaller beside a floor, and the share is not.
 
 use crate::limits::{
-    DARK_NOISE_FACTOR, FEWEST_REPEATS, FLOOR_MARGIN, LEAST_ADDITIVE_NOISE, NOISE_AGAINST_REPEATS,
-    NOISE_SEARCH_FACTOR, ROUGHNESS_FACTOR, TURBULENCE_BY_REPEATS, USUAL_PROPORTIONAL_NOISE,
+    DARK_NOISE_FACTOR, FEWEST_REPEATS, FLOOR_MARGIN, FLUCTUATION_BY_REPEATS, LEAST_ADDITIVE_NOISE,
+    NOISE_AGAINST_REPEATS, NOISE_SEARCH_FACTOR, ROUGHNESS_FACTOR, USUAL_PROPORTIONAL_NOISE,
 };
 use crate::model::observations::ObservedScan;
+use crate::noise::fluctuating::fluctuating;
 use crate::noise::repeats::{full_scale, pairs_beside};
-use crate::noise::scintillation::turbulent;
 use crate::statistics::dark_readings::{DarkNoise, DarkReadings};
+use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::golden_section::least;
 use crate::statistics::noise_scale::LEAST_SHARE;
 use crate::statistics::reading_pairs::{Level, Pair, cost};
 use crate::statistics::scatter::Scatter;
-use crate::statistics::speckle::Speckle;
 
 /// What is known of a share beforehand, in nats: receivers scatter by some percent, give or take a factor of three.
 fn against_share(share: f64) -> f64 {
@@ -48,7 +48,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         let most_share = (ROUGHNESS_FACTOR * rough.0).max(10.0 * LEAST_SHARE);
         let of = |additive: f64| {
             least(LEAST_SHARE, most_share, |share| {
-                cost(&pairs, share, additive, 0.0, Speckle::OfPaths)
+                cost(&pairs, share, additive, 0.0, Fluctuation::OfPaths)
                     + dark.cost(additive, share)
                     + against_share(share)
             })
@@ -63,9 +63,10 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     let scatter = Scatter {
         share: rough.0,
         additive,
-        turbulence: 0.0,
-        speckle: Speckle::OfPaths,
+        fluctuation: 0.0,
+        cause: Fluctuation::OfPaths,
         most_turbulence: f64::INFINITY,
+        most_jitter_mm: f64::INFINITY,
         floor: known.floor,
         most_floor: dark
             .as_ref()
@@ -77,38 +78,38 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     if pairs.len() < FEWEST_REPEATS {
         return scatter;
     }
-    let best_share = |additive: f64, turbulence: f64, speckle: Speckle| {
+    let best_share = |additive: f64, fluctuation: f64, cause: Fluctuation| {
         least(LEAST_SHARE, 1.0, |share| {
-            cost(pairs, share, additive, turbulence, speckle) + against_share(share)
+            cost(pairs, share, additive, fluctuation, cause) + against_share(share)
         })
     };
     let of_silence = |additive: f64| match &dark {
         Some(dark) if known.floor == 0.0 => dark.cost_without_floor(additive),
         _ => 0.0,
     };
-    let steady = |additive: f64| best_share(additive, 0.0, Speckle::OfPaths);
+    let steady = |additive: f64| best_share(additive, 0.0, Fluctuation::OfPaths);
     let (steady_additive, steady_cost) = match dark.is_some() && known.floor == 0.0 {
         true => least(additive / DARK_NOISE_FACTOR, additive * DARK_NOISE_FACTOR, |additive| {
             steady(additive).1 + of_silence(additive)
         }),
         false => (additive, steady(additive).1),
     };
-    let turbulent = Speckle::ALL.map(|speckle| {
-        (least(0.01, 10.0, |turbulence| best_share(additive, turbulence, speckle).1), speckle)
+    let fluctuating = Fluctuation::ALL.map(|cause| {
+        (least(0.01, 10.0, |fluctuation| best_share(additive, fluctuation, cause).1), cause)
     });
-    let ((turbulence, turbulent_cost), speckle) = match turbulent[0].0.1 <= turbulent[1].0.1 {
-        true => turbulent[0],
-        false => turbulent[1],
-    };
-    if steady_cost - turbulent_cost - of_silence(additive) > TURBULENCE_BY_REPEATS {
-        let share = best_share(additive, turbulence, speckle).0;
-        return Scatter { share, turbulence, speckle, ..scatter }.with_most_turbulence();
+    let [first, others @ ..] = fluctuating;
+    let ((fluctuation, fluctuating_cost), cause) = others
+        .into_iter()
+        .fold(first, |best, other| if other.0.1 < best.0.1 { other } else { best });
+    if steady_cost - fluctuating_cost - of_silence(additive) > FLUCTUATION_BY_REPEATS {
+        let share = best_share(additive, fluctuation, cause).0;
+        return Scatter { share, fluctuation, cause, ..scatter }.with_limits();
     }
     let (additive, share) = (steady_additive, steady(steady_additive).0);
     // Repeats also differ by what the model of them leaves out (a lag, a drift); the residual's fine structure along
     // the rows does less so, if it is rougher than the noise by less.
     let share = share.min(ROUGHNESS_FACTOR * rough.0);
-    Scatter { share, additive, ..scatter }.with_most_turbulence()
+    Scatter { share, additive, ..scatter }.with_limits()
 }
 
 /// The scatter of a scan, share and additive part moved to where all its readings, silence and repeats together are
@@ -116,7 +117,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
 pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatter) -> Scatter {
     let Some(dark) = DarkReadings::of(&scan.dark, scan.averaged) else { return judged };
     let averaged_beside_floor = judged.floor > 0.0 && scan.averaged > 1.0;
-    if judged.turbulence > 0.0 || judged.pairs.len() < FEWEST_REPEATS || averaged_beside_floor {
+    if judged.fluctuation > 0.0 || judged.pairs.len() < FEWEST_REPEATS || averaged_beside_floor {
         return judged;
     }
     let full_scale = full_scale(scan);
@@ -132,7 +133,7 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
         }
     }
     let steady = |pairs: &[Pair], share: f64, additive: f64| {
-        cost(pairs, share, additive, 0.0, Speckle::OfPaths)
+        cost(pairs, share, additive, 0.0, Fluctuation::OfPaths)
     };
     let against = |share: f64, additive: f64| {
         let of_silence = match judged.floor > 0.0 {
@@ -167,11 +168,11 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     let best_share = |additive: f64| least(shares[0], shares[1], |share| of(share, additive));
     let (additive, _) = least(additives[0], additives[1], |additive| best_share(additive).1);
     let steady = Scatter { share: best_share(additive).0, additive, ..judged };
-    let turbulent = match steady.floor == 0.0 {
-        true => turbulent(&known, &dark, &steady),
+    let fluctuating = match steady.floor == 0.0 {
+        true => fluctuating(&known, &dark, &steady),
         false => None,
     };
-    turbulent.unwrap_or(steady).with_most_turbulence()
+    fluctuating.unwrap_or(steady).with_limits()
 }
 
 /// Share and additive part as the residual's third differences along evenly spaced visits tell them: their square is 20

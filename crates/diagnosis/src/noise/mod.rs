@@ -2,10 +2,10 @@
 //!
 //! - [`repeats`]: readings of one place that were taken again.
 //! - [`judge`]: the scatter that dark readings and repeats show, and what the residuals add.
-//! - [`scintillation`]: whether all readings together ask for fluctuating paths.
+//! - [`fluctuating`]: whether all readings together show a fluctuating field.
 //! - [`settle`]: the scatter of every scan, given a forward model.
 
+pub mod fluctuating;
 pub mod judge;
 pub mod repeats;
-pub mod scintillation;
 pub mod settle;

@@ -2,7 +2,7 @@
 
 use crate::effect_id::EffectId;
 use crate::effects::{effect, turbulence};
-use crate::model::effect::Context;
+use crate::model::effect::{Choice, Context};
 use crate::model::forward_model::ForwardModel;
 use crate::model::instance::Instance;
 use crate::model::nuisance::Nuisance;
@@ -10,7 +10,6 @@ use crate::model::observations::{Observations, ObservedDrive};
 use crate::model::pressure::Pressure;
 use crate::noise::judge::{judge_scatter, settled};
 use crate::statistics::reading_pairs::Level;
-use crate::statistics::speckle::Speckle;
 
 /// Judges the scatter of every scan anew, by what a fit says that readings should have been; where it has `fitted` them,
 /// what it leaves is let speak too.
@@ -28,34 +27,46 @@ pub(crate) fn settle_scatter(
     }
 }
 
-/// By scan, drive and visit.
+/// What each reading should have been, and what a unit of each fluctuation scatters of it: by scan, drive and visit.
 fn levels(
     observations: &Observations,
     model: &ForwardModel<'_>,
     nuisance: &[Nuisance],
     context: &Context,
 ) -> Vec<Vec<Vec<Level>>> {
-    /// Turbulence, rad over √m, small enough to be linear in its square.
-    const PROBE: f64 = 1e-3;
-    let model = model.without_scatter_of_the_field();
-    let turbulence = Instance {
-        effect: effect(EffectId::Turbulence),
-        choice: turbulence::choice(Speckle::OfPaths),
+    /// Turbulence, rad over one metre, and variance of the position, mm², small enough to be linear in the square.
+    const TURBULENCE: f64 = 1e-3;
+    const JITTER_MM2: f64 = 1e-4;
+    let model = model.without_fluctuations();
+    let probed = |id: EffectId, choice: Choice, values: &[f64]| {
+        let instance = Instance { effect: effect(id), choice };
+        model.and(&instance, values, context).pressures(observations, nuisance)
     };
-    let stirred = model.and(&turbulence, &[PROBE], context).pressures(observations, nuisance);
+    let stirred = probed(EffectId::Turbulence, turbulence::OF_PATHS, &[TURBULENCE]);
+    let shaken = probed(EffectId::PositionJitter, Choice::None, &[JITTER_MM2; 3]);
     let mut readings = model.expected_readings(observations, nuisance).into_iter();
-    let mut levels = Vec::new();
-    for ((scan, nuisance), stirred) in observations.scans.iter().zip(nuisance).zip(&stirred) {
-        let unit = (nuisance.log_gain.exp() / PROBE).powi(2);
-        let mut of_drive = |(drive, stirred): (&ObservedDrive, &Vec<Pressure>)| {
-            let visits = readings.by_ref().take(drive.visits.len()).zip(stirred);
-            let level = |(reading, stirred): (f64, &Pressure)| {
-                let speckle = stirred.speckle_along_and_across().map(|square| square * unit);
-                Level { reading, speckle }
+    let scans = observations.scans.iter().zip(nuisance).zip(stirred.iter().zip(&shaken));
+    scans
+        .map(|((scan, nuisance), (stirred, shaken))| {
+            let power = (2.0 * nuisance.log_gain).exp();
+            let of_drive = |(drive, (stirred, shaken)): (&ObservedDrive, Probed<'_>)| {
+                let visits = readings.by_ref().take(drive.visits.len());
+                let level = |(reading, (stirred, shaken)): (f64, (&Pressure, &Pressure))| {
+                    let of_unit = |pressure: &Pressure, square: f64| {
+                        pressure.speckle_along_and_across().map(|s| s * power / square)
+                    };
+                    Level {
+                        reading,
+                        by_turbulence: of_unit(stirred, TURBULENCE * TURBULENCE),
+                        by_jitter: of_unit(shaken, JITTER_MM2),
+                    }
+                };
+                visits.zip(stirred.iter().zip(shaken)).map(level).collect()
             };
-            visits.map(level).collect()
-        };
-        levels.push(scan.drives.iter().zip(stirred).map(&mut of_drive).collect());
-    }
-    levels
+            scan.drives.iter().zip(stirred.iter().zip(shaken)).map(of_drive).collect()
+        })
+        .collect()
 }
+
+/// Pressures of one drive with a little turbulence, and with a little scatter of the position.
+type Probed<'p> = (&'p Vec<Pressure>, &'p Vec<Pressure>);

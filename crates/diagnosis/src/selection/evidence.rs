@@ -17,9 +17,9 @@ use crate::model::observations::{Observations, ObservedScan};
 /// Natural logarithm of evidence times prior, less a constant of the observations.
 pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
     let mut log = -0.5 * fit.penalised;
-    let (turbulence, speckle) = fit.scintillation();
+    let (fluctuation, cause) = fit.fluctuation();
     let scans = observations.scans.iter();
-    log -= scans.map(|scan| scan.scatter.against_turbulence(turbulence, speckle)).sum::<f64>();
+    log -= scans.map(|scan| scan.scatter.against(fluctuation, cause)).sum::<f64>();
     let ranges = fit.ranges();
     for (number, instance) in fit.instances.iter().enumerate() {
         let values = &fit.values[number];

@@ -137,8 +137,8 @@ struct Base<'o> {
     scores: ScoreStatistics<'o>,
     quick: QuickScores<'o>,
     near: bool,
-    /// Whether turbulence may explain what is left over.
-    may_be_turbulent: bool,
+    /// Whether a fluctuation of the field may explain the residual.
+    may_fluctuate: bool,
     /// Its cost on the few readings.
     coarse_cost: f64,
 }
@@ -157,7 +157,7 @@ impl<'o> Base<'o> {
             scores: ScoreStatistics::of(observations, context, &scored.fit),
             quick: QuickScores::of(&scored.fit, observations, context),
             near,
-            may_be_turbulent: observations.are_turbulent() || near && noise_is_settled,
+            may_fluctuate: observations.are_fluctuating() || near && noise_is_settled,
             coarse_cost: cost_on(coarse, &scored.fit, context),
         }
     }
@@ -170,7 +170,7 @@ impl<'o> Base<'o> {
         context: &Context,
     ) -> Option<Fit> {
         // What the repeats do not ask for must not make up for what is not yet explained, nor for a noise misjudged.
-        if effect.scatters_repeats() && !self.may_be_turbulent {
+        if effect.scatters_repeats() && !self.may_fluctuate {
             return None;
         }
         // Far from the readings a slope says little, and every effect is followed to where it leads.

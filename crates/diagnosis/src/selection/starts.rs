@@ -10,7 +10,9 @@ use num_complex::Complex64;
 
 use crate::effects::phase_quantisation::{rounded_rad, steps_and_zeros};
 use crate::fit::joint_fit::Fit;
-use crate::limits::{HIGHEST_PLANE_M, PLANES, READINGS_OF_A_START, SET_BEAM, START_SHORT_BY, MOST_IN_A_SET};
+use crate::limits::{
+    HIGHEST_PLANE_M, MOST_IN_A_SET, PLANES, READINGS_OF_A_START, SET_BEAM, START_SHORT_BY,
+};
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::forward_model::ForwardModel;
 use crate::model::instance::{Instance, Setting};

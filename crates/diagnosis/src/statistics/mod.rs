@@ -2,7 +2,7 @@
 //!
 //! - [`detector`]: mean and variance of the magnitude of a noisy level.
 //! - [`noise_scale`]: the scale on which readings scatter by one everywhere.
-//! - [`speckle`]: how the random parts of many paths add up.
+//! - [`fluctuation`]: what makes a reading differ from its own repeat.
 //! - [`reading_pairs`]: differences of two readings of one level.
 //! - [`dark_readings`]: noise and floor, from readings without a drive.
 //! - [`scatter`]: how the readings of a scan scatter.
@@ -11,9 +11,9 @@
 
 pub mod dark_readings;
 pub mod detector;
+pub mod fluctuation;
 pub mod golden_section;
 pub mod noise_scale;
 pub mod reading_pairs;
 pub mod scatter;
 pub mod significance;
-pub mod speckle;

@@ -149,7 +149,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::detection::rice_mean;
+    use crate::statistics::detector::rice_mean;
 
     proptest! {
         #[test]

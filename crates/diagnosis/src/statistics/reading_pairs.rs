@@ -1,20 +1,32 @@
 //! Differences of two readings of one level, whose variance tells how readings scatter.
 
+use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::noise_scale::lost_with_mean;
-use crate::statistics::speckle::Speckle;
 
 /// The level that a reading had before a floor was added in power.
 pub(crate) fn without_floor(reading: f64, floor: f64) -> f64 {
     (reading * reading - floor * floor).max(0.0).sqrt()
 }
 
-/// What a reading should have been, and what turbulence of one rad over √m would scatter of it.
+/// What a reading should have been, and what a fluctuation of one unit would scatter of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Level {
     /// In the reading's unit, any floor included.
     pub reading: f64,
-    /// Mean squares along what is steady and across it, in the unit squared.
-    pub speckle: [f64; 2],
+    /// Mean squares along the steady part and across it, in the unit squared, for turbulence of one rad over one metre of path.
+    pub by_turbulence: [f64; 2],
+    /// The same for a scatter of the position of one millimetre along each axis.
+    pub by_jitter: [f64; 2],
+}
+
+impl Level {
+    /// Mean squares along and across for a unit of this fluctuation.
+    fn of(&self, cause: Fluctuation) -> [f64; 2] {
+        match cause {
+            Fluctuation::OfPaths | Fluctuation::Circular => self.by_turbulence,
+            Fluctuation::OfPosition => self.by_jitter,
+        }
+    }
 }
 
 /// What two visits of one point differ by beyond what they should.
@@ -41,37 +53,38 @@ impl Pair {
         self.difference * self.difference
     }
 
-    /// Variance of the difference, and its slopes by the squares of share, additive part and turbulence.
-    pub fn variance_and_slopes(&self, squares: [f64; 3], speckle: Speckle) -> (f64, [f64; 3]) {
+    /// Variance of the difference, and its slopes by the squares of share, additive part and fluctuation.
+    pub fn variance_and_slopes(&self, squares: [f64; 3], cause: Fluctuation) -> (f64, [f64; 3]) {
         /// Step of a square over what changes a variance by about as much as it is.
         const STEP: f64 = 1e-4;
-        let variance = self.variance(squares, speckle);
-        let [along, across] = self.level.speckle;
+        let variance = self.variance(squares, cause);
+        let [along, across] = self.level.of(cause);
         let whole = 0.5 * variance;
         let power = (self.level.reading * self.level.reading).max(squares[1]);
         let sizes = [whole / power, whole, whole / (along + across).max(f64::MIN_POSITIVE)];
         let slopes = std::array::from_fn(|n| {
             let mut beside = squares;
             beside[n] += STEP * sizes[n];
-            (self.variance(beside, speckle) - variance) / (STEP * sizes[n])
+            (self.variance(beside, cause) - variance) / (STEP * sizes[n])
         });
         (variance, slopes)
     }
 
-    /// Negative logarithm of its likelihood, less a constant, given the squares of share, additive part and turbulence.
-    pub fn cost(&self, squares: [f64; 3], speckle: Speckle) -> f64 {
-        let variance = self.variance(squares, speckle);
+    /// Negative logarithm of its likelihood, less a constant, given the squares of share, additive part and fluctuation.
+    pub fn cost(&self, squares: [f64; 3], cause: Fluctuation) -> f64 {
+        let variance = self.variance(squares, cause);
         0.5 * (variance.ln() + self.difference * self.difference / variance)
     }
 
-    /// Variance of the difference, given the squares of share, additive part and turbulence.
-    fn variance(&self, [share2, additive2, turbulence2]: [f64; 3], speckle: Speckle) -> f64 {
-        let Level { reading, speckle: [along, across] } = self.level;
+    /// Variance of the difference, given the squares of share, additive part and fluctuation.
+    fn variance(&self, [share2, additive2, fluctuation2]: [f64; 3], cause: Fluctuation) -> f64 {
+        let reading = self.level.reading;
+        let [along, across] = self.level.of(cause);
         let (m2, beside2) = (reading * reading, self.beside_floor * self.beside_floor);
-        let mean = additive2 + 0.5 * turbulence2 * (along + across);
-        let along = match speckle {
-            Speckle::OfPaths => additive2 + turbulence2 * along,
-            Speckle::Circular => mean,
+        let mean = additive2 + 0.5 * fluctuation2 * (along + across);
+        let along = match cause {
+            Fluctuation::OfPaths | Fluctuation::OfPosition => additive2 + fluctuation2 * along,
+            Fluctuation::Circular => mean,
         };
         // Near a null the magnitude scatters as Rayleigh's, less than its quadratures do.
         let lost = lost_with_mean((beside2 * m2 / (self.averaged * mean)).sqrt());
@@ -87,11 +100,11 @@ pub(crate) fn cost(
     pairs: &[Pair],
     share: f64,
     additive: f64,
-    turbulence: f64,
-    speckle: Speckle,
+    fluctuation: f64,
+    cause: Fluctuation,
 ) -> f64 {
-    let squares = [share, additive, turbulence].map(|root| root * root);
-    pairs.iter().map(|pair| pair.cost(squares, speckle)).sum()
+    let squares = [share, additive, fluctuation].map(|root| root * root);
+    pairs.iter().map(|pair| pair.cost(squares, cause)).sum()
 }
 
 #[cfg(test)]
@@ -102,9 +115,9 @@ mod tests {
     #[test]
     fn two_visits_that_read_nothing_or_the_floor_alone_leave_the_noise_a_number() {
         for floor in [0.0, 0.2] {
-            let level = Level { reading: floor, speckle: [0.0; 2] };
+            let level = Level { reading: floor, by_turbulence: [0.0; 2], by_jitter: [0.0; 2] };
             let pair = Pair::new(level, 1.0, floor, 0.0);
-            let cost = cost(&[pair], 0.0, 0.1, 0.0, Speckle::OfPaths);
+            let cost = cost(&[pair], 0.0, 0.1, 0.0, Fluctuation::OfPaths);
             assert!(cost.is_finite(), "{floor}: {cost}");
         }
     }

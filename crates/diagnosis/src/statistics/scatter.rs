@@ -6,9 +6,9 @@
 
 use std::sync::Arc;
 
-use crate::limits::{FEWEST_REPEATS, TURBULENCE_EXCLUDED};
+use crate::limits::{FEWEST_REPEATS, FLUCTUATION_EXCLUDED};
+use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::reading_pairs::{Pair, cost};
-use crate::statistics::speckle::Speckle;
 
 /// The scatter of one reading.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,11 +17,14 @@ pub(crate) struct Scatter {
     pub share: f64,
     /// Each quadrature of what does not depend on the level, in the reading's unit.
     pub additive: f64,
-    /// Random phase over one metre of path that the repeats ask for, rad, and the kind of it.
-    pub turbulence: f64,
-    pub speckle: Speckle,
-    /// The most of it that the repeats allow.
+    /// Fluctuation of the field that the repeats show, in the unit of its cause; zero for none.
+    pub fluctuation: f64,
+    /// Its cause.
+    pub cause: Fluctuation,
+    /// The most turbulence that the repeats allow, rad over one metre of path.
     pub most_turbulence: f64,
+    /// The most scatter of the position that the repeats allow, mm.
+    pub most_jitter_mm: f64,
     /// Floor that silence shows, in the reading's unit.
     pub floor: f64,
     /// The largest floor that silence allows: nothing can read less than the floor.
@@ -37,9 +40,10 @@ impl Default for Scatter {
         Self {
             share: 0.02,
             additive: 0.0,
-            turbulence: 0.0,
-            speckle: Speckle::OfPaths,
+            fluctuation: 0.0,
+            cause: Fluctuation::OfPaths,
             most_turbulence: f64::INFINITY,
+            most_jitter_mm: f64::INFINITY,
             floor: 0.0,
             most_floor: f64::INFINITY,
             floor_evidence: 0.0,
@@ -54,30 +58,41 @@ impl Scatter {
         self.pairs.len() >= FEWEST_REPEATS
     }
 
-    /// The squares of share, additive part and turbulence.
+    /// The squares of share, additive part and fluctuation.
     pub fn squares(&self) -> [f64; 3] {
-        [self.share, self.additive, self.turbulence].map(|root| root * root)
+        [self.share, self.additive, self.fluctuation].map(|root| root * root)
     }
 
-    /// By how much the repeats speak against turbulence of so much, in nats, from the one that suits them best.
-    pub fn against_turbulence(&self, turbulence: f64, speckle: Speckle) -> f64 {
+    /// By how much the repeats speak against a fluctuation of this size and cause, in nats, from the one that suits them best.
+    pub fn against(&self, fluctuation: f64, cause: Fluctuation) -> f64 {
         let of =
-            |turbulence, speckle| cost(&self.pairs, self.share, self.additive, turbulence, speckle);
-        (of(turbulence, speckle) - of(self.turbulence, self.speckle)).max(0.0)
+            |fluctuation, cause| cost(&self.pairs, self.share, self.additive, fluctuation, cause);
+        (of(fluctuation, cause) - of(self.fluctuation, self.cause)).max(0.0)
     }
 
-    pub fn with_most_turbulence(self) -> Self {
-        /// Where the search for it begins, rad over √m, and the factor of its steps.
+    /// The same with the most of each fluctuation that the repeats allow.
+    pub fn with_limits(self) -> Self {
+        let most_turbulence = self.most(&Fluctuation::OF_AIR);
+        let most_jitter_mm = self.most(&[Fluctuation::OfPosition]);
+        Self { most_turbulence, most_jitter_mm, ..self }
+    }
+
+    fn most(&self, causes: &[Fluctuation]) -> f64 {
+        /// Where the search begins, rad over one metre or mm; and where it ends.
         const FROM: f64 = 0.01;
+        const TO: f64 = 100.0;
         const FACTOR: f64 = 1.25;
-        let mut most_turbulence = self.turbulence.max(FROM);
-        let against = |turbulence| {
-            let kinds = Speckle::ALL.map(|speckle| self.against_turbulence(turbulence, speckle));
-            kinds.into_iter().fold(f64::INFINITY, f64::min)
+        let mut most = match causes.contains(&self.cause) {
+            true => self.fluctuation.max(FROM),
+            false => FROM,
         };
-        while most_turbulence < 100.0 && against(most_turbulence) < TURBULENCE_EXCLUDED {
-            most_turbulence *= FACTOR;
+        let against = |fluctuation| {
+            let all = causes.iter().map(|cause| self.against(fluctuation, *cause));
+            all.fold(f64::INFINITY, f64::min)
+        };
+        while most < TO && against(most) < FLUCTUATION_EXCLUDED {
+            most *= FACTOR;
         }
-        Self { most_turbulence, ..self }
+        most
     }
 }

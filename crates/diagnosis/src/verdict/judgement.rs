@@ -151,6 +151,7 @@ fn probabilities(scored: &[ScoredModel]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effect_id::EffectId;
     use crate::effects::effect;
     use crate::fit::joint_fit::Fit;
     use crate::model::effect::Choice;

@@ -27,7 +27,12 @@ pub(super) fn chart(diagnosis: &Diagnosis) -> Option<BarChart> {
             Some(effect) => {
                 let hangs = (left, left - step.share);
                 left -= step.share;
-                bar(effect.as_str(), hangs, format!("\u{2212}{}", percent(step.share)), Weight::Strong)
+                bar(
+                    effect.as_str(),
+                    hangs,
+                    format!("\u{2212}{}", percent(step.share)),
+                    Weight::Strong,
+                )
             }
             None => bar(REMAINS, (0.0, step.share), percent(step.share), Weight::Plain),
         });
@@ -35,7 +40,9 @@ pub(super) fn chart(diagnosis: &Diagnosis) -> Option<BarChart> {
     let parts: Vec<String> = diagnosis
         .waterfall
         .iter()
-        .map(|step| format!("{} {}", step.effect.map_or(REMAINS, EffectId::as_str), percent(step.share)))
+        .map(|step| {
+            format!("{} {}", step.effect.map_or(REMAINS, EffectId::as_str), percent(step.share))
+        })
         .collect();
     Some(BarChart {
         bars,

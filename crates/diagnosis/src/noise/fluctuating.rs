@@ -7,11 +7,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::limits::TURBULENCE_BY_ALL_READINGS;
+use crate::limits::FLUCTUATION_BY_ALL_READINGS;
 use crate::statistics::dark_readings::DarkReadings;
+use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::reading_pairs::Pair;
 use crate::statistics::scatter::Scatter;
-use crate::statistics::speckle::Speckle;
 
 /// Rounds of scoring, from no turbulence.
 const ROUNDS: usize = 8;
@@ -20,23 +20,24 @@ const ROUNDS: usize = 8;
 const MOST_CHANGE: f64 = 3.0;
 
 /// The scatter with the turbulence that readings ask for beside a steady scatter at its own best; `None` if they do not.
-pub(crate) fn turbulent(
+pub(crate) fn fluctuating(
     readings: &[Pair],
     dark: &DarkReadings,
     steady: &Scatter,
 ) -> Option<Scatter> {
     let cost = |scatter: &Scatter| {
         let of_readings: f64 =
-            readings.iter().map(|pair| pair.cost(scatter.squares(), scatter.speckle)).sum();
+            readings.iter().map(|pair| pair.cost(scatter.squares(), scatter.cause)).sum();
         of_readings + dark.cost_without_floor(scatter.additive)
     };
-    let found = Speckle::ALL.map(|speckle| {
-        let scatter = scored(readings, dark, &Scatter { speckle, ..steady.clone() });
+    let found = Fluctuation::ALL.map(|cause| {
+        let scatter = scored(readings, dark, &Scatter { cause, ..steady.clone() });
         (cost(&scatter), scatter)
     });
-    let [(one, of_paths), (other, circular)] = found;
-    let (least, scatter) = if one <= other { (one, of_paths) } else { (other, circular) };
-    (cost(steady) - least > TURBULENCE_BY_ALL_READINGS).then_some(scatter)
+    let [first, others @ ..] = found;
+    let (least, scatter) =
+        others.into_iter().fold(first, |best, other| if other.0 < best.0 { other } else { best });
+    (cost(steady) - least > FLUCTUATION_BY_ALL_READINGS).then_some(scatter)
 }
 
 /// The scatter at which readings and silence are likeliest, from a steady one.
@@ -46,7 +47,7 @@ fn scored(readings: &[Pair], dark: &DarkReadings, steady: &Scatter) -> Scatter {
         let squares = scatter.squares();
         let (mut slope, mut information) = (Vector3::zeros(), Matrix3::zeros());
         for pair in readings {
-            let (variance, by) = pair.variance_and_slopes(squares, scatter.speckle);
+            let (variance, by) = pair.variance_and_slopes(squares, scatter.cause);
             let by = Vector3::from(by) / variance;
             slope += 0.5 * (pair.square() / variance - 1.0) * by;
             information += 0.5 * by * by.transpose();
@@ -66,8 +67,8 @@ fn scored(readings: &[Pair], dark: &DarkReadings, steady: &Scatter) -> Scatter {
         };
         scatter.share = next(0).sqrt();
         scatter.additive = next(1).sqrt();
-        scatter.turbulence = next(2).sqrt();
-        if scatter.turbulence == 0.0 {
+        scatter.fluctuation = next(2).sqrt();
+        if scatter.fluctuation == 0.0 {
             break;
         }
     }
@@ -77,7 +78,7 @@ fn scored(readings: &[Pair], dark: &DarkReadings, steady: &Scatter) -> Scatter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pair::Level;
+    use crate::statistics::reading_pairs::Level;
     use fieldgap_virtual_rig::luck::Luck;
 
     const SHARE: f64 = 0.02;
@@ -85,13 +86,13 @@ mod tests {
 
     /// Readings from 0.08 to 1, far above noise and speckle of a mean square of 0.01 t² in each quadrature, as differences from what they
     /// should be, and silence.
-    fn plotted(turbulence: f64) -> (Vec<Pair>, DarkReadings) {
+    fn drawn(turbulence: f64) -> (Vec<Pair>, DarkReadings) {
         let luck = Luck::new(7);
         let dark: Vec<f64> =
             (0..64).map(|n| ADDITIVE * luck.normal(2 * n).hypot(luck.normal(2 * n + 1))).collect();
         let pairs = (0..5000u64).map(|n| {
             let reading = 0.08 * 12.5f64.powf(n as f64 / 5000.0);
-            let level = Level { reading, speckle: [0.01; 2] };
+            let level = Level { reading, by_turbulence: [0.01; 2], by_jitter: [0.0; 2] };
             let variance = (SHARE * reading).powi(2) + ADDITIVE.powi(2) + 0.01 * turbulence.powi(2);
             Pair::new(level, 1.0, 0.0, (2.0 * variance).sqrt() * luck.normal(1000 + n))
         });
@@ -100,19 +101,19 @@ mod tests {
 
     #[test]
     fn turbulence_is_told_from_noise_that_silence_knows() {
-        let (pairs, dark) = plotted(0.1);
+        let (pairs, dark) = drawn(0.1);
         // What steady noise makes of the same: more than there is in silence.
         let steady = Scatter { share: SHARE, additive: 0.0105, ..Scatter::default() };
-        let found = turbulent(&pairs, &dark, &steady).expect("it is seen");
-        assert!((found.turbulence / 0.1 - 1.0).abs() < 0.1, "{found:?}");
+        let found = fluctuating(&pairs, &dark, &steady).expect("it is seen");
+        assert!((found.fluctuation / 0.1 - 1.0).abs() < 0.1, "{found:?}");
         assert!((found.additive / ADDITIVE - 1.0).abs() < 0.2, "{found:?}");
         assert!((found.share / SHARE - 1.0).abs() < 0.05, "{found:?}");
     }
 
     #[test]
     fn steady_noise_asks_for_none() {
-        let (pairs, dark) = plotted(0.0);
+        let (pairs, dark) = drawn(0.0);
         let steady = Scatter { share: SHARE, additive: ADDITIVE, ..Scatter::default() };
-        assert_eq!(turbulent(&pairs, &dark, &steady), None);
+        assert_eq!(fluctuating(&pairs, &dark, &steady), None);
     }
 }

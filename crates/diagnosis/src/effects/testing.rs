@@ -1,0 +1,95 @@
+//! What the tests of effects share: a believed set-up, and the points of the chain before an effect acts.
+
+use fieldgap_acoustics::transducer::Piston;
+use fieldgap_acoustics::{
+    Array, Element, Excitation, Medium, PathLengths, Simulation, Simulator, Vec3,
+};
+use nalgebra::Vector3;
+
+use super::effect;
+use crate::effect_id::EffectId;
+use crate::model::effect::{Choice, Context, Effect, Radiation};
+use crate::model::forward_model::ForwardModel;
+use crate::model::instance::{Instance, Setting};
+use crate::model::nuisance::Nuisance;
+use crate::model::observations::Visit;
+
+/// A believed set-up: a focused array of pistons whose largest reading is 2 V.
+pub(crate) struct Bench {
+    pub context: Context,
+}
+
+impl Bench {
+    pub fn new() -> Self {
+        Self::of(Array::square(4, 4, 10e-3).expect("not empty"), Excitation::Focus(Vec3::z() * 0.1))
+    }
+
+    pub fn of_one_element() -> Self {
+        Self::of(Array::square(1, 1, 1e-4).expect("not empty"), Excitation::Uniform)
+    }
+
+    fn of(array: Array, excitation: Excitation) -> Self {
+        let believed = Simulation {
+            simulator: Simulator::Piston,
+            array,
+            medium: Medium { speed_of_sound_m_s: 343.0 },
+            frequency_hz: 40e3,
+            excitation,
+        };
+        let context = Context {
+            believed,
+            largest_reading: 2.0,
+            unit: "V".to_owned(),
+            highest_m: 0.15,
+            dark_floor: 0.0,
+        };
+        Self { context }
+    }
+
+    pub fn believed(&self) -> &Simulation {
+        &self.context.believed
+    }
+
+    pub fn at<'a>(&'a self, values: &'a [f64]) -> Setting<'a> {
+        Setting { values, choice: &Choice::None, context: &self.context }
+    }
+
+    pub fn model(&self, id: EffectId, values: &[f64]) -> ForwardModel<'_> {
+        let instance = Instance { effect: effect(id), choice: Choice::None };
+        ForwardModel::of(&[instance], &[values.to_vec()], &self.context)
+    }
+}
+
+pub(crate) fn visit() -> Visit {
+    Visit {
+        number: 0,
+        at_m: Vec3::z() * 0.1,
+        velocity_m_s: Vec3::zeros(),
+        x_direction: 0.0,
+        even: true,
+        progress: 0.0,
+    }
+}
+
+pub(crate) fn nuisance() -> Nuisance {
+    Nuisance { log_gain: 0.0, shift_m: Vector3::zeros(), near_field: 0.0 }
+}
+
+pub(crate) fn radiation() -> Radiation<'static> {
+    Radiation {
+        transducer: &Piston,
+        width_ratio: 1.0,
+        by_face: false,
+        on_axis: None,
+        paths: PathLengths::Observed,
+    }
+}
+
+/// Amplitudes of three elements after an effect that names some of them.
+pub(crate) fn amplitudes_with(effect: &dyn Effect, named: &[usize]) -> [f64; 3] {
+    let bench = Bench::new();
+    let choice = Choice::Elements(named.to_vec());
+    let mut elements = [Element::at(0.0, 0.0); 3];
+    effect.elements(Setting { choice: &choice, ..bench.at(&[]) }, &mut elements);
+    elements.map(|element| element.amplitude)
+}

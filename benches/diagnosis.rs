@@ -9,7 +9,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use fieldgap::acoustics::{Excitation, Medium, PlaneGrid, Simulation, Simulator, Vec3};
-use fieldgap::diagnosis::diagnose;
+use fieldgap::diagnosis::{EffectId, diagnose};
 use fieldgap::input::TomlSource;
 use fieldgap::records::{RecordedSample, RecordedScan, ScanSetup};
 use fieldgap::virtual_rig::counter_rng::CounterRng;
@@ -43,7 +43,7 @@ fn main() {
             let start = Instant::now();
             let diagnosis = diagnose(std::slice::from_ref(&scan), None).expect("readings enough");
             diagnosis_s = diagnosis_s.min(start.elapsed().as_secs_f64());
-            assert_eq!(diagnosis.effects, ["sound-speed"], "{}", diagnosis.sentence);
+            assert_eq!(diagnosis.effects, [EffectId::SoundSpeed], "{}", diagnosis.sentence);
         }
         println!(
             "{:8}  {:8}  {:7.2} ms  {:7.2} s  {:10.0}",

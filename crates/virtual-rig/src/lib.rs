@@ -95,7 +95,7 @@ pub use faults::{Fault, LineFault};
 use fieldgap_acoustics::{Array, Medium};
 use fieldgap_rig::{Frame, Ports};
 use firmware::Firmware;
-pub use noise_free::{Visit, noise_free_readings};
+pub use noise_free::{Visit, elements_with, noise_free_readings};
 use pty::PseudoTerminal;
 use receiver_firmware::Mode;
 use trajectory::Trajectory;

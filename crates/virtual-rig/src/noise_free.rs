@@ -1,6 +1,6 @@
 //! Readings without noise at given places, with known effects: the reference that a forward model is compared with.
 
-use fieldgap_acoustics::{Simulation, Vec3, delays_s};
+use fieldgap_acoustics::{Element, Simulation, Vec3, delays_s};
 use fieldgap_input::Fault;
 
 use super::counter_rng::CounterRng;
@@ -58,6 +58,26 @@ pub fn noise_free_readings(
         level_v.min(field.full_scale_v(f64::INFINITY))
     };
     Ok(visits.iter().zip(motions).map(read).collect())
+}
+
+/// The elements as they are with these effects: where they stand, and what chance gave each.
+///
+/// Arguments as for [`noise_free_readings`].
+///
+/// # Errors
+/// As [`noise_free_readings`].
+pub fn elements_with(
+    setup: &Simulation,
+    effects: &toml::Table,
+    seed: u64,
+) -> Result<Vec<Element>, Fault> {
+    let truth = Truth::of_effects(effects)?;
+    truth.check(setup.array.len())?;
+    let (array, source) = (&setup.array, TrueSource::default());
+    let luck = Luck::new(seed);
+    let field =
+        TrueField::new(array, setup.medium, setup.frequency_hz, &source, truth.effects, luck);
+    Ok(field.array().elements.clone())
 }
 
 /// The motion at each visit, `lag_s` before it.

@@ -81,8 +81,13 @@ mod tests {
         let ratio =
             model.wavenumber_rad_m(bench.believed()) / believed.wavenumber_rad_m(bench.believed());
         assert!((ratio - 1.02).abs() < 1e-12);
-        let [true_rad, believed_rad] =
-            [&model, &believed].map(|m| m.phases_rad(bench.believed())[0]);
+        // The largest phase, as some element's is zero.
+        let phase_rad = |m: &ForwardModel<'_>| {
+            m.phases_rad(bench.believed())
+                .into_iter()
+                .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a })
+        };
+        let [true_rad, believed_rad] = [&model, &believed].map(phase_rad);
         assert!((true_rad / believed_rad - 1.02).abs() < 1e-12);
     }
 }

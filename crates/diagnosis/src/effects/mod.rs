@@ -17,6 +17,8 @@ mod element_gain;
 mod element_phase;
 mod flow;
 mod gain_drift;
+#[cfg(test)]
+mod independent_physics;
 mod lag;
 mod noise_floor;
 mod of_elements;

@@ -52,7 +52,8 @@ fn elements(value: &[usize]) -> FittedParameter {
 }
 
 /// A diagnosis that names one effect.
-fn named(effect: &'static str, parameters: &[(&str, FittedParameter)]) -> Diagnosis {
+fn named(effect: &str, parameters: &[(&str, FittedParameter)]) -> Diagnosis {
+    let effect: EffectId = effect.parse().expect("an effect");
     let mut diagnosis = diagnosis_synthetic::explained(&[100.0], 20.0);
     diagnosis.effects = vec![effect];
     let best = &mut diagnosis.ranked[0];

@@ -74,9 +74,9 @@ pub fn elements_with(
     let truth = Truth::of_effects(effects)?;
     truth.check(setup.array.len())?;
     let (array, source) = (&setup.array, TrueSource::default());
-    let luck = Luck::new(seed);
+    let rng = CounterRng::new(seed);
     let field =
-        TrueField::new(array, setup.medium, setup.frequency_hz, &source, truth.effects, luck);
+        TrueField::new(array, setup.medium, setup.frequency_hz, &source, truth.effects, rng);
     Ok(field.array().elements.clone())
 }
 

@@ -79,7 +79,7 @@ fn scored(readings: &[Pair], dark: &DarkReadings, steady: &Scatter) -> Scatter {
 mod tests {
     use super::*;
     use crate::statistics::reading_pairs::Level;
-    use fieldgap_virtual_rig::luck::Luck;
+    use fieldgap_virtual_rig::counter_rng::CounterRng;
 
     const SHARE: f64 = 0.02;
     const ADDITIVE: f64 = 0.005;
@@ -87,14 +87,14 @@ mod tests {
     /// Readings from 0.08 to 1, far above noise and speckle of a mean square of 0.01 t² in each quadrature, as differences from what they
     /// should be, and silence.
     fn drawn(turbulence: f64) -> (Vec<Pair>, DarkReadings) {
-        let luck = Luck::new(7);
+        let rng = CounterRng::new(7);
         let dark: Vec<f64> =
-            (0..64).map(|n| ADDITIVE * luck.normal(2 * n).hypot(luck.normal(2 * n + 1))).collect();
+            (0..64).map(|n| ADDITIVE * rng.normal(2 * n).hypot(rng.normal(2 * n + 1))).collect();
         let pairs = (0..5000u64).map(|n| {
             let reading = 0.08 * 12.5f64.powf(n as f64 / 5000.0);
             let level = Level { reading, by_turbulence: [0.01; 2], by_jitter: [0.0; 2] };
             let variance = (SHARE * reading).powi(2) + ADDITIVE.powi(2) + 0.01 * turbulence.powi(2);
-            Pair::new(level, 1.0, 0.0, (2.0 * variance).sqrt() * luck.normal(1000 + n))
+            Pair::new(level, 1.0, 0.0, (2.0 * variance).sqrt() * rng.normal(1000 + n))
         });
         (pairs.collect(), DarkReadings::of(&dark, 1.0).expect("enough"))
     }

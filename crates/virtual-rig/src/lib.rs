@@ -4,7 +4,7 @@
 //! for its moves, the array's controller sets delays, and the receiver reads the field at the true position of the nozzle at
 //! that instant of virtual time ([`Clock`]). No simulator takes part: every element's vibrating face is summed by its Rayleigh
 //! integral, or radiates as its transducer file states. The [truth file](Truth) describes the real array, air and robot, and the
-//! [effects](effects) by which they differ from the assumed ones.
+//! [`effects`] by which they differ from the assumed ones.
 //!
 //! ```text
 //!  clock ── robot's firmware ─ trajectory ─┐
@@ -19,7 +19,7 @@
 //! - [`VirtualRig`] runs the devices; [`VirtualConfig`] is the section `[virtual]` of a rig file.
 //! - [`World`] gives the true position of the nozzle and the true signal, for tests.
 //! - [`memory::MemoryRig`] runs without pseudo-terminals, in paused time.
-//! - [`Firmware`](firmware::Firmware) is the interface of a device: bytes in, bytes out.
+//! - [`firmware::Firmware`] is the interface of a device: bytes in, bytes out.
 //! - [`noise_free_readings`] gives readings without noise and without a robot, as the reference for a forward model:
 //!
 //! ```

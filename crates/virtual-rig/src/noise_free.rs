@@ -114,15 +114,18 @@ mod tests {
 
     const FOCUS_M: Vec3 = Vec3::new(0.0175, -0.0225, 0.1);
 
-    fn readings(effects: &toml::Table, visits: &[Visit]) -> Vec<f64> {
-        let setup = Simulation {
+    fn setup() -> Simulation {
+        Simulation {
             simulator: Simulator::Rayleigh,
             array: Array::square(6, 6, 10.5e-3).expect("not empty"),
             medium: Medium { speed_of_sound_m_s: 343.0 },
             frequency_hz: 40e3,
             excitation: Excitation::Focus(FOCUS_M),
-        };
-        noise_free_readings(&setup, effects, 1.0, visits, 1).expect("the effects fit")
+        }
+    }
+
+    fn readings(effects: &toml::Table, visits: &[Visit]) -> Vec<f64> {
+        noise_free_readings(&setup(), effects, 1.0, visits, 1).expect("the effects fit")
     }
 
     fn at(x_mm: f64, vx_mm_s: f64, time_s: f64) -> Visit {
@@ -134,14 +137,7 @@ mod tests {
     fn without_effects_the_readings_are_those_of_the_rayleigh_simulator() {
         let visits = [at(0.0, 0.0, 0.0), at(3.0, 0.0, 1.0), at(-5.0, 0.0, 2.0)];
         let read = readings(&toml::Table::new(), &visits);
-        let setup = Simulation {
-            simulator: Simulator::Rayleigh,
-            array: Array::square(6, 6, 10.5e-3).expect("not empty"),
-            medium: Medium { speed_of_sound_m_s: 343.0 },
-            frequency_hz: 40e3,
-            excitation: Excitation::Focus(FOCUS_M),
-        };
-        let simulated = setup.magnitudes(&visits.map(|visit| visit.position_m));
+        let simulated = setup().magnitudes(&visits.map(|visit| visit.position_m));
         for n in 1..3 {
             let ratio = read[n] / read[0] * simulated[0] / simulated[n];
             assert!((ratio - 1.0).abs() < 2e-3, "{n}: {ratio}");
@@ -178,13 +174,8 @@ mod tests {
 
     #[test]
     fn an_effect_that_is_not_known_or_does_not_fit_is_refused() {
-        let setup = Simulation {
-            simulator: Simulator::Rayleigh,
-            array: Array::square(2, 2, 10.5e-3).expect("not empty"),
-            medium: Medium { speed_of_sound_m_s: 343.0 },
-            frequency_hz: 40e3,
-            excitation: Excitation::Uniform,
-        };
+        let array = Array::square(2, 2, 10.5e-3).expect("not empty");
+        let setup = Simulation { array, ..setup() };
         for (effects, named) in [
             (toml::toml! { jitter = { x_mm = 0.2 } }, "jitter"),
             (toml::toml! { dead-elements = { elements = [4] } }, "dead-elements"),

@@ -6,7 +6,9 @@ use std::process::Command;
 use fieldgap::acoustics::radiation::{AIR_DENSITY_KG_M3, SkinInAir, level_db, of_level_pa};
 use fieldgap::acoustics::transducer::{Piston, Transducer};
 use fieldgap::acoustics::{Array, Medium, Vec3};
-use fieldgap::display::{Composed, DisplayFile, Felt, Playback, SoundingArray, compose, felt};
+use fieldgap::display::{
+    ComposedDisplay, DisplayFile, Playback, RadiatingArray, Stimulus, compose, stimulus,
+};
 use fieldgap::input::TomlSource;
 use fieldgap::rig::ArrayIdentity;
 
@@ -16,8 +18,8 @@ fn array() -> Array {
     Array::square(6, 6, 10.5e-3).expect("not empty")
 }
 
-fn sounding(array: &Array) -> SoundingArray<'_> {
-    SoundingArray { array, medium: MEDIUM, frequency_hz: 40e3, transducer: &Piston }
+fn sounding(array: &Array) -> RadiatingArray<'_> {
+    RadiatingArray { array, medium: MEDIUM, frequency_hz: 40e3, transducer: &Piston }
 }
 
 fn skin() -> SkinInAir {
@@ -30,7 +32,7 @@ fn display(text: &str) -> DisplayFile {
 }
 
 /// A display behind a controller of so many clock steps in a period.
-fn composed(text: &str, period_steps: u32) -> (Composed, Felt) {
+fn composed(text: &str, period_steps: u32) -> (ComposedDisplay, Stimulus) {
     let array = array();
     let controller = ArrayIdentity {
         period_steps,
@@ -39,7 +41,7 @@ fn composed(text: &str, period_steps: u32) -> (Composed, Felt) {
     };
     let composed = compose(&display(text), &sounding(&array), &controller).expect("it fits");
     let playback = Playback::new(&composed.program, sounding(&array), &controller, 120.0);
-    let felt = felt(&composed, &playback, skin(), 40e3);
+    let felt = stimulus(&composed, &playback, skin(), 40e3);
     (composed, felt)
 }
 

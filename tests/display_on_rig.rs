@@ -7,7 +7,9 @@ use std::time::{Duration, Instant};
 
 use fieldgap::acoustics::radiation::level_db;
 use fieldgap::acquisition::RigSetup;
-use fieldgap::display::{Composed, DisplayFile, Ended, Playback, SoundingArray, compose, play};
+use fieldgap::display::{
+    ComposedDisplay, DisplayFile, Playback, PlaybackEnd, RadiatingArray, compose, play,
+};
 use fieldgap::input::TomlSource;
 use fieldgap::rig::{ArrayIdentity, FocusArray, open_array};
 use fieldgap::rig_file::RigFile;
@@ -44,8 +46,8 @@ fn display(text: &str) -> DisplayFile {
         .expect("valid")
 }
 
-fn sounding<'a>(rig_setup: &'a RigSetup, display: &DisplayFile) -> SoundingArray<'a> {
-    SoundingArray {
+fn sounding<'a>(rig_setup: &'a RigSetup, display: &DisplayFile) -> RadiatingArray<'a> {
+    RadiatingArray {
         array: rig_setup.nominal_array(),
         medium: rig_setup.nominal_medium(),
         frequency_hz: rig_setup.array.frequency_hz(),
@@ -59,7 +61,11 @@ async fn array(rig_setup: &RigSetup, rig: &VirtualRig) -> (Box<dyn FocusArray>, 
     (array, identity)
 }
 
-fn composed(rig_setup: &RigSetup, display: &DisplayFile, controller: &ArrayIdentity) -> Composed {
+fn composed(
+    rig_setup: &RigSetup,
+    display: &DisplayFile,
+    controller: &ArrayIdentity,
+) -> ComposedDisplay {
     compose(display, &sounding(rig_setup, display), controller).expect("it fits")
 }
 
@@ -89,7 +95,7 @@ async fn the_array_receives_what_was_composed_and_falls_silent_after_it() {
     };
     let playing = play(array.as_mut(), &composed.program, Some(0.3), std::future::pending());
     let (ended, received) = tokio::join!(playing, received);
-    assert_eq!(ended.expect("played"), Ended::Played);
+    assert_eq!(ended.expect("played"), PlaybackEnd::Played);
     assert_eq!(received.program(), &composed.program);
     assert!(!rig.world().drive_at(rig.clock().now_s()).emitting, "silent when it is over");
 }

@@ -136,7 +136,7 @@ fn what_cannot_be_flown_is_said_before_or_at_its_first_row() {
     let wide = bench.scan("wide", "z_mm = 100\nsize_mm = [270, 2]\nstep_mm = 1", FLY);
     assert!(said(&wide).contains("outside its travel"), "{}", said(&wide));
     let fast = bench.scan("fast", plane, "[fly]\nspeed_mm_s = 600.0\nlead_mm = 20.0");
-    assert!(said(&fast).contains("samples to a point, and 5 are needed"), "{}", said(&fast));
+    assert!(said(&fast).contains("samples per point; at least 5 are needed"), "{}", said(&fast));
     let short = bench.scan("short", plane, "[fly]\nspeed_mm_s = 180.0\nlead_mm = 1.0");
     assert!(said(&short).contains("the robot took"), "{}", said(&short));
     let even = bench.scan(
@@ -144,5 +144,9 @@ fn what_cannot_be_flown_is_said_before_or_at_its_first_row() {
         "z_mm = 100\ncentre_mm = [-110, 110]\nsize_mm = [8, 2]\nstep_mm = 1",
         FLY,
     );
-    assert!(said(&even).contains("does not tell how far the readings lag"), "{}", said(&even));
+    assert!(
+        said(&even).contains("the lag of the readings behind the robot cannot be found"),
+        "{}",
+        said(&even)
+    );
 }

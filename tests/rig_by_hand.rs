@@ -142,7 +142,7 @@ fn the_robot_goes_where_it_is_told_and_not_where_it_must_not() {
     let at = json(&run(&["home", "--json"], &rig));
     assert_eq!(at["homed"], true);
     let unsure = run(&["where"], &rig);
-    assert!(unsure.status.success() && said(&unsure).contains("little before homing"));
+    assert!(unsure.status.success() && said(&unsure).contains("made homing necessary"));
 }
 
 #[test]

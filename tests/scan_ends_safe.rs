@@ -186,10 +186,7 @@ fn a_rig_that_is_another_is_noticed_on_resuming() {
     };
     std::fs::write(&truth, "[noise]\nadditive_v = 0.002\n").expect("written");
     let (code, said) = resume();
-    assert!(
-        code == Some(1) && said.contains("what is true behind the virtual rig was changed"),
-        "{said}"
-    );
+    assert!(code == Some(1) && said.contains("has changed since the scan started"), "{said}");
     std::fs::write(&truth, "[noise]\nadditive_v = 0.001\n").expect("written");
     std::fs::write(&rig, rig_then.replace("feed_mm_s = 80.0", "feed_mm_s = 60.0"))
         .expect("written");

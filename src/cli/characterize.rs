@@ -1,4 +1,4 @@
-//! `fieldgap characterize`: a transducer's decay, lobe and axis out of a scan of it alone.
+//! `fieldgap characterize`: decay, directivity and axis of a single transducer from a scan of it.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -20,24 +20,24 @@ use fieldgap_report::write_transducer;
 /// The `characterize` command.
 #[derive(Debug, Args)]
 pub(super) struct Characterize {
-    /// A log of the thesis's robot, or the folder of a recorded scan of one transducer
+    /// Log of the thesis's robot, or folder of a recorded scan of one transducer
     log: PathBuf,
-    /// `as-written` does as the thesis's script does, and writes nothing
+    /// Method: `as-written` repeats the script of the thesis and writes no files
     #[arg(long, value_enum, value_name = "CONVENTION", default_value = "corrected")]
     convention: ConventionName,
-    /// What the transducer is called; without it, as the log
+    /// Name of the transducer [default: as the log]
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
-    /// Leave out readings lower than this over the face
+    /// Ignore readings nearer to the transducer face than this
     #[arg(long, value_name = "MM", default_value = "20", value_parser = positive)]
     from_mm: Positive,
-    /// The folder for tables, pictures and the transducer file; without it out/NAME
+    /// Folder for tables, pictures and the transducer file [default: out/transducer-NAME]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Put the transducer file here as well, such as rigs/transducers/NAME.toml; a file that is there is not touched
+    /// Also write the transducer file here, such as rigs/transducers/NAME.toml; existing files are not overwritten
     #[arg(long, value_name = "FILE")]
     transducer: Option<PathBuf>,
-    /// Print what was found as JSON, and write nothing
+    /// Print the result as JSON and write no files
     #[arg(long, conflicts_with_all = ["out", "transducer"])]
     json: bool,
 }
@@ -64,13 +64,13 @@ impl Characterize {
         }
         if let Some(file) = self.transducer.as_ref().filter(|file| file.exists()) {
             return Err(miette!(
-                help = "name another file, or take that one away",
-                "{} is there already",
+                help = "choose another file, or remove that one",
+                "{} exists already",
                 file.display()
             ));
         }
         let of_log = |refused: CharacterizationError| {
-            let help = "a scan of one transducer has at least four heights of nine points; --from-mm says from which on";
+            let help = "a scan of one transducer needs at least four heights with nine points each; --from-mm excludes lower heights";
             miette!(help = help, "{}: {refused}", self.log.display())
         };
         let readings = Readings::of(&scan, self.from_mm.get()).map_err(of_log)?;
@@ -101,12 +101,12 @@ impl Characterize {
     }
 }
 
-/// A folder is a recorded scan, a file a log.
+/// Reads a folder as a recorded scan, and a file as a log.
 fn read(log: &Path, name: &str) -> miette::Result<RecordedScan> {
     if log.is_dir() {
         return Ok(RecordedScan::open(log)?);
     }
-    // Positions stay as they were logged: where the axis stands is what is looked for.
+    // Positions stay as logged, because the position of the axis is fitted.
     let setup = ThesisLogSetup {
         axis: TransducerAxis::At([0.0; 2]),
         ..ThesisLogSetup::of_thesis(name, jiff::Timestamp::UNIX_EPOCH)

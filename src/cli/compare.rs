@@ -1,4 +1,4 @@
-//! `fieldgap compare`: a recorded scan compared with its simulation, the figures printed.
+//! `fieldgap compare`: compare a recorded scan with its simulation and print the figures.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,28 +11,28 @@ use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{Comparison, Registering};
 use fieldgap_records::{Plan, RecordedScan};
 
-/// How scans are compared, here and for `run` and `replay`.
+/// How scans are compared, for `compare`, `run` and `replay`.
 #[derive(Debug, Args)]
 pub(super) struct ComparisonArgs {
-    /// The simulators (see `simulate --help`); without them, those that the scan was made for
+    /// Simulators to compare with, see `simulate --help` [default: as in the scan]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     simulator: Vec<Simulator>,
-    /// How the scan is brought to the simulation's coordinates and unit
+    /// How the scan is aligned and scaled to the simulation
     #[arg(long, value_enum, default_value = "auto")]
     register: Register,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Register {
-    /// By what the data ask for: gain and a small shift, or the whole pose where that explains the gap
+    /// Gain and a small shift; the whole pose if that explains the gap
     Auto,
-    /// By the whole pose: mirror, turn, step ratio, shift, gain
+    /// Mirror image, rotation, step ratio, shift and gain
     Pose,
-    /// By gain and a small shift
+    /// Gain and a small shift
     GainAndShift,
-    /// By gain alone
+    /// Gain only
     Gain,
-    /// Not at all
+    /// No alignment
     None,
 }
 
@@ -51,11 +51,11 @@ impl From<Register> for Registering {
 /// The `compare` command.
 #[derive(Debug, Args)]
 pub(super) struct Compare {
-    /// The folder of the recorded scan
+    /// Folder of the recorded scan
     folder: PathBuf,
     #[command(flatten)]
     comparison: ComparisonArgs,
-    /// What is printed
+    /// Output format
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
     /// The same as --format json
@@ -65,9 +65,9 @@ pub(super) struct Compare {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Format {
-    /// A table for people
+    /// A table
     Text,
-    /// A row a height
+    /// One row per height
     Csv,
     /// Everything, maps included
     Json,
@@ -113,7 +113,7 @@ impl ComparisonArgs {
         fieldgap_comparison::compare(scan, simulator, self.register.into()).into_diagnostic()
     }
 
-    /// Those asked for; else the scan's own, and those that its plan, where it is kept, names beside it.
+    /// The requested simulators; by default that of the scan, and further ones named in its plan.
     fn simulators(&self, folder: &Path, scan: &RecordedScan) -> miette::Result<Vec<Simulator>> {
         if !self.simulator.is_empty() {
             return Ok(self.simulator.clone());

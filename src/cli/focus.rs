@@ -1,4 +1,4 @@
-//! `fieldgap focus`: a display on a rig.
+//! `fieldgap focus`: play a tactile display on a rig.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,7 +12,7 @@ use super::stop::StopRequests;
 use super::watchdog::guard_array;
 use crate::rig_file::RigFile;
 use fieldgap_acquisition::RigSetup;
-use fieldgap_display::{Composed, DisplayFile, Ended, SoundingArray, compose, play};
+use fieldgap_display::{ComposedDisplay, DisplayFile, PlaybackEnd, RadiatingArray, compose, play};
 use fieldgap_input::Positive;
 use fieldgap_rig::{ArrayIdentity, open_array};
 use fieldgap_virtual_rig::VirtualRig;
@@ -20,15 +20,15 @@ use fieldgap_virtual_rig::VirtualRig;
 /// The `focus` command.
 #[derive(Debug, Args)]
 pub(super) struct Focus {
-    /// The display file
+    /// Display file (examples: scans/display-*.toml)
     display: PathBuf,
-    /// The rig file; without it the one that the display names
+    /// Rig file [default: the one named in the display file]
     #[arg(long, value_name = "FILE")]
     rig: Option<PathBuf>,
-    /// How long it plays; without it as the display says, or until it is stopped
+    /// Duration [default: as in the display file, or until Ctrl-C]
     #[arg(long, value_name = "S", value_parser = positive)]
     seconds: Option<Positive>,
-    /// Print what was played as JSON
+    /// Print a summary as JSON
     #[arg(long)]
     json: bool,
 }
@@ -51,8 +51,9 @@ impl Focus {
             let believed = rig_setup.nominal_array().len();
             if believed != identity.elements {
                 return Err(miette!(
-                    help = "make [array] in the rig file the array that is connected",
-                    "{} drives {} elements, and the rig file has {believed}",
+                    help =
+                        "correct [array] in the rig file, or connect the array that it describes",
+                    "{} drives {} elements, but the rig file describes {believed}",
                     array.device(),
                     identity.elements
                 ));
@@ -61,18 +62,18 @@ impl Focus {
             if !self.json {
                 let length = match seconds {
                     Some(seconds) => format!("for {seconds} s"),
-                    None => "until it is stopped (Ctrl-C)".to_owned(),
+                    None => "until Ctrl-C".to_owned(),
                 };
                 print(&format!(
-                    "{}\nplays on {} {length}\n",
+                    "{}\nplaying on {} {length}\n",
                     summary(&composed, &identity),
                     array.device()
                 ))?;
             }
             let ended = play(array.as_mut(), &composed.program, seconds, stop.first()).await?;
             let how = match ended {
-                Ended::Played => "played",
-                Ended::Stopped(who) => who,
+                PlaybackEnd::Played => "played",
+                PlaybackEnd::Stopped(who) => who,
             };
             if self.json {
                 print_json(&serde_json::json!({
@@ -91,9 +92,9 @@ impl Focus {
     }
 }
 
-/// The array of a rig file, radiating as a display file says.
-pub(super) fn sounding<'a>(rig_setup: &'a RigSetup, display: &DisplayFile) -> SoundingArray<'a> {
-    SoundingArray {
+/// The array of a rig file, with the transducer model of a display file.
+pub(super) fn sounding<'a>(rig_setup: &'a RigSetup, display: &DisplayFile) -> RadiatingArray<'a> {
+    RadiatingArray {
         array: rig_setup.nominal_array(),
         medium: rig_setup.nominal_medium(),
         frequency_hz: rig_setup.array.frequency_hz(),
@@ -101,25 +102,28 @@ pub(super) fn sounding<'a>(rig_setup: &'a RigSetup, display: &DisplayFile) -> So
     }
 }
 
-/// What is sent, in a few words.
-pub(super) fn summary(composed: &Composed, controller: &ArrayIdentity) -> String {
+/// Summary of a drive program.
+pub(super) fn summary(composed: &ComposedDisplay, controller: &ArrayIdentity) -> String {
     let program = &composed.program;
     let loop_ms = program.loop_periods() as f64 / controller.carrier_hz() * 1e3;
     let frames = match program.frames().len() {
         1 => "1 frame".to_owned(),
         count => {
-            format!("{count} frames in a loop of {loop_ms:.3} ms ({:.3} a second)", 1e3 / loop_ms)
+            format!(
+                "{count} frames in a loop of {loop_ms:.3} ms ({:.3} loops per second)",
+                1e3 / loop_ms
+            )
         }
     };
     let modulation = match composed.modulation_hz {
         Some(hz) if program.envelope().levels().len() > 1 => format!(
-            "modulated at {hz:.4} Hz by {} levels of {} periods",
+            "modulated at {hz:.4} Hz with {} levels of {} periods",
             program.envelope().levels().len(),
             program.envelope().hold_periods()
         ),
-        Some(hz) => format!("moved at {hz:.4} Hz"),
+        Some(hz) => format!("moving at {hz:.4} Hz"),
         None => "not modulated".to_owned(),
     };
     let steps = controller.period_steps;
-    format!("{frames}, {modulation}; delays in {steps} steps of the carrier's period")
+    format!("{frames}, {modulation}; delays in steps of 1/{steps} of the carrier period")
 }

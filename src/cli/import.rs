@@ -1,4 +1,4 @@
-//! `fieldgap import`: fields measured elsewhere, brought in as recorded scans.
+//! `fieldgap import`: import measured fields as recorded scans.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -25,51 +25,51 @@ pub(super) struct Import {
 
 #[derive(Debug, Subcommand)]
 enum Source {
-    /// The thesis's log of one transducer: three rows of axes, then x, y, z in cm and the magnitude
+    /// Log of one transducer in the format of the thesis: three header rows, then x, y, z in cm and the magnitude
     ThesisLog(ThesisLogArgs),
-    /// Plain grids of numbers, one plane a file
+    /// Grids of numbers, one plane per file
     Grid(GridArgs),
 }
 
 #[derive(Debug, Args)]
 struct ThesisLogArgs {
-    /// The log
+    /// Log file
     log: PathBuf,
-    /// The folder for the record
+    /// Folder for the record
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Where the transducer stood, as logged; without it, under the largest reading
+    /// Position of the transducer in logged coordinates, mm [default: below the largest reading]
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
     axis_mm: Option<[f64; 2]>,
-    /// The simulator to compare with
+    /// Simulator to compare with
     #[arg(long, value_name = "NAME", default_value = "corrected")]
     simulator: Simulator,
 }
 
 #[derive(Debug, Args)]
 struct GridArgs {
-    /// The files, rows of numbers parted by commas, semicolons or tabs
+    /// Files with rows of numbers, separated by commas, semicolons or tabs
     #[arg(required = true)]
     grids: Vec<PathBuf>,
-    /// What was set up, as a scan.toml
+    /// Description of the set-up, in the format of scan.toml
     #[arg(long, value_name = "FILE")]
     setup: PathBuf,
-    /// Height of each file's plane
+    /// Height of the plane of each file, mm
     #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = finite, required = true)]
     z_mm: Vec<f64>,
-    /// Step between neighbouring numbers
+    /// Step between neighbouring points, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     step_mm: Positive,
-    /// The point of smallest x and y; without it the grid lies centred about the axis
+    /// Corner of smallest x and y, mm [default: the grid is centred on the axis]
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
     corner_mm: Option<[f64; 2]>,
-    /// Whether the first row is that of the largest or of the smallest y
+    /// Whether the first row has the largest y (top) or the smallest (bottom)
     #[arg(long, value_enum, default_value = "top")]
     first_row: Row,
-    /// Number of the focus that was driven
+    /// Number of the driven focus, from 0
     #[arg(long, value_name = "N", default_value = "0")]
     focus: usize,
-    /// The folder for the record
+    /// Folder for the record
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -108,8 +108,8 @@ impl GridArgs {
     fn read(&self) -> miette::Result<RecordedScan> {
         if self.grids.len() != self.z_mm.len() {
             return Err(miette!(
-                help = "give one height a file, as --z-mm 50,100",
-                "{} files and {} heights",
+                help = "give one height per file, as --z-mm 50,100",
+                "there are {} files and {} heights",
                 self.grids.len(),
                 self.z_mm.len()
             ));
@@ -117,8 +117,8 @@ impl GridArgs {
         let setup = ScanSetup::read(&self.setup)?;
         if self.focus >= setup.foci.len() {
             return Err(miette!(
-                help = "focus entries are numbered from 0",
-                "{} has {} [[focus]] entries, none has number {}",
+                help = "[[focus]] entries are numbered from 0",
+                "{} has {} [[focus]] entries, but --focus is {}",
                 self.setup.display(),
                 setup.foci.len(),
                 self.focus
@@ -149,7 +149,7 @@ fn name_of(file: &Path) -> String {
     file.file_stem().map_or_else(|| "imported".to_owned(), |stem| stem.to_string_lossy().into())
 }
 
-/// A log holds no date; its file does.
+/// The date of the file: a log contains none.
 fn modified(file: &Path) -> miette::Result<jiff::Timestamp> {
     let modified = std::fs::metadata(file).and_then(|data| data.modified()).into_diagnostic()?;
     jiff::Timestamp::try_from(modified)
@@ -161,6 +161,6 @@ fn pair(text: &str) -> Result<[f64; 2], String> {
     let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
     match numbers[..] {
         [x, y] if x.is_finite() && y.is_finite() && text.matches(',').count() == 1 => Ok([x, y]),
-        _ => Err("two numbers are needed, as x,y".to_owned()),
+        _ => Err("expected two numbers, as x,y".to_owned()),
     }
 }

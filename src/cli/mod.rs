@@ -1,7 +1,7 @@
 //! The commands, one file each.
 //!
-//! Exit codes: 0 done; 1 a fault of a file or a device; 2 the command line was wrong; 3 the scan ended before its plan
-//! did, and `resume` can finish it; 130 stopped at once by a second signal.
+//! Exit codes: 0 success; 1 error of a file or device; 2 invalid command line; 3 the scan ended early, and `resume` can
+//! complete it; 130 ended immediately by a second signal.
 
 mod blind;
 mod characterize;
@@ -34,7 +34,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-/// Exit code of a scan that ended before its plan did.
+/// Exit code of a scan that ended early.
 const ENDED_PARTIAL: u8 = 3;
 
 /// Scan an ultrasonic field, simulate the same set-up, and say why the two differ.
@@ -45,50 +45,50 @@ struct Cli {
     command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 a fault of a file or a device; 2 the command line was wrong; \
-3 the scan ended before its plan did (`fieldgap resume` finishes it).\n\
-FIELDGAP_LOG=debug shows what is said on every line.";
+const EXIT_CODES: &str = "Exit codes: 0 success; 1 error of a file or device; 2 invalid command line; \
+3 the scan ended early (`fieldgap resume` completes it).\n\
+FIELDGAP_LOG=debug logs all traffic with the devices.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Scan a plan on a rig, compare it with the simulation, and write the report; diagnose and correct if the plan says so
+    /// Run a scan, compare it with the simulation and write a report; diagnose and correct if the plan asks for it
     Run(run::Run),
-    /// Scan a plan on a rig and keep the record
+    /// Run a scan and record it
     Scan(scan::Scan),
-    /// Finish a scan that ended early
+    /// Complete a scan that ended early
     Resume(resume::Resume),
-    /// Compare a recorded scan with its simulation and write the report, offline
+    /// Compare a recorded scan with its simulation and write a report
     Replay(replay::Replay),
     /// Compare a recorded scan with its simulation and print the figures
     Compare(compare::Compare),
-    /// Say why a recorded scan and its simulation differ
+    /// Diagnose why a recorded scan and its simulation differ
     Diagnose(diagnose::Diagnose),
-    /// Say which causes a scan can tell apart, whatever it reads
+    /// Predict which causes of a gap a scan can distinguish
     Distinguish(distinguish::Distinguish),
-    /// Simulate a plan, planes over a rig's array, or a display
+    /// Simulate the field of a plan, of planes above an array, or of a display
     Simulate(simulate::Simulate),
-    /// Say how peak, focal radius and sub-peaks go with any parameter; the thesis's table and curves
+    /// Study how peak, focal radius and sub-peaks depend on a parameter; reproduces the thesis's table and curves
     Study(study::StudyCommand),
-    /// Find a transducer's decay, lobe and axis in a scan of it alone, and write a transducer file
+    /// Fit decay, directivity and axis of a single transducer to a scan of it, and write a transducer file
     Characterize(characterize::Characterize),
-    /// Hold each transducer model against the integral over a vibrating face
+    /// Compare each transducer model with the integral over a vibrating piston
     Transducers(transducers::Transducers),
-    /// Play a display: foci that stand, move and alternate, so that a hand feels them
+    /// Play a tactile display on the array: fixed, moving or alternating foci
     Focus(focus::Focus),
-    /// Tell swipes of a hand from what four elements hear
+    /// Detect hand swipes with four receiving elements
     Sense(sense::Sense),
-    /// Bring in a field that was measured elsewhere
+    /// Import a field that was measured with other software
     Import(import::Import),
-    /// Keep a virtual rig open, as ports for any program
+    /// Run a virtual rig and print its serial ports
     Virtual(virtual_ports::Virtual),
-    /// Check diagnoses on sets of scans whose causes are sealed away
+    /// Test the diagnosis on scans with sealed causes
     Blind(blind::Blind),
-    /// Look after a rig
+    /// Check and operate a rig by hand
     Rig(rig::Rig),
-    /// Guard the rig of the program that started this
+    /// Watchdog process; started by the program itself
     #[command(hide = true)]
     Watchdog(watchdog::Watchdog),
-    /// Print the completions of a shell
+    /// Print shell completions
     Completions {
         /// The shell
         shell: clap_complete::Shell,
@@ -105,7 +105,7 @@ pub fn main() -> ExitCode {
         .with_ansi(std::io::stderr().is_terminal())
         .with_writer(std::io::stderr)
         .init();
-    // Paths and messages stay whole, so that they can be searched for and copied.
+    // Lines are not wrapped, so that paths and messages can be searched for and copied.
     let whole_lines = |_: &_| {
         let handler = miette::MietteHandlerOpts::new().wrap_lines(false).terminal_links(false);
         Box::new(handler.build()) as Box<dyn miette::ReportHandler>

@@ -1,11 +1,11 @@
-//! Where results go.
+//! Output of results.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, WrapErr};
 
-/// The folder for a new record where none is named: `out/NAME`, or the first of `out/NAME-2`, `out/NAME-3`, ... that
+/// The default folder for a new record: `out/NAME`, or the first of `out/NAME-2`, `out/NAME-3`, ... that
 /// does not exist yet.
 pub(super) fn fresh_folder(name: &str) -> PathBuf {
     let named = |number: usize| match number {
@@ -20,7 +20,7 @@ pub(super) fn print_json(value: &impl serde::Serialize) -> miette::Result<()> {
     print(&(serde_json::to_string_pretty(value).into_diagnostic()? + "\n"))
 }
 
-/// Writes a text to standard output. A reader that has seen enough and gone away ends it quietly.
+/// Writes a text to standard output. It is no error if the reader has gone.
 pub(super) fn print(text: &str) -> miette::Result<()> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {

@@ -1,4 +1,4 @@
-//! A scan that is running, shown to whoever waits: a bar on a terminal, a line an event as JSON.
+//! Progress of a running scan: a bar on a terminal, or one line of JSON per event.
 
 use std::io::Write;
 use std::sync::mpsc::{Sender, channel};
@@ -9,17 +9,17 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::watch::Watching;
 use fieldgap_acquisition::Event;
 
-/// How a running scan is shown.
+/// A progress display.
 pub(super) enum Progress {
-    /// A bar with the time left and what is being measured; on standard error.
+    /// A bar with the remaining time and the current point, on standard error.
     Bar(ProgressBar),
-    /// One JSON object a line, on standard output.
+    /// One JSON object per line, on standard output.
     Json(JsonLines),
-    /// The whole terminal.
+    /// The full-screen view.
     Screen(Watching),
 }
 
-/// Lines on standard output, written by a thread of their own: a reader that stalls must not stall a scan.
+/// Lines on standard output, written by a thread of their own, so that a stalled reader cannot stall the scan.
 pub(super) struct JsonLines {
     lines: Option<Sender<String>>,
     writer: Option<JoinHandle<()>>,
@@ -31,7 +31,7 @@ impl JsonLines {
         let writer = std::thread::spawn(move || {
             let mut out = std::io::stdout();
             for line in written {
-                // Whoever reads along may have gone away; the scan goes on without them.
+                // If the reader has gone, the scan continues.
                 if out.write_all(line.as_bytes()).and_then(|()| out.flush()).is_err() {
                     return;
                 }
@@ -56,7 +56,7 @@ impl Progress {
         Self::Json(JsonLines::new())
     }
 
-    /// A bar, with `done` of `rows` points behind it.
+    /// A bar with `done` of `rows` points completed.
     pub(super) fn bar(rows: usize, done: usize) -> Self {
         let bar = ProgressBar::new(rows as u64).with_position(done as u64);
         let style = ProgressStyle::with_template(
@@ -99,7 +99,7 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
         Event::Homed => bar.set_message("homed"),
         Event::ReferenceChecked { row, kept, now, moved_mm } => {
             let again = format!(
-                "row {row} measured again: {now:.5} where {kept:.5} was kept ({:+.2} %), {moved_mm:.3} mm apart",
+                "row {row} measured again: {now:.5}, before {kept:.5} ({:+.2} %), {moved_mm:.3} mm apart",
                 (now / kept - 1.0) * 100.0
             );
             bar.suspend(|| say(&again));
@@ -107,7 +107,7 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
         Event::LagFound { lag_ms, standard_error_ms } => {
             bar.suspend(|| {
                 say(&format!(
-                    "readings lag {lag_ms:.2} ± {standard_error_ms:.2} ms behind the robot"
+                    "lag of the readings behind the robot: {lag_ms:.2} ± {standard_error_ms:.2} ms"
                 ))
             });
         }
@@ -117,10 +117,10 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
                 say(&format!("reference point: {now:.5}, {drift:+.2} % since the first"))
             });
         }
-        Event::Spoilt { text, .. } => bar.suspend(|| say(text)),
-        Event::Paused => bar.set_message("waits; the array is silent"),
+        Event::ImpairedReading { text, .. } => bar.suspend(|| say(text)),
+        Event::Paused => bar.set_message("paused, the array is silent"),
         Event::Continued { waited_s } => {
-            bar.suspend(|| say(&format!("went on after {waited_s:.0} s")));
+            bar.suspend(|| say(&format!("continued after {waited_s:.0} s")));
         }
         Event::Question { text } => bar.suspend(|| say(&format!("ATTENTION: {text}"))),
         Event::HookFailed { text } => bar.suspend(|| say(text)),
@@ -130,12 +130,12 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
             let clip = if *clipped { ", clipped" } else { "" };
             bar.set_message(format!("{what} at ({x:.1}, {y:.1}, {z:.1}) mm: {reading:.4}{clip}"));
         }
-        Event::Waiting { reason } => {
-            bar.suspend(|| say(&format!("waiting, the array silent: {reason}")));
-            bar.set_message("waiting for room on the disk");
+        Event::DiskFull { reason } => {
+            bar.suspend(|| say(&format!("waiting, the array is silent: {reason}")));
+            bar.set_message("waiting for disk space");
         }
-        Event::WentOn { waited_s } => {
-            bar.suspend(|| say(&format!("went on after {waited_s:.0} s")));
+        Event::DiskSpaceFreed { waited_s } => {
+            bar.suspend(|| say(&format!("continued after {waited_s:.0} s")));
         }
         Event::Ended { rows, of, reason } => {
             bar.finish_and_clear();
@@ -151,7 +151,7 @@ fn say_end(rows: usize, of: usize, reason: Option<&str>) {
     }
 }
 
-/// Says a line to whoever watches, who may have gone away: a closed terminal must not end a scan in a panic.
+/// Prints a line on standard error. A closed terminal must not end a scan in a panic, so errors are ignored.
 pub(super) fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

@@ -1,4 +1,4 @@
-//! `fieldgap replay`: a recorded scan compared with its simulation, the report written, offline.
+//! `fieldgap replay`: compare a recorded scan with its simulation and write a report.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -17,14 +17,14 @@ use fieldgap_report::{InputFile, ReportContext, ReportFiles};
 /// The `replay` command.
 #[derive(Debug, Args)]
 pub(super) struct Replay {
-    /// The folder of the recorded scan
+    /// Folder of the recorded scan
     folder: PathBuf,
     #[command(flatten)]
     comparison: ComparisonArgs,
-    /// The folder for the report; without it report/ in the scan's folder
+    /// Folder for the report [default: report/ in the scan's folder]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Run the drivers again against what was said on the wires (the folder's wire/), and say where they behave otherwise
+    /// Instead, run the drivers against the recorded device traffic (wire/ in the folder) and list what they do differently
     #[arg(long, conflicts_with = "out")]
     wire: bool,
     /// Print the comparison as JSON
@@ -58,7 +58,7 @@ impl Replay {
     }
 }
 
-/// Compares a recorded scan and writes its report; says on standard error what was found, and where the page is.
+/// Compares a recorded scan and writes its report. Prints the result and the path of the report on standard error.
 pub(super) fn report_on(
     folder: &Path,
     comparison: &ComparisonArgs,
@@ -74,7 +74,7 @@ pub(super) fn report_on(
     Ok(comparisons)
 }
 
-/// Writes the report of a scan's comparisons; says what a reader has to know before believing them.
+/// Writes the report of a scan's comparisons, and prints its warnings on standard error.
 pub(super) fn write_report(
     folder: &Path,
     scan: &RecordedScan,
@@ -89,7 +89,7 @@ pub(super) fn write_report(
     Ok(files)
 }
 
-/// Where the data in a folder are from, for a report.
+/// Origin of the data in a folder, for a report.
 pub(super) fn context(folder: &Path, scan: &RecordedScan) -> miette::Result<ReportContext> {
     Ok(ReportContext {
         title: scan.setup.name.clone(),
@@ -129,7 +129,7 @@ fn set_up(scan: &RecordedScan) -> Vec<(String, String)> {
     rows
 }
 
-/// The files that the comparison depends on, those that are there.
+/// The existing files that the comparison depends on.
 fn inputs(folder: &Path, scan: &RecordedScan) -> miette::Result<Vec<InputFile>> {
     let elements = match scan.setup.array.layout() {
         Layout::Elements { file } => Some(file.as_str()),
@@ -147,7 +147,7 @@ fn inputs(folder: &Path, scan: &RecordedScan) -> miette::Result<Vec<InputFile>> 
         .collect()
 }
 
-/// What a reader has to know before believing the figures.
+/// Reservations about the readings of a scan.
 fn warnings(folder: &Path) -> Vec<String> {
     let mut warnings = Vec::new();
     if let Ok(Some(state @ (ScanState::Partial { .. } | ScanState::Scanning))) =

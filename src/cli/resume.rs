@@ -1,18 +1,18 @@
-//! `fieldgap resume`: a scan that ended early, finished.
+//! `fieldgap resume`: complete a scan that ended early.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
 
-use super::scan::{Showing, conduct, told};
+use super::scan::{Showing, report_ending, run_scan};
 use crate::rig_file::simulated_devices;
 use fieldgap_acquisition::ScanRun;
 
 /// The `resume` command.
 #[derive(Debug, Args)]
 pub(super) struct Resume {
-    /// The folder of the scan
+    /// Folder of the scan
     folder: PathBuf,
     #[command(flatten)]
     showing: Showing,
@@ -21,7 +21,7 @@ pub(super) struct Resume {
 impl Resume {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         self.showing.is_possible()?;
-        let ending = conduct(ScanRun::resume(&self.folder, simulated_devices), &self.showing)?;
-        Ok(told(&self.folder, &ending))
+        let ending = run_scan(ScanRun::resume(&self.folder, simulated_devices), &self.showing)?;
+        Ok(report_ending(&self.folder, &ending))
     }
 }

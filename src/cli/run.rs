@@ -1,4 +1,4 @@
-//! `fieldgap run`: a plan scanned on a rig, compared with its simulation, the report written; where the plan asks for it, diagnosed and corrected.
+//! `fieldgap run`: run a scan, compare it with the simulation and write a report; diagnose and correct if the plan asks for it.
 
 use std::process::ExitCode;
 
@@ -7,7 +7,7 @@ use clap::Args;
 use super::closing::close_gap;
 use super::compare::ComparisonArgs;
 use super::replay::report_on;
-use super::scan::{ScanArgs, Scanned, told};
+use super::scan::{ScanArgs, Scanned, report_ending};
 use fieldgap_acquisition::Ending;
 
 /// The `run` command.
@@ -30,10 +30,10 @@ impl Run {
             match ending {
                 Ending::Complete => close_gap(&folder, &self.comparison, &report)?,
                 Ending::Partial { .. } => {
-                    eprintln!("not diagnosed: the scan ended before its plan did");
+                    eprintln!("not diagnosed: the scan ended early");
                 }
             }
         }
-        Ok(told(&folder, &ending))
+        Ok(report_ending(&folder, &ending))
     }
 }

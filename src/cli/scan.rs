@@ -1,4 +1,4 @@
-//! `fieldgap scan`: a plan scanned on a rig, the record kept.
+//! `fieldgap scan`: run a scan and record it.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -21,31 +21,31 @@ use fieldgap_acquisition::{
     AcquisitionError, DryRun, Ending, Event, PauseSwitch, PlannedScan, ScanRun,
 };
 
-/// What a scan is asked for, here and for `run`.
+/// Arguments of `scan` and `run`.
 #[derive(Debug, Args)]
 pub(super) struct ScanArgs {
-    /// The plan (see scans/)
+    /// Plan file (examples are in scans/)
     plan: PathBuf,
-    /// The rig file; without it the one that the plan names
+    /// Rig file [default: the one named in the plan]
     #[arg(long, value_name = "FILE")]
     rig: Option<PathBuf>,
-    /// The folder for the record; without it out/NAME of the plan
+    /// Folder for the record [default: out/NAME, with the name of the plan]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Only check the plan against the rig file, and say what it comes to
+    /// Only check the plan against the rig file and print its size and duration
     #[arg(long)]
     dry_run: bool,
     #[command(flatten)]
     showing: Showing,
 }
 
-/// How a running scan is shown.
+/// How the progress of a scan is shown.
 #[derive(Debug, Args)]
 pub(super) struct Showing {
-    /// Show the scan on the whole terminal: its map filling in, and keys to let it wait or end
+    /// Show the scan full screen, with a live map and keys to pause or end it
     #[arg(long, conflicts_with = "json")]
     watch: bool,
-    /// Tell every event as a line of JSON
+    /// Print each event as a line of JSON
     #[arg(long)]
     json: bool,
 }
@@ -57,11 +57,11 @@ pub(super) struct Scan {
     args: ScanArgs,
 }
 
-/// What became of a scan.
+/// Result of `scan`.
 pub(super) enum Scanned {
-    /// It was only checked.
+    /// The plan was only checked.
     Checked,
-    /// It was done; the record is in the folder. `diagnose` is what the plan says of it.
+    /// The scan ran; its record is in `folder`. `diagnose` is the setting in the plan.
     Done { folder: PathBuf, ending: Ending, diagnose: bool },
 }
 
@@ -69,13 +69,13 @@ impl Scan {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         match self.args.scan()? {
             Scanned::Checked => Ok(ExitCode::SUCCESS),
-            Scanned::Done { folder, ending, .. } => Ok(told(&folder, &ending)),
+            Scanned::Done { folder, ending, .. } => Ok(report_ending(&folder, &ending)),
         }
     }
 }
 
 impl ScanArgs {
-    /// Checks the plan, then scans it unless only the check was asked for.
+    /// Checks the plan, then runs it unless `--dry-run` is given.
     pub(super) fn scan(&self) -> miette::Result<Scanned> {
         self.showing.is_possible()?;
         let scan = PlannedScan::read(&self.plan, self.rig.as_deref())?;
@@ -91,23 +91,23 @@ impl ScanArgs {
         }
         let folder = self.out.clone().unwrap_or_else(|| fresh_folder(scan.name()));
         let diagnose = scan.plan().diagnose;
-        let ending = conduct(ScanRun::begin(scan, &folder, simulated_devices), &self.showing)?;
+        let ending = run_scan(ScanRun::begin(scan, &folder, simulated_devices), &self.showing)?;
         Ok(Scanned::Done { folder, ending, diagnose })
     }
 }
 
-/// Runs a session to its end, shown as it goes, ended safe by Ctrl-C, a closed terminal or a request to terminate.
-pub(super) fn conduct(
-    session: impl Future<Output = Result<ScanRun, AcquisitionError>>,
+/// Runs a scan to its end and shows its progress. Ctrl-C, a closed terminal or a request to terminate ends it safely.
+pub(super) fn run_scan(
+    scan_run: impl Future<Output = Result<ScanRun, AcquisitionError>>,
     showing: &Showing,
 ) -> miette::Result<Ending> {
     let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
     let ending = runtime.block_on(async {
         let stop = StopRequests::listen().into_diagnostic()?;
-        let mut session = session.await?;
-        session.guard(watchdog()?)?;
+        let mut scan_run = scan_run.await?;
+        scan_run.guard(watchdog()?)?;
         let (abort, mut aborted) = unbounded_channel();
-        let progress = Arc::new(Mutex::new(showing.begin(&mut session, abort.clone())?));
+        let progress = Arc::new(Mutex::new(showing.begin(&mut scan_run, abort.clone())?));
         let show = {
             let progress = Arc::clone(&progress);
             move |event: &Event| {
@@ -115,11 +115,11 @@ pub(super) fn conduct(
             }
         };
         let (tell, told) = unbounded_channel();
-        let monitor = tokio::spawn(session.monitor().follow(told, show.clone()));
+        let monitor = tokio::spawn(scan_run.monitor().follow(told, show.clone()));
         let asked = async {
             tokio::select! {
                 who = stop.first() => who,
-                // Never closed: this holds an end of it.
+                // Never closed: the sender lives here.
                 Some(who) = aborted.recv() => who,
             }
         };
@@ -127,23 +127,23 @@ pub(super) fn conduct(
             show(event);
             let _ = tell.send(event.clone());
         };
-        let ending = session.run(watch, asked).await;
+        let ending = scan_run.run(watch, asked).await;
         drop(tell);
         let _ = monitor.await;
         Ok(ending?)
     });
-    // Signals stay in the runtime's hands for as long as the program lives: the listener goes on.
+    // The runtime must live on, because it listens for signals until the program ends.
     std::mem::forget(runtime);
     ending
 }
 
 impl Showing {
-    /// Makes sure that there is a terminal where one is needed.
+    /// Checks that there is a terminal if `--watch` needs one.
     pub(super) fn is_possible(&self) -> miette::Result<()> {
         if self.watch && !Screen::is_possible() {
             return Err(miette!(
-                help = "leave --watch out, or start it in a terminal",
-                "--watch needs a terminal, and there is none"
+                help = "leave --watch out, or run the command in a terminal",
+                "--watch needs a terminal"
             ));
         }
         Ok(())
@@ -151,38 +151,38 @@ impl Showing {
 
     fn begin(
         &self,
-        session: &mut ScanRun,
+        scan_run: &mut ScanRun,
         abort: UnboundedSender<&'static str>,
     ) -> miette::Result<Progress> {
         if self.json {
             return Ok(Progress::json());
         }
         if !self.watch {
-            return Ok(Progress::bar(session.visits(), session.done()));
+            return Ok(Progress::bar(scan_run.visits(), scan_run.done()));
         }
-        let receiver = session.receiver().clone();
-        let scan = session.scan();
+        let receiver = scan_run.receiver().clone();
+        let scan = scan_run.scan();
         let view = ScanView::new(
             scan.plan(),
             scan.visits(),
-            session.kept(),
+            scan_run.kept(),
             receiver.unit,
             receiver.full_scale,
         );
         let (switch, pause) = PauseSwitch::new();
-        session.paused_by(pause);
+        scan_run.paused_by(pause);
         let watching = Watching::begin(view, Controls { pause: switch, abort });
         Ok(Progress::Screen(watching.into_diagnostic()?))
     }
 }
 
-/// Says where the record is and how to go on with it.
-pub(super) fn told(folder: &Path, ending: &Ending) -> ExitCode {
+/// Prints where the record is and how to complete it.
+pub(super) fn report_ending(folder: &Path, ending: &Ending) -> ExitCode {
     say(&format!("record: {}", folder.display()));
     match ending {
         Ending::Complete => ExitCode::SUCCESS,
         Ending::Partial { .. } => {
-            say(&format!("`fieldgap resume {}` finishes it", folder.display()));
+            say(&format!("`fieldgap resume {}` completes the scan", folder.display()));
             ExitCode::from(ENDED_PARTIAL)
         }
     }
@@ -190,7 +190,7 @@ pub(super) fn told(folder: &Path, ending: &Ending) -> ExitCode {
 
 fn in_words(check: &DryRun) -> String {
     format!(
-        "{} readings ({} in silence, {} at the reference point), {:.1} m of way, about {} on the robot's clock, {:.1} MiB",
+        "{} readings ({} with the array silent, {} at the reference point), robot path {:.1} m, duration about {}, {:.1} MiB on disk",
         check.visits,
         check.dark,
         check.references,

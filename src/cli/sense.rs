@@ -1,4 +1,4 @@
-//! `fieldgap sense`: swipes of a hand, as they come.
+//! `fieldgap sense`: detect hand swipes.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -19,9 +19,9 @@ use fieldgap_virtual_rig::VirtualRig;
 /// The `sense` command.
 #[derive(Debug, Args)]
 pub(super) struct Sense {
-    /// A rig file with a [sensing] section, such as rigs/swipe.toml
+    /// Rig file with a [sensing] section, such as rigs/swipe.toml
     rig: PathBuf,
-    /// How long to listen, on the controller's clock; without it until it is stopped
+    /// Duration on the controller's clock [default: until Ctrl-C]
     #[arg(long, value_name = "S", value_parser = positive)]
     seconds: Option<Positive>,
     /// Print each swipe as a line of JSON
@@ -37,7 +37,7 @@ impl Sense {
         let section = rig_setup.sensing.ok_or_else(|| {
             miette!(
                 help = "add a [sensing] section with the elements `left` and `right`, as in rigs/swipe.toml",
-                "{} does not say which elements listen",
+                "{} has no section [sensing]",
                 self.rig.display()
             )
         })?;
@@ -52,7 +52,7 @@ impl Sense {
             let [a, b, c, d] = section.elements();
             if !self.json {
                 print(&format!(
-                    "elements {a} and {b} on the left, {c} and {d} on the right listen on {} at {} Hz\n",
+                    "receiving on {} at {} Hz: elements {a} and {b} on the left, {c} and {d} on the right\n",
                     array.device(),
                     section.rate_hz()
                 ))?;
@@ -75,8 +75,8 @@ impl Sense {
             let (samples, lost) = session.tally();
             session.end().await?;
             if !self.json {
-                let lost = if lost > 0 { format!(" and {lost} were lost") } else { String::new() };
-                print(&format!("{samples} samples came{lost}; the array is silent\n"))?;
+                let lost = if lost > 0 { format!(", {lost} lost") } else { String::new() };
+                print(&format!("{samples} samples received{lost}; the array is silent\n"))?;
             }
             Ok(ExitCode::SUCCESS)
         })
@@ -87,7 +87,7 @@ impl Sense {
             return Ok(serde_json::to_string(swipe).into_diagnostic()? + "\n");
         }
         Ok(format!(
-            "{:>9.2} s  {:<5}  there for {:.2} s, the sides {:.0} ms apart\n",
+            "{:>9.2} s  {:<5}  present for {:.2} s, {:.0} ms between the two sides\n",
             swipe.went_s,
             swipe.direction.to_string(),
             swipe.went_s - swipe.came_s,

@@ -1,4 +1,4 @@
-//! `fieldgap simulate`: the field of a plan's points, or of planes over a rig's array, with the figures of each plane.
+//! `fieldgap simulate`: the field of the planes of a plan, or of planes above an array, with the figures of each plane.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -18,41 +18,41 @@ use fieldgap_acquisition::{PlannedScan, RigSetup};
 use fieldgap_input::Positive;
 use fieldgap_records::{Axis, Region, Shape};
 
-/// Points of all planes together, at most: what fits into memory with ease.
+/// Most points of all planes together, so that they fit in memory.
 const MOST_POINTS: f64 = 3e7;
 
 /// The `simulate` command.
 #[derive(Debug, Args)]
 pub(super) struct Simulate {
-    /// The plan whose planes are simulated; without it, give --rig, --focus-mm and --z-mm
+    /// Plan whose planes are simulated; without a plan, give --rig, --focus-mm and --z-mm
     plan: Option<PathBuf>,
-    /// A display file, such as scans/display-circle.toml: what skin feels of it; with --out, its pictures
+    /// Simulate a display file, such as scans/display-circle.toml, instead; --out writes pictures of it
     #[arg(long, value_name = "FILE", conflicts_with_all = ["plan", "focus_mm", "z_mm", "size_mm", "step_mm", "volume_mm"])]
     display: Option<PathBuf>,
-    /// The rig file; without it the one that the plan names
+    /// Rig file [default: the one named in the plan]
     #[arg(long, value_name = "FILE", required_unless_present_any = ["plan", "display"])]
     rig: Option<PathBuf>,
-    /// The simulator: as-written, corrected, piston, gaussian, multi-gaussian, rayleigh or transducer (the rig's own);
-    /// without it the plan's, or corrected
+    /// Simulator: as-written, corrected, piston, gaussian, multi-gaussian, rayleigh or transducer (the transducer file of
+    /// the rig) [default: as in the plan, or corrected]
     #[arg(long, value_name = "NAME")]
     simulator: Option<Simulator>,
-    /// The focus, as x,y,z
+    /// Focus, mm
     #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
     focus_mm: Option<Vec3>,
-    /// Heights of the planes, as z or z,z,...
+    /// Heights of the planes, mm
     #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = positive, conflicts_with = "plan")]
     z_mm: Vec<Positive>,
-    /// Side of the planes, about the axis
+    /// Side length of the planes, centred on the axis, mm
     #[arg(long, value_name = "MM", default_value = "100", value_parser = positive, conflicts_with = "plan")]
     size_mm: Positive,
-    /// Step of the planes
+    /// Grid step of the planes, mm
     #[arg(long, value_name = "MM", default_value = "1", value_parser = positive, conflicts_with = "plan")]
     step_mm: Positive,
-    /// Heights of a volume, as from,to, a plane every --step-mm: it is written into the folder --out plane by plane, and gone on
-    /// with if the same command was stopped before
+    /// Simulate a volume between two heights, mm, with a plane every --step-mm. It is written to the folder --out plane by
+    /// plane; if the command was interrupted, the same command continues it
     #[arg(long, value_name = "FROM,TO", conflicts_with_all = ["plan", "z_mm", "json"], requires = "out")]
     volume_mm: Option<Heights>,
-    /// Write the field as simulation.csv (of a volume as volume.npy and volume.toml) into this folder
+    /// Write the field to this folder as simulation.csv (a volume: volume.npy and volume.toml)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print the figures as JSON
@@ -60,7 +60,7 @@ pub(super) struct Simulate {
     json: bool,
 }
 
-/// One plane of one drive, simulated.
+/// One simulated plane of one focus.
 #[derive(Debug, Serialize)]
 struct SimulatedPlane {
     simulator: Simulator,
@@ -119,7 +119,7 @@ impl Simulate {
         Ok(RigSetup::read(self.rig.as_deref().expect("clap asks for a plan or a rig"))?)
     }
 
-    /// Half of the planes' side, a whole number of steps.
+    /// Half the side of the planes, a whole number of steps, m.
     fn half_m(&self) -> f64 {
         let steps = (0.5 * self.size_mm.get() / self.step_mm.get()).floor();
         steps * self.step_mm.get() * 1e-3
@@ -129,7 +129,7 @@ impl Simulate {
         let Some(focus_mm) = self.focus_mm else {
             return Err(miette!(
                 help = "for example --focus-mm 0,0,100 --z-mm 50,100,150",
-                "without a plan, --focus-mm is needed"
+                "--focus-mm is required without a plan"
             ));
         };
         let simulator = self.simulator.unwrap_or(Simulator::Corrected);
@@ -148,7 +148,7 @@ impl Simulate {
         let grids: Vec<PlaneGrid> = scan.plan().regions.iter().flat_map(grids).collect();
         if grids.is_empty() {
             return Err(miette!(
-                help = "give --rig, --focus-mm and --z-mm for planes of your own",
+                help = "without a plan, choose planes with --rig, --focus-mm and --z-mm",
                 "{} has no planes or volumes to simulate",
                 plan.display()
             ));
@@ -172,15 +172,15 @@ impl Simulate {
         if self.z_mm.is_empty() {
             return Err(miette!(
                 help = "for example --z-mm 50,100,150, or --volume-mm 50,150",
-                "without a plan, --z-mm or --volume-mm is needed"
+                "--z-mm or --volume-mm is required without a plan"
             ));
         }
         let half_m = self.half_m();
         let steps = half_m / (self.step_mm.get() * 1e-3);
         if (2.0 * steps + 1.0).powi(2) * self.z_mm.len() as f64 > MOST_POINTS {
             return Err(miette!(
-                help = "take a larger --step-mm or a smaller --size-mm, or --volume-mm, which goes to disk",
-                "that would be more than {MOST_POINTS:e} points"
+                help = "choose a larger --step-mm or a smaller --size-mm; or use --volume-mm, which writes to disk",
+                "the planes have more than {MOST_POINTS:e} points"
             ));
         }
         Ok(self
@@ -300,7 +300,7 @@ pub(super) fn millimetres(text: &str) -> Result<Vec3, String> {
         .collect::<Result<Vec<f64>, String>>()?;
     match numbers[..] {
         [x, y, z] if numbers.iter().all(|number| number.is_finite()) => Ok(Vec3::new(x, y, z)),
-        _ => Err("three numbers are needed, as x,y,z".to_owned()),
+        _ => Err("expected three numbers, as x,y,z".to_owned()),
     }
 }
 

@@ -1,4 +1,4 @@
-//! `fieldgap simulate --display`: what skin feels of a display, and pictures of it, without a rig.
+//! `fieldgap simulate --display`: pressure and force of a tactile display on skin, with pictures, without a rig.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -10,11 +10,11 @@ use super::output::{print, print_json};
 use fieldgap_acoustics::Simulator;
 use fieldgap_acoustics::radiation::SkinInAir;
 use fieldgap_acquisition::RigSetup;
-use fieldgap_display::{Composed, DisplayFile, Felt, Playback, compose, felt};
+use fieldgap_display::{ComposedDisplay, DisplayFile, Playback, Stimulus, compose, stimulus};
 use fieldgap_report::{DisplayShown, write_display};
 use fieldgap_rig::ArrayIdentity;
 
-/// The arguments of `simulate` that a display has.
+/// Arguments of `simulate` for a display.
 pub(super) struct SimulateDisplay<'a> {
     pub display: &'a Path,
     pub rig: Option<&'a Path>,
@@ -37,7 +37,7 @@ impl SimulateDisplay<'_> {
         let element_db = display.output.element_db_at_300_mm.get();
         let playback = Playback::new(&composed.program, sounding, &controller, element_db);
         let skin = SkinInAir::new(sounding.medium, display.output.air_density_kg_m3.get());
-        let felt = felt(&composed, &playback, skin, controller.carrier_hz());
+        let felt = stimulus(&composed, &playback, skin, controller.carrier_hz());
         if let Some(folder) = self.out {
             let shown = DisplayShown {
                 display: &display,
@@ -67,11 +67,11 @@ impl SimulateDisplay<'_> {
     }
 }
 
-fn text(composed: &Composed, controller: &ArrayIdentity, felt: &Felt) -> String {
+fn text(composed: &ComposedDisplay, controller: &ArrayIdentity, felt: &Stimulus) -> String {
     let mut text = summary(composed, controller) + "\n";
     if let Some(quality) = composed.quality {
         text += &format!(
-            "foci at once: uniformity {:.3}, efficiency {:.3}\n",
+            "simultaneous foci: uniformity {:.3}, efficiency {:.3}\n",
             quality.uniformity, quality.efficiency
         );
     }
@@ -80,14 +80,14 @@ fn text(composed: &Composed, controller: &ArrayIdentity, felt: &Felt) -> String 
         "focus",
         "frames",
         "Pa rms",
-        "(least-most)",
+        "(min-max)",
         "dB",
         "peak off",
         "of 8 kPa",
         "force",
         "pressure",
-        "in place",
-        "swinging"
+        "steady",
+        "varying"
     );
     for focus in &felt.foci {
         let off = focus.peak_off_mm.map_or("-".to_owned(), |off_mm| format!("{off_mm:.2} mm"));
@@ -107,7 +107,8 @@ fn text(composed: &Composed, controller: &ArrayIdentity, felt: &Felt) -> String 
             swings,
         );
     }
-    text += "\nforce: radiation on a disc of 10 mm radius under the whole envelope; pressure: radiation at the focus; in place: its mean \
-             over time\nwhere skin feels it swing most; 8 kPa: the threshold of skin as the thesis gives it\n";
+    text += "\nforce: radiation force on a disc of 10 mm radius at full envelope\npressure: radiation pressure at the focus at full envelope\n\
+             steady, varying: mean radiation pressure over time and its amplitude at the modulation frequency, at the place of the \
+             largest variation\n8 kPa: threshold of skin as given by the thesis\n";
     text
 }

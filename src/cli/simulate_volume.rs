@@ -1,4 +1,4 @@
-//! A volume simulated plane by plane onto disk, however much larger than memory it is.
+//! Simulation of a volume, plane by plane to disk: it may be larger than memory.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use fieldgap_acoustics::{Excitation, PlaneGrid, Simulation};
 use fieldgap_acquisition::RigSetup;
 use fieldgap_records::{ArrayTable, VolumeFile};
 
-/// Most points of a plane. A plane takes at most 400 bytes a point while it is summed, so that the whole stays below 2 GiB.
+/// Most points of a plane. A plane takes at most 400 bytes per point, so memory stays below 2 GiB.
 const MOST_POINTS_OF_A_PLANE: usize = 4_000_000;
 
 /// Heights of a volume, mm.
@@ -30,19 +30,19 @@ impl std::str::FromStr for Heights {
             Some(&[from_mm, to_mm]) if 0.0 < from_mm && from_mm <= to_mm && to_mm.is_finite() => {
                 Ok(Self { from_mm, to_mm })
             }
-            _ => Err("two heights above zero are needed, the lower one first, as from,to".into()),
+            _ => Err("expected two heights above zero, the lower one first, as from,to".into()),
         }
     }
 }
 
-/// What `volume.toml` says.
+/// Contents of `volume.toml`.
 #[derive(Serialize)]
 struct Description {
     values: &'static str,
     simulator: String,
     speed_of_sound_m_s: f64,
     focus_mm: Option<[f64; 3]>,
-    /// Of all numbers of all elements and of the transducer: a volume is not gone on with by another array.
+    /// Checksum of all elements and the transducer: a volume is only continued with the same array.
     array_crc32: u32,
     first_mm: [f64; 3],
     step_mm: f64,
@@ -50,7 +50,7 @@ struct Description {
     array: ArrayTable,
 }
 
-/// Simulates planes of `grid`'s points from height to height into a folder, or goes on where it was left.
+/// Simulates planes of the points of `grid` into a folder, or continues an interrupted simulation.
 pub(super) fn simulate_volume(
     rig_setup: &RigSetup,
     simulation: &Simulation,
@@ -63,7 +63,7 @@ pub(super) fn simulate_volume(
     if columns * rows > MOST_POINTS_OF_A_PLANE {
         return Err(miette!(
             help = "take a larger --step-mm or a smaller --size-mm",
-            "a plane of {columns} x {rows} points is more than {MOST_POINTS_OF_A_PLANE}, which memory is bounded for"
+            "a plane of {columns} x {rows} points is too large: at most {MOST_POINTS_OF_A_PLANE} points are possible"
         ));
     }
     let planes = ((heights.to_mm - heights.from_mm) / step_mm + 1e-9).floor() as usize + 1;

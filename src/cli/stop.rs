@@ -1,4 +1,4 @@
-//! Requests to stop: from the keyboard, from a terminal that closes, from the system.
+//! Requests to stop: from the keyboard, a closed terminal or the system.
 
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -6,21 +6,20 @@ use std::time::{Duration, Instant};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::mpsc::{Receiver, channel};
 
-/// Exit code of a program that was stopped at once.
+/// Exit code of a program that was ended immediately.
 pub(super) const STOPPED_AT_ONCE: i32 = 130;
 
-/// How long after the first request a further one is taken for an echo of it (a closing terminal hangs up and terminates):
-/// time to make the rig safe.
+/// Time after the first request in which further ones are ignored (a closing terminal sends two signals): enough to make
+/// the rig safe.
 const ECHO: Duration = Duration::from_secs(2);
 
-/// The first request ends a scan safe; one that comes later than its echo, or when the scan is over, ends the program at
-/// once.
+/// The first request ends a scan safely. A later one, or one after the scan, ends the program immediately.
 pub(super) struct StopRequests {
     first: Receiver<&'static str>,
 }
 
 impl StopRequests {
-    /// Listens from now on, for as long as the runtime lives.
+    /// Listens for as long as the runtime lives.
     pub(super) fn listen() -> std::io::Result<Self> {
         let (tell, first) = channel(1);
         let told = Arc::new(OnceLock::<Instant>::new());
@@ -47,7 +46,7 @@ impl StopRequests {
         Ok(Self { first })
     }
 
-    /// Resolves at the first request, with who asked.
+    /// Resolves at the first request, with its reason.
     pub(super) async fn first(mut self) -> &'static str {
         match self.first.recv().await {
             Some(who) => who,

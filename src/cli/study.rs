@@ -1,4 +1,4 @@
-//! `fieldgap study`: how peak, focal radius and sub-peaks go with any parameter; the thesis's table and Figs. 13 to 15.
+//! `fieldgap study`: how peak, focal radius and sub-peaks depend on a parameter; the thesis's table and Figs. 13 to 15.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -16,34 +16,34 @@ use fieldgap_study::{Limits, Observation, Onset, Row, Study, StudyResult, onsets
 /// The `study` command.
 #[derive(Debug, Args)]
 pub(super) struct StudyCommand {
-    /// A study of the thesis (shape, height, count, spacing, comparison), or the file of another
+    /// Name of a study of the thesis (shape, height, count, spacing, comparison), or a study file
     #[arg(value_name = "STUDY")]
     study: String,
-    /// Whose simulator and definitions are used; without it the study's own, which in the thesis's is `corrected`
+    /// Simulator and definitions to use [default: as in the study file; `corrected` for the studies of the thesis]
     #[arg(long, value_enum, value_name = "CONVENTION")]
     convention: Option<ConventionName>,
-    /// Change a key of the study, as `array.columns=8`, `map.step_mm=0.5`, `draws=1000`; may be given again
+    /// Override a key of the study, such as `array.columns=8`, `map.step_mm=0.5`, `draws=1000`; repeatable
     #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
     set: Vec<(String, String)>,
-    /// Draw the field of every combination of values
+    /// Also draw the field of every combination of values
     #[arg(long)]
     maps: bool,
-    /// The folder for tables and pictures; without it out/study-NAME
+    /// Folder for tables and pictures [default: out/study-NAME]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Print the figures as JSON, and write nothing
+    /// Print the figures as JSON and write no files
     #[arg(long, conflicts_with_all = ["out", "maps"])]
     json: bool,
-    /// Print the study's file, to start one of your own from
+    /// Print the study file, as a template for your own
     #[arg(long, conflicts_with_all = ["out", "maps", "json"])]
     show: bool,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(super) enum ConventionName {
-    /// As the thesis's listings compute, slips included
+    /// As in the listings of the thesis, with their bugs
     AsWritten,
-    /// With the slips mended
+    /// With these bugs fixed
     Corrected,
 }
 
@@ -109,7 +109,7 @@ impl StudyCommand {
     }
 }
 
-/// A name is a study of the thesis; what looks like a file is one.
+/// Finds a study of the thesis by name, or else reads a file.
 fn source(study: &str) -> miette::Result<TomlSource> {
     let path = Path::new(study);
     let unknown = match Study::of_thesis(study) {
@@ -155,6 +155,6 @@ fn assignment(text: &str) -> Result<(String, String), String> {
         Some((key, value)) if !key.trim().is_empty() => {
             Ok((key.trim().to_owned(), value.trim().to_owned()))
         }
-        _ => Err("a key and its value are needed, as array.columns=8".to_owned()),
+        _ => Err("expected a key and a value, as array.columns=8".to_owned()),
     }
 }

@@ -1,4 +1,4 @@
-//! `fieldgap transducers`: how far each transducer model can be trusted, beside the integral over a vibrating face.
+//! `fieldgap transducers`: errors of each transducer model against the integral over a vibrating piston.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -17,16 +17,16 @@ use fieldgap_study::{LOBE_DISTANCES_M, ModelBesideIntegral, models_beside_integr
 /// The `transducers` command.
 #[derive(Debug, Args)]
 pub(super) struct Transducers {
-    /// Radius of the vibrating face
+    /// Radius of the piston, mm
     #[arg(long, value_name = "MM", default_value = "4.5", value_parser = positive)]
     radius_mm: Positive,
-    /// Frequency
+    /// Frequency, Hz
     #[arg(long, value_name = "HZ", default_value = "40000", value_parser = positive)]
     frequency_hz: Positive,
-    /// Speed of sound
+    /// Speed of sound, m/s
     #[arg(long, value_name = "M/S", default_value = "343", value_parser = positive)]
     speed_of_sound_m_s: Positive,
-    /// Draw a picture of each model into this folder
+    /// Write a picture of each model to this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print the curves as JSON
@@ -55,7 +55,7 @@ impl Transducers {
 /// Largest errors, percent.
 fn table(models: &[ModelBesideIntegral]) -> String {
     let mut text = format!(
-        "largest error beside the integral over the face, alike on the axis at 100 mm, in percent\n{:>15} {:>16} {:>16}",
+        "largest error against the integral over the piston, in percent; equal on the axis at 100 mm\n{:>15} {:>16} {:>16}",
         "model", "axis 30-300 mm", "axis 10-30 mm"
     );
     for distance_m in LOBE_DISTANCES_M {

@@ -1,4 +1,4 @@
-//! `fieldgap virtual`: a virtual rig kept open, as ports for anybody's program.
+//! `fieldgap virtual`: run a virtual rig on serial ports for other programs.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,7 +12,7 @@ use crate::rig_file::RigFile;
 /// The `virtual` command.
 #[derive(Debug, Args)]
 pub(super) struct Virtual {
-    /// A rig file with a [virtual] section
+    /// Rig file with a [virtual] section
     rig: PathBuf,
     /// Print the ports as JSON
     #[arg(long)]

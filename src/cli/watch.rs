@@ -1,4 +1,4 @@
-//! A running scan on the whole terminal, drawn by a thread of its own: a terminal that stalls must not stall a scan.
+//! The full-screen view of a running scan. A thread of its own draws it, so that a stalled terminal cannot stall the scan.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
@@ -9,24 +9,24 @@ use tokio::sync::mpsc::UnboundedSender;
 
 use super::stop::STOPPED_AT_ONCE;
 use crate::terminal::Screen;
-use crate::terminal::watch::{Palette, ScanView, Stage, Wish, draw};
+use crate::terminal::watch::{Palette, Request, ScanView, Stage, draw};
 use fieldgap_acquisition::{Event, PauseSwitch};
 
-/// Time from one picture to the next.
+/// Time between two frames.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// How long the view may take to close. One whose terminal was closed reads for ever, and has nothing to give back.
+/// Time limit for closing the view. If the terminal was closed, its thread never ends.
 const CLOSED_WITHIN: Duration = Duration::from_secs(1);
 
-/// What a person at the view may have the scan do.
+/// What a person at the view can do to the scan.
 pub(super) struct Controls {
-    /// Lets it wait and go on.
+    /// Pauses it and lets it continue.
     pub(super) pause: PauseSwitch,
     /// Ends it.
     pub(super) abort: UnboundedSender<&'static str>,
 }
 
-/// The view, until it is closed or dropped.
+/// The view; it ends when it is closed or dropped.
 pub(super) struct Watching {
     tell: Option<Sender<Event>>,
     thread: Option<JoinHandle<()>>,
@@ -35,10 +35,10 @@ pub(super) struct Watching {
 }
 
 impl Watching {
-    /// Takes the terminal over.
+    /// Opens the view.
     ///
     /// # Errors
-    /// That the terminal refuses it.
+    /// The terminal cannot be switched to full screen.
     pub(super) fn begin(view: ScanView, controls: Controls) -> std::io::Result<Self> {
         let screen = Screen::open()?;
         let (tell, told) = channel();
@@ -50,15 +50,15 @@ impl Watching {
         Ok(Self { tell: Some(tell), thread: Some(thread), over })
     }
 
-    /// Tells it what happened.
+    /// Passes it an event.
     pub(super) fn tell(&self, event: &Event) {
         if let Some(tell) = &self.tell {
-            // A view that is gone, with its terminal, is no matter of the scan's.
+            // A view that has ended, with its terminal, must not affect the scan.
             let _ = tell.send(event.clone());
         }
     }
 
-    /// Gives the terminal back.
+    /// Closes the view and restores the terminal.
     pub(super) fn close(&mut self) {
         drop(self.tell.take());
         let ended = self.over.recv_timeout(CLOSED_WITHIN) == Err(RecvTimeoutError::Disconnected);
@@ -86,18 +86,18 @@ fn show(mut view: ScanView, mut screen: Screen, controls: &Controls, told: &Rece
             return;
         }
         while let Ok(true) = event::poll(Duration::ZERO) {
-            let wish = match event::read() {
+            let request = match event::read() {
                 Ok(Input::Key(key)) if key.kind != KeyEventKind::Release => view.key(key),
                 Ok(_) => None,
                 Err(_) => return,
             };
-            match wish {
-                Some(Wish::Pause) => waits = true,
-                Some(Wish::Continue) => waits = false,
-                Some(Wish::Abort) => {
+            match request {
+                Some(Request::Pause) => waits = true,
+                Some(Request::Continue) => waits = false,
+                Some(Request::Abort) => {
                     let _ = controls.abort.send("aborted from the keyboard");
                 }
-                Some(Wish::Quit) => {
+                Some(Request::Quit) => {
                     drop(screen);
                     std::process::exit(STOPPED_AT_ONCE);
                 }
@@ -111,7 +111,7 @@ fn show(mut view: ScanView, mut screen: Screen, controls: &Controls, told: &Rece
     }
 }
 
-/// Takes what happens until an instant; false once nothing will happen any more.
+/// Handles events until an instant; false when there will be no more.
 fn take_events(
     view: &mut ScanView,
     told: &Receiver<Event>,

@@ -1,4 +1,4 @@
-//! `fieldgap watchdog`: the second process of a program that has a rig open. It is started by that program alone.
+//! `fieldgap watchdog`: the second process of a program that has a rig open, started by that program.
 
 use std::process::{Command, ExitCode};
 
@@ -19,7 +19,7 @@ pub(super) fn watchdog() -> miette::Result<Command> {
     Ok(program)
 }
 
-/// Guards an array that is open by itself; one of a virtual rig of this process ends with it and needs no guard.
+/// Starts a watchdog for an open array. A virtual rig of this process ends with it and needs none.
 pub(super) fn guard_array(
     array: &dyn FocusArray,
     is_virtual: bool,
@@ -27,7 +27,7 @@ pub(super) fn guard_array(
     guard_devices(&array.emergency().into_iter().collect::<Vec<_>>(), is_virtual)
 }
 
-/// As [`guard_array`], for what is said to several devices.
+/// As [`guard_array`], for several devices.
 pub(super) fn guard_devices(
     emergencies: &[Emergency],
     is_virtual: bool,

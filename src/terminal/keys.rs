@@ -1,4 +1,4 @@
-//! Keys as they are pressed.
+//! Key presses.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,22 +7,22 @@ use std::time::Duration;
 use ratatui::crossterm::event::{self, Event, KeyEvent, KeyEventKind};
 use tokio::sync::mpsc::{Receiver, channel};
 
-/// How often the reading thread looks whether it is still wanted.
+/// Interval at which the reading thread checks whether to end.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Presses that are kept until they are asked for; of a key that is held down longer, the rest is dropped.
+/// Buffered presses; further repeats of a key that is held down are dropped.
 const KEPT: usize = 16;
 
-/// What comes from the keyboard.
+/// An input event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Press {
     /// A key.
     Key(KeyEvent),
-    /// The terminal has another size: draw again.
+    /// The terminal was resized: draw again.
     Resized,
 }
 
-/// The keys pressed from now on, read by a thread of their own until this is dropped.
+/// The keys pressed from now on, read by a thread until this is dropped.
 #[derive(Debug)]
 pub struct KeyPresses {
     presses: Receiver<Press>,
@@ -30,7 +30,7 @@ pub struct KeyPresses {
 }
 
 impl KeyPresses {
-    /// Begins to read. A [`Screen`](super::Screen) must be open, or keys come only with their line.
+    /// Starts to read. A [`Screen`](super::Screen) must be open; otherwise keys arrive line by line.
     pub fn listen() -> Self {
         let (tell, presses) = channel(KEPT);
         let over = Arc::new(AtomicBool::new(false));
@@ -40,7 +40,7 @@ impl KeyPresses {
                 let press = match event::poll(LOOK) {
                     Ok(false) => continue,
                     Ok(true) => event::read(),
-                    // The terminal is gone; the signal that comes with it ends the program.
+                    // The terminal was closed; a signal ends the program.
                     Err(_) => return,
                 };
                 let press = match press {
@@ -55,7 +55,7 @@ impl KeyPresses {
         Self { presses, over }
     }
 
-    /// The next one. Waits for ever once the terminal is gone.
+    /// The next press. Never resolves once the terminal was closed.
     pub async fn next(&mut self) -> Press {
         match self.presses.recv().await {
             Some(press) => press,

@@ -2,7 +2,7 @@
 
 use fieldgap_rig::{Reading, ReceiverIdentity};
 
-/// Characters that a bar grows by, an eighth of a cell each.
+/// Bar characters in steps of an eighth of a cell.
 const EIGHTHS: [char; 8] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉'];
 
 /// A bar of `width` cells, of which `share` (0 to 1) is filled, to an eighth of a cell.
@@ -17,7 +17,7 @@ pub fn bar(share: f64, width: usize) -> String {
     bar + &" ".repeat(width - filled)
 }
 
-/// The level, its scatter, a bar up to full scale, and what is wrong with it.
+/// The level, its standard deviation, a bar up to full scale, and whether it was clipped or lost samples.
 pub fn level_line(reading: &Reading, identity: &ReceiverIdentity, width: usize) -> String {
     let ReceiverIdentity { full_scale, unit, .. } = identity;
     let bar = bar(reading.mean / full_scale, width);
@@ -49,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn the_line_says_what_is_wrong() {
+    fn the_line_shows_clipping_and_loss() {
         let identity = ReceiverIdentity {
             rate_hz: 1000.0,
             full_scale: 5.0,

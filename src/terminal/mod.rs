@@ -1,7 +1,7 @@
-//! Full-screen views on a terminal: a robot jogged by keys, a scan watched as it runs.
+//! Full-screen views on a terminal: jogging a robot, and watching a scan.
 //!
-//! What is shown is worked out apart from showing it: each view is a plain value that takes events and keys, and is drawn
-//! into any backend. [`Screen`] alone touches the terminal.
+//! State and drawing are separate: each view is a plain value that takes events and keys, and is drawn into any backend. Only
+//! [`Screen`] uses the terminal.
 
 pub mod jog;
 mod keys;

@@ -1,4 +1,4 @@
-//! The terminal, taken over and given back.
+//! Switching the terminal to full screen and back.
 
 use std::io::{self, IsTerminal};
 
@@ -7,21 +7,21 @@ use ratatui::Frame;
 use ratatui::crossterm::execute;
 use ratatui::crossterm::terminal::{Clear, ClearType};
 
-/// The whole terminal, until it is dropped. A panic gives it back before it says what it has to say.
+/// The terminal in full-screen mode, until this is dropped. A panic restores it before it prints its message.
 pub struct Screen {
     terminal: DefaultTerminal,
 }
 
 impl Screen {
-    /// Whether there is a terminal to take over.
+    /// Whether there is a terminal.
     pub fn is_possible() -> bool {
         io::stdin().is_terminal() && io::stdout().is_terminal()
     }
 
-    /// Takes the terminal over: its other contents come back at the end, and keys arrive one by one.
+    /// Switches to full screen. Keys arrive one by one, and the previous contents return at the end.
     ///
     /// # Errors
-    /// That the terminal refuses it.
+    /// The terminal cannot be switched to full screen.
     pub fn open() -> io::Result<Self> {
         let screen = Self { terminal: ratatui::try_init()? };
         // Some terminals show the same screen again. (Clearing through the backend would wait for an answer of the terminal.)
@@ -29,10 +29,10 @@ impl Screen {
         Ok(screen)
     }
 
-    /// Draws a picture of the whole screen.
+    /// Draws the whole screen.
     ///
     /// # Errors
-    /// That the terminal cannot be written: it was closed.
+    /// The terminal was closed.
     pub fn draw(&mut self, picture: impl FnOnce(&mut Frame<'_>)) -> io::Result<()> {
         self.terminal.draw(picture).map(drop)
     }
@@ -40,7 +40,7 @@ impl Screen {
 
 impl Drop for Screen {
     fn drop(&mut self) {
-        // A terminal that was closed cannot be given back, which is nobody's loss.
+        // A closed terminal cannot be restored.
         let _ = ratatui::try_restore();
     }
 }

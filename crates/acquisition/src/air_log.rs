@@ -1,4 +1,4 @@
-//! The air during a scan: a row of `environment.csv` every so often, and the medium that follows from it.
+//! The air during a scan: rows of `environment.csv` at intervals, and the medium at the start.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
@@ -14,40 +14,40 @@ pub const FILE: &str = "environment.csv";
 
 const HEADER: &str = "time_s,temperature_c,humidity_percent,pressure_kpa\n";
 
-/// A sensor that failed is asked again no sooner than this, s: each question may take its whole time.
+/// Shortest time before a failed sensor is read again, s: each attempt may take its full time limit.
 const AFTER_FAULT_S: f64 = 60.0;
 
-/// A sensor's readings on their way into the record.
+/// Writes the readings of an environment sensor to the record.
 pub(super) struct AirLog {
     sensor: Box<dyn AirSensor>,
     file: Option<File>,
     every_s: f64,
-    /// The scan's time at which the next reading is due, s.
+    /// Scan time of the next reading, s.
     due_s: f64,
     failed: bool,
 }
 
-/// What became of a reading that was due.
+/// Result of [`AirLog::poll`].
 #[derive(Debug)]
 pub(super) enum Polled {
-    /// It stands in the file, or none was due.
+    /// The reading was written, or none was due.
     Kept,
-    /// From now on none is kept, for this reason; the scan goes on.
+    /// The sensor or the file failed, for this reason. The scan continues.
     Lost(String),
-    /// It is back.
+    /// Readings are written again after a failure.
     Back,
 }
 
 impl AirLog {
-    /// Readings of `sensor`, every so often.
+    /// For a sensor that is read at the interval of `config`.
     pub(super) fn new(sensor: Box<dyn AirSensor>, config: &EnvironmentConfig) -> Self {
         Self { sensor, file: None, every_s: config.every_s.get(), due_s: 0.0, failed: false }
     }
 
-    /// The medium as the sensor says it, with the rig file's values for what it does not say.
+    /// The medium that follows from a reading. Values that the sensor does not give are taken from the rig file.
     ///
     /// # Errors
-    /// That the sensor fails, or that sound in such air cannot be computed.
+    /// The sensor failed, or the speed of sound cannot be computed for such air.
     pub(super) async fn medium(
         &mut self,
         config: &EnvironmentConfig,
@@ -60,11 +60,10 @@ impl AirLog {
             .ok_or(AcquisitionError::NoMedium { temperature_c, humidity_percent, pressure_kpa })
     }
 
-    /// Adds rows to the file of a scan's folder from now on. A last row that was torn by the end of an earlier run is
-    /// taken out.
+    /// Appends rows to the file in a scan's folder from now on. An incomplete last row is removed.
     ///
     /// # Errors
-    /// What the file system refused.
+    /// The file cannot be written.
     pub(super) fn write_to(&mut self, folder: &Path) -> Result<(), AcquisitionError> {
         let path = folder.join(FILE);
         let file = open_whole(&path).map_err(|error| {
@@ -75,8 +74,8 @@ impl AirLog {
         Ok(())
     }
 
-    /// Reads the air if that is due at `time_s` of the scan, and keeps it. A sensor that fails, or a full disk, is told of once
-    /// and is no reason to end a scan.
+    /// Reads the sensor if that is due at scan time `time_s`, s, and writes the reading. A failing sensor or a full disk is
+    /// reported once and does not end the scan.
     pub(super) async fn poll(&mut self, time_s: f64) -> Polled {
         if time_s < self.due_s {
             return Polled::Kept;
@@ -107,7 +106,7 @@ impl AirLog {
         );
         let written = file.write_all(row.as_bytes()).and_then(|()| file.sync_data());
         if written.is_err() {
-            // No half of a row stays behind.
+            // Remove the incomplete row.
             file.set_len(end)?;
             file.seek(SeekFrom::Start(end))?;
         }
@@ -115,7 +114,7 @@ impl AirLog {
     }
 }
 
-/// Opens the file for rows to be added, whole lines only in it.
+/// Opens the file for appending, and truncates it after its last complete line.
 fn open_whole(path: &Path) -> io::Result<File> {
     let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
     let mut file = options?;
@@ -182,7 +181,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_row_is_kept_every_so_often_and_a_torn_one_taken_out() {
+    async fn rows_are_written_at_intervals_and_an_incomplete_one_is_removed() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join(FILE);
         std::fs::write(&path, "time_s,temperature_c,humidity_percent,pressure_kpa\n1,20,,\n2.5,2")
@@ -197,7 +196,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_sensor_that_fails_is_told_of_once_and_again_when_it_is_back() {
+    async fn a_failing_sensor_is_reported_once_and_again_on_recovery() {
         let mut log = log(2..4);
         let mut told = Vec::new();
         for time_s in [0.0, 10.0, 20.0, 70.0, 130.0, 140.0] {

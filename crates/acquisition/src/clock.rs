@@ -1,33 +1,33 @@
-//! The time that stands in a record: seconds since the scan was begun.
+//! The time in a record: seconds since the scan started.
 
 use jiff::Timestamp;
 
-/// When scans on virtual rigs begin: they have a clock but no calendar, and the same seed must leave the same bytes.
+/// Start of every scan on a virtual rig: the same seed must give the same bytes.
 const VIRTUAL_EPOCH: &str = "2026-01-01T00:00:00Z";
 
-/// Turns the receiver's clock into the scan's.
+/// Converts the receiver's clock to scan time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ScanClock {
-    /// What is added to the receiver's time, seconds, once the first reading has told it.
+    /// Scan time minus receiver time, s; known from the first reading on.
     offset_s: Option<f64>,
-    /// The scan's time at the last reading, or where it begins, seconds.
+    /// Scan time of the last reading, or of the start, s.
     at_s: f64,
 }
 
 impl ScanClock {
-    /// A scan that begins with its first reading.
+    /// For a scan that starts with its first reading.
     pub(super) fn from_start() -> Self {
         Self::from(0.0)
     }
 
-    /// A scan that goes on, its next reading at `begins_at_s`.
+    /// For a resumed scan, whose next reading is at `begins_at_s`.
     pub(super) fn from(begins_at_s: f64) -> Self {
         Self { offset_s: None, at_s: begins_at_s }
     }
 
-    /// The scan's time of an instant on the receiver's clock, seconds, to the microsecond that receivers count in.
+    /// Scan time of an instant on the receiver's clock, s, rounded to microseconds.
     ///
-    /// A receiver's clock that wraps or restarts does not take the scan's back with it: time goes on from the last reading.
+    /// If the receiver's clock wraps or restarts, scan time continues from the last reading.
     pub(super) fn at(&mut self, receiver_s: f64) -> f64 {
         let anchored = self.offset_s.filter(|offset_s| receiver_s + offset_s >= self.at_s);
         let offset_s = anchored.unwrap_or(self.at_s - receiver_s);
@@ -37,19 +37,18 @@ impl ScanClock {
     }
 }
 
-/// When a scan begins.
+/// Start of a scan: now, to whole seconds.
 pub(super) fn begins(on_virtual_rig: bool) -> Timestamp {
     if on_virtual_rig {
         VIRTUAL_EPOCH.parse().expect("the epoch is a date")
     } else {
         let now = Timestamp::now();
-        // Whole seconds: what a person writes down and reads back.
         now.round(jiff::Unit::Second).unwrap_or(now)
     }
 }
 
-/// The scan's time at which it goes on after an interruption: on a real rig by the calendar, on a virtual one a second
-/// after its last reading.
+/// Scan time at which an interrupted scan resumes, s. On a real rig it follows the calendar; on a virtual rig it is one
+/// second after the last reading.
 pub(super) fn goes_on_at_s(recorded: Timestamp, last_reading_s: f64, on_virtual_rig: bool) -> f64 {
     let pause_is_over_s = last_reading_s + 1.0;
     if on_virtual_rig {
@@ -64,20 +63,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_scan_begins_with_its_first_reading() {
+    fn scan_time_starts_with_the_first_reading() {
         let mut clock = ScanClock::from_start();
         assert_eq!(clock.at(12.5), 0.0);
         assert_eq!(clock.at(14.0), 1.5);
     }
 
     #[test]
-    fn a_receiver_that_restarts_does_not_take_time_back() {
+    fn scan_time_never_decreases_when_the_receiver_restarts() {
         let mut clock = ScanClock::from_start();
         assert_eq!([4294.0, 4294.5, 0.2, 0.7].map(|t| clock.at(t)), [0.0, 0.5, 0.5, 1.0]);
     }
 
     #[test]
-    fn a_scan_that_goes_on_never_runs_backwards() {
+    fn a_resumed_scan_never_runs_backwards() {
         let mut clock = ScanClock::from(goes_on_at_s(Timestamp::now(), 40.0, false));
         assert!(clock.at(0.3) >= 41.0);
         assert!(clock.at(0.4) > 41.0);

@@ -1,7 +1,7 @@
-//! The reference point, revisited by time while a scan runs: what drifts is seen while something can be done about it.
+//! Drift during a scan, seen at a reference point that is measured again at intervals.
 //!
-//! Its readings stand in `events.jsonl` and not among the samples, whose rows are the visits of the plan. Visits that the
-//! plan itself makes to its reference point count as well.
+//! These readings are written to `events.jsonl` and not to the samples, whose rows are the visits of the plan. Visits of the
+//! plan to its reference point count as well.
 
 use super::references::standard_error;
 use super::sequencer::distance_mm;
@@ -12,19 +12,19 @@ use fieldgap_rig::{Envelope, Frame};
 /// Standard errors that two readings of one level may differ by.
 const STANDARD_ERRORS: f64 = 4.0;
 
-/// Follows the reference point of a scan.
+/// The reference point of a scan and its drift.
 #[derive(Debug)]
 pub(super) struct Drift {
     visit: Visit,
-    /// After how many seconds the next visit is due; `None` where only the plan's own visits count.
+    /// Interval between visits, s; `None` if only the visits of the plan count.
     every_s: Option<f64>,
-    /// How much the level may change, relative.
+    /// Allowed relative change of the level.
     bound: f64,
     /// The first reading there.
     first: Option<RecordedSample>,
-    /// When it was last read, s on the scan's clock.
+    /// Scan time of the last reading there, s.
     read_at_s: f64,
-    /// How far the level had changed when a person was last told, in bounds.
+    /// Change of the level at the last warning, in units of `bound`.
     told: f64,
 }
 
@@ -34,8 +34,7 @@ pub(super) struct Drifted {
     pub(super) first: f64,
     pub(super) now: f64,
     pub(super) moved_mm: f64,
-    /// Whether a person is to be told: the level has changed by more than it may, and by more than it had when one was
-    /// told before.
+    /// Whether to warn: the level has changed by more than allowed, and by more than at the last warning.
     pub(super) is_news: bool,
 }
 
@@ -47,8 +46,8 @@ impl Drifted {
 }
 
 impl Drift {
-    /// For a plan that takes `about_s`, of which `kept` is measured already. A scan that is over before its reference is due
-    /// makes no visits of its own.
+    /// For a plan that takes `about_s`, of which `kept` is already measured. A scan shorter than the interval makes no
+    /// extra visits.
     pub(super) fn of(
         plan: &Plan,
         visits: &[Visit],
@@ -80,13 +79,13 @@ impl Drift {
         Some(drift)
     }
 
-    /// A visit of the plan was measured; what it shows, where it was the reference point's.
+    /// Takes a measured visit of the plan. Returns the drift if it was a visit to the reference point.
     pub(super) fn measured(&mut self, visit: &Visit, sample: &RecordedSample) -> Option<Drifted> {
         (visit.kind == VisitKind::Reference).then(|| self.read(sample))
     }
 
-    /// The visit that is due at `now_s` on the scan's clock, where the robot, at `at_m`, can go there straight and on to
-    /// `next_m` from there. One that cannot be made now is put off to the next point.
+    /// The visit that is due at scan time `now_s`, if the robot can move straight there from `at_m` and on to `next_m`. A
+    /// visit that is not possible now is made before a later point.
     pub(super) fn due(
         &self,
         now_s: f64,
@@ -106,7 +105,7 @@ impl Drift {
         free.then_some(self.visit)
     }
 
-    /// The reference point was read.
+    /// Takes a reading of the reference point.
     pub(super) fn read(&mut self, now: &RecordedSample) -> Drifted {
         self.read_at_s = now.time_s;
         let first = *self.first.get_or_insert(*now);
@@ -115,7 +114,7 @@ impl Drift {
         let bounds = change / (self.bound * first.reading).max(f64::MIN_POSITIVE);
         let is_news = bounds > self.told;
         if is_news {
-            // Told again when it has gone on by as much.
+            // The next warning comes at the next multiple of the bound.
             self.told = bounds.floor() + 1.0;
         }
         Drifted {
@@ -166,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_read_at_the_beginning_and_every_quarter_of_an_hour() {
+    fn it_is_read_at_the_start_and_every_fifteen_minutes() {
         let mut drift = drift("", 3600.0);
         assert!(is_due(&drift, 0.0));
         drift.read(&sample(0.0, 2.0));
@@ -177,14 +176,14 @@ mod tests {
     }
 
     #[test]
-    fn a_short_scan_and_one_that_wants_none_go_without() {
+    fn a_short_scan_makes_no_extra_visits() {
         assert!(!is_due(&drift("", 899.0), 0.0));
         assert!(!is_due(&drift("[reference]\nevery_min = 0\n", 1e6), 1e5));
         assert!(is_due(&drift("[reference]\nevery_min = 1\n", 61.0), 0.0));
     }
 
     #[test]
-    fn a_drift_is_told_once_and_again_when_it_has_gone_on() {
+    fn a_drift_is_reported_once_and_again_when_it_grows() {
         let mut drift = drift("", 3600.0);
         assert!(!drift.read(&sample(0.0, 2.0)).is_news);
         assert!(!drift.read(&sample(900.0, 2.05)).is_news, "2.5 %");

@@ -1,5 +1,4 @@
-//! The check of a plan against a rig before anything moves: can every point be reached, how long will it take, is
-//! there room on the disk.
+//! The check of a plan before anything moves: can the robot reach every point, how long does it take, is there disk space.
 
 use std::path::Path;
 use std::time::Duration;
@@ -14,58 +13,58 @@ use fieldgap_input::Fault;
 use fieldgap_records::{Plan, PlanPart, Visit, VisitKind};
 use fieldgap_rig::{Feed, RobotPosition};
 
-/// Room that a point takes in `samples.csv`, the journal and its share of the events, bytes.
+/// Disk space per point in `samples.csv`, the journal and the events, bytes.
 const BYTES_A_ROW: u64 = 320;
 
-/// Room that its share of the wire logs takes, bytes, and what the logs take at most.
+/// Disk space per point in the wire logs, and the largest size of the logs, bytes.
 const WIRE_BYTES_A_ROW: u64 = 4096;
 const MOST_WIRE_BYTES: u64 = 512 << 20;
 
-/// Room that is left free for whatever else runs on the machine, bytes.
+/// Disk space left free for other programs, bytes.
 const ROOM_LEFT_FREE: u64 = 64 << 20;
 
-/// What a reading and its commands are taken to last besides moving, settling and sampling, s.
+/// Assumed communication time per reading, s.
 const TALK_S: f64 = 0.03;
 
-/// Rate a receiver is taken to have where only the device itself knows it, Hz.
+/// Assumed sampling rate of a receiver, Hz. The true rate is known when the device is open.
 const USUAL_RATE_HZ: f64 = 1000.0;
 
-/// Acceleration a robot is taken to have, m/s²: what printers' firmware is usually set to.
+/// Assumed acceleration of the robot, m/s²: a usual setting of printer firmware.
 pub(super) const USUAL_ACCELERATION_M_S2: f64 = 1.0;
 
-/// What a plan comes to on a rig.
+/// Size and duration of a planned scan.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DryRun {
     /// Readings in all.
     pub visits: usize,
-    /// Of these, in silence.
+    /// Of these, with the array silent.
     pub dark: usize,
     /// Of these, at the reference point.
     pub references: usize,
-    /// Way of the robot, m.
+    /// Path length of the robot, m.
     pub way_m: f64,
-    /// About how long it takes on the robot's clock, s.
+    /// Estimated duration on the robot's clock, s.
     pub about_s: f64,
-    /// About how long its slowest point takes, s.
+    /// Estimated duration of the slowest point or row, s.
     pub slowest_s: f64,
-    /// Room the record needs, bytes.
+    /// Disk space of the record, bytes.
     pub bytes: u64,
 }
 
 impl DryRun {
-    /// About how long the scan takes on the robot's clock.
+    /// Estimated duration on the robot's clock.
     pub fn about(&self) -> Duration {
         Duration::try_from_secs_f64(self.about_s).unwrap_or(Duration::MAX)
     }
 }
 
-/// Holds a plan against a rig.
+/// Checks a plan against a rig set-up.
 ///
-/// The way begins where the robot homes, which is taken to be the lower end of each axis.
+/// The robot is assumed to start where it homes, at the lower end of each axis.
 ///
 /// # Errors
-/// A [`Fault`] at the part of the plan that the robot cannot do: a focus or a point outside its travel, a way through
-/// a keep-out box, phases that are not one for each element.
+/// A [`Fault`] at the part of the plan that is not possible: a focus or point outside the robot's travel, a path through a
+/// keep-out box, or a number of phases other than the number of elements.
 pub fn dry_run(plan: &Plan, rig_setup: &RigSetup, visits: &[Visit]) -> Result<DryRun, Fault> {
     plan.fits_array(rig_setup.nominal_array().len())?;
     foci_within_travel(plan, rig_setup)?;
@@ -82,10 +81,10 @@ pub fn dry_run(plan: &Plan, rig_setup: &RigSetup, visits: &[Visit]) -> Result<Dr
             plan.fault(
                 part,
                 format!(
-                    "the robot cannot go to ({:.2}, {:.2}, {:.2}) mm: {path_fault}",
+                    "the robot cannot move to ({:.2}, {:.2}, {:.2}) mm: {path_fault}",
                     at_mm.x, at_mm.y, at_mm.z
                 ),
-                "change the points, or their order, or [motion] of the rig file if it does not describe the robot",
+                "change the points or their order; or correct [motion] of the rig file, if it does not describe the robot",
             )
         })?;
         let distance_m = from.distance_m(to);
@@ -104,7 +103,7 @@ pub fn dry_run(plan: &Plan, rig_setup: &RigSetup, visits: &[Visit]) -> Result<Dr
                 about_s += row_s;
                 slowest_s = slowest_s.max(row_s);
             }
-            (Leg::Row(row), None) => unreachable!("{row:?} is only flown by a plan that flies"),
+            (Leg::Row(row), None) => unreachable!("{row:?} exists only in a plan with [fly]"),
             (Leg::Stop(visit), _) => {
                 let Visit { position_m, part, .. } = visits[visit];
                 let point_s = go(position_m, part, feed)? + reading_s;
@@ -139,7 +138,7 @@ fn foci_within_travel(plan: &Plan, rig_setup: &RigSetup) -> Result<(), Fault> {
                 .map(|corner| frame.to_array(RobotPosition::from_axes_m(corner)) * 1e3);
             return Err(plan.fault(
                 PlanPart::Focus(number),
-                "the focus lies outside the robot's travel, so the scan could never see it",
+                "the focus lies outside the robot's travel, so the scan cannot reach it",
                 format!(
                     "in the array's frame the robot reaches x {:.1} to {:.1}, y {:.1} to {:.1}, z {:.1} to {:.1} mm",
                     least.x, largest.x, least.y, largest.y, least.z, largest.z
@@ -150,7 +149,7 @@ fn foci_within_travel(plan: &Plan, rig_setup: &RigSetup) -> Result<(), Fault> {
     Ok(())
 }
 
-/// A reference point that is visited by time alone is on nobody's way: it is looked at by itself.
+/// Checks a reference point that is visited at intervals only: it is not among the visits of the plan.
 fn reference_within_travel(plan: &Plan, rig_setup: &RigSetup) -> Result<(), Fault> {
     let reference = &plan.reference;
     let (Some(at_mm), true) = (reference.at_mm, reference.is_given()) else { return Ok(()) };
@@ -158,13 +157,13 @@ fn reference_within_travel(plan: &Plan, rig_setup: &RigSetup) -> Result<(), Faul
     envelope.check_target(frame.to_robot(at_mm / 1e3)).map_err(|fault| {
         plan.fault(
             PlanPart::Reference,
-            format!("the robot cannot stand at the reference point: {fault}"),
-            "choose another one, or leave at_mm out: it is then the focus's place",
+            format!("the robot cannot reach the reference point: {fault}"),
+            "choose another point, or leave `at_mm` out to use the position of the focus",
         )
     })
 }
 
-/// Time of a move from standstill to standstill, s: a trapezoid of speed, or a triangle where it is too short.
+/// Duration of a move from standstill to standstill, s: a trapezoidal speed profile, or a triangular one for a short move.
 fn move_s(distance_m: f64, feed_m_s: f64) -> f64 {
     let ramps_m = feed_m_s * feed_m_s / USUAL_ACCELERATION_M_S2;
     if distance_m < ramps_m {
@@ -174,10 +173,10 @@ fn move_s(distance_m: f64, feed_m_s: f64) -> f64 {
     }
 }
 
-/// Makes sure that the disk of `folder` has room for a record.
+/// Checks that the disk of `folder` has space for `bytes`.
 ///
 /// # Errors
-/// A [`Fault`] of the folder, with what is free and what is needed.
+/// A [`Fault`] of the folder, with the free and the required space.
 pub fn room_for(bytes: u64, folder: &Path) -> Result<(), Fault> {
     let existing = folder.ancestors().find(|part| part.is_dir()).unwrap_or(Path::new("."));
     let Ok(disk) = rustix::fs::statvfs(existing) else { return Ok(()) };
@@ -193,7 +192,7 @@ pub fn room_for(bytes: u64, folder: &Path) -> Result<(), Fault> {
             mib(free),
             mib(bytes + ROOM_LEFT_FREE)
         ),
-        "make room, or give another disk's folder with --out",
+        "free some space, or give a folder on another disk with --out",
     ))
 }
 
@@ -202,8 +201,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_short_move_never_reaches_its_feed() {
-        // 1 mm at 1 m/s²: half of it speeding up, half slowing down.
+    fn a_short_move_never_reaches_full_speed() {
+        // 1 mm at 1 m/s²: half of it accelerating, half decelerating.
         assert!((move_s(1e-3, 0.1) - 2.0 * (1e-3f64).sqrt()).abs() < 1e-12);
         // 1 m at 0.1 m/s: ten seconds, and a tenth lost on the ramps.
         assert!((move_s(1.0, 0.1) - 10.1).abs() < 1e-12);

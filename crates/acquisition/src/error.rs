@@ -1,4 +1,4 @@
-//! What keeps a scan from beginning or going on.
+//! Errors that keep a scan from starting or resuming.
 
 use super::fly::FlightFault;
 use super::references::RigChange;
@@ -6,9 +6,9 @@ use fieldgap_input::Fault;
 use fieldgap_records::JournalError;
 use fieldgap_rig::RigError;
 
-/// Why a scan cannot begin, or cannot go on.
+/// Why a scan cannot start or resume.
 ///
-/// What happens to a scan once it runs is not here: it ends partial, with its reason, and nothing is lost.
+/// A fault during a running scan is no error: the scan ends as partial, with the reason, and all readings are kept.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum AcquisitionError {
     /// A file is wrong.
@@ -26,29 +26,29 @@ pub enum AcquisitionError {
     /// The simulated devices of a virtual rig cannot be opened.
     #[error("{0}")]
     SimulatedDevices(Box<dyn std::error::Error + Send + Sync>),
-    /// The process that silences the array should this one be killed does not start.
-    #[error(
-        "the watchdog, which silences the array should this program be killed, does not start: {0}"
-    )]
+    /// The watchdog process does not start.
+    #[error("the watchdog does not start: {0}")]
     #[diagnostic(help(
-        "it is this program itself in a second process; see what the system says of it"
+        "the watchdog silences the array if this program is killed. It is the same program in a second process; check that the program file can be executed"
     ))]
     Watchdog(#[source] std::io::Error),
-    /// The array's controller drives another number of elements than the rig file says.
-    #[error("the array's controller drives {controller} elements; the rig file says {believed}")]
-    #[diagnostic(help("correct [array] of the rig file, or connect the array that it describes"))]
+    /// The array controller drives another number of elements than the rig file describes.
+    #[error(
+        "the array controller drives {controller} elements, but the rig file describes {believed}"
+    )]
+    #[diagnostic(help("correct [array] in the rig file, or connect the array that it describes"))]
     OtherArray {
-        /// What the rig file says.
+        /// Elements in the rig file.
         believed: usize,
-        /// What the controller says.
+        /// Elements that the controller reports.
         controller: usize,
     },
-    /// The sensor says that the air is such that its sound cannot be computed.
+    /// The speed of sound cannot be computed from what the environment sensor reports.
     #[error(
-        "the environment sensor says {temperature_c} °C, {humidity_percent} % and {pressure_kpa} kPa, where the speed of sound cannot be computed"
+        "the environment sensor reports {temperature_c} °C, {humidity_percent} % and {pressure_kpa} kPa; the speed of sound cannot be computed for such air"
     )]
     #[diagnostic(help(
-        "look at the sensor, or set `sound_speed = false` in [environment] of the rig file"
+        "check the sensor, or set `sound_speed = false` in [environment] of the rig file"
     ))]
     NoMedium {
         /// Temperature, °C.
@@ -58,36 +58,34 @@ pub enum AcquisitionError {
         /// Pressure, kPa.
         pressure_kpa: f64,
     },
-    /// On resuming, a file that the rig file names describes another array.
-    #[error("the array is not the one that the scan was begun with")]
-    #[diagnostic(help(
-        "bring back the elements file that the rig file named then, or begin a new scan"
-    ))]
+    /// On resuming: the elements file that the rig file names describes another array.
+    #[error("the array is not the one that the scan started with")]
+    #[diagnostic(help("restore the elements file that the rig file names, or start a new scan"))]
     OtherSetUp,
-    /// A row cannot be flown as the plan says.
+    /// A row cannot be scanned in motion as the plan says.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Flight(#[from] FlightFault),
-    /// On resuming, the truth file of a virtual rig is another.
-    #[error("what is true behind the virtual rig was changed since the scan was begun: {} is another file", .0.display())]
-    #[diagnostic(help("bring the truth file back as it was, or begin a new scan"))]
+    /// On resuming: the truth file of a virtual rig has changed.
+    #[error("the truth file {} has changed since the scan started", .0.display())]
+    #[diagnostic(help("restore the truth file, or start a new scan"))]
     OtherTruth(std::path::PathBuf),
-    /// On resuming, the rig file says something else than it did.
-    #[error("{} was changed since the scan was begun: {}", path.display(), changes.join("; "))]
+    /// On resuming: the rig file has changed.
+    #[error("{} has changed since the scan started: {}", path.display(), changes.join("; "))]
     #[diagnostic(help(
-        "take the changes back (ports and their speeds may be others), or begin a new scan; the file as it was is rig.toml in \
-         the scan's folder"
+        "undo the changes (only `port` and `baud` may differ), or start a new scan; the original is rig.toml in the scan's \
+         folder"
     ))]
     OtherRig {
         /// The rig file.
         path: std::path::PathBuf,
-        /// Each key that changed, with what it was and is.
+        /// Each key that changed, with its old and new value.
         changes: Vec<String>,
     },
-    /// On resuming, the rig is not as it was.
-    #[error("the scan cannot go on as if nothing had happened: {0}")]
+    /// On resuming: points measured again differ from their first reading.
+    #[error("the rig has changed since the scan stopped: {0}")]
     #[diagnostic(help(
-        "find what moved or changed and put it back; what was measured so far is kept as it is. Else begin a new scan"
+        "find what moved or changed and restore it, or start a new scan; the readings so far are kept"
     ))]
     RigChange(#[from] RigChange),
 }

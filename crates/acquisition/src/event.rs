@@ -1,8 +1,8 @@
-//! What happens during a scan, told to whoever watches.
+//! Events of a running scan, for progress displays and the monitor.
 
 use serde::Serialize;
 
-/// One thing that happened.
+/// One event.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "event")]
 pub enum Event {
@@ -15,7 +15,7 @@ pub enum Event {
         /// The array's controller.
         array: String,
     },
-    /// The robot found its origin.
+    /// The robot has homed.
     Homed,
     /// On resuming, a point was measured again.
     ReferenceChecked {
@@ -28,14 +28,14 @@ pub enum Event {
         /// How far the robot reports to be from where it reported then, mm.
         moved_mm: f64,
     },
-    /// A row was flown there and back to see how far the readings lag behind the robot.
+    /// A row was scanned in both directions to find the lag of the readings behind the robot.
     LagFound {
         /// The lag, ms.
         lag_ms: f64,
         /// Its standard error, ms.
         standard_error_ms: f64,
     },
-    /// The reference point was revisited, to see what drifts.
+    /// The reference point was measured again, to detect drift.
     ReferenceRevisited {
         /// Where it is, as the robot reports it, array frame, mm.
         at_mm: [f64; 3],
@@ -46,35 +46,36 @@ pub enum Event {
         /// How far the robot reports to be from where it reported at the first, mm.
         moved_mm: f64,
     },
-    /// A reading is not as it should be: the converter was at its limit, or samples were lost.
-    Spoilt {
+    /// A reading is impaired: the converter was at its limit, or samples were lost.
+    #[serde(rename = "spoilt")]
+    ImpairedReading {
         /// Its row in `samples.csv`, from 0.
         row: usize,
-        /// What is wrong with it.
+        /// What impairs it.
         text: String,
     },
-    /// The scan waits because somebody asked it to. The array is silent.
+    /// The scan is paused on request. The array is silent.
     Paused,
-    /// It goes on; the point under way is measured anew.
+    /// The scan continues after a pause. The interrupted point is measured again.
     Continued {
-        /// How long it waited, s.
+        /// Duration of the wait, s.
         waited_s: f64,
     },
-    /// A person is wanted; the scan goes on where it can.
+    /// A person should look at the rig. The scan continues if it can.
     Question {
         /// What was seen.
         text: String,
     },
-    /// A hook was started and did not do what it should. The scan goes on.
+    /// A hook failed. The scan continues.
     HookFailed {
-        /// Which, and what was seen.
+        /// Which hook, and how it failed.
         text: String,
     },
-    /// A point was measured and is on disk.
+    /// A point was measured, and the reading is on disk.
     Measured {
         /// Its row in `samples.csv`, from 0.
         row: usize,
-        /// Rows that the whole plan has.
+        /// Rows of the whole plan.
         of: usize,
         /// The drive, -1 with the array silent.
         focus: i64,
@@ -85,26 +86,28 @@ pub enum Event {
         /// Whether the converter was at its limit.
         clipped: bool,
     },
-    /// There is no room for a reading. The array is silent, and the scan waits until there is.
-    Waiting {
-        /// What was refused, and what to do.
+    /// The disk is full. The array is silent, and the scan waits for free space.
+    #[serde(rename = "waiting")]
+    DiskFull {
+        /// What could not be written, and what to do.
         reason: String,
     },
-    /// There is room again, and the scan goes on.
-    WentOn {
-        /// How long it waited, s.
+    /// The disk has free space again, and the scan continues.
+    #[serde(rename = "went-on")]
+    DiskSpaceFreed {
+        /// Duration of the wait, s.
         waited_s: f64,
     },
     /// The scan ended.
     Ended {
         /// Rows on disk.
         rows: usize,
-        /// Rows that the whole plan has.
+        /// Rows of the whole plan.
         of: usize,
-        /// Why, where it ended before its plan.
+        /// Why, if it ended before the plan was complete.
         reason: Option<String>,
     },
 }
 
-/// Whoever watches a scan. Called between points: it must not block.
+/// Receives the events of a scan. It is called between points and must not block.
 pub type EventSink<'a> = &'a mut (dyn FnMut(&Event) + Send);

@@ -1,5 +1,5 @@
-//! Points measured on a virtual rig whose lines are in trouble: whatever is given out as a reading is right, every wait is
-//! bounded, every error says what a person needs.
+//! Points measured on a virtual rig with faults injected on its lines: every reading is right, every wait is bounded, every
+//! error names device, attempt and last reply.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -25,21 +25,21 @@ use fieldgap_rig::{Cause, Device, RigError, Role, SafeRig};
 use fieldgap_virtual_rig::memory::MemoryRig;
 use fieldgap_virtual_rig::{Believed, Truth, VirtualConfig};
 
-/// The longest that anything may keep a scan waiting without saying why.
+/// Longest time without a result or an error.
 const NO_HANG: Duration = Duration::from_secs(30);
 
-/// How far a reading may be from the field's level, V: the converter's step, and the drift of a sum.
+/// Largest deviation of a reading from the true level, V: the step of the converter, and rounding.
 const READING_OFF_V: f64 = 1e-3;
 
-/// A world without noise, whose readings stay within the converter's range.
+/// No noise, and readings within the range of the converter.
 const TRUTH: &str = "[microphone]\nsensitivity_v_pa = 0.002\n";
 
-/// What came of so many lines.
+/// Results of a run.
 #[derive(Debug, Default)]
 struct Tally {
     lines: u64,
     points: u64,
-    spoilt: u64,
+    impaired: u64,
     errors: BTreeMap<&'static str, u64>,
     longest: Duration,
 }
@@ -62,8 +62,8 @@ fn foci() -> Vec<FocusSection> {
         .to_vec()
 }
 
-/// A laboratory in trouble, which goes on as long as it takes.
-struct Troubled {
+/// A virtual rig with faults on its lines, opened again after each error.
+struct FaultyRig {
     rig_setup: RigSetup,
     config: VirtualConfig,
     rates: FaultRates,
@@ -72,7 +72,7 @@ struct Troubled {
     tally: Tally,
 }
 
-impl Troubled {
+impl FaultyRig {
     fn power_up(&mut self) -> MemoryRig {
         self.power_ups += 1;
         let config = VirtualConfig {
@@ -93,7 +93,7 @@ impl Troubled {
     /// Opens the rig and homes it, as a scan does at its beginning.
     async fn open(&mut self, memory: &MemoryRig) -> Result<SafeRig, RigError> {
         let [robot, receiver, array] = memory.plugs();
-        // As different as openings a second apart are.
+        // The numbers of openings one second apart.
         self.openings = self.openings.wrapping_add(1000);
         let opening = self.openings;
         let wire = |plug, role| Wire::numbered(plug, Device::new(role, "memory"), opening);
@@ -111,11 +111,11 @@ impl Troubled {
         Ok(rig)
     }
 
-    /// Notes an error, which must say what a person needs to know.
+    /// Counts an error, and checks that it names device, attempt and last reply.
     fn note(&mut self, error: &RigError) {
         let said = error.to_string();
         assert!(said.contains(" on memory, ") && !error.attempt().is_empty(), "{said}");
-        // Where nothing was ever heard there is no last reply; a robot that stands elsewhere has its own in the cause.
+        // Without any reply there is no last one; a robot at another position has it in the cause.
         let without = matches!(
             error.cause(),
             Cause::Silent { .. } | Cause::Disconnected | Cause::WrongPosition { .. }
@@ -133,7 +133,7 @@ impl Troubled {
             Cause::Unreadable { .. } => "unreadable",
             Cause::EndstopHit { .. } => "end switch",
             Cause::Halted { .. } => "halted",
-            _ => panic!("an error that no trouble explains: {said}"),
+            _ => panic!("an error that no injected fault explains: {said}"),
         };
         *self.tally.errors.entry(kind).or_default() += 1;
     }
@@ -149,14 +149,14 @@ impl Troubled {
         let mut draws = ChaCha8Rng::seed_from_u64(self.config.seed);
         while self.tally.lines < lines {
             let memory = self.power_up();
-            // A few times the devices are only opened again, as when a scan is taken up; else they are power-cycled too.
+            // A few times the devices are only opened again, as on resuming; otherwise they are power-cycled.
             for _ in 0..draws.random_range(1..4) {
                 let opening = Instant::now();
                 match self.open(&memory).await {
                     Ok(mut rig) => self.measure(&memory, &mut rig, &mut draws).await,
                     Err(error) => self.note(&error),
                 }
-                // Opening is many exchanges, each bounded by itself.
+                // Opening takes many exchanges, each with its own time limit.
                 assert!(opening.elapsed() < NO_HANG * 2000, "it never ends");
             }
             self.tally.lines += memory.lines_sent();
@@ -182,8 +182,8 @@ impl Troubled {
             match measured {
                 Ok(measurement) => {
                     self.tally.points += 1;
-                    self.tally.spoilt += u64::from(measurement.lost > 0);
-                    self.holds(memory, &sequencer, &visit, &measurement.sample);
+                    self.tally.impaired += u64::from(measurement.lost > 0);
+                    self.check_reading(memory, &sequencer, &visit, &measurement.sample);
                 }
                 Err(error) => {
                     self.note(&error);
@@ -200,15 +200,15 @@ impl Troubled {
         }
     }
 
-    /// Holds a reading against what is true: where the nozzle is, how the array is driven, what the field is there.
-    fn holds(
+    /// Compares a reading with the truth: position, drive of the array, level of the field.
+    fn check_reading(
         &self,
         memory: &MemoryRig,
         sequencer: &PointSequencer,
         visit: &Visit,
         sample: &fieldgap_records::RecordedSample,
     ) {
-        // At its last sample: what restarts later has no part in it.
+        // At its last sample: a later restart does not affect it.
         let (world, now_s) = (&memory.world, memory.clock.now_s() - 1e-3);
         let off_m = (world.nozzle_m(now_s) - visit.position_m).norm();
         assert!(off_m < 0.1e-3, "the nozzle is {} mm off at {visit:?}", off_m * 1e3);
@@ -234,32 +234,32 @@ impl Troubled {
     }
 }
 
-async fn in_trouble(rate: f64, lines: u64) -> Tally {
+async fn run_with_faults(rate: f64, lines: u64) -> Tally {
     let rig_setup = rig_setup();
     let sections: Sections = rig_setup.source().parse().expect("a [virtual] section");
     let config = sections.virtual_rig;
     let rates = FaultRates::even(rate).expect("a rate");
-    let mut troubled =
-        Troubled { rig_setup, config, rates, power_ups: 0, openings: 0, tally: Tally::default() };
-    troubled.run(lines).await;
-    println!("each trouble at {rate}: {:?}", troubled.tally);
-    troubled.tally
+    let mut rig =
+        FaultyRig { rig_setup, config, rates, power_ups: 0, openings: 0, tally: Tally::default() };
+    rig.run(lines).await;
+    println!("each kind of fault at {rate}: {:?}", rig.tally);
+    rig.tally
 }
 
 #[tokio::test(start_paused = true)]
-async fn no_trouble_on_the_lines_makes_a_wrong_reading_pass() {
+async fn line_faults_cause_no_wrong_reading() {
     for rate in [0.001, 0.01] {
-        let tally = in_trouble(rate, 6000).await;
+        let tally = run_with_faults(rate, 6000).await;
         assert!(tally.points > 100, "{tally:?}");
     }
 }
 
-/// The rates are of each trouble; the six of them that come often add up to 0.1 to 5 percent of all lines.
+/// Each rate is that of one kind of fault; the six frequent kinds add up to 0.1 to 5 percent of all lines.
 #[tokio::test(start_paused = true)]
-#[ignore = "minutes: cargo test --release --lib -- --ignored --nocapture a_million_lines"]
-async fn a_million_lines_in_trouble_make_no_wrong_reading_pass() {
+#[ignore = "takes minutes; run: cargo test --release -p fieldgap-acquisition --lib -- --ignored --nocapture a_million_faulty_lines"]
+async fn a_million_faulty_lines_cause_no_wrong_reading() {
     for percent in [5.0, 2.0, 0.5, 0.1] {
-        let tally = in_trouble(percent / 100.0 / 6.0, 250_000).await;
+        let tally = run_with_faults(percent / 100.0 / 6.0, 250_000).await;
         assert!(tally.points > 10_000, "{tally:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Rows flown over: how fast and how far, and what becomes of the readings.
+//! Rows scanned in motion (`[fly]` of a plan): speed, leads, and the readings of a pass.
 
 use super::dry_run::USUAL_ACCELERATION_M_S2;
 use super::error::AcquisitionError;
@@ -10,95 +10,94 @@ use fieldgap_acoustics::Vec3;
 use fieldgap_records::{Fly, RecordedSample, Spread, Visit};
 use fieldgap_rig::{Feed, Recording, SafeRig};
 
-/// How often a row is flown before it is given up.
+/// Passes over a row before the scan gives up.
 const FLIGHTS: usize = 3;
 
-/// Share of a wavelength, to either side of a point, from which its samples are taken: a parabola follows a field that far to a
-/// thousandth.
+/// Half width of the window of samples about a point, in wavelengths: within it a parabola fits the field to a thousandth.
 const OF_WAVELENGTH: f64 = 0.125;
 
-/// A lead has this much more way than speeding up takes, m, and its share of it.
+/// A lead is longer than the acceleration distance by this length, m, and by this factor.
 const SPARE_M: f64 = 0.5e-3;
 const SPARE: f64 = 1.2;
 
-/// How much longer than a move of no length a firmware may talk about a flight, s.
+/// How much longer than for a move of zero length the firmware may take to handle a pass, s.
 const MORE_TALK_S: f64 = 0.03;
 
-/// How well the place of a reading must be known for a lag to be one, m.
+/// Largest standard error of a position that a usable lag may cause, m.
 const PLACED_WITHIN_M: f64 = 0.05e-3;
 
-/// Why a row cannot be flown as the plan says.
+/// Why a row cannot be scanned in motion as the plan says.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum FlightFault {
-    /// Too few samples come over a point.
+    /// Too few samples per point.
     #[error(
-        "at {speed_mm_s} mm/s a receiver of {rate_hz} Hz gives {samples:.1} samples to a point, and {LEAST_SAMPLES} are needed"
+        "at {speed_mm_s} mm/s a receiver of {rate_hz} Hz gives {samples:.1} samples per point; at least {LEAST_SAMPLES} are needed"
     )]
     #[diagnostic(help("lower `speed_mm_s` in [fly] of the plan to {most_mm_s:.0} at most"))]
     TooFast {
-        /// The plan's speed.
+        /// Speed in the plan, mm/s.
         speed_mm_s: f64,
-        /// The receiver's rate.
+        /// Rate of the receiver, Hz.
         rate_hz: f64,
-        /// Samples that a reading would be made of.
+        /// Samples per point.
         samples: f64,
-        /// The largest speed that does.
+        /// The largest possible speed, mm/s.
         most_mm_s: f64,
     },
-    /// The robot was slower than the plan says.
+    /// The robot was slower than planned.
     #[error(
-        "the robot took {took_s:.3} s for a row of {way_mm:.1} mm; at {speed_mm_s} mm/s with leads of {lead_mm:.1} mm it takes {most_s:.3} s at most"
+        "the robot took {took_s:.3} s for a row of {way_mm:.1} mm; at {speed_mm_s} mm/s with leads of {lead_mm:.1} mm it should take {most_s:.3} s at most"
     )]
     #[diagnostic(help(
-        "raise `lead_mm` in [fly] of the plan, so that the robot is at full speed over the points; or lower `speed_mm_s`, where the \
-         firmware does not allow it"
+        "raise `lead_mm` in [fly] of the plan, so that the robot reaches full speed before the first point; or lower `speed_mm_s`, \
+         if the firmware limits the speed"
     ))]
     Slow {
-        /// Time of the flight.
+        /// Duration of the pass, s.
         took_s: f64,
-        /// The longest that it may take.
+        /// Longest allowed duration, s.
         most_s: f64,
-        /// Its way, leads included.
+        /// Its length with leads, mm.
         way_mm: f64,
-        /// The plan's speed.
+        /// Speed in the plan, mm/s.
         speed_mm_s: f64,
-        /// The lead.
+        /// Length of a lead, mm.
         lead_mm: f64,
     },
-    /// Samples were lost, each time that a row was flown.
+    /// Samples were missing in every pass over a row.
     #[error(
-        "over ({x_mm:.1}, {y_mm:.1}, {z_mm:.1}) mm too few samples came, though the row was flown {FLIGHTS} times"
+        "too few samples at ({x_mm:.1}, {y_mm:.1}, {z_mm:.1}) mm in each of {FLIGHTS} passes over the row"
     )]
     #[diagnostic(help(
-        "check the receiver's cable and rate with `fieldgap rig check`; a lead that is too short leaves the ends of rows without samples"
+        "check the receiver's cable and rate with `fieldgap rig check`; if only the ends of rows lack samples, raise `lead_mm`"
     ))]
     Thin {
-        /// Where.
+        /// Position, mm.
         x_mm: f64,
-        /// Where.
+        /// Position, mm.
         y_mm: f64,
-        /// Where.
+        /// Position, mm.
         z_mm: f64,
     },
-    /// The row there and back does not show by how much readings are late.
-    #[error("the row past ({x_mm:.1}, {y_mm:.1}, {z_mm:.1}) mm, flown there and back, does not tell how far the readings lag behind the robot{}",
+    /// The lag of the readings cannot be found from a row.
+    #[error("the lag of the readings behind the robot cannot be found from the row through ({x_mm:.1}, {y_mm:.1}, {z_mm:.1}) mm, scanned in both directions{}",
         found.map_or_else(String::new, |(ms, error)| format!(": {ms:.2} ± {error:.2} ms")))]
     #[diagnostic(help(
-        "let the plan have a row through the focus, where the field has structure; or give the lag as `lag_ms` in [fly]"
+        "add a row through the focus to the plan, where the level varies along the row; or give the lag as `lag_ms` in [fly]"
     ))]
     NoLag {
-        /// The row's middle.
+        /// Centre of the row, mm.
         x_mm: f64,
-        /// The row's middle.
+        /// Centre of the row, mm.
         y_mm: f64,
-        /// The row's middle.
+        /// Centre of the row, mm.
         z_mm: f64,
-        /// What was found, with its standard error, ms.
+        /// The estimate with its standard error, ms, if there is one.
         found: Option<(f64, f64)>,
     },
 }
 
-/// How the rows of a plan are flown on a rig.
+/// How rows are scanned in motion.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flight {
     feed: Feed,
@@ -108,7 +107,7 @@ pub(super) struct Flight {
 }
 
 impl Flight {
-    /// As a plan says, on a rig.
+    /// From the section `[fly]` of a plan and the rig set-up.
     pub fn new(fly: &Fly, rig_setup: &RigSetup) -> Self {
         let feed = Feed::from_mm_s(fly.speed_mm_s);
         let wavelength_m =
@@ -122,17 +121,17 @@ impl Flight {
         }
     }
 
-    /// The way before and behind a row, m.
+    /// Length of the lead before and after a row, m.
     pub fn lead_m(&self) -> f64 {
         self.lead_m
     }
 
-    /// The speed over its points.
+    /// Speed over the points.
     pub fn feed(&self) -> Feed {
         self.feed
     }
 
-    /// Makes sure that a receiver is quick enough for a row.
+    /// Checks that a receiver is fast enough for a row.
     ///
     /// # Errors
     /// [`FlightFault::TooFast`].
@@ -160,7 +159,7 @@ impl Flight {
         }
     }
 
-    /// How much longer than its way at full speed a flight took, s.
+    /// Duration of a pass beyond its length over its speed, s.
     fn over_s(&self, line: &Line, recording: &Recording, talk_s: f64) -> Result<f64, FlightFault> {
         let speed_m_s = self.feed.m_s();
         let way_m = line.step_m() * (line.points - 1) as f64 + 2.0 * self.lead_m;
@@ -179,20 +178,20 @@ impl Flight {
     }
 }
 
-/// A row that was flown.
+/// One pass over a row.
 struct Flown {
     recording: Recording,
-    /// Where the robot said it was, before and after, array frame, m.
+    /// Reported positions before and after, array frame, m.
     ends_m: [Vec3; 2],
     over_s: f64,
 }
 
-/// The rows flown so far, and how evenly.
+/// Scans rows in motion, and keeps how long each pass took.
 #[derive(Debug)]
 pub(super) struct Flights {
     flight: Flight,
     over_s: Vec<f64>,
-    /// How long a move of no length takes, s, once that is known.
+    /// Duration of a move of zero length, s, once measured.
     talk_s: Option<f64>,
 }
 
@@ -201,15 +200,15 @@ impl Flights {
         Self { flight, over_s: Vec::new(), talk_s: None }
     }
 
-    /// Whether it is still to be found how far readings lag behind.
+    /// Whether the lag of the readings is still unknown.
     pub fn want_lag(&self) -> bool {
         self.flight.lag_s.is_none()
     }
 
-    /// Flies over a row there and back, and finds how far the readings lag behind the robot.
+    /// Scans a row in both directions and finds the lag of the readings behind the robot.
     ///
     /// # Errors
-    /// A device that failed; a row that cannot be flown so, or does not tell.
+    /// A device failed, or [`FlightFault`].
     pub async fn find_lag(
         &mut self,
         sequencer: &mut PointSequencer,
@@ -285,17 +284,17 @@ impl Flights {
         Err(FlightFault::Thin { x_mm: at_mm.x, y_mm: at_mm.y, z_mm: at_mm.z }.into())
     }
 
-    /// How evenly the rows were flown, for a person; `None` before the first.
+    /// Summary of the passes, for a person; `None` before the first.
     pub fn evenness(&self) -> Option<String> {
         let n = self.over_s.len() as f64;
         let mean_s = self.over_s.iter().sum::<f64>() / n;
         let squares: f64 = self.over_s.iter().map(|over_s| (over_s - mean_s).powi(2)).sum();
         let spread_s = (squares / (n - 1.0).max(1.0)).sqrt();
-        // The middle of a flight is off by half of what its time is off by.
+        // An error of the duration shifts the centre of a pass by half of it.
         let placed_mm = 0.5e3 * spread_s * self.flight.feed.m_s();
         (n > 0.0).then(|| {
             format!(
-                "{n} rows at {} mm/s; speeding up, slowing down and talk took {:.1} ± {:.1} ms a row, so its place is good to {placed_mm:.3} mm",
+                "{n} rows at {} mm/s; acceleration and communication took {:.1} ± {:.1} ms per row, which leaves a position error of {placed_mm:.3} mm",
                 self.flight.feed.m_s() * 1e3, mean_s * 1e3, spread_s * 1e3
             )
         })

@@ -1,4 +1,4 @@
-//! A hook run: a program that tells somebody what happened to a scan.
+//! Running a hook: a program that notifies a person of an event of a scan.
 
 use std::io;
 use std::path::Path;
@@ -12,39 +12,39 @@ use tokio::time::timeout;
 
 use fieldgap_records::{HookCommand, HookKind};
 
-/// How long a hook may take.
-pub(super) const MOST: Duration = Duration::from_secs(30);
+/// Longest run time of a hook.
+pub(super) const TIME_LIMIT: Duration = Duration::from_secs(30);
 
-/// Bytes of its complaints that are kept.
+/// Bytes of its standard error that are kept.
 const KEPT: u64 = 400;
 
-/// How long its complaints are waited for when it has ended: a child that it left behind may hold them open.
-const LAST_WORDS: Duration = Duration::from_millis(200);
+/// How long to wait for its standard error after it has ended: a child process may hold it open.
+const STDERR_TIME_LIMIT: Duration = Duration::from_millis(200);
 
-/// What a hook did not do.
+/// How a hook failed.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum HookFault {
     #[error("it cannot be started: {0}")]
     NotStarted(#[source] io::Error),
-    #[error("it was not done within {} s and was ended", .0.as_secs())]
+    #[error("it did not end within {} s and was killed", .0.as_secs())]
     TooLong(Duration),
     #[error("it failed ({status}){said}")]
     Failed { status: ExitStatus, said: String },
-    #[error("the system lost it: {0}")]
+    #[error("its exit status is unknown: {0}")]
     Lost(#[source] io::Error),
 }
 
-/// Runs a hook to its end, within `most`. It gets the kind of event, the scan's folder and a message as `FIELDGAP_EVENT`,
-/// `FIELDGAP_SCAN`, `FIELDGAP_MESSAGE`; nothing to read, and nobody to write to but by its complaints.
+/// Runs a hook to its end, for at most `time_limit`. The environment variables `FIELDGAP_EVENT`, `FIELDGAP_SCAN` and
+/// `FIELDGAP_MESSAGE` hold the kind of event, the scan's folder and a message. Only its standard error is read.
 ///
 /// # Errors
-/// [`HookFault`]. What it has started is ended with it where it takes too long.
+/// [`HookFault`]. A hook that takes too long is killed, with all processes that it started.
 pub(super) async fn run(
     command: &HookCommand,
     kind: HookKind,
     scan: &Path,
     message: &str,
-    most: Duration,
+    time_limit: Duration,
 ) -> Result<(), HookFault> {
     let mut child = Command::new(command.program())
         .args(command.arguments())
@@ -55,34 +55,36 @@ pub(super) async fn run(
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
-        // A Ctrl-C at the scan's terminal is not meant for it.
+        // Ctrl-C at the scan's terminal must not end the hook.
         .process_group(0)
         .kill_on_drop(true)
         .spawn()
         .map_err(HookFault::NotStarted)?;
     let group = child.id().and_then(|id| Pid::from_raw(i32::try_from(id).ok()?));
-    let complaints = child.stderr.take().map(|stderr| tokio::spawn(read_some(stderr)));
-    let Ok(ended) = timeout(most, child.wait()).await else {
+    let stderr_text = child.stderr.take().map(|stderr| tokio::spawn(read_some(stderr)));
+    let Ok(ended) = timeout(time_limit, child.wait()).await else {
         if let Some(group) = group {
             let _ = kill_process_group(group, Signal::KILL);
         }
-        return Err(HookFault::TooLong(most));
+        return Err(HookFault::TooLong(time_limit));
     };
     let status = ended.map_err(HookFault::Lost)?;
     if status.success() {
         return Ok(());
     }
-    let said = match complaints {
-        Some(complaints) => {
-            timeout(LAST_WORDS, complaints).await.ok().and_then(Result::ok).unwrap_or_default()
-        }
+    let said = match stderr_text {
+        Some(stderr_text) => timeout(STDERR_TIME_LIMIT, stderr_text)
+            .await
+            .ok()
+            .and_then(Result::ok)
+            .unwrap_or_default(),
         None => String::new(),
     };
     let said = if said.is_empty() { said } else { format!(": {said}") };
     Err(HookFault::Failed { status, said })
 }
 
-/// The beginning of what it complains of, on one line. The rest is read and dropped, so that it never waits to be read.
+/// The beginning of its standard error, on one line. The rest is read and dropped, so that the hook never blocks on it.
 async fn read_some(mut stderr: ChildStderr) -> String {
     let mut kept = Vec::new();
     let _ = (&mut stderr).take(KEPT).read_to_end(&mut kept).await;
@@ -111,35 +113,35 @@ mod tests {
         toml_text::<File>(Path::new("plan.toml"), &words).expect("a command").hook
     }
 
-    async fn run_for(script: &str, most: Duration) -> (Result<(), HookFault>, String) {
+    async fn run_for(script: &str, time_limit: Duration) -> (Result<(), HookFault>, String) {
         let home = tempfile::tempdir().expect("a folder");
         let file = home.path().join("told");
         let command = sh(script, &file);
         let scan = Path::new("out/overnight");
-        let result = run(&command, HookKind::Question, scan, "two\0words", most).await;
+        let result = run(&command, HookKind::Question, scan, "two\0words", time_limit).await;
         (result, std::fs::read_to_string(&file).unwrap_or_default())
     }
 
     #[tokio::test]
-    async fn it_is_told_what_happened_where() {
+    async fn it_receives_event_folder_and_message() {
         let script =
             r#"printf "%s|%s|%s" "$FIELDGAP_EVENT" "$FIELDGAP_SCAN" "$FIELDGAP_MESSAGE" > "$1""#;
-        let (result, told) = run_for(script, MOST).await;
+        let (result, told) = run_for(script, TIME_LIMIT).await;
         result.expect("it does");
         assert_eq!(told, "question|out/overnight|two words");
     }
 
     #[tokio::test]
-    async fn what_it_complains_of_is_kept_and_cut_short() {
-        let (result, _) = run_for("echo no network >&2; exit 3", MOST).await;
+    async fn its_standard_error_is_kept_and_truncated() {
+        let (result, _) = run_for("echo no network >&2; exit 3", TIME_LIMIT).await;
         let fault = result.expect_err("it fails").to_string();
         assert!(fault.contains('3') && fault.ends_with(": no network"), "{fault}");
-        let (result, _) = run_for("yes | head -c 1000000 >&2; exit 1", MOST).await;
+        let (result, _) = run_for("yes | head -c 1000000 >&2; exit 1", TIME_LIMIT).await;
         assert!(result.expect_err("it fails").to_string().len() < 600);
     }
 
     #[tokio::test]
-    async fn one_that_hangs_is_ended_with_what_it_started() {
+    async fn a_hanging_hook_is_killed_with_its_children() {
         let (result, told) =
             run_for("(sleep 600; echo late) & wait", Duration::from_millis(100)).await;
         assert!(matches!(result, Err(HookFault::TooLong(_))), "{result:?}");
@@ -147,10 +149,10 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_program_that_is_not_there_is_said() {
+    async fn a_missing_program_is_reported() {
         let words = "hook = \"/no/such/program at all\"\n";
         let hook = toml_text::<File>(Path::new("plan.toml"), words).expect("a command").hook;
-        let result = run(&hook, HookKind::Finish, Path::new("out"), "", MOST).await;
+        let result = run(&hook, HookKind::Finish, Path::new("out"), "", TIME_LIMIT).await;
         assert!(matches!(result, Err(HookFault::NotStarted(_))));
     }
 }

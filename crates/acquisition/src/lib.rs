@@ -1,5 +1,23 @@
-//! A plan run on a rig, its record kept safe: the rig file, the check before anything moves, the sequencer that
-//! drives the three devices point by point, and the return to a scan that ended early.
+//! Data acquisition: runs a plan on a rig and records the readings safely.
+//!
+//! Begin with [`PlannedScan`], a plan with the [`RigSetup`] of a rig file; its [dry run](PlannedScan::dry_run) checks both
+//! without opening a device. [`ScanRun`] runs the scan and resumes one that ended early; [`Event`] reports its progress and
+//! [`Monitor`] raises alarms. [`beam_axis`] finds the axis of the array.
+//!
+//! This crate knows no virtual rig. Whoever starts a scan passes an [`OpenSimulated`] function, which may open
+//! [`SimulatedDevices`].
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use fieldgap_acquisition::PlannedScan;
+//!
+//! let scan = PlannedScan::read(Path::new("../../scans/quick-look.toml"), None)?;
+//! let check = scan.dry_run()?;
+//! assert_eq!(check.visits, 2 + 13 * 13);
+//! assert!(check.about_s < 600.0);
+//! # Ok::<(), fieldgap_acquisition::AcquisitionError>(())
+//! ```
 
 mod air_log;
 pub mod beam_axis;
@@ -26,7 +44,7 @@ mod scan_run;
 mod sequencer;
 
 pub use air_log::FILE as AIR_FILE;
-pub use dry_run::{DryRun, dry_run, room_for};
+pub use dry_run::DryRun;
 pub use error::AcquisitionError;
 pub use event::{Event, EventSink};
 pub use fly::FlightFault;

@@ -1,6 +1,6 @@
-//! Whoever stays with a scan when everybody has gone home: raises the alarm when it does not go on, and starts the hooks.
+//! The monitor of an unattended scan: it raises an alarm when the scan makes no progress, and starts the hooks.
 //!
-//! It only listens. Nothing that it does, or that a hook fails to do, reaches the scan.
+//! It only reads events. Neither it nor a failing hook can affect the scan.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -14,16 +14,16 @@ use super::hook;
 use super::planned_scan::PlannedScan;
 use fieldgap_records::{HookKind, Hooks};
 
-/// A scan that takes this many times as long for a point as its slowest should is not slow...
+/// The alarm is raised after this many times the expected duration of the slowest point...
 const TIMES_SLOWEST: f64 = 10.0;
 
-/// ... and nor is one that stands still for less than this.
+/// ... and not before this time.
 const AT_LEAST: Duration = Duration::from_secs(60);
 
-/// Hooks that may run at a time; a scan that asks more often is not helped by more.
+/// Most hooks that run at a time.
 const MOST_HOOKS: usize = 4;
 
-/// Stays with one scan.
+/// Monitors one scan.
 #[derive(Debug, Clone)]
 pub struct Monitor {
     hooks: Hooks,
@@ -32,7 +32,7 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// For a scan whose record is in `folder` and whose slowest point should take `slowest_s`.
+    /// For a scan whose record is in `folder` and whose slowest point is expected to take `slowest_s`.
     pub(super) fn new(scan: &PlannedScan, folder: &Path, slowest_s: f64) -> Self {
         let (plan, rig_setup) = (&scan.plan, &scan.rig_setup);
         let beside = |path: &Path| path.parent().unwrap_or(Path::new("")).to_owned();
@@ -50,8 +50,8 @@ impl Monitor {
         }
     }
 
-    /// Follows a scan's events until it has ended, or until nobody is left to tell of it; then waits for its hooks. What it
-    /// has to say itself it tells to `tell`.
+    /// Follows the events of a scan until it has ended or the channel is closed, then waits for the hooks. Its own events
+    /// go to `tell`.
     pub async fn follow(
         self,
         mut events: UnboundedReceiver<Event>,
@@ -75,8 +75,8 @@ impl Monitor {
                         Event::Question { text } => {
                             self.start(HookKind::Question, text, &mut hooks, &mut tell);
                         }
-                        Event::Waiting { reason } => {
-                            // It waits for a person, and has told that it does.
+                        Event::DiskFull { reason } => {
+                            // The scan waits for a person, who is notified now.
                             alarm = None;
                             self.start(HookKind::Question, reason, &mut hooks, &mut tell);
                         }
@@ -85,24 +85,24 @@ impl Monitor {
                             self.start(kind, message, &mut hooks, &mut tell);
                             break;
                         }
-                        // Homing has its own bound, in the rig file, and comes before the first point.
-                        Event::Opened { .. } | Event::Spoilt { .. } | Event::HookFailed { .. } => {}
+                        // Homing has its own time limit in the rig file, and precedes the first point.
+                        Event::Opened { .. } | Event::ImpairedReading { .. } | Event::HookFailed { .. } => {}
                         _ => alarm = Instant::now().checked_add(self.no_progress),
                     }
                 }
                 () = quiet => {
-                    // Once, until the scan goes on.
+                    // Once, until the scan continues.
                     alarm = None;
                     let seconds = self.no_progress.as_secs_f64();
-                    let text = format!("no point was measured for {seconds:.0} s: look at the robot and the devices");
+                    let text = format!("no point was measured for {seconds:.0} s: check the robot and the devices");
                     tell(&Event::Question { text: text.clone() });
                     self.start(HookKind::Question, text, &mut hooks, &mut tell);
                 }
-                Some(ended) = hooks.join_next() => told(ended, &mut tell),
+                Some(ended) = hooks.join_next() => report(ended, &mut tell),
             }
         }
         while let Some(ended) = hooks.join_next().await {
-            told(ended, &mut tell);
+            report(ended, &mut tell);
         }
     }
 
@@ -116,13 +116,14 @@ impl Monitor {
         let Some(command) = self.hooks.command(kind).cloned() else { return };
         let name = kind.name();
         if hooks.len() >= MOST_HOOKS {
-            let text = format!("hook on_{name}: not started, {MOST_HOOKS} are running");
+            let text =
+                format!("hook on_{name} was not started: {MOST_HOOKS} hooks are still running");
             tell(&Event::HookFailed { text });
             return;
         }
         let scan = self.scan.clone();
         hooks.spawn(async move {
-            let fault = hook::run(&command, kind, &scan, &message, hook::MOST).await.err()?;
+            let fault = hook::run(&command, kind, &scan, &message, hook::TIME_LIMIT).await.err()?;
             let text = format!("hook on_{name}, `{}`: {fault}", command.program());
             Some(Event::HookFailed { text })
         });
@@ -136,7 +137,7 @@ fn ending(rows: usize, of: usize, reason: Option<String>) -> (HookKind, String) 
     }
 }
 
-fn told(ended: Result<Option<Event>, tokio::task::JoinError>, tell: &mut impl FnMut(&Event)) {
+fn report(ended: Result<Option<Event>, tokio::task::JoinError>, tell: &mut impl FnMut(&Event)) {
     if let Ok(Some(event)) = ended {
         tell(&event);
     }
@@ -197,7 +198,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_scan_that_is_let_wait_raises_none() {
+    async fn a_paused_scan_raises_no_alarm() {
         let (tell, said, task) = monitored("");
         after(&tell, Event::Homed, 1).await;
         after(&tell, Event::Paused, 36_000).await;
@@ -208,7 +209,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn the_end_waits_for_its_hook_and_a_failing_one_is_said() {
+    async fn the_end_waits_for_its_hook_and_a_failing_hook_is_reported() {
         let home = tempfile::tempdir().expect("a folder");
         let file = home.path().join("told");
         let (tell, said, task) = monitored(&format!(

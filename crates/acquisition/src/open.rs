@@ -1,4 +1,4 @@
-//! The rig of a rig file, opened: behind real ports, or behind those of a virtual rig made for it.
+//! Opening the devices of a rig file, real or simulated.
 
 use std::path::Path;
 use std::process::Command;
@@ -31,9 +31,9 @@ pub type OpenSimulated = fn(&RigSetup) -> Result<Option<SimulatedDevices>, Acqui
 /// The folder of the wire logs, in that of a scan.
 pub(super) const WIRE_LOGS: &str = "wire";
 
-/// An open rig: silent, standing still.
+/// An open rig: the array is silent, the robot stands still.
 pub struct OpenRig {
-    // Dropped in this order: the drivers let go of the ports before the firmware behind them ends.
+    // Dropped in this order: the drivers close their ports before the simulated devices end.
     rig: SafeRig,
     logs: WireLogs,
     watchdog: Option<Watchdog>,
@@ -46,7 +46,7 @@ impl OpenRig {
     ///
     /// # Errors
     /// [`AcquisitionError`] if a device cannot be opened, or if the controller drives another number of elements than the rig
-    /// file says.
+    /// file describes.
     pub async fn open(
         rig_setup: &RigSetup,
         open_simulated: OpenSimulated,
@@ -84,9 +84,8 @@ impl OpenRig {
         }
     }
 
-    /// Has the rig guarded by a process of its own from now on: `program`, which calls
-    /// [`fieldgap_rig::watchdog::guard`]. What it does is written to `log`, where there is one. A virtual rig of this process
-    /// ends with it, and needs no guard.
+    /// Starts a watchdog process for the rig: `program`, which calls [`fieldgap_rig::watchdog::guard`]. It writes what it
+    /// does to `log`. A simulated rig ends with this process and needs no watchdog.
     ///
     /// # Errors
     /// [`AcquisitionError::Watchdog`] if it does not start.
@@ -103,12 +102,12 @@ impl OpenRig {
         &mut self.rig
     }
 
-    /// What the environment sensor says, where there is one.
+    /// The log of the environment sensor, if there is one.
     pub(super) fn air(&mut self) -> Option<&mut AirLog> {
         self.air.as_mut()
     }
 
-    /// Who answered.
+    /// The devices that answered.
     pub(super) fn greeting(&mut self) -> Event {
         let robot = self.rig.motion().firmware().to_owned();
         let receiver = self.rig.receiver().identity().clone();

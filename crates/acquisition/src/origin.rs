@@ -1,4 +1,4 @@
-//! Where a scan's plan and rig file were read from, and whether what stands there is still what the scan was begun with.
+//! The original paths of a scan's plan and rig file, and the check that these files have not changed.
 
 use std::path::{Path, PathBuf};
 
@@ -13,21 +13,21 @@ use fieldgap_records::Plan;
 
 pub(super) const FILE: &str = "origin.toml";
 
-/// Keys of a rig file that may change while a scan is broken off: where a device is plugged in is nothing of what it is.
+/// Keys of a rig file that may change before a scan is resumed: a device may be plugged in elsewhere.
 const MAY_CHANGE: [&str; 2] = ["port", "baud"];
 
-/// `origin.toml`: what the copies in the scan's folder are copies of. What they name is looked for from there.
+/// `origin.toml`: the original paths of the copies in the scan's folder. File names in them are relative to the originals.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Origin {
     plan: PathBuf,
     rig: PathBuf,
-    /// Of a virtual rig: SHA-256 of its truth file, hexadecimal.
+    /// SHA-256 of the truth file of a virtual rig, hexadecimal.
     truth_sha256: Option<String>,
 }
 
 impl Origin {
-    /// Of a scan that is about to begin.
+    /// For a new scan.
     pub(super) fn of(plan: &Plan, rig_setup: &RigSetup) -> Result<Self, Fault> {
         let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let truth_sha256 = rig_setup.truth_path().map(|path| sha256_of(&path)).transpose()?;
@@ -42,12 +42,12 @@ impl Origin {
         toml::to_string(self).expect("paths and a number are TOML")
     }
 
-    /// The plan, of which this is the copy.
+    /// The text of the copied plan, with the path of the original.
     pub(super) fn plan(&self, copy: &TomlSource) -> TomlSource {
         TomlSource::new(&self.plan, copy.text())
     }
 
-    /// The rig file as it stands, where it differs from its copy in ports alone; the copy, where there is none any more.
+    /// The current rig file, if it differs from its copy in ports alone; the copy, if the file no longer exists.
     pub(super) fn rig(&self, copy: &TomlSource) -> Result<TomlSource, AcquisitionError> {
         let as_begun = || Ok(TomlSource::new(&self.rig, copy.text()));
         if !self.rig.is_file() {
@@ -67,7 +67,7 @@ impl Origin {
         }
     }
 
-    /// Makes sure that a virtual rig's truth is what it was.
+    /// Checks that the truth file of a virtual rig has not changed.
     pub(super) fn same_truth(&self, rig_setup: &RigSetup) -> Result<(), AcquisitionError> {
         match (rig_setup.truth_path(), &self.truth_sha256) {
             (Some(path), Some(then)) if sha256_of(&path)? != *then => {
@@ -80,13 +80,14 @@ impl Origin {
 
 fn sha256_of(path: &Path) -> Result<String, Fault> {
     let bytes = std::fs::read(path).map_err(|error| {
-        let remedy = "check the `truth` of the rig file; it is looked for from there";
+        let remedy =
+            "check `truth` in [virtual] of the rig file; the path is relative to that file";
         Fault::of_file(path, format!("cannot be read: {error}"), remedy)
     })?;
     Ok(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
-/// Collects the keys in which two values differ, each as it is written and with both values.
+/// Collects the keys in which two values differ, with both values.
 fn differences(key: &str, then: &Value, now: &Value, changes: &mut Vec<String>) {
     let (Value::Table(before), Value::Table(after)) = (then, now) else {
         if then != now {
@@ -99,8 +100,8 @@ fn differences(key: &str, then: &Value, now: &Value, changes: &mut Vec<String>) 
         let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
         match (before.get(name), after.get(name)) {
             (Some(then), Some(now)) => differences(&key, then, now, changes),
-            (Some(_), None) => changes.push(format!("`{key}` is gone")),
-            _ => changes.push(format!("`{key}` is new")),
+            (Some(_), None) => changes.push(format!("`{key}` was removed")),
+            _ => changes.push(format!("`{key}` was added")),
         }
     }
 }
@@ -111,7 +112,7 @@ mod tests {
 
     const THEN: &str = "name = \"r\"\n[motion]\norigin_mm = [1.0, 2.0, 3.0]\n[motion.marlin]\nport = \"/dev/ttyUSB0\"\n";
 
-    fn taken_up(now: &str) -> Result<String, AcquisitionError> {
+    fn resumed_with(now: &str) -> Result<String, AcquisitionError> {
         let folder = tempfile::tempdir().expect("a folder");
         let rig = folder.path().join("rig.toml");
         std::fs::write(&rig, now).expect("written");
@@ -120,21 +121,21 @@ mod tests {
     }
 
     #[test]
-    fn another_port_is_taken_and_another_origin_is_not() {
+    fn another_port_is_accepted_and_another_origin_is_refused() {
         let moved = THEN.replace("USB0", "USB1") + "baud = 9600\n";
-        assert_eq!(taken_up(&moved).expect("the same rig"), moved);
-        let error = taken_up(&THEN.replace("2.0", "2.5")).expect_err("another rig");
+        assert_eq!(resumed_with(&moved).expect("the same rig"), moved);
+        let error = resumed_with(&THEN.replace("2.0", "2.5")).expect_err("another rig");
         assert!(error.to_string().contains("`motion.origin_mm` was [1.0, 2.0, 3.0]"), "{error}");
         let error =
-            taken_up(&THEN.replace("[motion.marlin]", "[motion.other]")).expect_err("another");
+            resumed_with(&THEN.replace("[motion.marlin]", "[motion.other]")).expect_err("another");
         assert!(
-            error.to_string().contains("`motion.marlin` is gone; `motion.other` is new"),
+            error.to_string().contains("`motion.marlin` was removed; `motion.other` was added"),
             "{error}"
         );
     }
 
     #[test]
-    fn a_rig_file_that_is_gone_is_taken_from_its_copy() {
+    fn a_missing_rig_file_is_replaced_by_its_copy() {
         let origin =
             Origin { plan: "p".into(), rig: "nowhere/rig.toml".into(), truth_sha256: None };
         let copy = TomlSource::new(Path::new("rig.toml"), THEN);

@@ -1,43 +1,43 @@
-//! A scan told to wait, and to go on.
+//! Pausing a scan and continuing it.
 
 use tokio::sync::watch;
 
-/// Whoever may let a scan wait.
+/// The switch that pauses a scan.
 #[derive(Debug)]
 pub struct PauseSwitch(watch::Sender<bool>);
 
-/// What a scan looks at between points.
+/// The scan's end of the switch, read between points.
 #[derive(Debug, Clone)]
 pub struct Pause(Option<watch::Receiver<bool>>);
 
 impl PauseSwitch {
-    /// A switch, and what it switches.
+    /// A switch and the scan's end of it.
     pub fn new() -> (Self, Pause) {
         let (tell, told) = watch::channel(false);
         (Self(tell), Pause(Some(told)))
     }
 
-    /// Lets the scan wait from now on, or go on.
-    pub fn set(&self, waits: bool) {
-        self.0.send_replace(waits);
+    /// Pauses the scan, or lets it continue.
+    pub fn set(&self, paused: bool) {
+        self.0.send_replace(paused);
     }
 }
 
 impl Pause {
-    /// Nobody may let the scan wait.
+    /// For a scan that cannot be paused.
     pub(super) fn never() -> Self {
         Self(None)
     }
 
-    /// Whether the scan is to wait now.
+    /// Whether a pause is requested now.
     pub(super) fn is_asked(&self) -> bool {
         self.0.as_ref().is_some_and(|told| *told.borrow())
     }
 
-    /// Returns when the scan may go on; also when whoever let it wait has gone.
+    /// Returns when the scan may continue: the switch is off or was dropped.
     pub(super) async fn over(&mut self) {
         if let Some(told) = &mut self.0 {
-            let _ = told.wait_for(|waits| !waits).await;
+            let _ = told.wait_for(|paused| !paused).await;
         }
     }
 }
@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn a_scan_goes_on_when_it_may_and_when_nobody_is_left_to_say_so() {
+    async fn a_scan_continues_when_the_switch_is_off_or_dropped() {
         let (switch, mut pause) = PauseSwitch::new();
         assert!(!pause.is_asked());
         switch.set(true);

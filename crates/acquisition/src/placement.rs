@@ -1,58 +1,59 @@
-//! A row flown at constant speed: where its samples belong, and how far the receiver lags behind.
+//! A row scanned at constant speed: the position of each sample, and the lag of the receiver.
 //!
-//! A straight move speeds up and slows down alike, so half-way in time it is half-way in space, whatever the robot's
-//! acceleration; from there the speed places every sample. What the middle in time is off by (wires, buffers, the receiver's own
-//! smoothing) is one lag for all rows, and a row that is flown there and back shows it twice.
+//! A straight move accelerates and decelerates symmetrically. Half-way in time it is therefore half-way in space, whatever the
+//! acceleration. From there the constant speed gives the position of every sample. Cables, buffers and the receiver's own
+//! filter delay all samples by one lag, the same for all rows. A row scanned in both directions shows this lag with opposite
+//! signs.
 
 use nalgebra::{Matrix3, Vector3};
 
 use fieldgap_rig::{Recording, TimedSample};
 
-/// Fewest samples that a reading is made of.
+/// Fewest samples of a reading.
 pub(super) const LEAST_SAMPLES: usize = 5;
 
-/// Lags that are tried, s.
+/// Range of lags that is searched, s.
 const LAGS_S: (f64, f64) = (-0.05, 0.15);
 
-/// Square of the share of a reading below which two of them cannot be told apart.
+/// Squared relative difference below which two readings are equal.
 const ROUNDING: f64 = 1e-20;
 
-/// Share of a row's points that a lag must leave comparable.
-const MOST: f64 = 0.75;
+/// Share of the points of a row that must have readings in both directions.
+const LEAST_COMPARABLE: f64 = 0.75;
 
-/// The points of a row and how they are flown over.
+/// The points of a row and the speed over them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RowTiming {
-    /// How many; two or more.
+    /// Number of points; two or more.
     pub points: usize,
-    /// From each to the next, m, above zero.
+    /// Distance from point to point, m, above zero.
     pub step_m: f64,
     /// Speed over them, m/s, above zero.
     pub speed_m_s: f64,
-    /// How far to either side of a point its samples are taken, m, above zero.
+    /// Half width of the window of samples about a point, m, above zero.
     pub half_width_m: f64,
 }
 
-/// What was read over one point.
+/// The reading at one point of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Placed {
-    /// When the robot was there, s, on the receiver's clock.
+    /// Time on the receiver's clock, s.
     pub t_s: f64,
     /// The reading at the point, in the receiver's unit.
     pub value: f64,
-    /// Its slope along the flight, per second.
+    /// Slope of the reading in time, per second.
     slope_per_s: f64,
     /// Standard deviation of the samples about the curve through them.
     pub std: f64,
-    /// As many samples averaged would be as sure.
+    /// Equivalent number of averaged samples.
     pub count: u32,
-    /// Whether the converter was at its limit in any of them.
+    /// Whether the converter was at its limit in any sample.
     pub clipped: bool,
-    /// Samples that are missing.
+    /// Missing samples.
     pub lost: u32,
 }
 
-/// How far the samples lag behind the robot.
+/// Lag of the samples behind the robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lag {
     /// The lag, s.
@@ -62,14 +63,14 @@ pub(super) struct Lag {
 }
 
 impl RowTiming {
-    /// Samples that a reading is made of, at a rate.
+    /// Samples per point at a sampling rate.
     pub fn samples_at(&self, rate_hz: f64) -> f64 {
         2.0 * self.half_width_m / self.speed_m_s * rate_hz
     }
 
-    /// What was read over each point; `None` over those where too few samples came.
+    /// The reading at each point; `None` where there are too few samples.
     ///
-    /// A parabola through the samples about a point gives the reading there: a mean would take from peaks.
+    /// A parabola is fitted to the samples about a point, because a mean would lower peaks.
     pub fn place(&self, recording: &Recording, lag_s: f64) -> Vec<Option<Placed>> {
         let middle_s = 0.5 * (recording.began_s + recording.ended_s) + lag_s;
         let half_s = self.half_width_m / self.speed_m_s;
@@ -89,7 +90,7 @@ impl RowTiming {
             .collect()
     }
 
-    /// The lag of a row that was flown there and back; `None` where the row is too even to show it.
+    /// The lag from a row scanned in both directions; `None` if the level varies too little along it.
     pub fn lag(&self, there: &Recording, back: &Recording) -> Option<Lag> {
         let step_s = 0.5 * self.half_width_m / self.speed_m_s;
         let steps = ((LAGS_S.1 - LAGS_S.0) / step_s).ceil() as usize;
@@ -109,7 +110,7 @@ impl RowTiming {
     fn apart(&self, there: &Recording, back: &Recording, lag_s: f64) -> Option<Apart> {
         let there = self.place(there, lag_s);
         let back = self.place(back, lag_s);
-        // Slopes in time: there the place runs with time, back against it.
+        // Slopes in time: on the way back the position runs against time.
         let pairs: Vec<(f64, f64)> = there
             .iter()
             .zip(back.iter().rev())
@@ -120,11 +121,12 @@ impl RowTiming {
             })
             .collect();
         let level = there.iter().flatten().map(|placed| placed.value.abs()).fold(0.0, f64::max);
-        (pairs.len() as f64 >= MOST * self.points as f64).then_some(Apart { pairs, level })
+        (pairs.len() as f64 >= LEAST_COMPARABLE * self.points as f64)
+            .then_some(Apart { pairs, level })
     }
 }
 
-/// By how much the readings there and back differ, with the slope in time of what was read.
+/// Differences between the two directions, with the slope in time at each point.
 struct Apart {
     pairs: Vec<(f64, f64)>,
     /// The largest reading.
@@ -155,14 +157,14 @@ impl Apart {
     }
 }
 
-/// The usual time between two samples.
+/// Median time between two samples, s.
 fn period_s(samples: &[TimedSample]) -> f64 {
     let mut between: Vec<f64> = samples.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).collect();
     between.sort_by(f64::total_cmp);
     between.get(between.len() / 2).copied().unwrap_or(f64::INFINITY)
 }
 
-/// A parabola by least squares, its value and slope at `t_s`.
+/// Least-squares parabola: its value and slope at `t_s`.
 fn parabola(samples: &[TimedSample], t_s: f64, half_s: f64) -> Option<Placed> {
     if samples.len() < LEAST_SAMPLES {
         return None;
@@ -207,7 +209,7 @@ mod tests {
         (-(x_m / 9e-3).powi(2)).exp() + 0.3 * (x_m / 4e-3).cos().powi(2)
     }
 
-    /// The row flown with `lead_m` to either side by a robot of this acceleration, each reading `late_s` late; `sign` is the way.
+    /// A pass over the row with leads, at this acceleration, with each sample `late_s` late; `sign` is the direction.
     fn flown(
         sign: f64,
         acceleration_m_s2: f64,
@@ -241,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_placed_by_the_middle_whatever_the_acceleration() {
+    fn positions_do_not_depend_on_the_acceleration() {
         for acceleration in [1.0, 2.0, 5.0] {
             let placed = TIMING.place(&flown(1.0, acceleration, 0.0, |_| 0.0), 0.0);
             for (n, placed) in placed.into_iter().enumerate() {
@@ -255,8 +257,8 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_lag_is_found_from_there_and_back(late_s in 0.0..0.06f64, seed in 0usize..1000) {
-            // A plain generator does: the noise only has to be uncorrelated.
+        fn the_lag_is_found_from_both_directions(late_s in 0.0..0.06f64, seed in 0usize..1000) {
+            // Any generator of uncorrelated noise will do.
             let noise = |way: usize| move |n: usize| {
                 let mixed = (n * 2_654_435_761 + (seed * 2 + way) * 40_503) as u32;
                 0.02 * (f64::from(mixed.wrapping_mul(2_246_822_519) >> 8) / f64::from(1u32 << 24) - 0.5)
@@ -270,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn an_even_row_shows_no_lag() {
+    fn a_constant_row_shows_no_lag() {
         let even = Recording {
             began_s: 0.0,
             ended_s: 1.0,
@@ -287,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn missing_samples_are_counted_and_too_few_make_no_reading() {
+    fn missing_samples_are_counted_and_too_few_give_no_reading() {
         let mut recording = flown(1.0, 2.0, 0.0, |_| 0.0);
         let whole = TIMING.place(&recording, 0.0)[10].expect("samples");
         recording.samples.retain(|sample| (sample.t_s - whole.t_s).abs() > 2.5e-3);

@@ -1,4 +1,4 @@
-//! A plan together with the rig that it is for.
+//! A plan together with the rig set-up that it is for.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use super::rig_setup::RigSetup;
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{Plan, PlanPart, Visit};
 
-/// A plan and the rig that will scan it.
+/// A plan and the rig set-up that will run it.
 #[derive(Debug, Clone)]
 pub struct PlannedScan {
     pub(super) plan: Plan,
@@ -17,10 +17,10 @@ pub struct PlannedScan {
 }
 
 impl PlannedScan {
-    /// Reads a plan, and the rig file: the one given, else the one that the plan names.
+    /// Reads a plan and a rig file: the given one, or else the one that the plan names.
     ///
     /// # Errors
-    /// A [`Fault`] at the line of either file that does not fit.
+    /// A [`Fault`] at the line of either file that is wrong.
     pub fn read(plan: &Path, rig: Option<&Path>) -> Result<Self, AcquisitionError> {
         let plan = Plan::read(plan)?;
         let rig_setup = match (rig, &plan.rig) {
@@ -31,15 +31,15 @@ impl PlannedScan {
                     .fault(
                         PlanPart::Rig,
                         format!("there is no rig file {}", named.display()),
-                        "correct the name (it is looked for from the plan's folder), or give the file with --rig",
+                        "correct `rig` in the plan (it is relative to the plan's folder), or give the file with --rig",
                     )
                     .into());
             }
             (None, None) => {
                 return Err(Fault::of_file(
                     plan.path(),
-                    "names no rig",
-                    "add `rig = \"…\"`, or give the rig file with --rig",
+                    "the plan names no rig file",
+                    "add `rig = \"…\"` to the plan, or give the rig file with --rig",
                 )
                 .into());
             }
@@ -47,7 +47,7 @@ impl PlannedScan {
         Ok(Self::new(plan, rig_setup))
     }
 
-    /// Reads a plan and a rig file from texts that were kept, as if they still stood where they were read from.
+    /// Reads a plan and a rig file from copies of their texts.
     pub(super) fn parse(plan: TomlSource, rig: TomlSource) -> Result<Self, AcquisitionError> {
         Ok(Self::new(Plan::parse(plan)?, RigSetup::parse(rig)?))
     }
@@ -57,7 +57,7 @@ impl PlannedScan {
         Self { plan, rig_setup, visits }
     }
 
-    /// What the scan will be called.
+    /// Name of the scan.
     pub fn name(&self) -> &str {
         &self.plan.name
     }
@@ -67,20 +67,20 @@ impl PlannedScan {
         &self.plan
     }
 
-    /// The rig.
+    /// The rig set-up.
     pub fn rig_setup(&self) -> &RigSetup {
         &self.rig_setup
     }
 
-    /// The readings to be taken, in their order.
+    /// The readings to take, in order.
     pub fn visits(&self) -> &[Visit] {
         &self.visits
     }
 
-    /// Holds the plan against the rig; nothing moves.
+    /// Checks the plan against the rig set-up. No device is opened.
     ///
     /// # Errors
-    /// A [`Fault`] at the part of the plan that the robot cannot do.
+    /// A [`Fault`] at the part of the plan that the robot cannot carry out.
     pub fn dry_run(&self) -> Result<DryRun, AcquisitionError> {
         Ok(dry_run(&self.plan, &self.rig_setup, &self.visits)?)
     }

@@ -1,5 +1,4 @@
-//! On resuming a scan: points measured before are measured again, and the scan goes on only where both place and level
-//! are what they were.
+//! The check on resuming a scan: some points are measured again, and the scan continues only if position and level agree.
 
 use fieldgap_records::{RecordedSample, Tolerances, Visit, VisitKind};
 
@@ -8,46 +7,46 @@ use super::sequencer::distance_mm;
 /// Standard errors that two readings of one level may differ by.
 const STANDARD_ERRORS: f64 = 4.0;
 
-/// How many points are measured again, at most.
+/// Most points that are measured again.
 const REFERENCES: usize = 3;
 
-/// Something is no longer where or what it was.
+/// A difference between a repeated reading and the first one.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RigChange {
-    /// The robot reports another place.
+    /// The robot reports another position.
     #[error(
-        "row {row}: the robot reports to be {moved_mm:.3} mm from where it reported before; {allowed_mm} mm is allowed"
+        "row {row}: the robot reports a position {moved_mm:.3} mm from the first one; {allowed_mm} mm is allowed"
     )]
     Robot {
         /// Row of `samples.csv`.
         row: usize,
-        /// Distance between the two reported places, mm.
+        /// Distance between the two reported positions, mm.
         moved_mm: f64,
-        /// How much the plan allows, mm.
+        /// Tolerance in the plan, mm.
         allowed_mm: f64,
     },
-    /// The level there is another.
+    /// The level has changed.
     #[error(
-        "row {row}: the level is {now:.5} where {kept:.5} was kept, {:+.1} %; {allowed_percent} % beyond the noise is allowed",
+        "row {row}: the level changed from {kept:.5} to {now:.5} ({:+.1} %); {allowed_percent} % beyond the noise is allowed",
         (now / kept - 1.0) * 100.0
     )]
     Level {
         /// Row of `samples.csv`.
         row: usize,
-        /// The reading that was kept.
+        /// The recorded reading.
         kept: f64,
-        /// The reading now.
+        /// The repeated reading.
         now: f64,
-        /// How much the plan allows, percent.
+        /// Tolerance in the plan, percent.
         allowed_percent: f64,
     },
-    /// Several points are not what they were.
+    /// Several points differ.
     #[error("{}{}", listed(.0), common_cause(.0))]
     Several(Vec<Self>),
 }
 
 impl RigChange {
-    /// What was found at several points as one.
+    /// The differences at several points as one error.
     pub(super) fn of(mut found: Vec<Self>) -> Result<(), Self> {
         match found.len() {
             0 => Ok(()),
@@ -61,10 +60,9 @@ fn listed(found: &[RigChange]) -> String {
     found.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
-/// What points that changed say together: the level is a matter of gains where all changed by one factor, and of places where
-/// they did not.
+/// The likely common cause: a gain, if all levels changed by one factor; otherwise a displacement.
 fn common_cause(found: &[RigChange]) -> &'static str {
-    /// Factors this near each other are one.
+    /// Largest relative difference between factors that count as equal.
     const ALIKE: f64 = 0.02;
     let factors: Vec<f64> = found
         .iter()
@@ -76,17 +74,16 @@ fn common_cause(found: &[RigChange]) -> &'static str {
     let [least, most] =
         [f64::min, f64::max].map(|of| factors.iter().copied().reduce(of).unwrap_or(f64::NAN));
     if factors.len() < found.len() {
-        ". The robot's origin is another: look at its end switches"
+        ". The robot's origin has changed: check its end switches"
     } else if most - least <= ALIKE * most {
-        ". All changed alike, as with another supply or another gain of the receiver"
+        ". All levels changed by the same factor: check the supply voltage and the gain of the receiver"
     } else {
-        ". They changed differently: array or receiver stand elsewhere than before, or elements failed"
+        ". The levels changed by different factors: array or receiver was moved, or elements failed"
     }
 }
 
-/// The rows to measure again: the last visit to the plan's reference point, where it has one, and the strongest
-/// readings of the drives, which tell most, spread over the rows that are kept. Empty while nothing was measured with
-/// the array driven.
+/// The rows to measure again: the last visit to the reference point of the plan, if it has one, and the strongest readings,
+/// spread over the recorded rows. Empty if nothing was measured with the array driven.
 pub(super) fn reference_rows(kept: &[RecordedSample], visits: &[Visit]) -> Vec<usize> {
     let reference = |row: &usize| visits[*row].kind == VisitKind::Reference;
     let mut rows: Vec<usize> = (0..kept.len()).rev().find(reference).into_iter().collect();
@@ -102,7 +99,7 @@ pub(super) fn reference_rows(kept: &[RecordedSample], visits: &[Visit]) -> Vec<u
     rows
 }
 
-/// Holds a reading against the one that was kept.
+/// Compares a repeated reading with the recorded one.
 pub(super) fn compare(
     row: usize,
     kept: &RecordedSample,
@@ -126,7 +123,7 @@ pub(super) fn compare(
     Ok(())
 }
 
-/// Standard error of a sample's mean, in the record's unit; zero where its spread is not known.
+/// Standard error of a reading, in the record's unit; zero if its spread is unknown.
 pub(super) fn standard_error(sample: &RecordedSample) -> f64 {
     sample.spread.map_or(0.0, |spread| spread.std / f64::from(spread.count).sqrt())
 }
@@ -170,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shift_or_another_level_is_told() {
+    fn a_shift_or_another_level_is_reported() {
         let kept = sample(Some(0), 1.0, 2.0);
         let compared = |now| compare(7, &kept, &now, Tolerances::default());
         assert_eq!(compared(sample(Some(0), 1.04, 2.05)), Ok(()));
@@ -190,14 +187,16 @@ mod tests {
     }
 
     #[test]
-    fn what_moved_is_told_from_how_the_points_changed() {
+    fn the_likely_cause_follows_from_how_the_points_changed() {
         let level = |row, kept, now| RigChange::Level { row, kept, now, allowed_percent: 3.0 };
         let robot = RigChange::Robot { row: 1, moved_mm: 0.2, allowed_mm: 0.05 };
         let said = |found| RigChange::of(found).expect_err("moved").to_string();
         assert_eq!(RigChange::of(vec![]), Ok(()));
-        assert!(said(vec![level(3, 2.0, 1.8), level(5, 1.0, 0.9)]).contains("another gain"));
+        assert!(
+            said(vec![level(3, 2.0, 1.8), level(5, 1.0, 0.9)]).contains("gain of the receiver")
+        );
         let shifted = said(vec![level(3, 2.0, 1.8), level(5, 1.0, 1.1)]);
-        assert!(shifted.contains("row 3") && shifted.contains("stand elsewhere"), "{shifted}");
+        assert!(shifted.contains("row 3") && shifted.contains("was moved"), "{shifted}");
         assert!(said(vec![robot, level(3, 2.0, 1.8)]).contains("end switches"));
     }
 }

@@ -1,4 +1,4 @@
-//! The wire logs of a recorded scan, run again.
+//! Replaying the wire logs of a recorded scan.
 
 use std::io;
 use std::path::Path;
@@ -12,19 +12,19 @@ use fieldgap_rig::Role;
 use fieldgap_rig::link::read_wire_log;
 use fieldgap_rig::replay::{Replayed, replay};
 
-/// Runs the drivers of the scan in a folder against the logs of its wires: each is asked what it was asked then, hears what was
-/// heard then, and is held against what was sent.
+/// Runs the drivers again against the wire logs of a recorded scan. Each driver gets the same calls and the same replies as
+/// then; what it sends is compared with what it sent then.
 ///
 /// # Errors
-/// [`AcquisitionError`] if the folder has no rig file or no logs, or if a log is none.
+/// [`AcquisitionError`] if the folder has no rig file or no logs, or if a log is damaged.
 pub fn replay_wire(folder: &Path) -> Result<Vec<Replayed>, AcquisitionError> {
     let rig_setup = RigSetup::parse(TomlSource::read(&folder.join(RIG_COPY))?)?;
     let logs = folder.join(WIRE_LOGS);
     let unreadable = |error: io::Error| {
-        let remedy = "give the folder of a scan; those of earlier versions have no logs";
+        let remedy = "give the folder of a scan; scans of early versions have no wire logs";
         Fault::of_file(&logs, format!("cannot be read: {error}"), remedy)
     };
-    // Its own time, which passes only as the log's does.
+    // A runtime whose time follows the log.
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .start_paused(true)
@@ -35,8 +35,8 @@ pub fn replay_wire(folder: &Path) -> Result<Vec<Replayed>, AcquisitionError> {
         .map(|role| {
             let text = read_wire_log(&logs, role).map_err(unreadable)?;
             runtime.block_on(replay(&rig_setup.rig, role, &text)).map_err(|line| {
-                let problem = format!("line {line} of the {role}'s log is no entry of a wire log");
-                Fault::of_file(&logs, problem, "bring the file back from a copy").into()
+                let problem = format!("line {line} of the {role}'s wire log is not valid");
+                Fault::of_file(&logs, problem, "restore the file from a copy").into()
             })
         })
         .collect()

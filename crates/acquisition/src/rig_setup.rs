@@ -1,4 +1,4 @@
-//! A rig file: the array and the medium as the rig file describes them, and the devices.
+//! A rig file: array, medium and devices.
 
 use std::path::{Path, PathBuf};
 
@@ -34,10 +34,10 @@ struct VirtualSection {
     truth: PathBuf,
 }
 
-/// What a rig file says.
+/// The rig set-up that a rig file describes.
 #[derive(Debug, Clone)]
 pub struct RigSetup {
-    /// What the rig is called.
+    /// Name of the rig.
     pub name: String,
     /// The array, as the rig file describes it.
     pub array: ArraySection,
@@ -45,9 +45,9 @@ pub struct RigSetup {
     pub medium: MediumSection,
     /// The devices.
     pub rig: RigConfig,
-    /// The elements that listen for a hand, where some do.
+    /// The elements that receive reflections from a hand, if any.
     pub sensing: Option<SensingSection>,
-    /// Who is told of what happens to a scan, where its plan does not say.
+    /// Programs to start on events of a scan, if the plan names none.
     pub hooks: Hooks,
     virtual_section: Option<VirtualSection>,
     source: TomlSource,
@@ -57,12 +57,12 @@ impl RigSetup {
     /// Reads a rig file.
     ///
     /// # Errors
-    /// A [`Fault`] at the line that does not fit.
+    /// A [`Fault`] at the line that is wrong.
     pub fn read(path: &Path) -> Result<Self, Fault> {
         Self::parse(TomlSource::read(path)?)
     }
 
-    /// Makes sense of a text as a rig file.
+    /// Reads a text as a rig file.
     ///
     /// # Errors
     /// As [`RigSetup::read`].
@@ -75,7 +75,7 @@ impl RigSetup {
             if let Some(n) = sensing.get_ref().elements().into_iter().find(|&n| n >= elements) {
                 return Err(source.fault(
                     sensing.span(),
-                    format!("element {n} cannot listen: the array has {elements}"),
+                    format!("there is no element {n}: the array has {elements} elements"),
                     "elements are numbered from 0",
                 ));
             }
@@ -102,13 +102,13 @@ impl RigSetup {
         self.virtual_section.is_some()
     }
 
-    /// The truth file of a virtual rig, relative to where the rig file was looked for; `None` for a real rig.
+    /// Path of the truth file of a virtual rig; `None` for a real rig.
     pub fn truth_path(&self) -> Option<PathBuf> {
         let folder = self.source.path().parent().unwrap_or(Path::new(""));
         self.virtual_section.as_ref().map(|section| folder.join(&section.truth))
     }
 
-    /// The file and its text, as they were read.
+    /// The text and path of the file.
     pub fn source(&self) -> &TomlSource {
         &self.source
     }

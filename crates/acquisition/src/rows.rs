@@ -1,27 +1,27 @@
-//! The rows of a plan: runs of visits that a robot can fly over.
+//! The rows of a plan: runs of visits that a robot can scan in motion.
 
 use std::ops::Range;
 
 use fieldgap_acoustics::Vec3;
 use fieldgap_records::{Visit, VisitKind};
 
-/// Fewest points of a row: fewer are sooner measured one by one.
+/// Fewest points of a row: fewer are faster to measure one by one.
 const FEWEST: usize = 4;
 
-/// How far steps of a row may differ, m.
+/// Largest difference between steps of a row, m.
 const SAME_STEP_M: f64 = 1e-9;
 
-/// A part of the way, as indices of visits.
+/// One leg of the scan, as indices of visits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Leg {
-    /// One point, at which the robot stands still.
+    /// One point, measured at standstill.
     Stop(usize),
-    /// A row that it flies over.
+    /// A row scanned at constant speed.
     Row(Range<usize>),
 }
 
 impl Leg {
-    /// The visits that are made on it.
+    /// Indices of its visits.
     pub fn rows(&self) -> Range<usize> {
         match self {
             Self::Stop(visit) => *visit..visit + 1,
@@ -30,12 +30,12 @@ impl Leg {
     }
 }
 
-/// The legs of the visits from `done` on, in their order; only stops unless rows are flown.
-pub(super) fn legs(visits: &[Visit], done: usize, flown: bool) -> Vec<Leg> {
+/// The legs of the visits from `done` on, in order. Unless `in_motion`, all are stops.
+pub(super) fn legs(visits: &[Visit], done: usize, in_motion: bool) -> Vec<Leg> {
     let mut legs = Vec::new();
     let mut at = done;
     while at < visits.len() {
-        let length = if flown { row_length(&visits[at..]) } else { 1 };
+        let length = if in_motion { row_length(&visits[at..]) } else { 1 };
         if length >= FEWEST {
             legs.push(Leg::Row(at..at + length));
             at += length;
@@ -47,7 +47,7 @@ pub(super) fn legs(visits: &[Visit], done: usize, flown: bool) -> Vec<Leg> {
     legs
 }
 
-/// How many of the first visits lie in one row.
+/// How many of the first visits form one row.
 fn row_length(visits: &[Visit]) -> usize {
     let in_row = |visit: &Visit| {
         visit.kind == VisitKind::Point
@@ -64,41 +64,41 @@ fn row_length(visits: &[Visit]) -> usize {
     1 + visits.windows(2).take_while(follows).count()
 }
 
-/// A row in space.
+/// The straight line of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Line {
     /// The first point, m, array frame.
     pub first_m: Vec3,
-    /// The last.
+    /// The last point, m, array frame.
     pub last_m: Vec3,
-    /// How many points; two or more.
+    /// Number of points; two or more.
     pub points: usize,
 }
 
 impl Line {
-    /// Of the visits of a row.
+    /// The line through the visits of a row.
     pub fn of(row: &[Visit]) -> Self {
         let (first, last) = (row[0].position_m, row[row.len() - 1].position_m);
         Self { first_m: first, last_m: last, points: row.len() }
     }
 
-    /// The same, gone the other way.
+    /// The same line in the other direction.
     pub fn back(self) -> Self {
         Self { first_m: self.last_m, last_m: self.first_m, ..self }
     }
 
-    /// From each point to the next, m.
+    /// Distance from point to point, m.
     pub fn step_m(&self) -> f64 {
         (self.last_m - self.first_m).norm() / (self.points - 1) as f64
     }
 
-    /// Where a flight over it begins and ends, with a lead to either side, m.
+    /// Start and end of a pass over it, with a lead on either side, m.
     pub fn ends_m(&self, lead_m: f64) -> [Vec3; 2] {
         let lead_m = (self.last_m - self.first_m).normalize() * lead_m;
         [self.first_m - lead_m, self.last_m + lead_m]
     }
 
-    /// How far a point is from it, m.
+    /// Distance of a point from the line, m.
     pub fn distance_m(&self, point_m: Vec3) -> f64 {
         let along = self.last_m - self.first_m;
         let share = (point_m - self.first_m).dot(&along) / along.norm_squared();
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plane_is_flown_row_by_row_and_the_rest_is_stopped_at() {
+    fn a_plane_is_scanned_row_by_row_and_single_points_at_standstill() {
         let visits = visits(
             "[dark]\nbefore = 2\n[reference]\nat_mm = [0, 0, 100]\nevery_points = 18\n\
              [[plane]]\nz_mm = 100\nsize_mm = [20, 10]\nstep_mm = 4\n\
@@ -138,14 +138,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_of_a_row_is_a_shorter_row() {
+    fn the_rest_of_a_row_is_a_shorter_row() {
         let visits = visits("[[line]]\nfrom_mm = [0, 0, 50]\nto_mm = [0, 0, 59]\nstep_mm = 1\n");
         assert_eq!(legs(&visits, 4, true), [Leg::Row(4..10)]);
         assert_eq!(legs(&visits, 7, true), [Leg::Stop(7), Leg::Stop(8), Leg::Stop(9)]);
     }
 
     #[test]
-    fn a_flight_begins_before_the_first_point_and_ends_behind_the_last() {
+    fn a_pass_starts_before_the_first_point_and_ends_after_the_last() {
         let line = Line {
             first_m: Vec3::new(0.01, 0.0, 0.1),
             last_m: Vec3::new(-0.01, 0.0, 0.1),

@@ -1,4 +1,4 @@
-//! One scan from its first move to its safe end, and the return to one that ended early.
+//! One scan from its first move to its safe end, and the resumption of one that ended early.
 
 mod pausing;
 mod recording;
@@ -29,14 +29,14 @@ use fieldgap_input::{TomlSource, toml_file};
 use fieldgap_records::{Columns, Journal, RecordedSample, ScanSetup, ScanState, Visit};
 use fieldgap_rig::ReceiverIdentity;
 
-/// The plan and the rig file as they were when the scan was begun, kept beside it.
+/// Copies of the plan and the rig file, in the scan's folder.
 const PLAN_COPY: &str = "plan.toml";
 pub(super) const RIG_COPY: &str = "rig.toml";
 
-/// Where the watchdog writes what it did, where it had to.
+/// Log of the watchdog; it exists only if the watchdog had to act.
 const WATCHDOG_LOG: &str = "watchdog.log";
 
-/// A scan that is about to run.
+/// A scan that is ready to run.
 pub struct ScanRun {
     scan: PlannedScan,
     open: OpenRig,
@@ -47,12 +47,12 @@ pub struct ScanRun {
     pause: Pause,
 }
 
-/// How a scan ended; its record is on disk either way, and the rig is safe.
+/// How a scan ended. In either case the record is on disk and the rig is safe.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ending {
-    /// Every point of the plan is there.
+    /// Every point of the plan was measured.
     Complete,
-    /// It ended before its plan; `resume` goes on with it.
+    /// It ended early; [`ScanRun::resume`] completes it.
     Partial {
         /// Why.
         reason: String,
@@ -60,11 +60,10 @@ pub enum Ending {
 }
 
 impl ScanRun {
-    /// Begins a new scan in `folder`: holds the plan against the rig and the disk, opens the rig, and lays out the
-    /// record. Nothing moves yet.
+    /// Prepares a new scan in `folder`: checks the plan, opens the rig and creates the record. Nothing moves yet.
     ///
     /// # Errors
-    /// [`AcquisitionError`] if the plan cannot be done, the rig cannot be opened, or the folder holds a scan already or
+    /// [`AcquisitionError`] if the plan is not possible, the rig cannot be opened, or the folder already holds a scan or
     /// cannot be written.
     pub async fn begin(
         mut scan: PlannedScan,
@@ -101,12 +100,12 @@ impl ScanRun {
         Ok(Self { scan, open, journal, setup, kept: Vec::new(), check, pause: Pause::never() })
     }
 
-    /// Takes up a scan that ended early, with the plan and the rig file that it was begun with, and opens the rig. Ports may be
-    /// others by now: they are taken from the rig file as it stands.
+    /// Resumes a scan that ended early, with its plan and rig file, and opens the rig. Ports may have changed; they are taken
+    /// from the current rig file.
     ///
     /// # Errors
-    /// [`AcquisitionError`] if the folder holds no scan, or a complete one, or one that another process is at; if what is left
-    /// of the plan cannot be done; or if the rig cannot be opened. What was measured stays as it is.
+    /// [`AcquisitionError`] if the folder holds no scan, a complete scan, or one that another process is running; if the rest
+    /// of the plan is not possible; or if the rig cannot be opened. Recorded readings are not changed.
     pub async fn resume(
         folder: &Path,
         open_simulated: OpenSimulated,
@@ -121,10 +120,10 @@ impl ScanRun {
                 PlannedScan::parse(origin.plan(&copy(PLAN_COPY)?), origin.rig(&copy(RIG_COPY)?)?)?;
             origin.same_truth(&scan.rig_setup)?;
             same_set_up(&scan.rig_setup, &resumed.setup)?;
-            let way = way_of_resume(&scan, &kept);
-            let check = dry_run(&scan.plan, &scan.rig_setup, &way)?;
+            let visits = visits_of_resumed(&scan, &kept);
+            let check = dry_run(&scan.plan, &scan.rig_setup, &visits)?;
             room_for(check.bytes, folder)?;
-            // What was measured at its beginning, where the rig file asks for that: one scan, one medium.
+            // The medium measured at the start of the scan, so that one scan has one medium.
             scan.rig_setup.medium = resumed.setup.medium;
             let mut open = OpenRig::open(&scan.rig_setup, open_simulated).await?;
             open.log_to(folder)?;
@@ -147,43 +146,44 @@ impl ScanRun {
         }
     }
 
-    /// Readings that the whole plan has.
+    /// Number of readings in the whole plan.
     pub fn visits(&self) -> usize {
         self.scan.visits.len()
     }
 
-    /// Readings that are on disk already.
+    /// Number of readings already on disk.
     pub fn done(&self) -> usize {
         self.journal.visits_done()
     }
 
-    /// What was measured before, sample k of visit k of the plan.
+    /// The readings of earlier runs; sample k belongs to visit k of the plan.
     pub fn kept(&self) -> &[RecordedSample] {
         &self.kept
     }
 
-    /// The plan and the rig.
+    /// The plan and the rig set-up.
     pub fn scan(&self) -> &PlannedScan {
         &self.scan
     }
 
-    /// What the receiver says of itself.
+    /// Identity of the receiver.
     pub fn receiver(&mut self) -> &ReceiverIdentity {
         self.open.rig().receiver().identity()
     }
 
-    /// Somebody to stay with the scan.
+    /// A monitor for this scan.
     pub fn monitor(&self) -> Monitor {
         Monitor::new(&self.scan, self.journal.folder(), self.check.slowest_s)
     }
 
-    /// Lets `pause` say when the scan waits.
+    /// Lets `pause` control when the scan waits.
     pub fn paused_by(&mut self, pause: Pause) {
         self.pause = pause;
     }
 
-    /// Has the rig guarded from now on by a process of its own, which writes `watchdog.log` beside the record should it have to
-    /// act: see [`OpenRig::guard`].
+    /// Starts a watchdog process, which makes the rig safe if this process dies. `program` calls
+    /// [`fieldgap_rig::watchdog::guard`]. If it has to act it writes `watchdog.log` in the scan's folder. A simulated rig
+    /// needs none.
     ///
     /// # Errors
     /// [`AcquisitionError::Watchdog`] if it does not start.
@@ -194,14 +194,14 @@ impl ScanRun {
 
     /// Runs the scan to its end. Each reading is on disk, and synced, before the next move.
     ///
-    /// Where the disk has no room left, the array is silenced and the scan waits until there is.
+    /// If the disk is full, the array is silenced and the scan waits for free space.
     ///
-    /// When `stop` resolves (with who asked), when a device fails, the disk fails or this program itself panics: the array
-    /// is silenced, the robot stopped, the record closed as partial.
+    /// If `stop` resolves (with the reason), a device or the disk fails, or this program panics, the array is silenced, the
+    /// robot is stopped, and the record is closed as partial.
     ///
     /// # Errors
     /// [`AcquisitionError::RigChange`] if, on resuming, the rig is not as it was; [`AcquisitionError::Journal`] if the end could not be
-    /// kept. What was measured is on disk.
+    /// recorded. All readings are on disk.
     pub async fn run(
         mut self,
         watch: EventSink<'_>,
@@ -223,7 +223,7 @@ impl ScanRun {
         let (rows, of) = (self.journal.visits_done(), self.scan.visits.len());
         let ended = end(self.journal, reason.as_deref());
         let reason = match (reason, ended) {
-            // A scan that failed has failed, also where the disk has no room left to say so.
+            // A failed scan has failed even if the disk has no space to record it.
             (Some(reason), Err(error)) => Some(format!("{reason}; {error}")),
             (reason, ended) => {
                 ended?;
@@ -232,7 +232,7 @@ impl ScanRun {
         };
         let ended = Event::Ended { rows, of, reason: reason.clone() };
         if matches!(stopped, Err(Stopped::Panicked(_))) {
-            // Whoever watches may be the one who panics; the record is closed already.
+            // The event sink itself may have panicked; the record is already closed.
             let _ = catch_unwind(AssertUnwindSafe(|| watch(&ended)));
         } else {
             watch(&ended);
@@ -252,14 +252,14 @@ fn end(journal: Journal, reason: Option<&str>) -> Result<(), AcquisitionError> {
     Ok(journal.end(Timestamp::now(), &state)?)
 }
 
-/// The visits of a resumed scan: those that are made again, then those that are left.
-fn way_of_resume(scan: &PlannedScan, kept: &[RecordedSample]) -> Vec<Visit> {
+/// The visits of a resumed scan: the repeated ones, then the remaining ones.
+fn visits_of_resumed(scan: &PlannedScan, kept: &[RecordedSample]) -> Vec<Visit> {
     let again = reference_rows(kept, &scan.visits);
     let again = again.into_iter().map(|row| scan.visits[row]);
     again.chain(scan.visits[kept.len()..].iter().copied()).collect()
 }
 
-/// Makes sure that files which the rig file names have not been changed since the scan was begun.
+/// Checks that the array is the one that the scan started with: files named by the rig file may have changed.
 fn same_set_up(rig_setup: &RigSetup, setup: &ScanSetup) -> Result<(), AcquisitionError> {
     // Positions are written in millimetres, so the last bits may differ.
     const SAME_M: f64 = 1e-9;
@@ -286,20 +286,20 @@ impl<E: Into<AcquisitionError>> From<E> for Stopped {
     }
 }
 
-/// Runs a future to its end, or to a panic within it, whose words are given.
+/// Runs a future to its end, or to a panic within it, whose message is given.
 async fn unless_panicking<T>(work: impl Future<Output = T>) -> Result<T, Stopped> {
     let mut work = pin!(work);
     poll_fn(|context| {
         let polled = catch_unwind(AssertUnwindSafe(|| work.as_mut().poll(context)));
         match polled {
             Ok(polled) => polled.map(Ok),
-            Err(panic) => Poll::Ready(Err(Stopped::Panicked(words_of(&*panic)))),
+            Err(panic) => Poll::Ready(Err(Stopped::Panicked(panic_message(&*panic)))),
         }
     })
     .await
 }
 
-fn words_of(panic: &(dyn Any + Send)) -> String {
-    let literal = panic.downcast_ref::<&str>().map(|words| (*words).to_owned());
+fn panic_message(panic: &(dyn Any + Send)) -> String {
+    let literal = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     literal.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! One point after another: the focus set, the robot moved and standing still, the receiver read.
+//! The measurement of one point: set the focus, move the robot, wait until it stands still, read the receiver.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use fieldgap_acoustics::{Excitation, Vec3, delays_s};
 use fieldgap_records::{FocusSection, RecordedSample, Spread, Visit};
 use fieldgap_rig::{ElementDelay, Feed, Frame, RigError, SafeRig};
 
-/// How each drive is told to the array, and how a point is read.
+/// Measures one point after another, and remembers how the array is driven.
 #[derive(Debug)]
 pub(super) struct PointSequencer {
     frame: Frame,
@@ -20,7 +20,7 @@ pub(super) struct PointSequencer {
     clock: ScanClock,
 }
 
-/// What the array is doing, as far as it was told by us.
+/// What the array was last commanded to do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Emission {
     Silent,
@@ -33,12 +33,12 @@ pub(super) struct Measurement {
     pub(super) sample: RecordedSample,
     /// Whether the converter was at its limit.
     pub(super) clipped: bool,
-    /// Samples that were lost on their way from the receiver.
+    /// Samples lost on the way from the receiver.
     pub(super) lost: u32,
 }
 
 impl PointSequencer {
-    /// Works out the delays of every drive from the rig file. The rig has just been opened: it is silent.
+    /// Computes the delays of every focus. The rig has just been opened: the array is silent.
     pub(super) fn new(rig_setup: &RigSetup, foci: &[FocusSection], clock: ScanClock) -> Self {
         let delays =
             foci.iter().map(|focus| element_delays(rig_setup, &focus.excitation())).collect();
@@ -53,7 +53,7 @@ impl PointSequencer {
         }
     }
 
-    /// Goes to a visit's point with its drive set, and reads it.
+    /// Measures one visit of the plan: moves there with its focus set, and reads.
     pub(super) async fn measure(
         &mut self,
         rig: &mut SafeRig,
@@ -65,44 +65,44 @@ impl PointSequencer {
         let reading = rig.read_point(self.settle, self.readings).await?;
         rig.confirm(visit.focus.is_some()).await?;
         let sample = RecordedSample::measured(
-            // Its end: the middle of a reading in which the receiver's clock wraps would be hours away.
+            // Time of the last sample: the mean time would be hours off if the receiver's clock wraps within the reading.
             self.clock.at(reading.last_t_s),
             visit.focus,
             self.frame.to_array(reported),
-            // A magnitude: where there is nothing but noise, a converter may give slightly less than nothing.
+            // A magnitude is not negative, but a converter may read slightly below zero in noise.
             reading.mean.max(0.0),
             Some(Spread { std: reading.std, count: reading.count as u32 }),
         );
         Ok(Measurement { sample, clipped: reading.clipped, lost: reading.gaps })
     }
 
-    /// How the array lies in the robot's axes.
+    /// Position of the array in the robot's axes.
     pub(super) fn frame(&self) -> Frame {
         self.frame
     }
 
-    /// The speed of moves between points.
+    /// Speed of moves between points.
     pub(super) fn feed(&self) -> Feed {
         self.feed
     }
 
-    /// The scan's time of an instant on the receiver's clock, s.
+    /// Scan time of an instant on the receiver's clock, s.
     pub(super) fn time_s(&mut self, receiver_s: f64) -> f64 {
         self.clock.at(receiver_s)
     }
 
-    /// Silences the array; the next measurement sets its drive again.
+    /// Silences the array. The next measurement sets its focus again.
     pub(super) async fn silence(&mut self, rig: &mut SafeRig) -> Result<(), RigError> {
         self.excite(rig, None).await
     }
 
-    /// What the array is told for a drive.
+    /// The delays of a focus.
     #[cfg(test)]
     pub(super) fn delays_of(&self, drive: usize) -> &[ElementDelay] {
         &self.delays[drive]
     }
 
-    /// Drives a focus, or none.
+    /// Drives the array to a focus, or silences it for `None`.
     pub(super) async fn excite(
         &mut self,
         rig: &mut SafeRig,
@@ -124,7 +124,7 @@ impl PointSequencer {
     }
 }
 
-/// The delay of each element of a rig's array for a drive; an element without amplitude is left silent.
+/// The delay of each element of the array for an excitation; elements of zero amplitude stay silent.
 pub fn element_delays(rig_setup: &RigSetup, excitation: &Excitation) -> Vec<ElementDelay> {
     let (array, frequency_hz) = (rig_setup.nominal_array(), rig_setup.array.frequency_hz());
     delays_s(excitation, array, &rig_setup.nominal_medium(), frequency_hz)
@@ -140,7 +140,7 @@ pub fn element_delays(rig_setup: &RigSetup, excitation: &Excitation) -> Vec<Elem
         .collect()
 }
 
-/// Distance between two points in millimetres.
+/// Distance between two points given in metres, mm.
 pub(super) fn distance_mm(a: Vec3, b: Vec3) -> f64 {
     (a - b).norm() * 1e3
 }

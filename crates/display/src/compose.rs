@@ -1,4 +1,4 @@
-//! From a display file to what the controller is told.
+//! From a display file to the drive program of the controller.
 
 use num_complex::Complex64;
 
@@ -11,31 +11,31 @@ use fieldgap_acoustics::transducer::Transducer;
 use fieldgap_acoustics::{Array, Medium, Vec3};
 use fieldgap_rig::focus_array::{ArrayIdentity, DriveFrame, DriveProgram, Envelope};
 
-/// The array that a display is made for, as it is believed to be.
+/// The array that a display is composed for.
 #[derive(Clone, Copy)]
-pub struct SoundingArray<'a> {
+pub struct RadiatingArray<'a> {
     /// Its elements.
     pub array: &'a Array,
-    /// The air before it.
+    /// The medium.
     pub medium: Medium,
-    /// Its carrier, Hz.
+    /// Carrier frequency, Hz.
     pub frequency_hz: f64,
-    /// How its elements radiate.
+    /// Directivity of its elements.
     pub transducer: &'a dyn Transducer,
 }
 
-/// A display as the controller plays it, and how it came about.
+/// A display as the controller plays it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Composed {
-    /// What the controller is told.
+pub struct ComposedDisplay {
+    /// The drive program.
     pub program: DriveProgram,
-    /// What sounds in each of its frames.
+    /// The foci in each of its frames.
     pub slots: Vec<Slot>,
-    /// How well several foci at once are served by what is sent, the mean over those frames; `None` where there are none.
+    /// Mean quality of the frames with several foci; `None` if there are none.
     pub quality: Option<Quality>,
-    /// The frequency of its modulation as it is really played, Hz; `None` for a continuous wave.
+    /// Achieved modulation frequency, Hz; `None` for a continuous wave.
     pub modulation_hz: Option<f64>,
-    /// How that goes up and down, where it does.
+    /// The frequency sweep of the modulation, if any.
     pub sweep: Option<Sweep>,
 }
 
@@ -45,9 +45,9 @@ pub struct Composed {
 /// [`DisplayError`] if the controller cannot play it.
 pub fn compose(
     display: &DisplayFile,
-    sounding: &SoundingArray,
+    sounding: &RadiatingArray,
     controller: &ArrayIdentity,
-) -> Result<Composed, DisplayError> {
+) -> Result<ComposedDisplay, DisplayError> {
     let tracks = display.tracks();
     for (focus, track) in tracks.iter().enumerate() {
         if let Some(piece) = track.pieces().iter().find(|piece| piece.at_m.z <= 0.0) {
@@ -55,7 +55,7 @@ pub fn compose(
         }
     }
     let carrier_hz = controller.carrier_hz();
-    let slots = join(&tracks, display.turns(), carrier_hz, controller.most_frames)?;
+    let slots = join(&tracks, display.schedule(), carrier_hz, controller.most_frames)?;
     let (frames, quality) = frames(display, sounding, controller, &slots)?;
     let envelope = match display.modulation {
         Some(modulation) => modulation.envelope(carrier_hz, controller.most_levels)?,
@@ -64,7 +64,7 @@ pub fn compose(
     let program = DriveProgram::new(frames, envelope)?;
     program.fits(controller)?;
     let modulation_hz = match display.modulation {
-        // A movement's frequency is that of the loop as it was cut.
+        // The frequency of a movement is that of the loop in whole carrier periods.
         Some(modulation) if program.envelope().levels().len() == 1 => {
             let asked_hz = modulation.frequency_hz();
             let loop_s = program.loop_periods() as f64 / carrier_hz;
@@ -76,13 +76,13 @@ pub fn compose(
     let most = controller.most_levels;
     let sweep =
         display.modulation.map(|modulation| modulation.sweep(carrier_hz, most)).transpose()?;
-    Ok(Composed { program, slots, quality, modulation_hz, sweep: sweep.flatten() })
+    Ok(ComposedDisplay { program, slots, quality, modulation_hz, sweep: sweep.flatten() })
 }
 
 /// The frame of each slot, and the mean quality of those with several foci.
 fn frames(
     display: &DisplayFile,
-    sounding: &SoundingArray,
+    sounding: &RadiatingArray,
     controller: &ArrayIdentity,
     slots: &[Slot],
 ) -> Result<(Vec<DriveFrame>, Option<Quality>), DisplayError> {
@@ -118,7 +118,7 @@ fn frames(
     Ok((frames, quality))
 }
 
-/// What each element is driven with by a frame at full envelope.
+/// The drive of each element in a frame at full envelope.
 pub(super) fn phasors(frame: &DriveFrame, controller: &ArrayIdentity) -> Vec<Complex64> {
     let full = fieldgap_rig::focus_array::FULL_LEVEL;
     frame

@@ -1,86 +1,88 @@
-//! Why a display cannot be played.
+//! Errors of displays that cannot be played.
 
 use fieldgap_rig::focus_array::{FrameFault, ProgramFault};
 
-/// Why a display that is well written still cannot be played.
+/// Why a valid display file cannot be played.
 #[derive(Debug, Clone, PartialEq, thiserror::Error, miette::Diagnostic)]
 pub enum DisplayError {
-    /// Loops that never come together.
+    /// Loop durations without a common multiple.
     #[error(
-        "focus {focus} takes {loop_s:.4} s for its path and the longest loop {longest_s:.4} s: they never begin together again"
+        "the loop of focus {focus} takes {loop_s:.4} s and the longest loop {longest_s:.4} s; the longest must be a whole multiple of the others"
     )]
     #[diagnostic(help(
-        "let all loops last alike, or one a whole number of times the other: here {would_do_s:.4} s would do"
+        "change speeds or paths so that the loop durations are equal or whole multiples; here {would_do_s:.4} s fits"
     ))]
     Incommensurable {
         /// The focus, from 0.
         focus: usize,
-        /// How long its path takes, s.
+        /// Duration of its loop, s.
         loop_s: f64,
-        /// The loop that it must fit into, s.
+        /// Duration of the longest loop, s.
         longest_s: f64,
-        /// What would fit, s.
+        /// The nearest duration that fits, s.
         would_do_s: f64,
     },
-    /// A loop within one period of the carrier.
-    #[error("a loop of {:.2} µs is shorter than one period of the carrier", loop_s * 1e6)]
-    #[diagnostic(help("take a lower speed or frequency"))]
+    /// A loop shorter than one carrier period.
+    #[error("a loop of {:.2} µs is shorter than one carrier period", loop_s * 1e6)]
+    #[diagnostic(help("choose a lower speed or frequency"))]
     TooShort {
         /// The loop, s.
         loop_s: f64,
     },
-    /// More frames than the controller holds.
-    #[error("the display has {frames} frames, and the controller holds {most}")]
+    /// More frames than the controller can store.
+    #[error("the display has {frames} frames, but the controller can store {most}")]
     #[diagnostic(help(
-        "take a larger `step_mm`, a shorter path, a higher speed or fewer swings in a loop"
+        "choose a larger `step_mm`, a shorter path, a higher speed or fewer oscillations per loop"
     ))]
     TooLong {
-        /// Frames, as far as they were counted.
+        /// Frames; counting stops at the limit.
         frames: usize,
-        /// What the controller holds.
+        /// Capacity of the controller, frames.
         most: usize,
     },
-    /// A modulation that the envelope's clock cannot follow.
+    /// A modulation too fast for the envelope.
     #[error(
-        "a modulation of {frequency_hz} Hz leaves {periods:.1} periods of the carrier to a cycle, and {least} are needed"
+        "a modulation of {frequency_hz} Hz has {periods:.1} carrier periods per cycle; at least {least} are needed"
     )]
-    #[diagnostic(help("take a lower frequency: skin feels 40 to 800 Hz"))]
+    #[diagnostic(help("choose a lower frequency: skin responds to 40 to 800 Hz"))]
     TooFast {
-        /// Asked for, Hz.
+        /// Requested frequency, Hz.
         frequency_hz: f64,
-        /// Periods of the carrier in a cycle of it.
+        /// Carrier periods per cycle.
         periods: f64,
-        /// The fewest that give it a shape.
+        /// Fewest carrier periods per cycle.
         least: f64,
     },
-    /// A rate that comes to a stand, or sweeps faster than it swells.
+    /// A sweep down to zero frequency, or faster than the modulation itself.
     #[error(
-        "a modulation of {frequency_hz} Hz cannot go {deviation_hz} Hz to either side {sweep_hz} times a second"
+        "a modulation of {frequency_hz} Hz cannot be swept by ±{deviation_hz} Hz at {sweep_hz} Hz"
     )]
-    #[diagnostic(help("keep `deviation_hz` below `frequency_hz`, and `sweep_hz` at most as high"))]
+    #[diagnostic(help(
+        "`deviation_hz` must be below `frequency_hz`, and `sweep_hz` must not exceed it"
+    ))]
     Sweep {
-        /// The mean rate, Hz.
+        /// Mean frequency, Hz.
         frequency_hz: f64,
-        /// To either side, Hz.
+        /// Deviation, Hz.
         deviation_hz: f64,
-        /// Sweeps a second.
+        /// Sweep frequency, Hz.
         sweep_hz: f64,
     },
-    /// A focus below the array.
-    #[error("focus {focus} comes to z = {z_mm:.2} mm, and the array radiates to z above 0")]
-    #[diagnostic(help("lift the path, or tilt it less"))]
+    /// A focus behind the array.
+    #[error("focus {focus} reaches z = {z_mm:.2} mm; z must be above 0")]
+    #[diagnostic(help("raise the path, or tilt it less"))]
     BehindArray {
         /// The focus, from 0.
         focus: usize,
-        /// Where it comes to, mm.
+        /// Its lowest z, mm.
         z_mm: f64,
     },
     /// A frame that does not fit the controller.
     #[error(transparent)]
-    #[diagnostic(help("make [array] in the rig file the array that is connected"))]
+    #[diagnostic(help("correct [array] in the rig file, or connect the array that it describes"))]
     Frame(#[from] FrameFault),
     /// A program that does not fit the controller.
     #[error(transparent)]
-    #[diagnostic(help("take a larger `step_mm` or a shorter path"))]
+    #[diagnostic(help("choose a larger `step_mm` or a shorter path"))]
     Program(#[from] ProgramFault),
 }

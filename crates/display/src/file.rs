@@ -1,4 +1,4 @@
-//! A display file.
+//! Display files.
 
 use std::num::NonZeroU32;
 use std::path::{Path as FilePath, PathBuf};
@@ -8,49 +8,49 @@ use toml::Spanned;
 
 use super::modulation::Modulation;
 use super::path::Path;
-use super::timeline::Turns;
+use super::timeline::FocusSchedule;
 use super::track::{Pace, Swing, Track};
 use fieldgap_acoustics::Simulator;
 use fieldgap_acoustics::foci::Solver;
 use fieldgap_acoustics::radiation::AIR_DENSITY_KG_M3;
 use fieldgap_input::{Fault, Finite, NonNegative, Positive, TomlSource};
 
-/// What is to be felt, and where.
+/// A display file.
 #[derive(Debug, Clone)]
 pub struct DisplayFile {
-    /// What it is called; results are kept under this name.
+    /// Name of the display and of its results.
     pub name: String,
     /// The rig file, relative to this one.
     pub rig: PathBuf,
-    /// How long it plays, s; absent: until it is stopped.
+    /// Duration, s; `None`: until it is stopped.
     pub seconds: Option<Positive>,
-    /// When several foci sound.
+    /// When several foci are driven.
     pub foci: Foci,
-    /// How far a focus goes from frame to frame, at most, mm.
+    /// Largest step of a focus from frame to frame, mm.
     pub step_mm: Positive,
-    /// How several foci at once are found.
+    /// Solver for several simultaneous foci.
     pub solver: Solver,
-    /// Rounds of the solver, at most.
+    /// Most iterations of the solver.
     pub rounds: NonZeroU32,
-    /// What makes it felt; absent: a continuous wave.
+    /// Modulation; `None`: a continuous wave.
     pub modulation: Option<Modulation>,
     /// The foci, at least one.
-    pub focus: Vec<FocusSection>,
-    /// How loud the elements are.
+    pub focus: Vec<DisplayFocus>,
+    /// Level of the elements.
     pub output: Output,
-    /// What a picture of it shows.
+    /// Plane and number of pictures.
     pub picture: Picture,
     source: TomlSource,
 }
 
-/// `[[focus]]`: a path and how it is gone.
+/// `[[focus]]`: a path and the speed along it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FocusSection {
+pub struct DisplayFocus {
     /// The path.
     pub path: Path,
-    /// How fast.
+    /// Speed.
     pub pace: Pace,
-    /// Its sound pressure against that of the other foci at the same time, above 0.
+    /// Sound pressure relative to the other simultaneous foci, above 0.
     pub level: Positive,
 }
 
@@ -58,23 +58,23 @@ pub struct FocusSection {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Foci {
-    /// All at once.
+    /// All at the same time.
     #[default]
     Together,
-    /// In turns of so many milliseconds.
+    /// One after the other, each for this time, ms.
     AlternateMs(Positive),
 }
 
-/// `[output]`: how loud the elements are, and which simulator says so.
+/// `[output]`: level and directivity of the elements.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     /// Level of one element on its axis 300 mm away, dB re 20 µPa rms. The default is the data sheet's of the thesis's
     /// transducer (Murata MA40S4S: 120 dB at 10 V rms); 20 lg(V/10) more at another voltage.
     pub element_db_at_300_mm: Finite,
-    /// How an element radiates; path lengths are those to where it is observed, also for `as-written`.
+    /// Directivity of an element. Path lengths are exact for every simulator, also for `as-written`.
     pub simulator: Simulator,
-    /// Of the air, kg/m³.
+    /// Density of air, kg/m³.
     pub air_density_kg_m3: Positive,
 }
 
@@ -88,23 +88,23 @@ impl Default for Output {
     }
 }
 
-/// Points of a picture's plane, at most: more than it has pixels show nothing.
+/// Most points of the plane of a picture: about its number of pixels.
 const MOST_POINTS: f64 = 500_000.0;
 
-/// Pictures of a loop, at most: a film of more is larger than anybody looks at.
+/// Most pictures of a loop.
 const MOST_PICTURES: u32 = 400;
 
-/// `[picture]`: the plane that is drawn, and how often.
+/// `[picture]`: the plane that is drawn, and the number of pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(try_from = "PictureKeys")]
 pub struct Picture {
-    /// Height of the plane, mm; absent: that of the first focus where it begins.
+    /// Height of the plane, mm; `None`: initial height of the first focus.
     pub z_mm: Option<Positive>,
-    /// Side of the plane, about the axis, mm.
+    /// Side length of the plane, centred on the axis, mm.
     pub size_mm: Positive,
     /// Step of the plane, mm.
     pub step_mm: Positive,
-    /// Pictures of one loop, at most.
+    /// Most pictures of one loop.
     pub frames: NonZeroU32,
 }
 
@@ -142,12 +142,12 @@ impl TryFrom<PictureKeys> for Picture {
         let points = (size_mm.get() / step_mm.get() + 1.0).powi(2);
         if points > MOST_POINTS {
             return Err(format!(
-                "a picture of {points:.3e} points is too fine; {MOST_POINTS} are the most: take a larger step_mm"
+                "a picture of {points:.3e} points is too fine; choose a larger step_mm for at most {MOST_POINTS} points"
             ));
         }
         if frames.get() > MOST_PICTURES {
             return Err(format!(
-                "{frames} pictures of a loop are too many; {MOST_PICTURES} are the most"
+                "{frames} pictures of a loop are too many; at most {MOST_PICTURES} are possible"
             ));
         }
         Ok(Self { z_mm, size_mm, step_mm, frames })
@@ -204,12 +204,12 @@ impl DisplayFile {
     /// Reads a display file.
     ///
     /// # Errors
-    /// A [`Fault`] at the line that does not fit.
+    /// A [`Fault`] at the line that is wrong.
     pub fn read(path: &FilePath) -> Result<Self, Fault> {
         Self::parse(TomlSource::read(path)?)
     }
 
-    /// Makes sense of a text as a display file.
+    /// Reads a text as a display file.
     ///
     /// # Errors
     /// As [`DisplayFile::read`].
@@ -217,7 +217,11 @@ impl DisplayFile {
         let keys: DisplayKeys = source.parse()?;
         if keys.focus.is_empty() {
             let remedy = "add a table [[focus]] with a `path`";
-            return Err(Fault::of_file(source.path(), "a display has one focus or more", remedy));
+            return Err(Fault::of_file(
+                source.path(),
+                "a display needs at least one focus",
+                remedy,
+            ));
         }
         let modulation = keys.modulation.as_ref().map(|modulation| *modulation.get_ref());
         let focus = keys
@@ -231,14 +235,14 @@ impl DisplayFile {
                     .map_err(|(problem, remedy)| source.fault(span, problem, remedy))
             })
             .collect::<Result<Vec<_>, Fault>>()?;
-        let moves = |section: &FocusSection| !section.path.is_still();
+        let moves = |section: &DisplayFocus| !section.path.is_still();
         if let (Some(spanned), Some(Modulation::Spatiotemporal(_))) = (keys.modulation, modulation)
             && !focus.iter().any(moves)
         {
             return Err(source.fault(
                 spanned.span(),
-                "no focus moves, so a spatiotemporal modulation has nothing to do",
-                "give a focus a path, or take am, pwm or lateral",
+                "a spatiotemporal modulation needs a moving focus",
+                "give a focus a path, or use am, fm, pwm or lateral",
             ));
         }
         Ok(Self {
@@ -289,21 +293,21 @@ impl DisplayFile {
             .collect()
     }
 
-    /// When its foci sound.
-    pub fn turns(&self) -> Turns {
+    /// When its foci are driven.
+    pub fn schedule(&self) -> FocusSchedule {
         match self.foci {
-            Foci::Together => Turns::Together,
-            Foci::AlternateMs(alternate_ms) => Turns::Alternate(alternate_ms.get() * 1e-3),
+            Foci::Together => FocusSchedule::Together,
+            Foci::AlternateMs(alternate_ms) => FocusSchedule::Alternate(alternate_ms.get() * 1e-3),
         }
     }
 }
 
 impl FocusKeys {
-    /// Problem and remedy where the keys contradict each other.
+    /// Returns problem and remedy if the keys contradict each other.
     fn section(
         self,
         modulation: Option<Modulation>,
-    ) -> Result<FocusSection, (&'static str, &'static str)> {
+    ) -> Result<DisplayFocus, (&'static str, &'static str)> {
         let Self { path, speed_mm_s, loops_per_s, dwell_ms, level } = self;
         let dwell_s = dwell_ms.map_or(0.0, |dwell_ms| dwell_ms.get() * 1e-3);
         let timed = speed_mm_s.is_some() || loops_per_s.is_some() || dwell_ms.is_some();
@@ -311,14 +315,14 @@ impl FocusKeys {
         let pace = match (&path, modulation, speed_mm_s, loops_per_s) {
             (Path::PointMm(_), ..) if timed => {
                 return Err((
-                    "a focus that stays at a point has no speed and no dwell",
-                    "leave these keys out, or take a path such as `line` or `points_mm`",
+                    "a fixed focus has no speed and no dwell time",
+                    "leave these keys out, or choose a path such as `line` or `points_mm`",
                 ));
             }
             (Path::PointMm(_), ..) => Pace::Dwell(1.0),
             (_, Some(Modulation::Spatiotemporal(_)), ..) if timed => {
                 return Err((
-                    "a spatiotemporal modulation says how often the path is gone",
+                    "a spatiotemporal modulation sets the speed along the path",
                     "leave `speed_mm_s`, `loops_per_s` and `dwell_ms` out",
                 ));
             }
@@ -331,7 +335,7 @@ impl FocusKeys {
             (Path::PointsMm(_), _, None, None) if dwell_s > 0.0 => Pace::Dwell(dwell_s),
             (Path::PointsMm(_), ..) => {
                 return Err((
-                    "points that are jumped to need either `dwell_ms` above 0 or `loops_per_s`, and no speed",
+                    "`points_mm` needs either `dwell_ms` above 0 or `loops_per_s`, and no speed",
                     "for example dwell_ms = 100.0",
                 ));
             }
@@ -350,12 +354,12 @@ impl FocusKeys {
             }
             _ => {
                 return Err((
-                    "`dwell_ms` is a rest at corners: of a line or polygon, with `speed_mm_s`",
-                    "leave it out, or say how fast with `speed_mm_s`",
+                    "`dwell_ms` is a rest at the corners of a line or polygon and needs `speed_mm_s`",
+                    "leave it out, or add `speed_mm_s`",
                 ));
             }
         };
-        Ok(FocusSection { path, pace, level })
+        Ok(DisplayFocus { path, pace, level })
     }
 }
 

@@ -1,4 +1,4 @@
-//! What makes a focus felt: the envelope of the whole array, or a movement of the focus.
+//! Modulations that make a focus perceptible: an envelope of the whole array, or a movement of the focus.
 
 mod fm;
 
@@ -13,28 +13,28 @@ use fieldgap_rig::config::Percent;
 use fieldgap_rig::focus_array::{Envelope, FULL_LEVEL};
 pub use fm::{Fm, Sweep};
 
-/// Levels in a cycle, at least: fewer make no waveform.
+/// Fewest levels per cycle that represent a waveform.
 const LEAST_LEVELS: f64 = 8.0;
 
-/// Cycles that an envelope may hold to come nearer to a frequency.
+/// Most cycles in an envelope: more cycles approximate a frequency better.
 const MOST_CYCLES: u32 = 64;
 
-/// How near is near enough, relative.
+/// Sufficient relative accuracy of a frequency.
 const NEAR: f64 = 1e-6;
 
-/// `[modulation.…]`; none is a continuous wave.
+/// `[modulation.…]`; without it the display is a continuous wave.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Modulation {
     /// The amplitude follows a waveform.
     Am(Am),
-    /// The amplitude follows a waveform whose rate goes up and down.
+    /// The amplitude follows a waveform of swept frequency.
     Fm(Fm),
-    /// The array is on for a share of each cycle.
+    /// The array is on for a part of each cycle.
     Pwm(Pwm),
-    /// The focus swings across its place.
+    /// The focus oscillates about its position.
     Lateral(Lateral),
-    /// The focus runs along its path.
+    /// The focus runs repeatedly along its path.
     Spatiotemporal(Spatiotemporal),
 }
 
@@ -42,15 +42,15 @@ pub enum Modulation {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Am {
-    /// Cycles a second, Hz.
+    /// Frequency, Hz.
     pub frequency_hz: Positive,
-    /// How far it goes down, 0 (no modulation) to 1 (to silence).
+    /// Depth, 0 (no modulation) to 1 (down to silence).
     #[serde(default = "whole")]
     pub depth: Fraction,
-    /// What it follows.
+    /// Waveform.
     #[serde(default)]
     pub waveform: Waveform,
-    /// What it shapes.
+    /// Quantity that follows the waveform.
     #[serde(default)]
     pub of: Of,
 }
@@ -59,9 +59,9 @@ pub struct Am {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pwm {
-    /// Cycles a second, Hz.
+    /// Frequency, Hz.
     pub frequency_hz: Positive,
-    /// Share of each cycle that it is on.
+    /// Duty cycle, percent.
     pub duty_percent: Percent,
 }
 
@@ -69,11 +69,11 @@ pub struct Pwm {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Lateral {
-    /// Swings a second, Hz.
+    /// Frequency of the oscillation, Hz.
     pub frequency_hz: Positive,
-    /// How far to either side, mm.
+    /// Amplitude, mm.
     pub amplitude_mm: Positive,
-    /// Along which.
+    /// Direction of the oscillation.
     #[serde(default = "along_x")]
     pub along: Direction,
 }
@@ -82,7 +82,7 @@ pub struct Lateral {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spatiotemporal {
-    /// Rounds a second, Hz.
+    /// Loops per second, Hz.
     pub frequency_hz: Positive,
 }
 
@@ -93,22 +93,22 @@ pub enum Waveform {
     /// A sine.
     #[default]
     Sine,
-    /// One half above, one half below.
+    /// A square wave.
     Square,
-    /// Straight up and down.
+    /// A triangle wave.
     Triangle,
-    /// Straight up, and down at once.
+    /// A sawtooth: linear rise, immediate fall.
     Sawtooth,
 }
 
-/// What an amplitude modulation shapes.
+/// Quantity that follows the waveform of an amplitude modulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Of {
-    /// The sound pressure. The force, its square, then has the second harmonic too.
+    /// The sound pressure. The force, its square, then also has the second harmonic.
     #[default]
     Pressure,
-    /// The force: the sound pressure is its root.
+    /// The force. The sound pressure follows its square root.
     Force,
 }
 
@@ -124,7 +124,7 @@ fn along_x() -> Direction {
 }
 
 impl Waveform {
-    /// Its value after a share of a cycle, -1 to 1.
+    /// Its value at a phase in cycles, -1 to 1.
     pub fn at(self, turns: f64) -> f64 {
         let turns = turns.rem_euclid(1.0);
         match self {
@@ -143,7 +143,7 @@ impl Waveform {
 }
 
 impl Modulation {
-    /// How often a second; the mean where that changes.
+    /// Frequency, Hz; the mean if it is swept.
     pub fn frequency_hz(&self) -> f64 {
         match self {
             Self::Am(am) => am.frequency_hz.get(),
@@ -154,7 +154,7 @@ impl Modulation {
         }
     }
 
-    /// The amplitude after a share of a cycle, 0 to 1: (1 + m w)/(1 + m) for a depth m and a waveform w. Movements leave it at 1.
+    /// The amplitude at a phase in cycles, 0 to 1: (1 + m w)/(1 + m) for depth m and waveform w; 1 for movements.
     pub fn amplitude_at(&self, turns: f64) -> f64 {
         match self {
             Self::Fm(fm) => shaped(fm.depth, fm.waveform, turns),
@@ -176,7 +176,7 @@ impl Modulation {
         }
     }
 
-    /// How its rate goes up and down, where it does.
+    /// Its frequency sweep, if it has one.
     ///
     /// # Errors
     /// As [`Fm::sweep`].
@@ -203,24 +203,25 @@ impl Modulation {
             let levels = (0..sweep.levels).map(|n| self.amplitude_at(sweep.turns(middle(n))));
             return Ok(Envelope::new(levels.map(level).collect(), sweep.hold)?);
         }
-        let rhythm = Rhythm::nearest(self.frequency_hz(), carrier_hz, most)?;
-        let levels = (0..rhythm.levels)
+        let timing = CycleTiming::nearest(self.frequency_hz(), carrier_hz, most)?;
+        let levels = (0..timing.levels)
             .map(|n| {
-                let turns = (f64::from(n) + 0.5) / f64::from(rhythm.levels);
-                level(self.amplitude_at(turns * f64::from(rhythm.cycles)))
+                let turns = (f64::from(n) + 0.5) / f64::from(timing.levels);
+                level(self.amplitude_at(turns * f64::from(timing.cycles)))
             })
             .collect();
-        Ok(Envelope::new(levels, rhythm.hold)?)
+        Ok(Envelope::new(levels, timing.hold)?)
     }
 
-    /// The frequency that its envelope really has, Hz; that asked for where the focus moves instead.
+    /// The achieved frequency of its envelope, Hz; the requested one for movements.
     ///
     /// # Errors
     /// As [`Modulation::envelope`].
     pub fn achieved_hz(&self, carrier_hz: f64, most: usize) -> Result<f64, DisplayError> {
         match self {
             Self::Am(_) | Self::Pwm(_) => {
-                Ok(Rhythm::nearest(self.frequency_hz(), carrier_hz, most)?.frequency_hz(carrier_hz))
+                Ok(CycleTiming::nearest(self.frequency_hz(), carrier_hz, most)?
+                    .frequency_hz(carrier_hz))
             }
             Self::Fm(fm) => Ok(fm.sweep(carrier_hz, most)?.mean_hz(carrier_hz)),
             Self::Lateral(_) | Self::Spatiotemporal(_) => Ok(self.frequency_hz()),
@@ -234,15 +235,15 @@ fn shaped(depth: Fraction, waveform: Waveform, turns: f64) -> f64 {
     (1.0 + depth * waveform.at(turns)) / (1.0 + depth)
 }
 
-/// Cycles in a loop of levels that are each held for some periods.
+/// An envelope of whole cycles: its levels are each held for some carrier periods.
 #[derive(Debug, Clone, Copy)]
-struct Rhythm {
+struct CycleTiming {
     cycles: u32,
     levels: u32,
     hold: NonZeroU32,
 }
 
-impl Rhythm {
+impl CycleTiming {
     fn frequency_hz(self, carrier_hz: f64) -> f64 {
         carrier_hz * f64::from(self.cycles) / (f64::from(self.levels) * f64::from(self.hold.get()))
     }
@@ -257,24 +258,24 @@ impl Rhythm {
         let mut best: Option<(f64, Self)> = None;
         for cycles in 1..=MOST_CYCLES {
             let periods = a_cycle * f64::from(cycles);
-            // As many levels as there is room for, as long as each cycle has enough of them.
+            // As many levels as possible, but enough for each cycle.
             let hold = (periods / most).ceil().max(1.0);
             let levels = (periods / hold).round().min(most);
             if levels < LEAST_LEVELS * f64::from(cycles) || hold > f64::from(u32::MAX) {
                 break;
             }
             let hold = NonZeroU32::new(hold as u32).expect("at least one");
-            let rhythm = Self { cycles, levels: levels as u32, hold };
-            let error = (rhythm.frequency_hz(carrier_hz) / frequency_hz - 1.0).abs();
+            let timing = Self { cycles, levels: levels as u32, hold };
+            let error = (timing.frequency_hz(carrier_hz) / frequency_hz - 1.0).abs();
             if best.is_none_or(|(least, _)| error < least) {
-                best = Some((error, rhythm));
+                best = Some((error, timing));
             }
             if error < NEAR {
                 break;
             }
         }
         let none = DisplayError::TooFast { frequency_hz, periods: a_cycle, least: LEAST_LEVELS };
-        best.map(|(_, rhythm)| rhythm).ok_or(none)
+        best.map(|(_, timing)| timing).ok_or(none)
     }
 }
 

@@ -1,14 +1,14 @@
-//! The ways that a focus goes.
+//! The paths of a focus.
 
 use serde::Deserialize;
 
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::{Finite, Positive};
 
-/// Parts that the length of a figure of eight is summed over: its error is below a millionth of it.
+/// Segments of a figure of eight: the relative error of its length is below a millionth.
 const PARTS_OF_EIGHT: usize = 4096;
 
-/// A point before the array, mm in its frame: z above 0.
+/// A point in front of the array, mm in its frame: z above 0.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(try_from = "[Finite; 3]")]
 pub struct FieldPoint([f64; 3]);
@@ -27,7 +27,7 @@ impl TryFrom<[Finite; 3]> for FieldPoint {
         if z > 0.0 {
             Ok(Self([x, y, z]))
         } else {
-            Err(format!("a focus stands before the array, at a z above 0, not at {z} mm"))
+            Err(format!("a focus must lie in front of the array: z must be above 0, and is {z} mm"))
         }
     }
 }
@@ -38,7 +38,7 @@ impl TryFrom<[Finite; 3]> for FieldPoint {
 pub struct Direction(Vec3);
 
 impl Direction {
-    /// It, of unit length.
+    /// The unit vector.
     pub fn unit(self) -> Vec3 {
         self.0
     }
@@ -58,31 +58,31 @@ impl TryFrom<[Finite; 3]> for Direction {
         Vec3::from(along.map(Finite::get))
             .try_normalize(1e-9)
             .map(Self)
-            .ok_or_else(|| "a direction is not [0, 0, 0]".to_owned())
+            .ok_or_else(|| "a direction cannot be [0, 0, 0]".to_owned())
     }
 }
 
-/// A way in space, as a display file gives it: `path = { circle = { … } }`.
+/// The path of a focus in a display file: `path = { circle = { … } }`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Path {
-    /// A place.
+    /// A fixed point.
     #[serde(rename = "point_mm")]
     PointMm(FieldPoint),
-    /// To and fro between two places.
+    /// Back and forth between two points.
     Line(Line),
-    /// Around a circle, against the clock seen from where its normal points to.
+    /// Around a circle, counter-clockwise when seen against its normal.
     Circle(Circle),
     /// Along the sides of a polygon, back to its first corner.
     Polygon(Corners),
     /// Along the lemniscate of Bernoulli.
     FigureOfEight(FigureOfEight),
-    /// From place to place in jumps, back to the first.
+    /// From point to point in jumps, back to the first.
     #[serde(rename = "points_mm")]
     PointsMm(Places),
 }
 
-/// A straight way.
+/// A straight line.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(try_from = "LineKeys")]
 pub struct Line {
@@ -100,7 +100,7 @@ impl TryFrom<LineKeys> for Line {
     type Error = String;
     fn try_from(keys: LineKeys) -> Result<Self, String> {
         if keys.from_mm == keys.to_mm {
-            return Err("a line goes from one place to another".to_owned());
+            return Err("the ends of a line must differ".to_owned());
         }
         Ok(Self { ends: [keys.from_mm, keys.to_mm] })
     }
@@ -134,12 +134,12 @@ impl TryFrom<CornersKeys> for Corners {
         let count = corners.len();
         if count < 3 {
             return Err(format!(
-                "a polygon has three corners or more, not {count}; two make a line"
+                "a polygon needs at least three corners, not {count}; use `line` for two"
             ));
         }
         match (0..count).find(|&n| corners[n] == corners[(n + 1) % count]) {
             Some(n) => Err(format!(
-                "corners {n} and {} of the polygon are the same place",
+                "corners {n} and {} of the polygon are the same point",
                 (n + 1) % count
             )),
             None => Ok(Self(corners)),
@@ -147,21 +147,21 @@ impl TryFrom<CornersKeys> for Corners {
     }
 }
 
-/// A lying eight.
+/// A figure of eight.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FigureOfEight {
     centre_mm: FieldPoint,
-    /// From the outermost point of one loop to that of the other.
+    /// Distance between the outermost points of its two loops, mm.
     width_mm: Positive,
-    /// Along its width.
+    /// Direction of its width.
     #[serde(default = "Direction::along_x")]
     along: Direction,
     #[serde(default = "Direction::along_z")]
     normal: Direction,
 }
 
-/// Some places, at least two.
+/// At least two points.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(try_from = "Vec<FieldPoint>")]
 pub struct Places(Vec<FieldPoint>);
@@ -170,49 +170,51 @@ impl TryFrom<Vec<FieldPoint>> for Places {
     type Error = String;
     fn try_from(places: Vec<FieldPoint>) -> Result<Self, String> {
         match places.len() {
-            0 | 1 => Err("a list of points has two or more; one is `point_mm`".to_owned()),
+            0 | 1 => {
+                Err("`points_mm` needs at least two points; use `point_mm` for one".to_owned())
+            }
             _ => Ok(Self(places)),
         }
     }
 }
 
-/// What a path is made of.
+/// The geometry of a path.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Course {
-    /// One place.
+pub(super) enum PathGeometry {
+    /// One point, m.
     Still(Vec3),
-    /// Places without a way between them.
+    /// Points with jumps between them, m.
     Jumps(Vec<Vec3>),
-    /// Legs, each as points at equal distances along it; the last ends where the first begins.
+    /// Legs; the last ends where the first begins.
     Legs(Vec<Leg>),
 }
 
-/// A way without a corner, m.
+/// A part of a path without corners.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Leg {
     pub length_m: f64,
     pub shape: Shape,
 }
 
-/// How a leg bends.
+/// Shape of a leg, m.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Shape {
     Straight {
         from_m: Vec3,
         to_m: Vec3,
     },
-    /// A turn about a centre from `start_m` on, both from the centre.
+    /// A full circle from `start_m`; `start_m` and `quarter_m` are relative to the centre.
     Turn {
         centre_m: Vec3,
         start_m: Vec3,
         quarter_m: Vec3,
     },
-    /// Points at equal lengths, the last one the first again.
+    /// Points at equal distances along it; the last equals the first.
     Traced(Vec<Vec3>),
 }
 
 impl Leg {
-    /// Where it is after a share of its length, 0 to 1.
+    /// The point after a fraction of its length, 0 to 1.
     pub fn at(&self, share: f64) -> Vec3 {
         match &self.shape {
             Shape::Straight { from_m, to_m } => from_m.lerp(to_m, share),
@@ -230,34 +232,34 @@ impl Leg {
 }
 
 impl Path {
-    /// Whether it is one place.
+    /// Whether it is a fixed point.
     pub fn is_still(&self) -> bool {
         matches!(self, Self::PointMm(_))
     }
 
-    /// Its length, m: of a line there and back; 0 of places.
+    /// Length of one loop, m: for a line there and back; 0 for points.
     pub fn length_m(&self) -> f64 {
-        match self.course() {
-            Course::Still(_) | Course::Jumps(_) => 0.0,
-            Course::Legs(legs) => legs.iter().map(|leg| leg.length_m).sum(),
+        match self.geometry() {
+            PathGeometry::Still(_) | PathGeometry::Jumps(_) => 0.0,
+            PathGeometry::Legs(legs) => legs.iter().map(|leg| leg.length_m).sum(),
         }
     }
 
-    pub(super) fn course(&self) -> Course {
+    pub(super) fn geometry(&self) -> PathGeometry {
         let straight = |from_m: Vec3, to_m: Vec3| Leg {
             length_m: (to_m - from_m).norm(),
             shape: Shape::Straight { from_m, to_m },
         };
         match self {
-            Self::PointMm(place) => Course::Still(place.metres()),
+            Self::PointMm(place) => PathGeometry::Still(place.metres()),
             Self::PointsMm(places) => {
-                Course::Jumps(places.0.iter().map(|place| place.metres()).collect())
+                PathGeometry::Jumps(places.0.iter().map(|place| place.metres()).collect())
             }
             Self::Line(line) => {
                 let [from, to] = line.ends.map(FieldPoint::metres);
-                Course::Legs(vec![straight(from, to), straight(to, from)])
+                PathGeometry::Legs(vec![straight(from, to), straight(to, from)])
             }
-            Self::Polygon(Corners(corners)) => Course::Legs(
+            Self::Polygon(Corners(corners)) => PathGeometry::Legs(
                 (0..corners.len())
                     .map(|n| {
                         straight(corners[n].metres(), corners[(n + 1) % corners.len()].metres())
@@ -268,7 +270,7 @@ impl Path {
                 let radius_m = circle.radius_mm.get() * 1e-3;
                 let normal = circle.normal.unit();
                 let start = across(Vec3::x(), normal);
-                Course::Legs(vec![Leg {
+                PathGeometry::Legs(vec![Leg {
                     length_m: std::f64::consts::TAU * radius_m,
                     shape: Shape::Turn {
                         centre_m: circle.centre_mm.metres(),
@@ -277,12 +279,12 @@ impl Path {
                     },
                 }])
             }
-            Self::FigureOfEight(eight) => Course::Legs(vec![eight.leg()]),
+            Self::FigureOfEight(eight) => PathGeometry::Legs(vec![eight.leg()]),
         }
     }
 }
 
-/// The direction nearest to `wished` across a normal; y's where `wished` is the normal's own.
+/// The direction nearest to `wished` normal to `normal`; nearest to y if the two are parallel.
 fn across(wished: Vec3, normal: Vec3) -> Vec3 {
     let part = |wished: Vec3| (wished - normal * wished.dot(&normal)).try_normalize(1e-6);
     part(wished).or_else(|| part(Vec3::y())).expect("no normal is along both x and y")

@@ -1,27 +1,27 @@
-//! The field of a display as it is sent.
+//! The field of a display, computed from the drive program as sent.
 
-use super::compose::{SoundingArray, phasors};
+use super::compose::{RadiatingArray, phasors};
 use fieldgap_acoustics::radiation::of_level_pa;
 use fieldgap_acoustics::{Array, Element, FieldKernel, PathLengths, Vec3};
 use fieldgap_rig::focus_array::{ArrayIdentity, Channel, DriveProgram, FULL_LEVEL};
 
-/// Distance at which an element's level is stated, m.
+/// Distance at which the level of an element is specified, m.
 const STATED_AT_M: f64 = 0.3;
 
-/// A program on an array: sound pressures at any place and time, from what the controller plays.
+/// A drive program on an array: the sound pressure at any position and time.
 pub struct Playback<'a> {
     program: &'a DriveProgram,
-    sounding: SoundingArray<'a>,
+    sounding: RadiatingArray<'a>,
     controller: &'a ArrayIdentity,
-    /// Pa rms in the simulator's unit.
+    /// Pa rms per unit of the simulator.
     gain_pa: f64,
 }
 
 impl<'a> Playback<'a> {
-    /// Plays a program on an array whose nominal element has a level of `element_db` on its axis at 300 mm.
+    /// For an array whose nominal element has the level `element_db`, dB re 20 µPa rms, on its axis at 300 mm.
     pub fn new(
         program: &'a DriveProgram,
-        sounding: SoundingArray<'a>,
+        sounding: RadiatingArray<'a>,
         controller: &'a ArrayIdentity,
         element_db: f64,
     ) -> Self {
@@ -43,7 +43,7 @@ impl<'a> Playback<'a> {
         self.program
     }
 
-    /// Sound pressures of a frame under the whole envelope, Pa rms.
+    /// Sound pressures of a frame at full envelope, Pa rms.
     pub fn rms_pa(&self, frame: usize, points_m: &[Vec3]) -> Vec<f64> {
         let drives = phasors(&self.program.frames()[frame], self.controller);
         let driven = self
@@ -73,7 +73,7 @@ impl<'a> Playback<'a> {
         .collect()
     }
 
-    /// What the envelope leaves of a full channel's amplitude in a period of the carrier, 0 to 1.
+    /// Relative amplitude of a full channel under the envelope in a carrier period, 0 to 1.
     pub fn envelope_at(&self, period: u64) -> f64 {
         let level = self.program.envelope().level_at(period);
         let steps = self.controller.period_steps;
@@ -82,8 +82,8 @@ impl<'a> Playback<'a> {
             .map_or(0.0, |pulse| pulse.fundamental(steps).amplitude)
     }
 
-    /// Sound pressure at a place in each period of the carrier from the start, Pa rms.
-    pub fn course_pa(&self, at_m: Vec3, periods: u64) -> Vec<f64> {
+    /// Sound pressure at a position in each carrier period from the start, Pa rms.
+    pub fn pressure_over_time_pa(&self, at_m: Vec3, periods: u64) -> Vec<f64> {
         let frames: Vec<f64> =
             (0..self.program.frames().len()).map(|frame| self.rms_pa(frame, &[at_m])[0]).collect();
         (0..periods)

@@ -1,4 +1,4 @@
-//! The tracks of a display joined into slots of whole periods of the carrier.
+//! The tracks of a display joined into slots of whole carrier periods.
 
 use std::num::NonZeroU32;
 
@@ -6,49 +6,50 @@ use super::error::DisplayError;
 use super::track::Track;
 use fieldgap_acoustics::Vec3;
 
-/// How far a loop's length may be brought to a multiple of another's, relative.
-const BENDS: f64 = 0.01;
+/// Largest relative change of a loop duration to make another a multiple of it.
+const LARGEST_STRETCH: f64 = 0.01;
 
-/// Periods of the carrier that a display which never changes is given for its one frame.
+/// Carrier periods of the single frame of a display that never changes.
 const STILL_PERIODS: u32 = 40;
 
-/// When several foci sound.
+/// When several foci are driven.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Turns {
-    /// All at once.
+pub enum FocusSchedule {
+    /// All at the same time.
     Together,
-    /// One after the other, so long each, s.
+    /// One after the other, each for this time, s.
     Alternate(f64),
 }
 
-/// A stretch of time in which nothing changes.
+/// A time interval in which nothing changes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slot {
-    /// Periods of the carrier that it lasts.
+    /// Duration, carrier periods.
     pub periods: NonZeroU32,
-    /// Which foci sound, and where, m; at least one.
+    /// Driven foci and their positions, m; at least one.
     pub foci: Vec<(usize, Vec3)>,
 }
 
 /// Joins tracks, at least one, for a carrier.
 ///
-/// The loop is as long as the longest track's; the others are stretched by a percent at most so that they fit into it whole.
+/// The loop is that of the longest track. The other tracks are stretched by at most one percent so that a whole number of
+/// their loops fits.
 ///
 /// # Errors
-/// [`DisplayError::Incommensurable`] where that is not enough; [`DisplayError::TooShort`] if a loop is shorter than a period;
+/// [`DisplayError::Incommensurable`] if that is not enough; [`DisplayError::TooShort`] if a loop is shorter than a period;
 /// [`DisplayError::TooLong`] if it has more slots than `most`.
 pub fn join(
     tracks: &[Track],
-    turns: Turns,
+    turns: FocusSchedule,
     carrier_hz: f64,
     most: usize,
 ) -> Result<Vec<Slot>, DisplayError> {
     let moving = || tracks.iter().enumerate().filter(|(_, track)| !track.is_still());
     let longest_s = moving().map(|(_, track)| track.loop_s()).reduce(f64::max);
     let (loop_s, turn_s) = match (turns, longest_s) {
-        (Turns::Together, None) => (f64::from(STILL_PERIODS) / carrier_hz, None),
-        (Turns::Together, Some(longest_s)) => (longest_s, None),
-        (Turns::Alternate(turn_s), longest_s) => {
+        (FocusSchedule::Together, None) => (f64::from(STILL_PERIODS) / carrier_hz, None),
+        (FocusSchedule::Together, Some(longest_s)) => (longest_s, None),
+        (FocusSchedule::Alternate(turn_s), longest_s) => {
             let round_s = turn_s * tracks.len() as f64;
             let loop_s = longest_s.unwrap_or(round_s).max(round_s);
             let rounds = (loop_s / round_s).round();
@@ -59,7 +60,7 @@ pub fn join(
     for (number, track) in tracks.iter().enumerate() {
         let times = (loop_s / track.loop_s()).round().max(1.0);
         let fits_s = loop_s / times;
-        if !track.is_still() && (fits_s / track.loop_s() - 1.0).abs() > BENDS {
+        if !track.is_still() && (fits_s / track.loop_s() - 1.0).abs() > LARGEST_STRETCH {
             return Err(DisplayError::Incommensurable {
                 focus: number,
                 loop_s: track.loop_s(),
@@ -101,7 +102,7 @@ pub fn join(
     Ok(slots)
 }
 
-/// The periods in which something changes, rising, 0 the first.
+/// The carrier periods at which something changes, ascending, from 0.
 fn changes(
     tracks: &[Track],
     turn_s: Option<f64>,
@@ -166,7 +167,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_loop_takes_its_time_to_half_a_period(radius in 2.0..20.0f64, rate in 0.5..400.0f64) {
-            let slots = join(&[circle(radius, rate)], Turns::Together, 40e3, 4096).expect("fits");
+            let slots = join(&[circle(radius, rate)], FocusSchedule::Together, 40e3, 4096).expect("fits");
             prop_assert!((periods(&slots) as f64 - 40e3 / rate).abs() <= 0.5);
             // Where the focus is, is where the track is in the slot's middle.
             let mut begun = 0.0;
@@ -186,7 +187,7 @@ mod tests {
     fn a_display_that_stands_still_is_one_slot() {
         let still = track("path.point_mm = [0, 0, 100]", Pace::Dwell(1.0));
         let other = track("path.point_mm = [20, 0, 100]", Pace::Dwell(1.0));
-        let slots = join(&[still, other], Turns::Together, 40e3, 10).expect("fits");
+        let slots = join(&[still, other], FocusSchedule::Together, 40e3, 10).expect("fits");
         assert_eq!(slots.len(), 1);
         assert_eq!(slots[0].foci.len(), 2);
     }
@@ -199,15 +200,19 @@ mod tests {
             "path.point_mm = [0, 9, 100]",
         ];
         let tracks = places.map(|text| track(text, Pace::Dwell(1.0)));
-        let slots = join(&tracks, Turns::Alternate(2.5e-3), 40e3, 10).expect("fits");
+        let slots = join(&tracks, FocusSchedule::Alternate(2.5e-3), 40e3, 10).expect("fits");
         let seen: Vec<(usize, u32)> =
             slots.iter().map(|slot| (slot.foci[0].0, slot.periods.get())).collect();
         assert_eq!(seen, [(0, 100), (1, 100), (2, 100)]);
         assert!(slots.iter().all(|slot| slot.foci.len() == 1));
         // On moving paths they go on while they are silent.
-        let slots =
-            join(&[circle(10.0, 1.0), circle(20.0, 1.0)], Turns::Alternate(0.05), 40e3, 4096)
-                .expect("fits");
+        let slots = join(
+            &[circle(10.0, 1.0), circle(20.0, 1.0)],
+            FocusSchedule::Alternate(0.05),
+            40e3,
+            4096,
+        )
+        .expect("fits");
         assert_eq!(periods(&slots), 40_000);
         for (number, radius_m) in [(0, 0.01), (1, 0.02)] {
             let share: u64 = slots
@@ -230,13 +235,17 @@ mod tests {
 
     #[test]
     fn loops_that_do_not_fit_into_each_other_are_refused() {
-        assert!(join(&[circle(10.0, 1.0), circle(5.0, 2.01)], Turns::Together, 40e3, 4096).is_ok());
-        let refusal = join(&[circle(10.0, 1.0), circle(5.0, 1.4)], Turns::Together, 40e3, 4096);
+        assert!(
+            join(&[circle(10.0, 1.0), circle(5.0, 2.01)], FocusSchedule::Together, 40e3, 4096)
+                .is_ok()
+        );
+        let refusal =
+            join(&[circle(10.0, 1.0), circle(5.0, 1.4)], FocusSchedule::Together, 40e3, 4096);
         insta::assert_snapshot!(refusal.expect_err("1 s and 0.71 s"));
-        let refusal = join(&[circle(40.0, 1.0)], Turns::Together, 40e3, 100);
+        let refusal = join(&[circle(40.0, 1.0)], FocusSchedule::Together, 40e3, 100);
         insta::assert_snapshot!(refusal.expect_err("252 steps of a millimetre"));
         assert!(matches!(
-            join(&[circle(1.0, 1e5)], Turns::Together, 40e3, 9),
+            join(&[circle(1.0, 1e5)], FocusSchedule::Together, 40e3, 9),
             Err(DisplayError::TooShort { .. })
         ));
     }

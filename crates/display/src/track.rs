@@ -1,48 +1,48 @@
-//! A focus in space and time: its path, cut into pieces that each last.
+//! A focus in space and time: its path, divided into pieces of known duration.
 
-use super::path::{Course, Path};
+use super::path::{Path, PathGeometry};
 use fieldgap_acoustics::Vec3;
 
-/// Places in one swing of a lateral modulation, at least.
+/// Fewest positions per oscillation of a lateral modulation.
 const LEAST_PLACES_A_SWING: usize = 8;
 
-/// How fast a path is gone.
+/// Speed along a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pace {
-    /// So many metres a second along its way, with a rest at each corner, s.
+    /// Constant speed, with a rest at each corner.
     Speed {
         /// m/s, above zero.
         speed_m_s: f64,
         /// Rest at each corner, s.
         dwell_s: f64,
     },
-    /// So long at each place.
+    /// Time at each point, s.
     Dwell(f64),
-    /// All of it so many times a second.
+    /// Loops per second, Hz.
     Rate(f64),
 }
 
-/// A focus that swings across its place.
+/// An oscillation of a focus about its position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Swing {
-    /// Swings a second.
+    /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Farthest from its place to either side, m.
+    /// Amplitude, m.
     pub amplitude_m: f64,
-    /// Along which it swings, of unit length.
+    /// Direction, unit vector.
     pub along: Vec3,
 }
 
-/// One place, and how long the focus is there.
+/// A position and how long the focus stays there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
-    /// Where, m.
+    /// Position, m.
     pub at_m: Vec3,
-    /// How long, s, above zero.
+    /// Duration, s, above zero.
     pub lasts_s: f64,
 }
 
-/// Pieces in a loop, at least one.
+/// A loop of at least one piece.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
     pieces: Vec<Piece>,
@@ -50,15 +50,13 @@ pub struct Track {
 }
 
 impl Track {
-    /// Cuts a path into pieces no longer than `step_m`, gone at a pace.
-    ///
-    /// Each piece stands for its middle.
+    /// Divides a path into pieces no longer than `step_m`. Each piece is represented by its centre.
     pub fn new(path: &Path, pace: Pace, step_m: f64) -> Self {
-        let legs = match path.course() {
-            Course::Still(at_m) => {
+        let legs = match path.geometry() {
+            PathGeometry::Still(at_m) => {
                 return Self { pieces: vec![Piece { at_m, lasts_s: 1.0 }], still: true };
             }
-            Course::Jumps(places) => {
+            PathGeometry::Jumps(places) => {
                 let lasts_s = match pace {
                     Pace::Dwell(dwell_s) | Pace::Speed { dwell_s, .. } => dwell_s,
                     Pace::Rate(rate_hz) => 1.0 / (rate_hz * places.len() as f64),
@@ -66,7 +64,7 @@ impl Track {
                 let pieces = places.into_iter().map(|at_m| Piece { at_m, lasts_s }).collect();
                 return Self { pieces, still: false };
             }
-            Course::Legs(legs) => legs,
+            PathGeometry::Legs(legs) => legs,
         };
         let whole_m: f64 = legs.iter().map(|leg| leg.length_m).sum();
         let (speed_m_s, dwell_s) = match pace {
@@ -89,9 +87,9 @@ impl Track {
         Self { pieces, still: false }
     }
 
-    /// The same swinging, cut so that the swing too is followed in steps of `step_m`.
+    /// The same track with an oscillation, in steps no longer than `step_m`.
     ///
-    /// A whole number of swings fits into the loop: their frequency gives way by less than half a swing in it.
+    /// The frequency is rounded so that a loop has a whole number of oscillations.
     pub fn swinging(&self, swing: Swing, step_m: f64) -> Self {
         let loop_s = if self.still { 1.0 / swing.frequency_hz } else { self.loop_s() };
         let swings = (loop_s * swing.frequency_hz).round().max(1.0);
@@ -114,24 +112,24 @@ impl Track {
         &self.pieces
     }
 
-    /// Whether it stays where it is: then it goes with a loop of any length.
+    /// Whether it is at rest; it then fits a loop of any duration.
     pub fn is_still(&self) -> bool {
         self.still
     }
 
-    /// How long it takes, s.
+    /// Duration of the loop, s.
     pub fn loop_s(&self) -> f64 {
         self.pieces.iter().map(|piece| piece.lasts_s).sum()
     }
 
-    /// The same in another time.
+    /// The same track with another loop duration.
     pub fn lasting(&self, loop_s: f64) -> Self {
         let factor = loop_s / self.loop_s();
         let longer = |piece: &Piece| Piece { lasts_s: piece.lasts_s * factor, ..*piece };
         Self { pieces: self.pieces.iter().map(longer).collect(), still: self.still }
     }
 
-    /// Where it is at a time from its start, s, in any of its loops.
+    /// Position at a time from the start, s.
     pub fn at(&self, time_s: f64) -> Vec3 {
         let mut left_s = if self.still { 0.0 } else { time_s.rem_euclid(self.loop_s()) };
         for piece in &self.pieces {

@@ -7,7 +7,7 @@ use super::folder::Folder;
 use super::picture::{DisplayMap, Drawn, Shown, animated};
 use fieldgap_acoustics::PlaneGrid;
 use fieldgap_acoustics::radiation::SkinInAir;
-use fieldgap_display::{Composed, DisplayFile, Playback};
+use fieldgap_display::{ComposedDisplay, DisplayFile, Playback};
 
 /// A loop that is shorter is shown slower, s.
 const SHORTEST_S: f64 = 2.0;
@@ -20,7 +20,7 @@ pub struct DisplayShown<'a> {
     /// The file.
     pub display: &'a DisplayFile,
     /// What is sent.
-    pub composed: &'a Composed,
+    pub composed: &'a ComposedDisplay,
     /// Its field.
     pub playback: &'a Playback<'a>,
     /// What the field meets.

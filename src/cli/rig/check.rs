@@ -1,4 +1,4 @@
-//! `fieldgap rig check`: each device talked to.
+//! `fieldgap rig check`: test each device.
 
 use std::process::ExitCode;
 
@@ -16,7 +16,7 @@ use fieldgap_virtual_rig::VirtualRig;
 pub(super) struct Check {
     #[command(flatten)]
     file: RigArg,
-    /// Print what was found as JSON
+    /// Print the result as JSON
     #[arg(long)]
     json: bool,
 }

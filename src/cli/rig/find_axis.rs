@@ -1,4 +1,4 @@
-//! `fieldgap rig find-axis`: the beam's axis, by crosses scanned through it.
+//! `fieldgap rig find-axis`: find the beam axis with scanned crosses.
 
 use std::process::ExitCode;
 
@@ -18,10 +18,10 @@ use fieldgap_rig::DeviceSelection;
 pub(super) struct FindAxis {
     #[command(flatten)]
     file: RigArg,
-    /// Heights of the crosses above the array's face, mm
+    /// Heights of the crosses above the array face, mm
     #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = positive, default_value = "60,100,140")]
     heights_mm: Vec<Positive>,
-    /// How far to either side the beam is looked for, mm
+    /// Half width of the search range, mm
     #[arg(long, value_name = "MM", value_parser = positive, default_value = "20")]
     reach_mm: Positive,
     /// Home without asking
@@ -44,7 +44,7 @@ impl FindAxis {
         let all = DeviceSelection { array: true, robot: true, receiver: true };
         hands_on(&rig_file, all, A_TASK, async |rig| {
             rig.robot().home().await?;
-            eprintln!("homed; looking for the beam");
+            eprintln!("homed; searching for the beam");
             let axis = find_axis(rig, rig_setup, &search, |cross| {
                 eprintln!(
                     "z = {:.1} mm: x {:+.3} mm, y {:+.3} mm",

@@ -1,4 +1,4 @@
-//! `fieldgap rig focus`, `silence`: the array by hand.
+//! `fieldgap rig focus`, `silence`: drive the array by hand.
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -23,13 +23,13 @@ const ARRAY: DeviceSelection = DeviceSelection { array: true, robot: false, rece
 pub(super) struct Focus {
     #[command(flatten)]
     file: RigArg,
-    /// Where to, in the array's frame, mm
+    /// Focus in the array frame, mm
     #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
     at_mm: Vec3,
-    /// A plain carrier, to be read by a receiver; without it modulated as the rig file says, to be felt
+    /// Emit a continuous wave, for a receiver [default: modulated as in the rig file, for touch]
     #[arg(long)]
     continuous: bool,
-    /// For how long; without it until it is stopped (Ctrl-C)
+    /// Duration [default: until Ctrl-C]
     #[arg(long, value_name = "S", value_parser = positive)]
     seconds: Option<Positive>,
 }
@@ -53,7 +53,7 @@ impl Focus {
             rig.array().set_delays(&element_delays(rig_setup, &focus)).await?;
             rig.array().emit().await?;
             let [x, y, z]: [f64; 3] = self.at_mm.into();
-            let how = if self.continuous { "a plain carrier" } else { "modulated" };
+            let how = if self.continuous { "continuous wave" } else { "modulated" };
             let until = match self.seconds {
                 Some(seconds) => format!("for {} s", seconds.get()),
                 None => "until Ctrl-C".to_owned(),
@@ -71,16 +71,16 @@ impl Focus {
     }
 }
 
-/// A focus at a place in the array's frame, mm.
+/// A focus at a point in the array frame, mm.
 ///
 /// # Errors
-/// That the place does not lie above the array.
+/// The point does not lie above the array.
 pub(super) fn above_the_array(at_mm: Vec3) -> miette::Result<Excitation> {
     if at_mm.z > 0.0 {
         Ok(Excitation::Focus(at_mm * 1e-3))
     } else {
         Err(miette!(
-            help = "z goes from the array's face into the field",
+            help = "z is the height above the array face; it must be positive",
             "a focus at z = {} mm does not lie above the array",
             at_mm.z
         ))
@@ -92,7 +92,7 @@ impl Silence {
         let rig_file = RigFile::read(&self.file.rig)?;
         hands_on(&rig_file, ARRAY, A_TASK, async |rig| {
             rig.array().silence().await?;
-            print(&format!("the array is silent: {} confirms it\n", rig.array().device()))?;
+            print(&format!("the array is silent, confirmed by {}\n", rig.array().device()))?;
             Ok(Ended::Done)
         })
     }

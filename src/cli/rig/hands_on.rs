@@ -1,4 +1,4 @@
-//! Devices in a person's hands: opened, used, and left safe however that ends.
+//! Operating devices by hand: they are opened, used, and made safe at every kind of end.
 
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
@@ -12,30 +12,30 @@ use fieldgap_acquisition::{AcquisitionError, RigSetup};
 use fieldgap_rig::{DeviceSelection, ManualRig};
 use fieldgap_virtual_rig::VirtualRig;
 
-/// Whether stopping a command is how it is meant to end.
+/// Whether stopping a command is its normal end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct MeantToBeStopped(bool);
+pub(super) struct StopIsNormal(bool);
 
-/// A command that has something to do: stopped, it has not done it.
-pub(super) const A_TASK: MeantToBeStopped = MeantToBeStopped(false);
+/// A command with a task: if stopped, it has failed.
+pub(super) const A_TASK: StopIsNormal = StopIsNormal(false);
 
-/// A command that goes on until it is stopped.
-pub(super) const UNTIL_STOPPED: MeantToBeStopped = MeantToBeStopped(true);
+/// A command that runs until it is stopped.
+pub(super) const UNTIL_STOPPED: StopIsNormal = StopIsNormal(true);
 
-/// How a command by hand ended.
+/// How a command ended.
 pub(super) enum Ended {
-    /// By itself; the robot stands and the array is as the command left it.
+    /// By itself; robot and array stay as the command left them.
     Done,
-    /// By the person who watches it, which is how it is meant to end; the devices are to be left safe.
+    /// On request of the user; the devices must be made safe.
     Enough,
 }
 
-/// Opens the devices and lends them to `body`. Where `body` fails or somebody asks to stop, the array is silenced, the
-/// robot stopped, and what was done is said.
+/// Opens the devices and runs `body` with them. If `body` fails or a stop is requested, the array is silenced and the
+/// robot stopped, and that is reported.
 pub(super) fn hands_on(
     rig_file: &RigFile,
     wanted: DeviceSelection,
-    MeantToBeStopped(meant): MeantToBeStopped,
+    StopIsNormal(meant): StopIsNormal,
     body: impl AsyncFnOnce(&mut ManualRig) -> miette::Result<Ended>,
 ) -> miette::Result<ExitCode> {
     let rig_setup = &rig_file.setup;
@@ -84,24 +84,24 @@ fn fits(rig_setup: &RigSetup, wanted: DeviceSelection, rig: &mut ManualRig) -> m
     }
 }
 
-/// Tells that the robot homes first, and asks whether it may where somebody is there to answer.
+/// Announces that the robot homes first, and asks for permission on a terminal.
 ///
 /// # Errors
-/// That the answer is no.
+/// Permission was refused.
 pub(super) fn may_home(yes: bool) -> miette::Result<()> {
-    const WHY: &str = "The robot homes first: where it is cannot be known after its port was opened. The way of homing is its \
-firmware's own; no keep-out box is checked on it.";
+    const WHY: &str = "The robot homes first, because its position is unknown after its port was opened. The firmware chooses the \
+path; keep-out boxes are not checked while homing.";
     if yes || !(std::io::stdin().is_terminal() && std::io::stderr().is_terminal()) {
         eprintln!("{WHY}");
         return Ok(());
     }
-    eprint!("{WHY}\nIs the way free? [y/N] ");
+    eprint!("{WHY}\nIs the path free? [y/N] ");
     std::io::stderr().flush().into_diagnostic()?;
     let mut answer = String::new();
     std::io::stdin().read_line(&mut answer).into_diagnostic()?;
     if matches!(answer.trim().to_ascii_lowercase().as_str(), "y" | "yes") {
         Ok(())
     } else {
-        Err(miette!(help = "answer y, or say --yes, when its way is free", "nothing was moved"))
+        Err(miette!(help = "answer y, or give --yes, when the path is free", "nothing was moved"))
     }
 }

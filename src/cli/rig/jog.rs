@@ -1,4 +1,4 @@
-//! `fieldgap rig jog`: the robot moved by keys.
+//! `fieldgap rig jog`: move the robot with the keyboard.
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -18,10 +18,10 @@ use fieldgap_acoustics::Vec3;
 use fieldgap_acquisition::{RigSetup, element_delays};
 use fieldgap_rig::{DeviceSelection, ManualRig, RigError};
 
-/// Readings averaged for a level that a person follows.
+/// Samples averaged per level.
 const READINGS: usize = 16;
 
-/// Pause between two of them: they are for eyes.
+/// Time between two levels.
 const BETWEEN: Duration = Duration::from_millis(80);
 
 /// The `rig jog` command.
@@ -29,10 +29,10 @@ const BETWEEN: Duration = Duration::from_millis(80);
 pub(super) struct Jog {
     #[command(flatten)]
     file: RigArg,
-    /// Let the array focus here, in its frame, mm (switched by the key f); without it the array is left alone
+    /// Focus of the array in its frame, mm; the key f switches it on and off [default: the array is not used]
     #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
     focus_mm: Option<Vec3>,
-    /// Leave the receiver alone, too
+    /// Do not use the receiver
     #[arg(long)]
     no_receiver: bool,
 }
@@ -47,8 +47,8 @@ impl Jog {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         if !Screen::is_possible() {
             return Err(miette!(
-                help = "start it in a terminal; `fieldgap rig go` moves the robot without one",
-                "jogging takes keys from a terminal, and there is none"
+                help = "run it in a terminal, or use `fieldgap rig go`, which needs none",
+                "jogging reads keys from a terminal, and there is none"
             ));
         }
         let rig_file = RigFile::read(&self.file.rig)?.on_wall_clock();
@@ -79,7 +79,7 @@ impl Jog {
             ended.map(|()| Ended::Enough)
         });
         if let Some(at) = left_at {
-            eprintln!("left at {}", in_both_frames(at, &rig_setup.rig.motion.frame()));
+            eprintln!("robot left at {}", in_both_frames(at, &rig_setup.rig.motion.frame()));
         }
         ended
     }
@@ -120,7 +120,7 @@ impl Jogging<'_> {
         }
     }
 
-    /// Waits for a key; meanwhile the level is read.
+    /// Waits for a key, and reads the level meanwhile.
     async fn key_or_level(&mut self, rig: &mut ManualRig) -> Next {
         let (_, receiver) = rig.robot_and_receiver();
         let level = async {
@@ -142,7 +142,7 @@ impl Jogging<'_> {
         }
     }
 
-    /// Homes or moves, with the level read on the way. A stop or the end ends it at once, and is returned.
+    /// Homes or moves, and reads the level meanwhile. Stop or quit interrupts the move and is returned.
     async fn under_way(&mut self, rig: &mut ManualRig, act: Act) -> miette::Result<Option<Act>> {
         let feed = self.rig_setup.rig.motion.feed();
         let interrupted = {
@@ -186,7 +186,7 @@ impl Jogging<'_> {
         Ok(interrupted)
     }
 
-    /// Whoever presses stop wants all of it to end: the array first, then the robot.
+    /// Stops everything: the array first, then the robot.
     async fn stop(&mut self, rig: &mut ManualRig) -> miette::Result<()> {
         let made = rig.make_safe("stopped").await;
         if made.array.is_some() {

@@ -1,4 +1,4 @@
-//! `fieldgap rig`: a rig used by hand and looked after.
+//! `fieldgap rig`: check and operate a rig by hand.
 
 mod check;
 mod find_axis;
@@ -23,32 +23,32 @@ pub(super) struct Rig {
 
 #[derive(Debug, Subcommand)]
 enum Task {
-    /// Talk to each device, measure latency and noise, and say what to mend; nothing moves
+    /// Test each device, measure latency and noise, and suggest remedies; nothing moves
     Check(check::Check),
-    /// Find the robot's origin by its end switches
+    /// Home the robot to its end switches
     Home(motion::Home),
-    /// Say where the robot is; nothing moves
+    /// Print the robot's position; nothing moves
     Where(motion::Where),
-    /// Go to a place
+    /// Move the robot to a position
     Go(motion::Go),
-    /// Move the robot by keys, with the level beside
+    /// Move the robot with the keyboard, with a live level
     Jog(jog::Jog),
-    /// Let the array focus on a place until it is stopped
+    /// Focus the array on a point until stopped
     Focus(focus::Focus),
     /// Silence the array
     Silence(focus::Silence),
-    /// Show the receiver's level as it is now
-    Sample(sample::Sample),
-    /// Find the beam's axis by crosses scanned through it, and say what origin to put into the rig file
+    /// Show the receiver's level live
+    Sample(sample::SampleLevel),
+    /// Find the beam axis with scanned crosses, and print the origin for the rig file
     FindAxis(find_axis::FindAxis),
-    /// Silence the array and stop the robot, also when another fieldgap has them
+    /// Silence the array and stop the robot, even if another fieldgap process uses them
     Stop(stop::Stop),
 }
 
-/// The rig file, the same for all.
+/// The rig file argument of all subcommands.
 #[derive(Debug, Args)]
 struct RigArg {
-    /// The rig file
+    /// Rig file
     rig: PathBuf,
 }
 

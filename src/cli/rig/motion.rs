@@ -1,4 +1,4 @@
-//! `fieldgap rig home`, `where`, `go`: the robot by hand.
+//! `fieldgap rig home`, `where`, `go`: move the robot by hand.
 
 use std::process::ExitCode;
 
@@ -24,7 +24,7 @@ const ROBOT: DeviceSelection = DeviceSelection { robot: true, array: false, rece
 pub(super) struct Home {
     #[command(flatten)]
     file: RigArg,
-    /// Print where it then stands as JSON
+    /// Print the final position as JSON
     #[arg(long)]
     json: bool,
 }
@@ -34,7 +34,7 @@ pub(super) struct Home {
 pub(super) struct Where {
     #[command(flatten)]
     file: RigArg,
-    /// Print it as JSON
+    /// Print the position as JSON
     #[arg(long)]
     json: bool,
 }
@@ -44,19 +44,19 @@ pub(super) struct Where {
 pub(super) struct Go {
     #[command(flatten)]
     file: RigArg,
-    /// Where to, in the array's frame, mm
+    /// Target in the array frame, mm
     #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
     to_mm: Vec3,
-    /// The place is given in the robot's own axes
+    /// The target is given in the robot's axes
     #[arg(long)]
     robot_axes: bool,
-    /// How fast, mm/s; without it as the rig file says
+    /// Speed, mm/s [default: as in the rig file]
     #[arg(long, value_name = "MM/S", value_parser = positive)]
     feed_mm_s: Option<Positive>,
     /// Home without asking
     #[arg(long)]
     yes: bool,
-    /// Print where it then stands as JSON
+    /// Print the final position as JSON
     #[arg(long)]
     json: bool,
 }
@@ -67,7 +67,7 @@ impl Home {
         let rig_setup = &rig_file.setup;
         hands_on(&rig_file, ROBOT, A_TASK, async |rig| {
             let at = rig.robot().home().await?;
-            tell(rig_setup, at, true, self.json)?;
+            print_position(rig_setup, at, true, self.json)?;
             Ok(Ended::Done)
         })
     }
@@ -79,7 +79,7 @@ impl Where {
         let rig_setup = &rig_file.setup;
         hands_on(&rig_file, ROBOT, A_TASK, async |rig| {
             let at = rig.robot().position().await?;
-            tell(rig_setup, at, false, self.json)?;
+            print_position(rig_setup, at, false, self.json)?;
             Ok(Ended::Done)
         })
     }
@@ -103,7 +103,7 @@ impl Go {
             for place in route(&envelope, at, target).map_err(not_allowed)? {
                 at = rig.robot().move_to(place, feed).await?;
             }
-            tell(rig_setup, at, true, self.json)?;
+            print_position(rig_setup, at, true, self.json)?;
             Ok(Ended::Done)
         })
     }
@@ -111,13 +111,18 @@ impl Go {
 
 fn not_allowed(fault: PathFault) -> miette::Report {
     miette!(
-        help = "`travel_mm` and `[[motion.keep_out]]` of the rig file say where the robot may go",
+        help = "the limits are `travel_mm` and `[[motion.keep_out]]` in the rig file",
         "{fault}"
     )
 }
 
-/// Says where the robot is, in both frames.
-fn tell(rig_setup: &RigSetup, at: RobotPosition, homed: bool, as_json: bool) -> miette::Result<()> {
+/// Prints the robot's position in both frames.
+fn print_position(
+    rig_setup: &RigSetup,
+    at: RobotPosition,
+    homed: bool,
+    as_json: bool,
+) -> miette::Result<()> {
     let frame = rig_setup.rig.motion.frame();
     let robot_mm = at.axes_mm();
     let array_mm: [f64; 3] = (frame.to_array(at) * 1e3).into();
@@ -127,13 +132,13 @@ fn tell(rig_setup: &RigSetup, at: RobotPosition, homed: bool, as_json: bool) -> 
     let doubt = if homed {
         ""
     } else {
-        "what it says means little before homing, which opening its port makes necessary\n"
+        "opening the port made homing necessary; until then this position may be wrong\n"
     };
     print(&format!("{}\n{doubt}", in_both_frames(at, &frame)))
 }
 
-/// A place in the robot's axes and in the array's frame.
+/// A position in the robot's axes and in the array frame.
 pub(super) fn in_both_frames(at: RobotPosition, frame: &Frame) -> String {
     let [x, y, z]: [f64; 3] = (frame.to_array(at) * 1e3).into();
-    format!("robot's axes {at}, array's frame ({x:.2}, {y:.2}, {z:.2}) mm")
+    format!("robot axes {at}, array frame ({x:.2}, {y:.2}, {z:.2}) mm")
 }

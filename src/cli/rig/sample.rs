@@ -1,4 +1,4 @@
-//! `fieldgap rig sample`: the receiver's level as it is now.
+//! `fieldgap rig sample`: show the receiver's level live.
 
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::num::NonZeroU32;
@@ -24,24 +24,24 @@ use fieldgap_rig::{DeviceSelection, Reading, ReceiverIdentity};
 /// Cells of the bar.
 const BAR: usize = 32;
 
-/// Shortest time from one shown level to the next: a person reads no faster.
+/// Shortest time between two displayed levels.
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
 
 /// The `rig sample` command.
 #[derive(Debug, Args)]
-pub(super) struct Sample {
+pub(super) struct SampleLevel {
     #[command(flatten)]
     file: RigArg,
-    /// Let the array focus here meanwhile, in its frame, mm; without it the array is left alone
+    /// Focus the array on this point in its frame, mm [default: the array is not used]
     #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
     focus_mm: Option<Vec3>,
-    /// Readings averaged; without it as the rig file says
+    /// Samples averaged per level [default: as in the rig file]
     #[arg(long, value_name = "N")]
     samples: Option<NonZeroU32>,
-    /// How many levels to show; without it until it is stopped
+    /// Number of levels to show [default: until Ctrl-C]
     #[arg(long, value_name = "N")]
     count: Option<NonZeroU32>,
-    /// For how long; without it until it is stopped
+    /// Duration [default: until Ctrl-C]
     #[arg(long, value_name = "S", value_parser = positive)]
     seconds: Option<Positive>,
     /// Print each level as a line of JSON
@@ -49,7 +49,7 @@ pub(super) struct Sample {
     json: bool,
 }
 
-impl Sample {
+impl SampleLevel {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         let rig_file = RigFile::read(&self.file.rig)?.on_wall_clock();
         let rig_setup = &rig_file.setup;
@@ -63,7 +63,7 @@ impl Sample {
                 rig.array().emit().await?;
             }
             let identity = rig.receiver().identity().clone();
-            let mut shown = Shown::new(identity, self.json);
+            let mut shown = LevelDisplay::new(identity, self.json);
             let begun = Instant::now();
             let over = |shown: u32| {
                 self.count.is_some_and(|count| shown >= count.get())
@@ -87,21 +87,21 @@ impl Sample {
     }
 }
 
-/// Where levels are shown: one line that is written over on a terminal, a line each elsewhere.
-struct Shown {
+/// Shows levels: on a terminal in one line that is overwritten, elsewhere in one line each.
+struct LevelDisplay {
     identity: ReceiverIdentity,
     json: bool,
     in_place: bool,
     highest: f64,
 }
 
-impl Shown {
+impl LevelDisplay {
     fn new(identity: ReceiverIdentity, json: bool) -> Self {
         let in_place = !json && std::io::stdout().is_terminal();
         Self { identity, json, in_place, highest: 0.0 }
     }
 
-    /// Shows a level; false if nobody reads any more.
+    /// Shows a level; false if the reader has gone.
     fn show(&mut self, reading: &Reading) -> miette::Result<bool> {
         self.highest = self.highest.max(reading.mean);
         let line = if self.json {
@@ -129,7 +129,7 @@ impl Shown {
     }
 }
 
-impl Drop for Shown {
+impl Drop for LevelDisplay {
     fn drop(&mut self) {
         if self.in_place {
             let _ = self.write("\n");

@@ -1,4 +1,4 @@
-//! `fieldgap rig stop`: the array silenced and the robot stopped, whoever has them.
+//! `fieldgap rig stop`: silence the array and stop the robot, even if another process uses them.
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -14,11 +14,11 @@ use fieldgap_rig::link::holder_of;
 use fieldgap_rig::{Cause, DeviceSelection, ManualRig, Ports, RigConfig, RigError};
 use fieldgap_virtual_rig::VirtualRig;
 
-/// How long another fieldgap may take to end safe and let go of its ports.
-const LET_GO_WITHIN: Duration = Duration::from_secs(5);
+/// Time limit for another fieldgap process to end safely and release its ports.
+const RELEASE_TIME_LIMIT: Duration = Duration::from_secs(5);
 
-/// How often a port is tried meanwhile.
-const TRY_AGAIN: Duration = Duration::from_millis(50);
+/// Interval at which a port is tried meanwhile.
+const RETRY_INTERVAL: Duration = Duration::from_millis(50);
 
 /// The `rig stop` command.
 #[derive(Debug, Args)]
@@ -44,7 +44,7 @@ impl Stop {
                     Ok(mut device) => {
                         let made = device.make_safe("stop").await;
                         safe &= made.is_safe();
-                        println_quietly(&made.to_string());
+                        print_line(&made.to_string());
                     }
                     Err(error) => {
                         safe = false;
@@ -53,30 +53,30 @@ impl Stop {
                         } else {
                             "THE ROBOT MAY STILL MOVE"
                         };
-                        println_quietly(&format!("{may}: {error}\n  {}", error.remedy()));
+                        print_line(&format!("{may}: {error}\n  {}", error.remedy()));
                     }
                 }
             }
             safe
         });
         if safe {
-            println_quietly("the robot's position is unknown now; it homes before its next move");
+            print_line("the robot's position is now unknown; it must home before its next move");
             Ok(ExitCode::SUCCESS)
         } else {
-            println_quietly("switch the devices off by their own switches");
+            print_line("switch off the power of the devices");
             Ok(ExitCode::FAILURE)
         }
     }
 }
 
-/// Opens a device. Another fieldgap that holds it is asked to end, which leaves its rig safe.
+/// Opens a device. If another fieldgap process holds its port, that process is asked to end, which leaves its rig safe.
 async fn open_or_take(
     config: &RigConfig,
     ports: &Ports,
     wanted: DeviceSelection,
 ) -> Result<ManualRig, RigError> {
     let mut asked = false;
-    let until = Instant::now() + LET_GO_WITHIN;
+    let until = Instant::now() + RELEASE_TIME_LIMIT;
     loop {
         let error = match ManualRig::open(config, ports, wanted).await {
             Ok(device) => return Ok(device),
@@ -91,28 +91,25 @@ async fn open_or_take(
                 return Err(error);
             }
         }
-        tokio::time::sleep(TRY_AGAIN).await;
+        tokio::time::sleep(RETRY_INTERVAL).await;
     }
 }
 
-/// Asks the fieldgap that holds a port to end safe; false where another program holds it, or nobody knows who.
+/// Asks the fieldgap process that holds a port to end; false if another program or an unknown process holds it.
 fn ask_to_end(port: &str) -> bool {
     let Some(holder) = holder_of(port) else { return false };
     let this = std::env::current_exe().ok();
     let this = this.as_deref().and_then(std::path::Path::file_name);
     if this.is_none_or(|this| this.to_string_lossy() != holder.program) {
-        println_quietly(&format!("{port} is held by {} (process {})", holder.program, holder.pid));
+        print_line(&format!("{port} is held by {} (process {})", holder.program, holder.pid));
         return false;
     }
-    println_quietly(&format!(
-        "{port} is held by fieldgap, process {}: asking it to end",
-        holder.pid
-    ));
+    print_line(&format!("{port} is held by fieldgap, process {}: asking it to end", holder.pid));
     Pid::from_raw(holder.pid).is_some_and(|pid| kill_process(pid, Signal::TERM).is_ok())
 }
 
-/// Says a line to whoever reads, who may have gone away: stopping must not end in a panic.
-fn println_quietly(line: &str) {
+/// Prints a line and ignores errors: stopping must not end in a panic if the reader has gone.
+fn print_line(line: &str) {
     use std::io::Write;
     let _ = writeln!(std::io::stdout(), "{line}");
 }

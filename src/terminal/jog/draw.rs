@@ -1,4 +1,4 @@
-//! The picture of a jogged robot.
+//! Drawing the view of a jogged robot.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout};
@@ -9,10 +9,10 @@ use ratatui::widgets::{Block, Paragraph, Wrap};
 use super::state::{Doing, Jog};
 use crate::terminal::level::level_line;
 
-/// Cells of the line that shows where on its axis the robot is.
+/// Width of the line that shows the position along an axis, in cells.
 const TRACK: usize = 31;
 
-/// What each key does.
+/// Keys and their functions.
 const KEYS: [(&str, &str); 8] = [
     ("←→", "x"),
     ("↓↑", "y"),
@@ -24,7 +24,7 @@ const KEYS: [(&str, &str); 8] = [
     ("q", "quit"),
 ];
 
-/// Draws it on the whole of a frame.
+/// Draws the view on a whole frame.
 pub fn draw(jog: &Jog, frame: &mut Frame<'_>) {
     let rows = Layout::vertical([
         Constraint::Length(7),
@@ -77,7 +77,7 @@ fn axis_lines(jog: &Jog) -> Vec<Line<'static>> {
     lines
 }
 
-/// A line with a mark where the robot is.
+/// A line with a mark at the position of the robot.
 fn track(share: Option<f64>) -> String {
     let mark = share.map(|share| (share.clamp(0.0, 1.0) * (TRACK - 1) as f64).round() as usize);
     (0..TRACK).map(|cell| if Some(cell) == mark { '●' } else { '─' }).collect()
@@ -93,7 +93,7 @@ fn level_lines(jog: &Jog) -> Vec<Line<'static>> {
     };
     let array = match jog.emitting {
         None => Span::from("silent by this program").dim(),
-        Some(false) => Span::from("array silent, f lets it emit"),
+        Some(false) => Span::from("array silent, f switches it on"),
         Some(true) => Span::styled("ARRAY EMITS", Style::new().fg(Color::Yellow).bold()),
     };
     let highest = format!("highest {:.5} {}   ", jog.highest, receiver.unit);
@@ -104,8 +104,8 @@ fn state_lines(jog: &Jog) -> Vec<Line<'static>> {
     let doing = match jog.doing {
         Doing::NotHomed => Span::styled("not homed", Style::new().fg(Color::Yellow).bold()),
         Doing::Homing => Span::from("homing").bold(),
-        Doing::Standing(_) => Span::from("stands").fg(Color::Green).bold(),
-        Doing::Moving { to, .. } => Span::from(format!("moves to {to}")).bold(),
+        Doing::Standing(_) => Span::from("standing still").fg(Color::Green).bold(),
+        Doing::Moving { to, .. } => Span::from(format!("moving to {to}")).bold(),
     };
     vec![Line::from(doing), Line::from(jog.said.clone())]
 }
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tiny_terminal_is_no_reason_to_fail() {
+    fn any_size_of_terminal_works() {
         for (width, height) in [(1, 1), (10, 3), (200, 60)] {
             picture(&jog(), width, height);
         }

@@ -1,4 +1,4 @@
-//! A robot moved by keys.
+//! Moving a robot with the keyboard.
 
 mod draw;
 mod state;

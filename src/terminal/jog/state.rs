@@ -1,53 +1,53 @@
-//! What a jogged robot does, and what a key makes of it.
+//! The state of a jogged robot, and the effect of keys.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use fieldgap_rig::motion::travel::Axis;
 use fieldgap_rig::{Envelope, Frame, PathFault, Reading, ReceiverIdentity, RobotPosition};
 
-/// The steps that can be chosen, mm.
+/// Available step sizes, mm.
 pub const STEPS_MM: [f64; 8] = [0.01, 0.05, 0.1, 0.5, 1.0, 5.0, 10.0, 50.0];
 
 /// The step at the start: 1 mm.
 const FIRST_STEP: usize = 4;
 
-/// What is left to the end of an axis, m, and not worth a move.
+/// Shortest move, m: nearer to the end of an axis, none is made.
 const AT_THE_END_M: f64 = 1e-6;
 
 /// What the robot is doing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Doing {
-    /// It stands; where is not known before homing.
+    /// It stands still at an unknown position, because it has not homed.
     NotHomed,
-    /// It looks for its origin.
+    /// It is homing.
     Homing,
-    /// It stands and knows where.
+    /// It stands still at a known position.
     Standing(RobotPosition),
-    /// It is under way.
+    /// It is moving.
     Moving {
-        /// From where.
+        /// Start.
         from: RobotPosition,
-        /// Where to.
+        /// Target.
         to: RobotPosition,
     },
 }
 
-/// What is to be done now.
+/// What a key asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Act {
-    /// Go straight to a place, which is within travel and no keep-out box between.
+    /// Move straight to a position. The path is within travel and outside keep-out boxes.
     Move(RobotPosition),
     /// Home.
     Home,
-    /// Stop whatever is under way; the position is lost.
+    /// Stop all motion; the position is then unknown.
     Stop,
-    /// Start the emission, or end it.
+    /// Start or end the emission.
     Emit(bool),
-    /// End.
+    /// Quit.
     Quit,
 }
 
-/// A jogged robot as its view shows it.
+/// The view of a jogged robot.
 #[derive(Debug, Clone)]
 pub struct Jog {
     pub(super) title: String,
@@ -59,13 +59,13 @@ pub struct Jog {
     pub(super) receiver: Option<ReceiverIdentity>,
     pub(super) level: Option<Reading>,
     pub(super) highest: f64,
-    /// Whether the array emits, where there is a focus to emit.
+    /// Whether the array emits; `None` without a focus.
     pub(super) emitting: Option<bool>,
 }
 
 impl Jog {
-    /// A robot that was just opened. `title` names the rig; `receiver` is who gives the level; `has_focus` says whether
-    /// the array may be made to emit.
+    /// For a robot that was just opened. `title` names the rig, `receiver` gives the level, and `has_focus` tells whether the
+    /// array can emit.
     pub fn new(
         title: impl Into<String>,
         envelope: Envelope,
@@ -79,7 +79,7 @@ impl Jog {
             frame,
             doing: Doing::NotHomed,
             step: FIRST_STEP,
-            said: "not homed: h homes the robot, by its firmware's own way".to_owned(),
+            said: "not homed: h homes the robot (the firmware chooses the path)".to_owned(),
             receiver,
             level: None,
             highest: 0.0,
@@ -97,8 +97,7 @@ impl Jog {
         self.doing
     }
 
-    /// Takes a key; what is to be done because of it is done by the caller, who then tells [`Jog::arrived`] or
-    /// [`Jog::lost`].
+    /// Handles a key. The caller carries out the returned action and then calls [`Jog::arrived`] or [`Jog::lost`].
     pub fn key(&mut self, key: KeyEvent) -> Option<Act> {
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
         match key.code {
@@ -120,24 +119,24 @@ impl Jog {
         }
     }
 
-    /// The robot stands at a place.
+    /// The robot stands still at a position.
     pub fn arrived(&mut self, at: RobotPosition) {
         self.doing = Doing::Standing(at);
         self.said.clear();
     }
 
-    /// The robot stands and does not know where: it was stopped, or failed.
+    /// The robot was stopped or failed; its position is unknown.
     pub fn lost(&mut self, why: impl Into<String>) {
         self.doing = Doing::NotHomed;
         self.said = format!("{}; h homes the robot", why.into());
     }
 
-    /// The array emits from now on, or does no more.
+    /// The array was switched on or off.
     pub fn emits(&mut self, emitting: bool) {
         self.emitting = Some(emitting);
     }
 
-    /// A reading came, or the receiver failed.
+    /// Takes a reading, or a fault of the receiver.
     pub fn heard(&mut self, reading: Result<Reading, String>) {
         match reading {
             Ok(reading) => {
@@ -162,7 +161,7 @@ impl Jog {
         match self.doing {
             Doing::NotHomed | Doing::Standing(_) => {
                 self.doing = Doing::Homing;
-                self.said = "homing: space stops it".to_owned();
+                self.said = "homing; space stops it".to_owned();
                 Some(Act::Home)
             }
             Doing::Homing | Doing::Moving { .. } => None,
@@ -171,7 +170,7 @@ impl Jog {
 
     fn emit(&mut self) -> Option<Act> {
         if self.emitting.is_none() {
-            self.said = "give the focus with --focus-mm to let the array emit".to_owned();
+            self.said = "no focus: start with --focus-mm to let the array emit".to_owned();
         }
         self.emitting.map(|emitting| Act::Emit(!emitting))
     }
@@ -183,7 +182,7 @@ impl Jog {
                 self.said = "not homed: h homes the robot first".to_owned();
                 return None;
             }
-            // A key that is held down: the next step begins where this one ends.
+            // A key that is held down: the next step starts when this one has ended.
             Doing::Homing | Doing::Moving { .. } => return None,
         };
         match self.target(from, axis, side) {
@@ -199,7 +198,7 @@ impl Jog {
         }
     }
 
-    /// A step along an axis, cut short at the end of travel.
+    /// Target of a step along an axis, limited to the travel.
     fn target(&self, from: RobotPosition, axis: Axis, side: f64) -> Result<RobotPosition, String> {
         let number = axis as usize;
         let mut axes_m = from.axes_m();
@@ -280,7 +279,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn each_arrow_has_its_axis_and_side() {
+    fn each_arrow_moves_its_axis() {
         for (code, expected) in [
             (KeyCode::Left, [49.0, 50.0, 100.0]),
             (KeyCode::Right, [51.0, 50.0, 100.0]),
@@ -297,7 +296,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn steps_grow_and_shrink_between_their_ends() {
+    fn the_step_size_stays_between_its_limits() {
         let mut jog = jog();
         assert_eq!(jog.step_mm(), 1.0);
         for _ in 0..20 {
@@ -311,7 +310,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn the_last_step_goes_to_the_end_of_travel_and_none_beyond() {
+    fn the_last_step_ends_at_the_limit_of_travel() {
         let mut jog = jog();
         at(&mut jog, [299.6, 10.0, 100.0]);
         assert_eq!(moved(jog.key(press(KeyCode::Right))), Some([300.0, 10.0, 100.0]));
@@ -329,7 +328,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn stop_and_quit_act_at_any_time() {
+    fn stop_and_quit_work_at_any_time() {
         let mut jog = jog();
         at(&mut jog, [50.0, 50.0, 100.0]);
         jog.key(press(KeyCode::Left));
@@ -340,7 +339,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn the_focus_is_switched_where_there_is_one() {
+    fn the_focus_is_switched_if_there_is_one() {
         let mut jog = jog();
         assert_eq!(jog.key(press(KeyCode::Char('f'))), Some(Act::Emit(true)));
         jog.emits(true);
@@ -351,7 +350,7 @@ pub(super) mod tests {
 
     proptest! {
         #[test]
-        fn no_keys_lead_out_of_travel_or_into_a_box(keys in prop::collection::vec(0usize..8, 0..200)) {
+        fn no_keys_move_out_of_travel_or_into_a_box(keys in prop::collection::vec(0usize..8, 0..200)) {
             let mut jog = jog();
             at(&mut jog, [90.0, 90.0, 60.0]);
             let codes = [

@@ -1,4 +1,4 @@
-//! The picture of a running scan.
+//! Drawing the view of a running scan.
 
 use std::time::Duration;
 
@@ -13,13 +13,13 @@ use super::palette::Palette;
 use super::view::{ScanView, Stage};
 use crate::terminal::level::bar;
 
-/// Columns of the figures beside the map.
+/// Width of the figures next to the map, columns.
 const FIGURES: u16 = 30;
 
-/// Rows of the notes, their frame included.
+/// Height of the notes with their frame, rows.
 const NOTES: u16 = 7;
 
-/// Draws it on the whole of a frame, as it is at an instant.
+/// Draws the view at an instant on a whole frame.
 pub fn draw(view: &ScanView, now: Duration, palette: Palette, frame: &mut Frame<'_>) {
     let rows = Layout::vertical([
         Constraint::Length(1),
@@ -45,8 +45,8 @@ fn heading(view: &ScanView, now: Duration) -> Line<'static> {
     let (word, colour) = match view.stage {
         Stage::Homing => ("homing", Color::Cyan),
         Stage::Scanning => ("scanning", Color::Green),
-        Stage::Pausing => ("about to wait", Color::Yellow),
-        Stage::Paused => ("WAITS, array silent", Color::Yellow),
+        Stage::Pausing => ("pausing", Color::Yellow),
+        Stage::Paused => ("PAUSED, array silent", Color::Yellow),
         Stage::Ending => ("ending", Color::Yellow),
         Stage::Ended(None) => ("complete", Color::Green),
         Stage::Ended(Some(_)) => ("ENDED EARLY", Color::Red),
@@ -160,7 +160,7 @@ fn draw_question(frame: &mut Frame<'_>) {
         height,
     };
     let question =
-        "End the scan? What is measured is kept, and `fieldgap resume` goes on with it.  y / n";
+        "End the scan? All readings are kept, and `fieldgap resume` can complete it.  y / n";
     let words = Paragraph::new(question)
         .wrap(Wrap { trim: true })
         .alignment(Alignment::Center)
@@ -213,7 +213,7 @@ mod tests {
             measured(&mut view, row, 2.2 * (-away / 12.0).exp(), 11 + row as u64);
         }
         let text = "row 40, 3 samples were lost on their way".to_owned();
-        view.take(&Event::Spoilt { row: 40, text }, Duration::from_secs(52));
+        view.take(&Event::ImpairedReading { row: 40, text }, Duration::from_secs(52));
         view
     }
 
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn it_waits_and_asks_before_it_ends() {
+    fn it_asks_before_it_ends() {
         let mut view = half_done();
         view.take(&Event::Paused, Duration::from_secs(69));
         view.key(KeyEvent::new(KeyCode::Char('a'), KeyModifiers::NONE));
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn any_size_of_terminal_is_borne() {
+    fn any_size_of_terminal_works() {
         for size in [(1, 1), (12, 4), (31, 9), (300, 90)] {
             let mut view = half_done();
             view.key(KeyEvent::new(KeyCode::Char('a'), KeyModifiers::NONE));

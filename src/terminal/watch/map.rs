@@ -7,10 +7,10 @@ use ratatui::widgets::Widget;
 use super::palette::Palette;
 use super::sheet::Sheet;
 
-/// Signs of rising level for terminals without colours.
+/// Characters of rising level, for terminals without colours.
 const SIGNS: [&str; 10] = [" ", ".", ":", "-", "=", "+", "*", "#", "%", "@"];
 
-/// A sheet's map: two pixels a character, one above the other, which makes them about square.
+/// The map of a sheet: two pixels per character, one above the other, so that pixels are about square.
 pub(super) struct Map<'s> {
     pub(super) sheet: &'s Sheet,
     /// The reading of the lightest colour.
@@ -44,7 +44,7 @@ impl Widget for Map<'_> {
 }
 
 impl Map<'_> {
-    /// The colour of a pixel: of its reading, of a cell without one, of no cell at all.
+    /// The colour of a pixel: with a reading, without a reading, or outside the sheet.
     fn colour(&self, pixel: Option<Option<f64>>) -> ratatui::style::Color {
         match pixel {
             Some(Some(reading)) => self.palette.colour(reading / self.top),

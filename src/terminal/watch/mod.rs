@@ -1,4 +1,4 @@
-//! A scan watched while it runs: its map filling in, and keys that let it wait or end.
+//! The view of a running scan: a live map, and keys to pause or end the scan.
 
 mod draw;
 mod map;
@@ -9,4 +9,4 @@ mod view;
 pub use draw::draw;
 pub use palette::Palette;
 pub use sheet::{Sheet, Sheets};
-pub use view::{ScanView, Stage, Wish};
+pub use view::{Request, ScanView, Stage};

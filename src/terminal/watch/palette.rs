@@ -1,4 +1,4 @@
-//! Colours of a level, as many as a terminal has.
+//! Colours of a level, in the colours that the terminal has.
 
 use plotters::style::colors::colormaps::ViridisRGB;
 use ratatui::style::Color;
@@ -13,12 +13,12 @@ pub enum Palette {
     True,
     /// 256 colours.
     Indexed,
-    /// None, or none wanted.
+    /// No colours.
     Plain,
 }
 
 impl Palette {
-    /// By the variables that terminals and people set: `NO_COLOR`, `COLORTERM`, `TERM`.
+    /// From the environment variables `NO_COLOR`, `COLORTERM` and `TERM`.
     pub fn of_environment(variable: impl Fn(&str) -> Option<String>) -> Self {
         if variable("NO_COLOR").is_some_and(|value| !value.is_empty()) {
             return Self::Plain;
@@ -30,7 +30,7 @@ impl Palette {
         }
     }
 
-    /// The colour of a level from 0 to 1 through viridis, whose lightness only rises.
+    /// The viridis colour of a level from 0 to 1.
     pub(super) fn colour(self, share: f64) -> Color {
         let (red, green, blue) = viridis(share);
         match self {
@@ -43,7 +43,7 @@ impl Palette {
         }
     }
 
-    /// The colour of what is not measured yet.
+    /// The colour of points not measured yet.
     pub(super) fn unmeasured(self) -> Color {
         match self {
             Self::True => Color::Rgb(44, 44, 44),
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_terminal_says_what_it_has() {
+    fn the_environment_decides() {
         let with = |set: &'static [(&str, &str)]| {
             Palette::of_environment(|name| {
                 set.iter().find(|(key, _)| *key == name).map(|(_, value)| (*value).to_owned())

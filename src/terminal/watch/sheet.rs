@@ -1,13 +1,13 @@
-//! Where on a map each visit of a plan has its cell.
+//! The cell of each visit of a plan on a map.
 
 use std::collections::BTreeMap;
 
 use fieldgap_records::{Layers, Plan, PlanPart, Shape, Visit, VisitKind};
 
-/// The readings of one focus in one plane, or along one line, as cells.
+/// The readings of one focus in one plane or along one line, as cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sheet {
-    /// What it shows.
+    /// Title.
     pub label: String,
     /// Cells along x, or of a line.
     pub columns: usize,
@@ -20,7 +20,7 @@ pub struct Sheet {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sheets {
     sheets: Vec<Sheet>,
-    /// Sheet and cell of each visit; none of dark readings and references.
+    /// Sheet and cell of each visit; `None` for dark readings and references.
     places: Vec<Option<(usize, usize)>>,
 }
 
@@ -29,7 +29,7 @@ impl Sheet {
         Self { label, columns, rows, cells: vec![None; columns * rows] }
     }
 
-    /// The reading of a cell, where it is measured.
+    /// The reading of a cell, if it is measured.
     pub fn reading(&self, column: usize, row: usize) -> Option<f64> {
         self.cells[row * self.columns + column]
     }
@@ -39,8 +39,8 @@ impl Sheet {
         self.cells.iter().flatten().copied().max_by(f64::total_cmp)
     }
 
-    /// The sheet as pixels, at most so many, the first row at the top where y is largest. Cells are drawn whole and equal:
-    /// several pixels a cell, or the mean of several cells a pixel.
+    /// The sheet as at most `width` by `height` pixels. The first row is at the top, where y is largest. All cells have the
+    /// same size: several pixels per cell, or the mean of several cells per pixel.
     pub(super) fn pixels(&self, width: usize, height: usize) -> Vec<Vec<Option<f64>>> {
         if width == 0 || height == 0 {
             return Vec::new();
@@ -58,7 +58,7 @@ impl Sheet {
             .collect()
     }
 
-    /// Mean of what is measured in a square of cells, counted from the top left.
+    /// Mean of the readings in a square of cells, counted from the top left.
     fn mean(&self, x: usize, y: usize, cells: usize) -> Option<f64> {
         let columns = x * cells..((x + 1) * cells).min(self.columns);
         let (mut sum, mut count) = (0.0, 0.0);
@@ -74,10 +74,10 @@ impl Sheet {
 }
 
 impl Sheets {
-    /// The sheets of a plan's visits, none measured yet, in the order in which they are begun.
+    /// The sheets of the visits of a plan, empty, in the order of measurement.
     pub fn of(plan: &Plan, visits: &[Visit]) -> Self {
         let mut numbers: BTreeMap<(usize, usize, usize), usize> = BTreeMap::new();
-        // Points so far of a list or a line, whose cells are in their order.
+        // Number of points so far of each list or line; its cells are in order.
         let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
         let mut sheets: Vec<Sheet> = Vec::new();
         let places = visits
@@ -111,7 +111,7 @@ impl Sheets {
         Self { sheets, places }
     }
 
-    /// Keeps the reading of a visit; its sheet, where it has one.
+    /// Stores the reading of a visit, and returns its sheet if it has one.
     pub fn set(&mut self, visit: usize, reading: f64) -> Option<usize> {
         let (sheet, cell) = *self.places.get(visit)?.as_ref()?;
         *self.sheets[sheet].cells.get_mut(cell)? = Some(reading);

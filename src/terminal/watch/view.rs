@@ -1,4 +1,4 @@
-//! What is known of a running scan, and what a key makes of it.
+//! The state of the view of a running scan, and the effect of keys.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -9,43 +9,43 @@ use super::sheet::Sheets;
 use fieldgap_acquisition::Event;
 use fieldgap_records::{Plan, RecordedSample, Visit, VisitKind};
 
-/// Notes that are kept; older ones stand in `events.jsonl`.
+/// Notes that are kept; all of them are in `events.jsonl`.
 const NOTES: usize = 50;
 
-/// Points of this session after which the time left is told.
-const POINTS_TO_TELL: usize = 5;
+/// Points of this run before the remaining time is shown.
+const POINTS_FOR_ESTIMATE: usize = 5;
 
-/// How far a scan is.
+/// State of a scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Stage {
-    /// The devices have answered or are about to; the robot homes.
+    /// Opening the devices and homing.
     Homing,
-    /// Points are measured.
+    /// Measuring points.
     Scanning,
-    /// It is asked to wait; the point under way comes to its end.
+    /// A pause is requested; the current point is finished first.
     Pausing,
-    /// It waits, the array silent.
+    /// Paused; the array is silent.
     Paused,
-    /// It is asked to end.
+    /// The end is requested.
     Ending,
-    /// It has ended, and why, where that was before its plan.
+    /// Ended, with the reason if it ended early.
     Ended(Option<String>),
 }
 
-/// What a person wants of the scan.
+/// What a key asks of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wish {
-    /// That it waits.
+pub enum Request {
+    /// Pause.
     Pause,
-    /// That it goes on.
+    /// Continue after a pause.
     Continue,
-    /// That it ends; what is measured is kept.
+    /// End the scan; all readings are kept.
     Abort,
-    /// That the program ends, whatever it is at.
+    /// End the program immediately.
     Quit,
 }
 
-/// Something that happened, as it is shown.
+/// An event as it is shown.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Note {
     pub(super) at: Duration,
@@ -53,7 +53,7 @@ pub(super) struct Note {
     pub(super) alarming: bool,
 }
 
-/// A running scan as its view shows it. Instants are counted from when the view was made.
+/// The view of a running scan. Instants are counted from its creation.
 #[derive(Debug, Clone)]
 pub struct ScanView {
     pub(super) name: String,
@@ -79,7 +79,7 @@ pub struct ScanView {
     paused: Duration,
 }
 
-/// How the reference point has drifted.
+/// Drift at the reference point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Drift {
     pub(super) first: f64,
@@ -94,7 +94,7 @@ impl Drift {
 }
 
 impl ScanView {
-    /// A scan that is about to run, of which `kept` is measured already. Readings are in `unit`, up to `full_scale`.
+    /// For a scan that is about to run, of which `kept` is already measured. Readings are in `unit`, up to `full_scale`.
     pub fn new(
         plan: &Plan,
         visits: &[Visit],
@@ -131,7 +131,7 @@ impl ScanView {
         view
     }
 
-    /// Takes what happened at an instant.
+    /// Handles an event.
     pub fn take(&mut self, event: &Event, at: Duration) {
         match event {
             Event::Opened { robot, .. } => self.note(at, format!("{robot} answers"), false),
@@ -149,35 +149,35 @@ impl ScanView {
                 self.drift = Some(drift);
                 self.note(at, format!("reference point: {:+.2} %", drift.percent()), false);
             }
-            Event::Spoilt { text, .. } => {
+            Event::ImpairedReading { text, .. } => {
                 self.faults += 1;
                 self.note(at, text.clone(), true);
             }
             Event::Paused => {
                 self.stage = Stage::Paused;
                 self.paused_since = Some(at);
-                self.note(at, "waits, the array silent".to_owned(), false);
+                self.note(at, "paused, the array is silent".to_owned(), false);
             }
             Event::Continued { waited_s } => {
                 self.stage = Stage::Scanning;
                 let since = self.paused_since.take();
                 self.paused += since.map_or(Duration::ZERO, |since| at.saturating_sub(since));
-                self.note(at, format!("went on after {waited_s:.0} s"), false);
+                self.note(at, format!("continued after {waited_s:.0} s"), false);
             }
             Event::Question { text } | Event::HookFailed { text } => {
                 self.faults += 1;
                 self.note(at, text.clone(), true);
             }
             Event::LagFound { lag_ms, standard_error_ms } => {
-                let text = format!("readings lag {lag_ms:.2} ± {standard_error_ms:.2} ms");
+                let text = format!("lag of readings: {lag_ms:.2} ± {standard_error_ms:.2} ms");
                 self.note(at, text, false);
             }
-            Event::Waiting { reason } => {
+            Event::DiskFull { reason } => {
                 self.faults += 1;
-                self.note(at, format!("waits, the array silent: {reason}"), true);
+                self.note(at, format!("waiting, the array is silent: {reason}"), true);
             }
-            Event::WentOn { waited_s } => {
-                self.note(at, format!("went on after {waited_s:.0} s"), false);
+            Event::DiskSpaceFreed { waited_s } => {
+                self.note(at, format!("continued after {waited_s:.0} s"), false);
             }
             Event::Measured { row, focus, at_mm, reading, .. } => {
                 self.focus = usize::try_from(*focus).ok();
@@ -211,16 +211,16 @@ impl ScanView {
         self.notes.push_back(Note { at, text, alarming });
     }
 
-    /// How far the scan is.
+    /// State of the scan.
     pub fn stage(&self) -> &Stage {
         &self.stage
     }
 
-    /// Takes a key.
-    pub fn key(&mut self, key: KeyEvent) -> Option<Wish> {
+    /// Handles a key.
+    pub fn key(&mut self, key: KeyEvent) -> Option<Request> {
         if key.modifiers.contains(KeyModifiers::CONTROL) {
             return match (key.code, &self.stage) {
-                (KeyCode::Char('c'), Stage::Ending) => Some(Wish::Quit),
+                (KeyCode::Char('c'), Stage::Ending) => Some(Request::Quit),
                 (KeyCode::Char('c'), _) => self.end(),
                 _ => None,
             };
@@ -234,9 +234,9 @@ impl ScanView {
         }
         match key.code {
             KeyCode::Char('p') if self.stage == Stage::Scanning => self.pause(),
-            KeyCode::Char('r') if self.waits() => self.go_on(),
+            KeyCode::Char('r') if self.waits() => self.resume(),
             KeyCode::Char(' ') if self.stage == Stage::Scanning => self.pause(),
-            KeyCode::Char(' ') if self.waits() => self.go_on(),
+            KeyCode::Char(' ') if self.waits() => self.resume(),
             KeyCode::Char('a' | 'q') | KeyCode::Esc => {
                 self.asks_abort = !matches!(self.stage, Stage::Ending | Stage::Ended(_));
                 None
@@ -255,44 +255,44 @@ impl ScanView {
         matches!(self.stage, Stage::Pausing | Stage::Paused)
     }
 
-    fn pause(&mut self) -> Option<Wish> {
+    fn pause(&mut self) -> Option<Request> {
         self.stage = Stage::Pausing;
-        Some(Wish::Pause)
+        Some(Request::Pause)
     }
 
-    fn go_on(&mut self) -> Option<Wish> {
-        // Where it had not come to wait yet, nothing will tell that it went on.
+    fn resume(&mut self) -> Option<Request> {
+        // If the pause had not begun yet, no event will follow.
         if self.stage == Stage::Pausing {
             self.stage = Stage::Scanning;
         }
-        Some(Wish::Continue)
+        Some(Request::Continue)
     }
 
-    fn end(&mut self) -> Option<Wish> {
+    fn end(&mut self) -> Option<Request> {
         if matches!(self.stage, Stage::Ending | Stage::Ended(_)) {
             return None;
         }
         self.stage = Stage::Ending;
         self.asks_abort = false;
-        Some(Wish::Abort)
+        Some(Request::Abort)
     }
 
-    fn look(&mut self, step: impl Fn(usize, usize) -> usize) -> Option<Wish> {
+    fn look(&mut self, step: impl Fn(usize, usize) -> usize) -> Option<Request> {
         let last = self.sheets.all().len().saturating_sub(1);
         self.chosen = Some(step(self.shown(), last));
         None
     }
 
-    /// The sheet that is shown: the one that is chosen, else the one that fills.
+    /// The sheet that is shown: the chosen one, or else the one being measured.
     pub(super) fn shown(&self) -> usize {
         self.chosen.unwrap_or(self.current)
     }
 
-    /// About how long the rest takes, by the pace of this session without its pauses.
+    /// Estimated remaining time, from the speed of this run without its pauses.
     pub fn time_left(&self, now: Duration) -> Option<Duration> {
         let begun = self.begun_at?;
         let points = self.done.checked_sub(self.done_at_begin)?;
-        if points < POINTS_TO_TELL {
+        if points < POINTS_FOR_ESTIMATE {
             return None;
         }
         let waiting = self.paused_since.map_or(Duration::ZERO, |since| now.saturating_sub(since));
@@ -341,39 +341,39 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn it_waits_and_goes_on_when_it_is_told() {
+    fn it_pauses_and_continues_on_request() {
         let mut view = view();
         assert_eq!(view.key(press(KeyCode::Char('p'))), None, "there is nothing to wait with");
         let mut view_2 = scanning();
         assert_eq!(view_2.key(press(KeyCode::Char('r'))), None);
-        assert_eq!(view_2.key(press(KeyCode::Char('p'))), Some(Wish::Pause));
+        assert_eq!(view_2.key(press(KeyCode::Char('p'))), Some(Request::Pause));
         assert_eq!(view_2.stage, Stage::Pausing);
         assert_eq!(view_2.key(press(KeyCode::Char('p'))), None);
         view_2.take(&Event::Paused, Duration::from_secs(11));
-        assert_eq!(view_2.key(press(KeyCode::Char(' '))), Some(Wish::Continue));
+        assert_eq!(view_2.key(press(KeyCode::Char(' '))), Some(Request::Continue));
         assert_eq!(view_2.stage, Stage::Paused, "until it says that it goes on");
         view_2.take(&Event::Continued { waited_s: 4.0 }, Duration::from_secs(15));
         assert_eq!(view_2.stage, Stage::Scanning);
     }
 
     #[test]
-    fn to_end_it_takes_two_keys_or_ctrl_c() {
+    fn ending_takes_two_keys_or_ctrl_c() {
         let mut view = scanning();
         assert_eq!(view.key(press(KeyCode::Char('a'))), None);
         assert!(view.asks_abort);
         assert_eq!(view.key(press(KeyCode::Char('n'))), None);
         assert_eq!(view.key(press(KeyCode::Char('y'))), None, "it was answered already");
         view.key(press(KeyCode::Esc));
-        assert_eq!(view.key(press(KeyCode::Char('y'))), Some(Wish::Abort));
+        assert_eq!(view.key(press(KeyCode::Char('y'))), Some(Request::Abort));
         assert_eq!(view.key(press(KeyCode::Char('a'))), None);
         assert!(!view.asks_abort);
         let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
-        assert_eq!(view.key(interrupt), Some(Wish::Quit), "the second time it is meant");
-        assert_eq!(scanning().key(interrupt), Some(Wish::Abort));
+        assert_eq!(view.key(interrupt), Some(Request::Quit), "the second time it is meant");
+        assert_eq!(scanning().key(interrupt), Some(Request::Abort));
     }
 
     #[test]
-    fn a_pause_is_no_part_of_the_pace() {
+    fn pauses_do_not_count_in_the_remaining_time() {
         let mut view = scanning();
         for row in 0..10 {
             measured(&mut view, row, 1.0, 10 + row as u64 + 1);
@@ -418,7 +418,7 @@ pub(super) mod tests {
         let mut view = scanning();
         for row in 0..1000 {
             let text = format!("row {row}, 1 sample was lost on its way");
-            view.take(&Event::Spoilt { row, text }, Duration::from_secs(11));
+            view.take(&Event::ImpairedReading { row, text }, Duration::from_secs(11));
         }
         assert_eq!((view.notes.len(), view.faults), (NOTES, 1000));
     }

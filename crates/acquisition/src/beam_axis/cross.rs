@@ -1,4 +1,4 @@
-//! One cross: an arm along x and an arm along y through the beam, measured until it is centred on it.
+//! One cross: an arm along x and an arm along y through the beam, repeated until the cross is centred.
 
 use serde::Serialize;
 
@@ -7,28 +7,28 @@ use super::lobe::{Lobe, LobeFault, fit_lobe};
 use fieldgap_acoustics::Vec3;
 use fieldgap_rig::{Feed, Frame, ManualRig, RigError};
 
-/// Crosses made at one height before the search is given up: the second is nearly always the last.
+/// Most crosses at one height; two are nearly always enough.
 const MOST_CROSSES: usize = 6;
 
-/// A cross is centred where its arms miss the lobe's top by less than this share of their half length.
+/// A cross is centred if its arms miss the peak by less than this share of their half length.
 const CENTRED: f64 = 0.1;
 
-/// Where the beam's middle was found at one height, array frame as the rig file has it.
+/// The centre of the beam at one height, in the array frame of the rig file.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Cross {
-    /// Its height, m.
+    /// Height, m.
     pub z_m: f64,
-    /// Its middle along x, m.
+    /// Centre along x, m.
     pub x_m: Estimate,
-    /// Its middle along y, m.
+    /// Centre along y, m.
     pub y_m: Estimate,
-    /// The level there, in the receiver's unit.
+    /// Level at the centre, in the receiver's unit.
     pub level: f64,
-    /// Whether the converter was at its limit in some of its readings, which were left out.
+    /// Whether some readings were clipped; these were not used.
     pub clipped: bool,
 }
 
-/// Why the axis was not found.
+/// Why the beam axis was not found.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum AxisError {
     /// A device failed.
@@ -37,33 +37,35 @@ pub enum AxisError {
     Rig(#[from] RigError),
     /// The cross does not fit into the robot's travel.
     #[error("the cross at z = {z_mm:.1} mm does not fit into the robot's travel: {fault}")]
-    #[diagnostic(help("give other heights with --heights-mm, or shorter arms with --reach-mm"))]
+    #[diagnostic(help(
+        "choose other heights with --heights-mm, or a smaller search range with --reach-mm"
+    ))]
     OutOfReach {
         /// Its height, mm.
         z_mm: f64,
-        /// What is in the way.
+        /// Why the path is not possible.
         fault: fieldgap_rig::PathFault,
     },
     /// No beam.
     #[error("no beam was found at z = {z_mm:.1} mm, along {arm}: {fault}")]
     #[diagnostic(help(
-        "check that the array sounds and the receiver hears it (`fieldgap rig sample RIG --focus-mm 0,0,{z_mm:.0}`); look \
-         farther with --reach-mm"
+        "check that the array emits and the receiver responds (`fieldgap rig sample RIG --focus-mm 0,0,{z_mm:.0}`); or search \
+         a wider range with --reach-mm"
     ))]
     NoBeam {
         /// The height, mm.
         z_mm: f64,
         /// Which arm.
         arm: char,
-        /// What was seen.
+        /// Why no lobe could be fitted.
         fault: LobeFault,
     },
-    /// The middle keeps moving.
+    /// The centre differs from cross to cross.
     #[error(
-        "at z = {z_mm:.1} mm the beam's middle was elsewhere in each of {MOST_CROSSES} crosses"
+        "at z = {z_mm:.1} mm the centre of the beam differed in each of {MOST_CROSSES} crosses"
     )]
     #[diagnostic(help(
-        "look for a loose receiver, moving air, or a beam with several tops; try another height"
+        "check for a loose receiver, moving air or a beam with several peaks; or try another height"
     ))]
     Unsteady {
         /// The height, mm.
@@ -74,32 +76,32 @@ pub enum AxisError {
 /// One reading on an arm.
 #[derive(Debug, Clone, Copy)]
 struct ArmReading {
-    /// Where the robot says it is along the arm, m.
+    /// Reported position along the arm, m.
     at_m: f64,
     level: f64,
     clipped: bool,
 }
 
-/// Which way an arm goes.
+/// Direction of an arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Arm {
     X,
     Y,
 }
 
-/// How arms are measured.
+/// Measures arms and crosses.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stride {
+pub(super) struct ArmScan {
     pub(super) frame: Frame,
     pub(super) feed: Feed,
     pub(super) settle: std::time::Duration,
     pub(super) readings: usize,
 }
 
-impl Stride {
-    /// Looks for the beam along wide arms: along x, along y, and along x once more, which the first arm may have crossed
-    /// where there was little of it.
-    pub(super) async fn look(
+impl ArmScan {
+    /// Coarse search along wide arms: along x, along y, and again along x, because the first arm may have passed far from
+    /// the beam.
+    pub(super) async fn coarse_search(
         &self,
         rig: &mut ManualRig,
         mut middle_m: Vec3,
@@ -117,7 +119,7 @@ impl Stride {
         Ok(middle_m)
     }
 
-    /// Makes crosses about a middle until one is centred on the beam.
+    /// Scans crosses until one is centred on the beam.
     pub(super) async fn cross(
         &self,
         rig: &mut ManualRig,
@@ -132,7 +134,7 @@ impl Stride {
             let mut clipped = false;
             for arm in [Arm::X, Arm::Y] {
                 let readings = self.measure(rig, middle_m, arm, half_m, steps).await?;
-                // A lobe whose top is cut off has its middle where its flanks say.
+                // The flanks of a clipped lobe still give its centre.
                 let whole: Vec<(f64, f64)> = readings
                     .iter()
                     .filter(|reading| !reading.clipped)
@@ -144,7 +146,7 @@ impl Stride {
                     arm: if arm == Arm::X { 'x' } else { 'y' },
                     fault,
                 })?;
-                // A top beyond the arm's end is only a direction to go.
+                // A peak beyond the end of the arm gives only the direction.
                 let step_m = (lobe.centre_m - middle_m[arm as usize]).clamp(-half_m, half_m);
                 middle_m[arm as usize] += step_m;
                 missed_m = missed_m.max(step_m.abs());
@@ -165,7 +167,7 @@ impl Stride {
         Err(AxisError::Unsteady { z_mm })
     }
 
-    /// Readings along an arm through a middle.
+    /// Readings along an arm through a centre.
     async fn measure(
         &self,
         rig: &mut ManualRig,

@@ -4,40 +4,40 @@ use serde::Serialize;
 
 use super::cross::Cross;
 
-/// A figure with its standard error.
+/// A value with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
-    /// The figure.
+    /// The value.
     pub value: f64,
     /// Its standard error.
     pub error: f64,
 }
 
-/// How the axis leans.
+/// Inclination of the axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Slope {
-    /// Towards x, per length along z.
+    /// dx/dz.
     pub x: Estimate,
-    /// Towards y, per length along z.
+    /// dy/dz.
     pub y: Estimate,
 }
 
-/// The beam's axis, in the array's frame as the rig file has it.
+/// The beam axis in the array frame of the rig file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BeamAxis {
-    /// The crosses, by height.
+    /// The crosses, in order of height.
     pub crosses: Vec<Cross>,
-    /// Where it meets the array's face (z = 0), along x, m.
+    /// x at the array face (z = 0), m.
     pub x_m: Estimate,
-    /// Where it meets the array's face (z = 0), along y, m.
+    /// y at the array face (z = 0), m.
     pub y_m: Estimate,
-    /// How it leans; `None` from one height.
+    /// Its inclination; `None` from one height.
     pub slope: Option<Slope>,
 }
 
 impl BeamAxis {
-    /// The line through the centres of crosses, each weighed by its standard error. From one height alone it is taken to
-    /// stand upright.
+    /// The straight line through the centres of crosses, weighted by their standard errors. From a single height it is
+    /// parallel to z.
     ///
     /// # Panics
     /// If there is no cross.
@@ -54,8 +54,8 @@ impl BeamAxis {
     }
 }
 
-/// Value at zero and slope of the straight line through figures at heights (m), by weighted least squares. Where they
-/// scatter about it by more than their errors say, the errors grow with the scatter.
+/// Value at zero and slope of the straight line through values at heights (m), by weighted least squares. If the values
+/// scatter more than their errors, the errors are scaled up by the scatter.
 fn straight_line(figures: &[(f64, Estimate)]) -> (Estimate, Option<Estimate>) {
     let weight = |figure: &Estimate| figure.error.max(f64::MIN_POSITIVE.sqrt()).powi(-2);
     let sum = |term: &dyn Fn(f64, &Estimate) -> f64| -> f64 {
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn points_on_a_line_give_the_line_with_the_textbooks_errors() {
+    fn points_on_a_line_give_the_line_with_textbook_errors() {
         let (at_zero, slope) = straight_line(&figures(&[(0.1, 2.1), (0.2, 2.2), (0.3, 2.3)], 0.05));
         let slope = slope.expect("three heights");
         assert!((at_zero.value - 2.0).abs() < 1e-12 && (slope.value - 1.0).abs() < 1e-12);
@@ -98,14 +98,14 @@ mod tests {
     }
 
     #[test]
-    fn one_height_gives_an_upright_axis() {
+    fn one_height_gives_an_axis_parallel_to_z() {
         let (at_zero, slope) = straight_line(&figures(&[(0.1, 2.0)], 0.3));
         assert_eq!((at_zero.value, slope), (2.0, None));
         assert!((at_zero.error - 0.3).abs() < 1e-12);
     }
 
     #[test]
-    fn scatter_beyond_the_errors_makes_them_larger() {
+    fn scatter_beyond_the_errors_scales_them_up() {
         let bent = [(0.1, 0.0), (0.2, 1.0), (0.3, 0.0), (0.4, 1.0)];
         let (_, tight) = straight_line(&figures(&bent, 0.01));
         let (_, loose) = straight_line(&figures(&bent, 1.0));
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_of_nothing_are_borne() {
+    fn zero_errors_are_accepted() {
         let (at_zero, slope) = straight_line(&figures(&[(0.1, 1.0), (0.2, 1.0)], 0.0));
         assert!(at_zero.value.is_finite() && slope.is_some_and(|slope| slope.value.is_finite()));
     }

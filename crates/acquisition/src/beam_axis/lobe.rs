@@ -2,25 +2,25 @@
 
 use fieldgap_acoustics::least_squares::{Linearisation, Parameter, Stopping, minimise};
 
-/// Fewest readings that a lobe is fitted to: three parameters, and some to judge the scatter by.
+/// Fewest readings for a fit: three parameters, and three more to estimate the scatter.
 const FEWEST: usize = 6;
 
-/// A lobe whose level is not this many times its readings' scatter is none.
+/// Smallest ratio of the level of a lobe to the scatter of the readings.
 const OVER_SCATTER: f64 = 5.0;
 
 /// The main lobe along a straight arm: `level · exp(-(s - centre)² / 2 width²)`.
 ///
-/// Near its top any lobe is such a bell. Where it departs from one it does so alike on both sides, which leaves its
-/// centre where it is, as long as the arm reaches as far to either side of it.
+/// Near its peak any lobe has this shape. Deviations are the same on both sides and do not shift the centre, as long as the
+/// arm extends equally far to either side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lobe {
-    /// Where its top lies along the arm, m.
+    /// Position of the peak along the arm, m.
     pub centre_m: f64,
     /// Standard error of `centre_m`, m, from the scatter about the fitted lobe.
     pub centre_error_m: f64,
-    /// Its width (standard deviation of the bell), m.
+    /// Width (standard deviation of the Gaussian), m.
     pub width_m: f64,
-    /// The level at its top, in the receiver's unit.
+    /// Level at the peak, in the receiver's unit.
     pub level: f64,
 }
 
@@ -28,10 +28,10 @@ pub struct Lobe {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum LobeFault {
     /// Too few readings.
-    #[error("{0} readings are too few to fit a lobe to; {FEWEST} are the fewest")]
+    #[error("{0} readings are too few for a fit; at least {FEWEST} are needed")]
     TooFew(usize),
-    /// The readings do not rise to a top and fall again.
-    #[error("the level along the arm has no top: it goes from {least:.4} to {largest:.4}")]
+    /// The readings show no peak.
+    #[error("the level along the arm has no peak: it lies between {least:.4} and {largest:.4}")]
     NoTop {
         /// The lowest reading.
         least: f64,
@@ -40,10 +40,10 @@ pub enum LobeFault {
     },
 }
 
-/// Fits a lobe to readings along an arm, given as (place in m, level), by unweighted least squares.
+/// Fits a lobe to readings along an arm, given as (position in m, level), by unweighted least squares.
 ///
 /// # Errors
-/// [`LobeFault`] where there are too few of them, or where they show no lobe.
+/// [`LobeFault`] if there are too few readings or they show no lobe.
 pub fn fit_lobe(readings: &[(f64, f64)]) -> Result<Lobe, LobeFault> {
     if readings.len() < FEWEST {
         return Err(LobeFault::TooFew(readings.len()));
@@ -61,13 +61,13 @@ pub fn fit_lobe(readings: &[(f64, f64)]) -> Result<Lobe, LobeFault> {
     let parameters =
         [free(top, top), free(top_m, length_m / 10.0), free(length_m / 2.0, length_m / 10.0)];
     let residuals = |at: &[f64]| -> Vec<f64> {
-        readings.iter().map(|&(place_m, level)| bell(at, place_m).0 - level).collect()
+        readings.iter().map(|&(place_m, level)| gaussian(at, place_m).0 - level).collect()
     };
     let fit = minimise(&parameters, Stopping::default(), residuals, |at| {
         let mut columns = vec![Vec::new(); 3];
         let mut residuals = Vec::with_capacity(readings.len());
         for &(place_m, level) in readings {
-            let (value, slopes) = bell(at, place_m);
+            let (value, slopes) = gaussian(at, place_m);
             residuals.push(value - level);
             for (column, slope) in columns.iter_mut().zip(slopes) {
                 column.push(slope);
@@ -85,13 +85,13 @@ pub fn fit_lobe(readings: &[(f64, f64)]) -> Result<Lobe, LobeFault> {
         level: fit.parameters[0],
     };
     let rises = (largest - least) > OVER_SCATTER * scatter && lobe.level > OVER_SCATTER * scatter;
-    // A slope without a top is fitted by a bell that is far away or very wide.
+    // A slope without a peak gives a Gaussian that is far away or very wide.
     let within = (lobe.centre_m - top_m).abs() < length_m && lobe.width_m < 2.0 * length_m;
     if rises && within && lobe.centre_error_m.is_finite() { Ok(lobe) } else { Err(none) }
 }
 
-/// The bell at a place, and how it changes with level, centre and width.
-fn bell(at: &[f64], place_m: f64) -> (f64, [f64; 3]) {
+/// The Gaussian at a position, and its derivatives by level, centre and width.
+fn gaussian(at: &[f64], place_m: f64) -> (f64, [f64; 3]) {
     let (level, away, width) = (at[0], place_m - at[1], at[2]);
     let shape = (-0.5 * (away / width).powi(2)).exp();
     let value = level * shape;
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_top_is_no_lobe() {
+    fn readings_without_a_peak_give_no_lobe() {
         assert_eq!(fit_lobe(&[(0.0, 1.0); 5]), Err(LobeFault::TooFew(5)));
         assert!(fit_lobe(&arm(0.0, |_| 0.0)).is_err());
         let noise = Normal::<f64>::new(0.01, 0.01).expect("a normal");

@@ -1,9 +1,9 @@
-//! Where the beam's axis lies in the robot's axes: crosses scanned through it at several heights, a lobe fitted to each
-//! arm, a straight line through their centres.
+//! The position of the beam axis in the robot's axes. Crosses are scanned through the beam at several heights, a lobe is
+//! fitted to each arm, and a straight line to their centres.
 //!
-//! The array is told to focus on its own axis. Its delays are then the same on either side, so that the beam is
-//! symmetric about the array's true axis, whatever the speed of sound, the level or the elements' lobes are; what the
-//! rig file says of the array's place does not enter. Symmetry is all that the fit needs.
+//! The array focuses on its own axis, so the delays are symmetric. The beam is then symmetric about the true axis of the
+//! array, whatever the speed of sound, the level or the directivity of the elements. The position of the array in the rig
+//! file does not enter. The fit needs nothing but this symmetry.
 
 mod cross;
 mod line;
@@ -13,6 +13,6 @@ mod text;
 
 pub use cross::{AxisError, Cross};
 pub use line::{BeamAxis, Estimate, Slope};
-pub use lobe::{Lobe, LobeFault, fit_lobe};
+pub use lobe::LobeFault;
 pub use search::{AxisSearch, find_axis};
 pub use text::{AxisReport, in_words};

@@ -1,18 +1,18 @@
 //! The search on a rig.
 
-use super::cross::{AxisError, Cross, Stride};
+use super::cross::{ArmScan, AxisError, Cross};
 use super::line::BeamAxis;
 use crate::{RigSetup, element_delays};
 use fieldgap_acoustics::{Array, Excitation, Vec3};
 use fieldgap_rig::ManualRig;
 
-/// Readings along an arm, less one: even, so that the middle is one of them.
+/// Steps along an arm: even, so that one reading is at the centre.
 const STEPS: usize = 14;
 
-/// Step of the first look, as a share of a fine arm's half length.
-const LOOK_STEP: f64 = 0.4;
+/// Step of the coarse search, as a share of half a fine arm.
+const COARSE_STEP: f64 = 0.4;
 
-/// Half length of an arm, as a share of the way from the top of the lobe to its first null.
+/// Half length of an arm, as a share of the distance from the peak to the first null.
 const TO_NULL: f64 = 0.5;
 
 /// Shortest half length of an arm, m.
@@ -21,19 +21,20 @@ const SHORTEST_M: f64 = 3e-3;
 /// What to search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisSearch {
-    /// Heights of the crosses above the array's face, m; above zero, at least one.
+    /// Heights of the crosses above the array face, m; at least one, all above zero.
     pub heights_m: Vec<f64>,
-    /// How far to either side the beam is looked for at the first height, m.
+    /// Half width of the coarse search at the first height, m.
     pub reach_m: f64,
 }
 
-/// Finds the beam's axis: at each height the array focuses on its own axis, and crosses are made through the beam until
-/// one is centred on it.
+/// Finds the beam axis: at each height the array focuses on its own axis, and crosses are scanned until one is centred on
+/// the beam.
 ///
-/// The robot has been homed. `found` is told of each cross. The array is silent afterwards, however it ends.
+/// The robot must be homed. `found` is called with each cross. The array is silent at the end of a successful search; after
+/// an error the caller makes the rig safe.
 ///
 /// # Errors
-/// [`AxisError`]: a device that fails, a cross out of the robot's reach, a beam that is not there or does not keep still.
+/// [`AxisError`]: a device failed, a cross is out of reach, or the beam was not found or is unsteady.
 pub async fn find_axis(
     rig: &mut ManualRig,
     rig_setup: &RigSetup,
@@ -41,7 +42,7 @@ pub async fn find_axis(
     mut found: impl FnMut(&Cross),
 ) -> Result<BeamAxis, AxisError> {
     within_reach(rig_setup, search)?;
-    let stride = Stride {
+    let arm_scan = ArmScan {
         frame: rig_setup.rig.motion.frame(),
         feed: rig_setup.rig.motion.feed(),
         settle: rig_setup.rig.receiver.settle(),
@@ -57,11 +58,11 @@ pub async fn find_axis(
         let middle_m = match crosses.last() {
             Some(cross) => Vec3::new(cross.x_m.value, cross.y_m.value, z_m),
             None => {
-                let steps = 2 * (search.reach_m / (LOOK_STEP * half_m)).ceil().max(1.0) as usize;
-                stride.look(rig, Vec3::new(0.0, 0.0, z_m), search.reach_m, steps).await?
+                let steps = 2 * (search.reach_m / (COARSE_STEP * half_m)).ceil().max(1.0) as usize;
+                arm_scan.coarse_search(rig, Vec3::new(0.0, 0.0, z_m), search.reach_m, steps).await?
             }
         };
-        let cross = stride.cross(rig, middle_m, half_m, STEPS).await?;
+        let cross = arm_scan.cross(rig, middle_m, half_m, STEPS).await?;
         found(&cross);
         crosses.push(cross);
     }
@@ -69,14 +70,14 @@ pub async fn find_axis(
     Ok(BeamAxis::through(crosses))
 }
 
-/// Half length of an arm at a height, m: half way to the first null of an aperture as wide as the array.
+/// Half length of an arm at a height, m: half the distance to the first null of an aperture as wide as the array.
 fn half_arm_m(rig_setup: &RigSetup, z_m: f64) -> f64 {
     let wavelength_m =
         rig_setup.nominal_medium().speed_of_sound_m_s / rig_setup.array.frequency_hz();
     (TO_NULL * wavelength_m * z_m / aperture_m(rig_setup.nominal_array())).max(SHORTEST_M)
 }
 
-/// The wider side of the array, from centre to centre of its outermost elements and half a wavelength at the least, m.
+/// The longer side of the array, between the centres of its outermost elements, and at least 5 mm, m.
 fn aperture_m(array: &Array) -> f64 {
     let side = |axis: usize| {
         let along = array.elements().iter().map(|element| element.centre_m[axis]);
@@ -88,7 +89,7 @@ fn aperture_m(array: &Array) -> f64 {
     side(0).max(side(1)).max(5e-3)
 }
 
-/// Makes sure that every arm can be gone along before anything moves.
+/// Checks that the robot can move along every arm, before anything moves.
 fn within_reach(rig_setup: &RigSetup, search: &AxisSearch) -> Result<(), AxisError> {
     let (envelope, frame) = (rig_setup.rig.motion.envelope(), rig_setup.rig.motion.frame());
     for (number, &z_m) in search.heights_m.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The beam's axis in words: where it is, and what to put into the rig file.
+//! The beam axis as text: its position, and the origin to enter in the rig file.
 
 use std::fmt::Write;
 
@@ -7,28 +7,28 @@ use serde::Serialize;
 use super::line::{BeamAxis, Estimate};
 use fieldgap_rig::Frame;
 
-/// A departure of fewer standard errors than this may be chance.
+/// Smallest significant deviation, in standard errors.
 const SIGNIFICANT: f64 = 3.0;
 
-/// An origin that is right to this much needs no correction, m: a tenth of a millimetre changes no level by a thousandth.
+/// Smallest deviation of the origin worth a correction, m: 0.1 mm changes no level by a thousandth.
 const GOOD_ORIGIN_M: f64 = 0.05e-3;
 
-/// The beam's axis, and what follows for the rig file.
+/// The beam axis, and the origin that follows for the rig file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AxisReport {
     /// The axis.
     #[serde(flatten)]
     pub axis: BeamAxis,
-    /// `origin_mm` of `[motion]` as it is, mm.
+    /// `origin_mm` of `[motion]` in the rig file, mm.
     pub origin_mm: [f64; 3],
-    /// `origin_mm` as it should be, mm; z is as it was.
+    /// Corrected `origin_mm`, mm; z is unchanged.
     pub new_origin_mm: [f64; 3],
-    /// Whether it is to be changed: it is off by more than chance, and by enough to matter.
+    /// Whether to change it: the deviation is significant and large enough to matter.
     pub change: bool,
 }
 
 impl AxisReport {
-    /// What follows for the rig file whose array lies at `frame`.
+    /// For a rig file whose array lies at `frame`.
     pub fn new(axis: BeamAxis, frame: Frame) -> Self {
         let origin_mm: [f64; 3] = (frame.origin_m * 1e3).into();
         let [x, y, z] = origin_mm;
@@ -48,7 +48,7 @@ pub fn in_words(report: &AxisReport, unit: &str) -> String {
     let axis = &report.axis;
     let mut text = String::new();
     let mut line = |words: std::fmt::Arguments<'_>| {
-        writeln!(text, "{words}").expect("a string takes all");
+        writeln!(text, "{words}").expect("writing to a string does not fail");
     };
     line(format_args!("{:>8}  {:>18}  {:>18}  {:>10}", "z (mm)", "x (mm)", "y (mm)", "level"));
     for cross in &axis.crosses {
@@ -62,30 +62,30 @@ pub fn in_words(report: &AxisReport, unit: &str) -> String {
     }
     if axis.crosses.iter().any(|cross| cross.clipped) {
         line(format_args!(
-            "  the converter was at its limit in places, which were left out: lower its gain, or go higher"
+            "  some readings were clipped and not used: lower the gain of the receiver, or choose greater heights"
         ));
     }
     line(format_args!(
-        "the axis meets the array's face at x {} mm, y {} mm",
+        "the axis meets the array face at x {} mm, y {} mm",
         mm(axis.x_m),
         mm(axis.y_m)
     ));
     match axis.slope {
         None => line(format_args!(
-            "one height cannot tell whether it leans: it is taken to stand upright"
+            "its inclination cannot be found from one height: it is assumed parallel to z"
         )),
         Some(slope) => {
             let mrad =
                 |slope: Estimate| format!("{:+.2} ± {:.2}", slope.value * 1e3, slope.error * 1e3);
             line(format_args!(
-                "it leans by {} mrad towards x, {} mrad towards y",
+                "it is inclined by {} mrad towards x, {} mrad towards y",
                 mrad(slope.x),
                 mrad(slope.y)
             ));
             let leans = |slope: Estimate| slope.value.abs() > SIGNIFICANT * slope.error;
             if leans(slope.x) || leans(slope.y) {
                 line(format_args!(
-                    "  the array and the robot's z axis are not parallel: {:.2} mm in 100 mm. Level the array",
+                    "  it is not parallel to the robot's z axis: {:.2} mm over 100 mm. Level the array",
                     slope.x.value.hypot(slope.y.value) * 100.0
                 ));
             }
@@ -94,17 +94,17 @@ pub fn in_words(report: &AxisReport, unit: &str) -> String {
     let ([x, y, z], [new_x, new_y, _]) = (report.origin_mm, report.new_origin_mm);
     if report.change {
         line(format_args!(
-            "the rig file's origin ({x:.2}, {y:.2}) mm is off by ({:+.2}, {:+.2}) mm; put into [motion]:",
+            "the origin in the rig file, ({x:.2}, {y:.2}) mm, is off by ({:+.2}, {:+.2}) mm; enter in [motion]:",
             axis.x_m.value * 1e3,
             axis.y_m.value * 1e3
         ));
         line(format_args!("origin_mm = [{new_x:.2}, {new_y:.2}, {z:.2}]"));
     } else {
         line(format_args!(
-            "the rig file's origin ({x:.2}, {y:.2}) mm agrees with it: nothing to change"
+            "the origin in the rig file, ({x:.2}, {y:.2}) mm, agrees with it: nothing to change"
         ));
     }
-    line(format_args!("(z of the origin is not seen by this: measure it with a gauge)"));
+    line(format_args!("(this does not measure z of the origin: use a gauge)"));
     text
 }
 
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn an_origin_that_may_be_right_is_left_alone() {
+    fn an_insignificant_deviation_changes_no_origin() {
         assert!(!AxisReport::new(axis(0.04, 0.001), frame()).change);
         let report = AxisReport::new(axis(0.5, 0.2), frame());
         assert!(!report.change);

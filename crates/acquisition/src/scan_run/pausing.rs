@@ -1,4 +1,4 @@
-//! A running scan, attended: let wait and go on, its reference point revisited, a person asked for.
+//! Measuring with pauses, visits to the reference point, and drift warnings.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use crate::sequencer::{Measurement, PointSequencer};
 use fieldgap_records::{EventKind, RecordedSample, Visit};
 
 impl ScanRun {
-    /// Measures a visit. Asked to wait, the scan does so with the array silent, and the point is measured anew afterwards.
+    /// Measures a visit. If a pause is requested, the scan waits with the array silent and then measures the point again.
     pub(super) async fn measure(
         &mut self,
         sequencer: &mut PointSequencer,
@@ -32,7 +32,7 @@ impl ScanRun {
         }
     }
 
-    /// Flies over a row, as [`ScanRun::measure`] measures a visit.
+    /// Measures a row in motion, with pauses as in [`ScanRun::measure`].
     pub(super) async fn fly(
         &mut self,
         flights: &mut Flights,
@@ -52,7 +52,7 @@ impl ScanRun {
         }
     }
 
-    /// Waits, the array silent and the robot where it is, until the scan may go on.
+    /// Waits until the scan may continue. The array is silent, the robot stays where it is.
     async fn wait(
         &mut self,
         sequencer: &mut PointSequencer,
@@ -69,7 +69,7 @@ impl ScanRun {
         Ok(())
     }
 
-    /// Revisits the reference point where that is due before `next`.
+    /// Measures the reference point if that is due before `next`.
     pub(super) async fn revisit(
         &mut self,
         sequencer: &mut PointSequencer,
@@ -104,18 +104,18 @@ impl ScanRun {
             now: drifted.now,
             moved_mm: drifted.moved_mm,
         });
-        Ok(self.tell_drift(drifted, watch)?)
+        Ok(self.warn_of_drift(drifted, watch)?)
     }
 
-    /// Asks for a person where the level at the reference point has drifted too far.
-    pub(super) fn tell_drift(
+    /// Warns if the level at the reference point has drifted too far.
+    pub(super) fn warn_of_drift(
         &mut self,
         drifted: Drifted,
         watch: EventSink<'_>,
     ) -> Result<(), AcquisitionError> {
         if drifted.is_news {
             let text = format!(
-                "the level at the reference point is {:.5} where it was {:.5} ({:+.1} %): array, receiver or air have changed",
+                "the level at the reference point is {:.5} and was {:.5} at first ({:+.1} %): check the array, the receiver and the air",
                 drifted.now,
                 drifted.first,
                 drifted.percent()

@@ -1,4 +1,4 @@
-//! The course of a scan: homed, kept points checked, then leg by leg.
+//! The sequence of a scan: homing, the check of recorded points, then leg by leg.
 
 use jiff::Timestamp;
 
@@ -14,7 +14,7 @@ use crate::sequencer::{PointSequencer, distance_mm};
 use fieldgap_records::{EventKind, Visit};
 
 impl ScanRun {
-    /// Runs what is left of the plan.
+    /// Runs the rest of the plan.
     pub(super) async fn conduct(&mut self, watch: EventSink<'_>) -> Result<(), Stopped> {
         watch(&self.open.greeting());
         self.open.rig().continuous_wave().await?;
@@ -58,7 +58,7 @@ impl ScanRun {
         Ok(())
     }
 
-    /// Finds how far the readings of flown rows lag behind, from the row that passes nearest to its focus.
+    /// Finds the lag of readings in motion from the row that passes nearest to its focus.
     async fn find_lag(
         &mut self,
         flights: &mut Flights,
@@ -86,7 +86,7 @@ impl ScanRun {
         Ok(())
     }
 
-    /// Measures kept points again, and refuses to go on where the rig is not as it was.
+    /// Measures some recorded points again, and fails if the rig has changed.
     async fn check_references(
         &mut self,
         sequencer: &mut PointSequencer,

@@ -17,7 +17,7 @@ fn what_is_not_written_has_its_default() {
     assert_eq!((file.foci, file.solver, file.rounds.get()), (Foci::Together, Solver::Weighted, 50));
     assert!(file.modulation.is_none() && file.seconds.is_none());
     assert_eq!(file.output.element_db_at_300_mm.get(), 120.0);
-    assert_eq!(file.turns(), Turns::Together);
+    assert_eq!(file.schedule(), FocusSchedule::Together);
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn every_modulation_and_path_is_read() {
         );
         let file = display(&text).unwrap_or_else(|fault| panic!("{text}\n{fault}"));
         assert_eq!(file.tracks().len(), 1);
-        assert_eq!(file.turns(), Turns::Alternate(0.005));
+        assert_eq!(file.schedule(), FocusSchedule::Alternate(0.005));
     }
 }
 

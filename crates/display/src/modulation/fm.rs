@@ -1,8 +1,8 @@
-//! Frequency modulation: the rate at which the array swells goes up and down.
+//! Frequency modulation of the envelope.
 //!
-//! The rate is f + Δ cos(2π s t) for a mean f, a deviation Δ and s sweeps a second, so the phase of the swelling is
-//! f t + Δ/(2π s) sin(2π s t) turns. Its spectrum has lines at f + n s, the nth of J_n(Δ/s) of the swelling (Carson, *Proc.
-//! IRE* 10, 57, 1922), so the mean rate itself vanishes for some deviations though what is felt does not.
+//! The frequency of the envelope is f + Δ cos(2π s t) with the mean f, the deviation Δ and the sweep frequency s. Its phase is
+//! f t + Δ/(2π s) sin(2π s t) cycles. The spectrum has lines at f + n s with amplitudes J_n(Δ/s) (Carson, *Proc. IRE* 10, 57,
+//! 1922). The line at f itself vanishes for some deviations, although the sensation does not.
 
 use std::f64::consts::TAU;
 use std::num::NonZeroU32;
@@ -17,39 +17,39 @@ use fieldgap_input::{Fraction, Positive};
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fm {
-    /// Cycles a second, the mean, Hz.
+    /// Mean frequency, Hz.
     pub frequency_hz: Positive,
-    /// How far the rate goes to either side, Hz.
+    /// Deviation of the frequency, Hz.
     pub deviation_hz: Positive,
-    /// How often a second it goes to and fro, Hz. A sweep holds a whole number of cycles: it is brought to the nearest that does.
+    /// Sweep frequency, Hz. It is rounded so that a sweep has a whole number of cycles.
     pub sweep_hz: Positive,
-    /// How far the amplitude goes down, 0 (no modulation) to 1 (to silence).
+    /// Depth, 0 (no modulation) to 1 (down to silence).
     #[serde(default = "whole")]
     pub depth: Fraction,
-    /// The shape of a cycle.
+    /// Waveform.
     #[serde(default)]
     pub waveform: Waveform,
 }
 
-/// A sweep as it is played.
+/// A frequency sweep as played.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sweep {
-    /// Cycles in it.
+    /// Cycles per sweep.
     pub cycles: u32,
-    /// Levels of the envelope in it.
+    /// Levels of the envelope per sweep.
     pub(super) levels: u32,
-    /// Periods of the carrier that each is held.
+    /// Carrier periods per level.
     pub(super) hold: NonZeroU32,
-    /// Deviation over the mean rate.
+    /// Deviation over the mean frequency.
     pub swing: f64,
 }
 
 impl Fm {
-    /// The sweep that a controller of `most` levels makes.
+    /// The sweep on a controller of `most` levels.
     ///
     /// # Errors
-    /// [`DisplayError::TooFast`] where its fastest cycle has fewer than eight levels; [`DisplayError::Sweep`] if the rate would
-    /// come to a stand or turn round, or a sweep is shorter than a cycle.
+    /// [`DisplayError::TooFast`] if its fastest cycle has fewer than eight levels; [`DisplayError::Sweep`] if the frequency
+    /// would reach zero, or a sweep is shorter than a cycle.
     pub fn sweep(&self, carrier_hz: f64, most: usize) -> Result<Sweep, DisplayError> {
         let (frequency_hz, deviation_hz) = (self.frequency_hz.get(), self.deviation_hz.get());
         let cycles = (frequency_hz / self.sweep_hz.get()).round();
@@ -81,7 +81,7 @@ impl Sweep {
         carrier_hz * f64::from(self.cycles) / self.periods()
     }
 
-    /// Cycles that are over at a time, in periods of the carrier.
+    /// Phase in cycles at a time in carrier periods.
     pub fn turns(&self, period: f64) -> f64 {
         let cycles = f64::from(self.cycles);
         let sweeps = period / self.periods();

@@ -17,8 +17,8 @@ fn path(text: &str) -> Result<Path, Fault> {
 }
 
 fn legs(path: &Path) -> Vec<Leg> {
-    match path.course() {
-        Course::Legs(legs) => legs,
+    match path.geometry() {
+        PathGeometry::Legs(legs) => legs,
         other => panic!("no legs: {other:?}"),
     }
 }

@@ -1,4 +1,4 @@
-//! A display on a rig: loaded, played, ended safe.
+//! Playing a display on a rig, up to its safe end.
 
 use std::future::Future;
 use std::time::Duration;
@@ -8,39 +8,39 @@ use tokio::time::{Instant, sleep, sleep_until};
 use fieldgap_rig::focus_array::DriveProgram;
 use fieldgap_rig::{FocusArray, RigError};
 
-/// How long the controller plays without a word from here. A program that is killed outright leaves it sounding no longer.
+/// How long the controller plays without contact. It falls silent after this time if the program is killed.
 const LEASE: Duration = Duration::from_secs(2);
 
-/// How often it is asked whether it still plays, which renews the lease.
+/// Interval of the status queries, which renew the lease.
 const ASK_EVERY: Duration = Duration::from_millis(500);
 
-/// How a display came to its end.
+/// How a display ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ended {
-    /// Its time was over.
+pub enum PlaybackEnd {
+    /// Its duration was over.
     Played,
-    /// It was asked to stop.
+    /// It was stopped, for this reason.
     Stopped(&'static str),
 }
 
-/// Plays a display for some seconds, or until `stop` says who stops it, and leaves the array silent.
+/// Plays a display for `seconds`, or until `stop` resolves with its reason, and silences the array.
 ///
-/// The controller is told how many loops there are at most, so that it falls silent by itself should nobody be there to tell it.
+/// The controller gets the largest number of loops, so that it falls silent by itself if contact is lost.
 ///
 /// # Errors
-/// That the array cannot play it, or is lost; it was told to be silent as far as it could be.
+/// The array cannot play the display or has failed. It was silenced as far as possible.
 pub async fn play(
     array: &mut dyn FocusArray,
     display: &DriveProgram,
     seconds: Option<f64>,
     stop: impl Future<Output = &'static str>,
-) -> Result<Ended, RigError> {
+) -> Result<PlaybackEnd, RigError> {
     tokio::pin!(stop);
     let outcome = tokio::select! {
-        who = &mut stop => Ok(Ended::Stopped(who)),
-        outcome = play_through(array, display, seconds) => outcome.map(|()| Ended::Played),
+        who = &mut stop => Ok(PlaybackEnd::Stopped(who)),
+        outcome = play_through(array, display, seconds) => outcome.map(|()| PlaybackEnd::Played),
     };
-    // Whatever happened, and first of all.
+    // In every case, and before anything else.
     let silenced = array.silence().await;
     let ended = outcome?;
     silenced.map(|()| ended)

@@ -50,7 +50,7 @@ fn the_words_of_a_named_cause() {
 fn the_words_of_rivals() {
     let words = words(&page(&without_maps(ambiguous(5.0))));
     let (before, after) = words.split_once("Before and after").expect("a section");
-    let after = after.split_once("What is ruled out").expect("a section").1;
+    let after = after.split_once("Causes ruled out").expect("a section").1;
     insta::assert_snapshot!(format!("{before}[...]{after}"));
 }
 
@@ -117,9 +117,9 @@ fn without_a_grid_or_figures_there_are_numbers_still() {
     let mut diagnosis = without_maps(explained(&[50.0, 100.0], 7.0));
     diagnosis.planes[0].figures = None;
     let files = files(&context(), &diagnosis);
-    assert!(!files.keys().any(|name| name.starts_with("left")), "{:?}", files.keys());
+    assert!(!files.keys().any(|name| name.starts_with("residual")), "{:?}", files.keys());
     let words = words(std::str::from_utf8(&files["index.html"]).expect("UTF-8"));
-    assert!(words.contains("No map: the points of this height lie on no grid."), "{words}");
+    assert!(words.contains("No map: the points at this height do not form a grid."), "{words}");
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn an_unexplained_gap_is_said_to_be_one() {
     diagnosis.sentence = "Nothing in the catalogue explains this gap.".to_owned();
     let words = words(&page(&diagnosis));
     assert!(
-        words.contains("Unexplained: there is a gap, and no effect of the catalogue explains it."),
+        words.contains("Unexplained. There is a gap, and no effect in the catalogue explains it."),
         "{words}"
     );
 }
@@ -144,7 +144,7 @@ fn several_scans_and_drives_are_kept_apart() {
     again.focus = 1;
     diagnosis.planes.push(again);
     let files = files(&context(), &diagnosis);
-    for name in ["left-scan0-drive0-z100mm.png", "left-scan1-drive1-z100mm.svg"] {
+    for name in ["residual-scan0-drive0-z100mm.png", "residual-scan1-drive1-z100mm.svg"] {
         assert!(files.contains_key(name), "{name}: {:?}", files.keys());
     }
     let words = words(std::str::from_utf8(&files["index.html"]).expect("UTF-8"));

@@ -119,7 +119,7 @@ fn a_plane_without_a_grid_is_reported_without_a_map() {
     assert!(!files.contains_key("map-z50mm-corrected.png"));
     assert!(files.contains_key("map-z100mm-corrected.png"));
     let words = words(std::str::from_utf8(&files["index.html"]).expect("UTF-8"));
-    assert!(words.contains("Against corrected: no map, its points lie on a circle."), "{words}");
+    assert!(words.contains("No map for corrected: its points lie on a circle."), "{words}");
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn a_plane_of_nothing_is_said_to_be_unknown() {
     *plane = empty;
     let words = words(&page(&context(), &all));
     assert!(
-        words.contains("At 50 mm there are too few readings to compare the fields."),
+        words.contains("At 50 mm, there are too few readings to compare the fields."),
         "{words}"
     );
     assert!(words.contains("225 of 225 points were not measured."), "{words}");
@@ -145,20 +145,19 @@ fn the_thesis_finding_is_said_in_words() {
     let all = without_maps(comparisons(&BOTH, &[50.0, 100.0, 150.0, 200.0], 2.0));
     let words = words(&page(&context(), &all));
     let (as_written, corrected) =
-        words.split_once("Against the corrected simulation").expect("both simulators");
+        words.split_once("Compared with the corrected simulation").expect("both simulators");
     assert!(
-        as_written.contains("At the focal height, 100 mm, scan and simulation agree"),
+        as_written.contains("At the focal height of 100 mm, scan and simulation agree"),
         "{as_written}"
     );
-    assert!(as_written.contains("At 50 mm the scanned peak lies 9.3"), "{as_written}");
+    assert!(as_written.contains("The peaks of scan and simulation are 9.3"), "{as_written}");
     let corrected = corrected.split_once("How to read").expect("a guide").0;
     assert!(
-        corrected
-            .contains("At 50, 100 (the focal height), 150 and 200 mm scan and simulation agree"),
+        corrected.contains("At 50, 100 (focal height), 150 and 200 mm, scan and simulation agree"),
         "{corrected}"
     );
-    assert!(!corrected.contains("the scanned peak lies"), "{corrected}");
-    assert!(words.contains("Of the simulators, corrected comes closest"));
+    assert!(!corrected.contains("The peaks of scan and simulation are"), "{corrected}");
+    assert!(words.contains("The corrected simulator agrees best with the scan"));
 }
 
 #[test]
@@ -168,10 +167,10 @@ fn another_maximum_is_told_from_a_peak_that_moved() {
     plane.discrepancy.peak_distance_m = Uncertain { value: 0.03, standard_error: 1e-4 };
     assert!(
         words(&page(&context(), &all))
-            .contains("the scanned peak lies 30.00 ± 0.10 mm from the simulated one")
+            .contains("The peaks of scan and simulation are 30.00 ± 0.10 mm apart")
     );
     all[0].planes[0].scan.sub_peaks = Some(2);
-    assert!(words(&page(&context(), &all)).contains("have different ones as the largest"));
+    assert!(words(&page(&context(), &all)).contains("the largest is not the same one"));
 }
 
 #[test]
@@ -179,7 +178,7 @@ fn fields_that_differ_in_shape_alone_are_said_to() {
     let mut all = without_maps(comparisons(&[Simulator::Corrected], &[100.0], 5.0));
     all[0].planes[0].agreement.correlation = 0.71;
     let words = words(&page(&context(), &all));
-    assert!(words.contains("but the fields differ in shape: correlation 0.710"), "{words}");
+    assert!(words.contains("but the fields differ in shape (correlation 0.710)"), "{words}");
 }
 
 #[test]
@@ -188,7 +187,7 @@ fn many_heights_are_given_as_a_range() {
     let all = without_maps(comparisons(&[Simulator::Corrected], &heights, 7.0));
     let words = words(&page(&context(), &all));
     assert!(
-        words.contains("At 11 heights from 100 to 200 mm, 100 (the focal height) among them,"),
+        words.contains("At 11 heights from 100 to 200 mm, including the focal height of 100 mm,"),
         "{words}"
     );
 }
@@ -210,7 +209,7 @@ fn several_drives_are_kept_apart() {
         assert!(files.contains_key(name), "{name}");
     }
     let words = words(std::str::from_utf8(&files["index.html"]).expect("UTF-8"));
-    assert!(words.contains("Drive 0: At 50 and 100 (the focal height) mm"), "{words}");
+    assert!(words.contains("Drive 0: At 50 and 100 (focal height) mm"), "{words}");
     assert!(words.contains("Drive 1: At 50 and 100 mm"), "{words}");
 }
 

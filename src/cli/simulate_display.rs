@@ -11,7 +11,7 @@ use fieldgap_acoustics::Simulator;
 use fieldgap_acoustics::radiation::SkinInAir;
 use fieldgap_acquisition::RigSetup;
 use fieldgap_display::{ComposedDisplay, DisplayFile, Playback, Stimulus, compose, stimulus};
-use fieldgap_report::{DisplayShown, write_display};
+use fieldgap_report::{PlayedDisplay, write_display};
 use fieldgap_rig::ArrayIdentity;
 
 /// Arguments of `simulate` for a display.
@@ -39,7 +39,7 @@ impl SimulateDisplay<'_> {
         let skin = SkinInAir::new(sounding.medium, display.output.air_density_kg_m3.get());
         let felt = stimulus(&composed, &playback, skin, controller.carrier_hz());
         if let Some(folder) = self.out {
-            let shown = DisplayShown {
+            let shown = PlayedDisplay {
                 display: &display,
                 composed: &composed,
                 playback: &playback,

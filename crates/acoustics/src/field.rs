@@ -6,16 +6,29 @@
 //! p(x) = Σ w A(d, h) D(θ) exp(i (k d + φ))
 //!
 //! D enters as a polynomial in a variable that needs neither arc tangent nor branch ([`Smooth`](super::transducer::Smooth)), so
-//! that there is one path through the code for every transducer; a transducer that is more than one source, such as the
-//! integral over a face, enters as its patches. Tiles of points are shared out over threads, and each point's sum runs in the elements'
-//! order: the result does not depend on the number of threads.
+//! that every transducer takes the same path through the code. A transducer that is more than one source, such as the integral
+//! over a face, enters as its patches. Tiles of points are distributed over threads, and each point's sum runs in the order of the
+//! elements: the result does not depend on the number of threads.
 //!
-//! The sum itself stands in `field/tile.rs`.
+//! | file | what it holds |
+//! |---|---|
+//! | `surroundings` | a tile's points and sources, relative to the tile's middle |
+//! | `tile`, `case` | the sum over sources, compiled for each case |
+//! | `ray`, `on_axis_law` | distance, excess path and level of one source |
+//! | `derivatives`, `derivative_sums`, `phasor` | derivatives, in the same pass as the field |
+//! | `plane`, `lattice`, `resample` | a plane with less work, from repeated rays or a coarse grid |
+//! | `transfer` | the matrix from drives to fields |
+//! | `instruction_set` | which vector instructions the processor has |
 
+mod case;
+mod derivative_sums;
 mod derivatives;
 mod instruction_set;
 mod lattice;
+mod on_axis_law;
+mod phasor;
 mod plane;
+mod ray;
 mod resample;
 mod surroundings;
 mod tile;
@@ -24,22 +37,24 @@ mod transfer;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use derivatives::Slopes;
-pub use derivatives::{FieldDerivatives, Parameter};
+use case::{AnyField, AnyFieldAndSquares, Case, PlainField, PlainNearField};
+use derivative_sums::Differentiation;
+pub use derivative_sums::Parameter;
+pub use derivatives::{DifferentiableKernel, FieldDerivatives};
 pub use instruction_set::InstructionSet;
 pub use plane::{PLANE_TOLERANCE, PlaneMethod, PlaneSum};
 pub use transfer::Transfer;
 
+use super::float::Float;
 use super::lobe::{DOUBLE_TOLERANCE, Fit};
 use super::propagation::Propagation;
 use super::rayleigh::across;
-use super::real::Real;
 use super::transducer::{OnAxis, Smooth, Transducer};
 use super::{Array, Vec3};
 use surroundings::Surroundings;
-use tile::{Prepared, SumTile, Sums};
+use tile::{Prepared, Sums, TileSum};
 
-/// Points that one task computes: small enough to share out a plane, large enough to pay for itself.
+/// Points that one task computes: small enough to distribute a plane, large enough to outweigh the cost of a task.
 const TILE: usize = 512;
 
 /// Where path lengths are taken.
@@ -51,12 +66,12 @@ pub enum PathLengths {
     FrozenAt(f64),
 }
 
-/// The digits that a sum is carried with.
+/// The floating-point precision of a sum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Precision {
-    /// `f32`: twice to three times as fast, within 1e-5 of the peak.
+    /// `f32`: two to three times as fast; the error is below 1e-5 of the peak.
     Single,
-    /// `f64`: within 1e-12 of the peak.
+    /// `f64`: the error is below 1e-12 of the peak.
     Double,
 }
 
@@ -71,9 +86,9 @@ pub struct FieldKernel {
     wavenumber_rad_m: f64,
     paths: PathLengths,
     propagation: Option<Propagation>,
-    /// The receiver's sensitivity, in the cosine of the angle of arrival.
+    /// The receiver's sensitivity as a function of the cosine of the angle of arrival.
     reception: Option<Fit>,
-    /// How much of their faces' near field the elements have.
+    /// Share of the near field of a vibrating face, 0 to 1.
     near_field: f64,
     precision: Precision,
     instructions: InstructionSet,
@@ -86,7 +101,7 @@ pub struct FieldSum {
     pub field: Complex64,
     /// Sum of the squared magnitudes: the field's mean square if the elements had random phases.
     pub incoherent_power: f64,
-    /// Sum of the squares: of parts that turn at random by little, it says in which direction their sum wanders.
+    /// Sum of the squares of the contributions: the direction in which the field scatters if their phases vary a little at random.
     pub square: Complex64,
 }
 
@@ -97,19 +112,11 @@ struct Source {
     centre_m: Vec3,
     normal: Vec3,
     amplitude: f64,
-    /// What it is driven with.
+    /// Phase of its drive.
     drive_rad: f64,
-    /// Its own phase.
+    /// Phase of its own, which the drive does not know.
     own_rad: f64,
     lobes: usize,
-}
-
-/// What is summed: each is compiled by itself.
-#[derive(Debug, Clone, Copy)]
-enum Summed {
-    PlainField,
-    Field,
-    FieldAndSquares,
 }
 
 /// The directivity of all elements with one radius, and its radius and wavenumber.
@@ -171,13 +178,13 @@ impl FieldKernel {
         }
     }
 
-    /// The same with another law on the axis.
+    /// The same kernel with another decay of the pressure on the axis.
     pub fn with_on_axis(self, on_axis: OnAxis) -> Self {
         Self { on_axis, ..self }
     }
 
-    /// The same in air that bends, carries or attenuates the sound.
-    pub fn through(self, propagation: Propagation) -> Self {
+    /// The same kernel in air with wind, a gradient of the speed of sound, or attenuation.
+    pub fn with_propagation(self, propagation: Propagation) -> Self {
         let propagation = (propagation != Propagation::default()).then_some(propagation);
         Self { propagation, ..self }
     }
@@ -189,22 +196,22 @@ impl FieldKernel {
         Self { reception: Some(reception), ..self }
     }
 
-    /// The same with a share of what a vibrating face's field departs from its far field by: 1 for a piston, 0 for none.
+    /// The same kernel with a share, 0 to 1, of a vibrating face's departure from its far field; 1 for a piston.
     ///
-    /// Of the Rayleigh integral over a face of radius a, the next term in a/d: paths are longer by a² (3 cos² θ - 1) / 8d. It
-    /// leaves an error of the order of (ka sin θ)² of itself.
+    /// This is the next term in a/d of the Rayleigh integral over a face of radius a: an excess path of a² (3 cos² θ - 1) / 8d.
+    /// Its relative error is of the order of (ka sin θ)².
     pub fn with_near_field(self, near_field: f64) -> Self {
         Self { near_field, ..self }
     }
 
-    /// The same carried with other digits.
-    pub fn in_precision(self, precision: Precision) -> Self {
+    /// The same kernel in another precision.
+    pub fn with_precision(self, precision: Precision) -> Self {
         Self { precision, ..self }
     }
 
-    /// The same by the instructions of a set, which the processor must have: for tests and benches.
-    pub fn by(self, instructions: InstructionSet) -> Self {
-        assert!(instructions.is_there(), "the processor has no {instructions:?}");
+    /// The same kernel with the instructions of a set, which the processor must have: for tests and benchmarks.
+    pub fn with_instructions(self, instructions: InstructionSet) -> Self {
+        assert!(instructions.is_available(), "the processor has no {instructions:?}");
         Self { instructions, ..self }
     }
 
@@ -221,16 +228,20 @@ impl FieldKernel {
 
     /// The complex field at each point. Behind an element's face it radiates nothing.
     pub fn at(&self, points_m: &[Vec3]) -> Vec<Complex64> {
-        // An upright array in still, clear air and an even receiver are what nearly every sum is over: it is compiled without
-        // the rest.
-        let plain = self.is_upright() && self.is_in_plain_air();
-        let what = if plain { Summed::PlainField } else { Summed::Field };
         let mut fields = vec![Complex64::ZERO; points_m.len()];
-        self.sum(what, points_m, &mut fields, &|sums, lane| sums.field(lane));
+        let write = |field: &mut Complex64, sums: &Sums, point| *field = sums.field(point);
+        // Nearly every sum is over upright sources in plain air: it is compiled without the rest.
+        if !self.is_upright() || !self.is_in_plain_air() {
+            self.sum::<AnyField, _>(points_m, &mut fields, &write);
+        } else if self.near_field != 0.0 {
+            self.sum::<PlainNearField, _>(points_m, &mut fields, &write);
+        } else {
+            self.sum::<PlainField, _>(points_m, &mut fields, &write);
+        }
         fields
     }
 
-    /// The field at each point, and the sums of its parts' squares.
+    /// The field at each point, and the sums of the squares of the elements' contributions.
     ///
     /// Each element is one part, also where its face is summed patch by patch.
     pub fn sums_at(&self, points_m: &[Vec3]) -> Vec<FieldSum> {
@@ -238,11 +249,14 @@ impl FieldKernel {
             return self.sums_of_whole_elements(points_m);
         }
         let mut sums_at = vec![FieldSum::default(); points_m.len()];
-        self.sum(Summed::FieldAndSquares, points_m, &mut sums_at, &|sums, lane| FieldSum {
-            field: sums.field(lane),
-            incoherent_power: sums.power[lane],
-            square: Complex64::new(sums.square[0][lane], sums.square[1][lane]),
-        });
+        let write = |sum: &mut FieldSum, sums: &Sums, point| {
+            *sum = FieldSum {
+                field: sums.field(point),
+                incoherent_power: sums.power(point),
+                square: sums.square(point),
+            };
+        };
+        self.sum::<AnyFieldAndSquares, _>(points_m, &mut sums_at, &write);
         sums_at
     }
 
@@ -263,68 +277,56 @@ impl FieldKernel {
         (0..self.elements).into_par_iter().map(|n| self.of_element(n).at(points_m)).collect()
     }
 
-    /// Whether all sources look along z.
+    /// Whether all sources face along z.
     fn is_upright(&self) -> bool {
         self.sources.iter().all(|source| source.normal == Vec3::z())
     }
 
-    /// Whether the air is still, even and clear, and the receiver hears alike from everywhere.
+    /// Whether the air is still, uniform and clear, and the receiver is equally sensitive in all directions.
     fn is_in_plain_air(&self) -> bool {
         self.propagation.is_none() && self.reception.is_none()
     }
 
-    fn sum<O: Send>(
+    /// Sums a case without derivatives in the kernel's precision, and writes what it gives at each point.
+    fn sum<C: Case, O: Send>(
         &self,
-        what: Summed,
         points_m: &[Vec3],
         out: &mut [O],
-        take: &(impl Fn(&Sums, usize) -> O + Sync),
+        write: &(impl Fn(&mut O, &Sums, usize) + Sync),
     ) {
         match self.precision {
-            Precision::Single => self.sum_in::<f32, O>(what, points_m, out, take),
-            Precision::Double => self.sum_in::<f64, O>(what, points_m, out, take),
+            Precision::Single => {
+                self.sum_tiles::<f32, C, O>(Differentiation::none(), points_m, out, write);
+            }
+            Precision::Double => {
+                self.sum_tiles::<f64, C, O>(Differentiation::none(), points_m, out, write);
+            }
         }
     }
 
-    fn sum_in<T: Real, O: Send>(
+    fn sum_tiles<T: Float, C: Case, O: Send>(
         &self,
-        what: Summed,
+        by: Differentiation<T>,
         points_m: &[Vec3],
         out: &mut [O],
-        take: &(impl Fn(&Sums, usize) -> O + Sync),
+        write: &(impl Fn(&mut O, &Sums, usize) + Sync),
     ) {
-        let prepared = Prepared::new(self, Slopes::<T>::none());
+        let prepared = Prepared::new(self, by);
         out.par_chunks_mut(TILE).zip(points_m.par_chunks(TILE)).for_each_init(
             || (Sums::default(), Surroundings::default()),
             |(sums, surroundings), (out, points_m)| {
-                surroundings.surround(self, points_m);
-                let prepared = &prepared;
-                let instructions = self.instructions;
-                macro_rules! run {
-                    ($plain:literal, $near:literal, $squares:literal) => {
-                        instructions.run(SumTile::<T, $plain, $near, $squares, 0, false> {
-                            prepared,
-                            surroundings,
-                            sums,
-                        })
-                    };
-                }
-                match (what, self.near_field != 0.0) {
-                    (Summed::PlainField, false) => run!(true, false, false),
-                    (Summed::PlainField, true) => run!(true, true, false),
-                    (Summed::Field, _) => run!(false, true, false),
-                    (Summed::FieldAndSquares, _) => run!(false, true, true),
-                }
-                for (lane, out) in out.iter_mut().enumerate() {
-                    *out = take(sums, lane);
+                surroundings.set(self, points_m);
+                self.instructions.run(TileSum::<T, C>::new(&prepared, surroundings, sums));
+                for (point, out) in out.iter_mut().enumerate() {
+                    write(out, sums, point);
                 }
             },
         );
     }
 }
 
-/// A function of the angle from an element's axis, known to `tolerance` of its largest value, in the variable in which it is
-/// smooth but for the transducer's corners.
+/// A function of the angle from an element's axis, as a polynomial in the transducer's variable, in which it is smooth except at
+/// the transducer's corners. `tolerance` is relative to its largest value.
 fn fit(
     tolerance: f64,
     transducer: &dyn Transducer,

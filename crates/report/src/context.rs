@@ -1,6 +1,6 @@
-//! What a report says beside the comparison itself.
+//! The facts of a report that the comparison does not hold.
 
-/// Facts that the comparison does not hold: where the data are from and under what circumstances.
+/// Facts that the comparison does not hold: set-up, software, input files and warnings.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReportContext {
     /// Heading of the page.
@@ -11,8 +11,7 @@ pub struct ReportContext {
     pub software: String,
     /// Files that the report was made from.
     pub inputs: Vec<InputFile>,
-    /// What a reader has to know before believing the figures, for instance that the scan is partial; a sentence
-    /// each.
+    /// What limits the figures, for instance that the scan is partial; one sentence each.
     pub warnings: Vec<String>,
 }
 

@@ -1,54 +1,54 @@
-//! A display, shown: a picture that moves, one that does not, and its frames as a table.
+//! The pictures of a tactile display, moving and still, and its frames as a table.
 
 use std::path::{Path, PathBuf};
 
 use super::error::ReportError;
 use super::folder::Folder;
-use super::picture::{DisplayMap, Drawn, Shown, animated};
+use super::picture::{DisplayMap, DisplayPanel, Drawn, animated};
 use fieldgap_acoustics::PlaneGrid;
 use fieldgap_acoustics::radiation::SkinInAir;
 use fieldgap_display::{ComposedDisplay, DisplayFile, Playback};
 
-/// A loop that is shorter is shown slower, s.
+/// Shorter loops are shown slower, s.
 const SHORTEST_S: f64 = 2.0;
 
-/// A loop that is longer is shown faster, s.
+/// Longer loops are shown faster, s.
 const LONGEST_S: f64 = 8.0;
 
-/// What is shown.
-pub struct DisplayShown<'a> {
+/// A display with its field.
+pub struct PlayedDisplay<'a> {
     /// The file.
     pub display: &'a DisplayFile,
-    /// What is sent.
+    /// The frames that are sent.
     pub composed: &'a ComposedDisplay,
-    /// Its field.
+    /// The field of each frame.
     pub playback: &'a Playback<'a>,
-    /// What the field meets.
+    /// The reflecting skin.
     pub skin: SkinInAir,
-    /// The carrier, Hz.
+    /// Frequency of the carrier, Hz.
     pub carrier_hz: f64,
 }
 
-/// The files.
+/// The files of a display.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DisplayFiles {
-    /// The picture that moves, an animated PNG.
+    /// The moving picture, an animated PNG.
     pub animation: PathBuf,
-    /// The largest sound pressure and the mean radiation pressure.
+    /// The maximum sound pressure and the mean radiation pressure, over time.
     pub still: PathBuf,
-    /// Where the foci stand in every frame, and the sound pressure there.
+    /// The position of the foci in every frame, and the sound pressure there.
     pub frames: PathBuf,
 }
 
-/// Shows a display in a folder, which is made where it is missing.
+/// Writes the pictures of a display and its frames into a folder, which is created if it is missing.
 ///
 /// # Errors
-/// [`ReportError`] if a picture cannot be drawn or a file not be written.
-pub fn write_display(dir: &Path, shown: &DisplayShown) -> Result<DisplayFiles, ReportError> {
-    let film = Film::new(shown);
+/// [`ReportError`] if a picture cannot be drawn or a file cannot be written.
+pub fn write_display(dir: &Path, shown: &PlayedDisplay) -> Result<DisplayFiles, ReportError> {
+    let pictures_of_loop = Pictures::new(shown);
     let folder = Folder::make(dir)?;
-    let moving = film.moving()?;
-    let still = film.still()?;
+    let moving = pictures_of_loop.moving()?;
+    let still = pictures_of_loop.still()?;
     Ok(DisplayFiles {
         animation: folder.put("display-moving.png", &moving)?,
         still: folder.put("display.png", &still.png)?,
@@ -56,7 +56,7 @@ pub fn write_display(dir: &Path, shown: &DisplayShown) -> Result<DisplayFiles, R
     })
 }
 
-impl DisplayShown<'_> {
+impl PlayedDisplay<'_> {
     fn table(&self) -> String {
         let mut table =
             "frame,begins_ms,holds_ms,focus,x_mm,y_mm,z_mm,pressure_pa_rms\n".to_owned();
@@ -78,20 +78,20 @@ impl DisplayShown<'_> {
 }
 
 /// The pictures of one loop.
-struct Film<'a> {
-    shown: &'a DisplayShown<'a>,
+struct Pictures<'a> {
+    shown: &'a PlayedDisplay<'a>,
     grid: PlaneGrid,
-    /// Periods of the carrier of which there are pictures.
+    /// The periods of the carrier that are drawn.
     periods: Vec<u64>,
-    /// How long the loop takes, s.
+    /// Duration of the loop, s.
     loop_s: f64,
-    /// Whether the envelope is what changes.
+    /// Whether the foci stand still and only the envelope changes.
     by_envelope: bool,
-    ways_mm: Vec<Vec<(f64, f64)>>,
+    paths_mm: Vec<Vec<(f64, f64)>>,
 }
 
-impl<'a> Film<'a> {
-    fn new(shown: &'a DisplayShown<'a>) -> Self {
+impl<'a> Pictures<'a> {
+    fn new(shown: &'a PlayedDisplay<'a>) -> Self {
         let picture = &shown.display.picture;
         let first_m = shown.composed.slots[0].foci[0].1;
         let z_m = picture.z_mm.map_or(first_m.z, |z_mm| z_mm.get() * 1e-3);
@@ -119,18 +119,18 @@ impl<'a> Film<'a> {
             })
             .collect();
         let foci = shown.display.focus.len();
-        let mut ways_mm = vec![Vec::new(); foci];
+        let mut paths_mm = vec![Vec::new(); foci];
         for slot in &shown.composed.slots {
             for (focus, at_m) in &slot.foci {
-                ways_mm[*focus].push((at_m.x * 1e3, at_m.y * 1e3));
+                paths_mm[*focus].push((at_m.x * 1e3, at_m.y * 1e3));
             }
         }
-        for way in &mut ways_mm {
-            // Every way ends where it begins.
-            way.extend(way.first().copied());
+        for path in &mut paths_mm {
+            // Every path is closed.
+            path.extend(path.first().copied());
         }
         let loop_s = whole as f64 / shown.carrier_hz;
-        Self { shown, grid, periods, loop_s, by_envelope, ways_mm }
+        Self { shown, grid, periods, loop_s, by_envelope, paths_mm }
     }
 
     fn pressures(&self) -> Vec<Vec<f64>> {
@@ -160,7 +160,7 @@ impl<'a> Film<'a> {
                 } else {
                     format!("{:.3} s", time_ms * 1e-3)
                 };
-                let shown = Shown {
+                let shown = DisplayPanel {
                     title: format!("{}, {time}", self.shown.display.name),
                     label: "sound pressure (Pa rms)".to_owned(),
                     values,
@@ -171,16 +171,16 @@ impl<'a> Film<'a> {
                         .map(|(_, at_m)| (at_m.x * 1e3, at_m.y * 1e3))
                         .collect(),
                 };
-                DisplayMap::new(&self.grid, vec![shown], self.ways_mm.clone())
+                DisplayMap::new(&self.grid, vec![shown], self.paths_mm.clone())
             })
             .collect();
         let each_s = self.loop_s.clamp(SHORTEST_S, LONGEST_S) / pictures.len().max(1) as f64;
         Ok(animated(&pictures, (each_s * 1e3).round().clamp(20.0, 2000.0) as u16)?)
     }
 
-    /// The mean over all frames, each for as long as it is held, and the largest.
+    /// The maximum over all frames, and their mean, weighted by the time that each is held.
     fn still(&self) -> Result<Drawn, ReportError> {
-        let DisplayShown { composed, playback, skin, .. } = self.shown;
+        let PlayedDisplay { composed, playback, skin, .. } = self.shown;
         let points = self.grid.points();
         let program = &composed.program;
         let envelope = program.envelope();
@@ -201,9 +201,9 @@ impl<'a> Film<'a> {
         let top = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
         let z_mm = self.grid.z_m * 1e3;
         let maps = vec![
-            Shown {
+            DisplayPanel {
                 title: format!(
-                    "{}, the largest over time at z = {z_mm:.0} mm",
+                    "{}, maximum over time at z = {z_mm:.0} mm",
                     self.shown.display.name
                 ),
                 label: "sound pressure (Pa rms)".to_owned(),
@@ -211,7 +211,7 @@ impl<'a> Film<'a> {
                 values: largest,
                 foci_mm: Vec::new(),
             },
-            Shown {
+            DisplayPanel {
                 title: "on skin, mean over time".to_owned(),
                 label: "radiation pressure (Pa)".to_owned(),
                 top: top(&mean),
@@ -219,7 +219,7 @@ impl<'a> Film<'a> {
                 foci_mm: Vec::new(),
             },
         ];
-        let map = DisplayMap::new(&self.grid, maps, self.ways_mm.clone())
+        let map = DisplayMap::new(&self.grid, maps, self.paths_mm.clone())
             .expect("a square about the axis has a point");
         Ok(Drawn::new(&map)?)
     }

@@ -8,11 +8,11 @@ pub use super::picture::PictureError;
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// A file or folder could not be written.
-    #[error("cannot write {}; is there room, and may you write there?", path.display())]
+    #[error("cannot write {}: is the disk full, or is writing there not permitted?", path.display())]
     Write {
-        /// Which.
+        /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// A picture could not be drawn.

@@ -1,4 +1,4 @@
-//! A drawn picture: its files, and how it stands on a page.
+//! A drawn picture, its files, and its place on a page.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -44,7 +44,7 @@ impl Figure {
     /// Links to its files.
     fn files(&self) -> Markup {
         html! {
-            p { "As a file: " a href=(self.png_name()) { "PNG" } ", " a href=(self.svg_name()) { "SVG" } }
+            p { "Files: " a href=(self.png_name()) { "PNG" } ", " a href=(self.svg_name()) { "SVG" } }
         }
     }
 }

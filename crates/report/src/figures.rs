@@ -1,4 +1,4 @@
-//! Which pictures a report has, and what their files are called.
+//! The pictures of a report, and the names of their files.
 
 use rayon::prelude::*;
 

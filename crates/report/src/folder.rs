@@ -9,7 +9,7 @@ use super::figure::Figure;
 pub(super) struct Folder<'d>(&'d Path);
 
 impl<'d> Folder<'d> {
-    /// Makes it where it is missing.
+    /// Creates it if it is missing.
     pub fn make(dir: &'d Path) -> Result<Self, ReportError> {
         std::fs::create_dir_all(dir).map_err(ReportError::write(dir))?;
         Ok(Self(dir))

@@ -2,29 +2,29 @@
 
 use fieldgap_comparison::{Comparison, FieldFigures, PlaneComparison};
 
-/// Maps that correlate at least this well have the same shape.
+/// Maps have the same shape from this correlation on.
 pub(super) const LEAST_CORRELATION: f64 = 0.9;
-/// Peaks that are apart by at most this share of the focal radius stand at the same place.
+/// Peaks coincide if they are at most this share of the focal radius apart.
 pub(super) const SAME_PLACE_SHARE: f64 = 0.5;
 /// A plane farther than this from the focus, metres, is not at the focal height, even if no other is nearer.
 const FOCAL_HEIGHT_REACH_M: f64 = 5e-3;
 
-/// What a plane comes to.
+/// How scan and simulation compare at a plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Judgement {
     /// Peak and shape agree.
     Agrees,
-    /// The peaks stand apart.
+    /// The peaks do not coincide.
     PeakApart,
-    /// The shapes agree, but of several maxima another one is the largest.
+    /// The shapes agree, but there are several maxima, and the largest is not the same one.
     OtherMaximum,
-    /// The peaks stand together, the shapes differ.
+    /// The peaks coincide, the shapes differ.
     ShapeDiffers,
-    /// There is too little to judge by.
+    /// There are too few readings.
     Unknown,
 }
 
-/// Judges a plane, by the two limits that the page states.
+/// Judges a plane by the two limits that the page states.
 pub(super) fn judge(plane: &PlaneComparison) -> Judgement {
     let correlation = plane.agreement.correlation;
     if !correlation.is_finite() {

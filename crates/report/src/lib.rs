@@ -1,7 +1,73 @@
-//! The report of a comparison: a folder with one HTML page that needs nothing beside it, the maps and
-//! curves as PNG and SVG, and the figures as tables.
+//! Pictures, tables and pages of results: one function for each kind of result, which writes a folder.
 //!
-//! A comparison gives the same report every time, byte for byte: there is no clock and no chance in it.
+//! | result | function |
+//! |---|---|
+//! | comparison of a scan with simulations | [`write()`], and [`csv`] for the table alone |
+//! | diagnosis | [`write_diagnosis`] |
+//! | study over parameters | [`write_study`] |
+//! | characterized transducer | [`write_transducer`] |
+//! | transducer models | [`write_transducer_models`] |
+//! | tactile display | [`write_display`] |
+//!
+//! A page is one HTML file that needs nothing beside it and no network. Its pictures are also written as PNG and SVG, its
+//! figures as text, CSV and JSON. The same result gives the same files, byte for byte.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use fieldgap_acoustics::{Simulator, Vec3};
+//! use fieldgap_comparison::{Registering, compare};
+//! use fieldgap_input::TomlSource;
+//! use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
+//! use fieldgap_report::{ReportContext, csv, write};
+//!
+//! let source = r#"
+//! format = 1
+//! name = "example"
+//! recorded = 2026-11-20T17:00:00Z
+//! reading = "V"
+//!
+//! [array]
+//! frequency_hz = 40000.0
+//! layout = "square"
+//! columns = 4
+//! rows = 4
+//! element_diameter_mm = 10.5
+//! spacing_mm = 0.0
+//!
+//! [medium]
+//! speed_of_sound_m_s = 343.0
+//!
+//! [simulator]
+//! model = "piston"
+//!
+//! [[focus]]
+//! x_mm = 0.0
+//! y_mm = 0.0
+//! z_mm = 100.0
+//! "#;
+//! let setup = ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), source))?;
+//!
+//! // The readings are those of a piston model. They are compared with the thesis's simulator.
+//! let points: Vec<Vec3> = (-5..=5)
+//!     .flat_map(|y| (-5..=5).map(move |x| Vec3::new(0.004 * x as f64, 0.004 * y as f64, 0.1)))
+//!     .collect();
+//! let readings = setup.simulation(Simulator::Piston, 0).expect("one focus").magnitudes(&points);
+//! let samples = points
+//!     .iter()
+//!     .zip(readings)
+//!     .map(|(at_m, reading)| RecordedSample::measured(0.0, Some(0), *at_m, reading, None))
+//!     .collect();
+//! let scan = RecordedScan { setup, samples };
+//! let comparison = compare(&scan, Simulator::Corrected, Registering::GainOnly)?;
+//!
+//! let folder = tempfile::tempdir()?;
+//! let context = ReportContext { title: "Example".to_owned(), ..ReportContext::default() };
+//! let files = write(folder.path(), &context, &[comparison.clone()])?;
+//! assert!(files.index.ends_with("index.html"));
+//! assert_eq!(std::fs::read_to_string(&files.csv)?, csv(&[comparison]));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod context;
 mod diagnosis;
@@ -28,7 +94,7 @@ use std::path::{Path, PathBuf};
 
 pub use self::context::{InputFile, ReportContext};
 pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};
-pub use self::display::{DisplayFiles, DisplayShown, write_display};
+pub use self::display::{DisplayFiles, PlayedDisplay, write_display};
 pub use self::error::{PictureError, ReportError};
 pub use self::study::{StudyFiles, write_study};
 pub use self::tables::csv;
@@ -39,22 +105,22 @@ use self::figures::Figures;
 use self::folder::Folder;
 use fieldgap_comparison::Comparison;
 
-/// The files that a report consists of.
+/// The files of a report.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ReportFiles {
     /// The page.
     pub index: PathBuf,
     /// The pictures, PNG and SVG.
     pub pictures: Vec<PathBuf>,
-    /// The figures as a table for people.
+    /// The figures as a text table.
     pub text: PathBuf,
-    /// The figures as a table for programs, one row for each simulator, drive and height.
+    /// The figures as CSV, one row for each simulator, drive and height.
     pub csv: PathBuf,
-    /// The comparisons in full, maps and all, as a list.
+    /// The complete comparisons with their maps, as a JSON list.
     pub json: PathBuf,
 }
 
-/// Writes the report of a scan into a folder, which is made where it is missing: one comparison for each
+/// Writes the report of a scan into a folder, which is created if it is missing: one comparison for each
 /// simulator (each simulator once), all of the same scan.
 ///
 /// # Errors
@@ -73,7 +139,7 @@ pub fn write(
     let text = folder.put(tables::TEXT_NAME, tables::text(comparisons).as_bytes())?;
     let csv = folder.put(tables::CSV_NAME, tables::csv(comparisons).as_bytes())?;
     let json = folder.put(tables::JSON_NAME, &serde_json::to_vec(comparisons)?)?;
-    // The page last: where it stands, the report is whole.
+    // The page comes last: where it exists, the report is complete.
     let index = folder.put("index.html", page::page(context, comparisons, &figures).as_bytes())?;
     Ok(ReportFiles { index, pictures, text, csv, json })
 }

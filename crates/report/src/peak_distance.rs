@@ -1,8 +1,8 @@
-//! How far a peak stands from a place.
+//! The distance of a peak from a point.
 
 use fieldgap_comparison::Uncertain;
 
-/// Distance in x and y from a place to a peak, all metres, with the error that the peak's position brings.
+/// Distance in x and y from a point to a peak, all metres, with the standard error from the peak's position.
 pub(super) fn peak_distance_m(peak_m: [Uncertain; 2], (x_m, y_m): (f64, f64)) -> Uncertain {
     let (dx, dy) = (peak_m[0].value - x_m, peak_m[1].value - y_m);
     let [error_x, error_y] = peak_m.map(|along| along.standard_error);
@@ -10,7 +10,7 @@ pub(super) fn peak_distance_m(peak_m: [Uncertain; 2], (x_m, y_m): (f64, f64)) ->
     let standard_error = if value > 0.0 {
         (dx / value * error_x).hypot(dy / value * error_y)
     } else {
-        // No direction is along the distance; the larger error is the safe one.
+        // The distance has no direction; the larger error is the safe one.
         error_x.max(error_y)
     };
     Uncertain { value, standard_error }

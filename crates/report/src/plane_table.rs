@@ -2,10 +2,10 @@
 
 use maud::{Markup, html};
 
-/// What the table is made of.
+/// The contents of the table.
 pub(super) struct PlaneTable<'a> {
     pub caption: &'a str,
-    /// The columns that name a plane: its height and, before it, what else tells it from the others.
+    /// The columns that identify a plane. The last is its height.
     pub lead: &'a [&'a str],
     /// Heading of each group, and how many columns it spans.
     pub groups: &'a [(&'a str, usize)],
@@ -15,7 +15,7 @@ pub(super) struct PlaneTable<'a> {
 
 /// The row of a plane.
 pub(super) struct PlaneRow {
-    /// What stands before the height.
+    /// The cells before the height.
     pub lead: Vec<String>,
     pub height: String,
     pub cells: Vec<String>,

@@ -1,4 +1,4 @@
-//! Where it all comes from: the set-up, the software, the input files.
+//! The set-up, the software and the input files.
 
 use maud::{Markup, html};
 
@@ -12,7 +12,7 @@ pub(super) fn set_up(context: &ReportContext, readings: Option<usize>) -> Markup
     section("set-up", "Set-up", &facts(described.chain(readings)))
 }
 
-/// What the page was made with and from, so that it can be made again; `files` hold its figures.
+/// The software, the data files and the input files, so that the page can be made again.
 pub(super) fn provenance(context: &ReportContext, files: &[&str]) -> Markup {
     let software = ("Software", html! { (context.software) });
     let files = html! {
@@ -21,13 +21,13 @@ pub(super) fn provenance(context: &ReportContext, files: &[&str]) -> Markup {
             a href=(name) { (name) }
         }
     };
-    let files = ("The figures as files", files);
+    let files = ("Data files", files);
     let inputs =
         context.inputs.iter().map(|file| (file.name.as_str(), html! { code { (file.sha256) } }));
     let content = html! {
         p {
-            "The same files and the same software give this page again, byte for byte. Of the files that the figures \
-             come from, the SHA-256:"
+            "The same files and the same software reproduce this page byte for byte. The SHA-256 digests of the input \
+             files are given."
         }
         (facts([software, files].into_iter().chain(inputs)))
     };

@@ -1,4 +1,4 @@
-//! The files of a study: tables, what was found in words, the study itself, and its pictures.
+//! The files of a study: tables, the findings as text, the study itself, and its pictures.
 
 use std::path::{Path, PathBuf};
 
@@ -10,17 +10,17 @@ use super::folder::Folder;
 use super::picture::{Drawn, StudyCurves, StudyField, StudySurfaces};
 use fieldgap_study::{Row, Study, StudyResult, csv, draws_csv};
 
-/// The files that a study leaves.
+/// The files of a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StudyFiles {
     /// A row for each combination of values.
     pub csv: PathBuf,
-    /// The pictures, PNG and SVG: the three figures against what was swept, if they can be drawn, and the field maps
+    /// The pictures, PNG and SVG: the three figures against the swept parameters, if they can be drawn, and the field maps
     /// that were kept.
     pub pictures: Vec<PathBuf>,
 }
 
-/// Writes what a study found into a folder, which is made where it is missing; `text` is what people are to read.
+/// Writes the results of a study into a folder, which is created if it is missing; `text` holds the findings.
 ///
 /// # Errors
 /// [`ReportError`] if a picture cannot be drawn or a file cannot be written.

@@ -1,21 +1,21 @@
-//! The figures as files for people and programs: those of each comparison, one after the other.
+//! The figures of all comparisons as text, CSV and JSON.
 
 use fieldgap_comparison::Comparison;
 
-/// Name of the table for people.
+/// Name of the text table.
 pub(super) const TEXT_NAME: &str = "table.txt";
-/// Name of the table for programs.
+/// Name of the CSV table.
 pub(super) const CSV_NAME: &str = "comparison.csv";
-/// Name of the comparisons in full.
+/// Name of the file with the complete comparisons.
 pub(super) const JSON_NAME: &str = "comparison.json";
 
-/// The text tables, one below the other.
+/// The text tables of the comparisons, in their order.
 pub(super) fn text(comparisons: &[Comparison]) -> String {
     let tables: Vec<String> = comparisons.iter().map(Comparison::to_text).collect();
     tables.join("\n")
 }
 
-/// The CSV tables as one, with the simulator in a column of its own before the others.
+/// One CSV table of all comparisons: a row for each simulator, drive and height, with the simulator in the first column.
 pub fn csv(comparisons: &[Comparison]) -> String {
     let mut csv = String::new();
     for comparison in comparisons {

@@ -1,4 +1,4 @@
-//! The files of a characterized transducer: what was found in words and as tables, its pictures, and the transducer file.
+//! The files of a characterized transducer: the findings as text and tables, pictures, and the transducer file.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use fieldgap_acoustics::metrics::PlaneMap;
 use fieldgap_characterization::{Characterization, Readings, csv};
 use fieldgap_records::{OFF_LINE_MM, Plane, RecordedSample, TransducerFile, plane_map};
 
-/// The files that a characterization leaves.
+/// The files of a characterization.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TransducerFiles {
     /// The transducer file.
@@ -20,7 +20,7 @@ pub struct TransducerFiles {
     pub pictures: Vec<PathBuf>,
 }
 
-/// Writes what was found of a transducer into a folder, which is made where it is missing; `text` is what people are to read.
+/// Writes the results of a characterization into a folder, which is created if it is missing; `text` holds the findings.
 ///
 /// # Errors
 /// [`ReportError`] if a picture cannot be drawn or a file cannot be written.
@@ -50,8 +50,8 @@ pub fn write_transducer(
     Ok(TransducerFiles { transducer, pictures })
 }
 
-/// Heights (millimetres) and what the preferred pair leaves there, in root mean squares of it all; heights that were not
-/// scanned on a grid are left out.
+/// Heights (millimetres) and the residuals of the preferred pair of laws there, divided by their rms over all readings. Heights
+/// that were not scanned on a grid are left out.
 fn residual_maps(found: &Characterization, readings: &Readings) -> Vec<(f64, PlaneMap)> {
     let best = found.best();
     let predicted = best.predicted(readings);

@@ -1,4 +1,4 @@
-//! A picture of each transducer model beside the integral over a vibrating face.
+//! A picture of each transducer model, compared with the integral over a vibrating face.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use super::folder::Folder;
 use super::picture::{Drawn, ModelCurves};
 use fieldgap_study::ModelBesideIntegral;
 
-/// Writes a picture of each model into a folder, which is made where it is missing; gives the pictures, PNG and SVG.
+/// Writes a picture of each model into a folder, which is created if it is missing; gives the pictures, PNG and SVG.
 ///
 /// # Errors
 /// [`ReportError`] if a picture cannot be drawn or a file cannot be written.

@@ -1,4 +1,4 @@
-//! What a comparison comes to, in plain words.
+//! The findings of a comparison, in sentences.
 
 use super::judgement::{Judgement, drives, focal_height_m, judge};
 use super::peak_distance::peak_distance_m;
@@ -8,39 +8,39 @@ use fieldgap_comparison::{
 };
 use fieldgap_text::{fixed, height_mm, millimetres, percent, significant};
 
-/// Levels that differ from the simulation's by less than this are not worth a sentence.
+/// A range of levels below this is not reported.
 const LEVEL_TOLERANCE: f64 = 0.1;
-/// More heights than these are given as a range.
+/// More heights than this are given as a range.
 const MOST_HEIGHTS_LISTED: usize = 8;
 
-/// What a comparison comes to, sentence by sentence.
+/// The findings of a comparison, one sentence each.
 pub(super) fn sentences(comparison: &Comparison) -> Vec<String> {
     let drives = drives(comparison);
     let mut sentences = Vec::from_iter(registration(&comparison.registration));
     for &number in &drives {
-        let about = if drives.len() > 1 { format!("Drive {number}: ") } else { String::new() };
+        let prefix = if drives.len() > 1 { format!("Drive {number}: ") } else { String::new() };
         let drive = Drive::new(comparison, number);
-        sentences.extend(drive.sentences().map(|sentence| format!("{about}{sentence}")));
+        sentences.extend(drive.sentences().map(|sentence| format!("{prefix}{sentence}")));
     }
     sentences.push(overall(&comparison.overall));
-    sentences.extend(left_open(&comparison.registration));
+    sentences.extend(undetermined(&comparison.registration));
     sentences
 }
 
-/// Which of several simulators comes closest; `None` for a single one.
-pub(super) fn closest(comparisons: &[Comparison]) -> Option<String> {
+/// Which of several simulators agrees best with the scan; `None` for a single one.
+pub(super) fn best_simulator(comparisons: &[Comparison]) -> Option<String> {
     let mut ranked: Vec<&Comparison> =
         comparisons.iter().filter(|c| c.overall.residual_rms_ratio.is_finite()).collect();
     ranked.sort_by(|a, b| a.overall.residual_rms_ratio.total_cmp(&b.overall.residual_rms_ratio));
     let (best, others) = ranked.split_first()?;
-    let left = |c: &Comparison| percent(c.overall.residual_rms_ratio);
+    let residual = |c: &Comparison| percent(c.overall.residual_rms_ratio);
     let others: Vec<String> =
-        others.iter().map(|other| format!("{} for {}", left(other), other.simulator)).collect();
+        others.iter().map(|other| format!("{} for {}", residual(other), other.simulator)).collect();
     (!others.is_empty()).then(|| {
         format!(
-            "Of the simulators, {} comes closest: its residual is {} of the scan's rms, against {}.",
+            "The {} simulator agrees best with the scan: its residual is {} of the scan's rms, against {}.",
             best.simulator,
-            left(best),
+            residual(best),
             listed(&others)
         )
     })
@@ -60,12 +60,12 @@ impl<'a> Drive<'a> {
 
     fn sentences(&self) -> impl Iterator<Item = String> {
         [
-            self.agreeing(),
-            self.apart(),
+            self.agreement(),
+            self.distances(),
             self.other_maximum(),
             self.shapes(),
-            self.unknown(),
-            self.wandering(),
+            self.too_few_readings(),
+            self.distances_from_axis(),
             self.focal_radius(),
             self.levels(),
         ]
@@ -81,119 +81,113 @@ impl<'a> Drive<'a> {
         self.focal_height_m == Some(plane.z_m)
     }
 
-    /// `At the focal height, 100 mm,` or `At 50, 100 (the focal height) and 150 mm`.
-    fn at(&self, planes: &[&PlaneComparison]) -> String {
-        if let [plane] = planes
-            && self.is_focal(plane)
-        {
-            return format!("At the focal height, {} mm,", height_mm(plane.z_m));
+    /// The heights of some planes: `the focal height of 100 mm`, `50, 100 (focal height) and 150 mm`.
+    fn heights(&self, planes: &[&PlaneComparison]) -> String {
+        let focal = planes.iter().find(|plane| self.is_focal(plane));
+        let focal_height =
+            focal.map(|plane| format!("focal height of {} mm", height_mm(plane.z_m)));
+        match (planes, focal_height) {
+            ([_], Some(focal_height)) => format!("the {focal_height}"),
+            ([first, .., last], focal_height) if planes.len() > MOST_HEIGHTS_LISTED => {
+                let (from, to) = (height_mm(first.z_m), height_mm(last.z_m));
+                let including = focal_height.map(|height| format!(", including the {height}"));
+                format!(
+                    "{} heights from {from} to {to} mm{}",
+                    planes.len(),
+                    including.unwrap_or_default()
+                )
+            }
+            _ => {
+                let height = |plane: &&PlaneComparison| {
+                    let focal = if self.is_focal(plane) { " (focal height)" } else { "" };
+                    format!("{}{focal}", height_mm(plane.z_m))
+                };
+                format!("{} mm", listed(&planes.iter().map(height).collect::<Vec<_>>()))
+            }
         }
-        if let [first, .., last] = planes
-            && planes.len() > MOST_HEIGHTS_LISTED
-        {
-            let (from, to) = (height_mm(first.z_m), height_mm(last.z_m));
-            let focal = planes.iter().find(|plane| self.is_focal(plane));
-            let focal = focal.map_or_else(String::new, |plane| {
-                format!(", {} (the focal height) among them,", height_mm(plane.z_m))
-            });
-            return format!("At {} heights from {from} to {to} mm{focal}", planes.len());
-        }
-        let heights: Vec<String> = planes
-            .iter()
-            .map(|plane| {
-                let height = height_mm(plane.z_m);
-                if self.is_focal(plane) { format!("{height} (the focal height)") } else { height }
-            })
-            .collect();
-        format!("At {} mm", listed(&heights))
     }
 
-    fn agreeing(&self) -> Option<String> {
+    fn agreement(&self) -> Option<String> {
         let planes = self.judged(Judgement::Agrees);
-        let correlation = least_correlation(&planes)?;
+        let correlation = fixed(least_correlation(&planes)?, 3);
         let figures = match planes.as_slice() {
             [plane] => format!(
-                "their peaks stand {} mm apart and their maps correlate at {}",
-                millimetres(plane.discrepancy.peak_distance_m),
-                fixed(correlation, 3)
+                "their peaks are {} mm apart and the correlation of the maps is {correlation}",
+                millimetres(plane.discrepancy.peak_distance_m)
             ),
             _ => format!(
-                "their peaks stand at most {} mm apart and their maps correlate at {} or better",
-                significant(farthest_mm(&planes)?, 2),
-                fixed(correlation, 3)
+                "their peaks are at most {} mm apart and the correlation of the maps is at least {correlation}",
+                significant(farthest_mm(&planes)?, 2)
             ),
         };
-        Some(format!("{} scan and simulation agree: {figures}.", self.at(&planes)))
+        Some(format!("At {}, scan and simulation agree: {figures}.", self.heights(&planes)))
     }
 
-    fn apart(&self) -> Option<String> {
+    fn distances(&self) -> Option<String> {
         let planes = self.judged(Judgement::PeakApart);
-        let (first, others) = planes.split_first()?;
-        if planes.len() > MOST_HEIGHTS_LISTED {
-            return Some(format!(
-                "{} the scanned peak lies up to {} mm from the simulated one.",
-                self.at(&planes),
-                significant(farthest_mm(&planes)?, 3)
-            ));
-        }
-        let distance = |plane: &PlaneComparison| millimetres(plane.discrepancy.peak_distance_m);
-        let mut distances = vec![format!(
-            "{} the scanned peak lies {} mm from the simulated one",
-            self.at(&[*first]),
-            distance(first)
-        )];
-        distances.extend(
-            others
-                .iter()
-                .map(|p| format!("at {} mm it lies {} mm away", height_mm(p.z_m), distance(p))),
-        );
-        Some(format!("{}.", listed(&distances)))
+        let distances = match planes.as_slice() {
+            [] => return None,
+            many if many.len() > MOST_HEIGHTS_LISTED => format!(
+                "up to {} mm apart at {}",
+                significant(farthest_mm(many)?, 3),
+                self.heights(many)
+            ),
+            few => {
+                let distance = |plane: &&PlaneComparison| {
+                    let distance_mm = millimetres(plane.discrepancy.peak_distance_m);
+                    format!("{distance_mm} mm apart at {}", self.heights(&[*plane]))
+                };
+                listed(&few.iter().map(distance).collect::<Vec<_>>())
+            }
+        };
+        Some(format!("The peaks of scan and simulation are {distances}."))
     }
 
     fn other_maximum(&self) -> Option<String> {
         let planes = self.judged(Judgement::OtherMaximum);
         Some(format!(
-            "{} the maps agree in shape (correlation {}{}), but of several maxima of similar height scan and simulation \
-             have different ones as the largest.",
-            self.at(&planes),
-            fixed(least_correlation(&planes)?, 3),
-            if planes.len() > 1 { " or better" } else { "" }
+            "At {}, the maps agree in shape ({}), but they have several maxima of similar height, and the largest is not \
+             the same one in scan and simulation.",
+            self.heights(&planes),
+            correlation(&planes)?
         ))
     }
 
     fn shapes(&self) -> Option<String> {
         let planes = self.judged(Judgement::ShapeDiffers);
         Some(format!(
-            "{} the peaks stand at the same place, but the fields differ in shape: correlation {}{}.",
-            self.at(&planes),
-            fixed(least_correlation(&planes)?, 3),
-            if planes.len() > 1 { " at worst" } else { "" }
+            "At {}, the peaks coincide, but the fields differ in shape ({}).",
+            self.heights(&planes),
+            correlation(&planes)?
         ))
     }
 
-    fn unknown(&self) -> Option<String> {
+    fn too_few_readings(&self) -> Option<String> {
         let planes = self.judged(Judgement::Unknown);
         (!planes.is_empty()).then(|| {
-            format!("{} there are too few readings to compare the fields.", self.at(&planes))
+            format!(
+                "At {}, there are too few readings to compare the fields.",
+                self.heights(&planes)
+            )
         })
     }
 
-    /// Where the peaks go with the height, against the axis through the focus.
-    fn wandering(&self) -> Option<String> {
+    /// How far the peaks lie from the axis through the focus, over all heights.
+    fn distances_from_axis(&self) -> Option<String> {
         let distances = |figures: fn(&PlaneComparison) -> &FieldFigures| {
-            let far = |plane: &&PlaneComparison| {
+            let distance_mm = |plane: &&PlaneComparison| {
                 let target_m = plane.target_in_scan_m?;
                 let peak_m = figures(plane).peak_position_m;
-                let far_mm = peak_distance_m(peak_m, (target_m.x, target_m.y)).value * 1e3;
-                far_mm.is_finite().then_some(far_mm)
+                let distance_mm = peak_distance_m(peak_m, (target_m.x, target_m.y)).value * 1e3;
+                distance_mm.is_finite().then_some(distance_mm)
             };
-            let all: Vec<f64> = self.planes.iter().filter_map(far).collect();
+            let all: Vec<f64> = self.planes.iter().filter_map(distance_mm).collect();
             let least = all.iter().copied().reduce(f64::min).filter(|_| all.len() > 1)?;
             let most = all.iter().copied().reduce(f64::max)?;
             Some(format!("{} to {} mm", fixed(least, 1), fixed(most, 1)))
         };
         Some(format!(
-            "From height to height the scanned peak stands {} from the axis through the focus, the simulated one {}.",
+            "Over all heights, the peak lies {} from the vertical axis through the focus in the scan, and {} in the simulation.",
             distances(|plane| &plane.scan)?,
             distances(|plane| &plane.simulation)?
         ))
@@ -204,13 +198,13 @@ impl<'a> Drive<'a> {
         let radius =
             |figures: &FieldFigures| Some(millimetres(figures.focal_radius.as_ref()?.radius_m?));
         Some(format!(
-            "At the focal height the focal radius is {} mm in the scan and {} mm in the simulation.",
+            "At the focal height, the focal radius is {} mm in the scan and {} mm in the simulation.",
             radius(&plane.scan)?,
             radius(&plane.simulation)?
         ))
     }
 
-    /// Where the scan is louder or quieter than the simulation, at the one gain of the registration.
+    /// The range of the scan's level relative to the simulation, with the one gain of the registration.
     fn levels(&self) -> Option<String> {
         let ratio = |plane: &PlaneComparison| plane.agreement.gain_ratio;
         let known = || self.planes.iter().filter(|plane| ratio(plane).is_finite());
@@ -221,29 +215,35 @@ impl<'a> Drive<'a> {
         }
         let level = |plane: &PlaneComparison| {
             let height = height_mm(plane.z_m);
-            format!("{} times the simulation's at {height} mm", fixed(ratio(plane), 2))
+            format!("{} times that of the simulation at {height} mm", fixed(ratio(plane), 2))
         };
         Some(format!(
-            "With one gain for all heights, the scan's level runs from {} to {}.",
+            "With one gain for all heights, the level of the scan is {} and {}.",
             level(quietest),
             level(loudest)
         ))
     }
 }
 
-/// How scan and simulation were brought together, where it took more than a gain and a small shift.
+/// How the scan was registered, where a gain and a small shift did not suffice.
 fn registration(registration: &Registration) -> Option<String> {
-    let moved = registration.chosen == Registering::Pose;
-    moved.then(|| format!("Registration: {}", sentence(&registration.why)))
+    let full_pose = registration.chosen == Registering::Pose;
+    full_pose.then(|| format!("Registration: {}", sentence(&registration.why)))
 }
 
-/// What the registration leaves open.
-fn left_open(registration: &Registration) -> impl Iterator<Item = String> {
+/// Combinations of parameters that the registration does not determine.
+fn undetermined(registration: &Registration) -> impl Iterator<Item = String> {
     registration.undetermined.iter().map(|combination| {
         let parameters: Vec<String> =
             combination.parameters.iter().map(|name| parameter(name)).collect();
-        format!("These readings cannot tell {} apart.", listed(&parameters))
+        format!("These readings do not determine {} separately.", listed(&parameters))
     })
+}
+
+/// `correlation 0.912`, of several planes the least.
+fn correlation(planes: &[&PlaneComparison]) -> Option<String> {
+    let least = if planes.len() > 1 { "at least " } else { "" };
+    Some(format!("correlation {least}{}", fixed(least_correlation(planes)?, 3)))
 }
 
 fn least_correlation(planes: &[&PlaneComparison]) -> Option<f64> {
@@ -258,7 +258,7 @@ fn farthest_mm(planes: &[&PlaneComparison]) -> Option<f64> {
 
 fn overall(agreement: &Agreement) -> String {
     format!(
-        "Over all {} readings the correlation is {} and the residual {} of the scan's rms.",
+        "Over all {} readings, the correlation is {} and the residual is {} of the scan's rms.",
         agreement.points,
         fixed(agreement.correlation, 3),
         percent(agreement.residual_rms_ratio)

@@ -1,6 +1,6 @@
-//! Words put together into sentences.
+//! Lists, sentences and names of parameters.
 
-/// Words in a row: `a`, `a and b`, `a, b and c`.
+/// A list in words: `a`, `a and b`, `a, b and c`.
 pub(super) fn listed(words: &[String]) -> String {
     match words {
         [] => String::new(),
@@ -9,7 +9,7 @@ pub(super) fn listed(words: &[String]) -> String {
     }
 }
 
-/// Words as a sentence: a capital first and a full stop last, where they are missing.
+/// A sentence: with a capital at its beginning and a full stop at its end, where they are missing.
 pub(super) fn sentence(words: &str) -> String {
     let mut rest = words.trim().chars();
     let mut sentence: String = rest.next().into_iter().flat_map(char::to_uppercase).collect();
@@ -20,7 +20,7 @@ pub(super) fn sentence(words: &str) -> String {
     sentence
 }
 
-/// A parameter of the registration, as one speaks of it.
+/// The name of a parameter of the registration.
 pub(super) fn parameter(name: &str) -> String {
     match name {
         "shift_x" => "shift in x".to_owned(),

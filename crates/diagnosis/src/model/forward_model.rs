@@ -277,7 +277,7 @@ impl<'c> ForwardModel<'c> {
         if let Some(on_axis) = on_axis {
             kernel = kernel.with_on_axis(on_axis);
         }
-        kernel = kernel.through(self.air(believed)).with_near_field(nuisance.near_field);
+        kernel = kernel.with_propagation(self.air(believed)).with_near_field(nuisance.near_field);
         let lobes: Vec<_> = self
             .effects()
             .filter_map(|active| active.effect.sensitivity(active.setting(), wavenumber))
@@ -321,7 +321,7 @@ impl<'m, 'c> Chain<'m, 'c> {
             let air = self.model.air(self.believed);
             let attenuation_np_m = air.attenuation_np_m + attenuation_np_m;
             let air = Propagation { attenuation_np_m, ..air };
-            self.kernel.clone().through(air).sums_at(points_m)
+            self.kernel.clone().with_propagation(air).sums_at(points_m)
         };
         let scintillating = self
             .model

@@ -1,4 +1,4 @@
-//! The causes that are in question, with their parameters, and those that are not.
+//! The causes that remain possible, with their parameters, and those that are ruled out.
 
 use maud::{Markup, html};
 
@@ -9,8 +9,8 @@ use fieldgap_comparison::Uncertain;
 use fieldgap_diagnosis::{Candidate, Diagnosis, FittedParameter};
 use fieldgap_text::{ABSENT, fixed, percent, raised, significant, uncertain};
 
-/// How probable the candidates are, and the parameters of those in question.
-pub(super) fn in_question(diagnosis: &Diagnosis, figures: &DiagnosisFigures) -> Markup {
+/// How probable the candidates are, and the parameters of those that remain possible.
+pub(super) fn possible(diagnosis: &Diagnosis, figures: &DiagnosisFigures) -> Markup {
     let contenders = diagnosis.contenders();
     html! {
         @if let Some(figure) = &figures.evidence { (figure.markup(&evidence_note(diagnosis))) }
@@ -22,8 +22,8 @@ fn evidence_note(diagnosis: &Diagnosis) -> Markup {
     html! {
         p {
             "Probability of each cause or set of causes"
-            @if diagnosis.ranked.len() > MOST_BARS { ", the " (MOST_BARS) " most probable" }
-            "; for those out of the question, the odds against the best. The scale goes in powers of ten."
+            @if diagnosis.ranked.len() > MOST_BARS { " (the " (MOST_BARS) " most probable)" }
+            ", on a logarithmic scale. Unlikely causes and those ruled out are labelled with their odds against the best."
         }
     }
 }
@@ -32,10 +32,10 @@ fn evidence_note(diagnosis: &Diagnosis) -> Markup {
 const COLUMNS: [(&str, &str); 6] = [
     ("Cause", "name"),
     ("Probability", ""),
-    ("Gap after", ""),
+    ("Residual gap", ""),
     ("Parameter", "name"),
     ("Value", "value"),
-    ("What it means", "words"),
+    ("Meaning", "words"),
 ];
 
 /// The table of the parameters.
@@ -44,7 +44,8 @@ fn parameters(diagnosis: &Diagnosis, contenders: &[&Candidate]) -> Markup {
         div class="wide" {
             table class="names" {
                 caption {
-                    "The causes in question, \u{b1} one standard error. The gap after is over readings kept out of the fit."
+                    "The causes that remain possible, \u{b1} one standard error. The residual gap counts only readings that the fit \
+                     did not use."
                 }
                 thead {
                     tr { @for (words, class) in COLUMNS { th scope="col" class=(class) { (words) } } }
@@ -55,7 +56,7 @@ fn parameters(diagnosis: &Diagnosis, contenders: &[&Candidate]) -> Markup {
     }
 }
 
-/// One row a parameter; what is said of the cause stands beside its first.
+/// One row for each parameter; the cells about the cause span them.
 fn rows(diagnosis: &Diagnosis, candidate: &Candidate) -> Markup {
     let mut values: Vec<(&str, String)> = candidate
         .parameters
@@ -103,7 +104,7 @@ fn in_words(parameter: &FittedParameter, name: &str, reading_unit: &str) -> Stri
             standard_error: [of_real, of_imaginary],
         } => {
             format!(
-                "({}) + ({}) i; size {} at {}°",
+                "({}) + ({}) i; magnitude {} at {}°",
                 number(*real, *of_real),
                 number(*imaginary, *of_imaginary),
                 significant(real.hypot(*imaginary), 3),
@@ -116,7 +117,7 @@ fn in_words(parameter: &FittedParameter, name: &str, reading_unit: &str) -> Stri
     }
 }
 
-/// The causes that are out, and how firmly; `None` where there is none.
+/// The causes that are unlikely or ruled out, with their odds; `None` where there is none.
 pub(super) fn ruled_out(diagnosis: &Diagnosis) -> Option<Markup> {
     let out = diagnosis.ruled_out();
     if out.is_empty() {
@@ -132,14 +133,14 @@ pub(super) fn ruled_out(diagnosis: &Diagnosis) -> Option<Markup> {
             percent(candidate.gap_after_held_out),
         ]
     });
-    let caption = "Unlikely from odds of 1 : 20 on, ruled out beyond 1 : 150. What a cause leaves is over readings kept out \
-                   of the fit, at its best parameters.";
+    let caption = "Unlikely: odds of 1 : 20 or worse. Ruled out: odds worse than 1 : 150. The residual gap is that of the best \
+                   parameters, over readings that the fit did not use.";
     let columns = [
         "Cause",
-        "Standing",
+        "Status",
         "Odds against the best",
-        "Log evidence, best = 0",
-        "Gap that it leaves",
+        "Log evidence relative to the best",
+        "Residual gap",
     ];
     Some(table(caption, &columns, rows))
 }

@@ -1,6 +1,6 @@
-//! How probable each candidate is, as bars.
+//! The probability of each candidate, as bars.
 
-use super::super::picture::{Bar, BarChart, Lies, Weight};
+use super::super::picture::{Align, Bar, BarChart, Weight};
 use fieldgap_diagnosis::{Candidate, Diagnosis, Standing};
 use fieldgap_text::{fixed, raised};
 
@@ -49,8 +49,8 @@ pub(super) fn chart(diagnosis: &Diagnosis) -> Option<BarChart> {
         ticks: (least as i32..=0).step_by(3).map(tick).collect(),
         label: "probability".to_owned(),
         guides: vec![
-            (limit(150.0), "ruled out", Lies::Left),
-            (limit(20.0), "in question", Lies::Right),
+            (limit(150.0), "ruled out", Align::Left),
+            (limit(20.0), "possible", Align::Right),
         ],
         description: description(diagnosis, &shown),
     })
@@ -70,7 +70,7 @@ fn description(diagnosis: &Diagnosis, shown: &[&Candidate]) -> String {
     };
     let candidates: Vec<String> = shown.iter().map(of).collect();
     format!(
-        "Bars of the probability of each candidate, or its odds against the best where it is out of the question: {}.",
+        "Bar chart of the probability of each candidate, or of its odds against the best if it is unlikely: {}.",
         candidates.join("; ")
     )
 }

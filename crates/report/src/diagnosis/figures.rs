@@ -1,4 +1,4 @@
-//! Which pictures the report of a diagnosis has, and what their files are called.
+//! The pictures of the report of a diagnosis, and the names of their files.
 
 use rayon::prelude::*;
 
@@ -10,9 +10,9 @@ use fieldgap_text::fixed;
 
 /// All pictures of a diagnosis.
 pub(super) struct DiagnosisFigures {
-    /// How probable each candidate is; `None` where none was tried.
+    /// The probability of each candidate; `None` where none was fitted.
     pub evidence: Option<Figure>,
-    /// What each effect explains; `None` where there is nothing to explain.
+    /// The share that each effect explains; `None` where there is nothing to explain.
     pub waterfall: Option<Figure>,
     /// The maps of each plane; `None` where its points lie on no grid.
     pub planes: Vec<Option<Figure>>,
@@ -46,7 +46,7 @@ impl DiagnosisFigures {
     }
 }
 
-/// What a plane's picture is called, without its extension.
+/// The name of the file of a plane's picture, without its extension.
 fn name(diagnosis: &Diagnosis, plane: &DiagnosedPlane) -> String {
     let scan =
         if diagnosis.scans.len() > 1 { format!("-scan{}", plane.scan) } else { String::new() };
@@ -54,5 +54,5 @@ fn name(diagnosis: &Diagnosis, plane: &DiagnosedPlane) -> String {
     let drive = if several_drives { format!("-drive{}", plane.focus) } else { String::new() };
     let height = fixed(plane.z_mm, 3).replace('\u{2212}', "-");
     let height = height.trim_end_matches('0').trim_end_matches('.');
-    format!("left{scan}{drive}-z{height}mm")
+    format!("residual{scan}{drive}-z{height}mm")
 }

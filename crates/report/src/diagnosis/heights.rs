@@ -1,4 +1,4 @@
-//! Before and after, height by height: the figures and the maps.
+//! The figures and maps of each height, before and after the correction.
 
 use maud::{Markup, html};
 
@@ -10,9 +10,9 @@ use fieldgap_comparison::{FieldFigures, Uncertain};
 use fieldgap_diagnosis::{DiagnosedPlane, Diagnosis, PlaneShare};
 use fieldgap_text::{ABSENT, fixed, height_mm, millimetres, percent, uncertain};
 
-/// Marks what a peak on the map's edge makes doubtful.
+/// Marks a value that a peak at the edge of the map makes doubtful.
 const AT_EDGE: &str = "*";
-/// Marks a focal radius that lacks a side.
+/// Marks a focal radius of which a side is cut off.
 const CUT_OFF: &str = "\u{2020}";
 
 /// The table and the maps.
@@ -22,22 +22,22 @@ pub(super) fn heights(diagnosis: &Diagnosis, figures: &DiagnosisFigures) -> Mark
         div class="notes" {
             @for note in notes(diagnosis) { p { (note) } }
             p {
-                "The maps show the scan, and what is left of it when the simulation is taken off, as believed and \
-                 corrected. White is no difference; the colours end at \u{b1}" (REACH_SIGMA) " standard deviations of \
-                 the noise, on all heights alike. Signs stand where more than " (LEAST_SIGNED_SIGMA) " are left."
+                "The maps show the scan and the residuals of the nominal and the corrected simulation. White is no difference. The \
+                 colours end at \u{b1}" (REACH_SIGMA) " standard deviations of the noise at all heights. + and \u{2212} mark \
+                 residuals of more than " (LEAST_SIGNED_SIGMA) "."
             }
         }
         @for (plane, figure) in diagnosis.planes.iter().zip(&figures.planes) {
             h3 { (place(diagnosis, plane)) }
             @match figure {
                 Some(figure) => (figure.markup(&html! { p { (caption(plane)) } })),
-                None => div { p { "No map: the points of this height lie on no grid." } p { (caption(plane)) } },
+                None => div { p { "No map: the points at this height do not form a grid." } p { (caption(plane)) } },
             }
         }
     }
 }
 
-/// What the marks of the table mean, those that stand in it.
+/// What the marks of the table mean, of those that occur.
 fn notes(diagnosis: &Diagnosis) -> Vec<String> {
     let any = |has: fn(&FieldFigures) -> bool| {
         diagnosis.planes.iter().flat_map(|plane| plane.figures.iter().flatten()).any(has)
@@ -45,11 +45,11 @@ fn notes(diagnosis: &Diagnosis) -> Vec<String> {
     let mut notes = Vec::new();
     if any(|figures| figures.peak_at_edge) {
         notes.push(format!(
-            "{AT_EDGE} a peak stands on the map's edge; the true one may lie outside."
+            "{AT_EDGE} a peak is at the edge of the map; the true peak may lie outside."
         ));
     }
     if any(has_cut_off) {
-        notes.push(format!("{CUT_OFF} without the sides that the map's edge cuts off."));
+        notes.push(format!("{CUT_OFF} without the sides that the edge of the map cuts off."));
     }
     notes
 }
@@ -58,7 +58,7 @@ fn has_cut_off(figures: &FieldFigures) -> bool {
     figures.focal_radius.as_ref().is_some_and(|radius| radius.sides_m.iter().any(Option::is_none))
 }
 
-/// Which plane it is, in words.
+/// The scan, drive and height of a plane.
 fn place(diagnosis: &Diagnosis, plane: &DiagnosedPlane) -> String {
     let mut place = String::new();
     if diagnosis.scans.len() > 1 {
@@ -76,12 +76,12 @@ fn several_drives(diagnosis: &Diagnosis) -> bool {
 }
 
 fn caption(plane: &DiagnosedPlane) -> String {
-    let left = |values: &[f64]| rms(values).map_or(ABSENT.to_owned(), |rms| fixed(rms, 2));
+    let residual = |values: &[f64]| rms(values).map_or(ABSENT.to_owned(), |rms| fixed(rms, 2));
     let mut caption = format!(
-        "The simulation as believed leaves {} standard deviations of the noise (rms), the corrected one {}; noise alone \
-         would leave 1.",
-        left(&plane.residual_before),
-        left(&plane.residual_after)
+        "Residual rms in standard deviations of the noise: {} for the nominal simulation, {} for the corrected one. Noise \
+         alone gives 1.",
+        residual(&plane.residual_before),
+        residual(&plane.residual_after)
     );
     let missing = plane.measured.iter().filter(|reading| !reading.is_finite()).count();
     if missing > 0 {
@@ -90,7 +90,7 @@ fn caption(plane: &DiagnosedPlane) -> String {
     caption
 }
 
-/// One row a plane: its gap, and how peak and focal radius differ, before and after.
+/// One row for each plane: its gap, and how peak and focal radius differ, before and after.
 fn table(diagnosis: &Diagnosis) -> Markup {
     let several_scans = diagnosis.scans.len() > 1;
     let several_drives = several_drives(diagnosis);
@@ -108,12 +108,12 @@ fn table(diagnosis: &Diagnosis) -> Markup {
         cells: figures(diagnosis, plane),
     };
     PlaneTable {
-        caption: "Before: the simulation as believed. After: with the best candidate added. \u{b1} one standard error.",
+        caption: "Before: the nominal simulation. After: with the best candidate added. \u{b1} one standard error.",
         lead: &lead.into_iter().flatten().collect::<Vec<_>>(),
         groups: &[
             ("Gap", 2),
-            ("Peak of the scan over the simulation's", 2),
-            ("Peaks apart (mm)", 2),
+            ("Peak ratio, scan / simulation", 2),
+            ("Distance of the peaks (mm)", 2),
             ("Focal radius (mm)", 3),
         ],
         columns: &[
@@ -124,15 +124,15 @@ fn table(diagnosis: &Diagnosis) -> Markup {
             "before",
             "after",
             "scan",
-            "scan less before",
-            "scan less after",
+            "scan \u{2212} before",
+            "scan \u{2212} after",
         ],
         rows: diagnosis.planes.iter().map(row).collect(),
     }
     .markup()
 }
 
-/// What stands in the row of a plane.
+/// The cells of a plane.
 fn figures(diagnosis: &Diagnosis, plane: &DiagnosedPlane) -> Vec<String> {
     let here = |share: &&PlaneShare| {
         (share.scan, share.focus) == (plane.scan, plane.focus)
@@ -154,10 +154,10 @@ fn figures(diagnosis: &Diagnosis, plane: &DiagnosedPlane) -> Vec<String> {
         };
         marked(uncertain(ratio), scan.peak_at_edge || simulation.peak_at_edge, AT_EDGE)
     };
-    let apart = |simulation: &FieldFigures| {
+    let distance = |simulation: &FieldFigures| {
         let [x, y] = simulation.peak_position_m;
-        let apart = millimetres(peak_distance_m(scan.peak_position_m, (x.value, y.value)));
-        marked(apart, scan.peak_at_edge || simulation.peak_at_edge, AT_EDGE)
+        let distance = millimetres(peak_distance_m(scan.peak_position_m, (x.value, y.value)));
+        marked(distance, scan.peak_at_edge || simulation.peak_at_edge, AT_EDGE)
     };
     let radius = |figures: &FieldFigures| figures.focal_radius.as_ref()?.radius_m;
     let wider = |simulation: &FieldFigures| {
@@ -168,7 +168,7 @@ fn figures(diagnosis: &Diagnosis, plane: &DiagnosedPlane) -> Vec<String> {
         let cut_off = has_cut_off(scan) || has_cut_off(simulation);
         marked(wider.map_or(ABSENT.to_owned(), millimetres), cut_off, CUT_OFF)
     };
-    cells.extend([ratio(before), ratio(after), apart(before), apart(after)]);
+    cells.extend([ratio(before), ratio(after), distance(before), distance(after)]);
     let of_scan = radius(scan).map_or(ABSENT.to_owned(), millimetres);
     cells.push(marked(of_scan, has_cut_off(scan), CUT_OFF));
     cells.extend([wider(before), wider(after)]);

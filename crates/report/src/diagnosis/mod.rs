@@ -6,11 +6,12 @@
 mod causes;
 mod evidence;
 mod figures;
+mod gap_budget;
 mod guide;
 mod heights;
-mod outlook;
+mod open_questions;
 mod page;
-mod remains;
+mod residual_structure;
 mod waterfall;
 
 use std::path::{Path, PathBuf};
@@ -33,13 +34,13 @@ pub struct DiagnosisFiles {
     pub index: PathBuf,
     /// The pictures, PNG and SVG.
     pub pictures: Vec<PathBuf>,
-    /// What the terminal shows.
+    /// The text that the terminal shows.
     pub text: PathBuf,
     /// The diagnosis as JSON of format 1.
     pub json: PathBuf,
 }
 
-/// Writes the report of a diagnosis into a folder, which is made where it is missing.
+/// Writes the report of a diagnosis into a folder, which is created if it is missing.
 ///
 /// # Errors
 /// [`ReportError`] if a picture cannot be drawn or a file cannot be written.
@@ -53,7 +54,7 @@ pub fn write_diagnosis(
     let pictures = folder.put_figures(figures.all())?;
     let text = folder.put(TEXT_NAME, diagnosis.to_text().as_bytes())?;
     let json = folder.put(JSON_NAME, &serde_json::to_vec_pretty(diagnosis)?)?;
-    // The page last: where it stands, the report is whole.
+    // The page comes last: where it exists, the report is complete.
     let index = folder.put("index.html", page::page(context, diagnosis, &figures).as_bytes())?;
     Ok(DiagnosisFiles { index, pictures, text, json })
 }

@@ -8,12 +8,14 @@ use super::super::page::{STYLE, registration, warnings};
 use super::super::provenance;
 use super::super::words::{listed, sentence};
 use super::figures::DiagnosisFigures;
-use super::{JSON_NAME, TEXT_NAME, causes, guide, heights, outlook, remains};
+use super::{
+    JSON_NAME, TEXT_NAME, causes, gap_budget, guide, heights, open_questions, residual_structure,
+};
 use fieldgap_comparison::NoiseSource;
 use fieldgap_diagnosis::{Diagnosis, EffectId, Verdict, joined};
 use fieldgap_text::{ABSENT, percent, significant};
 
-/// What this page has beyond the others.
+/// The styles of this page alone.
 const OWN_STYLE: &str = include_str!("style.css");
 
 /// The page of a diagnosis, with the pictures drawn of it.
@@ -24,16 +26,16 @@ pub(super) fn page(
 ) -> String {
     let sections = [
         ("verdict", "Verdict", Some(verdict(diagnosis))),
-        ("causes", "Causes", Some(causes::in_question(diagnosis, figures))),
-        ("waterfall", "What explains how much", remains::waterfall(figures)),
+        ("causes", "Causes", Some(causes::possible(diagnosis, figures))),
+        ("waterfall", "Gap budget", gap_budget::waterfall(figures)),
         ("heights", "Before and after", Some(heights::heights(diagnosis, figures))),
-        ("where", "Where the gap lies", Some(remains::whereabouts(diagnosis))),
-        ("left", "What is left", remains::structure(diagnosis)),
-        ("ruled-out", "What is ruled out", causes::ruled_out(diagnosis)),
-        ("open", "What these data cannot tell", outlook::open(diagnosis)),
-        ("next", "The next measurement", outlook::next(diagnosis)),
+        ("where", "Where the gap lies", Some(gap_budget::shares(diagnosis))),
+        ("structure", "Structure in the residual", residual_structure::tests(diagnosis)),
+        ("ruled-out", "Causes ruled out", causes::ruled_out(diagnosis)),
+        ("open", "What these data do not determine", open_questions::undetermined(diagnosis)),
+        ("next", "Next measurement", open_questions::next_measurement(diagnosis)),
         ("guide", "How to read this page", Some(guide::guide())),
-        ("registration", "How the scan was laid on the simulation", Some(laid(diagnosis))),
+        ("registration", "Registration and noise", Some(registration_and_noise(diagnosis))),
     ];
     let present: Vec<(&str, &str, Markup)> = sections
         .into_iter()
@@ -63,14 +65,14 @@ fn header(diagnosis: &Diagnosis) -> Markup {
         header class="diagnosis" {
             h1 { (diagnosis.sentence) }
             p class="subtitle" {
-                "Why " (scans) " from the " (diagnosis.simulator.to_string()) " simulation: diagnosed from "
-                (diagnosis.points) " readings"
+                "Why " (scans) " from the " (diagnosis.simulator.to_string()) " simulation. Diagnosed from "
+                (diagnosis.points) " readings."
             }
         }
     }
 }
 
-/// The verdict and the numbers that it rests on.
+/// The verdict and the numbers that support it.
 fn verdict(diagnosis: &Diagnosis) -> Markup {
     let sets = |sets: &[Vec<EffectId>]| {
         let sets: Vec<String> = sets.iter().map(|set| joined(set, " + ")).collect();
@@ -78,30 +80,30 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
     };
     let words = match diagnosis.verdict {
         Verdict::Explained => format!(
-            "Explained by {}: this explains the gap, and its rivals do not.",
+            "Explained by {}. The alternatives do not explain the gap.",
             joined(&diagnosis.effects, " + ")
         ),
         Verdict::Ambiguous => format!(
-            "Ambiguous: {} explain these readings equally well.",
+            "Ambiguous. These causes explain the readings equally well: {}.",
             sets(&diagnosis.alternatives)
         ),
         Verdict::Unexplained => {
-            "Unexplained: there is a gap, and no effect of the catalogue explains it.".to_owned()
+            "Unexplained. There is a gap, and no effect in the catalogue explains it.".to_owned()
         }
-        Verdict::None => "None: there is no gap beyond noise.".to_owned(),
+        Verdict::None => "No gap beyond noise.".to_owned(),
     };
     let best = diagnosis.best().filter(|best| !best.effects.is_empty());
-    let with = best.map_or("corrected".to_owned(), |best| format!("with {}", best.name()));
+    let with = best.map_or("after correction".to_owned(), |best| format!("with {}", best.name()));
     let tiles = [
-        (percent(diagnosis.gap_before_held_out), "gap of the simulation as believed".to_owned()),
+        (percent(diagnosis.gap_before_held_out), "gap of the nominal simulation".to_owned()),
         (
             best.map_or(ABSENT.to_owned(), |best| percent(best.gap_after_held_out)),
             format!("gap {with}"),
         ),
-        (percent(diagnosis.noise_floor), "what noise alone leaves".to_owned()),
+        (percent(diagnosis.noise_floor), "gap from noise alone".to_owned()),
         (
             percent(diagnosis.explained_fraction),
-            "of the squared gap beyond noise explained".to_owned(),
+            "explained share of the squared gap beyond noise".to_owned(),
         ),
     ];
     html! {
@@ -111,29 +113,29 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
         }
         div class="notes" {
             p {
-                "Gaps are the rms of scan less simulation over the rms of the scan, over readings that were kept out of \
-                 every fit."
+                "A gap is the rms of scan minus simulation, divided by the rms of the scan. Only readings that no fit used \
+                 are counted."
             }
         }
     }
 }
 
-/// How the scan was brought to the simulation's coordinates, and what its noise is.
-fn laid(diagnosis: &Diagnosis) -> Markup {
+/// How the scan was registered to the simulation, and its noise.
+fn registration_and_noise(diagnosis: &Diagnosis) -> Markup {
     let noise = &diagnosis.noise;
     let source = match noise.source {
-        NoiseSource::Repeats => "points that were measured several times",
+        NoiseSource::Repeats => "points measured several times",
         NoiseSource::SilentReadings => "readings with the array silent",
-        NoiseSource::Residual => "what the simulation leaves, so that it is an upper bound",
+        NoiseSource::Residual => "the residual of the simulation, an upper bound",
     };
     let level = format!("{} {}", significant(noise.additive, 3), diagnosis.reading_unit);
     html! {
         (registration::registration(&diagnosis.registration, &diagnosis.reading_unit))
         h3 { "Noise of one reading" }
         (facts([
-            ("At every level", html! { (level.trim_end()) }),
-            ("In proportion to the level", html! { (percent(noise.multiplicative)) }),
-            ("Known from", html! { (sentence(source)) }),
+            ("Constant part", html! { (level.trim_end()) }),
+            ("Part proportional to the level", html! { (percent(noise.multiplicative)) }),
+            ("Estimated from", html! { (sentence(source)) }),
         ]))
     }
 }

@@ -1,12 +1,12 @@
-//! What each effect takes off the gap, as bars that hang on one another.
+//! The share of the gap that each effect explains, as a waterfall chart.
 
 use super::super::picture::{Bar, BarChart, Weight};
 use super::super::words::listed;
 use fieldgap_diagnosis::{Diagnosis, EffectId};
 use fieldgap_text::percent;
 
-/// What stands for the last step.
-const REMAINS: &str = "what remains";
+/// The name of the last step.
+const RESIDUAL: &str = "residual";
 
 /// The squared gap beyond noise, effect by effect; `None` where nothing was added.
 pub(super) fn chart(diagnosis: &Diagnosis) -> Option<BarChart> {
@@ -20,28 +20,28 @@ pub(super) fn chart(diagnosis: &Diagnosis) -> Option<BarChart> {
         note,
         weight,
     };
-    let mut bars = vec![bar("simulation as believed", (0.0, 1.0), percent(1.0), Weight::Faint)];
-    let mut left = 1.0;
+    let mut bars = vec![bar("nominal simulation", (0.0, 1.0), percent(1.0), Weight::Faint)];
+    let mut remaining = 1.0;
     for step in &diagnosis.waterfall {
         bars.push(match step.effect {
             Some(effect) => {
-                let hangs = (left, left - step.share);
-                left -= step.share;
+                let span = (remaining, remaining - step.share);
+                remaining -= step.share;
                 bar(
                     effect.as_str(),
-                    hangs,
+                    span,
                     format!("\u{2212}{}", percent(step.share)),
                     Weight::Strong,
                 )
             }
-            None => bar(REMAINS, (0.0, step.share), percent(step.share), Weight::Plain),
+            None => bar(RESIDUAL, (0.0, step.share), percent(step.share), Weight::Plain),
         });
     }
     let parts: Vec<String> = diagnosis
         .waterfall
         .iter()
         .map(|step| {
-            format!("{} {}", step.effect.map_or(REMAINS, EffectId::as_str), percent(step.share))
+            format!("{} {}", step.effect.map_or(RESIDUAL, EffectId::as_str), percent(step.share))
         })
         .collect();
     Some(BarChart {
@@ -51,7 +51,7 @@ pub(super) fn chart(diagnosis: &Diagnosis) -> Option<BarChart> {
         label: "squared gap beyond noise".to_owned(),
         guides: Vec::new(),
         description: format!(
-            "Bars of the squared gap beyond noise as the effects are added one after another: {}.",
+            "Bar chart of the squared gap beyond noise, with the share that each effect explains: {}.",
             listed(&parts)
         ),
     })

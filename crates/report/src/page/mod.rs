@@ -44,7 +44,7 @@ pub(super) fn page(
     html::document(&context.title, &[STYLE], &body)
 }
 
-/// Anchor of what belongs to a simulator.
+/// Anchor of the section of a simulator.
 fn anchor(comparison: &Comparison) -> String {
     format!("simulator-{}", comparison.simulator)
 }
@@ -58,7 +58,7 @@ fn header(context: &ReportContext, comparisons: &[Comparison]) -> Markup {
             h1 { (context.title) }
             p class="subtitle" {
                 "Scan " (scan.map_or("", |comparison| comparison.scan_name.as_str()))
-                " against its simulation (" (listed(&simulators)) "), "
+                " compared with its simulation (" (listed(&simulators)) "), "
                 (scan.map_or(0, |comparison| comparison.points)) " readings"
             }
         }
@@ -68,20 +68,20 @@ fn header(context: &ReportContext, comparisons: &[Comparison]) -> Markup {
 fn sections(comparisons: &[Comparison], curves: bool) -> Markup {
     let simulators: Vec<(String, String)> = comparisons
         .iter()
-        .map(|comparison| (anchor(comparison), format!("Figures: {}", comparison.simulator)))
+        .map(|comparison| (anchor(comparison), format!("Tables: {}", comparison.simulator)))
         .collect();
     let pictures = [
         ("findings", "Findings"),
         ("guide", "How to read this page"),
-        ("heights", "Height by height"),
+        ("heights", "Maps at each height"),
     ];
-    let curves = curves.then_some(("curves", "Against height"));
+    let curves = curves.then_some(("curves", "Curves over height"));
     let figures = simulators.iter().map(|(id, heading)| (id.as_str(), heading.as_str()));
     let ends = [("set-up", "Set-up"), ("provenance", "Provenance")];
     navigation(pictures.into_iter().chain(curves).chain(figures).chain(ends))
 }
 
-/// What a reader has to know first.
+/// What a reader has to know before the findings.
 pub(super) fn warnings(context: &ReportContext) -> Markup {
     html! {
         @if !context.warnings.is_empty() {
@@ -93,9 +93,9 @@ pub(super) fn warnings(context: &ReportContext) -> Markup {
 fn findings(comparisons: &[Comparison]) -> Markup {
     let content = html! {
         div class="verdict" {
-            @if let Some(sentence) = verdict::closest(comparisons) { p { (sentence) } }
+            @if let Some(sentence) = verdict::best_simulator(comparisons) { p { (sentence) } }
             @for comparison in comparisons {
-                h3 { "Against the " (comparison.simulator.to_string()) " simulation" }
+                h3 { "Compared with the " (comparison.simulator.to_string()) " simulation" }
                 @for sentence in verdict::sentences(comparison) { p { (sentence) } }
             }
         }
@@ -112,13 +112,13 @@ fn simulator(comparison: &Comparison, all: &[Comparison]) -> Markup {
         (registration::registration(&comparison.registration, &comparison.reading_unit))
         @if !others.is_empty() {
             p {
-                "The same scan against other simulations:"
+                "The same scan compared with other simulations:"
                 @for other in others {
                     " " a href={ "#" (anchor(other)) } { (other.simulator.to_string()) }
                 }
             }
         }
     };
-    let heading = format!("Figures against the {} simulation", comparison.simulator);
+    let heading = format!("Tables: scan and {} simulation", comparison.simulator);
     section(&anchor(comparison), &heading, &content)
 }

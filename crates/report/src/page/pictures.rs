@@ -10,7 +10,7 @@ use fieldgap_acoustics::metrics::Side;
 use fieldgap_comparison::{Comparison, FieldFigures, PlaneComparison};
 use fieldgap_text::{fixed, height_mm, millimetres, percent, uncertain};
 
-/// Height by height, each against every simulator.
+/// The maps of each height, with every simulator.
 pub(super) fn heights(comparisons: &[Comparison], figures: &Figures) -> Markup {
     // Figures of one drive and height follow one another.
     let same_height = |a: &PlaneFigure, b: &PlaneFigure| {
@@ -30,7 +30,7 @@ pub(super) fn heights(comparisons: &[Comparison], figures: &Figures) -> Markup {
             }
         }
     };
-    section("heights", "Height by height", &content)
+    section("heights", "Maps at each height", &content)
 }
 
 /// The curves against height; `None` where there are none.
@@ -40,12 +40,12 @@ pub(super) fn curves(figures: &Figures) -> Option<Markup> {
     }
     let note = html! {
         p {
-            "Bars are one standard error. An open mark comes with a reservation: the peak stands on the map's edge, or \
-             the edge cuts off a side of the focal radius."
+            "Error bars: one standard error. An open mark means that the peak is at the edge of the map, or that the \
+             edge cuts off a side of the focal radius."
         }
     };
     let content = html! { @for figure in &figures.curves { (figure.markup(&note)) } };
-    Some(section("curves", "Against height", &content))
+    Some(section("curves", "Curves over height", &content))
 }
 
 fn heading(comparison: &Comparison, plane: &PlaneComparison) -> String {
@@ -60,14 +60,14 @@ fn plane_figure(comparison: &Comparison, plane: &PlaneComparison, figure: &Plane
     let words = caption(plane);
     let Some(picture) = &figure.picture else {
         let why = plane.why_no_map.as_deref().unwrap_or("the grid has no point to draw");
-        let no_map = sentence(&format!("Against {}: no map, {why}", comparison.simulator));
+        let no_map = sentence(&format!("No map for {}: {why}", comparison.simulator));
         return html! { div { p { (no_map) } p { (words) } } };
     };
     picture.markup(&html! {
         p {
             strong {
                 a href={ "#" (super::anchor(comparison)) } {
-                    "Against " (comparison.simulator.to_string()) "."
+                    "Scan and " (comparison.simulator.to_string()) " simulation."
                 }
             }
             " " (words)
@@ -77,7 +77,7 @@ fn plane_figure(comparison: &Comparison, plane: &PlaneComparison, figure: &Plane
 
 fn caption(plane: &PlaneComparison) -> String {
     let mut sentences = vec![format!(
-        "The peaks lie {} mm apart; the scanned one is {} times as high as the simulated one.",
+        "The peaks are {} mm apart. The peak of the scan is {} times that of the simulation.",
         millimetres(plane.discrepancy.peak_distance_m),
         uncertain(plane.discrepancy.peak_ratio)
     )];
@@ -94,10 +94,10 @@ fn caption(plane: &PlaneComparison) -> String {
         fixed(plane.agreement.correlation, 3),
         percent(plane.agreement.residual_rms_ratio)
     ));
-    for (whose, figures) in [("scanned", &plane.scan), ("simulated", &plane.simulation)] {
+    for (field, figures) in [("scan", &plane.scan), ("simulation", &plane.simulation)] {
         if figures.peak_at_edge {
             sentences.push(format!(
-                "The {whose} peak stands on the map's edge; the true one may lie outside."
+                "The peak of the {field} is at the edge of the map; the true peak may lie outside."
             ));
         }
     }
@@ -127,7 +127,7 @@ fn covers(along_m: &[f64], at_m: f64) -> bool {
         && along_m.last().is_some_and(|&last| at_m <= last)
 }
 
-/// A focal radius with the sides that it lacks.
+/// A focal radius, and the sides that the edge of the map cuts off.
 fn radius(figures: &FieldFigures) -> Option<String> {
     let radius = figures.focal_radius.as_ref()?;
     let cut_off: Vec<String> = Side::ALL
@@ -140,7 +140,11 @@ fn radius(figures: &FieldFigures) -> Option<String> {
         None => "wider than the map".to_owned(),
         Some(radius_m) if cut_off.is_empty() => format!("{} mm", millimetres(radius_m)),
         Some(radius_m) => {
-            format!("{} mm ({} cut off by the map's edge)", millimetres(radius_m), listed(&cut_off))
+            format!(
+                "{} mm ({} cut off by the edge of the map)",
+                millimetres(radius_m),
+                listed(&cut_off)
+            )
         }
     })
 }

@@ -1,4 +1,4 @@
-//! How scan and simulation were brought together.
+//! How the scan was registered to the simulation.
 
 use maud::{Markup, html};
 
@@ -10,15 +10,15 @@ use fieldgap_comparison::{
 };
 use fieldgap_text::{fixed, percent, uncertain};
 
-/// What was estimated, with its errors, what was tried, and what the data cannot tell.
+/// What was estimated, with its errors, the alternatives, and what the data do not determine.
 pub(crate) fn registration(registration: &Registration, unit: &str) -> Markup {
     html! {
         h3 { "Registration" }
         p { "Chosen: " (name(registration.chosen)) ". " (sentence(&registration.why)) }
         (estimates(registration, unit))
-        @if registration.tried.len() > 1 { (tried(&registration.tried)) }
+        @if registration.tried.len() > 1 { (alternatives(&registration.tried)) }
         @if !registration.undetermined.is_empty() {
-            h3 { "What these data cannot tell apart" }
+            h3 { "What these data do not determine separately" }
             ul { @for combination in &registration.undetermined { (undetermined(combination)) } }
         }
     }
@@ -38,19 +38,19 @@ fn estimates(registration: &Registration, unit: &str) -> Markup {
     };
     let mirror = match registration.mirror {
         Mirror::None => "none: the scan has the array's handedness",
-        Mirror::X => "the scan's x axis runs against the array's",
-        Mirror::Y => "the scan's y axis runs against the array's",
+        Mirror::X => "the scan's x axis is opposite to the array's",
+        Mirror::Y => "the scan's y axis is opposite to the array's",
     };
     let face = match registration.receiver_face_m {
-        Some(face) => row("Gain falls off with the angle as of a face of radius", face, 1e3, "mm"),
-        None => ("Gain and angle of arrival", html! { "one gain for all angles" }),
+        Some(face) => row("Receiver directivity, radius of the piston face", face, 1e3, "mm"),
+        None => ("Receiver directivity", html! { "one gain for all angles" }),
     };
     facts([
         row("Gain", registration.gain, 1.0, &format!("{per_unit} per unit of the simulation")),
         face,
         ("Mirror", html! { (mirror) }),
-        row("Turn about z", registration.turn_rad, 180.0 / std::f64::consts::PI, "\u{b0}"),
-        row("True step over recorded step", registration.step_ratio, 1.0, ""),
+        row("Rotation about z", registration.turn_rad, 180.0 / std::f64::consts::PI, "\u{b0}"),
+        row("True step divided by recorded step", registration.step_ratio, 1.0, ""),
         row("Scan's origin in the array's frame, x", x, 1e3, "mm"),
         row("Scan's origin in the array's frame, y", y, 1e3, "mm"),
         row("Scan's origin in the array's frame, z", z, 1e3, "mm"),
@@ -66,15 +66,15 @@ fn estimated(estimate: Estimate, factor: f64, unit: &str) -> String {
     if estimate.estimated {
         format!("{number}{unit}, estimated from the data")
     } else {
-        format!("{number}{unit}, held")
+        format!("{number}{unit}, fixed")
     }
 }
 
-fn tried(tried: &[TriedRegistration]) -> Markup {
+fn alternatives(tried: &[TriedRegistration]) -> Markup {
     let columns = [
-        "Tried",
+        "Registration",
         "shift x, y, z (mm)",
-        "turn (\u{b0})",
+        "rotation (\u{b0})",
         "step ratio",
         "mirror",
         "correlation",
@@ -88,7 +88,7 @@ fn tried(tried: &[TriedRegistration]) -> Markup {
                     @for one in tried {
                         tr {
                             th scope="row" { (name(one.registering)) }
-                            @for words in tried_cells(one) { td { (words) } }
+                            @for words in cells(one) { td { (words) } }
                         }
                     }
                 }
@@ -97,7 +97,7 @@ fn tried(tried: &[TriedRegistration]) -> Markup {
     }
 }
 
-fn tried_cells(one: &TriedRegistration) -> [String; 6] {
+fn cells(one: &TriedRegistration) -> [String; 6] {
     let shift_mm = one.pose.shift_m * 1e3;
     let mirror = match one.pose.mirror {
         Mirror::None => "none",
@@ -116,10 +116,10 @@ fn tried_cells(one: &TriedRegistration) -> [String; 6] {
 
 fn name(registering: Registering) -> &'static str {
     match registering {
-        Registering::None => "nothing estimated",
+        Registering::None => "none",
         Registering::GainOnly => "gain only",
         Registering::GainAndShift => "gain and a small shift",
-        Registering::Pose => "gain and the whole pose",
+        Registering::Pose => "gain and full pose",
         Registering::Auto => "chosen by the data",
     }
 }

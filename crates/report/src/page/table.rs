@@ -1,4 +1,4 @@
-//! The figures height by height, as tables.
+//! The figures of each height, as tables.
 
 use maud::{Markup, html};
 
@@ -7,7 +7,7 @@ use super::super::plane_table::{PlaneRow, PlaneTable};
 use fieldgap_comparison::{Comparison, FieldFigures, Noise, NoiseSource, PlaneComparison};
 use fieldgap_text::{ABSENT, fixed, height_mm, millimetres, percent, significant, uncertain};
 
-/// The tables of a comparison and what has to be said with them.
+/// The tables of a comparison and their notes.
 pub(super) fn tables(comparison: &Comparison) -> Markup {
     let unit = &comparison.reading_unit;
     let unit_name = if unit.is_empty() { "the receiver's unit" } else { unit };
@@ -24,7 +24,7 @@ pub(super) fn tables(comparison: &Comparison) -> Markup {
             "ratio",
             "scan",
             "simulation",
-            "apart",
+            "distance",
             "scan",
             "simulation",
             "difference",
@@ -35,8 +35,8 @@ pub(super) fn tables(comparison: &Comparison) -> Markup {
     );
     let agreement = table(
         comparison,
-        "Agreement over the readings of each height.",
-        &[("Readings", 2), ("Fit", 2), ("Residual over the scan's rms", 2)],
+        "Agreement of the readings at each height.",
+        &[("Readings", 2), ("Fit", 2), ("Residual / rms of the scan", 2)],
         &[
             "number",
             &format!("rms ({unit_name})"),
@@ -47,8 +47,8 @@ pub(super) fn tables(comparison: &Comparison) -> Markup {
         ],
         agreement_cells,
     );
-    let level = "Level: the gain that suits a height best, over the common gain; above 1 the scan is louder there than \
-                 the simulation says.";
+    let level = "Level: the best gain for this height, divided by the common gain. Above 1, the scan is louder than the \
+                 simulation predicts.";
     html! {
         (figures)
         div class="notes" { @for note in notes(comparison) { p { (note) } } }
@@ -57,20 +57,20 @@ pub(super) fn tables(comparison: &Comparison) -> Markup {
     }
 }
 
-/// What the marks in the table of figures mean, those that stand in it.
+/// What the marks in the table of figures mean, of those that occur.
 fn notes(comparison: &Comparison) -> impl Iterator<Item = &'static str> {
     let any = |has: fn(&FieldFigures) -> bool| {
         comparison.planes.iter().any(|plane| has(&plane.scan) || has(&plane.simulation))
     };
     let at_edge = any(|figures| figures.peak_at_edge)
-        .then_some("* on the map's edge; the true peak may lie outside.");
+        .then_some("* at the edge of the map; the true peak may lie outside.");
     let cut_off = any(has_cut_off).then_some(
-        "\u{2020} without the sides that the map's edge cuts off; the difference is over the sides that both have.",
+        "\u{2020} without the sides that the edge of the map cuts off. The difference uses the sides that both have.",
     );
     at_edge.into_iter().chain(cut_off)
 }
 
-/// A table of one row a plane: groups of columns with their widths, the columns, and what fills them.
+/// A table of one row for each plane. `groups` gives the headings above the columns and how many each spans.
 fn table(
     comparison: &Comparison,
     caption: &str,
@@ -153,10 +153,10 @@ fn count(number: Option<usize>) -> String {
 fn noise(noise: &Noise, unit: &str) -> String {
     let additive = significant(noise.additive, 3);
     let from = match noise.source {
-        NoiseSource::Repeats => "from points that were measured several times",
+        NoiseSource::Repeats => "from points measured several times",
         NoiseSource::SilentReadings => "from readings with the array silent",
         NoiseSource::Residual => {
-            "from what the simulation leaves unexplained: an upper bound, as it holds the gap too"
+            "from the residual of the simulation, an upper bound because it includes the gap"
         }
     };
     let multiplicative = if noise.multiplicative > 0.0 {

@@ -1,11 +1,11 @@
-//! Pictures that move: an animated PNG, which programs that do not know it show as its first picture.
+//! Moving pictures as animated PNG. Programs that do not know the format show the first picture.
 
 use super::{Picture, PictureError, pixels};
 
-/// Pixels in a CSS pixel: moving pictures are many, and large enough as they are.
+/// Pixels in a CSS pixel. One is enough, and keeps the file of many pictures small.
 const DENSITY: u32 = 1;
 
-/// Encodes pictures of one size, each shown for `each_ms`, again and again.
+/// Encodes pictures of one size as an endless loop, each shown for `each_ms`.
 pub(crate) fn animated(pictures: &[impl Picture], each_ms: u16) -> Result<Vec<u8>, PictureError> {
     let mut file = Vec::new();
     let Some(first) = pictures.first() else { return Ok(file) };

@@ -3,7 +3,7 @@
 use plotters::backend::DrawingBackend;
 
 use super::PictureError;
-use super::canvas::{BLACK, Canvas, Lies, Pen, Point};
+use super::canvas::{Align, BLACK, Canvas, Pen, Point};
 
 /// Line heights of labels, CSS pixels.
 pub(super) const TICK_TEXT: f64 = 14.0;
@@ -26,7 +26,7 @@ pub(super) struct Axes {
 }
 
 impl Axes {
-    /// Where a pair of values stands on the sheet.
+    /// The point of a pair of values on the sheet.
     pub fn place(&self, x: f64, y: f64) -> Point {
         let fraction = |value: f64, (from, to): (f64, f64)| (value - from) / (to - from);
         (
@@ -35,7 +35,7 @@ impl Axes {
         )
     }
 
-    /// Whether a pair of values stands inside the frame.
+    /// Whether a pair of values is inside the frame.
     pub fn holds(&self, x: f64, y: f64) -> bool {
         (self.x.0..=self.x.1).contains(&x) && (self.y.0..=self.y.1).contains(&y)
     }
@@ -58,10 +58,10 @@ impl Axes {
         for tick in ticks(self.x, self.width / 40.0) {
             let (x, _) = self.place(tick.value, self.y.0);
             canvas.line((x, bottom), (x, bottom + TICK_LENGTH), FRAME_PEN)?;
-            canvas.text(&tick.label, (x, bottom + TICK_LENGTH + 3.0), TICK_TEXT, Lies::Below)?;
+            canvas.text(&tick.label, (x, bottom + TICK_LENGTH + 3.0), TICK_TEXT, Align::Below)?;
         }
         let middle = self.corner.0 + self.width / 2.0;
-        canvas.text(label, (middle, bottom + 26.0), LABEL_TEXT, Lies::Below)
+        canvas.text(label, (middle, bottom + 26.0), LABEL_TEXT, Align::Below)
     }
 
     /// Names below the frame, at 0, 1, 2, ... along x, and the label.
@@ -75,10 +75,10 @@ impl Axes {
         for (index, name) in names.iter().enumerate() {
             let (x, _) = self.place(index as f64, self.y.0);
             canvas.line((x, bottom), (x, bottom + TICK_LENGTH), FRAME_PEN)?;
-            canvas.text(name, (x, bottom + TICK_LENGTH + 3.0), TICK_TEXT, Lies::Below)?;
+            canvas.text(name, (x, bottom + TICK_LENGTH + 3.0), TICK_TEXT, Align::Below)?;
         }
         let middle = self.corner.0 + self.width / 2.0;
-        canvas.text(label, (middle, bottom + 26.0), LABEL_TEXT, Lies::Below)
+        canvas.text(label, (middle, bottom + 26.0), LABEL_TEXT, Align::Below)
     }
 
     /// Ticks, their numbers and the label left of the frame.
@@ -92,10 +92,10 @@ impl Axes {
         for tick in &ticks {
             let (_, y) = self.place(self.x.0, tick.value);
             canvas.line((left, y), (left - TICK_LENGTH, y), FRAME_PEN)?;
-            canvas.text(&tick.label, (left - TICK_LENGTH - 3.0, y), TICK_TEXT, Lies::Left)?;
+            canvas.text(&tick.label, (left - TICK_LENGTH - 3.0, y), TICK_TEXT, Align::Left)?;
         }
         let middle = self.corner.1 + self.height / 2.0;
-        canvas.text(label, (left - room_for(&ticks), middle), LABEL_TEXT, Lies::Upwards)
+        canvas.text(label, (left - room_for(&ticks), middle), LABEL_TEXT, Align::Upwards)
     }
 
     /// Ticks and their numbers right of the frame.
@@ -109,10 +109,10 @@ impl Axes {
         for tick in &ticks {
             let (_, y) = self.place(self.x.0, tick.value);
             canvas.line((right, y), (right + TICK_LENGTH, y), FRAME_PEN)?;
-            canvas.text(&tick.label, (right + TICK_LENGTH + 3.0, y), TICK_TEXT, Lies::Right)?;
+            canvas.text(&tick.label, (right + TICK_LENGTH + 3.0, y), TICK_TEXT, Align::Right)?;
         }
         let middle = self.corner.1 + self.height / 2.0;
-        canvas.text(label, (right + room_for(&ticks), middle), LABEL_TEXT, Lies::Upwards)
+        canvas.text(label, (right + room_for(&ticks), middle), LABEL_TEXT, Align::Upwards)
     }
 }
 

@@ -1,9 +1,9 @@
-//! Lying bars with their names on the left.
+//! Horizontal bars with their names on the left.
 
 use plotters::backend::DrawingBackend;
 
 use super::axes::{LABEL_TEXT, TICK_TEXT};
-use super::canvas::{BLACK, Canvas, GREY, Lies, Pen, Rgb, WHITE};
+use super::canvas::{Align, BLACK, Canvas, GREY, Pen, Rgb, WHITE};
 use super::{Picture, PictureError};
 
 const WIDTH: f64 = 1100.0;
@@ -12,25 +12,25 @@ const TOP_ROOM: (f64, f64) = (30.0, 8.0);
 const ROW: f64 = 30.0;
 const BAR: f64 = 18.0;
 const BOTTOM_ROOM: f64 = 62.0;
-/// Right of the scale, for the words after a bar that reaches its end.
+/// Right of the scale, for the note after a bar that reaches its end.
 const RIGHT_ROOM: f64 = 170.0;
 /// A character of a label, CSS pixels; names longer than the room for them are cut.
 const CHARACTER: f64 = 0.56 * LABEL_TEXT;
 const LONGEST_NAME: usize = 52;
 
-/// How much a bar stands out.
+/// How prominent a bar is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Weight {
-    /// What the chart is about.
+    /// The main bars.
     Strong,
-    /// What is to be seen beside it.
+    /// Bars for comparison.
     Plain,
-    /// What hardly matters.
+    /// Bars of little weight.
     Faint,
 }
 
 impl Weight {
-    /// From dark to light, so that it needs no colour.
+    /// From dark to light, so that the chart can be read without colour.
     fn colour(self) -> Rgb {
         match self {
             Self::Strong => (0, 90, 150),
@@ -45,7 +45,7 @@ pub(crate) struct Bar {
     pub name: String,
     pub from: f64,
     pub to: f64,
-    /// What stands right of it.
+    /// The text right of it.
     pub note: String,
     pub weight: Weight,
 }
@@ -55,13 +55,13 @@ pub(crate) struct BarChart {
     pub bars: Vec<Bar>,
     /// Values at the left and the right end of the scale; the first is less.
     pub range: (f64, f64),
-    /// Marked values, and how they are written.
+    /// Marked values and their labels.
     pub ticks: Vec<(f64, String)>,
-    /// What the scale shows.
+    /// The label of the scale.
     pub label: String,
-    /// Values with a dashed line over the whole chart, and what is said above it, to its left or to its right.
-    pub guides: Vec<(f64, &'static str, Lies)>,
-    /// What it shows, in words.
+    /// Values with a dashed line over the whole chart, the label above it, and the side on which the label stands.
+    pub guides: Vec<(f64, &'static str, Align)>,
+    /// A description for readers who cannot see it.
     pub description: String,
 }
 
@@ -100,21 +100,21 @@ impl Picture for BarChart {
         for (index, bar) in self.bars.iter().enumerate() {
             let middle = self.top() + ROW * (index as f64 + 0.5);
             let (left, right) = (self.x(bar.from.min(bar.to)), self.x(bar.from.max(bar.to)));
-            // What is nothing is still to be seen.
+            // A bar of no length remains visible.
             let right = right.max(left + 1.5);
             let (top, bottom) = (middle - BAR / 2.0, middle + BAR / 2.0);
             let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
             canvas.fill(&corners, bar.weight.colour())?;
-            canvas.text(&cut(&bar.name), (self.left() - 10.0, middle), LABEL_TEXT, Lies::Left)?;
+            canvas.text(&cut(&bar.name), (self.left() - 10.0, middle), LABEL_TEXT, Align::Left)?;
         }
-        for &(value, words, lies) in &self.guides {
+        for &(value, words, align) in &self.guides {
             let x = self.x(value);
             let line = [(x, self.top() - 4.0), (x, self.bottom())];
             canvas.dashed(&line, &[2.0, 3.0], Pen { colour: GREY, width: 1.25 })?;
-            let beside = if lies == Lies::Left { -5.0 } else { 5.0 };
-            canvas.text(words, (x + beside, self.top() - 14.0), TICK_TEXT, lies)?;
+            let beside = if align == Align::Left { -5.0 } else { 5.0 };
+            canvas.text(words, (x + beside, self.top() - 14.0), TICK_TEXT, align)?;
         }
-        // After the guides, so that none crosses a word.
+        // After the guides, so that none crosses a label.
         for (index, bar) in self.bars.iter().enumerate() {
             let middle = self.top() + ROW * (index as f64 + 0.5);
             let left = self.x(bar.from.max(bar.to)) + 8.0;
@@ -122,17 +122,17 @@ impl Picture for BarChart {
             let (top, bottom) = (middle - BAR / 2.0, middle + BAR / 2.0);
             let room = [(left, top), (right, top), (right, bottom), (left, bottom)];
             canvas.fill(&room, WHITE)?;
-            canvas.text(&bar.note, (left, middle), LABEL_TEXT, Lies::Right)?;
+            canvas.text(&bar.note, (left, middle), LABEL_TEXT, Align::Right)?;
         }
         let (from, to) = (self.x(self.range.0), self.x(self.range.1));
         canvas.line((from, self.bottom()), (to, self.bottom()), thin)?;
         for (value, words) in &self.ticks {
             let x = self.x(*value);
             canvas.line((x, self.bottom()), (x, self.bottom() + 5.0), thin)?;
-            canvas.text(words, (x, self.bottom() + 8.0), TICK_TEXT, Lies::Below)?;
+            canvas.text(words, (x, self.bottom() + 8.0), TICK_TEXT, Align::Below)?;
         }
         let middle = (from + to) / 2.0;
-        canvas.text(&self.label, (middle, self.bottom() + 32.0), LABEL_TEXT, Lies::Below)
+        canvas.text(&self.label, (middle, self.bottom() + 32.0), LABEL_TEXT, Align::Below)
     }
 }
 
@@ -162,7 +162,7 @@ mod tests {
             range: (0.0, 1.0),
             ticks: vec![(0.0, "0".to_owned()), (1.0, "1".to_owned())],
             label: "share".to_owned(),
-            guides: vec![(0.25, "here", Lies::Right)],
+            guides: vec![(0.25, "here", Align::Right)],
             description: "Bars.".to_owned(),
         }
     }

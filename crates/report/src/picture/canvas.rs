@@ -20,12 +20,12 @@ pub(crate) type Rgb = (u8, u8, u8);
 
 pub(crate) const BLACK: Rgb = (0, 0, 0);
 pub(crate) const WHITE: Rgb = (255, 255, 255);
-/// For helping lines that must stay behind the data.
+/// For auxiliary lines, which stay behind the data.
 pub(crate) const GREY: Rgb = (150, 150, 150);
 
-/// Where a text lies against its point.
+/// How a text is aligned with its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Lies {
+pub(crate) enum Align {
     /// To the right of it, centred in height.
     Right,
     /// To the left of it, centred in height.
@@ -58,12 +58,12 @@ fn filling((red, green, blue): Rgb) -> ShapeStyle {
     RGBColor(red, green, blue).filled()
 }
 
-/// What makes a backend's text as large and as high as it is asked to be.
+/// Corrections that give the text of a backend the requested size and height.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TextFit {
     /// Factor on the size.
     pub size: f64,
-    /// How far down it has to be moved, in units of its size.
+    /// Downward shift, in units of the size.
     pub drop: f64,
 }
 
@@ -133,25 +133,25 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
         text: &str,
         at: Point,
         size: f64,
-        lies: Lies,
+        align: Align,
     ) -> Result<(), PictureError> {
-        let (h_pos, v_pos) = match lies {
-            Lies::Right => (HPos::Left, VPos::Center),
-            Lies::Left => (HPos::Right, VPos::Center),
-            Lies::Below => (HPos::Center, VPos::Top),
-            Lies::AboveRight => (HPos::Left, VPos::Bottom),
-            Lies::Upwards => (HPos::Center, VPos::Center),
+        let (h_pos, v_pos) = match align {
+            Align::Right => (HPos::Left, VPos::Center),
+            Align::Left => (HPos::Right, VPos::Center),
+            Align::Below => (HPos::Center, VPos::Top),
+            Align::AboveRight => (HPos::Left, VPos::Bottom),
+            Align::Upwards => (HPos::Center, VPos::Center),
         };
         let turn =
-            if lies == Lies::Upwards { FontTransform::Rotate270 } else { FontTransform::None };
+            if align == Align::Upwards { FontTransform::Rotate270 } else { FontTransform::None };
         let drop = size * self.text_fit.drop;
-        let at = if lies == Lies::Upwards { (at.0 + drop, at.1) } else { (at.0, at.1 + drop) };
+        let at = if align == Align::Upwards { (at.0 + drop, at.1) } else { (at.0, at.1 + drop) };
         let size_px = size * self.text_fit.size * f64::from(OVERSAMPLING);
         let mut style = FontDesc::new(FontFamily::Name(font::FAMILY), size_px, FontStyle::Normal)
             .transform(turn)
             .color(&plotters::style::BLACK);
         style.pos = Pos::new(h_pos, v_pos);
-        // What a scan is called is up to its user; XML has no place for control characters.
+        // A name may hold anything; XML does not allow control characters.
         let printable: String =
             text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
         self.backend.draw_text(&printable, &style, device(at)).map_err(drawing)

@@ -19,7 +19,7 @@ impl ColourScale {
         ViridisRGB::get_color((reading / self.top).clamp(0.0, 1.0)).rgb()
     }
 
-    /// Black or white, whichever stands out against the colour of a reading.
+    /// Black or white, whichever contrasts with the colour of a reading.
     pub fn contrast(&self, reading: f64) -> Rgb {
         if lightness(self.colour(reading)) > 55.0 { BLACK } else { WHITE }
     }

@@ -1,18 +1,18 @@
-//! A plane of a display: sound pressure, or what skin feels of it, with the foci and their ways.
+//! A plane of a display: sound pressure or radiation pressure on skin, with the foci and their paths.
 
 use plotters::backend::DrawingBackend;
 
 use super::axes::LABEL_TEXT;
-use super::canvas::{Canvas, Lies, Pen, Point, WHITE};
+use super::canvas::{Align, Canvas, Pen, Point, WHITE};
 use super::colour_scale::ColourScale;
 use super::map_layout::MapLayout;
 use super::marker::focus_on_map;
 use super::{Picture, PictureError};
 use fieldgap_acoustics::PlaneGrid;
 
-/// One map of it.
-pub(crate) struct Shown {
-    /// What it is of.
+/// One map.
+pub(crate) struct DisplayPanel {
+    /// The title above it.
     pub title: String,
     /// The colour bar's label.
     pub label: String,
@@ -20,24 +20,28 @@ pub(crate) struct Shown {
     pub values: Vec<f64>,
     /// The value of the lightest colour.
     pub top: f64,
-    /// Where foci stand, x and y, mm.
+    /// The positions of the foci, x and y, mm.
     pub foci_mm: Vec<Point>,
 }
 
 /// Maps of a plane, one or two.
 pub(crate) struct DisplayMap {
-    maps: Vec<Shown>,
-    /// The ways of the foci, x and y, mm.
-    ways_mm: Vec<Vec<Point>>,
+    maps: Vec<DisplayPanel>,
+    /// The paths of the foci, x and y, mm.
+    paths_mm: Vec<Vec<Point>>,
     layout: MapLayout,
 }
 
 impl DisplayMap {
     /// One or two maps of a grid; `None` for a grid without points.
-    pub fn new(grid: &PlaneGrid, maps: Vec<Shown>, ways_mm: Vec<Vec<Point>>) -> Option<Self> {
+    pub fn new(
+        grid: &PlaneGrid,
+        maps: Vec<DisplayPanel>,
+        paths_mm: Vec<Vec<Point>>,
+    ) -> Option<Self> {
         let layout = MapLayout::new(&grid.x_m, &grid.y_m)?;
         let layout = if maps.len() > 1 { layout.with_bar_after_first() } else { layout };
-        Some(Self { maps, ways_mm, layout })
+        Some(Self { maps, paths_mm, layout })
     }
 }
 
@@ -58,9 +62,9 @@ impl Picture for DisplayMap {
                 .layout
                 .map(canvas, index, &map.title, &map.values, |value| scale.colour(value))?;
             let pen = Pen { colour: WHITE, width: 1.0 };
-            for way in &self.ways_mm {
-                let inside = way.iter().all(|&(x, y)| axes.holds(x, y));
-                let places: Vec<Point> = way.iter().map(|&(x, y)| axes.place(x, y)).collect();
+            for path in &self.paths_mm {
+                let inside = path.iter().all(|&(x, y)| axes.holds(x, y));
+                let places: Vec<Point> = path.iter().map(|&(x, y)| axes.place(x, y)).collect();
                 if inside && places.len() > 1 {
                     canvas.dashed(&places, &[2.0, 3.0], pen)?;
                 }
@@ -75,7 +79,7 @@ impl Picture for DisplayMap {
         if self.maps.iter().any(|map| !map.foci_mm.is_empty()) {
             let at = (self.layout.panel(0).corner.0 + 8.0, f64::from(self.size().1) - 18.0);
             focus_on_map(canvas, at)?;
-            canvas.text("focus", (at.0 + 17.0, at.1), LABEL_TEXT, Lies::Right)?;
+            canvas.text("focus", (at.0 + 17.0, at.1), LABEL_TEXT, Align::Right)?;
         }
         Ok(())
     }

@@ -27,7 +27,7 @@ impl DivergingScale {
         }
     }
 
-    /// Black or white, whichever stands out against the colour of a difference.
+    /// Black or white, whichever contrasts with the colour of a difference.
     pub fn contrast(&self, difference: f64) -> Rgb {
         if difference.abs() < 0.7 * self.reach { BLACK } else { WHITE }
     }

@@ -1,4 +1,4 @@
-//! The one font of the pictures, carried along so that they come out alike on every machine.
+//! The font of the pictures. It is embedded, so that pictures are the same on every machine.
 
 use std::sync::OnceLock;
 

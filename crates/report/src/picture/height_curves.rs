@@ -1,9 +1,9 @@
-//! Peak, focal radius and place of the peak against height.
+//! Peak, focal radius and position of the peak as functions of height.
 
 use plotters::backend::DrawingBackend;
 
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Canvas, GREY, Lies, Pen, Point};
+use super::canvas::{Align, Canvas, GREY, Pen, Point};
 use super::marker::Series;
 use super::plane_maps::reading_label;
 use super::{Picture, PictureError, panel_row};
@@ -31,11 +31,11 @@ struct CurvePoint {
     value: f64,
     /// Standard error; NaN where it is not known.
     error: f64,
-    /// Whether it holds without reservation: no side cut off, no peak at the map's edge.
-    whole: bool,
+    /// Whether no side is cut off and the peak is inside the map.
+    complete: bool,
 }
 
-/// A field of the comparison over the heights: whose it is, its figures plane by plane.
+/// The figures of the scan or of a simulation, plane by plane.
 type Field<'a> = (Series, Vec<(&'a PlaneComparison, &'a FieldFigures)>);
 
 impl HeightCurves {
@@ -58,12 +58,12 @@ impl HeightCurves {
         let targets = own.iter().find_map(|plane| plane.target_in_scan_m);
         let aside = match targets {
             Some(_) => Panel {
-                title: "peak's distance from the focus's axis",
+                title: "distance of the peak from the focal axis",
                 label: "distance (mm)".to_owned(),
                 curves: curves(&fields, distance_from_focus),
             },
             None => Panel {
-                title: "simulated peak to scanned peak",
+                title: "distance of the peaks",
                 label: "distance (mm)".to_owned(),
                 curves: curves(&fields[1..], |plane, figures| {
                     let inside = !figures.peak_at_edge && !plane.scan.peak_at_edge;
@@ -124,13 +124,13 @@ impl HeightCurves {
             let pen = Pen { colour: series.colour(), width: 1.75 };
             canvas.dashed(&[(x, y), (x + 40.0, y)], series.dash(), pen)?;
             series.mark_on_curve(canvas, (x + 20.0, y), true)?;
-            canvas.text(&series.name(), (x + 48.0, y), LABEL_TEXT, Lies::Right)?;
+            canvas.text(&series.name(), (x + 48.0, y), LABEL_TEXT, Align::Right)?;
             x += 84.0 + 7.0 * series.name().chars().count() as f64;
         }
         if self.focus_height_mm.is_some() {
             let line = [(x, y - 9.0), (x, y + 9.0)];
             canvas.dashed(&line, &[1.0, 4.0], Pen { colour: GREY, width: 1.25 })?;
-            canvas.text("height of the focus", (x + 10.0, y), LABEL_TEXT, Lies::Right)?;
+            canvas.text("focal height", (x + 10.0, y), LABEL_TEXT, Align::Right)?;
         }
         Ok(())
     }
@@ -167,15 +167,20 @@ impl Picture for HeightCurves {
     }
 }
 
-/// The curve of each field: `read` gives the value, the factor to the axis's unit, and whether it is whole.
+/// The curve of each field: `read` gives the value, the factor to the axis's unit, and whether it is complete.
 fn curves(
     fields: &[Field],
     read: impl Fn(&PlaneComparison, &FieldFigures) -> Option<(Uncertain, f64, bool)>,
 ) -> Vec<(Series, Vec<CurvePoint>)> {
     let point = |plane: &PlaneComparison, figures: &FieldFigures| {
-        let (read, factor, whole) = read(plane, figures)?;
+        let (read, factor, complete) = read(plane, figures)?;
         let (value, error) = (read.value * factor, read.standard_error * factor);
-        value.is_finite().then_some(CurvePoint { height_mm: plane.z_m * 1e3, value, error, whole })
+        value.is_finite().then_some(CurvePoint {
+            height_mm: plane.z_m * 1e3,
+            value,
+            error,
+            complete,
+        })
     };
     fields
         .iter()
@@ -185,7 +190,7 @@ fn curves(
         .collect()
 }
 
-/// How far the peak stands from the axis through the focus, along z.
+/// The distance of the peak from the vertical axis through the focus.
 fn distance_from_focus(
     plane: &PlaneComparison,
     figures: &FieldFigures,
@@ -215,7 +220,7 @@ fn curve<B: DrawingBackend>(
                 canvas.line((at.0 - 5.0, y), (at.0 + 5.0, y), pen)?;
             }
         }
-        series.mark_on_curve(canvas, at, point.whole)?;
+        series.mark_on_curve(canvas, at, point.complete)?;
     }
     Ok(())
 }

@@ -1,11 +1,11 @@
-//! Maps side by side: where each stands, how its cells, signs and colour bar are drawn.
+//! Maps side by side: their layout, cells, signs and colour bars.
 
 use plotters::backend::DrawingBackend;
 
 use super::PictureError;
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Canvas, Lies, OVERSAMPLING, Pen, Rgb};
-use super::raster::{Cells, borders};
+use super::canvas::{Align, Canvas, Pen, Rgb};
+use super::raster::{Cells, borders, colour_bar};
 
 /// Room for a map, CSS pixels: maps are as large as fits, with equal millimetres along both axes.
 const MAP_ROOM: (f64, f64) = (310.0, 360.0);
@@ -21,7 +21,7 @@ const RIGHT_ROOM: f64 = 94.0;
 /// Distance between signs, CSS pixels, at least.
 const SIGN_SPACING: f64 = 15.0;
 
-/// Where the panels of some maps of one grid stand.
+/// The layout of several maps of one grid.
 pub(super) struct MapLayout {
     x_mm: Vec<f64>,
     y_mm: Vec<f64>,
@@ -59,7 +59,7 @@ impl MapLayout {
         })
     }
 
-    /// The same with room for a colour bar of the first panel's own.
+    /// The same with room for a separate colour bar of the first panel.
     pub fn with_bar_after_first(mut self) -> Self {
         self.after_first = RIGHT_ROOM;
         self
@@ -106,20 +106,18 @@ impl MapLayout {
             row_borders: &self.row_borders_mm,
             values,
         };
-        let size_px = (device_length(axes.width), device_length(axes.height));
-        canvas.image(axes.corner, size_px, &cells.image(size_px, colour))?;
-        axes.frame(canvas)?;
+        cells.draw(canvas, &axes, colour)?;
         axes.x_axis(canvas, "x (mm)")?;
         if index == 0 {
             axes.y_axis(canvas, "y (mm)")?;
         }
         let title_at = (axes.corner.0, axes.corner.1 - 6.0);
-        canvas.text(title, title_at, LABEL_TEXT + 1.0, Lies::AboveRight)?;
+        canvas.text(title, title_at, LABEL_TEXT + 1.0, Align::AboveRight)?;
         Ok(axes)
     }
 
-    /// A plus where a value is above zero and a minus where it is below, from the size `least` on, in the colours that stand
-    /// out against the values'.
+    /// A plus for values above zero and a minus for values below, from the magnitude `least` on. `contrast` gives the colour
+    /// of the sign from the value.
     pub fn signs<B: DrawingBackend>(
         &self,
         canvas: &mut Canvas<B>,
@@ -167,24 +165,11 @@ impl MapLayout {
             x: (0.0, 1.0),
             y: range,
         };
-        let steps = 256;
-        let level = |step: f64| range.0 + (range.1 - range.0) * step / f64::from(steps);
-        let levels: Vec<f64> = (0..=steps).map(|step| level(f64::from(step))).collect();
-        let values: Vec<f64> = (0..steps).map(|step| level(f64::from(step) + 0.5)).collect();
-        let cells = Cells { column_borders: &[0.0, 1.0], row_borders: &levels, values: &values };
-        let size_px = (device_length(axes.width), device_length(axes.height));
-        canvas.image(axes.corner, size_px, &cells.image(size_px, colour))?;
-        axes.frame(canvas)?;
-        axes.right_axis(canvas, label)
+        colour_bar(canvas, &axes, label, colour)
     }
 }
 
-/// Every how many cells a sign stands, for cells of the given size.
+/// The distance of signs in cells, for cells of the given size.
 fn stride(cell: f64) -> usize {
     ((SIGN_SPACING / cell).ceil() as usize).max(1)
-}
-
-/// A length in backend pixels.
-fn device_length(length: f64) -> u32 {
-    ((length * f64::from(OVERSAMPLING)).round() as u32).max(1)
 }

@@ -9,7 +9,7 @@ use fieldgap_acoustics::Simulator;
 use super::PictureError;
 use super::canvas::{BLACK, Canvas, Pen, Point, Rgb, WHITE};
 
-/// Whose values are drawn.
+/// The source of the values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Series {
     Scan,
@@ -26,7 +26,7 @@ struct Look {
     turn: f64,
     /// Distance of the corners, so that all marks look equally large.
     reach: f64,
-    /// From the palette of Okabe and Ito, which the colour-blind can tell apart.
+    /// From the palette of Okabe and Ito, which colour-blind readers can distinguish.
     colour: Rgb,
     /// Lengths of dash and gap, CSS pixels; none for a solid line.
     dash: &'static [f64],
@@ -110,7 +110,7 @@ impl Series {
         canvas.outline(&corners, Pen { colour: WHITE, width: 2.0 })
     }
 
-    /// The mark on a curve: filled, or open where the value comes with a reservation.
+    /// The mark on a curve: filled, or open for a value with a caveat.
     pub fn mark_on_curve<B: DrawingBackend>(
         self,
         canvas: &mut Canvas<B>,
@@ -123,7 +123,7 @@ impl Series {
     }
 }
 
-/// The mark of the focus on a map: a lying cross, white in black.
+/// The mark of the focus on a map: a diagonal cross, white in black.
 pub(super) fn focus_on_map<B: DrawingBackend>(
     canvas: &mut Canvas<B>,
     (x, y): Point,

@@ -1,4 +1,4 @@
-//! The pictures of a report, drawn once and kept as PNG and as SVG; and pictures that move.
+//! Pictures as PNG and SVG, and moving pictures.
 
 mod animation;
 mod axes;
@@ -31,8 +31,8 @@ use rayon::prelude::*;
 
 pub(super) use self::animation::animated;
 pub(super) use self::bar_chart::{Bar, BarChart, Weight};
-pub(super) use self::canvas::Lies;
-pub(super) use self::display_map::{DisplayMap, Shown};
+pub(super) use self::canvas::Align;
+pub(super) use self::display_map::{DisplayMap, DisplayPanel};
 pub(super) use self::height_curves::HeightCurves;
 pub(super) use self::model_beside_integral::ModelCurves;
 pub(super) use self::plane_maps::{LEAST_SIGNED_SHARE, PlaneMaps};
@@ -52,7 +52,7 @@ const PNG_DENSITY: u32 = 2;
 /// Why a picture could not be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// The drawing library refused.
+    /// The drawing library reported an error.
     #[error("drawing a picture failed: {0}")]
     Drawing(String),
     /// The pixels could not be encoded.
@@ -68,7 +68,7 @@ pub(super) trait Picture {
     /// Width and height, CSS pixels.
     fn size(&self) -> (u32, u32);
 
-    /// What it shows, in words, for those who do not see it.
+    /// A description for readers who cannot see it.
     fn description(&self) -> String;
 
     /// Draws it.
@@ -88,7 +88,7 @@ pub(super) struct Drawn {
 }
 
 impl Drawn {
-    /// Draws a picture both ways.
+    /// Draws a picture in both formats.
     pub fn new(picture: &impl Picture) -> Result<Self, PictureError> {
         Ok(Self {
             size: picture.size(),

@@ -1,9 +1,9 @@
-//! A transducer model beside the integral over a vibrating face.
+//! A transducer model compared with the integral over a vibrating face.
 
 use plotters::backend::DrawingBackend;
 
-use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Canvas, Lies, Pen, Point};
+use super::axes::LABEL_TEXT;
+use super::canvas::{Align, Canvas, Pen, Point};
 use super::marker::Series;
 use super::{Picture, PictureError, panel_row};
 use fieldgap_study::{LOBE_DISTANCES_M, ModelBesideIntegral};
@@ -24,20 +24,20 @@ impl ModelCurves<'_> {
         let line = |read: fn(&(f64, f64, f64)) -> f64| -> Vec<(f64, f64)> {
             self.0.on_axis.iter().map(|row| (row.0 * 1e3, read(row))).collect()
         };
-        curve(canvas, &axes, 0, &line(|row| row.2))?;
-        curve(canvas, &axes, 1, &line(|row| row.1))
+        panel_row::curve(canvas, &axes, 0, &line(|row| row.2))?;
+        panel_row::curve(canvas, &axes, 1, &line(|row| row.1))
     }
 
     fn lobe<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
         let axes = panel_row::axes(1, (0.0, 90.0), (0.0, 1.1));
         let title = format!("lobe at {:.0} mm", LOBE_DISTANCES_M[1] * 1e3);
-        panel_row::frame(canvas, &axes, &title, "pressure over that on the axis")?;
+        panel_row::frame(canvas, &axes, &title, "pressure relative to axis")?;
         axes.x_axis(canvas, "angle (°)")?;
         let line = |read: fn(&(f64, f64, f64)) -> f64| -> Vec<(f64, f64)> {
             self.0.lobes[1].iter().map(|row| (row.0.to_degrees(), read(row))).collect()
         };
-        curve(canvas, &axes, 0, &line(|row| row.2))?;
-        curve(canvas, &axes, 1, &line(|row| row.1))
+        panel_row::curve(canvas, &axes, 0, &line(|row| row.2))?;
+        panel_row::curve(canvas, &axes, 1, &line(|row| row.1))
     }
 
     fn errors<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
@@ -45,12 +45,12 @@ impl ModelCurves<'_> {
         let worst = self.0.lobes.iter().flatten().map(error).fold(0.0, f64::max);
         let top = panel_row::a_little_above(worst).clamp(0.02, WORST_PERCENT);
         let axes = panel_row::axes(2, (0.0, 90.0), (0.0, top));
-        panel_row::frame(canvas, &axes, "error of the lobe", "percent of the axis")?;
+        panel_row::frame(canvas, &axes, "error of the lobe", "% of pressure on axis")?;
         axes.x_axis(canvas, "angle (°)")?;
         for (number, lobe) in self.0.lobes.iter().enumerate() {
             let line: Vec<(f64, f64)> =
                 lobe.iter().map(|row| (row.0.to_degrees(), error(row))).collect();
-            curve(canvas, &axes, number + 1, &line)?;
+            panel_row::curve(canvas, &axes, number + 1, &line)?;
         }
         Ok(())
     }
@@ -63,7 +63,8 @@ impl Picture for ModelCurves<'_> {
 
     fn description(&self) -> String {
         format!(
-            "The {} transducer beside the integral over its face: on the axis, its lobe, and the lobe's error at three distances.",
+            "The {} transducer compared with the integral over its face: on the axis, the lobe, and the error of the lobe at three \
+             distances.",
             self.0.simulator
         )
     }
@@ -77,7 +78,7 @@ impl Picture for ModelCurves<'_> {
             let series = Series::Numbered(number);
             let pen = Pen { colour: series.colour(), width: 2.0 };
             canvas.dashed(&[at, (at.0 + 36.0, at.1)], series.dash(), pen)?;
-            canvas.text(words, (at.0 + 42.0, at.1), LABEL_TEXT, Lies::Right)
+            canvas.text(words, (at.0 + 42.0, at.1), LABEL_TEXT, Align::Right)
         };
         entry(canvas, (panel_row::LEFT_ROOM, y), 0, "integral over the face")?;
         let name = self.0.simulator.to_string();
@@ -89,22 +90,4 @@ impl Picture for ModelCurves<'_> {
         }
         Ok(())
     }
-}
-
-/// A line as far as it stays in its panel.
-fn curve<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
-    axes: &Axes,
-    number: usize,
-    points: &[(f64, f64)],
-) -> Result<(), PictureError> {
-    let series = Series::Numbered(number);
-    let pen = Pen { colour: series.colour(), width: 2.0 };
-    for inside in points.chunk_by(|a, b| axes.holds(a.0, a.1) == axes.holds(b.0, b.1)) {
-        if axes.holds(inside[0].0, inside[0].1) {
-            let line: Vec<Point> = inside.iter().map(|&(x, y)| axes.place(x, y)).collect();
-            canvas.dashed(&line, series.dash(), pen)?;
-        }
-    }
-    Ok(())
 }

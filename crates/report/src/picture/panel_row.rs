@@ -1,10 +1,11 @@
-//! Panels of curves in a row: where each stands, its frame and its title.
+//! Panels of curves in a row: their layout, frames, titles and curves.
 
 use plotters::backend::DrawingBackend;
 
 use super::PictureError;
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Canvas, Lies};
+use super::canvas::{Align, Canvas, Pen, Point};
+use super::marker::Series;
 
 const PANEL: (f64, f64) = (285.0, 250.0);
 pub(super) const LEFT_ROOM: f64 = 84.0;
@@ -31,7 +32,7 @@ pub(super) fn axes(index: usize, x: (f64, f64), y: (f64, f64)) -> Axes {
     }
 }
 
-/// Where the top of a panel is to be whose largest value is `top`.
+/// The upper end of the axis of a panel whose largest value is `top`.
 pub(super) fn a_little_above(top: f64) -> f64 {
     if top > 0.0 { 1.08 * top } else { 1.0 }
 }
@@ -46,5 +47,23 @@ pub(super) fn frame<B: DrawingBackend>(
     axes.frame(canvas)?;
     axes.y_axis(canvas, label)?;
     let title_at = (axes.corner.0, axes.corner.1 - 6.0);
-    canvas.text(title, title_at, LABEL_TEXT + 1.0, Lies::AboveRight)
+    canvas.text(title, title_at, LABEL_TEXT + 1.0, Align::AboveRight)
+}
+
+/// The line of a numbered series, as far as it stays in the panel.
+pub(super) fn curve<B: DrawingBackend>(
+    canvas: &mut Canvas<B>,
+    axes: &Axes,
+    number: usize,
+    points: &[(f64, f64)],
+) -> Result<(), PictureError> {
+    let series = Series::Numbered(number);
+    let pen = Pen { colour: series.colour(), width: 2.0 };
+    for inside in points.chunk_by(|a, b| axes.holds(a.0, a.1) == axes.holds(b.0, b.1)) {
+        if axes.holds(inside[0].0, inside[0].1) {
+            let line: Vec<Point> = inside.iter().map(|&(x, y)| axes.place(x, y)).collect();
+            canvas.dashed(&line, series.dash(), pen)?;
+        }
+    }
+    Ok(())
 }

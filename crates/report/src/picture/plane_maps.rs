@@ -3,7 +3,7 @@
 use plotters::backend::DrawingBackend;
 
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Canvas, Lies, Point};
+use super::canvas::{Align, Canvas, Point};
 use super::colour_scale::ColourScale;
 use super::map_layout::MapLayout;
 use super::marker::{Series, focus_on_map};
@@ -40,7 +40,7 @@ impl<'a> PlaneMaps<'a> {
         Some(Self { map, plane, simulator, unit, scale: ColourScale { top }, layout })
     }
 
-    /// The focus over this plane, x and y in millimetres, if it stands on the map.
+    /// The focus over this plane, x and y in millimetres, if it is on the map.
     fn focus_mm(&self) -> Option<Point> {
         let focus = self.plane.target_in_scan_m? * 1e3;
         self.layout.panel(0).holds(focus.x, focus.y).then_some((focus.x, focus.y))
@@ -78,7 +78,7 @@ impl<'a> PlaneMaps<'a> {
         let y = f64::from(self.size().1) - 18.0;
         let entry = |canvas: &mut Canvas<B>, panel: usize, along: f64, text: &str| {
             let x = self.layout.panel(panel).corner.0 + along + 8.0;
-            canvas.text(text, (x + 17.0, y), LABEL_TEXT, Lies::Right)?;
+            canvas.text(text, (x + 17.0, y), LABEL_TEXT, Align::Right)?;
             Ok::<Point, PictureError>((x, y))
         };
         let at = entry(canvas, 0, 0.0, "peak of the scan")?;
@@ -90,7 +90,7 @@ impl<'a> PlaneMaps<'a> {
         let at = entry(canvas, 1, 0.0, "peak of the simulation")?;
         Series::Simulated(self.simulator).mark_on_map(canvas, at)?;
         let signs = self.layout.panel(2).corner.0;
-        canvas.text("+ scan louder, \u{2212} scan quieter", (signs, y), LABEL_TEXT, Lies::Right)
+        canvas.text("+ scan louder, \u{2212} scan quieter", (signs, y), LABEL_TEXT, Align::Right)
     }
 }
 
@@ -135,7 +135,7 @@ fn largest<'a>(values: impl Iterator<Item = &'a f64>) -> Option<f64> {
     values.copied().filter(|value| value.is_finite()).reduce(f64::max)
 }
 
-/// Where the peak stands, x and y in millimetres; `None` where there is none.
+/// The position of the peak, x and y in millimetres; `None` where there is none.
 fn peak_mm(figures: &FieldFigures) -> Option<Point> {
     let [x, y] = figures.peak_position_m.map(|along| along.value * 1e3);
     (x.is_finite() && y.is_finite()).then_some((x, y))

@@ -3,7 +3,7 @@
 use plotters::backend::DrawingBackend;
 
 use super::axes::{LABEL_TEXT, TICK_TEXT};
-use super::canvas::{Canvas, GREY, Lies, Pen, Point};
+use super::canvas::{Align, Canvas, GREY, Pen, Point};
 use super::marker::Series;
 use super::transducer_curves::lobe_of;
 use super::{Picture, PictureError};
@@ -13,9 +13,9 @@ use fieldgap_characterization::Characterization;
 const CENTRE: Point = (330.0, 330.0);
 const RADIUS: f64 = 270.0;
 const SIZE: (u32, u32) = (660, 430);
-/// What the centre stands for, decibels below the axis.
+/// The level at the centre, decibels relative to the axis.
 const FLOOR_DB: f64 = -40.0;
-/// What still has room outside the outer ring.
+/// The level up to which there is room outside the outer ring.
 const HIGHEST_DB: f64 = 3.0;
 
 /// The readings about the axis and the fitted lobes.
@@ -37,24 +37,24 @@ impl<'a> PolarLobe<'a> {
                 (-90..=90).step_by(3).map(|angle| place(f64::from(angle), level_db)).collect();
             canvas.dashed(&ring, &[], pen)?;
             let (x, y) = place(-90.0, level_db);
-            canvas.text(&format!("{level_db} dB"), (x, y + 4.0), TICK_TEXT, Lies::Below)?;
+            canvas.text(&format!("{level_db} dB"), (x, y + 4.0), TICK_TEXT, Align::Below)?;
         }
         for angle in (-90_i32..=90).step_by(30) {
             let degrees = f64::from(angle);
             canvas.line(place(degrees, FLOOR_DB), place(degrees, 0.0), pen)?;
             let (x, y) = place(degrees, 3.0);
-            let lies = match angle {
-                ..0 => Lies::Left,
-                0 => Lies::AboveRight,
-                _ => Lies::Right,
+            let align = match angle {
+                ..0 => Align::Left,
+                0 => Align::AboveRight,
+                _ => Align::Right,
             };
-            canvas.text(&format!("{}°", angle.abs()), (x, y), TICK_TEXT, lies)?;
+            canvas.text(&format!("{}°", angle.abs()), (x, y), TICK_TEXT, align)?;
         }
         Ok(())
     }
 }
 
-/// Where an angle and a level stand; levels below the floor stand at the centre.
+/// The point of an angle and a level. Levels below the floor are at the centre.
 fn place(degrees: f64, level_db: f64) -> Point {
     let reach = RADIUS * (1.0 - level_db / FLOOR_DB).max(0.0);
     let angle = degrees.to_radians();
@@ -72,7 +72,7 @@ impl Picture for PolarLobe<'_> {
     }
 
     fn description(&self) -> String {
-        "Polar plot of the pressure about the axis in decibels: readings as dots, fitted lobes as lines.".to_owned()
+        "Polar plot of the pressure relative to the axis, in decibels: readings as dots, fitted lobes as lines.".to_owned()
     }
 
     fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
@@ -99,7 +99,7 @@ impl Picture for PolarLobe<'_> {
             }
             let name = pair.lobe_law.to_string();
             canvas.dashed(&[at, (at.0 + 30.0, at.1)], series.dash(), pen)?;
-            canvas.text(&name, (at.0 + 36.0, at.1), LABEL_TEXT, Lies::Right)?;
+            canvas.text(&name, (at.0 + 36.0, at.1), LABEL_TEXT, Align::Right)?;
             at.0 += 60.0 + 7.6 * name.chars().count() as f64;
             if number == 2 {
                 at = (30.0, y + 24.0);

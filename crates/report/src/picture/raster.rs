@@ -1,6 +1,13 @@
 //! A map of readings as pixels.
 
-use super::canvas::Rgb;
+use plotters::backend::DrawingBackend;
+
+use super::PictureError;
+use super::axes::Axes;
+use super::canvas::{Canvas, OVERSAMPLING, Rgb};
+
+/// Colours of a bar.
+const BAR_STEPS: u32 = 256;
 
 /// Borders of the cells about rising positions: midway between neighbours, as far beyond the first and the
 /// last as the nearest border is on their other side. A lone position gets a cell of the width `lone`.
@@ -23,6 +30,19 @@ pub(super) struct Cells<'a> {
 }
 
 impl Cells<'_> {
+    /// Draws the cells and their frame.
+    pub fn draw<B: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<B>,
+        axes: &Axes,
+        colour: impl Fn(f64) -> Rgb,
+    ) -> Result<(), PictureError> {
+        let pixels = |length: f64| ((length * f64::from(OVERSAMPLING)).round() as u32).max(1);
+        let size_px = (pixels(axes.width), pixels(axes.height));
+        canvas.image(axes.corner, size_px, &self.image(size_px, colour))?;
+        axes.frame(canvas)
+    }
+
     /// The cells as an image of the given size, three bytes a pixel, the topmost row of pixels first. Cells
     /// without a value are hatched, so that they look like no reading at all.
     pub fn image(&self, (width, height): (u32, u32), colour: impl Fn(f64) -> Rgb) -> Vec<u8> {
@@ -42,6 +62,22 @@ impl Cells<'_> {
         }
         image
     }
+}
+
+/// A colour bar over the y range of its axes, with numbers and a label on its right.
+pub(super) fn colour_bar<B: DrawingBackend>(
+    canvas: &mut Canvas<B>,
+    axes: &Axes,
+    label: &str,
+    colour: impl Fn(f64) -> Rgb,
+) -> Result<(), PictureError> {
+    let (from, to) = axes.y;
+    let level = |step: f64| from + (to - from) * step / f64::from(BAR_STEPS);
+    let levels: Vec<f64> = (0..=BAR_STEPS).map(|step| level(f64::from(step))).collect();
+    let values: Vec<f64> = (0..BAR_STEPS).map(|step| level(f64::from(step) + 0.5)).collect();
+    let cells = Cells { column_borders: &[0.0, 1.0], row_borders: &levels, values: &values };
+    cells.draw(canvas, axes, colour)?;
+    axes.right_axis(canvas, label)
 }
 
 /// The cell at the centre of each of `pixels` pixels that share the whole range.

@@ -1,9 +1,9 @@
-//! The scan at one height, and what the simulation leaves of it before and after it was corrected.
+//! The scan at one height, and its residuals before and after the simulation was corrected.
 
 use plotters::backend::DrawingBackend;
 
 use super::axes::LABEL_TEXT;
-use super::canvas::{Canvas, Lies};
+use super::canvas::{Align, Canvas};
 use super::colour_scale::ColourScale;
 use super::diverging_scale::DivergingScale;
 use super::map_layout::MapLayout;
@@ -12,10 +12,10 @@ use super::plane_maps::reading_label;
 use super::{Picture, PictureError};
 use fieldgap_diagnosis::DiagnosedPlane;
 
-/// Where the colours of what is left end, standard deviations of the noise; on every picture the same, so that heights can
-/// be compared.
+/// Where the colours of the residuals end, standard deviations of the noise. The same on every picture, so that heights
+/// can be compared.
 pub(crate) const REACH_SIGMA: f64 = 5.0;
-/// What is left carries a sign from here on, standard deviations: noise alone seldom reaches it.
+/// Residuals carry a sign from here on, standard deviations: noise alone seldom reaches it.
 pub(crate) const LEAST_SIGNED_SIGMA: f64 = 3.0;
 
 /// Three maps of a plane.
@@ -26,7 +26,7 @@ pub(crate) struct ResidualMaps<'a> {
     layout: MapLayout,
 }
 
-const LEFT: DivergingScale = DivergingScale { reach: REACH_SIGMA };
+const RESIDUALS: DivergingScale = DivergingScale { reach: REACH_SIGMA };
 
 impl<'a> ResidualMaps<'a> {
     /// The maps of a plane; `None` where its points lie on no grid.
@@ -58,15 +58,15 @@ impl Picture for ResidualMaps<'_> {
     }
 
     fn description(&self) -> String {
-        let left = |values: &[f64]| {
+        let residual_rms = |values: &[f64]| {
             rms(values).map_or("nothing measured".to_owned(), |rms| format!("{rms:.2}"))
         };
         format!(
-            "Three maps over x and y at height {:.4} mm: the scan, and scan less simulation in standard deviations of the \
-             noise, for the simulation as believed (root mean square {}) and for the corrected one ({}).",
+            "Three maps over x and y at height {:.4} mm: the scan, and scan minus simulation in standard deviations of the \
+             noise, for the nominal simulation (root mean square {}) and for the corrected one ({}).",
             self.plane.z_mm,
-            left(&self.plane.residual_before),
-            left(&self.plane.residual_after)
+            residual_rms(&self.plane.residual_before),
+            residual_rms(&self.plane.residual_after)
         )
     }
 
@@ -81,25 +81,25 @@ impl Picture for ResidualMaps<'_> {
         }
         let range = (0.0, self.readings.top);
         self.layout.colour_bar(canvas, 0, range, &reading_label(self.unit), reading)?;
-        let left = |value| LEFT.colour(value);
+        let residual = |value| RESIDUALS.colour(value);
         for (panel, title, values) in [
-            (1, "scan \u{2212} simulation as believed", &self.plane.residual_before),
+            (1, "scan \u{2212} nominal simulation", &self.plane.residual_before),
             (2, "scan \u{2212} corrected simulation", &self.plane.residual_after),
         ] {
-            let axes = self.layout.map(canvas, panel, title, values, left)?;
-            let contrast = |value| LEFT.contrast(value);
+            let axes = self.layout.map(canvas, panel, title, values, residual)?;
+            let contrast = |value| RESIDUALS.contrast(value);
             self.layout.signs(canvas, &axes, values, LEAST_SIGNED_SIGMA, contrast)?;
         }
         let range = (-REACH_SIGMA, REACH_SIGMA);
-        self.layout.colour_bar(canvas, 2, range, "difference (σ of the noise)", left)?;
+        self.layout.colour_bar(canvas, 2, range, "residual (σ of the noise)", residual)?;
         let y = f64::from(self.size().1) - 18.0;
         let x = self.layout.panel(0).corner.0;
         Series::Scan.mark_on_map(canvas, (x + 8.0, y))?;
-        canvas.text("peak of the scan", (x + 25.0, y), LABEL_TEXT, Lies::Right)?;
+        canvas.text("peak of the scan", (x + 25.0, y), LABEL_TEXT, Align::Right)?;
         let x = self.layout.panel(1).corner.0;
         let words =
             format!("+ scan louder, \u{2212} scan quieter, by more than {LEAST_SIGNED_SIGMA} σ");
-        canvas.text(&words, (x, y), LABEL_TEXT, Lies::Right)
+        canvas.text(&words, (x, y), LABEL_TEXT, Align::Right)
     }
 }
 
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_has_the_colours_of_its_size_on_every_picture() {
+    fn a_residual_has_the_colour_of_its_size_on_every_picture() {
         let plane = plane();
         let maps = ResidualMaps::new(&plane, "V").expect("a map");
         let drawn = Drawn::new(&maps).expect("drawn");
@@ -137,9 +137,9 @@ mod tests {
                 *image.get_pixel((2.0 * x) as u32 + 30, (2.0 * y) as u32 + 30);
             (red, green, blue)
         };
-        assert_eq!(pixel(1, 0.0, -1.0), LEFT.colour(REACH_SIGMA));
-        assert_eq!(pixel(1, 0.0, 1.0), LEFT.colour(-2.5));
-        assert_eq!(pixel(2, 0.0, -1.0), LEFT.colour(0.0));
+        assert_eq!(pixel(1, 0.0, -1.0), RESIDUALS.colour(REACH_SIGMA));
+        assert_eq!(pixel(1, 0.0, 1.0), RESIDUALS.colour(-2.5));
+        assert_eq!(pixel(2, 0.0, -1.0), RESIDUALS.colour(0.0));
         assert!(drawn.description.contains("(root mean square 22.39)"), "{}", drawn.description);
     }
 

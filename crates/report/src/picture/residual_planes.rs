@@ -1,9 +1,9 @@
-//! What a model leaves of the readings, height by height.
+//! The residuals of a model at several heights.
 
 use plotters::backend::DrawingBackend;
 
 use super::axes::LABEL_TEXT;
-use super::canvas::{Canvas, Lies};
+use super::canvas::{Align, Canvas};
 use super::diverging_scale::DivergingScale;
 use super::map_layout::MapLayout;
 use super::{Picture, PictureError};
@@ -11,10 +11,10 @@ use fieldgap_acoustics::metrics::PlaneMap;
 
 /// Panels, at most.
 const MOST: usize = 4;
-/// Where the colours end, in root mean squares of what is left.
+/// Where the colours end, in rms residuals.
 const REACH: f64 = 4.0;
 
-/// Readings less model at a few heights, in root mean squares of what is left in all.
+/// Reading minus model at a few heights, divided by the rms residual over all readings.
 pub(crate) struct ResidualPlanes {
     planes: Vec<(f64, PlaneMap)>,
     layout: MapLayout,
@@ -45,7 +45,7 @@ impl Picture for ResidualPlanes {
 
     fn description(&self) -> String {
         let heights: Vec<String> = self.planes.iter().map(|(z, _)| format!("{z:.1}")).collect();
-        format!("Maps over x and y of reading less model at {} mm.", heights.join(", "))
+        format!("Maps over x and y of reading minus model at {} mm.", heights.join(", "))
     }
 
     fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
@@ -57,14 +57,14 @@ impl Picture for ResidualPlanes {
             let contrast = |value| scale.contrast(value);
             self.layout.signs(canvas, &axes, map.values(), 0.75 * REACH, contrast)?;
         }
-        let label = "reading \u{2212} model (rms of what is left)";
+        let label = "reading \u{2212} model (in rms residuals)";
         self.layout.colour_bar(canvas, self.planes.len() - 1, (-REACH, REACH), label, colour)?;
         let at = (self.layout.panel(0).corner.0, f64::from(self.size().1) - 18.0);
         canvas.text(
             "+ reading louder, \u{2212} quieter, by more than 3",
             at,
             LABEL_TEXT,
-            Lies::Right,
+            Align::Right,
         )
     }
 }

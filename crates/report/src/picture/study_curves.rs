@@ -1,9 +1,9 @@
-//! Focal radius, peak and sub-peaks against what a study sweeps over.
+//! Focal radius, peak and sub-peaks against the swept parameters of a study.
 
 use plotters::backend::DrawingBackend;
 
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Canvas, Lies, Pen, Point};
+use super::canvas::{Align, Canvas, Pen, Point};
 use super::marker::Series;
 use super::{Picture, PictureError, panel_row};
 use fieldgap_study::{Figure, Row, Study, StudyResult};
@@ -18,7 +18,7 @@ pub(crate) struct StudyCurves<'a> {
     along: Along,
 }
 
-/// What stands along x.
+/// The values along x.
 enum Along {
     Numbers(Vec<f64>),
     Names(Vec<String>),
@@ -152,24 +152,24 @@ impl Picture for StudyCurves<'_> {
         let mut x = panel_row::LEFT_ROOM;
         if let Some(second) = self.study.sweeps.get(1) {
             let name = format!("{}:", axis_label(&second.parameters));
-            canvas.text(&name, (x, y), LABEL_TEXT, Lies::Right)?;
+            canvas.text(&name, (x, y), LABEL_TEXT, Align::Right)?;
             x += 24.0 + 7.5 * name.chars().count() as f64;
             for (number, value) in second.values.iter().enumerate() {
                 Series::Numbered(number).mark_on_curve(canvas, (x, y), true)?;
-                canvas.text(&value.label, (x + 14.0, y), LABEL_TEXT, Lies::Right)?;
+                canvas.text(&value.label, (x + 14.0, y), LABEL_TEXT, Align::Right)?;
                 x += 44.0 + 7.5 * value.label.chars().count() as f64;
             }
         }
         if self.result.rows.iter().any(|row| row.draws.len() > 1) {
-            let words = "bars: nine in ten of the arrays drawn at random";
-            canvas.text(words, (x, y), LABEL_TEXT, Lies::Right)?;
+            let words = "bars: central 90 % of the random arrays";
+            canvas.text(words, (x, y), LABEL_TEXT, Align::Right)?;
             x += 24.0 + 7.0 * words.chars().count() as f64;
         }
         let reserved = |row: &Row| !row.first().cut_off.is_empty() || row.first().peak_at_edge;
         if self.result.rows.iter().any(reserved) {
             Series::Numbered(0).mark_on_curve(canvas, (x + 6.0, y), false)?;
-            let words = "open: cut off by the map's edge";
-            canvas.text(words, (x + 20.0, y), LABEL_TEXT, Lies::Right)?;
+            let words = "open: cut off by the edge of the map";
+            canvas.text(words, (x + 20.0, y), LABEL_TEXT, Align::Right)?;
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use plotters::backend::DrawingBackend;
 
 use super::axes::LABEL_TEXT;
-use super::canvas::{Canvas, Lies};
+use super::canvas::{Align, Canvas};
 use super::colour_scale::ColourScale;
 use super::map_layout::MapLayout;
 use super::marker::{Series, focus_on_map};
@@ -48,14 +48,14 @@ impl Picture for StudyField<'_> {
             series.mark_on_map(canvas, axes.place(top.x_m * 1e3, top.y_m * 1e3))?;
             let x = axes.corner.0 + 8.0;
             series.mark_on_map(canvas, (x, y))?;
-            canvas.text("peak", (x + 17.0, y), LABEL_TEXT, Lies::Right)?;
+            canvas.text("peak", (x + 17.0, y), LABEL_TEXT, Align::Right)?;
         }
         let focus_mm = self.focus_m.map(|focus_m| focus_m * 1e3);
         if let Some(focus_mm) = focus_mm.filter(|focus_mm| axes.holds(focus_mm.x, focus_mm.y)) {
             focus_on_map(canvas, axes.place(focus_mm.x, focus_mm.y))?;
             let x = axes.corner.0 + 108.0;
             focus_on_map(canvas, (x, y))?;
-            canvas.text("focus", (x + 17.0, y), LABEL_TEXT, Lies::Right)?;
+            canvas.text("focus", (x + 17.0, y), LABEL_TEXT, Align::Right)?;
         }
         let range = (0.0, self.scale.top);
         self.layout.colour_bar(canvas, 0, range, "pressure (simulator's unit)", colour)

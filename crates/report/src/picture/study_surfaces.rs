@@ -3,9 +3,9 @@
 use plotters::backend::DrawingBackend;
 
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Canvas, Lies, OVERSAMPLING};
+use super::canvas::{Align, Canvas};
 use super::colour_scale::ColourScale;
-use super::raster::{Cells, borders};
+use super::raster::{Cells, borders, colour_bar};
 use super::study_curves::{axis_label, titles};
 use super::{Picture, PictureError};
 use fieldgap_study::{Figure, Study, StudyResult};
@@ -19,8 +19,6 @@ const BAR_WIDTH: f64 = 14.0;
 /// From one panel to the next: its colour bar with numbers, and the next one's axis.
 const PANEL_GAP: f64 = 186.0;
 const RIGHT_ROOM: f64 = 110.0;
-/// Colours of a bar.
-const STEPS: u32 = 256;
 
 /// Three maps of a study over its first sweep (x) and its second (y).
 pub(crate) struct StudySurfaces<'a> {
@@ -62,11 +60,13 @@ impl<'a> StudySurfaces<'a> {
             x: ends(&columns),
             y: ends(&rows),
         };
-        image(canvas, &axes, &columns, &rows, &values, scale)?;
+        let colour = |value| scale.colour(value);
+        let cells = Cells { column_borders: &columns, row_borders: &rows, values: &values };
+        cells.draw(canvas, &axes, colour)?;
         axes.x_axis(canvas, &axis_label(&self.study.sweeps[0].parameters))?;
         axes.y_axis(canvas, &axis_label(&self.study.sweeps[1].parameters))?;
         let (title, label) = titles(figure);
-        canvas.text(title, (left, TOP_ROOM - 6.0), LABEL_TEXT + 1.0, Lies::AboveRight)?;
+        canvas.text(title, (left, TOP_ROOM - 6.0), LABEL_TEXT + 1.0, Align::AboveRight)?;
 
         let bar = Axes {
             corner: (left + PANEL.0 + BAR_GAP, TOP_ROOM),
@@ -75,28 +75,8 @@ impl<'a> StudySurfaces<'a> {
             y: (0.0, scale.top),
             ..axes
         };
-        let level = |step: f64| scale.top * step / f64::from(STEPS);
-        let levels: Vec<f64> = (0..=STEPS).map(|step| level(f64::from(step))).collect();
-        let middles: Vec<f64> = (0..STEPS).map(|step| level(f64::from(step) + 0.5)).collect();
-        image(canvas, &bar, &[0.0, 1.0], &levels, &middles, scale)?;
-        bar.right_axis(canvas, label)
+        colour_bar(canvas, &bar, label, colour)
     }
-}
-
-/// Cells filled with their colours, in a frame.
-fn image<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
-    axes: &Axes,
-    column_borders: &[f64],
-    row_borders: &[f64],
-    values: &[f64],
-    scale: ColourScale,
-) -> Result<(), PictureError> {
-    let pixels = |length: f64| (length * f64::from(OVERSAMPLING)).round() as u32;
-    let size_px = (pixels(axes.width), pixels(axes.height));
-    let cells = Cells { column_borders, row_borders, values };
-    canvas.image(axes.corner, size_px, &cells.image(size_px, |value| scale.colour(value)))?;
-    axes.frame(canvas)
 }
 
 impl Picture for StudySurfaces<'_> {
@@ -108,7 +88,9 @@ impl Picture for StudySurfaces<'_> {
 
     fn description(&self) -> String {
         let [first, second] = [0, 1].map(|index| self.study.sweeps[index].name());
-        format!("Focal radius, peak and number of sub-peaks as colours over {first} and {second}.")
+        format!(
+            "Focal radius, peak and number of sub-peaks as colour maps over {first} and {second}."
+        )
     }
 
     fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {

@@ -1,9 +1,9 @@
-//! A transducer's pressure on its axis and about it, and the angles of its lobe against height.
+//! A transducer's pressure on and off its axis, and the width of its lobe against height.
 
 use plotters::backend::DrawingBackend;
 
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Canvas, Lies, Pen, Point};
+use super::canvas::{Align, Canvas, Pen, Point};
 use super::marker::Series;
 use super::plane_maps::reading_label;
 use super::{Picture, PictureError, panel_row};
@@ -12,7 +12,7 @@ use fieldgap_characterization::{Characterization, LEVELS_DB, PairFit};
 /// Points of a curve.
 const STEPS: u32 = 120;
 
-/// Three panels: on the axis, about it, angles.
+/// Three panels: on the axis, off the axis, width of the lobe.
 pub(crate) struct TransducerCurves<'a> {
     found: &'a Characterization,
     unit: &'a str,
@@ -42,19 +42,19 @@ impl<'a> TransducerCurves<'a> {
             let line = (0..=STEPS)
                 .map(|step| (height(step), pair.on_axis_at(height(step) * 1e-3)))
                 .collect::<Vec<_>>();
-            curve(canvas, &axes, number + 1, &line)?;
+            panel_row::curve(canvas, &axes, number + 1, &line)?;
         }
         Ok(())
     }
 
     fn lobe<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
         let axes = panel_row::axes(1, (-2.0, 90.0), (-0.1, 1.15));
-        panel_row::frame(canvas, &axes, "about the axis", "pressure over that on the axis")?;
+        panel_row::frame(canvas, &axes, "off the axis", "pressure relative to axis")?;
         axes.x_axis(canvas, "angle (°)")?;
         let bins = self.found.profile.lobe.iter();
         dots(canvas, &axes, bins.map(|bin| (bin.theta_rad.to_degrees(), bin.value)))?;
         for (number, (pair, _)) in self.found.lobe_laws().into_iter().enumerate() {
-            curve(canvas, &axes, number + 1, &lobe_of(pair))?;
+            panel_row::curve(canvas, &axes, number + 1, &lobe_of(pair))?;
         }
         Ok(())
     }
@@ -64,7 +64,7 @@ impl<'a> TransducerCurves<'a> {
         let heights: Vec<f64> = profile.on_axis.iter().map(|point| point.height_m * 1e3).collect();
         let (Some(&first), Some(&last)) = (heights.first(), heights.last()) else { return Ok(()) };
         let axes = panel_row::axes(2, widened(first, last), (0.0, 90.0));
-        panel_row::frame(canvas, &axes, "angles of the lobe", "angle (°)")?;
+        panel_row::frame(canvas, &axes, "width of the lobe", "angle (°)")?;
         axes.x_axis(canvas, "height z (mm)")?;
         for (number, level) in LEVELS_DB.into_iter().enumerate() {
             let series = Series::Numbered(number);
@@ -74,14 +74,14 @@ impl<'a> TransducerCurves<'a> {
                 .filter(|angle| angle.level_db == level)
                 .map(|angle| (angle.height_m * 1e3, angle.angle_rad.to_degrees()))
                 .collect();
-            curve(canvas, &axes, number, &own)?;
+            panel_row::curve(canvas, &axes, number, &own)?;
             for &(x, y) in &own {
                 series.mark_on_curve(canvas, axes.place(x, y), true)?;
             }
             let Some(&(x, y)) = own.first() else { continue };
             let at = axes.place(x, y);
             let above = (at.0 - 6.0, at.1 - 8.0);
-            canvas.text(&format!("{level} dB"), above, LABEL_TEXT, Lies::AboveRight)?;
+            canvas.text(&format!("{level} dB"), above, LABEL_TEXT, Align::AboveRight)?;
         }
         Ok(())
     }
@@ -96,7 +96,7 @@ impl<'a> TransducerCurves<'a> {
             let series = Series::Numbered(number + 1);
             let pen = Pen { colour: series.colour(), width: 2.0 };
             canvas.dashed(&[(x, y), (x + 30.0, y)], series.dash(), pen)?;
-            canvas.text(name, (x + 36.0, y), LABEL_TEXT, Lies::Right)?;
+            canvas.text(name, (x + 36.0, y), LABEL_TEXT, Align::Right)?;
             x += 54.0 + 7.2 * name.chars().count() as f64;
         }
         Ok(())
@@ -142,18 +142,6 @@ pub(super) fn lobe_of(pair: &PairFit) -> Vec<(f64, f64)> {
 fn widened(from: f64, to: f64) -> (f64, f64) {
     let margin = 0.06 * (to - from);
     (from - margin, to + margin)
-}
-
-fn curve<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
-    axes: &Axes,
-    number: usize,
-    points: &[(f64, f64)],
-) -> Result<(), PictureError> {
-    let series = Series::Numbered(number);
-    let inside = points.iter().filter(|(_, y)| (axes.y.0..=axes.y.1).contains(y));
-    let line: Vec<Point> = inside.map(|&(x, y)| axes.place(x, y)).collect();
-    canvas.dashed(&line, series.dash(), Pen { colour: series.colour(), width: 2.0 })
 }
 
 fn dots<B: DrawingBackend>(

@@ -20,8 +20,8 @@ size_mm = [10.0, 10.0]
 step_mm = 2.0
 "#;
 
-/// Trouble that costs no long silences, since this rig's time is the wall's where nothing is heard.
-const TROUBLE: &str = "[virtual.faults]\nflip = 0.01\ndouble = 0.01\nwrong_ok = 0.02\n";
+/// Faults that cause no long silences: this rig runs in real time while nothing is sent.
+const FAULTS: &str = "[virtual.faults]\nflip = 0.01\ndouble = 0.01\nwrong_ok = 0.02\n";
 
 fn here(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
@@ -75,15 +75,15 @@ fn drivers_run_again_behave_as_they_did() {
 }
 
 #[test]
-fn drivers_run_again_on_a_troubled_wire_behave_as_they_did() {
+fn replayed_drivers_on_a_faulty_wire_behave_as_recorded() {
     let home = tempfile::tempdir().expect("a folder");
-    let (folder, _) = scanned(home.path(), TROUBLE);
+    let (folder, _) = scanned(home.path(), FAULTS);
     // However far it came: it is taken up again, so that the logs have several sessions.
     for _ in 0..2 {
         fieldgap().arg("resume").arg(&folder).output().expect("the program runs");
     }
     let robot = std::fs::read_to_string(folder.join("wire/robot.log")).expect("a log");
-    assert!(robot.contains("Resend") || robot.contains("ok\\nok\\n"), "trouble was met");
+    assert!(robot.contains("Resend") || robot.contains("ok\\nok\\n"), "faults occurred");
     let (code, said) = replayed(&folder);
     assert_eq!(code, Some(0), "{said}");
 }

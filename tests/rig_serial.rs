@@ -83,10 +83,10 @@ async fn a_device_without_a_port_says_which_key_to_add() {
 }
 
 #[tokio::test]
-async fn the_last_words_reach_a_serial_port() {
+async fn bytes_sent_without_waiting_reach_a_serial_port() {
     let (mut device, port) = pty();
     let mut wire = open_serial(Role::FocusArray, Some(&port), None, BAUD).expect("opens");
-    // As every driver has, long before its last words: only then is it known that the port takes bytes.
+    // A port accepts bytes without waiting only after a first write, which every driver makes on opening.
     wire.send(b"on\n").await.expect("is there");
     wire.send_without_waiting(b"off\n");
     assert_eq!(&heard(&mut device).await, b"on\noff\n");

@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn last_words_are_sent_without_waiting() {
+    async fn bytes_are_sent_without_waiting() {
         let (mut wire, mut far) = pair(64);
         wire.send_without_waiting(b"off\n");
         drop(wire);

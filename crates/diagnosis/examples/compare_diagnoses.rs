@@ -19,7 +19,8 @@ const RELATIVE: f64 = 1e-6;
 /// Agreement of two numbers, relative to the standard error beside them.
 const OF_STANDARD_ERROR: f64 = 1e-2;
 /// Keys whose values are sentences.
-const WORDED: [&str; 4] = ["sentence", "text", "reason", "name"];
+const WORDED: [&str; 9] =
+    ["sentence", "text", "reason", "name", "readings", "what", "plan", "why", "undetermined"];
 
 fn main() -> ExitCode {
     let folders: Vec<String> = std::env::args().skip(1).collect();

@@ -59,8 +59,8 @@ pub fn diagnose(
     Ok(report.build(registration))
 }
 
-/// Searches with the noise that repeats and silence tell, and goes on with the noise that what was found tells of: first on some
-/// of the readings, then from what is left there on all, until noise and what is found agree.
+/// Searches with the noise that repeats and dark readings tell, and goes on with the noise that what was found tells of: first on some
+/// of the readings, then from the residual there on all, until noise and what is found agree.
 fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredModel> {
     let nuisance = as_believed(observations);
     settle_scatter(observations, &ForwardModel::believed(), &nuisance, context, false);
@@ -73,7 +73,7 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
     }
     let mut noise = settled_by(&best, observations, context);
     if noise == NoiseChange::Misled {
-        search.forget_what_was_given_up();
+        search.forget_rejections();
     }
     search = search.on_all(observations, context).and_on(observations, context);
     for _ in 0..NOISE_ROUNDS {

@@ -13,7 +13,7 @@
 //! let Remedy::Manual(what_to_do) = effect.remedy(Simulator::Piston) else {
 //!     panic!("no set-up file has a key for play")
 //! };
-//! assert!(what_to_do.starts_with("take the play out of the robot"));
+//! assert!(what_to_do.starts_with("remove the play from the robot"));
 //! # Ok::<(), fieldgap_diagnosis::UnknownEffect>(())
 //! ```
 //!

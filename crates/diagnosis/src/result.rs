@@ -41,7 +41,7 @@ pub struct Diagnosis {
     pub gap_before_held_out: f64,
     /// What noise alone leaves, relative to the scan's rms.
     pub noise_floor: f64,
-    /// Share of the squared gap beyond noise, on readings kept out of the fit, that the best candidate closes; 0 to 1.
+    /// Share of the squared gap beyond noise, on readings kept out of the fit, that the best candidate explains; 0 to 1.
     pub explained_fraction: f64,
     /// Where the gap lies.
     pub r#where: Where,
@@ -149,7 +149,7 @@ pub enum Region {
 /// Shares by kind; they sum to one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct KindShares {
-    /// What a gain of its own for each height would remove.
+    /// What a separate gain for each height would remove.
     pub gain: f64,
     /// What a free shift of each height would remove beyond that.
     pub registration: f64,
@@ -166,7 +166,7 @@ pub struct ResidualTest {
     pub name: &'static str,
     /// Standard deviations from what noise alone gives; of a converter's steps their rounding error, in the noise's deviations.
     pub z: f64,
-    /// Before anything was added; `None` for what is only asked of what is left.
+    /// Before anything was added; `None` for what is only asked of the residual.
     pub z_before: Option<f64>,
     /// From where on it is not noise's.
     pub limit: f64,
@@ -175,7 +175,7 @@ pub struct ResidualTest {
 }
 
 impl ResidualTest {
-    /// Whether what is left is not noise.
+    /// Whether the residual is not noise.
     pub fn is_structure(&self) -> bool {
         self.z > self.limit
     }

@@ -75,7 +75,9 @@ pub(crate) fn next_measurement(
     let mut proposals = vec![
         Proposal {
             heights_mm: heights_mm.iter().rev().copied().collect(),
-            ..again("the same planes from the highest to the lowest, so that time and height part")
+            ..again(
+                "the same planes from the highest to the lowest, which separates time from height",
+            )
         },
         Proposal {
             heights_mm: vec![75.0, 110.0, 145.0, 180.0, 215.0, 250.0],
@@ -87,19 +89,17 @@ pub(crate) fn next_measurement(
         },
         Proposal {
             drives: vec![focus.clone(), Excitation::Uniform],
-            ..again("the focus, and once more with all elements in phase")
+            ..again("the focus, and again with all elements in phase")
         },
         Proposal {
             drives: [focus.clone()].into_iter().chain(halves).collect(),
             ..again(
-                "the focus, and once more with either half of the elements reversed, right and upper",
+                "the focus, and again with the right and with the upper half of the elements reversed",
             )
         },
         Proposal {
             drives: [focus.clone()].into_iter().chain(random).collect(),
-            ..again(
-                "the focus, and twice more with phases drawn by lot, so that each element speaks for itself",
-            )
+            ..again("the focus, and twice with random phases, which separates the elements")
         },
         Proposal { raster: true, ..again("every row in the same direction") },
     ];
@@ -122,13 +122,13 @@ pub(crate) fn next_measurement(
     let [one, other] = rivals.map(|fit| joined(&fit.ids(), " + "));
     let mut what = match sigma < SEPARATED_SIGMA {
         true => format!(
-            "Of the scans that could be made next none tells {one} from {other}; most would be learnt by scanning {}, \
-             after which they would differ by {sigma:.1} standard deviations of the whole scan's noise, each fitted anew.",
+            "No scan considered separates {one} from {other}. The best is {}: they would then differ by {sigma:.1} standard \
+             deviations of the whole scan's noise, each fitted again.",
             best.what
         ),
         false => format!(
             "Scan {}: {one} and {other} would then differ by {sigma:.0} standard deviations of the whole scan's noise, each \
-             fitted anew; in these data they differ by {present:.1}.",
+             fitted again; in these data they differ by {present:.1}.",
             best.what
         ),
     };
@@ -165,7 +165,7 @@ fn half_reversed(believed: &Simulation, drive: &Excitation, side: Vec3) -> Excit
     Excitation::Phases(reversed.collect())
 }
 
-/// Phases drawn by lot, one lot for each number.
+/// Phases drawn at random, one lot for each number.
 fn random_phases(elements: usize, number: u64) -> Excitation {
     let mut draws = ChaCha8Rng::seed_from_u64(number);
     Excitation::Phases((0..elements).map(|_| draws.random_range(0.0..TAU)).collect())
@@ -206,7 +206,7 @@ fn separation(observations: &Observations, context: &Context, [one, other]: [&Fi
     told_apart(&one, &other).sqrt()
 }
 
-/// Twice what readings of the first supposition, which leaves nothing of their means, say on average against the second: squared
+/// Twice what readings of the first model, which leaves nothing of their means, say on average against the second: squared
 /// residuals, and what another scatter costs (S. Kullback and R. A. Leibler, Ann. Math. Stat. 22, 79, 1951).
 fn told_apart(one: &Residuals, other: &Residuals) -> f64 {
     let log_variance = |of: &Residuals, n: usize| of.log_variances.get(n).copied().unwrap_or(0.0);

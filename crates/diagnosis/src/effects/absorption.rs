@@ -53,12 +53,12 @@ impl Effect for Absorption {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("a thermometer and a hygrometer show what the air absorbs")
+        Some("a thermometer and a hygrometer give the absorption of the air")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
-            "each path loses {:.2} ± {:.2} dB a metre more than the model says (air at 20 °C and 50 % humidity: 1.3)",
+            "each path is attenuated by {:.2} ± {:.2} dB per metre beyond the model (air at 20 °C and 50 % humidity: 1.3)",
             fitted[0].value, fitted[0].error
         );
         Finding::new([("db_per_m", fitted[0].real())], sentence)

@@ -42,7 +42,7 @@ impl Effect for Aperture {
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
         Remedy::Manual(
-            "the simulators give the pressure at a point; use a smaller receiver, or one that hears all angles alike",
+            "the simulators give the pressure at a point; use a smaller or an omnidirectional receiver",
         )
     }
 
@@ -62,7 +62,7 @@ impl Effect for Aperture {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("callipers show how wide an element's opening is")
+        Some("callipers measure the opening of the receiver")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -55,7 +55,7 @@ impl Effect for ArrayTilt {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("a dial gauge on the robot, led along the array's face, shows its tilt")
+        Some("a dial gauge on the robot, moved along the array's face, measures the tilt")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -51,7 +51,7 @@ impl Effect for AxisScale {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("a rule beside the robot shows how far it goes")
+        Some("a ruler beside the robot measures its travel")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

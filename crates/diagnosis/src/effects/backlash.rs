@@ -39,7 +39,7 @@ impl Effect for Backlash {
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
-        Remedy::Manual("take the play out of the robot, or scan with order = \"raster\"")
+        Remedy::Manual("remove the play from the robot, or scan with order = \"raster\"")
     }
 
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
@@ -52,7 +52,7 @@ impl Effect for Backlash {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("a dial gauge against the robot, come from either side, shows its play")
+        Some("a dial gauge, approached from either side, measures the play")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -58,16 +58,16 @@ impl Effect for Clipping {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some(
-            "the level at the focus, at full and at half drive, shows whether the receiver follows",
-        )
+        Some("readings at the focus at full and at half drive show whether the receiver is linear")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, context: &Context) -> Finding {
         let level =
             fitted[0].map(context.largest_reading * fitted[0].value, context.largest_reading);
-        let sentence =
-            format!("readings are cut at {:.3} ± {:.3} {}", level.value, level.error, context.unit);
+        let sentence = format!(
+            "readings are clipped at {:.3} ± {:.3} {}",
+            level.value, level.error, context.unit
+        );
         Finding::new([("level", level.real())], sentence)
     }
 }

@@ -65,7 +65,7 @@ impl Effect for Directivity {
 
     fn independent_check(&self) -> Option<&'static str> {
         Some(
-            "one element alone, turned before the receiver, shows its lobe (`fieldgap characterize`)",
+            "one element alone, rotated in front of the receiver, shows its lobe (`fieldgap characterize`)",
         )
     }
 

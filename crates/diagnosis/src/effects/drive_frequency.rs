@@ -53,13 +53,13 @@ impl Effect for DriveFrequency {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("a counter on the drive shows its frequency")
+        Some("a frequency counter measures the drive")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, context: &Context) -> Finding {
         let nominal_hz = context.believed.frequency_hz;
         let sentence = format!(
-            "the carrier is at {:.1} ± {:.1} Hz, not {nominal_hz:.1} Hz",
+            "the carrier frequency is {:.1} ± {:.1} Hz, not {nominal_hz:.1} Hz",
             nominal_hz * fitted[0].value,
             nominal_hz * fitted[0].error
         );

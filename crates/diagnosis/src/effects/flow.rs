@@ -42,7 +42,7 @@ impl Effect for Flow {
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
         Remedy::Manual(
-            "the simulators know still air of one temperature only; keep draughts and heat away",
+            "the simulators model still air of one temperature only; keep draughts and heat sources away",
         )
     }
 
@@ -51,7 +51,7 @@ impl Effect for Flow {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("smoke or a thread shows whether the air moves")
+        Some("smoke or a thread shows air flow")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

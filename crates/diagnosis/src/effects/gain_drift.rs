@@ -39,7 +39,7 @@ impl Effect for GainDrift {
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
         Remedy::Manual(
-            "simulations do not know the time; let the rig warm up, or add a [reference] to the plan",
+            "simulations have no drift; let the rig warm up, or add a [reference] to the plan",
         )
     }
 
@@ -48,12 +48,12 @@ impl Effect for GainDrift {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("the level at one place, over the time of a scan, shows whether it drifts")
+        Some("readings at one place over the duration of a scan show a drift")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
-            "the level at the end of the scan is {:.1} ± {:.1} % off that at its beginning",
+            "the level changes by {:.1} ± {:.1} % from the beginning to the end of the scan",
             100.0 * fitted[0].value,
             100.0 * fitted[0].error
         );

@@ -41,7 +41,7 @@ impl Effect for Lag {
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
-        Remedy::Manual("make settle_ms of the receiver longer")
+        Remedy::Manual("increase settle_ms of the receiver")
     }
 
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
@@ -53,12 +53,12 @@ impl Effect for Lag {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("a burst at rest shows how late the receiver reads it")
+        Some("a burst of sound at rest shows the delay of the receiver")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
-            "readings trail the motion by {:.1} ± {:.1} ms",
+            "readings lag behind the motion by {:.1} ± {:.1} ms",
             1e3 * fitted[0].value,
             1e3 * fitted[0].error
         );

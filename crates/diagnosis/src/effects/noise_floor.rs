@@ -1,6 +1,6 @@
 //! A floor that the detector adds in power: √(v² + level²).
 //!
-//! It is fitted as the squared ratio to the largest reading, which is zero for none; what silence reads says it best.
+//! It is fitted as the squared ratio to the largest reading, which is zero for none; what dark readings reads says it best.
 
 use fieldgap_acoustics::Simulator;
 
@@ -42,9 +42,7 @@ impl Effect for NoiseFloor {
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
-        Remedy::Manual(
-            "the simulations are free of noise; shield the receiver, or drive the array harder",
-        )
+        Remedy::Manual("the simulations are free of noise; shield the receiver, or raise the drive")
     }
 
     /// Noise in proportion to the level behind the detector, or before it: nothing else tells which.

@@ -57,13 +57,13 @@ impl Effect for Offset {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("`fieldgap rig find-axis` shows where the array's middle stands")
+        Some("`fieldgap rig find-axis` finds the centre of the array")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let [x, y, z] = [fitted[0], fitted[1], fitted[2]];
         let sentence = format!(
-            "the robot's origin stands {:.2} ± {:.2} mm along x, {:.2} ± {:.2} along y and {:.2} ± {:.2} along z from the array's",
+            "the robot's origin is {:.2} ± {:.2} mm along x, {:.2} ± {:.2} along y and {:.2} ± {:.2} along z from the array's",
             x.value, x.error, y.value, y.error, z.value, z.error
         );
         Finding::new([("x_mm", x.real()), ("y_mm", y.real()), ("z_mm", z.real())], sentence)

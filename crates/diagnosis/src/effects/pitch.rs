@@ -53,12 +53,12 @@ impl Effect for Pitch {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("callipers show how far apart the elements stand")
+        Some("callipers measure the distance between the elements")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
-            "the elements stand {:.4} ± {:.4} times as far apart as modelled",
+            "the elements are {:.4} ± {:.4} times as far apart as modelled",
             fitted[0].value, fitted[0].error
         );
         Finding::new([("ratio", fitted[0].real())], sentence)

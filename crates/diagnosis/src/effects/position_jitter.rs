@@ -54,7 +54,7 @@ impl Effect for PositionJitter {
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
         Remedy::Manual(
-            "tighten the robot's belts and screws, stop vibrations, and scan more slowly",
+            "tighten the robot's belts and screws, damp vibrations, and scan more slowly",
         )
     }
 
@@ -113,7 +113,7 @@ impl Effect for PositionJitter {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("a dial gauge against the robot, sent to one place again and again, shows its scatter")
+        Some("a dial gauge at one place, approached repeatedly, measures the scatter")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _context: &Context) -> Finding {

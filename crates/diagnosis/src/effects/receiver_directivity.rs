@@ -42,7 +42,7 @@ impl Effect for ReceiverDirectivity {
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
         Remedy::Manual(
-            "the simulators give the pressure at a point; use a smaller receiver, or one that hears all angles alike",
+            "the simulators give the pressure at a point; use a smaller or an omnidirectional receiver",
         )
     }
 
@@ -60,7 +60,7 @@ impl Effect for ReceiverDirectivity {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("the receiver, turned where it stands, shows its lobe")
+        Some("rotating the receiver in place shows its lobe")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
@@ -68,7 +68,7 @@ impl Effect for ReceiverDirectivity {
         let half_deg =
             fitted[0].map(half_rad.to_degrees(), 0.5 * half_rad.to_degrees() * half_rad * half_rad);
         let sentence = format!(
-            "the receiver hears half (-6 dB) at {:.1} ± {:.1} degrees from its axis",
+            "the receiver's sensitivity is halved (-6 dB) at {:.1} ± {:.1} degrees from its axis",
             half_deg.value, half_deg.error
         );
         Finding::new([("half_angle_deg", half_deg.real())], sentence)

@@ -48,7 +48,9 @@ impl Effect for Reflection {
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
-        Remedy::Manual("the simulators know a free field only; line what reflects, or take it away")
+        Remedy::Manual(
+            "the simulators model a free field only; cover reflecting surfaces with absorber, or remove them",
+        )
     }
 
     fn search(&self) -> Search {
@@ -78,7 +80,7 @@ impl Effect for Reflection {
             standard_error: [re.error, im.error],
         };
         let sentence = format!(
-            "a plane at {:.2} ± {:.2} mm above the array returns {:.1} % of the pressure",
+            "a plane at {:.2} ± {:.2} mm above the array reflects {:.1} % of the pressure",
             height.value,
             height.error,
             100.0 * re.value.hypot(im.value)

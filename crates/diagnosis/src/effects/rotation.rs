@@ -48,7 +48,7 @@ impl Effect for Rotation {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("a straight edge along a row of elements, followed by the robot, shows the angle")
+        Some("a straight edge along a row of elements, traced by the robot, shows the angle")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -80,9 +80,7 @@ impl Effect for Saturation {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some(
-            "the level at one place, at full and at half drive, shows whether the receiver follows",
-        )
+        Some("readings at one place at full and at half drive show whether the receiver is linear")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, context: &Context) -> Finding {
@@ -90,7 +88,7 @@ impl Effect for Saturation {
         let level = context.largest_reading / ratio;
         let level = fitted[0].map(level, 0.5 * level / (ratio * ratio));
         let sentence = format!(
-            "the receiver compresses: at {:.3} ± {:.3} {} it has lost 3 dB",
+            "the receiver compresses: it loses 3 dB at {:.3} ± {:.3} {}",
             level.value, level.error, context.unit
         );
         Finding::new([("level", level.real())], sentence)

@@ -39,7 +39,9 @@ impl Effect for Skew {
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
-        Remedy::Manual("the set-up has square axes; square those of the robot")
+        Remedy::Manual(
+            "no set-up file describes axes that are not square; align those of the robot",
+        )
     }
 
     fn position(&self, at: Setting<'_>, _visit: &Visit, at_m: Vec3) -> Vec3 {
@@ -48,7 +50,7 @@ impl Effect for Skew {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("a square held to the robot's axes shows their angle")
+        Some("a try square shows the angle between the robot's axes")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

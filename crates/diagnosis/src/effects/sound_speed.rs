@@ -53,7 +53,7 @@ impl Effect for SoundSpeed {
     }
 
     fn independent_check(&self) -> Option<&'static str> {
-        Some("a thermometer in the sound's way shows its speed")
+        Some("a thermometer beside the field gives the speed of sound")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, context: &Context) -> Finding {

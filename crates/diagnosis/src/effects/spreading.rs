@@ -56,7 +56,7 @@ impl Effect for Spreading {
 
     fn independent_check(&self) -> Option<&'static str> {
         Some(
-            "one element alone, scanned along its axis, shows how its pressure falls (`fieldgap characterize`)",
+            "one element alone, scanned along its axis, shows its decay with distance (`fieldgap characterize`)",
         )
     }
 

@@ -45,7 +45,9 @@ impl Effect for StandingWave {
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
-        Remedy::Manual("the simulators know a free field only; line what reflects, or take it away")
+        Remedy::Manual(
+            "the simulators model a free field only; cover reflecting surfaces with absorber, or remove them",
+        )
     }
 
     fn added_waves(
@@ -76,7 +78,7 @@ impl Effect for StandingWave {
             standard_error: [re.error, im.error],
         };
         let sentence = format!(
-            "sound that went back to the array returns with {:.1} % of the pressure",
+            "sound reflected between receiver and array adds {:.1} % of the pressure",
             100.0 * re.value.hypot(im.value)
         );
         Finding::new([("coefficient", coefficient)], sentence)

@@ -45,7 +45,7 @@ impl Effect for TemperatureGradient {
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
         Remedy::Manual(
-            "the simulators know still air of one temperature only; keep draughts and heat away",
+            "the simulators model still air of one temperature only; keep draughts and heat sources away",
         )
     }
 
@@ -55,7 +55,7 @@ impl Effect for TemperatureGradient {
 
     fn independent_check(&self) -> Option<&'static str> {
         Some(
-            "two thermometers, one at the array and one where the scan ends, show how the air's temperature changes",
+            "two thermometers, one at the array and one at the far end of the scan, show a gradient of temperature",
         )
     }
 

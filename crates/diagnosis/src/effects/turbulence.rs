@@ -56,7 +56,7 @@ impl Effect for Turbulence {
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
         Remedy::Manual(
-            "the simulators know still air of one temperature only; keep draughts and heat away",
+            "the simulators model still air of one temperature only; keep draughts and heat sources away",
         )
     }
 
@@ -118,7 +118,7 @@ impl Effect for Turbulence {
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
-            "turbulent air turns phases at random by {:.2} ± {:.2} rad over one metre",
+            "turbulent air makes phases fluctuate by {:.2} ± {:.2} rad over one metre",
             fitted[0].value, fitted[0].error
         );
         Finding::new([("rad_per_sqrt_m", fitted[0].real())], sentence)

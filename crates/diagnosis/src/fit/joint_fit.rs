@@ -221,7 +221,7 @@ fn unknown(start: f64, parameter: &Parameter) -> Unknown {
     Unknown { start, scale: parameter.scale, prior: Some((parameter.neutral, wide)) }
 }
 
-/// When the search for a set of effects stops: a hundredth of a standard deviation is nothing to what is left open.
+/// When the search for a set of effects stops: a hundredth of a standard deviation is nothing to the residual open.
 pub(crate) const SEARCH: Stopping = Stopping { iterations: 12, step: 2e-2, fall: 1e-6 };
 
 /// The cost of a fit on other readings.

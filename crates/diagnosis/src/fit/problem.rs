@@ -280,7 +280,7 @@ impl<'o> Problem<'o> {
     }
 }
 
-/// Whether an effect's parameters are within what is plausible, and what repeats and silence allow.
+/// Whether an effect's parameters are within what is plausible, and what repeats and dark readings allow.
 pub(crate) fn is_plausible(
     observations: &Observations,
     context: &Context,

@@ -60,7 +60,7 @@ pub(crate) fn fit_with_spread(
     fitted
 }
 
-/// The same set, whose last instance is random, fitted from departures drawn by lot. Where a field is weak a magnitude does not tell its
+/// The same set, whose last instance is random, fitted from departures drawn at random. Where a field is weak a magnitude does not tell its
 /// sign, and a search that came there with the wrong one ends in a minimum that is not the least.
 pub(crate) fn from_elsewhere(
     stuck: &Fit,

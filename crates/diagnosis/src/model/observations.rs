@@ -25,7 +25,7 @@ pub(crate) struct ObservedScan {
     pub averaged: f64,
     /// The scale on which they scatter by one.
     pub scale: NoiseScale,
-    /// What the receiver read in silence.
+    /// What the receiver read in dark readings.
     pub dark: Vec<f64>,
 }
 

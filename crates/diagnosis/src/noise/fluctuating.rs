@@ -1,8 +1,8 @@
-//! Whether all readings together ask for turbulence: its speckle scatters readings as no steady noise does, most where paths are many
+//! Whether all readings together show turbulence: its speckle scatters readings as no steady noise does, most where paths are many
 //! and levels low.
 //!
 //! A Gaussian likelihood of what readings scatter by, whose variance is a sum of what is in proportion, s² m², of the quadratures' a²
-//! and of the speckle's t²: all three are found by Fisher's scoring, silence telling a² besides (C. R. Rao, *Linear Statistical
+//! and of the speckle's t²: all three are found by Fisher's scoring, dark readings telling a² besides (C. R. Rao, *Linear Statistical
 //! Inference*, section 5g).
 
 use nalgebra::{Matrix3, Vector3};
@@ -40,7 +40,7 @@ pub(crate) fn fluctuating(
     (cost(steady) - least > FLUCTUATION_BY_ALL_READINGS).then_some(scatter)
 }
 
-/// The scatter at which readings and silence are likeliest, from a steady one.
+/// The scatter at which readings and dark readings are likeliest, from a steady one.
 fn scored(readings: &[Pair], dark: &DarkReadings, steady: &Scatter) -> Scatter {
     let mut scatter = steady.clone();
     for round in 0..ROUNDS {
@@ -85,7 +85,7 @@ mod tests {
     const ADDITIVE: f64 = 0.005;
 
     /// Readings from 0.08 to 1, far above noise and speckle of a mean square of 0.01 t² in each quadrature, as differences from what they
-    /// should be, and silence.
+    /// should be, and dark readings.
     fn drawn(turbulence: f64) -> (Vec<Pair>, DarkReadings) {
         let rng = CounterRng::new(7);
         let dark: Vec<f64> =
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn turbulence_is_told_from_noise_that_silence_knows() {
         let (pairs, dark) = drawn(0.1);
-        // What steady noise makes of the same: more than there is in silence.
+        // What steady noise makes of the same: more than there is in dark readings.
         let steady = Scatter { share: SHARE, additive: 0.0105, ..Scatter::default() };
         let found = fluctuating(&pairs, &dark, &steady).expect("it is seen");
         assert!((found.fluctuation / 0.1 - 1.0).abs() < 0.1, "{found:?}");

@@ -1,6 +1,6 @@
-//! How readings scatter about their mean: from silence and from points that were visited again.
+//! How readings scatter about their mean: from dark readings and from points that were visited again.
 //!
-//! A level m reads |m + b (n₁ + i n₂)| (1 + a n₀) with standard normal n, so that silence reads Rayleigh's distribution and a
+//! A level m reads |m + b (n₁ + i n₂)| (1 + a n₀) with standard normal n, so that dark readings reads Rayleigh's distribution and a
 //! strong signal scatters by √(a² m² + b²). A floor that the detector adds in power makes √(reading² + floor²) of it before
 //! the share in proportion comes in: quadrature noise is the smaller beside a floor, and the share is not.
 
@@ -23,19 +23,19 @@ fn against_share(share: f64) -> f64 {
     0.5 * (share / USUAL_PROPORTIONAL_NOISE).ln().powi(2)
 }
 
-/// The least silent reading, or the floor that silence tells, and some more, as both are read with an error.
+/// The least silent reading, or the floor that dark readings show, and some more, as both are read with an error.
 fn most_floor(dark: &DarkReadings, known: f64, additive: f64) -> f64 {
     dark.least().max(known) * (1.0 + FLOOR_MARGIN) + FLOOR_MARGIN * additive
 }
 
 /// Judges the scatter of a scan, given what each reading should have been, drive by drive.
 ///
-/// The additive part is silence's; the share is known by visits that came again to a point, the turbulence by
+/// The additive part is the dark readings'; the share is known by visits that came again to a point, the turbulence by
 /// the way in which their scatter depends on the level. Where no point was visited again, the fine structure
 /// of the residual along the rows stands for both: an upper bound.
 pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
     let rough = roughness(scan, levels);
-    // A converter with coarse steps reads silence as nothing at all.
+    // A converter with coarse steps reads dark readings as nothing at all.
     let largest = scan.drives.iter().flat_map(|d| &d.readings).fold(0.0f64, |a, r| a.max(*r));
     let lowest = (LEAST_ADDITIVE_NOISE * largest).max(f64::MIN_POSITIVE);
     let dark = DarkReadings::of(&scan.dark, scan.averaged);
@@ -44,7 +44,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     let mut pairs = pairs_beside(scan, levels, known.floor);
     let beside_floor = known.floor > 0.0 && scan.averaged == 1.0 && pairs.len() >= FEWEST_REPEATS;
     if let Some(dark) = dark.as_ref().filter(|_| beside_floor) {
-        // Beside a floor silence scatters by the share, too: both are found from silence and repeats together.
+        // Beside a floor dark readings scatters by the share, too: both are found from dark readings and repeats together.
         let most_share = (ROUGHNESS_FACTOR * rough.0).max(10.0 * LEAST_SHARE);
         let of = |additive: f64| {
             least(LEAST_SHARE, most_share, |share| {
@@ -112,8 +112,8 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     Scatter { share, additive, ..scatter }.with_limits()
 }
 
-/// The scatter of a scan, share and additive part moved to where all its readings, silence and repeats together are
-/// likeliest, as far as silence and repeats allow.
+/// The scatter of a scan, share and additive part moved to where all its readings, dark readings and repeats together are
+/// likeliest, as far as dark readings and repeats allow.
 pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatter) -> Scatter {
     let Some(dark) = DarkReadings::of(&scan.dark, scan.averaged) else { return judged };
     let averaged_beside_floor = judged.floor > 0.0 && scan.averaged > 1.0;
@@ -144,7 +144,7 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     };
     let of = |share: f64, additive: f64| steady(&known, share, additive) + against(share, additive);
     let least_against = against(judged.share, judged.additive);
-    // What one may be depends on what the other is: beside a floor silence tells a sum of both.
+    // What one may be depends on what the other is: beside a floor dark readings show a sum of both.
     let either = |at: f64, against: &dyn Fn(f64) -> f64| {
         least(at / NOISE_SEARCH_FACTOR, at * NOISE_SEARCH_FACTOR, against).1
     };

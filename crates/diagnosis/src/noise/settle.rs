@@ -12,7 +12,7 @@ use crate::noise::judge::{judge_scatter, settled};
 use crate::statistics::reading_pairs::Level;
 
 /// Judges the scatter of every scan anew, by what a fit says that readings should have been; where it has `fitted` them,
-/// what it leaves is let speak too.
+/// what it leaves is used too.
 pub(crate) fn settle_scatter(
     observations: &mut Observations,
     model: &ForwardModel<'_>,

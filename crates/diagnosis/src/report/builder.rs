@@ -15,7 +15,7 @@ use crate::model::effect::{Context, Estimate};
 use crate::model::forward_model::ForwardModel;
 use crate::model::observations::Observations;
 use crate::report::maps::{Plotted, maps};
-use crate::report::sentence::Gaps;
+use crate::report::sentence::{Basis, Gaps};
 use crate::residual_structure::ResidualStructure;
 use crate::residual_structure::test::Test;
 use crate::result::{Candidate, Diagnosis, NextMeasurement, ResidualTest, Verdict, WaterfallStep};
@@ -78,7 +78,8 @@ impl ReportBuilder<'_> {
             reading_unit: scans[0].setup.unit.clone(),
             points: observations.len(),
             verdict: judgement.verdict,
-            sentence: self.sentence(&ranked, &gaps),
+            sentence: Basis { judgement, structure: &self.structure, ranked: &ranked, gaps: &gaps }
+                .sentence(),
             effects,
             alternatives,
             gap_before: gaps.before,

@@ -1,8 +1,9 @@
 //! The verdict in one sentence, and the gaps that it states.
 
 use crate::effect_id::{EffectId, joined};
-use crate::report::builder::ReportBuilder;
+use crate::residual_structure::ResidualStructure;
 use crate::result::{Candidate, Verdict};
+use crate::verdict::judgement::Judgement;
 
 /// Gaps relative to the scan's root mean square.
 pub(crate) struct Gaps {
@@ -28,13 +29,25 @@ impl Gaps {
     }
 }
 
-impl ReportBuilder<'_> {
+/// What the sentence rests on.
+pub(crate) struct Basis<'b> {
+    /// Which set is named.
+    pub judgement: &'b Judgement,
+    /// What the best set leaves.
+    pub structure: &'b ResidualStructure,
+    /// The candidates, the best first; those that are named among them.
+    pub ranked: &'b [Candidate],
+    /// The gaps.
+    pub gaps: &'b Gaps,
+}
+
+impl Basis<'_> {
     /// The verdict in one sentence.
-    pub(crate) fn sentence(&self, ranked: &[Candidate], gaps: &Gaps) -> String {
+    pub fn sentence(&self) -> String {
+        let Self { judgement, ranked, gaps, .. } = self;
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         let gap =
             format!("The gap of {} (noise alone: {})", percent(gaps.before), percent(gaps.noise));
-        let judgement = &self.judgement;
         match judgement.verdict {
             Verdict::Explained => {
                 let best = &ranked[judgement.named[0]];
@@ -47,7 +60,7 @@ impl ReportBuilder<'_> {
                 )
             }
             Verdict::Ambiguous => {
-                let rivals = judgement.named.iter().map(|&n| names(&self.scored[n].fit.ids()));
+                let rivals = judgement.named.iter().map(|&n| names(&ranked[n].effects));
                 format!(
                     "{gap} is explained equally well by {}; these data cannot distinguish them.",
                     rivals.collect::<Vec<_>>().join(", or by ")

@@ -227,7 +227,7 @@ impl<'o> Base<'o> {
             .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))
     }
 
-    /// Whether a fit closes most of what was open, and yet leaves more than noise: that may be another minimum than the least.
+    /// Whether a fit explains most of what was open, and yet leaves more than noise: that may be another minimum than the least.
     fn is_stuck(&self, fit: &Fit, coarse: &Observations) -> bool {
         let n = coarse.len() as f64;
         let excess = fit.cost - n;

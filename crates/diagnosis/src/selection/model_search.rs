@@ -42,11 +42,11 @@ impl ModelSearch {
     }
 
     /// What was seen to lead nowhere is looked at again: it was seen with another noise.
-    pub fn forget_what_was_given_up(&mut self) {
+    pub fn forget_rejections(&mut self) {
         self.given_up.clear();
     }
 
-    /// Fits what is hopeful to all readings, of which the search saw some.
+    /// Fits what is promising to all readings, of which the search saw some.
     pub fn on_all(self, observations: &Observations, context: &Context) -> Self {
         let Self { mut scored, mut given_up, .. } = self;
         sort(&mut scored);
@@ -57,7 +57,7 @@ impl ModelSearch {
             .filter(|(number, scored)| *number < ALWAYS_KEPT || scored.log_evidence > least)
             .map(|(_, scored)| scored.fit.ids())
             .collect();
-        // What went into a hopeful set may do without the rest of it: some effects only make up for a noise judged wrong.
+        // What went into a promising set may do without the rest of it: some effects only make up for a noise judged wrong.
         let (hopeful, hopeless): (Vec<ScoredModel>, Vec<ScoredModel>) =
             scored.into_iter().partition(|scored| {
                 let ids = scored.fit.ids();
@@ -85,31 +85,31 @@ impl ModelSearch {
         sort(&mut scored);
         let laws_chosen = Default::default();
         let mut search = Self { scored, given_up, noise_is_settled: true, laws_chosen };
-        search.leave_out_the_immaterial(observations);
+        search.leave_out_immaterial_sets(observations);
         search
     }
 
-    /// What was found, the best first, the effects of the first few in the order of what they close.
+    /// What was found, the best first, the effects of the first few in the order of what they explain.
     pub fn found(self) -> Vec<ScoredModel> {
         let mut found = self.scored.clone();
         for scored in found.iter_mut().take(MOST_NAMED) {
-            *scored = scored.clone().by_what_each_closes(&self.scored);
+            *scored = scored.clone().by_what_each_explains(&self.scored);
         }
         found
     }
 
     /// Goes on from the best.
     pub fn and_on(mut self, observations: &Observations, context: &Context) -> Self {
-        self.choose_laws(observations, context);
+        self.choose_again(observations, context);
         let size = self.scored[0].fit.instances.len();
         self.go_on(size, observations, context);
-        self.choose_laws(observations, context);
+        self.choose_again(observations, context);
         self
     }
 
     /// Which of an effect's laws holds, and what was found among many minima, was chosen on few readings or beside other effects: for
     /// the best sets and what is part of the best, it is chosen again on all, and what the best chose is tried in the others.
-    fn choose_laws(&mut self, observations: &Observations, context: &Context) {
+    fn choose_again(&mut self, observations: &Observations, context: &Context) {
         let best = self.scored[0].clone();
         let instances = best.fit.instances.iter();
         let choices_of_best: Vec<_> =
@@ -150,7 +150,7 @@ impl ModelSearch {
         sort(&mut self.scored);
     }
 
-    /// The simulator's own defects come first: nobody looks for physics in what a slip of the program explains. Gives
+    /// The simulator's own defects come first: nobody looks for physics in what a bug explains. Gives
     /// the number of those that are taken in.
     fn mend_simulator(&mut self, observations: &Observations, context: &Context) -> usize {
         let mut mended = self.scored[0].clone();
@@ -214,14 +214,14 @@ impl ModelSearch {
             sort(&mut grown);
             let goes_on = grown.first().is_some_and(|grown| {
                 grown.log_evidence > before + WORTH_EXTENDING
-                    && closes(&best.fit, &grown.fit, gap, n)
+                    && explains_more(&best.fit, &grown.fit, gap, n)
             });
             if !goes_on {
                 break;
             }
             frontier = grown;
         }
-        self.leave_out_the_immaterial(observations);
+        self.leave_out_immaterial_sets(observations);
         let near = is_near(&self.scored[0].fit, observations);
         for _ in 0..if near { EXCHANGES_NEAR } else { EXCHANGES_FAR } {
             let best = sorted_ids(&self.scored[0].fit);
@@ -232,8 +232,8 @@ impl ModelSearch {
         }
     }
 
-    /// Leaves out what closes next to nothing that a part of it does not close: it makes up for the formulas' own error.
-    fn leave_out_the_immaterial(&mut self, observations: &Observations) {
+    /// Leaves out what explains next to nothing that a part of it does not explain: it makes up for the formulas' own error.
+    fn leave_out_immaterial_sets(&mut self, observations: &Observations) {
         let n = observations.len() as f64;
         let gap = self.gap(n);
         let all = self.scored.clone();
@@ -241,7 +241,7 @@ impl ModelSearch {
             !all.iter().any(|other| {
                 scored.log_evidence > other.log_evidence
                     && holds_all(&scored.fit, &other.fit)
-                    && !closes(&other.fit, &scored.fit, gap, n)
+                    && !explains_more(&other.fit, &scored.fit, gap, n)
             })
         });
         sort(&mut self.scored);
@@ -323,9 +323,9 @@ impl ModelSearch {
     }
 }
 
-/// Whether a set closes more of a gap than a part of it does, by what is worth an effect. Of a very large gap only what is beyond the
-/// noise counts; what takes the place of random departures need not close anything.
-fn closes(smaller: &Fit, larger: &Fit, gap: f64, n: f64) -> bool {
+/// Whether a set explains more of a gap than a part of it does, by what is worth an effect. Of a very large gap only what is beyond the
+/// noise counts; what takes the place of random departures need not explain anything.
+fn explains_more(smaller: &Fit, larger: &Fit, gap: f64, n: f64) -> bool {
     let [smaller_cost, larger_cost] = [smaller, larger].map(Fit::cost_with_shifts);
     let material = match gap > VERY_LARGE * n {
         true => smaller_cost.max(n) - larger_cost.max(n) > MATERIAL_OF_VERY_LARGE * gap,
@@ -370,7 +370,7 @@ mod tests {
         ScoredModel { fit, log_evidence: -0.5 * cost }
     }
 
-    /// Else what closes all that is left but for noise would close next to nothing of what a fit that went astray leaves.
+    /// Else what explains all that is left but for noise would explain next to nothing of what a fit that went astray leaves.
     #[test]
     fn a_fit_that_went_astray_makes_no_gap() {
         let scored = vec![scored(None, 1000.0, 0.0), scored(Some(EffectId::Aperture), 1e9, 0.0)];
@@ -385,7 +385,7 @@ mod tests {
             (scored(Some(EffectId::GainDrift), 5000.0, 5e-4).fit, 20_000.0, 5000.0);
         let still = scored(Some(EffectId::GainDrift), 4998.0, 5e-4).fit;
         let unshifted = scored(Some(EffectId::Offset), 4998.0, 0.0).fit;
-        assert!(!closes(&drift, &still, gap, n));
-        assert!(closes(&drift, &unshifted, gap, n));
+        assert!(!explains_more(&drift, &still, gap, n));
+        assert!(explains_more(&drift, &unshifted, gap, n));
     }
 }

@@ -32,8 +32,8 @@ pub(crate) fn believed(observations: &Observations, context: &Context) -> Scored
 }
 
 impl ScoredModel {
-    /// The same set, its effects in the order in which each next closes most, by the parts of it that were tried.
-    pub fn by_what_each_closes(self, all: &[Self]) -> Self {
+    /// The same set, its effects in the order in which each next explains most, by the parts of it that were tried.
+    pub fn by_what_each_explains(self, all: &[Self]) -> Self {
         let mut order: Vec<usize> = Vec::new();
         let ids = self.fit.ids();
         while order.len() < ids.len() {

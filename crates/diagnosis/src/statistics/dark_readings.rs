@@ -1,4 +1,4 @@
-//! What silence says: the quadratures' noise, and the floor that a detector adds in power.
+//! What dark readings say: the quadratures' noise, and the floor that a detector adds in power.
 //!
 //! Of r² = (floor² + b² (n₁² + n₂²)) (1 + a n₀)² the excess over the floor is exponential with mean 2 b²; beside a floor the noise in
 //! proportion, a, may be the larger, and r² is the sum of an exponential and a normal number.
@@ -15,7 +15,7 @@ const LEAST_NOISE: f64 = 1e-5;
 /// Variance of a magnitude of noise alone, in quadratures' variances.
 const RAYLEIGH_VARIANCE: f64 = 2.0 - 0.5 * PI;
 
-/// Silent readings, squared.
+/// Dark readings, squared.
 pub(crate) struct DarkReadings {
     powers: Vec<f64>,
     mean: f64,
@@ -25,14 +25,14 @@ pub(crate) struct DarkReadings {
     averaged: f64,
 }
 
-/// The noise that silence tells.
+/// The noise that dark readings show.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DarkNoise {
     /// Each quadrature's standard deviation.
     pub additive: f64,
     /// The floor; zero for none.
     pub floor: f64,
-    /// By how much silence prefers that floor to none, in nats.
+    /// By how much dark readings prefer that floor to none, in nats.
     pub evidence: f64,
 }
 
@@ -140,7 +140,7 @@ mod tests {
 
     use super::*;
 
-    /// Silent readings with a floor, drawn by a generator of its own.
+    /// Dark readings with a floor, drawn by a generator of its own.
     fn readings(floor: f64, additive: f64, share: f64) -> Vec<f64> {
         let mut state = 0x2545_f491_4f6c_dd1d_u64;
         let mut uniform = || {

@@ -25,11 +25,11 @@ pub(crate) struct Scatter {
     pub most_turbulence: f64,
     /// The most scatter of the position that the repeats allow, mm.
     pub most_jitter_mm: f64,
-    /// Floor that silence shows, in the reading's unit.
+    /// Floor that dark readings show, in the reading's unit.
     pub floor: f64,
-    /// The largest floor that silence allows: nothing can read less than the floor.
+    /// The largest floor that dark readings allow: nothing can read less than the floor.
     pub most_floor: f64,
-    /// By how much silence prefers that floor to none, in nats.
+    /// By how much dark readings prefer that floor to none, in nats.
     pub floor_evidence: f64,
     /// Visits that came again to a point, with what they differed by.
     pub pairs: Arc<[Pair]>,

@@ -187,7 +187,7 @@ impl Diagnosis {
             &format!(
                 "kinds: {}",
                 shares(&[
-                    ("a gain of its own for each height", kinds.gain),
+                    ("a separate gain for each height", kinds.gain),
                     ("a shift of each height", kinds.registration),
                     ("another shape", kinds.shape),
                     ("noise", kinds.noise),
@@ -212,7 +212,7 @@ impl Diagnosis {
             let before = test.z_before.map_or_else(String::new, |z| fixed(z, 1));
             [name, before, fixed(test.z, 1), left.to_owned()]
         }));
-        "Structure in what is left, in standard deviations of noise's own\n".to_owned()
+        "Structure in the residual, in standard deviations of the noise\n".to_owned()
             + &table(&rows)
     }
 
@@ -247,7 +247,7 @@ impl Diagnosis {
         }
         let sentences =
             self.undetermined.iter().map(|words| paragraph(&format!("- {words}"), 2, 2));
-        "What these readings cannot tell\n".to_owned() + &sentences.collect::<String>()
+        "What these readings do not determine\n".to_owned() + &sentences.collect::<String>()
     }
 
     fn next(&self) -> String {
@@ -256,7 +256,7 @@ impl Diagnosis {
         text += &paragraph(&next.what, 2, 0);
         text += &paragraph(
             &format!(
-                "It should tell the rivals apart by {} standard deviations of noise; this scan does by {}.",
+                "It is expected to separate the rivals by {} standard deviations of the noise; this scan separates them by {}.",
                 significant(next.expected_sigma, 2),
                 significant(next.present_sigma, 2)
             ),
@@ -280,8 +280,8 @@ fn noise(noise: &Noise, unit: &str) -> String {
     };
     let source = match noise.source {
         NoiseSource::Repeats => "from points measured several times",
-        NoiseSource::SilentReadings => "from readings with the array silent",
-        NoiseSource::Residual => "at most, from what the simulation leaves",
+        NoiseSource::SilentReadings => "from dark readings",
+        NoiseSource::Residual => "upper bound, from the residual of the simulation",
     };
     format!("{}{multiplicative}, {source}", additive.trim_end())
 }

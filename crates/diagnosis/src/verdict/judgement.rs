@@ -33,7 +33,7 @@ pub(crate) fn judge(
     let probabilities = probabilities(scored);
     let n = observations.len() as f64;
     let excess = |cost: f64| (cost - n).max(0.0);
-    // A noise judged by what is left hides what is left of chi-square, and not its structure.
+    // A noise judged by the residual hides the residual of chi-square, and not its structure.
     let left = excess(scored[0].fit.cost).max(in_slow_patterns(observations, &of_best.residuals));
     let share = left / excess(believed.fit.cost);
     let many =
@@ -82,7 +82,7 @@ pub(crate) fn judge(
     let named = |verdict, named: Vec<usize>| {
         let several = named.iter().all(|&number| {
             let fit = &scored[number].fit;
-            // An offset is told by a shift that nobody leaves, however faint what is left beside it.
+            // An offset is told by a shift that nobody leaves, however faint the residual beside it.
             let of_shift = |instance: &Instance| instance.effect.is_told_by_shift();
             let told_by_shifts = usize::from(fit.instances.iter().any(of_shift));
             fit.physical_effects() - told_by_shifts > 1
@@ -122,7 +122,7 @@ pub(crate) fn judge(
     }
 }
 
-/// The set that all rivals of three effects hold, where what each adds closes next to nothing of the gap: it makes up for some
+/// The set that all rivals of three effects hold, where what each adds explains next to nothing of the gap: it makes up for some
 /// formula's own error, and the most that can be said of it is that something does.
 fn common_part(scored: &[ScoredModel], rivals: &[usize], gap: f64) -> Option<usize> {
     let all_hold = |part: &ScoredModel| {
@@ -133,10 +133,10 @@ fn common_part(scored: &[ScoredModel], rivals: &[usize], gap: f64) -> Option<usi
         })
     };
     let of_three = rivals.iter().all(|&rival| scored[rival].fit.physical_effects() > 2);
-    let nearly_closes =
+    let nearly_explains =
         |part: &ScoredModel| part.fit.cost - scored[rivals[0]].fit.cost < IMMATERIAL * gap;
     (of_three && rivals.len() > 1)
-        .then(|| scored.iter().position(|part| all_hold(part) && nearly_closes(part)))
+        .then(|| scored.iter().position(|part| all_hold(part) && nearly_explains(part)))
         .flatten()
 }
 
@@ -176,7 +176,7 @@ mod tests {
             ]
         };
         assert_eq!(common_part(&sets(5015.0), &[0, 1], gap), Some(3));
-        // What the third closes is no flaw of a formula.
+        // What the third explains is no flaw of a formula.
         assert_eq!(common_part(&sets(5100.0), &[0, 1], gap), None);
         assert_eq!(common_part(&sets(5015.0), &[0], gap), None);
         let of_two = [

@@ -89,7 +89,10 @@ fn a_point_outside_the_travel_is_shown_at_its_plane() {
         &PLAN.replace("size_mm = [10.0, 10.0]", "size_mm = [400.0, 10.0]"),
         &here("rigs/virtual.toml"),
     );
-    says(&said, &["plan.toml:8:1", "the robot cannot go to (-200.00, -5.00, 100.00) mm", "help:"]);
+    says(
+        &said,
+        &["plan.toml:8:1", "the robot cannot move to (-200.00, -5.00, 100.00) mm", "help:"],
+    );
 }
 
 #[test]
@@ -114,7 +117,10 @@ fn a_port_that_is_not_there_is_named_with_those_that_are() {
     let path = home.path().join("rig.toml");
     std::fs::write(&path, rig).expect("the rig file is written");
     let said = scan_of(PLAN, &path);
-    says(&said, &["/dev/fieldgap-no-such-tty", "there is no such port; this machine has", "help:"]);
+    says(
+        &said,
+        &["/dev/fieldgap-no-such-tty", "the port does not exist; ports on this machine", "help:"],
+    );
 }
 
 #[test]

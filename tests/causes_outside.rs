@@ -42,7 +42,7 @@ fn a_thing_that_scatters_is_found_where_it_hangs() {
 
 #[test]
 fn a_screw_that_runs_out_of_true_is_found_by_its_lead() {
-    let stands_mm = |at_mm: &Vec3| at_mm + Vec3::y() * 0.15 * (TAU * at_mm.y / 8.0).sin();
+    let stands_mm = |_, at_mm: &Vec3| at_mm + Vec3::y() * 0.15 * (TAU * at_mm.y / 8.0).sin();
     let (test, _) = found("a screw that is out of true", &Truth { stands_mm, ..Truth::default() });
     assert!(test.sign_of.as_deref().is_some_and(|sign| sign.starts_with("of y, ")), "{test:?}");
     assert!((numbers(&test)[0] - 8.0).abs() < 0.5, "{test:?}");

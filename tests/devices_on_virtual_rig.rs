@@ -382,7 +382,7 @@ async fn a_check_tells_what_each_device_says_of_itself() {
     let report = check(&rig_setup.rig, &firmware.ports(), 36).await;
     assert!(report.can_scan(), "{report}");
     let said = report.to_string();
-    for words in ["21.3 °C, 45 %", "it never answers", "a file, 36 elements"] {
+    for words in ["21.3 °C, 45 %", "this controller never answers", "a file, 36 elements"] {
         assert!(said.contains(words), "no `{words}` in {said}");
     }
 }

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use fieldgap::acoustics::Vec3;
-use fieldgap::diagnosis::{Diagnosis, EffectId, Verdict, diagnose};
+use fieldgap::diagnosis::{Diagnosis, EffectId, FittedParameter, Verdict, diagnose};
+use fieldgap::virtual_rig::counter_rng::CounterRng;
 
 mod scanned_pistons;
 use scanned_pistons::{Truth, scan};
@@ -92,7 +93,7 @@ fn ripples_that_no_effect_makes_are_no_noise() {
 #[test]
 fn an_offset_is_found_beside_another_cause() {
     let truth = Truth {
-        stands_mm: |at_mm| at_mm + Vec3::new(0.6, -0.5, 0.0),
+        stands_mm: |_, at_mm| at_mm + Vec3::new(0.6, -0.5, 0.0),
         received: |reading, progress| reading * (1.0 - 0.1 * progress),
         ..Truth::default()
     };
@@ -100,8 +101,25 @@ fn an_offset_is_found_beside_another_cause() {
     diagnosis.effects.sort_unstable();
     assert_eq!(
         diagnosis.effects,
-        [EffectId::GainDrift, EffectId::Offset],
+        [EffectId::Offset, EffectId::GainDrift],
         "{}",
         diagnosis.sentence
     );
+}
+
+/// A place that scatters by 0.15 mm from reading to reading is no turbulent air: it scatters readings where the field is steep, and not
+/// where paths are long.
+#[test]
+fn a_position_that_scatters_is_not_taken_for_turbulence() {
+    let stands_mm = |number: usize, at_mm: &Vec3| {
+        let (rng, first) = (CounterRng::new(11), 3 * number as u64);
+        at_mm + 0.15 * Vec3::new(rng.normal(first), rng.normal(first + 1), rng.normal(first + 2))
+    };
+    let diagnosis = diagnosis(&Truth { stands_mm, ..Truth::default() });
+    assert_eq!(diagnosis.effects, [EffectId::PositionJitter], "{}", diagnosis.sentence);
+    for axis in ["x_mm", "y_mm"] {
+        let found = &diagnosis.ranked[0].parameters[&format!("position-jitter.{axis}")];
+        let FittedParameter::Real { value, .. } = found else { panic!("{found:?}") };
+        assert!((0.12..0.18).contains(value), "{axis}: {value}");
+    }
 }

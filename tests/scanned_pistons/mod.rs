@@ -54,8 +54,8 @@ pub struct Truth {
     pub turned_rad: fn(usize) -> f64,
     /// What the driver makes of a phase, rad.
     pub driven: fn(f64) -> f64,
-    /// Where the robot is that says it is at a place, mm.
-    pub stands_mm: fn(&Vec3) -> Vec3,
+    /// Where the robot is that says it is at a place, mm, given the number of the reading.
+    pub stands_mm: fn(usize, &Vec3) -> Vec3,
     /// A small thing in the field: where it hangs, mm, and what it radiates at 1 mm over what reaches it.
     pub scatterer: Option<(Vec3, f64)>,
     /// Sound beside the array's, as a factor of the level at a place, mm.
@@ -70,7 +70,7 @@ impl Default for Truth {
             gain: |_| 1.0,
             turned_rad: |_| 0.0,
             driven: |phase_rad| phase_rad,
-            stands_mm: |at_mm| *at_mm,
+            stands_mm: |_, at_mm| *at_mm,
             scatterer: None,
             beside: |_| 1.0,
             received: |reading, _| reading,
@@ -154,8 +154,9 @@ fn levels(setup: &ScanSetup, places_mm: &[Vec3], truth: &Truth) -> Vec<f64> {
     });
     places_mm
         .iter()
-        .map(|place_mm| {
-            let at_mm = (truth.stands_mm)(place_mm);
+        .enumerate()
+        .map(|(number, place_mm)| {
+            let at_mm = (truth.stands_mm)(number, place_mm);
             let scattered = scattered.as_ref().map_or(Complex64::ZERO, |wave| wave(&at_mm));
             (field(&at_mm) + scattered).norm() * (truth.beside)(place_mm)
         })

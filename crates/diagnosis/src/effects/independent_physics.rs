@@ -252,7 +252,7 @@ fn every_effect_changes_the_readings_as_the_virtual_rigs_effect_does() {
         let change = rms(true_readings.iter().zip(&undisturbed).map(|(t, u)| t - u));
         let difference = |choice: &Choice| {
             let instance = Instance { effect, choice: choice.clone() };
-            let model = ForwardModel::of(&[instance], &[values.clone()], &context);
+            let model = ForwardModel::of(&[instance], std::slice::from_ref(&values), &context);
             let mut expected = expected(&model, &visits, log_gain);
             // A law of spreading leaves the level at one metre open.
             if effect.id() == EffectId::Spreading {

@@ -353,7 +353,7 @@ fn what_cannot_be_corrected_is_said() {
     assert!(words.contains("equally well"), "{words}");
     let lag = named("lag", &[("s", real(0.02))]);
     let words = said(bench.correct_rig(&lag).map(|_| ()).expect_err("no key"));
-    assert!(words.contains("lag: make settle_ms"), "{words}");
+    assert!(words.contains("lag: increase settle_ms"), "{words}");
     let steps = named("phase-quantisation", &[("steps", real(8.0))]);
     let words = said(bench.correct_rig(&steps).map(|_| ()).expect_err("no key"));
     assert!(words.contains("no key for the steps"), "{words}");

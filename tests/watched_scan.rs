@@ -149,7 +149,7 @@ fn a_watched_scan_waits_in_silence_goes_on_and_ends_when_it_is_told() {
     let mut terminal = OnTerminal::begin(command);
     terminal.until_shown("pause");
     terminal.press("p");
-    terminal.until_shown("WAITS");
+    terminal.until_shown("PAUSED");
     assert!(terminal.last_order().contains(" off*"), "{}", terminal.last_order());
     let rows_then =
         std::fs::read_to_string(folder.join("samples.csv")).expect("kept").lines().count();

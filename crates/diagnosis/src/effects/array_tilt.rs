@@ -38,7 +38,7 @@ impl Effect for ArrayTilt {
     }
 
     fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Offset, EffectId::Rotation]
+        &[EffectId::TemperatureGradient]
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {

@@ -39,7 +39,7 @@ impl Effect for AxisScale {
     }
 
     fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Pitch, EffectId::SoundSpeed]
+        &[EffectId::SoundSpeed, EffectId::DriveFrequency]
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {

@@ -37,7 +37,7 @@ impl Effect for DriveFrequency {
     }
 
     fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::SoundSpeed]
+        &[EffectId::SoundSpeed, EffectId::AxisScale]
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {

@@ -37,7 +37,7 @@ impl Effect for Flow {
     }
 
     fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Offset, EffectId::ArrayTilt]
+        &[]
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {

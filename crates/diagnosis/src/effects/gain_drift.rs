@@ -34,7 +34,7 @@ impl Effect for GainDrift {
     }
 
     fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Absorption, EffectId::Spreading]
+        &[EffectId::Absorption]
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {

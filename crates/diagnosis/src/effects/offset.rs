@@ -41,7 +41,7 @@ impl Effect for Offset {
     }
 
     fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::ArrayTilt, EffectId::Flow]
+        &[]
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {

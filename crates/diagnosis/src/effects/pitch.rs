@@ -34,7 +34,7 @@ impl Effect for Pitch {
     }
 
     fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::AxisScale]
+        &[EffectId::SoundSpeed]
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {

@@ -35,7 +35,7 @@ impl Effect for Rotation {
     }
 
     fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::ArrayTilt]
+        &[EffectId::Skew]
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {

@@ -37,7 +37,12 @@ impl Effect for SoundSpeed {
     }
 
     fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::DriveFrequency, EffectId::AxisScale]
+        &[
+            EffectId::DriveFrequency,
+            EffectId::AxisScale,
+            EffectId::TemperatureGradient,
+            EffectId::Pitch,
+        ]
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {

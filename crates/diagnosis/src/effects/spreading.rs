@@ -37,7 +37,7 @@ impl Effect for Spreading {
     }
 
     fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Absorption, EffectId::GainDrift]
+        &[EffectId::Absorption]
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {

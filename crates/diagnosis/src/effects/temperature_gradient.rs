@@ -40,7 +40,7 @@ impl Effect for TemperatureGradient {
     }
 
     fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Offset, EffectId::Flow]
+        &[EffectId::SoundSpeed, EffectId::AxisScale]
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {

@@ -56,18 +56,64 @@ pub(crate) fn next_measurement(
     let half_m = first.visits.iter().map(|visit| visit.at_m.x.abs()).fold(0.0, f64::max);
     let step = step_m(first).unwrap_or(2e-3);
     let whole = (2.0 * half_m / step + 1.0).round().max(2.0);
+    let proposals = proposals(first, focus_m, &heights_mm, rivals);
+    // The best is the one that separates most with each reading, so that a longer scan has to earn its time.
+    let tell_apart: Vec<f64> = proposals
+        .par_iter()
+        .map(|proposal| {
+            let scan = proposal.scan(observations, half_m);
+            separation(&scan, context, rivals) / (scan.len() as f64).sqrt()
+        })
+        .collect();
+    let proposals = tell_apart.into_iter().zip(proposals);
+    let (each, best) = proposals.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let points = (best.heights_mm.len() * best.drives.len()) as f64 * whole * whole;
+    let sigma = each * points.sqrt();
+    let [one, other] = rivals.map(|fit| joined(&fit.ids(), " + "));
+    let mut what = match sigma < SEPARATED_SIGMA {
+        true => format!(
+            "No scan considered separates {one} from {other}. The best is {}: they would then differ by {sigma:.1} standard \
+             deviations of the whole scan's noise, each fitted again.",
+            best.what
+        ),
+        false => format!(
+            "Scan {}: {one} and {other} would then differ by {sigma:.0} standard deviations of the whole scan's noise, each \
+             fitted again; in these data they differ by {present:.1}.",
+            best.what
+        ),
+    };
+    let shown: Vec<&str> =
+        differing(rivals).filter_map(|effect| effect.independent_check()).collect();
+    if !shown.is_empty() {
+        what += &format!(" Without a scan, {}.", shown.join("; "));
+    }
+    Some(NextMeasurement {
+        what,
+        expected_sigma: sigma,
+        present_sigma: present,
+        plan: Some(best.plan(simulator, name, 2e3 * half_m, 1e3 * step)),
+    })
+}
+
+/// The scans that a lab can make at once.
+fn proposals(
+    first: &ObservedDrive,
+    focus_m: Vec3,
+    heights_mm: &[f64],
+    rivals: [&Fit; 2],
+) -> Vec<Proposal> {
     let other_m = Vec3::new(-focus_m.x, -focus_m.y, 1.3 * focus_m.z);
     let focus = Excitation::Focus(focus_m);
     let halves = [Vec3::x(), Vec3::y()].map(|side| half_reversed(&first.believed, &focus, side));
     let random = [1, 2].map(|number| random_phases(first.believed.array.len(), number));
-    // Only where the readings trail the motion does it matter that, and how fast, the robot flies.
+    // Only where the readings lag behind the motion does the speed of the robot matter.
     let is_flown = rivals
         .iter()
         .any(|fit| fit.instances.iter().any(|i| i.effect.timing() == Timing::Velocity));
     let speed_m_s = is_flown.then(|| speed_along_rows_m_s(first));
     let again = |what| Proposal {
         what,
-        heights_mm: heights_mm.clone(),
+        heights_mm: heights_mm.to_vec(),
         drives: vec![focus.clone()],
         raster: false,
         speed_m_s,
@@ -107,42 +153,7 @@ pub(crate) fn next_measurement(
         let speed_m_s = Some(SLOWER * speed_m_s);
         proposals.push(Proposal { speed_m_s, ..again("the same planes at a third of the speed") });
     }
-    // The best is the one that tells most with each reading, so that a longer scan has to earn its time.
-    let tell_apart: Vec<f64> = proposals
-        .par_iter()
-        .map(|proposal| {
-            let scan = proposal.scan(observations, half_m);
-            separation(&scan, context, rivals) / (scan.len() as f64).sqrt()
-        })
-        .collect();
-    let proposals = tell_apart.into_iter().zip(proposals);
-    let (each, best) = proposals.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let points = (best.heights_mm.len() * best.drives.len()) as f64 * whole * whole;
-    let sigma = each * points.sqrt();
-    let [one, other] = rivals.map(|fit| joined(&fit.ids(), " + "));
-    let mut what = match sigma < SEPARATED_SIGMA {
-        true => format!(
-            "No scan considered separates {one} from {other}. The best is {}: they would then differ by {sigma:.1} standard \
-             deviations of the whole scan's noise, each fitted again.",
-            best.what
-        ),
-        false => format!(
-            "Scan {}: {one} and {other} would then differ by {sigma:.0} standard deviations of the whole scan's noise, each \
-             fitted again; in these data they differ by {present:.1}.",
-            best.what
-        ),
-    };
-    let shown: Vec<&str> =
-        differing(rivals).filter_map(|effect| effect.independent_check()).collect();
-    if !shown.is_empty() {
-        what += &format!(" Without a scan, {}.", shown.join("; "));
-    }
-    Some(NextMeasurement {
-        what,
-        expected_sigma: sigma,
-        present_sigma: present,
-        plan: Some(best.plan(simulator, name, 2e3 * half_m, 1e3 * step)),
-    })
+    proposals
 }
 
 /// The effects that one of two fits has and the other has not.

@@ -23,7 +23,7 @@ pub(crate) struct Judgement {
     pub too_faint: bool,
 }
 
-/// Judges what was tried, the best first, by what that leaves.
+/// Judges the scored sets, the best first, by what the best leaves.
 pub(crate) fn judge(
     observations: &Observations,
     scored: &[ScoredModel],
@@ -32,73 +32,99 @@ pub(crate) fn judge(
 ) -> Judgement {
     let probabilities = probabilities(scored);
     let n = observations.len() as f64;
-    let excess = |cost: f64| (cost - n).max(0.0);
-    // A noise judged by the residual hides the residual of chi-square, and not its structure.
-    let left = excess(scored[0].fit.cost).max(in_slow_patterns(observations, &of_best.residuals));
-    let share = left / excess(believed.fit.cost);
-    let many =
-        scored[0].fit.physical_effects() > 2 || scored[0].fit.instances.len() > 1 && left > 0.5 * n;
-    let imitates = many && share > RESIDUAL_SHARE_OF_SEVERAL;
-    // Of a gap within the noise nothing may be left over.
-    let left_over = if believed.fit.cost > LARGE * n && !imitates { share } else { 1.0 };
-    let structured = |test: &Test| match test.kind {
-        Kind::NoFlaw => test.fails(),
-        Kind::Pattern => test.fails() && left_over > RESIDUAL_SHARE,
-        Kind::Converter => {
-            let of_gap = ROUNDING_SHARE * excess(believed.fit.cost);
-            test.fails() && test.z * test.z * n > of_gap
-        }
-    };
-    let fails = of_best.tests.iter().any(structured);
+    let gap = (believed.fit.cost - n).max(0.0);
     let judgement = |verdict, named| Judgement {
         verdict,
         named,
         probabilities: probabilities.clone(),
         too_faint: false,
     };
-    if fails {
+    if is_structured(observations, scored, believed, of_best) {
         return judgement(Verdict::Unexplained, Vec::new());
     }
-    // Whoever names a set says that its effects are there, and not that there are no others: what holds it and more
-    // supports it.
+    if scored[0].fit.instances.is_empty() {
+        return judgement(Verdict::None, Vec::new());
+    }
+    let named = |verdict, named: Vec<usize>| {
+        let several = named.iter().all(|&number| has_several_causes(&scored[number]));
+        if several && believed.fit.cost - scored[0].fit.cost.min(n) < FAINT * n {
+            return Judgement { too_faint: true, ..judgement(Verdict::Unexplained, Vec::new()) };
+        }
+        judgement(verdict, named)
+    };
+    if let Some(number) = certain_set(scored, &probabilities) {
+        return named(Verdict::Explained, vec![number]);
+    }
+    let rivals = rivals(scored, &probabilities);
+    if rivals.iter().any(|&rival| scored[rival].fit.instances.is_empty()) {
+        return judgement(Verdict::None, Vec::new());
+    }
+    if let Some(common) = common_part(scored, &rivals, gap) {
+        return named(Verdict::Explained, vec![common]);
+    }
+    match rivals.len() {
+        1 => named(Verdict::Explained, rivals),
+        2..=MOST_RIVALS => named(Verdict::Ambiguous, rivals),
+        _ => judgement(Verdict::Unexplained, Vec::new()),
+    }
+}
+
+/// Whether the best set leaves more than noise and the formulas' own error.
+fn is_structured(
+    observations: &Observations,
+    scored: &[ScoredModel],
+    believed: &ScoredModel,
+    of_best: &ResidualStructure,
+) -> bool {
+    let n = observations.len() as f64;
+    let excess = |cost: f64| (cost - n).max(0.0);
+    let best = &scored[0].fit;
+    // A noise judged by the residual hides the excess chi-square, and not its structure.
+    let residual = excess(best.cost).max(in_slow_patterns(observations, &of_best.residuals));
+    let share = residual / excess(believed.fit.cost);
+    let many = best.physical_effects() > 2 || best.instances.len() > 1 && residual > 0.5 * n;
+    let imitates = many && share > RESIDUAL_SHARE_OF_SEVERAL;
+    // Of a gap within the noise no share is small.
+    let residual_share = if believed.fit.cost > LARGE * n && !imitates { share } else { 1.0 };
+    of_best.tests.iter().filter(|test| test.fails()).any(|test: &Test| match test.kind {
+        Kind::NoFlaw => true,
+        Kind::Pattern => residual_share > RESIDUAL_SHARE,
+        Kind::Converter => test.z * test.z * n > ROUNDING_SHARE * excess(believed.fit.cost),
+    })
+}
+
+/// Whether a set has more than one cause. An offset does not count: it shows in a shift larger than setting-up leaves, however faint
+/// the rest.
+fn has_several_causes(set: &ScoredModel) -> bool {
+    let of_shift = |instance: &Instance| instance.effect.is_told_by_shift();
+    let by_shift = usize::from(set.fit.instances.iter().any(of_shift));
+    set.fit.physical_effects() - by_shift > 1
+}
+
+/// The largest set that is certain and suffices alone; larger sets that hold it only add what is doubtful.
+fn certain_set(scored: &[ScoredModel], probabilities: &[f64]) -> Option<usize> {
+    // To name a set is to say that its effects are there, not that there are no others: sets that hold it and more support it.
     let support = |number: usize| -> f64 {
         let ids = scored[number].fit.ids();
         let holds = |other: &ScoredModel| {
             let others = other.fit.ids();
             ids.iter().all(|id| others.contains(id)) && (!ids.is_empty() || others.is_empty())
         };
-        scored.iter().zip(&probabilities).filter(|(t, _)| holds(t)).map(|(_, p)| p).sum()
+        scored.iter().zip(probabilities).filter(|(set, _)| holds(set)).map(|(_, p)| p).sum()
     };
-    if scored[0].fit.instances.is_empty() {
-        return judgement(Verdict::None, Vec::new());
-    }
-    // The largest set that is certain and does alone: rivals that hold it and differ in more only add what is doubtful.
-    let does_alone = |number: &usize| probabilities[*number] >= SUFFICES_ALONE;
-    let certain = (0..scored.len())
+    (0..scored.len())
         .filter(|number| !scored[*number].fit.instances.is_empty())
-        .filter(does_alone)
+        .filter(|number| probabilities[*number] >= SUFFICES_ALONE)
         .filter(|number| support(*number) >= CLEAR)
-        .max_by_key(|number| scored[*number].fit.instances.len());
-    let named = |verdict, named: Vec<usize>| {
-        let several = named.iter().all(|&number| {
-            let fit = &scored[number].fit;
-            // An offset is told by a shift that nobody leaves, however faint the residual beside it.
-            let of_shift = |instance: &Instance| instance.effect.is_told_by_shift();
-            let told_by_shifts = usize::from(fit.instances.iter().any(of_shift));
-            fit.physical_effects() - told_by_shifts > 1
-        });
-        if several && believed.fit.cost - scored[0].fit.cost.min(n) < FAINT * n {
-            return Judgement { too_faint: true, ..judgement(Verdict::Unexplained, Vec::new()) };
-        }
-        judgement(verdict, named)
-    };
-    if let Some(number) = certain {
-        return named(Verdict::Explained, vec![number]);
-    }
+        .max_by_key(|number| scored[*number].fit.instances.len())
+}
+
+/// The best sets that together are likely enough, but for those that hold a better one.
+fn rivals(scored: &[ScoredModel], probabilities: &[f64]) -> Vec<usize> {
     let mut rivals: Vec<usize> = Vec::new();
     let mut together = 0.0;
-    for number in 0..scored.len() {
-        let ids = scored[number].fit.ids();
+    for (number, set) in scored.iter().enumerate() {
+        let ids = set.fit.ids();
         let holds_a_rival =
             rivals.iter().any(|&rival| scored[rival].fit.ids().iter().all(|id| ids.contains(id)));
         if !holds_a_rival {
@@ -109,17 +135,7 @@ pub(crate) fn judge(
             break;
         }
     }
-    if rivals.iter().any(|&rival| scored[rival].fit.instances.is_empty()) {
-        return judgement(Verdict::None, Vec::new());
-    }
-    if let Some(common) = common_part(scored, &rivals, excess(believed.fit.cost)) {
-        return named(Verdict::Explained, vec![common]);
-    }
-    match rivals.len() {
-        1 => named(Verdict::Explained, rivals),
-        2..=MOST_RIVALS => named(Verdict::Ambiguous, rivals),
-        _ => judgement(Verdict::Unexplained, Vec::new()),
-    }
+    rivals
 }
 
 /// The set that all rivals of three effects hold, where what each adds explains next to nothing of the gap: it makes up for some

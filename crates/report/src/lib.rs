@@ -2,7 +2,7 @@
 //!
 //! | result | function |
 //! |---|---|
-//! | comparison of a scan with simulations | [`write()`], and [`csv`] for the table alone |
+//! | comparison of a scan with simulations | [`write()`], and [`csv()`] for the table alone |
 //! | diagnosis | [`write_diagnosis`] |
 //! | study over parameters | [`write_study`] |
 //! | characterized transducer | [`write_transducer`] |

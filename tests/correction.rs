@@ -357,8 +357,8 @@ fn what_cannot_be_corrected_is_said() {
     let steps = named("phase-quantisation", &[("steps", real(8.0))]);
     let words = said(bench.correct_rig(&steps).map(|_| ()).expect_err("no key"));
     assert!(words.contains("no key for the steps"), "{words}");
-    let slips = named("on-axis-unit", &[]);
-    let words = said(bench.correct_rig(&slips).map(|_| ()).expect_err("no key"));
+    let defect = named("on-axis-unit", &[]);
+    let words = said(bench.correct_rig(&defect).map(|_| ()).expect_err("no key"));
     assert!(words.contains("--simulator corrected"), "{words}");
     let nameless = named("dead-elements", &[]);
     let words = said(bench.correct_scan(&nameless).expect_err("no elements"));

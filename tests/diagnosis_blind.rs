@@ -81,7 +81,7 @@ fn the_thesiss_own_case_is_told_right() {
         serde_json::from_str(&run(&["diagnose", scan_name, "--json"])).expect("JSON");
     assert_eq!(said["verdict"], "explained");
     let named = said["effects"].as_array().expect("a list");
-    // The simulator's own slips first, then the physics that remains.
+    // The simulator's own bugs first, then the physics that remains.
     assert_eq!(&named[..2], ["phase-plane", "on-axis-unit"], "{named:?}");
     assert!(said["explained_fraction"].as_f64().expect("a number") > 0.99);
 }

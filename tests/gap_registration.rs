@@ -247,7 +247,7 @@ fn a_scan_set_up_by_hand_keeps_its_coordinates_but_for_a_small_shift() {
     assert!(found.overall.correlation > 0.99, "{:?}", found.overall);
 }
 
-/// Two millimetres are a gap (an `offset`) to be reported, not a slip to be registered away.
+/// Two millimetres are a gap (an `offset`) to be reported, not an error to be removed by registration.
 #[test]
 fn a_shift_beyond_a_slip_of_the_hand_stays_in_the_gap() {
     let pose = Pose { shift_m: Vec3::new(2e-3, 0.0, 0.0), ..Pose::default() };

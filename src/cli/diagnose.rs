@@ -31,7 +31,7 @@ pub(super) struct Diagnose {
     ///
     /// Of a rig file, the scans to come are corrected: speed of sound, frequency, pitch, the array's centre, single
     /// elements (which then stand in a file beside it). Of a recorded scan, the set-up as it was: what the array had been
-    /// told stays, as phases, and the simulator's slips are mended. Comments say what was found, and which effects such a
+    /// told stays, as phases, and the simulator's bugs are corrected. Comments say what was found, and which effects such a
     /// file has no key for.
     #[arg(long, value_name = "RIG|SCAN", requires = "out")]
     apply: Option<PathBuf>,

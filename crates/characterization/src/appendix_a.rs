@@ -1,4 +1,4 @@
-//! A transducer as the thesis's own script characterizes it (its Appendix A), slips included.
+//! A transducer as the thesis's own script characterizes it (its Appendix A), its errors included.
 //!
 //! The smallest reading is taken off as noise; the axis stands upright under the largest; readings of one height and one
 //! angle are averaged in pairs, each with the mean so far, so that the last weighs as much as all before it; the angles

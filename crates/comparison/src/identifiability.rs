@@ -91,9 +91,9 @@ pub fn identifiability(readings: &Readings, fit: &Fit, free: &[PoseParameter]) -
     let errors = variances.into_iter().map(f64::sqrt).collect();
 
     let per_scan = fit.gain / (rms(values.iter().copied()) * (values.len() as f64).sqrt());
-    for (column, slip) in columns.iter_mut().zip(&typical) {
+    for (column, scale) in columns.iter_mut().zip(&typical) {
         project_out(&fit.simulated, column);
-        column.iter_mut().for_each(|entry| *entry *= slip * per_scan);
+        column.iter_mut().for_each(|entry| *entry *= scale * per_scan);
     }
     let undetermined = if columns.is_empty() {
         Vec::new()
@@ -127,8 +127,8 @@ fn hidden_combinations(
             let largest = vector.iter().copied().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
             let members: Vec<usize> =
                 (0..names.len()).filter(|&i| vector[i].abs() >= MEMBER * largest.abs()).collect();
-            let slip = |i: usize| in_words(names[i], vector[i] * typical[i] * largest.signum());
-            let moved = members.iter().map(|&i| slip(i)).collect::<Vec<_>>().join(", ");
+            let described = |i: usize| in_words(names[i], vector[i] * typical[i] * largest.signum());
+            let moved = members.iter().map(|&i| described(i)).collect::<Vec<_>>().join(", ");
             let together = if members.len() > 1 { " together" } else { "" };
             UndeterminedCombination {
                 parameters: members.iter().map(|&i| names[i].to_owned()).collect(),

@@ -1,4 +1,4 @@
-//! The course of a diagnosis: registration, noise, search, judgement, account.
+//! A diagnosis from beginning to end: registration, noise, search, verdict, report.
 
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::Incomparable;
@@ -59,8 +59,8 @@ pub fn diagnose(
     Ok(report.build(registration))
 }
 
-/// Searches with the noise that repeats and dark readings tell, and goes on with the noise that what was found tells of: first on some
-/// of the readings, then from the residual there on all, until noise and what is found agree.
+/// Searches first on some of the readings, with the noise that repeats and dark readings give. The best set then refines the noise, and
+/// the search continues on all readings until noise and effects agree.
 fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredModel> {
     let nuisance = as_believed(observations);
     settle_scatter(observations, &ForwardModel::believed(), &nuisance, context, false);
@@ -68,7 +68,7 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
     let noise_is_told = observations.scans.iter().all(|scan| scan.scatter.is_told_by_repeats());
     let best = refined(search.scored[0].fit.clone(), observations, context, SEARCH);
     if noise_is_told && !is_near(&best, observations) {
-        // What is far from the readings says nothing of their noise.
+        // A fit far from the readings says nothing about their noise.
         return search.on_all(observations, context).found();
     }
     let mut noise = settled_by(&best, observations, context);
@@ -89,18 +89,18 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
     search.found()
 }
 
-/// How the noise that a fit leaves compares with what was judged before.
+/// How the noise after a fit compares with that before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum NoiseChange {
-    /// Alike.
+    /// The same.
     Alike,
-    /// Otherwise, by no more than a search bears.
+    /// Changed, but the search remains valid.
     Otherwise,
-    /// So much otherwise that the search was misled.
+    /// Changed so much that the search was misled.
     Misled,
 }
 
-/// Judges the noise by what a fit leaves; alike, it is left as it was.
+/// Judges the noise again after a fit; an immaterial change is not applied.
 fn settled_by(fit: &Fit, observations: &mut Observations, context: &Context) -> NoiseChange {
     let before: Vec<_> = observations.scans.iter().map(|scan| scan.scatter.clone()).collect();
     settle_scatter(observations, &fit.model(context), &fit.nuisance, context, true);

@@ -1,5 +1,4 @@
-//! What a diagnosis begins with: the readings of all scans, in the array's coordinates, and what effects measure themselves
-//! against.
+//! The input of a diagnosis: the readings of all scans in the array's coordinates, and the set-up as believed.
 
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{Incomparable, Pose, Registering, Registration, register_scan};
@@ -10,7 +9,7 @@ use crate::model::effect::Context;
 use crate::model::observations::Observations;
 use crate::statistics::dark_readings::DarkReadings;
 
-/// What a diagnosis begins with.
+/// The input of a diagnosis.
 pub(crate) struct Prepared {
     pub simulator: Simulator,
     pub observations: Observations,
@@ -46,8 +45,8 @@ impl Prepared {
     }
 }
 
-/// Whether a scan lies in coordinates of its own: only then is it laid on the array's by a pose before anything else. What
-/// resembles the believed field at all is in the lab's coordinates, and a pose would eat what is to be found.
+/// Whether a scan has coordinates of its own; only then a pose is applied first. A scan that resembles the believed field is in the lab's
+/// coordinates, and a pose would absorb the effects to be found.
 fn is_in_other_coordinates(registration: &Registration) -> bool {
     let correlation = |with_pose: bool| {
         let tried = registration.tried.iter();

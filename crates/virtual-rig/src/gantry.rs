@@ -8,7 +8,7 @@ use super::planner::{PlannedMove, feed_within};
 use super::trajectory::Trajectory;
 use fieldgap_input::Positive;
 
-/// Acceleration and speed of motion without motors: a falling axis, or a carriage that coasts after the step pulses ended.
+/// Acceleration and speed of motion without motors: a falling axis, or a tool head that coasts after the step pulses ended.
 const FREE_ACCELERATION_MM_S2: f64 = 1e4;
 const FREE_SPEED_MM_S: f64 = 1e3;
 
@@ -65,7 +65,7 @@ impl Gantry {
         position_mm.sup(&Vector3::zeros()).inf(&self.travel_mm)
     }
 
-    /// Ends the step pulses at once. Returns where that happens, and the distance that the carriage coasts from there, mm.
+    /// Ends the step pulses at once. Returns where that happens, and the distance that the tool head coasts from there, mm.
     pub fn cut_pulses(&mut self, now_s: f64) -> (Vector3<f64>, Vector3<f64>) {
         let velocity_mm_s = self.trajectory().velocity_mm_s(now_s);
         let stopped_mm = self.trajectory().stop(now_s);

@@ -83,7 +83,7 @@ pub fn feed_within(path_mm: Vector3<f64>, feed_mm_s: f64, max_feed_mm_s: [Positi
     })
 }
 
-/// A straight move of the carriage, with its place in virtual time.
+/// A straight move of the tool head, with its place in virtual time.
 ///
 /// Each move starts and ends at rest. Real planners carry speed through junctions; a scan that dwells at every
 /// point sees no difference.
@@ -141,7 +141,7 @@ impl PlannedMove {
         self.starts_s
     }
 
-    /// When the carriage comes to rest.
+    /// When the tool head comes to rest.
     pub fn ends_s(&self) -> f64 {
         self.ends_s
     }
@@ -151,7 +151,7 @@ impl PlannedMove {
         self.ends_s = time_s.clamp(self.starts_s, self.ends_s);
     }
 
-    /// When the carriage has covered the given fraction (0 to 1) of the line.
+    /// When the tool head has covered the given fraction (0 to 1) of the line.
     pub fn time_at_fraction_s(&self, fraction: f64) -> f64 {
         self.starts_s + self.profile.elapsed_s(fraction * self.profile.distance_mm)
     }

@@ -64,7 +64,7 @@ impl RobotSettings {
         }
     }
 
-    /// Position of the carriage at power-up, from its switches.
+    /// Position of the tool head at power-up, from its switches.
     pub fn parked_mm(&self) -> [NonNegative; 3] {
         match self {
             Self::Marlin(settings) => settings.parked_mm,
@@ -80,7 +80,7 @@ impl RobotSettings {
         }
     }
 
-    /// The firmware, driving the carriage of `trajectory`.
+    /// The firmware, driving the tool head of `trajectory`.
     pub(super) fn firmware(
         &self,
         trajectory: Arc<Mutex<Trajectory>>,

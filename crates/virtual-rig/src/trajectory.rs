@@ -47,7 +47,7 @@ impl Leg {
     }
 }
 
-/// The whole motion of the carriage.
+/// The whole motion of the tool head.
 #[derive(Debug)]
 pub struct Trajectory {
     parked_mm: Vector3<f64>,
@@ -56,12 +56,12 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// A carriage at rest at `parked_mm`, with a physical travel from 0 to `travel_mm` on each axis.
+    /// A tool head at rest at `parked_mm`, with a physical travel from 0 to `travel_mm` on each axis.
     pub fn new(parked_mm: Vector3<f64>, travel_mm: Vector3<f64>) -> Self {
         Self { parked_mm, legs: VecDeque::new(), travel_mm }
     }
 
-    /// The carriage at `time_s`.
+    /// The tool head at `time_s`.
     pub fn at(&self, time_s: f64) -> Kinematics {
         let after = self.legs.partition_point(|leg| leg.planned.starts_s() <= time_s);
         let mut kinematics = match after.checked_sub(1) {
@@ -81,7 +81,7 @@ impl Trajectory {
         kinematics
     }
 
-    /// Past its end of travel the carriage presses against the frame and its motors lose steps.
+    /// Past its end of travel the tool head presses against the frame and its motors lose steps.
     fn within_frame(&self, position_mm: Vector3<f64>) -> Vector3<f64> {
         position_mm.sup(&Vector3::zeros()).inf(&self.travel_mm)
     }
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_leaves_the_carriage_at_its_position() {
+    fn a_stop_leaves_the_tool_head_at_its_position() {
         let mut trajectory = two_moves();
         let stopped_mm = trajectory.stop(1.5);
         assert_eq!(trajectory.at(99.0).position_mm, stopped_mm);

@@ -1,8 +1,9 @@
-//! Which effects a scan can tell apart at all, whatever its readings say: by Fisher's information of its places, drives and noise.
+//! Which effects a scan can separate, whatever its readings: the Fisher information of its places, drives and noise.
 //!
-//! To first order an effect moves the readings along its columns, the derivatives of the residuals by its parameters. What of them lies
-//! in the span of another effect's columns and the nuisance's is not told from that other effect: the rest, squared and over the
-//! whole, is the share of the effect's information that is left (S. M. Kay, *Fundamentals of Statistical Signal Processing*, vol. 1, section 3.8).
+//! To first order an effect changes the readings along its signature, the derivatives of the residuals by its parameters. The part of a
+//! signature in the span of another effect's signature and of the nuisance parameters cannot be separated from that effect. The squared
+//! rest, over the whole, is the residual share of the information (S. M. Kay, *Fundamentals of Statistical Signal Processing*, vol. 1,
+//! section 3.8).
 
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::Incomparable;
@@ -23,24 +24,23 @@ use crate::preparation::Prepared;
 use crate::selection::scored_model::believed;
 use crate::verdict::gap_size::as_believed;
 
-/// Two effects that are alike, to the eyes of a scan.
+/// Two effects that a scan separates poorly.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AlikeEffects {
-    /// The effect that is looked for.
+    /// The true effect.
     pub effect: EffectId,
-    /// The effect that is taken for it.
+    /// The effect that is mistaken for it.
     pub imitator: EffectId,
-    /// Share of the effect's squared signature, gain and a small shift taken out, that the imitator cannot make: in the direction of its
-    /// parameters in which that is least; 0 to 1.
+    /// Share of the effect's squared signature, gain and a small shift removed, that the imitator cannot reproduce, in the direction of its
+    /// parameters where it is least; 0 to 1.
     pub residual_share: f64,
-    /// Gap that the effect must leave to be told from the imitator by three standard deviations, rms over all readings in standard
-    /// deviations of their noise.
+    /// Gap at which the two are separated by three standard deviations, rms over all readings in units of their noise.
     pub separable_gap_sigma: f64,
 }
 
-/// Every pair of effects of the catalogue that act to first order, the most alike first, by the places and the noise of a scan; of
-/// two effects the one of which less is left over beside the other. Where an effect has two laws it is by the first. Left out are
-/// choices (dead elements, steps, heights) and what changes how readings scatter (turbulence, compression, floor, clipping).
+/// Every pair of effects that act to first order, the most alike first. Of the two orders of a pair the one with the smaller residual
+/// share is listed. An effect with two laws is represented by the first. Choices (dead elements, steps, heights) and effects that change
+/// the scatter (turbulence, jitter, compression, floor, clipping) are left out.
 ///
 /// # Errors
 /// [`Incomparable`] if there is nothing to compare.
@@ -86,7 +86,7 @@ pub fn alike_effects(
     Ok(alike)
 }
 
-/// Whether an effect moves readings along columns from where it does nothing.
+/// Whether an effect has a signature where it does nothing.
 fn has_slope(effect: &dyn Effect, observations: &Observations) -> bool {
     let has_columns = match effect.search() {
         Search::Smooth => true,
@@ -96,14 +96,14 @@ fn has_slope(effect: &dyn Effect, observations: &Observations) -> bool {
     has_columns && !effect.is_defect() && effect.can_act(observations)
 }
 
-/// The columns of an effect.
+/// The signature of an effect.
 struct Signature {
     id: EffectId,
     columns: DMatrix<f64>,
 }
 
 impl Signature {
-    /// Of an effect; `None` if it moves nothing.
+    /// Of an effect; `None` if it changes nothing.
     fn of(effect: &'static dyn Effect, scores: &ScoreStatistics<'_>) -> Option<Self> {
         let neutral = match effect.search() {
             Search::Random => vec![0.0; scores.observations.elements()],
@@ -123,7 +123,7 @@ impl Signature {
         Some(Self { id: effect.id(), columns })
     }
 
-    /// The least share of the information that is left beside another effect.
+    /// The least residual share beside another effect.
     fn residual_share(&self, nuisance: &DMatrix<f64>, other: &Self) -> Option<f64> {
         let alone = self.beside(nuisance)?;
         let mut both =
@@ -140,7 +140,7 @@ impl Signature {
 
     /// The information about the parameters, those of `columns` free.
     fn beside(&self, columns: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-        /// What keeps columns apart that are the same to rounding.
+        /// Keeps the normal matrix regular where columns are equal to rounding.
         const RIDGE: f64 = 1e-9;
         let rows = self.columns.nrows();
         let mut within = columns.tr_mul(columns);

@@ -1,8 +1,7 @@
-//! The scan that would tell two rivals apart: of some that a lab can make at once, the one in which they differ most after
-//! each has been fitted anew.
+//! The scan that would separate two rivals: of some that a lab can make at once, the one in which they differ most after a refit.
 //!
-//! A rival's expected readings stand for the scan that is not yet made, and the other rival is fitted to them: the root of the
-//! cost that it cannot get rid of is the number of standard deviations by which the whole scan would tell them apart.
+//! The expected readings of one rival stand for the scan, and the other rival is fitted to them. The square root of the remaining cost is
+//! the number of standard deviations by which the whole scan would separate the two.
 
 use fieldgap_acoustics::{Excitation, Simulation, Simulator, Vec3};
 use rand::{RngExt, SeedableRng};
@@ -83,7 +82,7 @@ pub(crate) fn next_measurement(
         ),
     };
     let shown: Vec<&str> =
-        differing(rivals).filter_map(|effect| effect.independent_check()).collect();
+        differing(rivals).filter_map(|effect| effect.facts().independent_check).collect();
     if !shown.is_empty() {
         what += &format!(" Without a scan, {}.", shown.join("; "));
     }
@@ -109,7 +108,7 @@ fn proposals(
     // Only where the readings lag behind the motion does the speed of the robot matter.
     let is_flown = rivals
         .iter()
-        .any(|fit| fit.instances.iter().any(|i| i.effect.timing() == Timing::Velocity));
+        .any(|fit| fit.instances.iter().any(|i| i.effect.facts().timing == Timing::Velocity));
     let speed_m_s = is_flown.then(|| speed_along_rows_m_s(first));
     let again = |what| Proposal {
         what,
@@ -176,19 +175,19 @@ fn half_reversed(believed: &Simulation, drive: &Excitation, side: Vec3) -> Excit
     Excitation::Phases(reversed.collect())
 }
 
-/// Phases drawn at random, one lot for each number.
+/// Random phases, one set for each number.
 fn random_phases(elements: usize, number: u64) -> Excitation {
     let mut draws = ChaCha8Rng::seed_from_u64(number);
     Excitation::Phases((0..elements).map(|_| draws.random_range(0.0..TAU)).collect())
 }
 
-/// How fast the robot went along rows, or seems to have, at the most.
+/// The largest apparent speed of the robot along rows.
 fn speed_along_rows_m_s(drive: &ObservedDrive) -> f64 {
     let even = drive.visits.iter().filter(|visit| visit.even);
     even.map(|visit| visit.velocity_m_s.x.abs()).fold(0.0, f64::max)
 }
 
-/// By how many standard deviations the second of two fits misses what the first expects, at its best.
+/// Standard deviations by which the second fit, refitted, misses the expected readings of the first.
 fn separation(observations: &Observations, context: &Context, [one, other]: [&Fit; 2]) -> f64 {
     let mut synthetic = observations.clone();
     let nuisance = vec![one.nuisance[0]; synthetic.scans.len()];
@@ -217,8 +216,8 @@ fn separation(observations: &Observations, context: &Context, [one, other]: [&Fi
     told_apart(&one, &other).sqrt()
 }
 
-/// Twice what readings of the first model, which leaves nothing of their means, say on average against the second: squared
-/// residuals, and what another scatter costs (S. Kullback and R. A. Leibler, Ann. Math. Stat. 22, 79, 1951).
+/// Twice the Kullback-Leibler divergence of the second model from the first, whose residuals are zero: squared residuals and the terms of
+/// a different variance (S. Kullback and R. A. Leibler, Ann. Math. Stat. 22, 79, 1951).
 fn told_apart(one: &Residuals, other: &Residuals) -> f64 {
     let log_variance = |of: &Residuals, n: usize| of.log_variances.get(n).copied().unwrap_or(0.0);
     let of_reading = |(n, residual): (usize, &f64)| {

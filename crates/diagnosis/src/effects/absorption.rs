@@ -9,7 +9,7 @@ use fieldgap_acoustics::{Propagation, Simulator};
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::Remedy;
@@ -26,20 +26,16 @@ impl Effect for Absorption {
         &[Parameter { neutral: 0.0, scale: 0.5, least: -40.0, most: 80.0 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Spreading, EffectId::GainDrift]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::Spreading, EffectId::GainDrift],
+            independent_check: Some(
+                "a thermometer and a hygrometer give the absorption of the air",
+            ),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -50,10 +46,6 @@ impl Effect for Absorption {
 
     fn air(&self, at: Setting<'_>, _speed_m_s: f64, air: &mut Propagation) {
         air.attenuation_np_m += at.values[0] * LN_10 / 20.0;
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("a thermometer and a hygrometer give the absorption of the air")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

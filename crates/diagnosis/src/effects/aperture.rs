@@ -7,7 +7,7 @@ use fieldgap_acoustics::Simulator;
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::Remedy;
@@ -24,20 +24,14 @@ impl Effect for Aperture {
         &[Parameter { neutral: 0.0, scale: 0.5, least: 0.0, most: 150.0 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::ReceiverDirectivity, EffectId::Directivity]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::ReceiverDirectivity, EffectId::Directivity],
+            independent_check: Some("callipers measure the opening of the receiver"),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -59,10 +53,6 @@ impl Effect for Aperture {
         (radius_m > 0.0).then(|| {
             Box::new(move |angle_rad| mean_over_face(radius_m, wavenumber_rad_m, angle_rad)) as _
         })
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("callipers measure the opening of the receiver")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

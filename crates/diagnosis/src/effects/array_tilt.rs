@@ -5,7 +5,7 @@ use nalgebra::Rotation3;
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::{Remedy, SetupKey};
@@ -25,20 +25,16 @@ impl Effect for ArrayTilt {
         ]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::TemperatureGradient]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::TemperatureGradient],
+            independent_check: Some(
+                "a dial gauge on the robot, moved along the array's face, measures the tilt",
+            ),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -52,10 +48,6 @@ impl Effect for ArrayTilt {
             element.centre_m = tilt * element.centre_m;
             element.normal = tilt * element.normal;
         }
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("a dial gauge on the robot, moved along the array's face, measures the tilt")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -4,7 +4,7 @@ use fieldgap_acoustics::{Simulator, Vec3};
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::model::observations::Visit;
@@ -26,20 +26,14 @@ impl Effect for AxisScale {
         ]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::SoundSpeed, EffectId::DriveFrequency]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::SoundSpeed, EffectId::DriveFrequency],
+            independent_check: Some("a ruler beside the robot measures its travel"),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -48,10 +42,6 @@ impl Effect for AxisScale {
 
     fn position(&self, at: Setting<'_>, _visit: &Visit, at_m: Vec3) -> Vec3 {
         at_m.component_mul(&Vec3::from_column_slice(at.values))
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("a ruler beside the robot measures its travel")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

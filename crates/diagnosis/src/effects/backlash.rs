@@ -1,10 +1,10 @@
-//! Play between motor and carriage along x: the nozzle trails by half of it, to either side of where it is believed.
+//! Play between motor and tool head along x: the nozzle trails by half of it, to either side of where it is believed.
 
 use fieldgap_acoustics::{Simulator, Vec3};
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::model::observations::Visit;
@@ -22,20 +22,14 @@ impl Effect for Backlash {
         &[Parameter { neutral: 0.0, scale: 0.02, least: -4.0, most: 4.0 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Direction
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Lag]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Direction,
+            per_element: PerElement::No,
+            mimics: &[EffectId::Lag],
+            independent_check: Some("a dial gauge, approached from either side, measures the play"),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -51,13 +45,9 @@ impl Effect for Backlash {
         at_m - Vec3::x() * (0.5 * visit.x_direction * play_m)
     }
 
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("a dial gauge, approached from either side, measures the play")
-    }
-
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
         let sentence = format!(
-            "the carriage has {:.2} ± {:.2} mm of play along x",
+            "the robot has {:.2} ± {:.2} mm of play along x",
             fitted[0].value, fitted[0].error
         );
         Finding::new([("mm", fitted[0].real())], sentence)

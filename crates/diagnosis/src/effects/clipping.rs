@@ -8,7 +8,8 @@ use fieldgap_acoustics::Simulator;
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Expected, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Expected, Facts, Finding, Parameter, PerElement, Stage,
+    Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::Remedy;
@@ -25,20 +26,16 @@ impl Effect for Clipping {
         &[Parameter { neutral: 1.2, scale: 0.005, least: 0.05, most: 1.2 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Converter
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Saturation]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Converter,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::Saturation],
+            independent_check: Some(
+                "readings at the focus at full and at half drive show whether the receiver is linear",
+            ),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -55,10 +52,6 @@ impl Effect for Clipping {
 
     fn clipped(&self, at: Setting<'_>, expected: Expected, deviation: f64) -> Expected {
         clipped(at.context.largest_reading * at.values[0], expected, deviation)
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("readings at the focus at full and at half drive show whether the receiver is linear")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, context: &Context) -> Finding {

@@ -4,7 +4,8 @@ use fieldgap_acoustics::Simulator;
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Radiation, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Radiation, Stage,
+    Timing,
 };
 use crate::model::instance::Setting;
 use crate::model::observations::Observations;
@@ -28,20 +29,14 @@ impl Effect for Defect {
         &[]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[],
+            independent_check: None,
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -58,10 +53,6 @@ impl Effect for Defect {
 
     fn radiation(&self, _at: Setting<'_>, radiation: &mut Radiation<'_>) {
         (self.mend)(radiation);
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        None
     }
 
     fn describe(&self, _: &[Estimate], _: &Choice, _: &Context) -> Finding {

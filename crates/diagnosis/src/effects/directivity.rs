@@ -7,7 +7,8 @@ use fieldgap_acoustics::Simulator;
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Radiation, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Radiation, Stage,
+    Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::{Remedy, SetupKey};
@@ -24,20 +25,16 @@ impl Effect for Directivity {
         &[Parameter { neutral: 1.0, scale: 0.01, least: 0.4, most: 2.5 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::ReceiverDirectivity, EffectId::Aperture]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::ReceiverDirectivity, EffectId::Aperture],
+            independent_check: Some(
+                "one element alone, rotated in front of the receiver, shows its lobe (`fieldgap characterize`)",
+            ),
+        }
     }
 
     fn remedy(&self, simulator: Simulator) -> Remedy {
@@ -61,12 +58,6 @@ impl Effect for Directivity {
     fn radiation(&self, at: Setting<'_>, radiation: &mut Radiation<'_>) {
         radiation.width_ratio *= at.values[0];
         radiation.by_face = *at.choice == Choice::Law(1);
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some(
-            "one element alone, rotated in front of the receiver, shows its lobe (`fieldgap characterize`)",
-        )
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -7,7 +7,8 @@ use fieldgap_acoustics::Simulator;
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Carrier, Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Carrier, Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage,
+    Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::{Remedy, SetupKey};
@@ -24,20 +25,14 @@ impl Effect for DriveFrequency {
         &[Parameter { neutral: 1.0, scale: 0.001, least: 0.9, most: 1.1 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::SoundSpeed, EffectId::AxisScale]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::SoundSpeed, EffectId::AxisScale],
+            independent_check: Some("a frequency counter measures the drive"),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -50,10 +45,6 @@ impl Effect for DriveFrequency {
 
     fn carrier(&self, at: Setting<'_>, carrier: &mut Carrier) {
         carrier.frequency_ratio *= at.values[0];
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("a frequency counter measures the drive")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, context: &Context) -> Finding {

@@ -4,7 +4,7 @@ use fieldgap_acoustics::{Propagation, Simulator, Vec3};
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::Remedy;
@@ -24,20 +24,14 @@ impl Effect for Flow {
         ]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[],
+            independent_check: Some("smoke or a thread shows air flow"),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -48,10 +42,6 @@ impl Effect for Flow {
 
     fn air(&self, at: Setting<'_>, speed_m_s: f64, air: &mut Propagation) {
         air.mach += Vec3::new(at.values[0], at.values[1], 0.0) / speed_m_s;
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("smoke or a thread shows air flow")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

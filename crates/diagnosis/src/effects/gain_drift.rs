@@ -4,7 +4,7 @@ use fieldgap_acoustics::Simulator;
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::Remedy;
@@ -21,20 +21,16 @@ impl Effect for GainDrift {
         &[Parameter { neutral: 0.0, scale: 0.005, least: -0.95, most: 10.0 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Gain
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Moment
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Absorption]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Gain,
+            timing: Timing::Moment,
+            per_element: PerElement::No,
+            mimics: &[EffectId::Absorption],
+            independent_check: Some(
+                "readings at one place over the duration of a scan show a drift",
+            ),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -45,10 +41,6 @@ impl Effect for GainDrift {
 
     fn gain(&self, at: Setting<'_>, progress: f64) -> f64 {
         1.0 + at.values[0] * progress
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("readings at one place over the duration of a scan show a drift")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -234,7 +234,7 @@ fn random(id: EffectId, truth: toml::Table) -> Option<Case> {
     let before = setup.array.elements();
     let departure =
         |(true_element, element): (&fieldgap_acoustics::Element, &fieldgap_acoustics::Element)| {
-            match effect(id).per_element() {
+            match effect(id).facts().per_element {
                 PerElement::Amplitude => true_element.amplitude / element.amplitude - 1.0,
                 _ => true_element.phase_rad - element.phase_rad,
             }

@@ -6,7 +6,7 @@ use fieldgap_acoustics::{Simulator, Vec3};
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::model::observations::Visit;
@@ -24,20 +24,14 @@ impl Effect for Lag {
         &[Parameter { neutral: 0.0, scale: 0.001, least: 0.0, most: 1.0 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Velocity
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Backlash]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Velocity,
+            per_element: PerElement::No,
+            mimics: &[EffectId::Backlash],
+            independent_check: Some("a burst of sound at rest shows the delay of the receiver"),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -50,10 +44,6 @@ impl Effect for Lag {
 
     fn position(&self, at: Setting<'_>, visit: &Visit, at_m: Vec3) -> Vec3 {
         at_m - visit.velocity_m_s * at.values[0]
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("a burst of sound at rest shows the delay of the receiver")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -102,11 +102,11 @@ impl EffectId {
 
     /// What shows this effect without a scan of the field, as a clause; `None` where nothing simple does.
     pub fn independent_check(self) -> Option<&'static str> {
-        effect(self).independent_check()
+        effect(self).facts().independent_check
     }
 
     /// Effects that a single scan mistakes for this one.
     pub fn mimics(self) -> &'static [Self] {
-        effect(self).mimics()
+        effect(self).facts().mimics
     }
 }

@@ -7,7 +7,7 @@ use fieldgap_acoustics::Simulator;
 use crate::effect_id::EffectId;
 use crate::limits::FLOOR_NOT_SEEN;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::Remedy;
@@ -25,20 +25,14 @@ impl Effect for NoiseFloor {
         &[Parameter { neutral: 0.0, scale: 1e-05, least: 0.0, most: 1.0 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Detector
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Saturation]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Detector,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::Saturation],
+            independent_check: None,
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -94,10 +88,6 @@ impl Effect for NoiseFloor {
             true => scatter.floor_evidence,
             false => -FLOOR_NOT_SEEN,
         }
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        None
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, context: &Context) -> Finding {

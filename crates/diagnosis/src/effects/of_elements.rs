@@ -5,8 +5,8 @@ use fieldgap_acoustics::{Element, Simulator};
 use crate::effect_id::EffectId;
 use crate::fitted_parameter::FittedParameter;
 use crate::model::effect::{
-    Carrier, Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Search, Stage,
-    Timing, listed,
+    Carrier, Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Search,
+    Stage, Timing, listed,
 };
 use crate::model::instance::Setting;
 use crate::model::observations::Observations;
@@ -42,20 +42,14 @@ impl Effect for OfElements {
         &[]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::Named
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        self.mimics
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::Named,
+            mimics: self.mimics,
+            independent_check: None,
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -82,10 +76,6 @@ impl Effect for OfElements {
         if let (Act::Exchange, [a, b]) = (self.act, at.choice.elements()) {
             phases_rad.swap(*a, *b);
         }
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        None
     }
 
     fn describe(&self, _: &[Estimate], choice: &Choice, _: &Context) -> Finding {

@@ -6,7 +6,7 @@ use fieldgap_acoustics::{Simulator, Vec3};
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::model::observations::Visit;
@@ -28,20 +28,14 @@ impl Effect for Offset {
         ]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[],
+            independent_check: Some("`fieldgap rig find-axis` finds the centre of the array"),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -54,10 +48,6 @@ impl Effect for Offset {
 
     fn position(&self, at: Setting<'_>, _visit: &Visit, at_m: Vec3) -> Vec3 {
         at_m + 1e-3 * Vec3::from_column_slice(at.values)
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("`fieldgap rig find-axis` finds the centre of the array")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

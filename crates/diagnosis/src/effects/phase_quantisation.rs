@@ -9,8 +9,8 @@ use fieldgap_acoustics::Simulator;
 use crate::effect_id::EffectId;
 use crate::fitted_parameter::FittedParameter;
 use crate::model::effect::{
-    Carrier, Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Search, Stage,
-    Timing,
+    Carrier, Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Search,
+    Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::{Remedy, SetupKey};
@@ -32,20 +32,14 @@ impl Effect for PhaseQuantisation {
         &[]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::ElementPhase]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::ElementPhase],
+            independent_check: None,
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -62,10 +56,6 @@ impl Effect for PhaseQuantisation {
                 *phase_rad = rounded_rad(*phase_rad, *steps, *zero, carrier.frequency_ratio);
             }
         }
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        None
     }
 
     fn describe(&self, _fitted: &[Estimate], choice: &Choice, _believed: &Context) -> Finding {

@@ -4,7 +4,7 @@ use fieldgap_acoustics::{Element, Simulator};
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::{Remedy, SetupKey};
@@ -21,20 +21,14 @@ impl Effect for Pitch {
         &[Parameter { neutral: 1.0, scale: 0.001, least: 0.85, most: 1.18 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::SoundSpeed]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::SoundSpeed],
+            independent_check: Some("callipers measure the distance between the elements"),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -50,10 +44,6 @@ impl Effect for Pitch {
             element.centre_m.x *= at.values[0];
             element.centre_m.y *= at.values[0];
         }
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("callipers measure the distance between the elements")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

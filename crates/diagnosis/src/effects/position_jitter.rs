@@ -14,7 +14,8 @@ use num_complex::Complex64;
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, FieldAt, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, FieldAt, Finding, Parameter, PerElement, Stage,
+    Timing,
 };
 use crate::model::instance::Setting;
 use crate::model::pressure::Pressure;
@@ -36,20 +37,16 @@ impl Effect for PositionJitter {
         &[AXIS, AXIS, AXIS]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Turbulence]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::Turbulence],
+            independent_check: Some(
+                "a dial gauge at one place, approached repeatedly, measures the scatter",
+            ),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -110,10 +107,6 @@ impl Effect for PositionJitter {
             }
         }
         Some(means.iter().map(Moments::pressure).collect())
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("a dial gauge at one place, approached repeatedly, measures the scatter")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _context: &Context) -> Finding {

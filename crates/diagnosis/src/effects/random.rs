@@ -8,7 +8,7 @@ use num_complex::Complex64;
 use crate::effect_id::EffectId;
 use crate::fitted_parameter::FittedParameter;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Search, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Search, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::{Remedy, SetupKey};
@@ -40,20 +40,14 @@ impl Effect for Random {
         &[]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        self.per_element
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        self.mimics
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: self.per_element,
+            mimics: self.mimics,
+            independent_check: None,
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -72,10 +66,6 @@ impl Effect for Random {
 
     fn element_weight(&self, departure: f64) -> Complex64 {
         (self.weight)(departure)
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        None
     }
 
     /// The spread's estimate comes last, after the elements' departures.

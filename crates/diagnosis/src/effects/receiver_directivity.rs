@@ -7,7 +7,7 @@ use fieldgap_acoustics::Simulator;
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::Remedy;
@@ -24,20 +24,14 @@ impl Effect for ReceiverDirectivity {
         &[Parameter { neutral: 0.0, scale: 0.02, least: 0.0, most: 60.0 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Aperture, EffectId::Directivity]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::Aperture, EffectId::Directivity],
+            independent_check: Some("rotating the receiver in place shows its lobe"),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -57,10 +51,6 @@ impl Effect for ReceiverDirectivity {
     ) -> Option<Box<dyn Fn(f64) -> f64 + 'a>> {
         let half_rad = half_angle_rad(at.values);
         half_rad.is_finite().then(|| Box::new(move |angle_rad| lobe(half_rad, angle_rad)) as _)
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("rotating the receiver in place shows its lobe")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -8,7 +8,7 @@ use num_complex::Complex64;
 use crate::effect_id::EffectId;
 use crate::fitted_parameter::FittedParameter;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Search, Stage,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Search, Stage,
     SurroundingField, Timing,
 };
 use crate::model::instance::Setting;
@@ -31,20 +31,14 @@ impl Effect for Reflection {
         ]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::StandingWave]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::StandingWave],
+            independent_check: None,
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -67,10 +61,6 @@ impl Effect for Reflection {
         for (pressure, image) in pressures.iter_mut().zip(field.images(1e-3 * at.values[0])) {
             pressure.coherent += coefficient * image;
         }
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        None
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -7,7 +7,7 @@ use fieldgap_acoustics::Simulator;
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::Remedy;
@@ -24,20 +24,16 @@ impl Effect for Saturation {
         &[Parameter { neutral: 0.0, scale: 0.02, least: 0.0, most: 400.0 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Detector
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Clipping, EffectId::NoiseFloor]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Detector,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::Clipping, EffectId::NoiseFloor],
+            independent_check: Some(
+                "readings at one place at full and at half drive show whether the receiver is linear",
+            ),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -77,10 +73,6 @@ impl Effect for Saturation {
 
     fn proportional_noise_before_detector(&self, choice: &Choice) -> Option<bool> {
         Some(*choice == Choice::Law(1))
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("readings at one place at full and at half drive show whether the receiver is linear")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, context: &Context) -> Finding {

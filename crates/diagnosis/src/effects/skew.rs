@@ -4,7 +4,7 @@ use fieldgap_acoustics::{Simulator, Vec3};
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::model::observations::Visit;
@@ -22,20 +22,14 @@ impl Effect for Skew {
         &[Parameter { neutral: 0.0, scale: 0.002, least: -0.5, most: 0.5 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Rotation]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::Rotation],
+            independent_check: Some("a try square shows the angle between the robot's axes"),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -47,10 +41,6 @@ impl Effect for Skew {
     fn position(&self, at: Setting<'_>, _visit: &Visit, at_m: Vec3) -> Vec3 {
         let (sin, cos) = at.values[0].sin_cos();
         Vec3::new(at_m.x + sin * at_m.y, cos * at_m.y, at_m.z)
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("a try square shows the angle between the robot's axes")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

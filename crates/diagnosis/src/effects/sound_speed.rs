@@ -7,7 +7,8 @@ use fieldgap_acoustics::Simulator;
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Carrier, Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Carrier, Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage,
+    Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::{Remedy, SetupKey};
@@ -24,25 +25,19 @@ impl Effect for SoundSpeed {
         &[Parameter { neutral: 1.0, scale: 0.001, least: 0.92, most: 1.08 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[
-            EffectId::DriveFrequency,
-            EffectId::AxisScale,
-            EffectId::TemperatureGradient,
-            EffectId::Pitch,
-        ]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[
+                EffectId::DriveFrequency,
+                EffectId::AxisScale,
+                EffectId::TemperatureGradient,
+                EffectId::Pitch,
+            ],
+            independent_check: Some("a thermometer beside the field gives the speed of sound"),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -55,10 +50,6 @@ impl Effect for SoundSpeed {
 
     fn carrier(&self, at: Setting<'_>, carrier: &mut Carrier) {
         carrier.speed_ratio *= at.values[0];
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some("a thermometer beside the field gives the speed of sound")
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, context: &Context) -> Finding {

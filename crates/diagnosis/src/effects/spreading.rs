@@ -7,7 +7,8 @@ use fieldgap_acoustics::transducer::OnAxis;
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Radiation, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Radiation, Stage,
+    Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::Remedy;
@@ -24,20 +25,16 @@ impl Effect for Spreading {
         &[Parameter { neutral: 1.0, scale: 0.02, least: -1.0, most: 4.0 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Absorption]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::Absorption],
+            independent_check: Some(
+                "one element alone, scanned along its axis, shows its decay with distance (`fieldgap characterize`)",
+            ),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -52,12 +49,6 @@ impl Effect for Spreading {
 
     fn radiation(&self, at: Setting<'_>, radiation: &mut Radiation<'_>) {
         radiation.on_axis = Some(OnAxis::Power { exponent: at.values[0] });
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some(
-            "one element alone, scanned along its axis, shows its decay with distance (`fieldgap characterize`)",
-        )
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -6,8 +6,8 @@ use num_complex::Complex64;
 use crate::effect_id::EffectId;
 use crate::fitted_parameter::FittedParameter;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, SurroundingField,
-    Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage,
+    SurroundingField, Timing,
 };
 use crate::model::instance::Setting;
 use crate::model::pressure::Pressure;
@@ -28,20 +28,14 @@ impl Effect for StandingWave {
         ]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::Reflection]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::Reflection],
+            independent_check: None,
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -65,10 +59,6 @@ impl Effect for StandingWave {
             let round_trip = Complex64::from_polar(1.0, 2.0 * wavenumber * at_m.z);
             pressure.coherent *= 1.0 + coefficient * round_trip;
         }
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        None
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -6,7 +6,7 @@ use fieldgap_acoustics::{Propagation, Simulator, Vec3};
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage, Timing,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::remedy::Remedy;
@@ -27,20 +27,16 @@ impl Effect for TemperatureGradient {
         ]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::SoundSpeed, EffectId::AxisScale]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::SoundSpeed, EffectId::AxisScale],
+            independent_check: Some(
+                "two thermometers, one at the array and one at the far end of the scan, show a gradient of temperature",
+            ),
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -51,12 +47,6 @@ impl Effect for TemperatureGradient {
 
     fn air(&self, at: Setting<'_>, _speed_m_s: f64, air: &mut Propagation) {
         air.gradient_per_m += Vec3::from_column_slice(at.values);
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        Some(
-            "two thermometers, one at the array and one at the far end of the scan, show a gradient of temperature",
-        )
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -11,8 +11,8 @@ use fieldgap_acoustics::{FieldSum, Simulator};
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
-    AttenuatedSums, Choice, Context, Effect, Estimate, Finding, Parameter, PerElement, Stage,
-    Timing,
+    AttenuatedSums, Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement,
+    Stage, Timing,
 };
 use crate::model::instance::Setting;
 use crate::model::pressure::Pressure;
@@ -38,20 +38,14 @@ impl Effect for Turbulence {
         &[Parameter { neutral: 0.0, scale: 0.05, least: 0.0, most: 6.0 }]
     }
 
-    fn stage(&self) -> Stage {
-        Stage::Field
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Place
-    }
-
-    fn per_element(&self) -> PerElement {
-        PerElement::No
-    }
-
-    fn mimics(&self) -> &'static [EffectId] {
-        &[EffectId::PositionJitter]
+    fn facts(&self) -> Facts {
+        Facts {
+            stage: Stage::Field,
+            timing: Timing::Place,
+            per_element: PerElement::No,
+            mimics: &[EffectId::PositionJitter],
+            independent_check: None,
+        }
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
@@ -110,10 +104,6 @@ impl Effect for Turbulence {
             speckle_square: twice.square - steady.square,
         };
         Some(steady.into_iter().zip(whole).zip(twice).map(pressure).collect())
-    }
-
-    fn independent_check(&self) -> Option<&'static str> {
-        None
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {

@@ -1,4 +1,4 @@
-//! A set of effects fitted, the spread of random elements found where the set has them.
+//! A fit of any set of effects. The spread of random elements is found where the set has them.
 
 use fieldgap_acoustics::least_squares::Stopping;
 

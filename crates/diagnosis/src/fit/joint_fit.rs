@@ -1,4 +1,4 @@
-//! A set of effects fitted to the readings, with gain and a small shift of each scan beside them.
+//! A set of effects fitted to the readings, together with the gain and a small shift of each scan.
 
 use fieldgap_acoustics::least_squares::{Minimum, Parameter as Unknown, Stopping, minimise};
 use nalgebra::DMatrix;
@@ -39,7 +39,7 @@ pub(crate) struct Fit {
     pub nuisance: Vec<Nuisance>,
     /// Twice the negative log likelihood, less a constant.
     pub cost: f64,
-    /// The same and the departures from what is known beforehand.
+    /// The same with the penalties of the priors.
     pub penalised: f64,
     /// Covariance: nuisance first, then the effects' parameters; `None` where some combination changes nothing.
     pub covariance: Option<DMatrix<f64>>,
@@ -60,7 +60,7 @@ impl Fit {
         }
     }
 
-    /// What is supposed.
+    /// The forward model of the fit.
     pub fn model<'c>(&self, context: &'c Context) -> ForwardModel<'c> {
         ForwardModel::of(&self.instances, &self.values, context)
     }
@@ -70,14 +70,14 @@ impl Fit {
         self.instances.iter().map(|instance| instance.effect.id()).collect()
     }
 
-    /// What the scans' shifts add to the cost.
+    /// The penalty for the shifts of the scans.
     pub fn cost_of_shifts(&self) -> f64 {
         let shifts = self.nuisance.iter().map(|nuisance| nuisance.shift_m.norm_squared());
         shifts.sum::<f64>() / (SHIFT_PRIOR_M * SHIFT_PRIOR_M)
     }
 
-    /// The cost with that: where the robot's origin is elsewhere, the shift takes up what the readings would show, and all
-    /// that is left to see is that nobody sets up so badly.
+    /// The cost with that penalty. A displaced origin is absorbed by the shift; only the penalty then shows that the shift is larger than
+    /// careful setting-up leaves.
     pub fn cost_with_shifts(&self) -> f64 {
         self.cost + self.cost_of_shifts()
     }
@@ -187,7 +187,7 @@ pub(crate) fn fit(
     }
 }
 
-/// What a fit looks for: nuisance first, then the effects' parameters.
+/// The unknowns of a fit: nuisance first, then the effects' parameters.
 pub(crate) fn unknowns(
     instances: &[Instance],
     values: &[Vec<f64>],
@@ -216,12 +216,12 @@ pub(crate) fn unknowns(
 }
 
 fn unknown(start: f64, parameter: &Parameter) -> Unknown {
-    // The plausible range as a very wide prior: it only keeps apart what the data do not.
+    // The plausible range as a very wide prior. It only separates parameters that the data do not.
     let wide = parameter.most - parameter.least;
     Unknown { start, scale: parameter.scale, prior: Some((parameter.neutral, wide)) }
 }
 
-/// When the search for a set of effects stops: a hundredth of a standard deviation is nothing to the residual open.
+/// When a fit within the search stops: at two hundredths of a standard deviation, far below the errors of the formulas.
 pub(crate) const SEARCH: Stopping = Stopping { iterations: 12, step: 2e-2, fall: 1e-6 };
 
 /// The cost of a fit on other readings.

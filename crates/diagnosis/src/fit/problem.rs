@@ -1,4 +1,4 @@
-//! The least-squares problem of a set of effects: residuals at any point, and how they change with every number.
+//! The least-squares problem of a set of effects: residuals and their derivatives at any point.
 
 use fieldgap_acoustics::least_squares::{Linearisation, Parameter as Unknown};
 use num_complex::Complex64;
@@ -23,19 +23,19 @@ pub(crate) struct Problem<'o> {
     instances: &'o [Instance],
     /// How many parameters each effect has.
     pub lengths: Vec<usize>,
-    /// Where it was looked last.
+    /// The last evaluation.
     last: RefCell<Option<Arc<Evaluation>>>,
 }
 
-/// A point of the problem with all that is known there.
+/// The problem evaluated at a point.
 pub(crate) struct Evaluation {
     numbers: Vec<f64>,
     pressures: Pressures,
-    /// What the readings are beyond what is expected there.
+    /// Measured minus expected readings, in standard deviations.
     pub residuals: Residuals,
     /// The same as least squares wants them.
     pub squared: Vec<f64>,
-    /// How each residual, and each charge, changes with its pressure.
+    /// The slope of each residual, and of each variance term, by its pressure.
     slopes: OnceLock<Vec<Complex64>>,
     /// Each element's part of the pressures: by drive over all scans, then element, then visit.
     contributions: OnceLock<Vec<Vec<Vec<Complex64>>>>,
@@ -79,25 +79,21 @@ impl<'o> Problem<'o> {
     /// The stage at which the effect of a number acts; for gain, shift and near field that of the field.
     fn stage(&self, number: usize) -> Stage {
         let mut end = Nuisance::COUNT * self.observations.scans.len();
-        let ends = self.instances.iter().zip(&self.lengths).map(|(instance, length)| {
-            end += length;
-            (end, instance.effect.stage())
-        });
-        let first = Nuisance::COUNT * self.observations.scans.len();
-        match number < first {
-            true => Stage::Field,
-            false => ends
-                .into_iter()
-                .find(|(end, _)| number < *end)
-                .map_or(Stage::Field, |(_, stage)| stage),
+        if number < end {
+            return Stage::Field;
         }
+        let of_number = self.instances.iter().zip(&self.lengths).find(|(_, length)| {
+            end += **length;
+            number < end
+        });
+        of_number.map_or(Stage::Field, |(instance, _)| instance.effect.facts().stage)
     }
 
     fn residuals(&self, numbers: &[f64], pressures: &Pressures) -> Residuals {
         self.model(numbers).residuals(self.observations, pressures, &self.nuisance(numbers))
     }
 
-    /// What a point looks like.
+    /// Evaluates a point.
     pub fn evaluate(&self, numbers: &[f64]) -> Arc<Evaluation> {
         let mut last = self.last.borrow_mut();
         if let Some(evaluation) = last.as_ref().filter(|evaluation| evaluation.numbers == numbers) {
@@ -117,7 +113,7 @@ impl<'o> Problem<'o> {
         evaluation
     }
 
-    /// Residuals at a point, NaN where a parameter has left what is plausible.
+    /// Residuals at a point; NaN where a parameter is not plausible.
     pub fn at(&self, numbers: &[f64]) -> Vec<f64> {
         match self.plausible(numbers) {
             true => self.evaluate(numbers).squared.clone(),
@@ -134,8 +130,8 @@ impl<'o> Problem<'o> {
         })
     }
 
-    /// Residuals and derivatives; those by the scans' shifts, which change little on the way, are taken from `kept` where
-    /// that holds them.
+    /// Residuals and derivatives. Derivatives by the scans' shifts change little between iterations and are taken from `kept` if it holds
+    /// them.
     pub fn linearise(
         &self,
         numbers: &[f64],
@@ -160,8 +156,8 @@ impl<'o> Problem<'o> {
         Linearisation { residuals: evaluation.squared.clone(), columns }
     }
 
-    /// Derivatives of the residuals by some of the numbers, at a point that looks like this: it may have been looked at without the last
-    /// effect, if that does nothing there.
+    /// Derivatives of the residuals by some of the numbers, at an evaluated point. It may have been evaluated without the last effect, if
+    /// that is neutral there.
     pub fn columns(
         &self,
         numbers: &[f64],
@@ -226,8 +222,7 @@ impl<'o> Problem<'o> {
             .collect()
     }
 
-    /// How each residual, and after them each charge, changes with its pressure: the derivative by a change dp is the real part of slope
-    /// times dp.
+    /// The slope of each residual, then of each variance term, by its pressure: a change dp changes it by the real part of slope times dp.
     pub fn slopes<'l>(&self, numbers: &[f64], evaluation: &'l Evaluation) -> &'l [Complex64] {
         const LOUDER: f64 = 1e-6;
         evaluation.slopes.get_or_init(|| {
@@ -248,7 +243,7 @@ impl<'o> Problem<'o> {
         })
     }
 
-    /// Where the departures of single elements stand among the numbers.
+    /// The ranges of the numbers that are departures of single elements.
     fn random_ranges(&self) -> Vec<Range<usize>> {
         let mut at = Nuisance::COUNT * self.observations.scans.len();
         let mut ranges = Vec::new();
@@ -280,7 +275,7 @@ impl<'o> Problem<'o> {
     }
 }
 
-/// Whether an effect's parameters are within what is plausible, and what repeats and dark readings allow.
+/// Whether an effect's parameters are plausible, and allowed by repeats and dark readings.
 pub(crate) fn is_plausible(
     observations: &Observations,
     context: &Context,
@@ -312,7 +307,7 @@ fn turned(
     turned
 }
 
-/// How the residuals change as one element's amplitude does.
+/// Derivative of the residuals by the amplitude of one element.
 fn along_element(
     slopes: &[Complex64],
     contributions: &[Vec<Vec<Complex64>>],
@@ -323,7 +318,7 @@ fn along_element(
     slopes.iter().zip(parts).map(|(slope, part)| (slope * part * change).re).collect()
 }
 
-/// How the residuals change as the pressures do, in one step of a parameter.
+/// Difference quotient of the residuals through the pressures, for one step of a parameter.
 fn along_pressures(
     slopes: &[Complex64],
     evaluation: &Evaluation,
@@ -336,7 +331,7 @@ fn along_pressures(
     slopes.iter().zip(changes.cycle()).map(|(slope, change)| (slope * change).re / step).collect()
 }
 
-/// How the residuals change as the logarithm of one scan's gain does.
+/// Derivative of the residuals by the logarithm of one scan's gain.
 fn along_gain(slopes: &[Complex64], evaluation: &Evaluation, scan: usize) -> Vec<f64> {
     let of_scans = evaluation.pressures.iter().enumerate();
     let pressures = of_scans.flat_map(|(n, drives)| drives.iter().flatten().map(move |p| (n, p)));

@@ -1,8 +1,8 @@
-//! Amplitudes or phases that differ from element to element: the spread that the readings speak for.
+//! Amplitudes or phases that differ from element to element: the spread with the greatest evidence.
 //!
 //! The departures are normal with one spread s, and integrated out. With g and H gradient and curvature of half the cost by the
-//! departures, the logarithm of the evidence is ½ gᵀ(H + s⁻²)⁻¹ g - ½ ln det(1 + s² H), which has its maximum at the
-//! spread that is taken.
+//! departures, the logarithm of the evidence is ½ gᵀ(H + s⁻²)⁻¹ g - ½ ln det(1 + s² H), whose maximum gives the
+//! spread.
 
 use fieldgap_acoustics::least_squares::Stopping;
 use nalgebra::{DMatrix, DVector};
@@ -23,7 +23,7 @@ const FACTOR: f64 = 1.5;
 /// Spread that a fit begins with, if no fit before it found one.
 const FIRST_SPREAD: f64 = 0.1;
 
-/// Rounds in which spread and departures settle.
+/// Iterations between spread and departures.
 const ROUNDS: usize = 4;
 
 /// Fits a set whose instance `number` is random, its spread found with it.
@@ -60,8 +60,8 @@ pub(crate) fn fit_with_spread(
     fitted
 }
 
-/// The same set, whose last instance is random, fitted from departures drawn at random. Where a field is weak a magnitude does not tell its
-/// sign, and a search that came there with the wrong one ends in a minimum that is not the least.
+/// The same set, whose last instance is random, fitted from random departures. Near a null of the field a magnitude does not give the sign, and a fit that starts
+/// with the wrong sign ends in a local minimum.
 pub(crate) fn from_elsewhere(
     stuck: &Fit,
     observations: &Observations,
@@ -81,8 +81,8 @@ pub(crate) fn from_elsewhere(
     (0..RESTARTS).into_par_iter().map(from).collect()
 }
 
-/// What a fit of random departures takes for a departure may be something that is wrong with single elements: the elements
-/// that stand out, as sets of one to three or as pairs, each with the values of the fit without their departures.
+/// Large departures may be faults of single elements. Returns the elements that stand out, as sets of one to three or as pairs, each with
+/// the values of the fit without their departures.
 pub(crate) fn in_place_of_departures(
     fit: &Fit,
     search: Search,
@@ -128,9 +128,9 @@ pub(crate) fn in_place_of_departures(
     sets.into_iter().map(without).collect()
 }
 
-/// A fit without its elements' departures of phase, which may be what a driver's steps leave; `None` if it has none.
+/// A fit without its elements' departures of phase, which may be rounding of the driver; `None` if it has none.
 pub(crate) fn without_phases(fit: &Fit) -> Option<Fit> {
-    let of_phases = |instance: &Instance| instance.effect.per_element() == PerElement::Phase;
+    let of_phases = |instance: &Instance| instance.effect.facts().per_element == PerElement::Phase;
     let number = fit.instances.iter().position(of_phases)?;
     let mut without = fit.clone();
     without.values[number].fill(0.0);
@@ -145,7 +145,7 @@ fn better_spread(fit: &Fit, number: usize) -> f64 {
     let block =
         covariance.view((range.start, range.start), (range.len(), range.len())).into_owned();
     let values = DVector::from_column_slice(&fit.values[number]);
-    // The curvature by the readings alone, all else free: the inverse of the block less what the prior put there.
+    // The curvature by the readings alone, all else free: the inverse of the block less the prior.
     let Some(with_prior) = block.cholesky().map(|c| c.inverse()) else { return spread };
     let curvature: DMatrix<f64> =
         &with_prior - DMatrix::identity(range.len(), range.len()) / (spread * spread);

@@ -1,4 +1,4 @@
-//! What readings say of an effect before it is fitted: how they would change with it, and what it promises.
+//! Rao's score statistic: what the readings say of an effect before it is fitted.
 
 use fieldgap_acoustics::least_squares::{Linearisation, Parameter as Unknown, dot};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -30,18 +30,18 @@ pub(crate) struct ScoreStatistic {
     pub downhill: DVector<f64>,
     /// Curvature by the readings alone.
     pub curvature: DMatrix<f64>,
-    /// What it would be along each if nothing else were fitted.
+    /// Its diagonal if nothing else were fitted.
     pub alone: DVector<f64>,
 }
 
 impl ScoreStatistic {
-    /// What the cost would fall by; `None` where some direction changes nothing.
+    /// The expected decrease of the cost; `None` where some direction changes nothing.
     pub fn gained(&self) -> Option<f64> {
         self.gained_beside(0.0)
     }
 
-    /// The same, where a direction of which the rest imitates all but a share of this size is not to gain from what the
-    /// derivatives are wrong by.
+    /// The same, robust against errors of the derivatives: a direction counts only if more than this share of it is not imitated by
+    /// the fitted parameters.
     pub fn gained_beside(&self, share: f64) -> Option<f64> {
         let curvature = &self.curvature + DMatrix::from_diagonal(&(share * &self.alone));
         Some(self.downhill.dot(&curvature.cholesky()?.solve(&self.downhill)))
@@ -60,8 +60,7 @@ impl<'o> ScoreStatistics<'o> {
         Self { observations, context, fit, numbers, unknowns, linear, evaluation, within }
     }
 
-    /// The derivatives by what is fitted already, a column each, and below them a row for each that is known beforehand: one over
-    /// its standard deviation.
+    /// The derivatives by the fitted parameters, one column each. Below them stands one row for each prior: one over its standard deviation.
     pub fn known_columns(&self) -> DMatrix<f64> {
         let readings = self.linear.residuals.len();
         let rows = readings + self.unknowns.len();
@@ -73,7 +72,7 @@ impl<'o> ScoreStatistics<'o> {
         columns
     }
 
-    /// The derivatives by the parameters of an effect, at values at which it must do nothing yet.
+    /// The derivatives by the parameters of an effect, at neutral values.
     pub fn columns_of(&self, effect: &'static dyn Effect, values: &[f64]) -> Vec<Vec<f64>> {
         let mut instances = self.fit.instances.clone();
         instances.push(Instance { effect, choice: Choice::None });
@@ -89,7 +88,7 @@ impl<'o> ScoreStatistics<'o> {
         problem.columns(&numbers, &unknowns, range, &self.evaluation)
     }
 
-    /// The derivatives by what is fitted already, but for departures of single elements, each with what it is called.
+    /// The derivatives by the fitted parameters except departures of single elements, each with its name.
     pub fn smooth_columns(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
         let nuisance = Nuisance::NAMES.into_iter().cycle();
         let nuisance = nuisance.take(Nuisance::COUNT * self.fit.nuisance.len());
@@ -123,12 +122,12 @@ impl<'o> ScoreStatistics<'o> {
         problem.slopes(&self.numbers, &self.evaluation)[..self.observations.len()].to_vec()
     }
 
-    /// What an effect promises that begins with these values, at which it must do nothing yet.
+    /// The statistic of an effect at neutral values.
     pub fn of_effect(&self, effect: &'static dyn Effect, values: &[f64]) -> ScoreStatistic {
         self.of_columns(&self.columns_of(effect, values))
     }
 
-    /// The curvature in what is fitted already, decomposed; `None` where some combination of it changes nothing.
+    /// The curvature in the fitted parameters, decomposed; `None` where some combination of it changes nothing.
     fn within(&self) -> Option<&Cholesky<f64, Dyn>> {
         let decomposed = || {
             let (known, old) = (self.numbers.len(), &self.linear.columns);
@@ -143,7 +142,7 @@ impl<'o> ScoreStatistics<'o> {
         self.within.get_or_init(decomposed).as_ref()
     }
 
-    /// What something promises by which the residuals change like this.
+    /// The statistic of a change of the residuals along these columns.
     pub fn of_columns(&self, columns: &[Vec<f64>]) -> ScoreStatistic {
         let known = self.numbers.len();
         let residuals = &self.linear.residuals;
@@ -155,7 +154,7 @@ impl<'o> ScoreStatistics<'o> {
             columns.len(),
             columns.iter().map(|column| -dot(column, residuals)),
         );
-        // What is already in it shares curvature and, where the fit is not quite at its minimum, slope.
+        // Remove the part shared with the fitted parameters, and their slope where the fit is not quite at its minimum.
         let curvature = match self.within() {
             Some(cholesky) => {
                 let known_downhill = DVector::from_fn(known, |i, _| {

@@ -235,6 +235,22 @@ pub(crate) struct Expected {
     pub variance_ratio: f64,
 }
 
+/// What the phases of a diagnosis ask about an effect.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Facts {
+    /// Where it acts.
+    pub stage: Stage,
+    /// What it asks about the robot's motion.
+    pub timing: Timing,
+    /// What differs from element to element.
+    pub per_element: PerElement,
+    /// Effects that a single scan mistakes for it. A test holds them against the Fisher information of a scan, where both act to first
+    /// order.
+    pub mimics: &'static [EffectId],
+    /// What shows it without a scan of the field, as a clause; `None` where nothing simple does.
+    pub independent_check: Option<&'static str>,
+}
+
 /// One effect of the catalogue.
 ///
 /// What every effect must say has no default. What acts at one point of the chain overrides the method of that point.
@@ -245,21 +261,8 @@ pub(crate) trait Effect: Sync {
     /// Its real parameters, as a fit works on them.
     fn parameters(&self) -> &'static [Parameter];
 
-    /// Where it acts.
-    fn stage(&self) -> Stage;
-
-    /// What it asks about the robot's motion.
-    fn timing(&self) -> Timing;
-
-    /// What differs from element to element.
-    fn per_element(&self) -> PerElement;
-
-    /// Effects that a single scan mistakes for it. A test holds them against the Fisher information of a scan where both act to first
-    /// order.
-    fn mimics(&self) -> &'static [EffectId];
-
-    /// What shows it without a scan of the field, as a clause; `None` where nothing simple does.
-    fn independent_check(&self) -> Option<&'static str>;
+    /// What the phases of a diagnosis ask about it.
+    fn facts(&self) -> Facts;
 
     /// What corrects it: a key of a set-up file, or a work at the rig.
     fn remedy(&self, simulator: Simulator) -> Remedy;
@@ -289,7 +292,7 @@ pub(crate) trait Effect: Sync {
         vec![Choice::None]
     }
 
-    /// Whether the cost is flat where the effect does nothing, or it does nothing nowhere: then its slope there says nothing about it.
+    /// Whether the slope at the neutral point says nothing about the effect: the cost is flat there, or there is no neutral point.
     fn begins_flat(&self, _context: &Context) -> bool {
         self.parameters().is_empty()
     }
@@ -304,7 +307,7 @@ pub(crate) trait Effect: Sync {
         false
     }
 
-    /// Whether it makes a reading differ from its own repeat. Then repeats must ask for it, or the residual must be near the noise.
+    /// Whether it makes a reading differ from its own repeat. It is considered only if repeats show it, or if the fit is near the noise.
     fn scatters_repeats(&self) -> bool {
         false
     }

@@ -71,19 +71,19 @@ impl<'c> ForwardModel<'c> {
         let mut sorted: Vec<usize> = (0..added.len()).collect();
         sorted.sort_by_key(|&number| added[number].effect.id());
         let at_stage = |stage: Stage| {
-            let of_stage = |number: &usize| added[*number].effect.stage() == stage;
+            let of_stage = |number: &usize| added[*number].effect.facts().stage == stage;
             sorted.iter().copied().filter(of_stage).collect::<Vec<_>>()
         };
         let scatters = |active: &Active<'_>| active.effect.changes_scatter(active.setting());
         let arrival = |active: &Active<'_>| {
-            matches!(active.effect.timing(), Timing::Direction | Timing::Velocity)
+            matches!(active.effect.facts().timing, Timing::Direction | Timing::Velocity)
         };
         Self {
             detector: at_stage(Stage::Detector),
             changes_scatter: added.iter().any(scatters),
             scatters_field: added
                 .iter()
-                .any(|active| active.effect.stage() == Stage::Field && scatters(active)),
+                .any(|active| active.effect.facts().stage == Stage::Field && scatters(active)),
             clips: !at_stage(Stage::Converter).is_empty(),
             depends_on_arrival: added.iter().any(|active| arrival(active) && !active.is_neutral()),
             sorted,

@@ -1,4 +1,4 @@
-//! The readings that a diagnosis works on, each with all that an effect may ask about it.
+//! The readings of a diagnosis, each with position, motion and time.
 
 use fieldgap_acoustics::{Simulation, Simulator, Vec3, golden_section};
 use fieldgap_comparison::Pose;
@@ -25,7 +25,7 @@ pub(crate) struct ObservedScan {
     pub averaged: f64,
     /// The scale on which they scatter by one.
     pub scale: NoiseScale,
-    /// What the receiver read in dark readings.
+    /// The dark readings.
     pub dark: Vec<f64>,
 }
 
@@ -42,8 +42,8 @@ pub(crate) struct ObservedDrive {
     pub readings: Vec<f64>,
     /// The same on the scale on which it scatters by one.
     pub stabilised: Vec<f64>,
-    /// How else the robot may have come to those visits that it did not reach in even steps along x: the first of a
-    /// row, one after a jump. There play may or may not have been taken up, and the speed is not the mean one.
+    /// Other possible arrivals at visits that were not reached in even steps along x: the first of a row, one after a jump. There play may or
+    /// may not have been taken up, and the speed is not the mean speed.
     pub otherwise: Vec<(usize, Visit)>,
 }
 
@@ -52,13 +52,13 @@ pub(crate) struct ObservedDrive {
 pub(crate) struct Visit {
     /// Number of the reading among all driven readings of its scan, in the order they were taken.
     pub number: usize,
-    /// Where it said it was, array's frame, m.
+    /// Reported position, array's frame, m.
     pub at_m: Vec3,
     /// Its mean velocity since the reading before, m/s.
     pub velocity_m_s: Vec3,
     /// Its last direction of travel along x: 1, -1, or 0 before it moved.
     pub x_direction: f64,
-    /// Whether it came in even steps along x.
+    /// Whether it arrived in even steps along x.
     pub even: bool,
     /// How far through the scan, 0 at the first driven reading to 1 at the last.
     pub progress: f64,
@@ -140,7 +140,7 @@ impl Observations {
                     .filter(|&index| kept(scan_number, &drive.visits[index]))
                     .collect();
                 drive.visits = indices.iter().map(|&index| drive.visits[index]).collect();
-                // (Before the scatter is judged nothing is stabilised.)
+                // (Empty until the scatter is judged.)
                 let take = |values: &[f64]| {
                     indices.iter().filter_map(|&i| values.get(i).copied()).collect()
                 };
@@ -169,7 +169,7 @@ impl Observations {
 }
 
 impl ObservedScan {
-    /// Takes readings to scatter like this.
+    /// Sets the scatter of the readings.
     pub fn set_scatter(&mut self, scatter: Scatter) {
         self.scale = NoiseScale::new(scatter.share, scatter.additive, self.averaged);
         for drive in &mut self.drives {
@@ -185,7 +185,7 @@ impl ObservedScan {
     }
 }
 
-/// How many magnitudes a reading of a scan is the mean of, by the middle of what the receiver says; one if it says nothing.
+/// How many magnitudes a reading of a scan is the mean of, the median of the recorded counts; one if there are none.
 fn averaged(scan: &RecordedScan) -> f64 {
     let counts = scan.samples.iter().filter_map(|sample| sample.spread.map(|spread| spread.count));
     let mut counts: Vec<_> = counts.collect();
@@ -193,7 +193,7 @@ fn averaged(scan: &RecordedScan) -> f64 {
     counts.get(counts.len() / 2).map_or(1.0, |&count| f64::from(count))
 }
 
-/// For each visit that was not reached in even steps, how it would look had it been, in either direction.
+/// For each visit not reached in even steps, the same visit with an even arrival from either side.
 fn otherwise(visits: &[Visit]) -> Vec<(usize, Visit)> {
     let mut speeds: Vec<f64> =
         visits.iter().filter(|visit| visit.even).map(|visit| visit.velocity_m_s.x.abs()).collect();

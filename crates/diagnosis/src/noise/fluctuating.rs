@@ -1,8 +1,9 @@
-//! Whether all readings together show turbulence: its speckle scatters readings as no steady noise does, most where paths are many
-//! and levels low.
+//! Whether all readings together show a fluctuating field: it scatters readings otherwise than steady noise does.
 //!
-//! A Gaussian likelihood of what readings scatter by, whose variance is a sum of what is in proportion, s² m², of the quadratures' a²
-//! and of the speckle's t²: all three are found by Fisher's scoring, dark readings telling a² besides (C. R. Rao, *Linear Statistical
+//! Turbulence scatters most where levels are low; a scattered position where the field is steep.
+//!
+//! The likelihood of the residuals is Gaussian. Their variance is the sum of a proportional part s² m², a quadrature part a² and the
+//! fluctuation's part. All three are found by Fisher's scoring; dark readings give information on a² (C. R. Rao, *Linear Statistical
 //! Inference*, section 5g).
 
 use nalgebra::{Matrix3, Vector3};
@@ -13,13 +14,13 @@ use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::reading_pairs::Pair;
 use crate::statistics::scatter::Scatter;
 
-/// Rounds of scoring, from no turbulence.
+/// Iterations of the scoring, from no fluctuation.
 const ROUNDS: usize = 8;
 
 /// Most change of a variance in one round, as a factor.
 const MOST_CHANGE: f64 = 3.0;
 
-/// The scatter with the turbulence that readings ask for beside a steady scatter at its own best; `None` if they do not.
+/// The scatter with a fluctuation, if the readings prefer it to steady scatter; else `None`.
 pub(crate) fn fluctuating(
     readings: &[Pair],
     dark: &DarkReadings,
@@ -40,7 +41,7 @@ pub(crate) fn fluctuating(
     (cost(steady) - least > FLUCTUATION_BY_ALL_READINGS).then_some(scatter)
 }
 
-/// The scatter at which readings and dark readings are likeliest, from a steady one.
+/// The likeliest scatter by driven and dark readings, starting from a steady one.
 fn scored(readings: &[Pair], dark: &DarkReadings, steady: &Scatter) -> Scatter {
     let mut scatter = steady.clone();
     for round in 0..ROUNDS {
@@ -102,7 +103,7 @@ mod tests {
     #[test]
     fn turbulence_is_told_from_noise_that_silence_knows() {
         let (pairs, dark) = drawn(0.1);
-        // What steady noise makes of the same: more than there is in dark readings.
+        // The fit of steady noise to the same readings: more than the dark readings show.
         let steady = Scatter { share: SHARE, additive: 0.0105, ..Scatter::default() };
         let found = fluctuating(&pairs, &dark, &steady).expect("it is seen");
         assert!((found.fluctuation / 0.1 - 1.0).abs() < 0.1, "{found:?}");

@@ -1,8 +1,6 @@
-//! How readings scatter about their mean: from dark readings and from points that were visited again.
+//! The scatter of readings about their mean, from dark readings and repeats.
 //!
-//! A level m reads |m + b (n₁ + i n₂)| (1 + a n₀) with standard normal n, so that dark readings reads Rayleigh's distribution and a
-//! strong signal scatters by √(a² m² + b²). A floor that the detector adds in power makes √(reading² + floor²) of it before
-//! the share in proportion comes in: quadrature noise is the smaller beside a floor, and the share is not.
+//! The model of a reading stands in [`Scatter`]'s module.
 
 use crate::limits::{
     DARK_NOISE_FACTOR, FEWEST_REPEATS, FLOOR_MARGIN, FLUCTUATION_BY_REPEATS, LEAST_ADDITIVE_NOISE,
@@ -18,24 +16,23 @@ use crate::statistics::noise_scale::LEAST_SHARE;
 use crate::statistics::reading_pairs::{Level, Pair, cost};
 use crate::statistics::scatter::Scatter;
 
-/// What is known of a share beforehand, in nats: receivers scatter by some percent, give or take a factor of three.
+/// Prior of the proportional noise, in nats: some percent, within a factor of e.
 fn against_share(share: f64) -> f64 {
     0.5 * (share / USUAL_PROPORTIONAL_NOISE).ln().powi(2)
 }
 
-/// The least silent reading, or the floor that dark readings show, and some more, as both are read with an error.
+/// The least dark reading, or the floor that dark readings show, with a margin for their error.
 fn most_floor(dark: &DarkReadings, known: f64, additive: f64) -> f64 {
     dark.least().max(known) * (1.0 + FLOOR_MARGIN) + FLOOR_MARGIN * additive
 }
 
 /// Judges the scatter of a scan, given what each reading should have been, drive by drive.
 ///
-/// The additive part is the dark readings'; the share is known by visits that came again to a point, the turbulence by
-/// the way in which their scatter depends on the level. Where no point was visited again, the fine structure
-/// of the residual along the rows stands for both: an upper bound.
+/// Dark readings give the additive part. Repeats give the proportional part, and a fluctuation by how their scatter depends on the
+/// level. Without repeats the fine structure of the residual along the rows gives an upper bound of both.
 pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
     let rough = roughness(scan, levels);
-    // A converter with coarse steps reads dark readings as nothing at all.
+    // A converter with coarse steps makes every dark reading zero.
     let largest = scan.drives.iter().flat_map(|d| &d.readings).fold(0.0f64, |a, r| a.max(*r));
     let lowest = (LEAST_ADDITIVE_NOISE * largest).max(f64::MIN_POSITIVE);
     let dark = DarkReadings::of(&scan.dark, scan.averaged);
@@ -44,7 +41,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     let mut pairs = pairs_beside(scan, levels, known.floor);
     let beside_floor = known.floor > 0.0 && scan.averaged == 1.0 && pairs.len() >= FEWEST_REPEATS;
     if let Some(dark) = dark.as_ref().filter(|_| beside_floor) {
-        // Beside a floor dark readings scatters by the share, too: both are found from dark readings and repeats together.
+        // Beside a floor, dark readings have proportional noise too, so both parts are found from dark readings and repeats together.
         let most_share = (ROUGHNESS_FACTOR * rough.0).max(10.0 * LEAST_SHARE);
         let of = |additive: f64| {
             least(LEAST_SHARE, most_share, |share| {
@@ -106,14 +103,13 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         return Scatter { share, fluctuation, cause, ..scatter }.with_limits();
     }
     let (additive, share) = (steady_additive, steady(steady_additive).0);
-    // Repeats also differ by what the model of them leaves out (a lag, a drift); the residual's fine structure along
-    // the rows does less so, if it is rougher than the noise by less.
+    // Effects that the model leaves out (a lag, a drift) make repeats differ too. The fine structure of the residual along the rows
+    // is less sensitive to them and bounds the result.
     let share = share.min(ROUGHNESS_FACTOR * rough.0);
     Scatter { share, additive, ..scatter }.with_limits()
 }
 
-/// The scatter of a scan, share and additive part moved to where all its readings, dark readings and repeats together are
-/// likeliest, as far as dark readings and repeats allow.
+/// The scatter of a scan at the maximum likelihood of all its readings, within the range that dark readings and repeats allow.
 pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatter) -> Scatter {
     let Some(dark) = DarkReadings::of(&scan.dark, scan.averaged) else { return judged };
     let averaged_beside_floor = judged.floor > 0.0 && scan.averaged > 1.0;
@@ -127,7 +123,7 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
             if *reading >= full_scale {
                 continue;
             }
-            // A reading scatters by half of what a difference of two does.
+            // The variance of a reading is half that of a difference of two.
             let difference = 2f64.sqrt() * (reading - level.reading);
             known.push(Pair::new(*level, scan.averaged, judged.floor, difference));
         }
@@ -144,7 +140,7 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     };
     let of = |share: f64, additive: f64| steady(&known, share, additive) + against(share, additive);
     let least_against = against(judged.share, judged.additive);
-    // What one may be depends on what the other is: beside a floor dark readings show a sum of both.
+    // The two limits depend on each other: beside a floor dark readings give a sum of both.
     let either = |at: f64, against: &dyn Fn(f64) -> f64| {
         least(at / NOISE_SEARCH_FACTOR, at * NOISE_SEARCH_FACTOR, against).1
     };
@@ -175,7 +171,7 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     fluctuating.unwrap_or(steady).with_limits()
 }
 
-/// Share and additive part as the residual's third differences along evenly spaced visits tell them: their square is 20
+/// Proportional and additive part from third differences of the residual along evenly spaced visits: the mean square of these is 20
 /// times the variance of white noise.
 fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
     let full_scale = full_scale(scan);
@@ -203,7 +199,7 @@ fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
     }
     known.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (low, high) = known.split_at(known.len() / 2);
-    // Medians, as a gap is rough in some places: of the square of a normal number, 0.455 times its mean.
+    // Medians are robust where a gap is rough. The median of a squared normal number is 0.455 times its mean.
     let middle = |part: &[(f64, f64)]| {
         let mut variances: Vec<f64> = part.iter().map(|(_, variance)| *variance).collect();
         variances.sort_by(f64::total_cmp);

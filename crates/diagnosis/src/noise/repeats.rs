@@ -6,7 +6,7 @@ use crate::limits::READINGS_AT_FULL_SCALE;
 use crate::model::observations::ObservedScan;
 use crate::statistics::reading_pairs::{Level, Pair};
 
-/// Visits that came again to a point, at the mean of what both read: what should have been read may be far off yet.
+/// Repeated visits of a point, with the mean of both readings as their level, since the expected reading may still be far off.
 pub(crate) fn pairs_beside(scan: &ObservedScan, levels: &[Vec<Level>], floor: f64) -> Vec<Pair> {
     /// Nanometres within which two visits are of one point.
     const SAME_NM: f64 = 1e4;
@@ -30,8 +30,7 @@ pub(crate) fn pairs_beside(scan: &ObservedScan, levels: &[Vec<Level>], floor: f6
     pairs
 }
 
-/// The reading at which a converter's scale ends, where several readings stand exactly there: how they scatter is not seen. Infinite if
-/// none is seen to end.
+/// The full scale of the converter, if several readings equal it: their scatter is not visible. Infinite otherwise.
 pub(crate) fn full_scale(scan: &ObservedScan) -> f64 {
     let readings = || scan.drives.iter().flat_map(|drive| &drive.readings);
     let largest = readings().copied().fold(0.0, f64::max);

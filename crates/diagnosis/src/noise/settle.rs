@@ -1,4 +1,4 @@
-//! What each reading should have been under a fit, to judge the readings' scatter by.
+//! The scatter of every scan, judged by the readings expected of a forward model.
 
 use crate::effect_id::EffectId;
 use crate::effects::{effect, turbulence};
@@ -11,8 +11,7 @@ use crate::model::pressure::Pressure;
 use crate::noise::judge::{judge_scatter, settled};
 use crate::statistics::reading_pairs::Level;
 
-/// Judges the scatter of every scan anew, by what a fit says that readings should have been; where it has `fitted` them,
-/// what it leaves is used too.
+/// Judges the scatter of every scan again, by the expected readings. If the model is `fitted`, its residuals are used too.
 pub(crate) fn settle_scatter(
     observations: &mut Observations,
     model: &ForwardModel<'_>,
@@ -27,7 +26,7 @@ pub(crate) fn settle_scatter(
     }
 }
 
-/// What each reading should have been, and what a unit of each fluctuation scatters of it: by scan, drive and visit.
+/// The expected readings and their scatter for a unit of each fluctuation, by scan, drive and visit.
 fn levels(
     observations: &Observations,
     model: &ForwardModel<'_>,

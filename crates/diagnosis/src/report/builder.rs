@@ -184,7 +184,7 @@ impl ReportBuilder<'_> {
         }
     }
 
-    /// How far the excess chi-square falls as the effects of the best set come in, in the order of what each takes alone.
+    /// The decrease of the excess chi-square as the effects of the best set are added, in their order.
     fn waterfall(&self) -> Vec<WaterfallStep> {
         let n = self.observations.len() as f64;
         let excess = |scored: &ScoredModel| (scored.fit.cost - n).max(0.0);
@@ -204,7 +204,7 @@ impl ReportBuilder<'_> {
                 ids.sort_unstable();
                 ids == set
             };
-            // (The search came by each of these sets on its way.)
+            // (The search fitted each of these sets.)
             let now = self.scored.iter().find(same).map_or(rest, excess).min(rest);
             steps.push(WaterfallStep { effect: Some(id), share: (rest - now) / whole });
             rest = now;
@@ -230,7 +230,7 @@ fn fitted(fit: &Fit) -> Vec<Vec<Estimate>> {
                 .map(|(&value, index)| Estimate { value, error: error(index) })
                 .collect();
             if spread.is_finite() {
-                // So many draws tell a spread to one in √2n.
+                // A spread from n draws has a relative error of 1/√(2n).
                 let error = spread / (2.0 * values.len() as f64).sqrt();
                 fitted.push(Estimate { value: *spread, error });
             }

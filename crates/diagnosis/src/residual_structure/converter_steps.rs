@@ -1,5 +1,4 @@
-//! Whether the converter's steps are too coarse for the noise: then it hides them no longer, and readings are wrong by
-//! what rounds them.
+//! Whether the steps of the converter are too coarse for the noise to hide their rounding errors.
 
 use crate::limits::{FEWEST_FOR_STEPS, LAST_DIGIT, MISSED_STEP};
 use crate::model::observations::Observations;
@@ -13,7 +12,7 @@ pub(crate) struct ConverterSteps {
 }
 
 impl ConverterSteps {
-    /// The steps that readings come in; `None` if they do not.
+    /// The step of the readings; `None` if they have none.
     pub fn of(observations: &Observations) -> Option<Self> {
         let (mut sum, mut count, mut coarsest) = (0.0, 0.0, 0.0);
         for scan in &observations.scans {
@@ -31,7 +30,7 @@ impl ConverterSteps {
     }
 }
 
-/// The step that all readings are a number of apart, in their unit, whatever is below `last_digit`.
+/// The step of which all differences between readings are multiples, in their unit; differences below `last_digit` are ignored.
 fn step(mut readings: Vec<f64>, last_digit: f64) -> Option<f64> {
     readings.sort_by(f64::total_cmp);
     let first = *readings.first()?;
@@ -46,7 +45,7 @@ fn step(mut readings: Vec<f64>, last_digit: f64) -> Option<f64> {
             return None;
         }
         if steps > 0.0 {
-            // The farther, the less its last digit matters.
+            // The relative error of the last digit falls with the distance.
             step = beyond / steps;
         }
     }

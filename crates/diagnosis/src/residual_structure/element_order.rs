@@ -1,4 +1,4 @@
-//! Whether departures that were taken for random from element to element have an order: then they have one cause.
+//! Whether departures fitted as random from element to element have a spatial order, and so a common cause.
 //!
 //! A bowed array gives phases that grow with the squared radius, a sagging supply amplitudes graded along the rows,
 //! crosstalk differs between edge and middle. Random ones do neither.
@@ -19,8 +19,8 @@ pub(crate) fn order_of_elements(observations: &Observations, fit: &Fit) -> Optio
         .map(|(instance, values)| {
             let places: Vec<(f64, f64)> =
                 elements.iter().map(|element| (element.centre_m.x, element.centre_m.y)).collect();
-            // Phases that grow along x or y only steer the beam: a shift of the scan takes them up.
-            let with_slopes = instance.effect.per_element() == PerElement::Amplitude;
+            // Phases that grow along x or y steer the beam, which a shift of the scan absorbs.
+            let with_slopes = instance.effect.facts().per_element == PerElement::Amplitude;
             order(&places, values, with_slopes).max(likeness(&places, values))
         })
         .max_by(f64::total_cmp)

@@ -1,11 +1,11 @@
-//! What a fit leaves: the residuals, and tests for structure in them.
+//! The residuals of a fit, and tests for structure in them.
 //!
 //! - [`test`]: a test of the residuals, with its limit.
 //! - [`patterns`]: neighbours, ripples, slow patterns, repeats, whole planes.
 //! - [`element_order`]: whether departures of single elements have an order.
 //! - [`converter_steps`]: whether the converter's steps are too coarse for the noise.
-//! - [`score_tests`]: causes that the catalogue does not have, asked one by one.
-//! - [`stray_wave`]: a wave from where no element is.
+//! - [`score_tests`]: score tests for causes outside the catalogue.
+//! - [`stray_wave`]: a wave from a place without an element.
 
 pub mod converter_steps;
 pub mod element_order;
@@ -23,7 +23,7 @@ use crate::residual_structure::converter_steps::ConverterSteps;
 use crate::residual_structure::element_order::order_of_elements;
 use crate::residual_structure::test::{Kind, Test};
 
-/// What a fit leaves.
+/// The residuals of a fit and their tests.
 pub(crate) struct ResidualStructure {
     /// By reading, in standard deviations.
     pub residuals: Vec<f64>,
@@ -32,14 +32,14 @@ pub(crate) struct ResidualStructure {
 }
 
 impl ResidualStructure {
-    /// By a fit, with all that is asked of it.
+    /// Of a fit, with all tests.
     pub fn of(fit: &Fit, observations: &Observations, context: &Context) -> Self {
         let Self { residuals, mut tests } = Self::patterns_only(fit, observations, context);
         tests.extend(of_one_thing(fit, observations, context, &residuals));
         Self { residuals, tests }
     }
 
-    /// By a fit, with the patterns in it, but no causes asked for one by one.
+    /// Of a fit, with the tests for patterns only.
     pub fn patterns_only(fit: &Fit, observations: &Observations, context: &Context) -> Self {
         let residuals = residuals_of(fit, observations, context);
         let plain = |kind: Kind, limit: f64| {
@@ -69,8 +69,8 @@ fn residuals_of(fit: &Fit, observations: &Observations, context: &Context) -> Ve
     model.residuals(observations, &pressures, &fit.nuisance).scaled
 }
 
-/// The tests that ask for one thing each; none beside turbulence, whose speckle comes from everywhere and differs over the field by
-/// itself. Where it matters how the robot came, they are asked of the readings of which that is known: the others follow no slope.
+/// The tests for single causes. A fluctuating field excludes them, because its speckle imitates them. Where the arrival of the robot
+/// matters, they use only readings whose arrival is known, because the others have no derivative.
 fn of_one_thing(
     fit: &Fit,
     observations: &Observations,

@@ -1,4 +1,4 @@
-//! Whether what a fit leaves is noise: tests for structure, each as a z-score.
+//! Tests for patterns in the residuals, each as a z-score.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -16,7 +16,7 @@ struct DriveResiduals<'o> {
 /// Names and z-scores of the tests for patterns.
 pub(crate) fn z_scores(observations: &Observations, residuals: &[f64]) -> Vec<(&'static str, f64)> {
     let by_drive = by_drive(observations, residuals);
-    // Structure is judged against the residual's own size, so that a noise judged a little wrong is none.
+    // Normalised by the mean square of the residuals, so that a slightly misjudged noise is not a pattern.
     let power = mean_square(residuals);
     vec![
         ("neighbours alike", neighbours(&by_drive, power)),
@@ -44,7 +44,7 @@ fn by_drive<'o>(observations: &'o Observations, residuals: &'o [f64]) -> Vec<Dri
         .collect()
 }
 
-/// The mean square against one, in units of what it scatters by; the noise itself is known only to some percent.
+/// The mean square minus one, in its standard deviations; the noise itself is known only to some percent.
 pub(crate) fn scatter(observations: &Observations, residuals: &[f64]) -> f64 {
     let known: usize = observations.scans.iter().map(|scan| scan.scatter.pairs.len()).sum();
     let dark: usize = observations.scans.iter().map(|scan| scan.dark.len()).sum();
@@ -61,13 +61,13 @@ fn neighbours(by_drive: &[DriveResiduals<'_>], power: f64) -> f64 {
     if count > 0.0 { products / (power * f64::sqrt(count)) } else { 0.0 }
 }
 
-/// Products of residuals at every distance up to some steps: waves that are shorter than a focus show as points that are alike at one
-/// distance and unlike at another. (Of a series of residuals the test of G. M. Ljung and G. E. P. Box, Biometrika 65, 297, 1978.)
+/// Products of residuals at every distance up to some steps: fringes finer than a focus give positive correlation at one
+/// distance and negative at another. (Of a series of residuals the test of G. M. Ljung and G. E. P. Box, Biometrika 65, 297, 1978.)
 fn ripples(by_drive: &[DriveResiduals<'_>], power: f64) -> f64 {
     /// Steps, along x and along y.
     const FARTHEST: i64 = 3;
     let side = 2 * FARTHEST + 1;
-    // One of every two distances that are opposite.
+    // One of each pair of opposite distances.
     let apart = (1..=side * side / 2).map(|n| {
         let middle = n + side * side / 2;
         (middle / side - FARTHEST, middle % side - FARTHEST)
@@ -82,7 +82,7 @@ fn ripples(by_drive: &[DriveResiduals<'_>], power: f64) -> f64 {
     z_of_sum_of_squares(squares, distances)
 }
 
-/// Sum and number of the products of residuals that stand so many steps apart along x and y, for each of these.
+/// Sum and number of the products of residuals at each of these distances, in steps along x and y.
 fn products_apart(
     by_drive: &[DriveResiduals<'_>],
     apart: impl IntoIterator<Item = (i64, i64)>,
@@ -112,7 +112,7 @@ fn products_apart(
     sums.into_iter().map(|(_, sums)| sums).collect()
 }
 
-/// Chi-square that slow patterns across the planes hold beyond what noise does.
+/// Chi-square of slow patterns across the planes beyond that of noise.
 pub(crate) fn in_slow_patterns(observations: &Observations, residuals: &[f64]) -> f64 {
     let (energy, count) = energy_of_slow_patterns(&by_drive(observations, residuals));
     (energy - count).max(0.0)
@@ -124,7 +124,7 @@ fn slow_patterns(by_drive: &[DriveResiduals<'_>], power: f64) -> f64 {
     z_of_sum_of_squares(energy / power, count)
 }
 
-/// Sum of squares of the lowest cosines' amplitudes across each plane, each of variance one in noise, and how many there are.
+/// Sum of squares of the lowest cosines' amplitudes across each plane, each of variance one for noise, and their number.
 fn energy_of_slow_patterns(by_drive: &[DriveResiduals<'_>]) -> (f64, f64) {
     /// Cosines along each axis.
     const ORDERS: usize = 7;
@@ -227,8 +227,8 @@ mod tests {
         ObservedDrive { focus: 0, believed, visits, readings, stabilised, otherwise }
     }
 
-    /// Sound that a wall beside the field returns makes fringes of half a wavelength, here 2.1 steps: neighbours are unlike, and what is
-    /// slow across a plane sees none of it.
+    /// Sound reflected by a wall beside the field makes fringes of half a wavelength, here 2.1 steps: neighbours are not correlated, and slow
+    /// patterns do not show them.
     #[test]
     fn fringes_far_below_the_noise_are_ripples_and_noise_is_none() {
         let drive = planes_of_points();

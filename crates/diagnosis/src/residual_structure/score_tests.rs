@@ -1,8 +1,8 @@
-//! Whether what a fit leaves leans the way of causes that the catalogue does not have.
+//! Score tests for causes outside the catalogue.
 //!
-//! The slope of the likelihood along a direction that was not fitted is zero but for noise if nothing lies that way, and its
-//! variance is known (C. R. Rao's score test, Proc. Camb. Phil. Soc. 44, 50, 1948). What was fitted is taken out of each direction, so
-//! that a cause passes which the fit imitates, and what it cannot imitate shows with hardly a loss.
+//! Along a direction that was not fitted, the slope of the likelihood is zero except for noise of known variance (C. R. Rao, Proc. Camb.
+//! Phil. Soc. 44, 50, 1948). The fitted directions are projected out of each direction. A cause that the fit can imitate is not seen;
+//! any other shows nearly undiminished.
 
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -18,37 +18,37 @@ use crate::residual_structure::patterns::mean_square;
 use crate::residual_structure::test::Test;
 use crate::statistics::significance::{less_by_chance, z_of_sum_of_squares};
 
-/// Effects of which something is asked besides what was fitted: the air's, which is the first to change.
+/// Effects that are tested in addition to the fitted ones: those of the air, which changes first.
 const OF_THE_AIR: [EffectId; 2] = [EffectId::SoundSpeed, EffectId::Flow];
 
-/// Cosines over the time of a scan: with four, what changes at one moment shows nine tenths of itself.
+/// Cosines over the time of a scan: four contain nine tenths of the power of a step.
 const ORDERS: usize = 4;
 
 /// The same over the field, along each axis.
 const ORDERS_OF_PLACE: usize = 2;
 
-/// Smooth ways for elements to differ over an array that is one across.
+/// Smooth functions of the place of an element, over an array of unit size.
 const GRADED: [fn(f64, f64) -> f64; 5] =
     [|x, _| x, |_, y| y, |x, y| x * x + y * y, |x, y| x * x - y * y, |x, y| x * y];
 
-/// The tests of a fit that leaves these residuals.
+/// The tests of a fit with these residuals.
 pub(crate) fn tests(scores: &ScoreStatistics<'_>, residuals: &[f64]) -> Vec<Test> {
     let asked = Asked { scores, power: mean_square(residuals), directions: directions(scores) };
     let tests = [asked.on_the_way(), asked.over_the_field(), asked.screws()];
     asked.graded_elements().into_iter().chain(tests).collect()
 }
 
-/// A fit of which something is asked.
+/// A fit under test.
 struct Asked<'p, 'o> {
     scores: &'p ScoreStatistics<'o>,
     /// Mean square of the residuals.
     power: f64,
-    /// How readings change with what may differ, and what that is.
+    /// Derivatives of the readings, each with the name of its quantity.
     directions: Vec<(&'static str, Vec<f64>)>,
 }
 
-/// How readings change with what was fitted, and with the air. What changes how they scatter is left out: its slope is not a sum of
-/// what each reading adds by itself.
+/// Derivatives of the readings by the fitted quantities and by those of the air. Quantities that change the scatter are left out: their
+/// slope is not a sum over readings.
 fn directions(scores: &ScoreStatistics<'_>) -> Vec<(&'static str, Vec<f64>)> {
     let held = scores.fit.ids();
     let asked = OF_THE_AIR.into_iter().filter(|id| !held.contains(id));
@@ -68,8 +68,8 @@ fn directions(scores: &ScoreStatistics<'_>) -> Vec<(&'static str, Vec<f64>)> {
 }
 
 impl Asked<'_, '_> {
-    /// Whether amplitudes or phases go smoothly across the array: a board that is bowed, a supply that sags. Phases with a slope only
-    /// steer the beam, which the catalogue has. Departures that were fitted have a test of their own.
+    /// Whether amplitudes or phases vary smoothly across the array: a bowed board, a sagging supply. A linear slope of phases only steers the
+    /// beam, which the catalogue covers. Fitted departures have a test of their own.
     fn graded_elements(&self) -> Option<Test> {
         let scores = self.scores;
         let elements = scores.observations.first().believed.array.elements();
@@ -93,8 +93,8 @@ impl Asked<'_, '_> {
         Some(Test::of_one_thing("elements graded across the array", self.z(&directions), None))
     }
 
-    /// Whether what was fitted, or the air, is another later than at first (F. Nyblom, J. Am. Stat. Assoc. 84, 223, 1989, of
-    /// parameters in general): a step of gain, a wind that sets in, a room that cools.
+    /// Whether a fitted quantity, or the air, changes during the scan (parameter constancy: F. Nyblom, J. Am. Stat. Assoc. 84, 223, 1989): a
+    /// step of gain, a wind that sets in, a room that cools.
     fn on_the_way(&self) -> Test {
         let cosines =
             |order: usize| self.at_visits(|visit| (PI * order as f64 * visit.progress).cos());
@@ -102,7 +102,7 @@ impl Asked<'_, '_> {
         self.of_directions("a set-up that changes on the way", &over_time)
     }
 
-    /// Whether it is another here than there: warm air over a device, an axis that is bent.
+    /// Whether it changes over the field: warm air over a device, a bent axis.
     fn over_the_field(&self) -> Test {
         let mut over_field = Vec::new();
         for axis in 0..3 {
@@ -114,20 +114,20 @@ impl Asked<'_, '_> {
                 }));
             }
         }
-        // (So many directions find what small flaws of the formulas there are.)
+        // (This many directions also find small errors of the formulas.)
         Test {
             limit: PATTERN_LIMIT,
             ..self.of_directions("a set-up that differs over the field", &over_field)
         }
     }
 
-    /// Whether an axis runs ahead and behind again and again: a lead screw that is bent or badly cut.
+    /// Whether the position along an axis has a periodic error: a bent or badly cut lead screw.
     fn screws(&self) -> Test {
         let shifts = self.scores.shift_columns();
         let mut found = Vec::new();
         for (axis, name) in ["x", "y"].into_iter().enumerate() {
             let (along_m, [from_m, to_m]) = self.along(axis);
-            // Half a turn over the field more, each time.
+            // Each period adds half a turn over the field.
             let turns = (1..).map(|n| 0.5 * f64::from(n) / (to_m - from_m).max(LONGEST_LEAD_M));
             let turns = turns
                 .skip_while(|turns| *turns < 1.0 / LONGEST_LEAD_M)
@@ -143,7 +143,7 @@ impl Asked<'_, '_> {
         rarest("a screw that is out of true", found)
     }
 
-    /// Whether something is stronger and weaker over the readings, in any of some shapes.
+    /// Whether a quantity varies over the readings in one of these shapes.
     fn of_directions(&self, name: &'static str, shapes: &[Vec<f64>]) -> Test {
         let found = self
             .directions
@@ -152,13 +152,13 @@ impl Asked<'_, '_> {
         rarest(name, found.collect())
     }
 
-    /// Something of every visit, in the order of the readings.
+    /// A function of every visit, in the order of the readings.
     fn at_visits(&self, of: impl Fn(&Visit) -> f64) -> Vec<f64> {
         let drives = self.scores.observations.scans.iter().flat_map(|scan| &scan.drives);
         drives.flat_map(|drive| drive.visits.iter().map(&of)).collect()
     }
 
-    /// Where every visit is along an axis, and from where to where they are, m.
+    /// The position of every visit along an axis, and their range, m.
     fn along(&self, axis: usize) -> (Vec<f64>, [f64; 2]) {
         let along_m = self.at_visits(|visit| visit.at_m[axis]);
         let from_m = along_m.iter().copied().fold(f64::INFINITY, f64::min);
@@ -168,20 +168,20 @@ impl Asked<'_, '_> {
 
     fn z_of_shapes(&self, direction: &[f64], shapes: &[Vec<f64>]) -> f64 {
         let shaped = |shape: &Vec<f64>| -> Vec<f64> {
-            // (Behind the readings stand the charges for their variances, in the same order.)
+            // (The variance terms follow the readings, in the same order.)
             direction.iter().zip(shape.iter().cycle()).map(|(d, s)| d * s).collect()
         };
         self.z(&shapes.iter().map(shaped).collect::<Vec<_>>())
     }
 
-    /// How rare the sum of squares is that residuals show along directions, which belong together.
+    /// Significance of the residuals' sum of squares along a group of directions.
     fn z(&self, directions: &[Vec<f64>]) -> f64 {
         let gained = self.scores.of_columns(directions).gained_beside(IMITATED).unwrap_or(0.0);
         z_of_sum_of_squares(gained / self.power, directions.len() as f64)
     }
 }
 
-/// The rarest of what was found, with what it is a sign of.
+/// The most significant result, with its interpretation.
 fn rarest(name: &'static str, found: Vec<(f64, String)>) -> Test {
     let count = found.len() as f64;
     let rarest = found.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));

@@ -1,9 +1,9 @@
-//! Whether what a fit leaves holds a wave that comes from where no element is: a thing in the field that scatters, a wall beside it.
+//! Whether the residuals contain a wave from a place without an element: an object that scatters, a wall beside the field.
 //!
-//! What a reading is beyond the expected one is how much louder a stray wave makes it, whose phase against the believed pressure is
-//! known for any place that it may come from. So the residuals, each with the phase that the believed pressure has there, are sent
-//! back into the room (as a hologram is: J. D. Maynard, E. G. Williams, Y. Lee, J. Acoust. Soc. Am. 78, 1395, 1985), and where it comes
-//! from they meet in phase. By the kernel's own sums: readings radiate, places hear.
+//! A stray wave changes a reading by an amount that depends on its phase relative to the expected pressure. For each possible source this
+//! phase is known. The residuals, with the phase of the expected pressure, are therefore propagated back into the room, as in acoustic
+//! holography (J. D. Maynard, E. G. Williams, Y. Lee, J. Acoust. Soc. Am. 78, 1395, 1985); at the source they add in phase. The field
+//! kernel computes the sums, with the readings as sources.
 
 use fieldgap_acoustics::{
     Array, Element, FieldKernel, PathLengths, Precision, Vec3, transducer::Piston,
@@ -22,7 +22,7 @@ use crate::residual_structure::patterns::mean_square;
 use crate::residual_structure::test::Test;
 use crate::statistics::significance::{less_by_chance, z_of_sum_of_squares};
 
-/// Steps between places within the field and beside it, across and up, m: half of what a scan tells apart there.
+/// Steps between places within the field and beside it, across and up, m: half the resolution of a scan there.
 const WITHIN_M: (f64, f64) = (4e-3, 5e-3);
 const BESIDE_M: (f64, f64) = (10e-3, 15e-3);
 
@@ -32,14 +32,14 @@ const MOST_WITHIN: f64 = 60e3;
 /// How far the field reaches beyond the outermost readings, m.
 const MARGIN_M: f64 = 10e-3;
 
-/// One reading in so many is asked what noise makes at a place.
+/// The variance by noise is estimated from one reading in this many.
 const ONE_IN: usize = 7;
 
-/// Radius of a face that radiates alike in all directions, m.
+/// Radius of an omnidirectional face, m.
 const POINT_M: f64 = 1e-5;
 
-/// The test for the strongest stray wave in what a fit leaves, whose residuals are these; `None` if there is nowhere it may come
-/// from. Readings are asked for waves from below them.
+/// The test for the strongest stray wave in these residuals; `None` if there is no possible source. Only waves from below the readings
+/// are considered.
 pub(crate) fn test(scores: &ScoreStatistics<'_>, residuals: &[f64]) -> Option<Test> {
     let ScoreStatistics { observations, context, fit, .. } = scores;
     let model = fit.model(context);
@@ -75,8 +75,7 @@ fn drives<'o>(
     scans.flat_map(|(scan, nuisance)| scan.drives.iter().map(move |drive| (drive, nuisance)))
 }
 
-/// How well the residuals of one drive, each with its slope by the pressure, meet at each place: of noise, the sum of two squares of
-/// variance one.
+/// The back-propagated power of one drive's residuals at each place; for noise the sum of two squares of variance one.
 fn met(
     model: &ForwardModel,
     drive: &ObservedDrive,
@@ -84,7 +83,7 @@ fn met(
     radiated: &[(f64, Complex64)],
     places_m: &[Vec3],
 ) -> Vec<f64> {
-    // Readings look down, where most of what strays comes from; the kernel's elements look up, so all stands on its head.
+    // Stray waves come from below the readings, but the kernel's elements radiate upwards: everything is mirrored in z.
     let on_its_head = |at_m: &Vec3| Vec3::new(at_m.x, at_m.y, -at_m.z);
     let readings_m: Vec<Vec3> =
         model.places(&drive.visits, nuisance).iter().map(on_its_head).collect();
@@ -106,7 +105,7 @@ fn met(
         .with_precision(Precision::Single);
     let places_m: Vec<Vec3> = places_m.iter().map(on_its_head).collect();
     let met = kernel.at(&places_m);
-    // (What noise alone makes there hardly changes from reading to reading.)
+    // (The variance by noise hardly changes from reading to reading.)
     let some: Vec<(Vec3, f64)> = readings_m
         .into_iter()
         .zip(radiated)

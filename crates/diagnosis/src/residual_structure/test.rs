@@ -2,29 +2,29 @@
 
 use crate::limits::SINGLE_CAUSE_LIMIT;
 
-/// A test of what a fit leaves.
+/// A test of the residuals of a fit.
 #[derive(Debug, Clone)]
 pub(crate) struct Test {
     /// What is looked for.
     pub name: &'static str,
     /// Standard deviations from what noise alone gives; of a converter's steps, their rounding error.
     pub z: f64,
-    /// From where on it is structure.
+    /// The limit from which on it is structure.
     pub limit: f64,
-    /// What it is a sign of, as far as the readings say.
+    /// The interpretation, as far as the readings allow one.
     pub sign_of: Option<String>,
     /// What kind of structure it is.
     pub kind: Kind,
 }
 
-/// Kinds of structure, by what may excuse it.
+/// Kinds of structure, by what may account for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// Of a gap that is many times the noise it may be a formula's own error.
+    /// In a gap many times the noise it may be an error of a formula.
     Pattern,
-    /// No formula is so wrong.
+    /// No error of a formula accounts for it.
     NoFlaw,
-    /// What the receiver's converter does to every reading: it matters to a gap that is not much larger.
+    /// Rounding by the converter: it matters for a gap that is not much larger.
     Converter,
 }
 

@@ -1,10 +1,9 @@
-//! How much the readings speak for a set of effects, whatever its parameters are.
+//! The evidence for a set of effects: its likelihood integrated over its parameters.
 //!
-//! The logarithm of the evidence is that of the likelihood at its best less what the parameters' freedom costs. With u the size
-//! of an effect in standard deviations of its own parameters, and a prior that holds every order of magnitude of u
-//! for equally likely and every direction too, p parameters cost p ln u + ln(L S_p) - (p/2) ln 2π (Laplace's method; S_p the
-//! surface of the unit sphere, L the span of ln u). So nothing depends on an arbitrary width of a prior, and an effect that is not
-//! seen costs little to allow. Each discrete choice costs the logarithm of their number.
+//! The logarithm of the evidence is that of the largest likelihood less a penalty for the parameters. Let u be the size of an effect in
+//! standard deviations of its parameters. The prior gives every order of magnitude of u, and every direction, the same probability.
+//! Then p parameters cost p ln u + ln(L S_p) - (p/2) ln 2π (Laplace's method; S_p is the surface of the unit sphere, L the span of
+//! ln u). The result does not depend on an arbitrary width of a prior. A discrete choice costs the logarithm of the number of choices.
 
 use std::f64::consts::{PI, TAU};
 
@@ -39,7 +38,7 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
             let determinant = block
                 .and_then(|block| (block / (spread * spread)).cholesky())
                 .map_or(0.0, |c| c.l().diagonal().iter().map(|d| 2.0 * d.ln()).sum::<f64>());
-            // ln det(1 + s² H) is what the elements' freedom costs; the spread is one number more.
+            // ln det(1 + s² H) is the penalty for the elements' departures; the spread is one more parameter.
             log += 0.5 * determinant - SPREAD_SPAN.ln() + 0.5 * (PI / values.len() as f64).ln();
             continue;
         }
@@ -59,7 +58,7 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
     }
 }
 
-/// What so many parameters cost an effect of a size in standard deviations.
+/// The penalty, nats, for this many parameters of an effect of this size in standard deviations.
 pub(crate) fn cost_of_freedom(parameters: usize, size: f64) -> f64 {
     let p = parameters as f64;
     let sphere = match parameters {

@@ -23,19 +23,19 @@ use crate::selection::evidence::{cost_of_freedom, log_evidence};
 use crate::selection::scored_model::{ScoredModel, is_near};
 use crate::selection::starts::{Beginning, QuickScores, beginnings, extended};
 
-/// When a fit on few readings stops, and when one of several starts has shown what it is worth.
+/// When a fit to few readings stops, and when the first fit from one of several starts stops.
 const ROUGH: Stopping = Stopping { iterations: 12, step: 5e-2, fall: 1e-4 };
 const FIRST_STEPS: Stopping = Stopping { iterations: 4, ..ROUGH };
 
-/// What came of extending sets.
+/// The result of extending sets.
 pub(crate) struct Extension {
     /// Fitted to all readings.
     pub fitted: Vec<ScoredModel>,
-    /// Ids, sorted, of what is hopeless.
+    /// Sorted ids of the sets that were rejected.
     pub given_up: Vec<Vec<EffectId>>,
 }
 
-/// One set with one effect more.
+/// One set extended by one effect.
 struct Extended {
     /// Number of the set in the frontier.
     number: usize,
@@ -44,7 +44,7 @@ struct Extended {
 }
 
 impl Extension {
-    /// Extends each set of the frontier by every effect, but for what is known already.
+    /// Extends each set of the frontier by every effect, except to sets that are known already.
     pub fn of(
         frontier: &[ScoredModel],
         known: Vec<Vec<EffectId>>,
@@ -71,13 +71,13 @@ impl Extension {
                 Some((set, fit))
             })
             .collect();
-        // What a coarse fit gains it gains about as often more on all readings as these are more.
+        // The gain of a coarse fit grows in proportion to the number of readings.
         let share = observations.len() as f64 / coarse.len() as f64;
         let estimates: Vec<f64> = rough
             .iter()
             .map(|(set, fit)| {
                 let base = &bases[set.number];
-                // Each number that is fitted gains one by chance, which is not gained as often.
+                // Each fitted number gains one by chance, which does not grow.
                 let by_chance = fit.values.last().map_or(0, Vec::len) as f64;
                 let of_readings = share * (base.coarse_cost - fit.cost - by_chance);
                 let of_shifts = base.scored.fit.cost_of_shifts() - fit.cost_of_shifts();
@@ -86,7 +86,7 @@ impl Extension {
             .collect();
         let mut best_first = estimates.clone();
         best_first.sort_by(|a, b| b.total_cmp(a));
-        // Far from the readings all but one are hopeless by far, and yet another may be what is right together with the next.
+        // Far from the readings all sets but one are far behind, but another may become the best with the next effect.
         let Some(kept_anyway) = best_first.get(KEPT_IN_ANY_CASE - 1).or(best_first.last()) else {
             return Self { fitted: Vec::new(), given_up: Vec::new() };
         };
@@ -104,7 +104,7 @@ impl Extension {
     }
 }
 
-/// The sets to look at, each once.
+/// The sets to fit, each once.
 fn sets(
     frontier: &[ScoredModel],
     mut known: Vec<Vec<EffectId>>,
@@ -131,7 +131,7 @@ fn sets(
     sets
 }
 
-/// A set that is to be extended, with what is asked of it for every effect.
+/// A set to be extended, with what all its extensions need.
 struct Base<'o> {
     scored: &'o ScoredModel,
     scores: ScoreStatistics<'o>,
@@ -162,23 +162,23 @@ impl<'o> Base<'o> {
         }
     }
 
-    /// The best fit with an effect more, on few readings; `None` if nothing there promises to be worth it.
+    /// The best fit with one more effect, to few readings; `None` if the effect is not expected to gain enough.
     fn coarse_fit(
         &self,
         effect: &'static dyn Effect,
         coarse: &Observations,
         context: &Context,
     ) -> Option<Fit> {
-        // What the repeats do not ask for must not make up for what is not yet explained, nor for a noise misjudged.
+        // A fluctuation that the repeats do not show must not compensate for an unexplained gap or a misjudged noise.
         if effect.scatters_repeats() && !self.may_fluctuate {
             return None;
         }
-        // Far from the readings a slope says little, and every effect is followed to where it leads.
+        // Far from the readings the score statistic is unreliable, so every effect is fitted.
         if self.near && expected_nats(&self.scores, effect) < LEAST_EXPECTED_NATS {
             return None;
         }
         let before = &self.scored.fit;
-        // What begins elsewhere than at nothing is not the same problem there: it changes how readings scatter, too.
+        // Linearisation at the neutral point is valid only for effects that start there and leave the scatter as it is.
         let neutral = effect.neutral();
         let begins_there = effect.starts(context).contains(&neutral);
         let slope_leads = self.near && begins_there && !effect.begins_flat(context);
@@ -200,7 +200,7 @@ impl<'o> Base<'o> {
             .filter(plausible)
             .map(|beginning| start(beginning, &before.values))
             .collect();
-        // Phases that were fitted to each element may be bent by what steps or an exchange does to some.
+        // Phases fitted to each element may contain the effect of phase steps or of an exchange.
         let of_phases = matches!(effect.search(), Search::Steps | Search::Exchanges);
         if let Some(without) = without_phases(before).filter(|_| of_phases) {
             let scored = QuickScores::of(&without, self.scores.observations, context);
@@ -227,7 +227,7 @@ impl<'o> Base<'o> {
             .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))
     }
 
-    /// Whether a fit explains most of what was open, and yet leaves more than noise: that may be another minimum than the least.
+    /// Whether a fit explains most of the excess but not all: it may be in a local minimum.
     fn is_stuck(&self, fit: &Fit, coarse: &Observations) -> bool {
         let n = coarse.len() as f64;
         let excess = fit.cost - n;
@@ -235,7 +235,7 @@ impl<'o> Base<'o> {
     }
 }
 
-/// Nats of evidence that an effect promises to first order; infinite where its slope says nothing.
+/// Nats of evidence expected of an effect to first order; infinite where the slope says nothing.
 fn expected_nats(scores: &ScoreStatistics<'_>, effect: &'static dyn Effect) -> f64 {
     match effect.search() {
         Search::Smooth if effect.begins_flat(scores.context) => f64::INFINITY,

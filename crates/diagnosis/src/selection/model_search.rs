@@ -1,5 +1,4 @@
-//! The search through sets of effects: every single one, then the best of them with each of the others, as long as the
-//! evidence asks for more.
+//! The search through sets of effects: every single effect, then the best sets with each other effect, while the evidence grows.
 
 use rayon::prelude::*;
 
@@ -22,11 +21,11 @@ use crate::selection::starts::extended;
 pub(crate) struct ModelSearch {
     /// What was fitted to all readings, the best first when the search has ended.
     pub scored: Vec<ScoredModel>,
-    /// Ids, sorted, of the sets that were seen to lead nowhere.
+    /// Sorted ids of the sets that were rejected.
     given_up: Vec<Vec<EffectId>>,
-    /// Whether the noise was judged by what a fit leaves over.
+    /// Whether the noise was judged from the residual of a fit.
     noise_is_settled: bool,
-    /// Ids, sorted, of the sets whose laws were chosen on these readings, and what the best had chosen then.
+    /// Sorted ids of the sets whose laws were chosen on these readings, and the choices of the best set at that time.
     laws_chosen: (Vec<Vec<EffectId>>, Vec<(EffectId, Choice)>),
 }
 
@@ -41,12 +40,12 @@ impl ModelSearch {
         search
     }
 
-    /// What was seen to lead nowhere is looked at again: it was seen with another noise.
+    /// Forgets rejections that were made with another noise.
     pub fn forget_rejections(&mut self) {
         self.given_up.clear();
     }
 
-    /// Fits what is promising to all readings, of which the search saw some.
+    /// Fits the sets that are near the best to all readings, after a search on some of them.
     pub fn on_all(self, observations: &Observations, context: &Context) -> Self {
         let Self { mut scored, mut given_up, .. } = self;
         sort(&mut scored);
@@ -57,15 +56,14 @@ impl ModelSearch {
             .filter(|(number, scored)| *number < ALWAYS_KEPT || scored.log_evidence > least)
             .map(|(_, scored)| scored.fit.ids())
             .collect();
-        // What went into a promising set may do without the rest of it: some effects only make up for a noise judged wrong.
+        // Keep the parts of these sets too: some effects only compensate for a misjudged noise.
         let (hopeful, hopeless): (Vec<ScoredModel>, Vec<ScoredModel>) =
             scored.into_iter().partition(|scored| {
                 let ids = scored.fit.ids();
                 hopeful.iter().any(|hopeful| ids.iter().all(|id| hopeful.contains(id)))
             });
         given_up.extend(hopeless.iter().map(|scored| sorted_ids(&scored.fit)));
-        // What is larger than the best and worth less than a part of it that is no smaller is looked at again beside that part, by what
-        // it promises there.
+        // A larger set with less evidence than one of its parts is dropped; the extension of that part may find it again.
         let size = hopeful[0].fit.instances.len();
         let worth_more_than_its_parts = |scored: &&ScoredModel| {
             !hopeful.iter().any(|part| {
@@ -89,7 +87,7 @@ impl ModelSearch {
         search
     }
 
-    /// What was found, the best first, the effects of the first few in the order of what they explain.
+    /// The fitted sets, the best first. The effects of the first few are in the order of how much they explain.
     pub fn found(self) -> Vec<ScoredModel> {
         let mut found = self.scored.clone();
         for scored in found.iter_mut().take(MOST_NAMED) {
@@ -98,7 +96,7 @@ impl ModelSearch {
         found
     }
 
-    /// Goes on from the best.
+    /// Continues from the best set.
     pub fn and_on(mut self, observations: &Observations, context: &Context) -> Self {
         self.choose_again(observations, context);
         let size = self.scored[0].fit.instances.len();
@@ -107,8 +105,8 @@ impl ModelSearch {
         self
     }
 
-    /// Which of an effect's laws holds, and what was found among many minima, was chosen on few readings or beside other effects: for
-    /// the best sets and what is part of the best, it is chosen again on all, and what the best chose is tried in the others.
+    /// Laws and other discrete choices were made on few readings or beside other effects. For the best sets and the parts of the best,
+    /// they are made again on all readings, and the choices of the best set are tried in the others.
     fn choose_again(&mut self, observations: &Observations, context: &Context) {
         let best = self.scored[0].clone();
         let instances = best.fit.instances.iter();
@@ -150,8 +148,7 @@ impl ModelSearch {
         sort(&mut self.scored);
     }
 
-    /// The simulator's own defects come first: nobody looks for physics in what a bug explains. Gives
-    /// the number of those that are taken in.
+    /// Tries the simulator's own defects first, since a bug needs no physical cause. Returns the number of defects in the best set.
     fn mend_simulator(&mut self, observations: &Observations, context: &Context) -> usize {
         let mut mended = self.scored[0].clone();
         loop {
@@ -179,14 +176,14 @@ impl ModelSearch {
             }
         }
         let size = mended.fit.instances.len();
-        // What else was tried with as many would be searched on from as well.
+        // Other sets of the same size would otherwise be extended as well.
         self.scored.retain(|scored| {
             scored.fit.instances.len() < size || scored.fit.ids() == mended.fit.ids()
         });
         size
     }
 
-    /// Goes on from the best sets of a size.
+    /// Continues from the best sets of this size.
     fn go_on(&mut self, size: usize, observations: &Observations, context: &Context) {
         let n = observations.len() as f64;
         let of_size = |scored: &&ScoredModel| scored.fit.instances.len() == size;
@@ -232,7 +229,7 @@ impl ModelSearch {
         }
     }
 
-    /// Leaves out what explains next to nothing that a part of it does not explain: it makes up for the formulas' own error.
+    /// Drops sets that explain immaterially more than one of their parts: they compensate for errors of the formulas.
     fn leave_out_immaterial_sets(&mut self, observations: &Observations) {
         let n = observations.len() as f64;
         let gap = self.gap(n);
@@ -247,26 +244,25 @@ impl ModelSearch {
         sort(&mut self.scored);
     }
 
-    /// The gap of the believed set-up in chi-square. (Another set may leave more: a fit that went astray.)
+    /// The gap of the believed set-up in chi-square. (A failed fit of another set may leave more.)
     fn gap(&self, n: f64) -> f64 {
         let believed = self.scored.iter().find(|scored| scored.fit.instances.is_empty());
         believed.expect("it is part of every set").fit.cost_with_shifts() - n
     }
 
-    /// Tries every other effect in the place of each of the best set: what was taken in first, as the best alone, need not be
-    /// part of the best together.
+    /// Tries every other effect in place of each effect of the best set: the best single effect need not be part of the best set.
     fn exchange(&mut self, observations: &Observations, context: &Context) {
         let best = self.scored[0].fit.clone();
         if best.instances.len() < 2 {
             return;
         }
-        // What was chosen among many minima may be chosen otherwise now that the rest is known.
+        // A choice among many minima may differ now that the other effects are known.
         let mut known = self.known();
         if best.instances.iter().any(|instance| instance.effect.search().has_many_minima()) {
             let ids = sorted_ids(&best);
             known.retain(|known| *known != ids);
         }
-        // Departures show what single elements suffer; what was looked for before they were known may have missed it.
+        // Departures of elements reveal faults of single elements that an earlier search may have missed.
         if best.has_random_elements() {
             let ids = best.ids();
             let of_elements: Vec<EffectId> = catalogue()
@@ -302,13 +298,13 @@ impl ModelSearch {
         });
     }
 
-    /// What was fitted or given up.
+    /// Sets that were fitted or rejected.
     fn known(&self) -> Vec<Vec<EffectId>> {
         let scored = self.scored.iter().map(|scored| sorted_ids(&scored.fit));
         scored.chain(self.given_up.iter().cloned()).collect()
     }
 
-    /// Every set worth a fit that has one effect more than one of these, and was not looked at before.
+    /// Every new set that extends one of these by one effect and is worth a fit.
     fn extend(
         &mut self,
         frontier: &[ScoredModel],
@@ -323,8 +319,8 @@ impl ModelSearch {
     }
 }
 
-/// Whether a set explains more of a gap than a part of it does, by what is worth an effect. Of a very large gap only what is beyond the
-/// noise counts; what takes the place of random departures need not explain anything.
+/// Whether a set explains materially more of a gap than a part of it does. Of a very large gap only the excess over the noise counts. A
+/// set that replaces random departures need not explain more.
 fn explains_more(smaller: &Fit, larger: &Fit, gap: f64, n: f64) -> bool {
     let [smaller_cost, larger_cost] = [smaller, larger].map(Fit::cost_with_shifts);
     let material = match gap > VERY_LARGE * n {
@@ -370,7 +366,7 @@ mod tests {
         ScoredModel { fit, log_evidence: -0.5 * cost }
     }
 
-    /// Else what explains all that is left but for noise would explain next to nothing of what a fit that went astray leaves.
+    /// Otherwise a good set would seem immaterial beside the large cost of a failed fit.
     #[test]
     fn a_fit_that_went_astray_makes_no_gap() {
         let scored = vec![scored(None, 1000.0, 0.0), scored(Some(EffectId::Aperture), 1e9, 0.0)];

@@ -32,7 +32,7 @@ pub(crate) fn believed(observations: &Observations, context: &Context) -> Scored
 }
 
 impl ScoredModel {
-    /// The same set, its effects in the order in which each next explains most, by the parts of it that were tried.
+    /// The same set, its effects ordered so that each explains the most after those before it, by the fitted parts of the set.
     pub fn by_what_each_explains(self, all: &[Self]) -> Self {
         let mut order: Vec<usize> = Vec::new();
         let ids = self.fit.ids();

@@ -1,7 +1,7 @@
-//! Where the search for an effect begins: from its own starts, or, where the cost has many minima, from the best of all that
-//! it could be, judged by a cheap score.
+//! Where the search for an effect starts: at its own starts or, where the cost has many minima, at the best of all candidates by a cheap
+//! score.
 //!
-//! The score is the cost after the gain is fitted anew to first order. The pressure is linear in the elements, so a
+//! The score is the cost after a first-order refit of the gain. The pressure is linear in the elements, so a
 //! silent, reversed or exchanged element changes it by what that element contributes.
 
 use fieldgap_acoustics::{Element, Vec3};
@@ -20,7 +20,7 @@ use crate::model::observations::Observations;
 use crate::model::pressure::Pressure;
 use crate::selection::evidence::cost_of_choice;
 
-/// Heights of a plane that are tried, in wavelengths: the score's minima lie half a wavelength apart.
+/// Step between the heights tried for a plane, in wavelengths: the minima of the score are half a wavelength apart.
 const HEIGHT_STEP: f64 = 1.0 / 12.0;
 
 /// Where to begin: what is chosen, and the real parameters.
@@ -29,8 +29,8 @@ pub(crate) struct Beginning {
     pub values: Vec<f64>,
 }
 
-/// The beginnings of an effect that is to be added to a fit: its own, or the best of all that were scored, if they promise
-/// to be worth a fit. Where the slope at nothing leads to the minimum, it is the only start.
+/// The starts of an effect to be added to a fit: its own, or the best scored candidates that are worth a fit. If `slope_leads`, the
+/// neutral point is the only start.
 pub(crate) fn beginnings(
     effect: &'static dyn Effect,
     quick: &QuickScores<'_>,
@@ -53,7 +53,7 @@ pub(crate) fn beginnings(
             .collect(),
         Search::Random => vec![plain(vec![0.0; elements])],
         Search::Sets => {
-            // Silencing an element takes what it contributes once, reversing it twice.
+            // A silent element removes its contribution once, a reversed element twice.
             let mut element = [Element::at(0.0, 0.0)];
             let before = element[0].amplitude;
             let choice = Choice::Elements(vec![0]);
@@ -75,7 +75,7 @@ pub(crate) struct QuickScores<'o> {
     drives: Vec<ScoredDrive>,
     /// Cost of the fit itself, over all readings.
     cost: f64,
-    /// One reading in so many is looked at first.
+    /// The first comparison uses one reading in this many.
     stride: usize,
 }
 
@@ -114,7 +114,7 @@ impl<'o> QuickScores<'o> {
         quick
     }
 
-    /// Looks at one reading in `stride`, drive by drive, with its pressure changed.
+    /// Visits one reading in `stride`, drive by drive, with a changed pressure.
     fn evaluate(
         &self,
         stride: usize,
@@ -139,7 +139,7 @@ impl<'o> QuickScores<'o> {
         }
     }
 
-    /// The cost over one reading in `stride`, if each drive's pressures are changed, the gain fitted anew to first order.
+    /// The cost over one reading in `stride` with changed pressures, after a first-order refit of the gain.
     fn cost(&self, stride: usize, change: impl Fn(&ScoredDrive, usize) -> Complex64) -> f64 {
         let (mut rr, mut rg, mut gg) = (0.0, 0.0, 0.0);
         self.evaluate(stride, change, |Slope { residual, by_gain, .. }| {
@@ -150,12 +150,12 @@ impl<'o> QuickScores<'o> {
         rr - rg * rg / gg.max(f64::MIN_POSITIVE)
     }
 
-    /// Whether a change that leaves this cost over all readings gains about what its choice costs.
+    /// Whether a change with this cost over all readings gains about the penalty of its choice.
     fn is_worth_a_fit(&self, cost: f64, choice: &Choice) -> bool {
         0.5 * (self.cost - cost) > cost_of_choice(choice, self.elements()) - START_SHORT_BY
     }
 
-    /// Of what looked best on few readings, what is worth a fit on all, best first.
+    /// Of the best choices on few readings, those worth a fit to all, the best first.
     fn worth_a_fit(
         &self,
         rough: Vec<(f64, Choice)>,
@@ -289,8 +289,7 @@ impl<'o> QuickScores<'o> {
         best_of(worth.collect(), PLANES)
     }
 
-    /// Fall of the cost, and coefficient, of a plane at a height: the coefficient by Gauss's method from none, the gain
-    /// with it.
+    /// Decrease of the cost, and reflection coefficient, of a plane at a height, by Gauss-Newton steps from zero, together with the gain.
     fn reflected(&self, stride: usize, height_m: f64, steps: usize) -> (f64, Complex64) {
         let images = self.images(stride, height_m);
         let at = |coefficient| Descent::of(&self.slopes(stride, &images, coefficient), &images);
@@ -300,7 +299,7 @@ impl<'o> QuickScores<'o> {
         for _ in 0..steps {
             let next = coefficient + step;
             let there = at(next);
-            // Too long a step is halved.
+            // A step that increases the cost is halved.
             if none - there.cost_by_gain() <= fall {
                 step *= 0.5;
                 continue;
@@ -310,7 +309,7 @@ impl<'o> QuickScores<'o> {
         (fall, coefficient)
     }
 
-    /// What is left of one visit in `stride`, drive by drive, with so much of the images' pressures.
+    /// Residuals and slopes of one visit in `stride`, drive by drive, with this multiple of the images' pressures.
     fn slopes(&self, stride: usize, images: &[Complex64], coefficient: Complex64) -> Vec<Slope> {
         let mut slopes = Vec::with_capacity(images.len());
         let mut images = images.iter();
@@ -333,7 +332,7 @@ impl<'o> QuickScores<'o> {
     }
 }
 
-/// A residual, how what is expected changes with the logarithm of the gain, and its pressure.
+/// A residual, the slope of the expected reading by the logarithm of the gain, and the pressure.
 struct Slope {
     residual: f64,
     by_gain: f64,
@@ -341,13 +340,13 @@ struct Slope {
 }
 
 impl Slope {
-    /// How what is expected changes with the pressure: by the real part of this times a change.
+    /// The slope of the expected reading by the pressure: its change is the real part of this times a change of pressure.
     fn by_pressure(&self) -> Complex64 {
         self.by_gain / self.pressure.norm_sqr().max(f64::MIN_POSITIVE) * self.pressure.conj()
     }
 }
 
-/// The way down for a gain and the coefficient of images.
+/// The normal equations for a gain and the coefficient of images.
 struct Descent {
     curvature: Matrix3<f64>,
     downhill: Vector3<f64>,
@@ -367,7 +366,7 @@ impl Descent {
         Self { curvature, downhill, cost }
     }
 
-    /// The fall of the cost that the gain alone brings.
+    /// The decrease of the cost by the gain alone.
     fn by_gain(&self) -> f64 {
         self.downhill[0] * self.downhill[0] / self.curvature[(0, 0)].max(f64::MIN_POSITIVE)
     }
@@ -385,7 +384,7 @@ impl Descent {
         self.whole_step().map_or(Complex64::ZERO, |step| Complex64::new(step[1], step[2]))
     }
 
-    /// The fall of the cost, beyond what the gain alone brings, to first order.
+    /// The expected decrease of the cost beyond that by the gain alone, to first order.
     fn expected_fall(&self) -> f64 {
         self.whole_step().map_or(0.0, |step| self.downhill.dot(&step) - self.by_gain())
     }

@@ -1,4 +1,4 @@
-//! What dark readings say: the quadratures' noise, and the floor that a detector adds in power.
+//! Quadrature noise and detector floor from dark readings.
 //!
 //! Of r² = (floor² + b² (n₁² + n₂²)) (1 + a n₀)² the excess over the floor is exponential with mean 2 b²; beside a floor the noise in
 //! proportion, a, may be the larger, and r² is the sum of an exponential and a normal number.
@@ -9,7 +9,7 @@ use crate::limits::{FEWEST_DARK_READINGS, FLOOR_BY_DARK_READINGS};
 use crate::statistics::golden_section;
 use crate::statistics::noise_scale::OF_NOISE_ALONE;
 
-/// The least share of the silent power that is taken for noise.
+/// Least share of the dark power that is attributed to noise.
 const LEAST_NOISE: f64 = 1e-5;
 
 /// Variance of a magnitude of noise alone, in quadratures' variances.
@@ -37,7 +37,7 @@ pub(crate) struct DarkNoise {
 }
 
 impl DarkReadings {
-    /// Of readings, each the mean of so many magnitudes; `None` if they are too few to tell anything.
+    /// Of readings, each the mean of `averaged` magnitudes; `None` if they are too few.
     pub fn of(readings: &[f64], averaged: f64) -> Option<Self> {
         let mean_reading = readings.iter().sum::<f64>() / readings.len() as f64;
         let powers: Vec<f64> = readings.iter().map(|reading| reading * reading).collect();
@@ -50,7 +50,7 @@ impl DarkReadings {
         })
     }
 
-    /// The noise, if so much of a level scatters in proportion.
+    /// The noise, given the proportional noise.
     pub fn noise(&self, share: f64) -> DarkNoise {
         if self.averaged > 1.0 {
             return self.noise_of_averages();
@@ -66,8 +66,8 @@ impl DarkReadings {
         DarkNoise { additive, floor: self.floor_beside(additive), evidence }
     }
 
-    /// What means of magnitudes tell: without a floor they scatter as Rayleigh's distribution says, and with noise σ beside a larger
-    /// floor f, where a magnitude is f + σ² (n₁² + n₂²) / 2f, by σ²/f, both over the root of how many.
+    /// The noise from means of magnitudes. Without a floor single magnitudes have Rayleigh's distribution. Beside a larger floor f a
+    /// magnitude is f + σ² (n₁² + n₂²) / 2f and scatters by σ²/f. A mean of n scatters by 1/√n of that.
     fn noise_of_averages(&self) -> DarkNoise {
         let additive = self.mean_reading / OF_NOISE_ALONE / self.averaged.sqrt();
         let none = DarkNoise { additive, floor: 0.0, evidence: 0.0 };

@@ -1,8 +1,8 @@
-//! What a detector reads of a level with noise in both quadratures, and what the rest of a receiver makes of that.
+//! Mean and variance of the magnitude of a noisy level, after a detector and the rest of a receiver.
 //!
 //! With r = |m + n₁ + i n₂| the power r² has mean m² + σ₁² + σ₂², variance 4 m² σ₁² + 2 (σ₁⁴ + σ₂⁴) and third cumulant
-//! 24 m² σ₁⁴ + 8 (σ₁⁶ + σ₂⁶), σ₁ along the level and σ₂ across it. Two powers with two weights have the same three moments: whatever the
-//! receiver makes of a reading, its mean and its variance are taken over these two.
+//! 24 m² σ₁⁴ + 8 (σ₁⁶ + σ₂⁶), σ₁ along the level and σ₂ across it. Two weighted values of the power have
+//! the same three moments. Mean and variance of any function of a reading are taken over these two values.
 
 /// Mean magnitude of a level with noise of standard deviation `quadrature` in each quadrature: between Rayleigh's mean at no
 /// level and m + q²/2m far above the noise (a rational fit to Rice's mean, right to 1.1 % of q).
@@ -14,7 +14,7 @@ pub(crate) fn rice_mean(level: f64, quadrature: f64) -> f64 {
     }
 }
 
-/// What of a quadrature's variance goes into the mean and not into the scatter: π/2 - 1 at no level, nothing far above.
+/// The share of a quadrature's variance that enters the mean instead of the scatter: π/2 - 1 at level zero, zero far above the noise.
 pub(crate) fn lost_in_noise(level: f64, q2: f64) -> f64 {
     0.5708 / (1.0 + 0.434 * level * level / q2)
 }
@@ -26,7 +26,7 @@ pub(crate) struct Detected {
     weights: [f64; 2],
     /// Mean square of both quadratures' noise.
     noise_power: f64,
-    /// Relative lack of the two values' mean against Rice's: a root has a corner where the power is zero.
+    /// Relative difference of Rice's mean from that of the two values: the square root has a corner at zero power.
     lack: f64,
 }
 
@@ -36,7 +36,7 @@ impl Detected {
         let (m2, a2, c2) = (level * level, along * along, across * across);
         let noise_power = 0.5 * (a2 + c2);
         let (values, weights) = two_values(m2, a2, c2);
-        // Noise that is alike in both quadratures stands for any: the corner shows where the level is lost.
+        // The correction is that for equal noise in both quadratures; it matters only where the level is below the noise.
         let (alike, their_weights) = match a2 == c2 {
             true => (values, weights),
             false => two_values(m2, noise_power, noise_power),
@@ -47,11 +47,11 @@ impl Detected {
         Self { values, weights, noise_power, lack }
     }
 
-    /// Mean and variance of what a receiver makes of it that adds a floor in power last.
+    /// Mean and variance after a receiver that adds a floor in power last.
     pub fn received(&self, floor: f64, receiver: impl Fn(f64) -> f64) -> (f64, f64) {
         let received = self.values.map(receiver);
         let square = mean_of(received.map(|r| r * r), self.weights);
-        // A floor rounds the corner off.
+        // A floor rounds this corner.
         let rounded = 1.0 + floor * floor / self.noise_power.max(f64::MIN_POSITIVE);
         let mean = mean_of(received, self.weights) * (1.0 + self.lack / rounded.powi(3));
         (mean, (square - mean * mean).max(0.0))

@@ -5,15 +5,15 @@ use fieldgap_acoustics::golden_section;
 /// Width of the interval of logarithms at which a search ends: half a percent of the number.
 const LOGARITHM_WIDTH: f64 = 5e-3;
 
-/// The least value of a function of a positive number and where it stands, over its logarithm, to half a percent. Minima more than a
-/// factor of e apart are told from each other.
+/// The minimum of a function of a positive number: its place, to half a percent, and its value. The global minimum is found if minima
+/// are more than a factor of e apart.
 pub(crate) fn least(from: f64, to: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
     let (low, high) = around_the_least(from.ln(), to.ln(), |x| f(x.exp()));
     let x = golden_section::minimise([low, high], LOGARITHM_WIDTH, |x| f(x.exp())).middle();
     (x.exp(), f(x.exp()))
 }
 
-/// What is within a step of the least of values an even step, at most one, apart.
+/// An interval about the least of values on an even grid with a step of at most one.
 fn around_the_least(low: f64, high: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
     let steps = (high - low).ceil().max(1.0);
     if steps <= 2.0 {

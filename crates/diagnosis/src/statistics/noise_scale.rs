@@ -1,18 +1,18 @@
-//! The scale on which readings scatter by one wherever they stand: z(r) = ∫ dr / σ(r).
+//! The scale on which readings have a standard deviation of one everywhere: z(r) = ∫ dr / σ(r).
 //!
-//! Of noise in proportion to the level and noise in quadrature the integral is asinh(a r / b) / a, but where a level is lost in
-//! its noise: there the magnitude scatters less than its quadratures do, and the rest of the integral is tabulated.
+//! For proportional and quadrature noise the integral is asinh(a r / b) / a. Where the level is below the noise the magnitude scatters
+//! less than its quadratures do; the difference of the integral is tabulated.
 
 use crate::statistics::detector::{lost_in_noise, rice_mean};
 
-/// Below this the scatter's share is not told from none, and the transform below loses digits.
+/// Least proportional noise: below it the transform loses digits.
 pub(crate) const LEAST_SHARE: f64 = 1e-4;
 
-/// Readings, in quadratures' standard deviations, up to which the magnitude's lesser scatter is minded, and cells up to there.
+/// Reading, in quadrature standard deviations, up to which the smaller scatter of the magnitude is tabulated, and the number of cells.
 const TABULATED: f64 = 16.0;
 const CELLS: usize = 128;
 
-/// Levels are tabulated over what they are above minus one quadrature's standard deviation: so many cells in each octave, and octaves.
+/// Levels are tabulated over the level plus one quadrature standard deviation: cells in each octave, and octaves.
 const CELLS_IN_OCTAVE: u64 = 64;
 const OCTAVES: u64 = 16;
 
@@ -29,9 +29,9 @@ pub(crate) struct NoiseScale {
     additive: f64,
     /// Standard deviation of a quadrature of one of the magnitudes that a reading is the mean of.
     single: f64,
-    /// What the magnitude's lesser scatter adds to the integral up to the beginning of each cell, and its slope there.
+    /// The tabulated difference of the integral at the beginning of each cell, and its slope there.
     lesser: Vec<[f64; 2]>,
-    /// Of what stands for each level that begins a cell: the place on the scale of its mean reading, and the slope there.
+    /// For the level at the beginning of each cell: its mean reading on the scale, and the slope there.
     by_level: Vec<[f64; 2]>,
 }
 
@@ -69,7 +69,7 @@ impl NoiseScale {
 
     /// The mean reading of a level, on the scale, and its slope by the level's logarithm.
     ///
-    /// From a table, to a thousandth of a standard deviation: levels are looked at by the million.
+    /// From a table, to a thousandth of a standard deviation, because it is evaluated millions of times.
     #[inline]
     pub fn of_level(&self, level: f64) -> (f64, f64) {
         let above = level + self.single;
@@ -92,7 +92,7 @@ impl NoiseScale {
     /// A reading on the scale.
     pub fn of(&self, reading: f64) -> f64 {
         let x = self.share * reading / self.additive;
-        // asinh of what is not negative; the library's minds the last digits near zero, at twice the time.
+        // asinh for arguments above zero; the library's keeps the last digits near zero but takes twice the time.
         (x + (x * x + 1.0).sqrt()).ln() / self.share + self.lesser(reading)
     }
 

@@ -8,7 +8,7 @@ pub(crate) fn without_floor(reading: f64, floor: f64) -> f64 {
     (reading * reading - floor * floor).max(0.0).sqrt()
 }
 
-/// What a reading should have been, and what a fluctuation of one unit would scatter of it.
+/// An expected reading, and its scatter for one unit of a fluctuation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Level {
     /// In the reading's unit, any floor included.
@@ -29,11 +29,11 @@ impl Level {
     }
 }
 
-/// What two visits of one point differ by beyond what they should.
+/// The difference of two readings of one point beyond the expected difference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pair {
     level: Level,
-    /// What the reading changes by for a change of what the floor was added to: one without a floor.
+    /// Slope of the reading by the level before the floor was added; one without a floor.
     beside_floor: f64,
     averaged: f64,
     difference: f64,
@@ -55,7 +55,7 @@ impl Pair {
 
     /// Variance of the difference, and its slopes by the squares of share, additive part and fluctuation.
     pub fn variance_and_slopes(&self, squares: [f64; 3], cause: Fluctuation) -> (f64, [f64; 3]) {
-        /// Step of a square over what changes a variance by about as much as it is.
+        /// Step of the difference quotient, as a share of the square that doubles the variance.
         const STEP: f64 = 1e-4;
         let variance = self.variance(squares, cause);
         let [along, across] = self.level.of(cause);
@@ -86,11 +86,11 @@ impl Pair {
             Fluctuation::OfPaths | Fluctuation::OfPosition => additive2 + fluctuation2 * along,
             Fluctuation::Circular => mean,
         };
-        // Near a null the magnitude scatters as Rayleigh's, less than its quadratures do.
+        // Near a null the magnitude has Rayleigh's scatter, less than its quadratures.
         let lost = lost_with_mean((beside2 * m2 / (self.averaged * mean)).sqrt());
         let quadrature =
             along + lost / lost_with_mean(0.0) * ((1.0 - lost_with_mean(0.0)) * mean - along);
-        // Where a floor is all that was read there is next to nothing that scatters.
+        // A reading of the floor alone has nearly no scatter.
         2.0 * (share2 * m2 + beside2 * quadrature).max(1e-6 * additive2)
     }
 }
@@ -111,7 +111,7 @@ pub(crate) fn cost(
 mod tests {
     use super::*;
 
-    /// A converter with coarse steps reads nulls as nothing at all, or as its floor, visit after visit.
+    /// A converter with coarse steps gives the same reading, zero or the floor, at every visit of a null.
     #[test]
     fn two_visits_that_read_nothing_or_the_floor_alone_leave_the_noise_a_number() {
         for floor in [0.0, 0.2] {

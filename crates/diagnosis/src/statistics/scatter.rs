@@ -2,7 +2,7 @@
 //!
 //! A level m reads |m + b (n₁ + i n₂)| (1 + a n₀) with standard normal n, so that a dark reading has Rayleigh's distribution and a
 //! strong signal scatters by √(a² m² + b²). A floor that the detector adds in power makes √(reading² + floor²) of it before
-//! the share in proportion comes in: quadrature noise is the smaller beside a floor, and the share is not.
+//! the proportional noise: beside a floor quadrature noise is reduced, proportional noise is not.
 
 use std::sync::Arc;
 
@@ -13,9 +13,9 @@ use crate::statistics::reading_pairs::{Pair, cost};
 /// The scatter of one reading.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Scatter {
-    /// In proportion to the level.
+    /// Standard deviation of the proportional noise, relative to the level.
     pub share: f64,
-    /// Each quadrature of what does not depend on the level, in the reading's unit.
+    /// Standard deviation of each quadrature of the additive noise, in the reading's unit.
     pub additive: f64,
     /// Fluctuation of the field that the repeats show, in the unit of its cause; zero for none.
     pub fluctuation: f64,
@@ -31,7 +31,7 @@ pub(crate) struct Scatter {
     pub most_floor: f64,
     /// By how much dark readings prefer that floor to none, in nats.
     pub floor_evidence: f64,
-    /// Visits that came again to a point, with what they differed by.
+    /// Repeats: differences of readings of one point.
     pub pairs: Arc<[Pair]>,
 }
 
@@ -53,7 +53,7 @@ impl Default for Scatter {
 }
 
 impl Scatter {
-    /// Whether there are repeats enough to tell it, whatever the readings should have been.
+    /// Whether there are enough repeats to determine it without a model.
     pub fn is_told_by_repeats(&self) -> bool {
         self.pairs.len() >= FEWEST_REPEATS
     }
@@ -63,14 +63,14 @@ impl Scatter {
         [self.share, self.additive, self.fluctuation].map(|root| root * root)
     }
 
-    /// By how much the repeats speak against a fluctuation of this size and cause, in nats, from the one that suits them best.
+    /// Nats by which the repeats prefer the fluctuation of this scatter to one of this size and cause.
     pub fn against(&self, fluctuation: f64, cause: Fluctuation) -> f64 {
         let of =
             |fluctuation, cause| cost(&self.pairs, self.share, self.additive, fluctuation, cause);
         (of(fluctuation, cause) - of(self.fluctuation, self.cause)).max(0.0)
     }
 
-    /// The same with the most of each fluctuation that the repeats allow.
+    /// The same with the largest fluctuations that the repeats allow.
     pub fn with_limits(self) -> Self {
         let most_turbulence = self.most(&Fluctuation::OF_AIR);
         let most_jitter_mm = self.most(&[Fluctuation::OfPosition]);

@@ -1,7 +1,7 @@
-//! How rare a statistic is, told as the normal deviate that is as rare.
+//! Significance of a statistic, as the normal deviate of equal probability.
 
-/// The normal deviate that is as rare as a sum of squares of so many normal numbers (E. B. Wilson and M. M. Hilferty, PNAS 17, 684,
-/// 1931): the sum of a few is far from normal, and its own standard deviations would cry wolf.
+/// The normal deviate with the tail probability of a chi-square sum of `count` squares (E. B. Wilson and M. M. Hilferty, PNAS 17, 684,
+/// 1931).
 pub(crate) fn z_of_sum_of_squares(sum: f64, count: f64) -> f64 {
     if count == 0.0 {
         return 0.0;
@@ -10,7 +10,7 @@ pub(crate) fn z_of_sum_of_squares(sum: f64, count: f64) -> f64 {
     ((sum / count).cbrt() - (1.0 - variance)) / variance.sqrt()
 }
 
-/// The largest of so many deviates, less what that is by chance: a tail falls as exp(-z²/2).
+/// The deviate of the largest of `count` deviates, corrected for their number: a tail falls as exp(-z²/2).
 pub(crate) fn less_by_chance(largest: f64, count: f64) -> f64 {
     (largest * largest.max(0.0) - 2.0 * count.ln()).max(0.0).sqrt()
 }

@@ -22,7 +22,7 @@ struct Part<'o> {
     first: usize,
 }
 
-/// Shares the gap out, given the readings that the believed set-up and the best fit expect.
+/// Divides the gap, given the readings expected of the believed set-up and of the best fit.
 pub(crate) fn gap_budget(
     observations: &Observations,
     nuisance: &[Nuisance],
@@ -91,7 +91,7 @@ fn parts(observations: &Observations) -> Vec<Part<'_>> {
     parts
 }
 
-/// The region of each reading of a plane, by the believed field: what is above half its peak and hangs together with
+/// The region of each reading of a plane, by the believed field: what is above half its peak and connected to
 /// it, what else is above a tenth, and the rest.
 fn regions(part: &Part<'_>, believed: &[f64]) -> HashMap<usize, Region> {
     let level = |i: usize| believed[part.first + i];
@@ -122,7 +122,7 @@ fn regions(part: &Part<'_>, believed: &[f64]) -> HashMap<usize, Region> {
     part.own.iter().map(|&i| (i, region(i))).collect()
 }
 
-/// What a gain and then a shift of its own for each height would remove, to first order; what noise leaves; the rest.
+/// What a separate gain, and then a separate shift, for each height would remove to first order; the noise; the rest.
 fn kinds(
     observations: &Observations,
     parts: &[Part<'_>],

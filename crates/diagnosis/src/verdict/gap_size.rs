@@ -60,7 +60,7 @@ impl HeldOut {
         gap(&self.kept_out, &ForwardModel::believed().expected_readings(&self.kept_out, &nuisance))
     }
 
-    /// Of a fit, made anew on the training points; the spread of random departures stays what it was.
+    /// Of a fit, repeated on the training points with the same spread of random departures.
     pub fn after(&self, fit: &Fit, context: &Context) -> f64 {
         let start = Start {
             instances: fit.instances.clone(),

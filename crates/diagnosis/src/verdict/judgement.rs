@@ -17,9 +17,9 @@ pub(crate) struct Judgement {
     pub verdict: Verdict,
     /// Numbers of the named set, or of the rivals, best first.
     pub named: Vec<usize>,
-    /// Probability of each set that was tried.
+    /// Probability of each scored set.
     pub probabilities: Vec<f64>,
-    /// Whether several effects would be named but that the gap is faint.
+    /// Whether several effects fit, but are not named because the gap is faint.
     pub too_faint: bool,
 }
 
@@ -138,8 +138,8 @@ fn rivals(scored: &[ScoredModel], probabilities: &[f64]) -> Vec<usize> {
     rivals
 }
 
-/// The set that all rivals of three effects hold, where what each adds explains next to nothing of the gap: it makes up for some
-/// formula's own error, and the most that can be said of it is that something does.
+/// The common part of rivals of three effects, if the third effect of each explains an immaterial share of the gap: it only compensates
+/// for an error of a formula.
 fn common_part(scored: &[ScoredModel], rivals: &[usize], gap: f64) -> Option<usize> {
     let all_hold = |part: &ScoredModel| {
         let ids = part.fit.ids();
@@ -192,7 +192,7 @@ mod tests {
             ]
         };
         assert_eq!(common_part(&sets(5015.0), &[0, 1], gap), Some(3));
-        // What the third explains is no flaw of a formula.
+        // Here the third effect explains more than an error of a formula.
         assert_eq!(common_part(&sets(5100.0), &[0, 1], gap), None);
         assert_eq!(common_part(&sets(5015.0), &[0], gap), None);
         let of_two = [

@@ -143,7 +143,7 @@ impl<L: ByteLink> ThesisArray<L> {
         }))
     }
 
-    /// The answer to the present line, or `None` if none came whole in time. Answers to earlier lines, left over from
+    /// The answer to the present line, or `None` if none came whole in time. Answers to earlier lines, that remain from
     /// a cancelled call, are passed over.
     async fn answer(&mut self, within: Duration) -> Result<Option<Reply>, RigError> {
         let until = Instant::now() + within;

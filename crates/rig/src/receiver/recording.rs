@@ -57,7 +57,7 @@ impl Recorder {
                 None
             }
             Event::End { t_us, .. } if t_us >= self.asked_at_us => Some(t_us),
-            // Left over from before the question.
+            // Received before the question.
             _ => None,
         }
     }

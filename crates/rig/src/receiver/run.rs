@@ -63,7 +63,7 @@ impl Run {
                 self.numbered = self.first.map(|first| next_seq.wrapping_sub(first.seq));
                 return true;
             }
-            // Left over from before the question.
+            // Received before the question.
             _ => {}
         }
         self.received >= self.sent

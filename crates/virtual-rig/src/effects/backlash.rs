@@ -1,4 +1,4 @@
-//! Play between motor and carriage along x: the nozzle trails by half of it.
+//! Play between motor and tool head along x: the nozzle trails by half of it.
 //!
 //! After a reversal the nozzle stands still until the play is taken up. Before the first travel along x it is in the middle.
 //! (A second reversal within the play is treated as a full one.)

@@ -211,16 +211,16 @@ impl Bench {
         let target = RobotPosition::from_axes_mm([x_mm, -150.0, -100.0]);
         let reached = self.robot.move_to(target, feed()).await?;
         if reached.is_within(5e-5, target) {
-            let carriage_mm = self.carriage_mm();
+            let head_mm = self.head_mm();
             assert!(
-                (carriage_mm - Vector3::new(x_mm + 300.0, 150.0, 150.0)).norm() < 0.02,
-                "reported as reached, but the carriage is at {carriage_mm:?}"
+                (head_mm - Vector3::new(x_mm + 300.0, 150.0, 150.0)).norm() < 0.02,
+                "reported as reached, but the tool head is at {head_mm:?}"
             );
         }
         Ok(reached)
     }
 
-    fn carriage_mm(&self) -> Vector3<f64> {
+    fn head_mm(&self) -> Vector3<f64> {
         let now_s = self.begun.elapsed().as_secs_f64();
         self.trajectory.lock().expect("not poisoned").at(now_s).position_mm
     }
@@ -255,7 +255,7 @@ async fn a_session_opens_without_moving_and_keeps_the_motors_on() {
     let bench = Bench::with(Dialect::Grbl, GrblSettings::default(), &[]).await.expect("it opens");
     assert_eq!(bench.received_lines(), ["$I", "$$", "$1=255"]);
     assert_eq!(bench.robot.firmware(), "Grbl 1.1h");
-    assert_eq!(bench.carriage_mm(), Vector3::new(42.0, 61.0, 180.0));
+    assert_eq!(bench.head_mm(), Vector3::new(42.0, 61.0, 180.0));
     assert!(bench.robot.advice().is_empty(), "{:?}", bench.robot.advice());
     let held = GrblSettings { idle_ms: 255, ..GrblSettings::default() };
     let bench = Bench::with(Dialect::GrblHal, held, &[]).await.expect("it opens");
@@ -350,7 +350,7 @@ async fn a_homing_command_that_is_lost_is_not_taken_for_homed() {
             let damage = [("$H", Damage::LoseLine), ("$H", damage)];
             let mut bench = Bench::with(dialect, held, &damage).await.expect("it opens");
             bench.robot.home().await.expect("homes in the end");
-            assert_eq!(bench.carriage_mm(), Vector3::new(2.0, 2.0, 2.0), "{dialect:?} {damage:?}");
+            assert_eq!(bench.head_mm(), Vector3::new(2.0, 2.0, 2.0), "{dialect:?} {damage:?}");
         }
     }
 }
@@ -365,9 +365,9 @@ async fn stopping_a_move_in_its_middle_takes_no_time_and_homing_goes_on() {
         bench.robot.stop().await.expect("stops");
         assert!(begun.elapsed() < Duration::from_millis(100));
         tokio::time::sleep(Duration::from_secs(1)).await;
-        let stands_mm = bench.carriage_mm();
+        let stands_mm = bench.head_mm();
         tokio::time::sleep(Duration::from_secs(5)).await;
-        assert_eq!(bench.carriage_mm(), stands_mm);
+        assert_eq!(bench.head_mm(), stands_mm);
         bench.robot.home().await.expect("homes");
         bench.go(-200.0).await.expect("goes on");
     }

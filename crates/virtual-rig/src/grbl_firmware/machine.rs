@@ -1,4 +1,4 @@
-//! The machine behind the firmware: its planner, its counted position, and the true position of the carriage.
+//! The machine behind the firmware: its planner, its counted position, and the true position of the tool head.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -23,13 +23,13 @@ struct Queued {
 
 /// The planner's queue and the positions.
 ///
-/// The machine counts its steps in machine coordinates. The true position of the carriage differs by the machine's zero and by
+/// The machine counts its steps in machine coordinates. The true position of the tool head differs by the machine's zero and by
 /// every lost step.
 #[derive(Debug)]
 pub(super) struct Machine {
     settings: GrblSettings,
     gantry: Gantry,
-    carriage_minus_machine_mm: Vector3<f64>,
+    head_minus_machine_mm: Vector3<f64>,
     planned_mm: Vector3<f64>,
     queue: VecDeque<Queued>,
     /// When a held machine has come to rest.
@@ -52,7 +52,7 @@ impl Machine {
         let mut machine = Self {
             settings,
             gantry,
-            carriage_minus_machine_mm: Vector3::zeros(),
+            head_minus_machine_mm: Vector3::zeros(),
             planned_mm: Vector3::zeros(),
             queue: VecDeque::new(),
             held_from_s: None,
@@ -66,10 +66,10 @@ impl Machine {
         machine
     }
 
-    /// Resets everything: the carriage stops, and the machine takes its position for zero.
+    /// Resets everything: the tool head stops, and the machine takes its position for zero.
     pub fn power_up(&mut self, now_s: f64) {
         let stopped_mm = self.trajectory().stop(now_s);
-        self.carriage_minus_machine_mm = stopped_mm;
+        self.head_minus_machine_mm = stopped_mm;
         self.planned_mm = Vector3::zeros();
         self.forget_motion();
         self.released = true;
@@ -90,7 +90,7 @@ impl Machine {
 
     /// The counted position, machine coordinates.
     pub fn at_mm(&self, now_s: f64) -> Vector3<f64> {
-        let at_mm = self.trajectory().at(now_s).position_mm - self.carriage_minus_machine_mm;
+        let at_mm = self.trajectory().at(now_s).position_mm - self.head_minus_machine_mm;
         let steps_per_mm = self.settings.steps_per_mm.get();
         at_mm.map(|mm| (mm * steps_per_mm).round() / steps_per_mm)
     }
@@ -158,7 +158,7 @@ impl Machine {
         self.jogs_until_s
     }
 
-    /// When the carriage will run into a switch.
+    /// When the tool head will run into a switch.
     pub fn hit_at_s(&self) -> Option<f64> {
         self.hit_at_s
     }
@@ -194,7 +194,7 @@ impl Machine {
         self.fall_if_released(now_s);
         self.released = false;
         let from_mm = self.trajectory().end_mm();
-        let to_mm = to_mm + self.carriage_minus_machine_mm;
+        let to_mm = to_mm + self.head_minus_machine_mm;
         let mut planned = self.gantry.push(from_mm, to_mm, feed_mm_s, now_s);
         let leaves = (0..3)
             .filter_map(|axis| {
@@ -217,7 +217,7 @@ impl Machine {
                 self.hit_at_s = self.hit_at_s.or(Some(at_s));
             } else {
                 // The motors lose steps against the frame.
-                self.carriage_minus_machine_mm += self.gantry.within_frame(to_mm) - to_mm;
+                self.head_minus_machine_mm += self.gantry.within_frame(to_mm) - to_mm;
             }
         }
         if let Some(last) = self.queue.back_mut() {
@@ -238,13 +238,13 @@ impl Machine {
         }
     }
 
-    /// Ends the motion along its path; returns when the carriage rests.
+    /// Ends the motion along its path; returns when the tool head rests.
     fn slow_down(&mut self, now_s: f64) -> f64 {
         let velocity_mm_s = self.trajectory().velocity_mm_s(now_s);
         let from_mm = self.trajectory().stop(now_s);
         let speed_mm_s = velocity_mm_s.norm();
         let Some(first) = self.queue.front().filter(|_| speed_mm_s > 0.0) else { return now_s };
-        let left_mm = (first.to_mm + self.carriage_minus_machine_mm - from_mm).norm();
+        let left_mm = (first.to_mm + self.head_minus_machine_mm - from_mm).norm();
         let needs_mm = speed_mm_s * speed_mm_s / (2.0 * self.settings.acceleration_mm_s2.get());
         let rests_mm = from_mm + velocity_mm_s / speed_mm_s * needs_mm.min(left_mm);
         self.gantry.push(from_mm, rests_mm, speed_mm_s, now_s).ends_s()
@@ -266,7 +266,7 @@ impl Machine {
         let rests_s = self.slow_down(now_s);
         self.queue.clear();
         let rests_mm = self.trajectory().end_mm();
-        self.planned_mm = rests_mm - self.carriage_minus_machine_mm;
+        self.planned_mm = rests_mm - self.head_minus_machine_mm;
         self.jogs_until_s = Some(rests_s + CANCELLED_JOG_S);
     }
 
@@ -277,12 +277,12 @@ impl Machine {
         self.planned_mm = self.at_mm(now_s);
     }
 
-    /// The pulses end at once; the carriage coasts by its momentum, which is not counted.
+    /// The pulses end at once; the tool head coasts by its momentum, which is not counted.
     pub fn lose_position(&mut self, now_s: f64) {
         let (stopped_mm, coast_mm) = self.gantry.cut_pulses(now_s);
         self.forget_motion();
-        self.planned_mm = stopped_mm - self.carriage_minus_machine_mm;
-        self.carriage_minus_machine_mm += coast_mm;
+        self.planned_mm = stopped_mm - self.head_minus_machine_mm;
+        self.head_minus_machine_mm += coast_mm;
     }
 
     /// Plans homing: z, then x and y; to the switch, off it, to it again slowly, off it. Returns when it ends.
@@ -312,7 +312,7 @@ impl Machine {
         let zero_mm = self.settings.machine_zero_mm();
         let end_mm = self.trajectory().end_mm();
         for axis in (0..3).filter(|&axis| axes[axis]) {
-            self.carriage_minus_machine_mm[axis] = zero_mm[axis];
+            self.head_minus_machine_mm[axis] = zero_mm[axis];
             self.planned_mm[axis] = end_mm[axis] - zero_mm[axis];
         }
     }
@@ -326,7 +326,7 @@ impl Machine {
     /// Switches the motors off.
     pub fn release(&mut self, now_s: f64) {
         if !std::mem::replace(&mut self.released, true) {
-            self.carriage_minus_machine_mm += self.gantry.fall(self.settings.sag_mm.get(), now_s);
+            self.head_minus_machine_mm += self.gantry.fall(self.settings.sag_mm.get(), now_s);
         }
     }
 

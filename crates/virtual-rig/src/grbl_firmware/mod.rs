@@ -104,7 +104,7 @@ pub struct GrblFirmware {
 }
 
 impl GrblFirmware {
-    /// Firmware that drives the carriage of `trajectory`; silent until [`Firmware::power_up`].
+    /// Firmware that drives the tool head of `trajectory`; silent until [`Firmware::power_up`].
     ///
     /// While `homing_jam` is set every homing fails, as with a broken switch.
     pub fn new(

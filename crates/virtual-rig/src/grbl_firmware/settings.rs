@@ -23,7 +23,7 @@ pub enum Dialect {
 pub struct GrblSettings {
     /// Travel of each axis from its switch (`$130` to `$132`).
     pub travel_mm: [Positive; 3],
-    /// Position of the carriage at power-up, from its switches. The firmware does not know it before homing.
+    /// Position of the tool head at power-up, from its switches. The firmware does not know it before homing.
     pub parked_mm: [NonNegative; 3],
     /// Acceleration along the path (`$120` to `$122`).
     pub acceleration_mm_s2: Positive,

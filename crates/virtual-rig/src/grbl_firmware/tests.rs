@@ -72,7 +72,7 @@ impl Bench {
         String::from_utf8(out).expect("the firmware sends text")
     }
 
-    fn carriage_mm(&self) -> Vector3<f64> {
+    fn head_mm(&self) -> Vector3<f64> {
         self.trajectory.lock().expect("no test panics with it").at(self.now_s).position_mm
     }
 }
@@ -98,7 +98,7 @@ fn without_homing_it_starts_idle_at_a_zero_that_means_nothing() {
     let (mut bench, greeting) = Bench::with(Dialect::Grbl, settings);
     assert_eq!(greeting, GREETING);
     assert!(bench.send("?").starts_with("<Idle|MPos:0.000,0.000,0.000|"));
-    assert!(bench.carriage_mm().norm() > 100.0);
+    assert!(bench.head_mm().norm() > 100.0);
     assert_eq!(bench.send("$H\n"), "error:5\r\n");
 }
 
@@ -126,7 +126,7 @@ fn homing_backs_off_the_switches_and_zero_is_at_the_far_end() {
         output.starts_with("ok\r\n<Idle|MPos:-298.000,-298.000,-248.000|"),
         "answered behind it: {output}"
     );
-    assert_eq!(bench.carriage_mm(), Vector3::new(2.0, 2.0, 2.0));
+    assert_eq!(bench.head_mm(), Vector3::new(2.0, 2.0, 2.0));
     let (mut hal, _) = Bench::with(
         Dialect::GrblHal,
         GrblSettings { origin_at_switches: true, ..Default::default() },
@@ -162,7 +162,7 @@ fn ok_comes_when_a_move_is_planned_and_that_of_a_dwell_when_it_is_done() {
     assert!(bench.send("?").starts_with("<Run|MPos:-20"), "nearly there");
     assert_eq!(bench.wait(0.5), "ok\r\n");
     assert!(bench.send("?").starts_with("<Idle|MPos:-200.000,-298.000,-248.000|"));
-    assert!((bench.carriage_mm().x - 100.0).abs() < 1e-9);
+    assert!((bench.head_mm().x - 100.0).abs() < 1e-9);
 }
 
 #[test]
@@ -225,7 +225,7 @@ fn a_reset_in_motion_loses_the_position_and_one_at_rest_keeps_it() {
     let believed_mm: f64 =
         output[12..].split(',').next().and_then(|x| x.parse().ok()).expect("a number");
     assert!(
-        (bench.carriage_mm().x - 300.0 - believed_mm).abs() > 1.0,
+        (bench.head_mm().x - 300.0 - believed_mm).abs() > 1.0,
         "it coasted uncounted: {output}"
     );
     let mut bench = Bench::homed(Dialect::Grbl);
@@ -255,10 +255,9 @@ fn a_hold_slows_down_and_a_resume_goes_on_to_the_target() {
     bench.wait(2.0);
     assert_eq!(bench.send("\x18"), GREETING, "held and at rest: the position is kept");
     assert!(bench.send("?").starts_with("<Idle|MPos:-1"));
-    let carriage_mm = bench.carriage_mm();
+    let head_mm = bench.head_mm();
     assert!(
-        (bench.firmware.machine.at_mm(bench.now_s).x - (carriage_mm.x - 300.0)).abs()
-            < 1e-9 + 0.002
+        (bench.firmware.machine.at_mm(bench.now_s).x - (head_mm.x - 300.0)).abs() < 1e-9 + 0.002
     );
 }
 
@@ -331,14 +330,14 @@ fn motors_let_go_between_moves_unless_told_not_to() {
     let (mut bench, _) = Bench::with(Dialect::Grbl, settings);
     bench.send("$H\n");
     bench.wait(120.0);
-    let z_mm = bench.carriage_mm().z;
+    let z_mm = bench.head_mm().z;
     assert!((z_mm - 1.5).abs() < 1e-9, "it fell after homing: {z_mm}");
     assert!(bench.send("?").contains(",-248.000|"), "and does not know");
     bench.send("$1=255\n");
     bench.wait(1.0);
     bench.send("G53G1Z-200F3000\n");
     bench.wait(100.0);
-    assert!((bench.carriage_mm().z - 49.5).abs() < 1e-9);
+    assert!((bench.head_mm().z - 49.5).abs() < 1e-9);
 }
 
 #[test]
@@ -398,7 +397,7 @@ proptest! {
         }
         bench.wait(1.0);
         prop_assert!(bench.send("\x18").contains(" ['$'"));
-        let at_mm = bench.carriage_mm();
+        let at_mm = bench.head_mm();
         prop_assert!(at_mm.iter().all(|&mm| (0.0..=300.0).contains(&mm)));
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! `ok` means planned, not arrived. With a full planner the `ok` of a move is delayed. Long commands send
 //! `echo:busy: processing`. A repeated line number is dropped without a message. Soft endstops clamp without a message. `M114`
-//! reports the target, even while the carriage is elsewhere.
+//! reports the target, even while the tool head is elsewhere.
 
 mod emergency;
 mod gcode;
@@ -68,7 +68,7 @@ pub struct MarlinFirmware {
 }
 
 impl MarlinFirmware {
-    /// Firmware that drives the carriage of `trajectory`; silent until [`Firmware::power_up`].
+    /// Firmware that drives the tool head of `trajectory`; silent until [`Firmware::power_up`].
     ///
     /// While `homing_jam` is set every homing fails, as with a broken switch.
     pub fn new(

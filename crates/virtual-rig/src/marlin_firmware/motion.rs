@@ -1,4 +1,4 @@
-//! Coordinates and planning: planned position, counted position, and true position of the carriage.
+//! Coordinates and planning: planned position, counted position, and true position of the tool head.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -23,14 +23,14 @@ pub(super) struct EndstopHit {
 /// The firmware's bookkeeping of positions.
 ///
 /// Four positions can differ in a real robot, and a driver must not confuse them: the *logical* one of the commands (shifted by
-/// `G92`), the *planned* one, the *counted* one of the motors, and the true one of the *carriage*.
+/// `G92`), the *planned* one, the *counted* one of the motors, and the true one of the *tool head*.
 #[derive(Debug)]
 pub(super) struct Motion {
     settings: MarlinSettings,
     gantry: Gantry,
     planned_mm: Vector3<f64>,
-    carriage_minus_planned_mm: Vector3<f64>,
-    carriage_minus_counted_mm: Vector3<f64>,
+    head_minus_planned_mm: Vector3<f64>,
+    head_minus_counted_mm: Vector3<f64>,
     shift_mm: Vector3<f64>,
     homed: [bool; 3],
     absolute: bool,
@@ -51,8 +51,8 @@ impl Motion {
             settings,
             gantry,
             planned_mm: Vector3::zeros(),
-            carriage_minus_planned_mm: Vector3::zeros(),
-            carriage_minus_counted_mm: Vector3::zeros(),
+            head_minus_planned_mm: Vector3::zeros(),
+            head_minus_counted_mm: Vector3::zeros(),
             shift_mm: Vector3::zeros(),
             homed: [false; 3],
             absolute: true,
@@ -64,12 +64,12 @@ impl Motion {
         motion
     }
 
-    /// Resets everything: the carriage stops, and the firmware takes its position for zero.
+    /// Resets everything: the tool head stops, and the firmware takes its position for zero.
     pub fn power_up(&mut self, now_s: f64) {
-        let carriage_mm = self.trajectory().stop(now_s);
+        let head_mm = self.trajectory().stop(now_s);
         self.planned_mm = Vector3::zeros();
-        self.carriage_minus_planned_mm = carriage_mm;
-        self.carriage_minus_counted_mm = carriage_mm;
+        self.head_minus_planned_mm = head_mm;
+        self.head_minus_counted_mm = head_mm;
         self.shift_mm = Vector3::zeros();
         self.homed = [false; 3];
         self.absolute = true;
@@ -109,7 +109,7 @@ impl Motion {
 
     /// The motors' count at `now_s`, in the coordinates of the commands.
     pub fn counted_mm(&self, now_s: f64) -> Vector3<f64> {
-        self.trajectory().at(now_s).position_mm - self.carriage_minus_counted_mm + self.shift_mm
+        self.trajectory().at(now_s).position_mm - self.head_minus_counted_mm + self.shift_mm
     }
 
     /// Steps of a position as the firmware's `Count` gives them.
@@ -158,7 +158,7 @@ impl Motion {
         let step_mm = 1.0 / self.settings.steps_per_mm.get();
         let on_a_step = |mm: f64| (mm / step_mm).round() * step_mm;
         let from_mm = self.trajectory().end_mm();
-        let to_mm = target_mm.map(on_a_step) + self.carriage_minus_planned_mm;
+        let to_mm = target_mm.map(on_a_step) + self.head_minus_planned_mm;
         self.planned_mm = target_mm;
         if (to_mm - from_mm).norm() < 0.5 * step_mm {
             return None;
@@ -188,19 +188,19 @@ impl Motion {
     pub fn homed(&mut self, axes: [bool; 3]) {
         for axis in (0..3).filter(|&axis| axes[axis]) {
             self.planned_mm[axis] = 0.0;
-            self.carriage_minus_planned_mm[axis] = 0.0;
-            self.carriage_minus_counted_mm[axis] = 0.0;
+            self.head_minus_planned_mm[axis] = 0.0;
+            self.head_minus_counted_mm[axis] = 0.0;
             self.shift_mm[axis] = 0.0;
             self.homed[axis] = true;
         }
     }
 
-    /// `M410`: the pulses end at once; the carriage coasts by its momentum, which is not counted.
+    /// `M410`: the pulses end at once; the tool head coasts by its momentum, which is not counted.
     pub fn quick_stop(&mut self, now_s: f64) {
         let (stopped_mm, coast_mm) = self.gantry.cut_pulses(now_s);
-        self.planned_mm = stopped_mm - self.carriage_minus_counted_mm;
-        self.carriage_minus_counted_mm += coast_mm;
-        self.carriage_minus_planned_mm = self.carriage_minus_counted_mm;
+        self.planned_mm = stopped_mm - self.head_minus_counted_mm;
+        self.head_minus_counted_mm += coast_mm;
+        self.head_minus_planned_mm = self.head_minus_counted_mm;
     }
 
     /// Switches the motors off (`M84`, or the idle time-out).
@@ -225,8 +225,8 @@ impl Motion {
 
     fn fall(&mut self, at_s: f64) {
         let fallen_mm = self.gantry.fall(self.settings.sag_mm.get(), at_s);
-        self.carriage_minus_planned_mm += fallen_mm;
-        self.carriage_minus_counted_mm += fallen_mm;
+        self.head_minus_planned_mm += fallen_mm;
+        self.head_minus_counted_mm += fallen_mm;
     }
 
     /// Plans a move and applies the limits of switches and frame.
@@ -246,13 +246,13 @@ impl Motion {
             planned.cut_at(at_s);
             self.trajectory().replace_last(planned);
             // The rest of the move does not run, but the planner counts it as done.
-            self.carriage_minus_planned_mm += planned.end_mm() - to_mm;
+            self.head_minus_planned_mm += planned.end_mm() - to_mm;
             return Some(EndstopHit { at_s, axis });
         }
         // There is no switch at the far ends: the motors lose steps against the frame.
         let lost_mm = self.gantry.within_frame(to_mm) - to_mm;
-        self.carriage_minus_planned_mm += lost_mm;
-        self.carriage_minus_counted_mm += lost_mm;
+        self.head_minus_planned_mm += lost_mm;
+        self.head_minus_counted_mm += lost_mm;
         None
     }
 

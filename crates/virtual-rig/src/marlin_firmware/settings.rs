@@ -12,7 +12,7 @@ use fieldgap_input::{NonNegative, Positive};
 pub struct MarlinSettings {
     /// Travel of each axis from its switch.
     pub travel_mm: [Positive; 3],
-    /// Position of the carriage at power-up. The firmware does not know it before homing.
+    /// Position of the tool head at power-up. The firmware does not know it before homing.
     pub parked_mm: [NonNegative; 3],
     /// Acceleration along the path.
     pub acceleration_mm_s2: Positive,

@@ -65,7 +65,7 @@ impl Bench {
         String::from_utf8(out).expect("the firmware sends text")
     }
 
-    fn carriage_mm(&self) -> Vector3<f64> {
+    fn head_mm(&self) -> Vector3<f64> {
         self.trajectory.lock().expect("no test panics with it").at(self.now_s).position_mm
     }
 }
@@ -87,11 +87,11 @@ fn it_greets_at_power_up_and_at_every_reset() {
 fn ok_comes_when_a_move_is_planned_and_m400_when_it_is_done() {
     let mut bench = Bench::homed();
     assert_eq!(bench.send("G1 X80 F4800\n"), "ok\n");
-    assert!(bench.carriage_mm().x < 0.1, "the ok came before the move");
+    assert!(bench.head_mm().x < 0.1, "the ok came before the move");
     assert_eq!(bench.send("M400\n"), "");
     assert_eq!(bench.wait(1.0), "");
     assert_eq!(bench.wait(0.1), "ok\n");
-    assert!((bench.carriage_mm().x - 80.0).abs() < 1e-9);
+    assert!((bench.head_mm().x - 80.0).abs() < 1e-9);
 }
 
 #[test]
@@ -128,14 +128,14 @@ fn it_says_that_it_is_busy_every_two_seconds() {
 }
 
 #[test]
-fn homing_takes_the_carriage_from_wherever_it_was_to_the_switches() {
+fn homing_takes_the_tool_head_from_wherever_it_was_to_the_switches() {
     let mut bench = Bench::new();
-    assert!(bench.carriage_mm().norm() > 100.0);
+    assert!(bench.head_mm().norm() > 100.0);
     assert!(bench.send("M119\n").contains("x_min: open"));
     assert_eq!(bench.send("G28\n"), "");
     let output = bench.wait(30.0);
     assert!(output.contains("busy") && output.ends_with("ok\n"), "{output}");
-    assert_eq!(bench.carriage_mm(), Vector3::zeros());
+    assert_eq!(bench.head_mm(), Vector3::zeros());
     assert!(bench.send("M119\n").contains("x_min: TRIGGERED"));
 }
 
@@ -151,7 +151,7 @@ fn before_homing_a_move_may_run_into_a_switch_and_the_two_positions_part() {
     let mut bench = Bench::new();
     assert_eq!(bench.send("G1 X-72 F3000\n"), "ok\n");
     assert_eq!(bench.wait(5.0), "echo:endstops hit:  X:0.00\n");
-    assert_eq!(bench.carriage_mm().x, 0.0);
+    assert_eq!(bench.head_mm().x, 0.0);
     assert!(bench.send("M114\n").starts_with("X:-72.00 "));
     assert!(bench.send("M114 R\n").starts_with("X:-42.00 "));
 }
@@ -161,10 +161,10 @@ fn a_move_into_the_far_end_loses_steps_that_only_homing_finds() {
     let mut bench = Bench::new();
     bench.send("G1 X280 F6000\n");
     bench.wait(10.0);
-    assert_eq!(bench.carriage_mm().x, 300.0);
+    assert_eq!(bench.head_mm().x, 300.0);
     bench.send("G1 X270 F6000\n");
     bench.wait(10.0);
-    assert!((bench.carriage_mm().x - 290.0).abs() < 1e-9);
+    assert!((bench.head_mm().x - 290.0).abs() < 1e-9);
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn relative_moves_and_named_positions_are_as_in_the_real_firmware() {
     assert!(bench.send("M114\n").starts_with("X:0.00 Y:8.00 Z:0.00 E:0.00 Count X:1200 "));
     bench.send("G1 X1 F3000\n");
     bench.wait(5.0);
-    assert!((bench.carriage_mm().x - 16.0).abs() < 1e-9);
+    assert!((bench.head_mm().x - 16.0).abs() < 1e-9);
 }
 
 #[test]
@@ -234,16 +234,16 @@ fn lines_sent_blind_overrun_the_buffers_and_nothing_is_said() {
 }
 
 #[test]
-fn m410_stops_the_carriage_and_loses_the_position() {
+fn m410_stops_the_tool_head_and_loses_the_position() {
     let mut bench = Bench::homed();
     bench.send("G1 X200 F4800\nM400\n");
     bench.wait(1.0);
     let output = bench.send("M410\n");
     assert!(output.starts_with("ok\n"), "the M400 has nothing left to wait for: {output}");
     bench.wait(1.0);
-    let stood_mm = bench.carriage_mm();
+    let stood_mm = bench.head_mm();
     bench.wait(5.0);
-    assert_eq!(bench.carriage_mm(), stood_mm);
+    assert_eq!(bench.head_mm(), stood_mm);
     assert!(stood_mm.x > 70.0 && stood_mm.x < 90.0, "{stood_mm}");
     let reported = bench.send("M114\n");
     let reported_mm: f64 =
@@ -261,7 +261,7 @@ fn without_an_emergency_parser_m410_waits_its_turn() {
     bench.send("G1 X100 F1200\nM400\n");
     assert_eq!(bench.send("M410\n"), "");
     assert!(bench.wait(20.0).ends_with("ok\nok\n"));
-    assert!((bench.carriage_mm().x - 142.0).abs() < 1e-9);
+    assert!((bench.head_mm().x - 142.0).abs() < 1e-9);
 }
 
 #[test]
@@ -291,12 +291,12 @@ fn idle_motors_let_go_after_two_minutes_unless_told_not_to() {
     let mut bench = Bench::homed();
     bench.send("G1 Z50 F3000\n");
     bench.wait(121.0 + 5.0);
-    assert!((bench.carriage_mm().z - 49.0).abs() < 1e-9, "{}", bench.carriage_mm());
+    assert!((bench.head_mm().z - 49.0).abs() < 1e-9, "{}", bench.head_mm());
     assert!(bench.send("M114\n").contains("Z:50.00"));
     let mut bench = Bench::homed();
     bench.send("M84 S0\nG1 Z50 F3000\n");
     bench.wait(100_000.0);
-    assert!((bench.carriage_mm().z - 50.0).abs() < 1e-9);
+    assert!((bench.head_mm().z - 50.0).abs() < 1e-9);
 }
 
 #[test]
@@ -326,17 +326,17 @@ proptest! {
     }
 
     #[test]
-    fn no_commands_take_the_carriage_out_of_its_frame_or_tear_its_path(
+    fn no_commands_take_the_tool_head_out_of_its_frame_or_tear_its_path(
         commands in prop::collection::vec(
             "(G0|G1|G28|G91|G90|G92|M84|M410|M400|G4)( ?[XYZFSP]-?[0-9]{1,4}(\\.[0-9])?){0,3}", 1..20),
     ) {
         let mut bench = Bench::new();
-        let mut last_mm = bench.carriage_mm();
+        let mut last_mm = bench.head_mm();
         for command in commands {
             bench.send(&format!("{command}\n"));
             for _ in 0..20 {
                 bench.wait(0.05);
-                let now_mm = bench.carriage_mm();
+                let now_mm = bench.head_mm();
                 prop_assert!((now_mm - last_mm).norm() < 400.0 * 0.05, "{command}: {last_mm} {now_mm}");
                 for (axis, most) in [300.0, 300.0, 250.0].into_iter().enumerate() {
                     prop_assert!((-1e-9..=most + 1e-9).contains(&now_mm[axis]));

@@ -110,7 +110,7 @@ fn set_up(scan: &RecordedScan) -> Vec<(String, String)> {
         row("Array", format!("{}, {} elements", setup.array.layout(), setup.array.array().len())),
         row("Frequency", format!("{} kHz", setup.array.frequency_hz() / 1e3)),
         row(
-            "Speed of sound, as believed",
+            "Nominal speed of sound",
             format!("{:.1} m/s", setup.medium.medium().speed_of_sound_m_s),
         ),
     ];

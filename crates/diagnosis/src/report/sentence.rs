@@ -7,7 +7,7 @@ use crate::verdict::judgement::Judgement;
 
 /// Gaps relative to the scan's root mean square.
 pub(crate) struct Gaps {
-    /// Of the simulation as believed.
+    /// Of the nominal simulation.
     pub before: f64,
     /// The same over readings kept out of the fit.
     pub before_held_out: f64,
@@ -68,7 +68,7 @@ impl Basis<'_> {
             }
             Verdict::Unexplained => self.unexplained(&gap, &ranked[0]),
             Verdict::None => {
-                format!("{gap} is no gap beyond noise: the believed set-up explains the scan.")
+                format!("{gap} is no gap beyond noise: the nominal set-up explains the scan.")
             }
         }
     }
@@ -90,7 +90,7 @@ impl Basis<'_> {
             true => "many sets of effects fit equally well".to_owned(),
         };
         let nearest = match &best.effects[..] {
-            [] => "no effect fits better than the set-up as believed,".to_owned(),
+            [] => "no effect fits better than the nominal set-up,".to_owned(),
             [one] => format!("{one} comes nearest"),
             several => format!("{} come nearest", names(several)),
         };

@@ -75,7 +75,7 @@ impl Diagnosis {
         let mut rows = vec![
             row("", "all readings".to_owned(), "held out".to_owned()),
             row(
-                "simulation as believed",
+                "nominal simulation",
                 percent(self.gap_before),
                 percent(self.gap_before_held_out),
             ),

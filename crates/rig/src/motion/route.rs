@@ -44,21 +44,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::motion::travel::{AxisBox, KeepOut};
-
-    fn mm(x: f64, y: f64, z: f64) -> RobotPosition {
-        RobotPosition::from_axes_mm([x, y, z])
-    }
-
-    fn envelope() -> Envelope {
-        Envelope {
-            travel: AxisBox { least_m: [0.0; 3], largest_m: [0.3, 0.3, 0.25] },
-            keep_out: vec![KeepOut {
-                name: "array".into(),
-                space: AxisBox { least_m: [0.1, 0.1, 0.0], largest_m: [0.2, 0.2, 0.05] },
-            }],
-        }
-    }
+    use crate::motion::travel::tests::{envelope, mm};
 
     #[test]
     fn straight_where_it_is_free() {

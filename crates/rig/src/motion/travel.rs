@@ -160,16 +160,16 @@ pub enum PathFault {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use proptest::prelude::*;
 
     use super::*;
 
-    fn mm(x: f64, y: f64, z: f64) -> RobotPosition {
+    pub fn mm(x: f64, y: f64, z: f64) -> RobotPosition {
         RobotPosition::from_axes_mm([x, y, z])
     }
 
-    fn envelope() -> Envelope {
+    pub fn envelope() -> Envelope {
         Envelope {
             travel: AxisBox { least_m: [0.0; 3], largest_m: [0.3, 0.3, 0.25] },
             keep_out: vec![KeepOut {

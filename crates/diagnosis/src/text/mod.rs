@@ -74,11 +74,7 @@ impl Diagnosis {
         let row = |label: &str, all: String, held_out: String| [label.to_owned(), all, held_out];
         let mut rows = vec![
             row("", "all readings".to_owned(), "held out".to_owned()),
-            row(
-                "nominal simulation",
-                percent(self.gap_before),
-                percent(self.gap_before_held_out),
-            ),
+            row("nominal simulation", percent(self.gap_before), percent(self.gap_before_held_out)),
         ];
         if let Some(best) = self.best().filter(|best| !best.effects.is_empty()) {
             rows.push(row(

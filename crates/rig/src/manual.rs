@@ -1,19 +1,12 @@
 //! The devices of a rig that a person operates by hand. Other programs may use the others at the same time.
 
 use std::fmt;
-use std::time::Duration;
-
-use tokio::time::timeout;
 
 use super::config::RigConfig;
-use super::device::Device;
 use super::emergency::Emergency;
-use super::error::{Cause, RigError};
-use super::safety::{Ports, open_motion};
+use super::error::RigError;
+use super::safety::{Ports, open_motion, silence, stop};
 use super::{FocusArray, Motion, Receiver};
-
-/// How long each device may take to confirm that it is safe.
-const SAFE_WITHIN: Duration = Duration::from_millis(250);
 
 /// Which devices to open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -106,32 +99,23 @@ impl ManualRig {
         [array, robot].into_iter().flatten().collect()
     }
 
-    /// Silences the array, then stops the robot, each within a quarter of a second, and reports what could not be done.
+    /// Silences the array and stops the robot, both at once, and reports what could not be done. The commands are sent
+    /// immediately; the array's confirmation is awaited for half a second, the robot's for two and a half.
     ///
     /// May be called at any time, also when a call to a device was cancelled in its middle. The robot's position
     /// is unknown afterwards.
     pub async fn make_safe(&mut self, reason: impl Into<String>) -> ManualSafetyReport {
         let mut made = ManualSafetyReport { reason: reason.into(), array: None, robot: None };
-        if let Some(array) = &mut self.array {
-            let silenced = timeout(SAFE_WITHIN, array.silence()).await;
-            made.array = Some(
-                silenced
-                    .unwrap_or_else(|_| Err(unconfirmed(array.device(), "silencing the array"))),
-            );
-        }
-        if let Some(robot) = &mut self.robot {
-            let stopped = timeout(SAFE_WITHIN, robot.stop()).await;
-            made.robot = Some(
-                stopped.unwrap_or_else(|_| Err(unconfirmed(robot.device(), "stopping the robot"))),
-            );
-        }
+        let array = self.array.as_mut();
+        let robot = self.robot.as_mut();
+        (made.array, made.robot) = tokio::join!(
+            biased;
+            async { Some(silence(&mut **array?).await) },
+            async { Some(stop(&mut **robot?).await) },
+        );
         tracing::warn!("{made}");
         made
     }
-}
-
-fn unconfirmed(device: &Device, attempt: &str) -> RigError {
-    RigError::new(device.clone(), attempt, Cause::Silent { waited: SAFE_WITHIN }, None)
 }
 
 /// What was done to leave the open devices safe, and what could not be.
@@ -170,22 +154,26 @@ impl fmt::Display for ManualSafetyReport {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
-    use crate::device::Role;
+    use crate::device::{Device, Role};
+    use crate::error::Cause;
 
     #[test]
     fn only_open_devices_are_reported() {
         let made = |array, robot| ManualSafetyReport { reason: "interrupted".into(), array, robot };
         assert_eq!(made(None, None).to_string(), "interrupted");
         assert_eq!(made(None, Some(Ok(()))).to_string(), "interrupted: the robot stands still");
-        let lost =
-            unconfirmed(&Device::new(Role::FocusArray, "/dev/ttyUSB2"), "silencing the array");
+        let array = Device::new(Role::FocusArray, "/dev/ttyUSB2");
+        let silent = Cause::Silent { waited: Duration::from_millis(500) };
+        let lost = RigError::new(array, "silencing the array", silent, None);
         let made = made(Some(Err(lost)), Some(Ok(())));
         assert!(!made.is_safe());
         assert_eq!(
             made.to_string(),
             "interrupted: THE ARRAY MAY STILL EMIT (focus array on /dev/ttyUSB2, silencing the array: no \
-             answer within 0.2 s), the robot stands still"
+             answer within 0.5 s), the robot stands still"
         );
     }
 

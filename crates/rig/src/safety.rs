@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-use tokio::time::{Instant, timeout_at};
+use tokio::time::timeout;
 
 use super::call::{Call, CallOutcome, result_text};
 use super::config::{MotionConfig, RigConfig};
@@ -11,13 +11,14 @@ use super::device::{Device, Role};
 use super::error::{Cause, RigError};
 use super::link::WireLogs;
 use super::motion::guarded::Guarded;
+use super::motion::limits::STOPPED_WITHIN;
 use super::{
     AirSensor, ElementDelay, Emergency, Feed, FocusArray, Motion, Reading, Receiver, Recording,
     RobotPosition,
 };
 
-/// How long making the rig safe may take.
-const SAFE_WITHIN: Duration = Duration::from_millis(500);
+/// How long the array may take to confirm its silence.
+const SILENT_WITHIN: Duration = Duration::from_millis(500);
 
 /// Ports that go before those of the rig file: a virtual rig's, or a person's choice on the command line.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -232,24 +233,17 @@ impl SafeRig {
         [self.array.emergency(), self.motion.emergency()].into_iter().flatten().collect()
     }
 
-    /// Silences the array and stops the robot, both at once and within half a second, and reports what could not be done.
+    /// Silences the array and stops the robot, both at once, and reports what could not be done. The commands are sent
+    /// immediately; the array's confirmation is awaited for half a second, the robot's for two and a half.
     ///
     /// May be called at any time, also when a call to a device was cancelled in its middle. The robot's position
     /// is unknown afterwards.
     pub async fn make_safe(&mut self, reason: impl Into<String>) -> SafetyReport {
-        let until = Instant::now() + SAFE_WITHIN;
         for call in [Call::Silence, Call::Stop] {
             record_call(self.logs.as_ref(), &call);
         }
-        let (silencing, stopping) = tokio::join!(
-            biased;
-            timeout_at(until, self.array.silence()),
-            timeout_at(until, self.motion.stop()),
-        );
-        let array = silencing
-            .unwrap_or_else(|_| Err(unconfirmed(self.array.device(), "silencing the array")));
-        let robot = stopping
-            .unwrap_or_else(|_| Err(unconfirmed(self.motion.device(), "stopping the robot")));
+        let (array, robot) =
+            tokio::join!(biased; silence(&mut *self.array), stop(&mut *self.motion));
         let report = SafetyReport { reason: reason.into(), array, robot };
         tracing::warn!("{report}");
         report
@@ -276,8 +270,24 @@ fn record_call(logs: Option<&WireLogs>, call: &Call) {
     }
 }
 
-fn unconfirmed(device: &Device, attempt: &str) -> RigError {
-    RigError::new(device.clone(), attempt, Cause::Silent { waited: SAFE_WITHIN }, None)
+/// Silences the array, and waits for its confirmation no longer than half a second.
+pub(crate) async fn silence(array: &mut dyn FocusArray) -> Result<(), RigError> {
+    match timeout(SILENT_WITHIN, array.silence()).await {
+        Ok(silenced) => silenced,
+        Err(_) => Err(unconfirmed(array.device(), "silencing the array", SILENT_WITHIN)),
+    }
+}
+
+/// Stops the robot, and waits for its confirmation no longer than a stop may take.
+pub(crate) async fn stop(robot: &mut dyn Motion) -> Result<(), RigError> {
+    match timeout(STOPPED_WITHIN, robot.stop()).await {
+        Ok(stopped) => stopped,
+        Err(_) => Err(unconfirmed(robot.device(), "stopping the robot", STOPPED_WITHIN)),
+    }
+}
+
+fn unconfirmed(device: &Device, attempt: &str, waited: Duration) -> RigError {
+    RigError::new(device.clone(), attempt, Cause::Silent { waited }, None)
 }
 
 /// What was done to leave the rig safe, and what could not be.
@@ -317,6 +327,7 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     use async_trait::async_trait;
+    use tokio::time::Instant;
 
     use super::*;
     use crate::device::Role;
@@ -431,7 +442,7 @@ mod tests {
         let (mut rig, log) = rig(false, true);
         let start = Instant::now();
         let report = rig.make_safe("the receiver was lost").await;
-        assert!(start.elapsed() <= SAFE_WITHIN);
+        assert!(start.elapsed() <= SILENT_WITHIN);
         assert_eq!(*log.lock().expect("not poisoned"), ["silence", "stop"]);
         assert!(report.array.is_err() && report.robot.is_ok());
         assert!(
@@ -441,11 +452,11 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn dead_devices_are_told_within_half_a_second() {
+    async fn dead_devices_are_reported_in_time() {
         let (mut rig, _) = rig(false, false);
         let start = Instant::now();
         let report = rig.make_safe("everything was lost").await;
-        assert!(start.elapsed() <= SAFE_WITHIN && !report.is_safe());
+        assert!(start.elapsed() <= STOPPED_WITHIN && !report.is_safe());
         assert!(report.to_string().contains("THE ROBOT MAY STILL MOVE"), "{report}");
     }
 }

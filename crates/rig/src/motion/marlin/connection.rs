@@ -22,9 +22,9 @@ const START_WITHIN: Duration = Duration::from_secs(20);
 /// Silence during the start after which the opening line is sent again.
 const START_QUIET: Duration = Duration::from_secs(1);
 
-/// How long the answer to a stop may take before it is sent again: several times within the half second in which a rig is
-/// made safe.
-const STOP_AGAIN_AFTER: Duration = Duration::from_millis(150);
+/// How long the answer to a stop may take before the stop is sent once more. Marlin answers after it has discarded its queue
+/// for a second; another `M410` begins that second anew.
+const STOP_AGAIN_AFTER: Duration = Duration::from_millis(1300);
 
 /// The numbered conversation with one firmware.
 #[derive(Debug)]
@@ -66,12 +66,11 @@ impl<L: ByteLink> Connection<L> {
                 }
                 match Reply::parse(&line) {
                     Reply::Ok { .. } => {
+                        self.line.halted = false;
                         // Several openings may have been answered; the mark settles every `ok` of theirs.
                         return self.position(START_WITHIN).await.map(drop);
                     }
-                    Reply::Halted => {
-                        return Err(self.line.wire.error(Cause::Halted { reply: line }));
-                    }
+                    Reply::Halted => return Err(self.line.halted(line)),
                     _ => {}
                 }
             }
@@ -116,21 +115,37 @@ impl<L: ByteLink> Connection<L> {
         self.in_step = false;
         self.in_doubt = true;
         let until = Instant::now() + within;
-        let probe = self.line.probe();
-        while Instant::now() < until {
-            self.line.wire.send(format!("\nM410\n{probe}\n").as_bytes()).await?;
-            let again = until.min(Instant::now() + STOP_AGAIN_AFTER);
-            while let Some(line) = self.line.wire.line(again).await? {
-                match Reply::parse(&line) {
-                    Reply::Mark(mark) if mark == self.line.mark => return Ok(()),
-                    Reply::Position(_) if self.line.echoes_marks == Some(false) => return Ok(()),
-                    // A firmware that restarted or halted has stopped its motors too.
-                    Reply::Started | Reply::Halted => return Ok(()),
-                    _ => {}
-                }
+        let stop = format!("\nM410\n{}\n", self.line.probe());
+        self.line.wire.send(stop.as_bytes()).await?;
+        if self.line.halted {
+            // It has switched its motors off and will not answer.
+            return Ok(());
+        }
+        let again = until.min(Instant::now() + STOP_AGAIN_AFTER);
+        if !self.stopped(again).await? {
+            self.line.wire.send(stop.as_bytes()).await?;
+            if !self.stopped(until).await? {
+                return Err(self.line.wire.error(Cause::Silent { waited: within }));
             }
         }
-        Err(self.line.wire.error(Cause::Silent { waited: within }))
+        Ok(())
+    }
+
+    /// Waits for the answer to the mark behind a stop, or for words of a firmware that has stopped its motors anyway.
+    async fn stopped(&mut self, until: Instant) -> Result<bool, RigError> {
+        while let Some(line) = self.line.wire.line(until).await? {
+            match Reply::parse(&line) {
+                Reply::Mark(mark) if mark == self.line.mark => return Ok(true),
+                Reply::Position(_) if self.line.echoes_marks == Some(false) => return Ok(true),
+                Reply::Started => return Ok(true),
+                Reply::Halted => {
+                    self.line.halted = true;
+                    return Ok(true);
+                }
+                _ => {}
+            }
+        }
+        Ok(false)
     }
 
     /// Makes sure that no answer to what was asked before is still on its way.
@@ -145,9 +160,7 @@ impl<L: ByteLink> Connection<L> {
                 match Reply::parse(&line) {
                     Reply::Other => {}
                     Reply::Started => return Err(self.line.wire.error(Cause::Reset)),
-                    Reply::Halted => {
-                        return Err(self.line.wire.error(Cause::Halted { reply: line }));
-                    }
+                    Reply::Halted => return Err(self.line.halted(line)),
                     _ => silent_since = Instant::now(),
                 }
             }

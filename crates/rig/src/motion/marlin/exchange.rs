@@ -200,7 +200,7 @@ impl<L: ByteLink> Exchange<'_, L> {
             Reply::UnknownCommand => self.answer.unknown = Some(words()),
             Reply::Busy => self.line.reports_busy = true,
             Reply::Started => return Err(self.error(Cause::Reset)),
-            Reply::Halted => return Err(self.error(Cause::Halted { reply: words() })),
+            Reply::Halted => return Err(self.line.halted(words())),
             Reply::EndstopHit => return Err(self.error(Cause::EndstopHit { reply: words() })),
             Reply::Error => return Err(self.error(Cause::Refused { reply: words() })),
             Reply::TransmissionError => {}

@@ -23,6 +23,8 @@ pub(super) struct NumberedLine<L> {
     pub(super) mark: u32,
     /// Whether this build echoes marks; not known before the first exchange.
     pub(super) echoes_marks: Option<bool>,
+    /// Whether the firmware has halted: it stands still and answers nothing until its power is cycled.
+    pub(super) halted: bool,
 }
 
 impl<L: ByteLink> NumberedLine<L> {
@@ -36,7 +38,14 @@ impl<L: ByteLink> NumberedLine<L> {
             position_query: "M114 R",
             mark: 0,
             echoes_marks: None,
+            halted: false,
         }
+    }
+
+    /// That the firmware has halted, with its words.
+    pub(super) fn halted(&mut self, reply: String) -> RigError {
+        self.halted = true;
+        self.wire.error(Cause::Halted { reply })
     }
 
     /// Counts from 1 again, as a firmware does that was told `M110 N0`.

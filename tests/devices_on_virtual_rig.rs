@@ -323,13 +323,13 @@ async fn a_board_that_emits_from_its_power_up_or_a_reset_is_put_right() {
     let driver = format!("[focus_array.sonic_surface.wiring]\nchannels = {channels:?}");
     let truth = format!("[virtual.array]\ncontroller = \"sonic-surface\"\nchannels = {channels:?}");
     let (_folder, rig_setup, firmware) = laboratory(&rig(STREAM, &driver, &truth));
-    let sounding = || firmware.world().drive_at(f64::MAX).outputs().into_iter().flatten().count();
+    let emitting = || firmware.world().drive_at(f64::MAX).outputs().into_iter().flatten().count();
     // Answered when the board has started: its first start may still be under way.
     assert!(firmware.inject(Part::Array, Fault::Reset));
-    assert_eq!(sounding(), 36, "it powers up at full drive");
+    assert_eq!(emitting(), 36, "it powers up at full drive");
     let mut array = open_array(&rig_setup.rig, &firmware.ports()).await.expect("it opens");
     assert!(!array.identity().acknowledges);
-    assert_eq!(sounding(), 0, "opening silences it");
+    assert_eq!(emitting(), 0, "opening silences it");
     let last_words = array.emergency().expect("a port can be held open").bytes;
     assert_eq!((last_words.len(), &last_words[..3]), (517, &[151, 254, 32][..]));
     let mut delays = vec![ElementDelay::Silent; 36];
@@ -337,11 +337,11 @@ async fn a_board_that_emits_from_its_power_up_or_a_reset_is_put_right() {
     array.set_delays(&delays).await.expect("36");
     array.emit().await.expect("open");
     let output = firmware.world().drive_at(f64::MAX).outputs()[7].expect("it sounds");
-    assert!((output.delay_s - 6.25e-6).abs() < 1e-12 && sounding() == 1);
+    assert!((output.delay_s - 6.25e-6).abs() < 1e-12 && emitting() == 1);
     assert!(firmware.inject(Part::Array, Fault::Reset));
-    assert_eq!(sounding(), 36, "a brown-out");
+    assert_eq!(emitting(), 36, "a brown-out");
     array.refresh().await.expect("open");
-    assert_eq!(sounding(), 1, "the next point is right again");
+    assert_eq!(emitting(), 1, "the next point is right again");
     assert!(firmware.inject(Part::Array, Fault::Unplug));
     let error = array.silence().await.expect_err("it is unplugged");
     assert!(matches!(error.cause(), Cause::Disconnected), "{error}");

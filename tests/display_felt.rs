@@ -18,7 +18,7 @@ fn array() -> Array {
     Array::square(6, 6, 10.5e-3).expect("not empty")
 }
 
-fn sounding(array: &Array) -> RadiatingArray<'_> {
+fn radiating(array: &Array) -> RadiatingArray<'_> {
     RadiatingArray { array, medium: MEDIUM, frequency_hz: 40e3, transducer: &Piston }
 }
 
@@ -39,8 +39,8 @@ fn composed(text: &str, period_steps: u32) -> (ComposedDisplay, Stimulus) {
         clock_hz: 40e3 * f64::from(period_steps),
         ..ArrayIdentity::of_thesis(36, 40e3)
     };
-    let composed = compose(&display(text), &sounding(&array), &controller).expect("it fits");
-    let playback = Playback::new(&composed.program, sounding(&array), &controller, 120.0);
+    let composed = compose(&display(text), &radiating(&array), &controller).expect("it fits");
+    let playback = Playback::new(&composed.program, radiating(&array), &controller, 120.0);
     let felt = stimulus(&composed, &playback, skin(), 40e3);
     (composed, felt)
 }

@@ -46,7 +46,7 @@ fn display(text: &str) -> DisplayFile {
         .expect("valid")
 }
 
-fn sounding<'a>(rig_setup: &'a RigSetup, display: &DisplayFile) -> RadiatingArray<'a> {
+fn radiating<'a>(rig_setup: &'a RigSetup, display: &DisplayFile) -> RadiatingArray<'a> {
     RadiatingArray {
         array: rig_setup.nominal_array(),
         medium: rig_setup.nominal_medium(),
@@ -66,7 +66,7 @@ fn composed(
     display: &DisplayFile,
     controller: &ArrayIdentity,
 ) -> ComposedDisplay {
-    compose(display, &sounding(rig_setup, display), controller).expect("it fits")
+    compose(display, &radiating(rig_setup, display), controller).expect("it fits")
 }
 
 const TWO_FOCI: &str = "[modulation.am]\nfrequency_hz = 173.0\n[[focus]]\n\
@@ -134,7 +134,7 @@ async fn the_receiver_hears_the_level_that_the_display_promises() {
     // rigs/truth/thesis-lab.toml: 4 Pa at 1 m, 3 mV/Pa. The truth's field is the Rayleigh integral, the display's the far field.
     let element_db = level_db(4.0 / 0.3);
     let playback =
-        Playback::new(&composed.program, sounding(&rig_setup, &display), &identity, element_db);
+        Playback::new(&composed.program, radiating(&rig_setup, &display), &identity, element_db);
     let promised_v = 0.4 * 0.003 * playback.rms_pa(0, &[nozzle_m])[0];
     assert!((heard_v / promised_v - 1.0).abs() < 0.03, "{heard_v} V, promised {promised_v} V");
 }

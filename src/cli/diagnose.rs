@@ -35,7 +35,7 @@ pub(super) struct Diagnose {
     /// file has no key for.
     #[arg(long, value_name = "RIG|SCAN", requires = "out")]
     apply: Option<PathBuf>,
-    /// Where the corrected set-up goes: a new rig file, or a new folder; what is there already stays as it is
+    /// New rig file or folder for the corrected set-up; existing files are not overwritten
     #[arg(long, value_name = "PATH", requires = "apply")]
     out: Option<PathBuf>,
     /// Print the diagnosis as JSON

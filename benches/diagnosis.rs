@@ -1,8 +1,8 @@
-//! How the time of a diagnosis grows with readings and elements, beside one simulation of the same readings in the same run:
+//! Time of a diagnosis against the number of readings and elements, and of one simulation of the same readings:
 //! `cargo bench --bench diagnosis`.
 //!
-//! The scans are simulated with another speed of sound than the set-up says, with noise, silence and repeats; what is timed is
-//! everything from the readings to the verdict, on all threads. Each figure is the best of several runs.
+//! The scans are simulated with another speed of sound than the nominal one, with noise, dark readings and repeats. The time is that
+//! from the readings to the verdict, on all threads. Each figure is the best of several runs.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -16,7 +16,7 @@ use fieldgap::virtual_rig::counter_rng::CounterRng;
 
 const ROUNDS: usize = 3;
 
-/// Silent readings before the scan, and every how many points one is visited again.
+/// Number of dark readings before the scan, and the interval of repeated points.
 const SILENT: usize = 64;
 const AGAIN: usize = 20;
 
@@ -34,11 +34,11 @@ fn main() {
             .filter(|s| s.focus.is_some())
             .map(|s| s.position_mm * 1e-3)
             .collect();
-        let believed = believed(&scan.setup);
+        let nominal = nominal(&scan.setup);
         let (mut field_s, mut diagnosis_s) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..ROUNDS {
             let start = Instant::now();
-            black_box(believed.magnitudes(&driven));
+            black_box(nominal.magnitudes(&driven));
             field_s = field_s.min(start.elapsed().as_secs_f64());
             let start = Instant::now();
             let diagnosis = diagnose(std::slice::from_ref(&scan), None).expect("readings enough");
@@ -56,7 +56,7 @@ fn main() {
     }
 }
 
-/// Four planes of 70 mm over a square array whose sound is faster than its set-up says.
+/// Four planes of 70 mm over a square array, with a higher speed of sound than nominal.
 fn scan(side: usize, step_mm: f64) -> RecordedScan {
     let text = format!(
         "format = 1\nname = \"bench\"\nrecorded = 2026-01-01T00:00:00Z\nreading = \"V\"\n\n\
@@ -78,8 +78,8 @@ fn scan(side: usize, step_mm: f64) -> RecordedScan {
     }
     let places_m: Vec<Vec3> = places_mm.iter().map(|place_mm| place_mm * 1e-3).collect();
     let faster = Medium { speed_of_sound_m_s: 346.0 };
-    // (Delays are kept: they were told for the believed speed.)
-    let levels = told_for(&setup, faster).magnitudes(&places_m);
+    // (Delays are those for the nominal speed of sound.)
+    let levels = driven_for(&setup, faster).magnitudes(&places_m);
     let largest = levels.iter().copied().fold(0.0, f64::max);
     let rng = CounterRng::new(1);
     let read = |n: usize, level: f64| {
@@ -101,14 +101,14 @@ fn scan(side: usize, step_mm: f64) -> RecordedScan {
     RecordedScan { setup, samples }
 }
 
-fn believed(setup: &ScanSetup) -> Simulation {
+fn nominal(setup: &ScanSetup) -> Simulation {
     setup.simulation(Simulator::Piston, 0).expect("a focus")
 }
 
 /// The set-up in another medium, with the phases of its own.
-fn told_for(setup: &ScanSetup, medium: Medium) -> Simulation {
-    let believed = believed(setup);
+fn driven_for(setup: &ScanSetup, medium: Medium) -> Simulation {
+    let nominal = nominal(setup);
     let phases_rad =
-        believed.excitation.phases_rad(&believed.array, &believed.medium, believed.frequency_hz);
-    Simulation { medium, excitation: Excitation::Phases(phases_rad), ..believed }
+        nominal.excitation.phases_rad(&nominal.array, &nominal.medium, nominal.frequency_hz);
+    Simulation { medium, excitation: Excitation::Phases(phases_rad), ..nominal }
 }

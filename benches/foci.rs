@@ -1,6 +1,6 @@
-//! What a frame of several foci costs, by solver, each over the naive sum in the same run: `cargo bench --bench foci`.
+//! Time of a frame with several foci, by solver, relative to the naive sum in the same run: `cargo bench --bench foci`.
 //!
-//! Each figure is the best of several runs, the solvers in turn, so that whatever else the machine does falls on all.
+//! Each figure is the best of several runs, the solvers in turn, so that other load on the machine affects all.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -11,7 +11,7 @@ use fieldgap::acoustics::{Array, Medium, Vec3};
 
 const RUNS: usize = 200;
 
-/// Rounds of the solvers, as a display has them by default.
+/// Iterations of the solvers, the default of a display.
 const ROUNDS: usize = 50;
 
 fn main() {

@@ -1,4 +1,4 @@
-//! A study of growing arrays, which share their sums, against each array by itself: `cargo bench --bench study`.
+//! A study of growing arrays, which share their sums, against separate arrays: `cargo bench --bench study`.
 //!
 //! Both are the best of several runs, in turn, on all threads.
 

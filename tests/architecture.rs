@@ -1,4 +1,4 @@
-//! The crates depend on each other as ARCHITECTURE.md says, and one way only.
+//! The crate dependencies are those of ARCHITECTURE.md, in one direction.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::process::Command;
 
 type Dependencies = BTreeMap<String, BTreeSet<String>>;
 
-/// The library crates' dependencies on one another, as the manifests have them.
+/// Dependencies between the library crates, from the manifests.
 fn in_manifests() -> Dependencies {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--no-deps", "--offline", "--format-version", "1"])
@@ -55,7 +55,7 @@ fn a_crate_depends_only_on_crates_above_it_in_the_table() {
     let mut above = BTreeSet::new();
     for (name, dependencies) in in_document() {
         let below: Vec<_> = dependencies.difference(&above).collect();
-        assert!(below.is_empty(), "{name} depends on {below:?}, which stand below it");
+        assert!(below.is_empty(), "{name} depends on {below:?}, which are below it");
         above.insert(name);
     }
     assert!(above.len() > 10, "the table was read");

@@ -1,4 +1,4 @@
-//! What a person gets wrong: each gives one message with the place and the remedy, exit code 1, and nothing is begun.
+//! Invalid input: one message with place and remedy, exit code 1, and no record.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -21,7 +21,7 @@ fn here(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// Runs the program; gives its exit code and what it said on standard error.
+/// Runs the program; returns its exit code and standard error.
 fn fieldgap(arguments: &[&str]) -> (Option<i32>, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_fieldgap"))
         .args(arguments)
@@ -31,13 +31,13 @@ fn fieldgap(arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr).expect("text"))
 }
 
-/// Runs `scan` on a plan in a fresh folder; it must fail, and leave no record.
+/// Runs `scan` on a plan in a new folder; it must fail without a record.
 fn scan_of(plan: &str, rig: &Path) -> String {
     let home = tempfile::tempdir().expect("a folder");
     let (path, out) = (home.path().join("plan.toml"), home.path().join("scan"));
     std::fs::write(&path, plan).expect("the plan is written");
     let rig = rig.to_str().expect("text");
-    let (code, said) = fieldgap(&[
+    let (code, message) = fieldgap(&[
         "scan",
         path.to_str().expect("text"),
         "--rig",
@@ -45,80 +45,83 @@ fn scan_of(plan: &str, rig: &Path) -> String {
         "--out",
         out.to_str().expect("text"),
     ]);
-    assert_eq!(code, Some(1), "{said}");
-    assert!(!out.join("scan.toml").exists(), "a record was begun: {said}");
-    said
+    assert_eq!(code, Some(1), "{message}");
+    assert!(!out.join("scan.toml").exists(), "a record was begun: {message}");
+    message
 }
 
-fn says(said: &str, wanted: &[&str]) {
+fn assert_contains(message: &str, wanted: &[&str]) {
     for words in wanted {
-        assert!(said.contains(words), "no `{words}` in:\n{said}");
+        assert!(message.contains(words), "no `{words}` in:\n{message}");
     }
-    assert!(!said.contains("panicked"), "{said}");
+    assert!(!message.contains("panicked"), "{message}");
 }
 
 #[test]
 fn an_unknown_key_is_shown_at_its_line() {
     let plan = PLAN.replace("size_mm", "sise_mm");
-    let said = scan_of(&plan, &here("rigs/virtual.toml"));
-    says(&said, &["plan.toml:11:1", "sise_mm", "help:"]);
+    let message = scan_of(&plan, &here("rigs/virtual.toml"));
+    assert_contains(&message, &["plan.toml:11:1", "sise_mm", "help:"]);
 }
 
 #[test]
 fn a_negative_step_is_shown_at_its_line() {
-    let said =
+    let message =
         scan_of(&PLAN.replace("step_mm = 2.0", "step_mm = -2.0"), &here("rigs/virtual.toml"));
-    says(&said, &["plan.toml:12:11", "-2 is not a number above zero", "step_mm = -2.0"]);
+    assert_contains(
+        &message,
+        &["plan.toml:12:11", "-2 is not a number above zero", "step_mm = -2.0"],
+    );
 }
 
 #[test]
-fn a_focus_outside_the_travel_is_shown_with_what_can_be_reached() {
-    let said = scan_of(
+fn a_focus_outside_the_travel_is_shown_with_the_limits() {
+    let message = scan_of(
         &PLAN.replace("z_mm = 100.0\n[[plane]]", "z_mm = 900.0\n[[plane]]"),
         &here("rigs/virtual.toml"),
     );
-    says(
-        &said,
+    assert_contains(
+        &message,
         &["plan.toml:4:1", "outside the robot's travel", "the robot reaches x -150.0 to 150.0"],
     );
 }
 
 #[test]
 fn a_point_outside_the_travel_is_shown_at_its_plane() {
-    let said = scan_of(
+    let message = scan_of(
         &PLAN.replace("size_mm = [10.0, 10.0]", "size_mm = [400.0, 10.0]"),
         &here("rigs/virtual.toml"),
     );
-    says(
-        &said,
+    assert_contains(
+        &message,
         &["plan.toml:8:1", "the robot cannot move to (-200.00, -5.00, 100.00) mm", "help:"],
     );
 }
 
 #[test]
 fn a_missing_plan_or_rig_file_is_named() {
-    let (code, said) = fieldgap(&["scan", "no-such-plan.toml"]);
+    let (code, message) = fieldgap(&["scan", "no-such-plan.toml"]);
     assert_eq!(code, Some(1));
-    says(&said, &["no-such-plan.toml", "cannot be read", "help:"]);
+    assert_contains(&message, &["no-such-plan.toml", "cannot be read", "help:"]);
     let plan = PLAN.replace("name = \"bad\"", "name = \"bad\"\nrig = \"no-such-rig.toml\"");
     let home = tempfile::tempdir().expect("a folder");
     let path = home.path().join("plan.toml");
     std::fs::write(&path, plan).expect("the plan is written");
-    let (code, said) = fieldgap(&["scan", path.to_str().expect("text")]);
+    let (code, message) = fieldgap(&["scan", path.to_str().expect("text")]);
     assert_eq!(code, Some(1));
-    says(&said, &["plan.toml:2:7", "no-such-rig.toml", "--rig"]);
+    assert_contains(&message, &["plan.toml:2:7", "no-such-rig.toml", "--rig"]);
 }
 
 #[test]
-fn a_port_that_is_not_there_is_named_with_those_that_are() {
+fn a_missing_port_is_named_with_the_existing_ones() {
     let home = tempfile::tempdir().expect("a folder");
     let rig = std::fs::read_to_string(here("rigs/thesis.toml")).expect("the rig file is there");
     let rig = rig.replace("/dev/tty", "/dev/fieldgap-no-such-tty");
     let path = home.path().join("rig.toml");
     std::fs::write(&path, rig).expect("the rig file is written");
-    let said = scan_of(PLAN, &path);
-    says(
-        &said,
+    let message = scan_of(PLAN, &path);
+    assert_contains(
+        &message,
         &["/dev/fieldgap-no-such-tty", "the port does not exist; ports on this machine", "help:"],
     );
 }
@@ -154,19 +157,19 @@ z_mm = 100.0
     let rows = "time_s,focus,x_mm,y_mm,z_mm,reading\n0,0,0,0,100,1.5\n1,0,2,0,10";
     std::fs::write(folder.join("samples.csv"), rows).expect("written");
     for command in ["replay", "compare"] {
-        let (code, said) = fieldgap(&[command, folder.to_str().expect("text")]);
-        assert_eq!(code, Some(1), "{said}");
-        says(&said, &["samples.csv:3", "help:"]);
+        let (code, message) = fieldgap(&[command, folder.to_str().expect("text")]);
+        assert_eq!(code, Some(1), "{message}");
+        assert_contains(&message, &["samples.csv:3", "help:"]);
     }
 }
 
 #[test]
-fn a_folder_that_holds_no_scan_is_said_to() {
+fn a_folder_without_a_scan_is_reported() {
     let home = tempfile::tempdir().expect("a folder");
     for command in ["resume", "replay"] {
-        let (code, said) = fieldgap(&[command, home.path().to_str().expect("text")]);
-        assert_eq!(code, Some(1), "{said}");
-        says(&said, &["scan.toml"]);
+        let (code, message) = fieldgap(&[command, home.path().to_str().expect("text")]);
+        assert_eq!(code, Some(1), "{message}");
+        assert_contains(&message, &["scan.toml"]);
     }
 }
 

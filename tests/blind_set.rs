@@ -1,9 +1,9 @@
-//! A set from the command line: made, sealed, opened; refused once anything in it was changed.
+//! Blind sets on the command line: made, sealed, opened; refused after any change.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// Runs `fieldgap blind`; gives whether it went well, and what it said on standard output and error.
+/// Runs `fieldgap blind`; returns success, standard output and standard error.
 fn blind(arguments: &[&str]) -> (bool, String, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_fieldgap"))
         .arg("blind")
@@ -20,7 +20,7 @@ fn read(path: &Path) -> String {
 }
 
 #[test]
-fn a_set_is_made_scored_and_refused_once_a_reading_was_changed() {
+fn a_set_is_made_scored_and_refused_after_a_change() {
     let home = tempfile::tempdir().expect("a folder");
     let (set, key) = (home.path().join("set"), home.path().join("elsewhere.key"));
     let (set_name, key_name) = (set.to_str().expect("text"), key.to_str().expect("text"));
@@ -48,7 +48,7 @@ fn a_set_is_made_scored_and_refused_once_a_reading_was_changed() {
     assert!(!good && said.is_empty(), "{said}");
     assert!(error.contains("0000/samples.csv is not as it was"), "{error}");
 
-    // A second set does not go into the same folder.
+    // A second set in the same folder is refused.
     let (good, _, error) = blind(&["make", "--count", "1", set_name]);
     assert!(!good && error.contains("is not empty"), "{error}");
 }

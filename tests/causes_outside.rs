@@ -1,5 +1,5 @@
-//! Causes that the catalogue does not have, faint in scans of vibrating pistons: each is not only left unexplained, but shown where to
-//! look for it.
+//! Faint causes outside the catalogue, in scans of vibrating pistons: the verdict is `unexplained`, and the residual tests localise the
+//! cause.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ use scanned_pistons::{Truth, scan};
 
 const HEIGHTS_MM: [f64; 4] = [80.0, 120.0, 160.0, 200.0];
 
-/// Diagnoses what must be left unexplained for the structure of this name.
+/// A diagnosis that must be unexplained, with the residual test of this name.
 fn found(name: &str, truth: &Truth) -> (ResidualTest, Diagnosis) {
     let diagnosis = diagnose(&[scan(&HEIGHTS_MM, truth)], None).expect("readings enough");
     assert_eq!(diagnosis.verdict, Verdict::Unexplained, "{}", diagnosis.sentence);
@@ -20,7 +20,7 @@ fn found(name: &str, truth: &Truth) -> (ResidualTest, Diagnosis) {
     (test.clone(), diagnosis)
 }
 
-/// The numbers in what a structure is a sign of.
+/// The numbers in the indication of a residual test.
 fn numbers(test: &ResidualTest) -> Vec<f64> {
     let sign = test.sign_of.as_deref().expect("a sign");
     let parts = sign.split(|c: char| !(c.is_ascii_digit() || matches!(c, '-' | '.' | 'e')));
@@ -28,7 +28,7 @@ fn numbers(test: &ResidualTest) -> Vec<f64> {
 }
 
 #[test]
-fn a_thing_that_scatters_is_found_where_it_hangs() {
+fn a_scattering_object_is_localised() {
     let at_mm = Vec3::new(-12.0, 9.0, 55.0);
     let truth = Truth { scatterer: Some((at_mm, 1.5)), ..Truth::default() };
     let (test, diagnosis) = found("a wave from elsewhere", &truth);
@@ -41,16 +41,16 @@ fn a_thing_that_scatters_is_found_where_it_hangs() {
 }
 
 #[test]
-fn a_screw_that_runs_out_of_true_is_found_by_its_lead() {
+fn an_eccentric_lead_screw_is_identified_by_its_lead() {
     let stands_mm = |_, at_mm: &Vec3| at_mm + Vec3::y() * 0.15 * (TAU * at_mm.y / 8.0).sin();
     let (test, _) = found("a screw that is out of true", &Truth { stands_mm, ..Truth::default() });
     assert!(test.sign_of.as_deref().is_some_and(|sign| sign.starts_with("of y, ")), "{test:?}");
     assert!((numbers(&test)[0] - 8.0).abs() < 0.5, "{test:?}");
 }
 
-/// A drift takes up three quarters of a step.
+/// A linear drift explains three quarters of a step.
 #[test]
-fn a_step_of_the_gain_is_no_drift() {
+fn a_gain_step_is_distinguished_from_drift() {
     let received = |reading: f64, progress: f64| reading * if progress > 0.4 { 1.015 } else { 1.0 };
     let (test, diagnosis) =
         found("a set-up that changes on the way", &Truth { received, ..Truth::default() });
@@ -62,9 +62,9 @@ fn a_step_of_the_gain_is_no_drift() {
     assert_eq!(plain.effects, [EffectId::GainDrift], "{}", plain.sentence);
 }
 
-/// Phases that grow with the squared distance from the middle move the focus nearly as a scale of the axes does.
+/// Phases quadratic in the distance from the centre move the focus almost like a scale error of the axes.
 #[test]
-fn a_bowed_board_is_no_scale_of_the_axes() {
+fn a_bowed_board_is_distinguished_from_an_axis_scale() {
     let turned_rad = |n: usize| {
         let [x, y] = [n % 6, n / 6].map(|place| place as f64 - 2.5);
         0.008 * (x * x + y * y - 35.0 / 6.0)
@@ -73,13 +73,13 @@ fn a_bowed_board_is_no_scale_of_the_axes() {
 }
 
 #[test]
-fn a_converters_steps_are_found_where_noise_hides_them() {
+fn converter_steps_below_the_noise_are_detected() {
     let steps = |reading: f64, _| (reading / 0.003).round() * 0.003;
     let (test, diagnosis) =
         found("readings in steps", &Truth { received: steps, ..Truth::default() });
     assert!((numbers(&test)[0] / 0.003 - 1.0).abs() < 0.01, "{test:?}");
     assert!(diagnosis.ranked[0].effects.is_empty(), "{}", diagnosis.sentence);
-    // A tenth of that is of no account.
+    // A tenth of that is negligible.
     let finer = |reading: f64, _| (reading / 0.0003).round() * 0.0003;
     let finer = Truth { received: finer, ..Truth::default() };
     let finer = diagnose(&[scan(&HEIGHTS_MM, &finer)], None).expect("readings enough");

@@ -1,4 +1,4 @@
-//! Transducers whose constants are known, found again out of noisy logs.
+//! Known transducers, recovered from noisy logs.
 
 mod transducer_synthetic;
 
@@ -28,13 +28,13 @@ fn found(text: &str) -> Characterization {
     characterize(&Readings::of(&scan(text), 20.0).expect("enough heights")).expect("a fit")
 }
 
-/// How far a constant lies from what is known, in its own standard errors.
+/// Deviation of a constant from the known value, in standard errors.
 fn pull(constant: &Constant, known: f64) -> f64 {
     (constant.value - known) / constant.standard_error
 }
 
 fn thesis_pulls(pair: &PairFit) -> [f64; 4] {
-    // With one reading as unit, the two amplitudes of the thesis cannot be told apart: their product can.
+    // The two amplitudes of the thesis are not determined separately; their product is.
     [
         pull(&pair.amplitude, 1.115436 * 1.071272),
         pull(&pair.axis_constants[0], 0.052927),
@@ -44,7 +44,7 @@ fn thesis_pulls(pair: &PairFit) -> [f64; 4] {
 }
 
 #[test]
-fn the_thesis_s_own_model_gives_its_four_constants_within_their_standard_errors() {
+fn constants_of_the_thesis_model_are_recovered_within_their_standard_errors() {
     let mut squares = [0.0; 4];
     let draws = 6;
     for seed in 0..draws {
@@ -56,14 +56,14 @@ fn the_thesis_s_own_model_gives_its_four_constants_within_their_standard_errors(
         assert!(pulls.iter().all(|pull| pull.abs() < 3.5), "seed {seed}: {pulls:?}");
         squares.iter_mut().zip(pulls).for_each(|(sum, pull)| *sum += pull * pull);
     }
-    // Six squares of a standard normal sum to 0.7 to 19 in 99 of 100.
+    // Chi-squared with six degrees of freedom lies between 0.7 and 19 in 99 % of cases.
     for sum in squares {
         assert!((0.5..20.0).contains(&sum), "{squares:?}");
     }
 }
 
 #[test]
-fn a_leaning_axis_is_found_between_the_points_of_the_grid() {
+fn a_tilted_axis_is_found_between_grid_points() {
     let axis = Axis { foot_mm: [6.3, -4.7], lean: [0.05, -0.03] };
     let found = found(&log(axis, 0.004, 3, thesis_field));
     let (pose, errors) = (found.best().axis, found.best().axis_errors);
@@ -77,7 +77,7 @@ fn a_leaning_axis_is_found_between_the_points_of_the_grid() {
 }
 
 #[test]
-fn a_piston_in_air_that_absorbs_is_told_from_the_thesis_s_model() {
+fn a_piston_in_absorbing_air_is_distinguished_from_the_thesis_model() {
     let field = |distance_m: f64, _: f64, angle_deg: f64| {
         let x = std::f64::consts::TAU * 40e3 / 343.0 * 5.2e-3 * angle_deg.to_radians().sin();
         let lobe = if x < 1e-6 { 1.0 } else { 2.0 * libm::j1(x) / x };
@@ -122,11 +122,11 @@ fn angles_of_the_lobe_are_the_same_at_every_height() {
 }
 
 #[test]
-fn the_script_of_the_thesis_finds_its_decay_and_its_lobe() {
+fn the_thesis_script_recovers_decay_and_lobe() {
     let found = appendix_a(&scan(&log(Axis::default(), 0.0, 1, thesis_field))).expect("a log");
     let value = |constants: &[Constant], index: usize| constants[index].value;
-    // The decay is right. The lobe is taken against the axis, where the Gaussian has fallen already, so its amplitude is 1/p2(0)
-    // of the thesis's; taking off the smallest reading moves the rest.
+    // The decay is exact. The lobe is relative to the axis, where the off-axis Gaussian is below its peak, so its amplitude is
+    // 1/p2(0). Subtracting the smallest reading shifts the other constants.
     let of_axis = 1.0 / (-(4.108851_f64 / 35.458904).powi(2)).exp();
     assert!((value(&found.on_axis.constants, 1) + 0.052927).abs() < 3e-4, "{found:?}");
     assert!((value(&found.lobe.constants, 0) - of_axis).abs() < 2e-3, "{found:?}");

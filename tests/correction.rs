@@ -1,4 +1,4 @@
-//! Set-ups corrected by a diagnosis: the next simulation includes what was found.
+//! Set-ups corrected by a diagnosis: the next simulation includes the cause.
 
 #[allow(dead_code)] // shared with the tests of text and page
 mod diagnosis_synthetic;
@@ -65,7 +65,7 @@ fn named(effect: &str, parameters: &[(&str, FittedParameter)]) -> Diagnosis {
     diagnosis
 }
 
-/// A folder with a recorded scan, and a place for what is written.
+/// A folder with a recorded scan, also for the written files.
 struct Bench {
     dir: tempfile::TempDir,
     setup: ScanSetup,
@@ -105,8 +105,8 @@ impl Bench {
         Ok((corrected, rig_setup))
     }
 
-    /// What the array really emits: the delays of the believed set-up, in seconds.
-    fn told(&self) -> Simulation {
+    /// The actual drive of the array: the delays of the nominal set-up, in seconds.
+    fn driven(&self) -> Simulation {
         let mut simulation = self.setup.simulation(Simulator::Corrected, 0).expect("a focus");
         let phases_rad = simulation.excitation.phases_rad(
             &simulation.array,
@@ -128,8 +128,8 @@ fn points() -> Vec<Vec3> {
     rows.flat_map(|(x, y)| [0.06, 0.1, 0.17].map(|z| Vec3::new(x, y, z))).collect()
 }
 
-/// Simulates the corrected scan and holds it against the true field at the points where the robot says it was.
-fn holds_against(bench: &Bench, diagnosis: &Diagnosis, truth: &[f64]) {
+/// Compares the simulation of the corrected scan with the true field at the reported positions.
+fn assert_reproduces(bench: &Bench, diagnosis: &Diagnosis, truth: &[f64]) {
     let corrected = bench.correct_scan(diagnosis).expect("corrected");
     assert!(corrected.unwritten.is_empty(), "{corrected:?}");
     let scan = RecordedScan::open(&bench.path("corrected")).expect("a recorded scan");
@@ -139,10 +139,10 @@ fn holds_against(bench: &Bench, diagnosis: &Diagnosis, truth: &[f64]) {
     for (simulated, truth) in simulation.magnitudes(&points()).iter().zip(truth) {
         assert!((simulated - truth).abs() < 1e-5 * largest, "{simulated} against {truth}");
     }
-    let believed = bench.setup.simulation(Simulator::Corrected, 0).expect("a focus");
-    let before = believed.magnitudes(&points());
+    let nominal = bench.setup.simulation(Simulator::Corrected, 0).expect("a focus");
+    let before = nominal.magnitudes(&points());
     let moved = before.iter().zip(truth).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert!(moved > 1e-3 * largest, "the effect is to be seen at all: {moved} of {largest}");
+    assert!(moved > 1e-3 * largest, "the effect is visible: {moved} of {largest}");
 }
 
 fn with_elements(simulation: &mut Simulation, change: impl Fn(&mut Vec<Element>)) {
@@ -152,33 +152,35 @@ fn with_elements(simulation: &mut Simulation, change: impl Fn(&mut Vec<Element>)
 }
 
 #[test]
-fn faster_air_under_the_delays_that_were_told() {
+fn a_speed_of_sound_with_unchanged_delays() {
     let bench = Bench::new();
-    let mut truth = bench.told();
+    let mut truth = bench.driven();
     truth.medium = Medium { speed_of_sound_m_s: 349.0 };
     let diagnosis = named("sound-speed", &[("c_m_s", real(349.0))]);
-    holds_against(&bench, &diagnosis, &truth.magnitudes(&points()));
+    assert_reproduces(&bench, &diagnosis, &truth.magnitudes(&points()));
 }
 
 #[test]
-fn another_frequency_with_the_delays_kept_in_seconds() {
+fn a_frequency_with_unchanged_delays() {
     let bench = Bench::new();
-    let mut truth = bench.told();
+    let mut truth = bench.driven();
     truth.frequency_hz *= 1.02;
-    let Excitation::Phases(phases) = &mut truth.excitation else { unreachable!("told as phases") };
+    let Excitation::Phases(phases) = &mut truth.excitation else {
+        unreachable!("a drive in phases")
+    };
     phases.iter_mut().for_each(|phase| *phase *= 1.02);
     let diagnosis = named("drive-frequency", &[("ratio", real(1.02))]);
-    holds_against(&bench, &diagnosis, &truth.magnitudes(&points()));
+    assert_reproduces(&bench, &diagnosis, &truth.magnitudes(&points()));
 }
 
 #[test]
 fn a_larger_and_a_smaller_array() {
     for ratio in [1.03, 0.97] {
         let bench = Bench::new();
-        let mut truth = bench.told();
+        let mut truth = bench.driven();
         with_elements(&mut truth, |all| all.iter_mut().for_each(|e| e.centre_m *= ratio));
         let diagnosis = named("pitch", &[("ratio", real(ratio))]);
-        holds_against(&bench, &diagnosis, &truth.magnitudes(&points()));
+        assert_reproduces(&bench, &diagnosis, &truth.magnitudes(&points()));
     }
 }
 
@@ -195,17 +197,17 @@ fn silent_reversed_and_swapped_elements() {
     ];
     for (effect, numbers, change) in cases {
         let bench = Bench::new();
-        let mut truth = bench.told();
+        let mut truth = bench.driven();
         with_elements(&mut truth, change);
         let diagnosis = named(effect, &[("elements", elements(numbers))]);
-        holds_against(&bench, &diagnosis, &truth.magnitudes(&points()));
+        assert_reproduces(&bench, &diagnosis, &truth.magnitudes(&points()));
     }
 }
 
 #[test]
 fn a_tilted_array() {
     let bench = Bench::new();
-    let mut truth = bench.told();
+    let mut truth = bench.driven();
     let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), -0.02)
         * Rotation3::from_axis_angle(&Vector3::x_axis(), 0.03);
     with_elements(&mut truth, |all| {
@@ -216,38 +218,40 @@ fn a_tilted_array() {
     });
     let diagnosis =
         named("array-tilt", &[("about_x_rad", real(0.03)), ("about_y_rad", real(-0.02))]);
-    holds_against(&bench, &diagnosis, &truth.magnitudes(&points()));
+    assert_reproduces(&bench, &diagnosis, &truth.magnitudes(&points()));
 }
 
 #[test]
-fn a_robot_beside_and_askew() {
+fn an_offset_and_rotated_robot() {
     let offset_mm = Vec3::new(1.5, -1.0, 2.0);
     let bench = Bench::new();
     let there: Vec<Vec3> = points().iter().map(|at| at + offset_mm / 1e3).collect();
     let diagnosis =
         named("offset", &[("x_mm", real(1.5)), ("y_mm", real(-1.0)), ("z_mm", real(2.0))]);
-    holds_against(&bench, &diagnosis, &bench.told().magnitudes(&there));
+    assert_reproduces(&bench, &diagnosis, &bench.driven().magnitudes(&there));
 
     let bench = Bench::new();
     let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.04);
     let there: Vec<Vec3> = points().iter().map(|at| turn * at).collect();
     let diagnosis = named("rotation", &[("rad", real(0.04))]);
-    holds_against(&bench, &diagnosis, &bench.told().magnitudes(&there));
+    assert_reproduces(&bench, &diagnosis, &bench.driven().magnitudes(&there));
 }
 
 #[test]
 fn a_driver_with_few_steps() {
     let bench = Bench::new();
-    let mut truth = bench.told();
-    let Excitation::Phases(phases) = &mut truth.excitation else { unreachable!("told as phases") };
+    let mut truth = bench.driven();
+    let Excitation::Phases(phases) = &mut truth.excitation else {
+        unreachable!("a drive in phases")
+    };
     let step = std::f64::consts::TAU / 8.0;
     phases.iter_mut().for_each(|phase| *phase = (*phase / step).round() * step);
     let diagnosis = named("phase-quantisation", &[("steps", real(8.0))]);
-    holds_against(&bench, &diagnosis, &truth.magnitudes(&points()));
+    assert_reproduces(&bench, &diagnosis, &truth.magnitudes(&points()));
 }
 
 #[test]
-fn the_simulators_slips() {
+fn the_bugs_of_the_simulator() {
     let bench = Bench::with(&SCAN_TOML.replace("\"corrected\"", "\"as-written\""));
     bench.correct_scan(&named("phase-plane", &[])).expect("corrected");
     let setup = RecordedScan::open(&bench.path("corrected")).expect("a scan").setup;
@@ -256,7 +260,7 @@ fn the_simulators_slips() {
 }
 
 #[test]
-fn the_words_of_a_corrected_scan() {
+fn text_of_a_corrected_scan() {
     let bench = Bench::new();
     let mut diagnosis = named("sound-speed", &[]);
     let best = &mut diagnosis.ranked[0];
@@ -270,7 +274,7 @@ fn the_words_of_a_corrected_scan() {
         ("reflection.height_mm".to_owned(), real(412.0)),
     ]);
     diagnosis.effects = best.effects.clone();
-    // What a scan is called is up to its user, and comments of TOML take no control characters.
+    // Users may put control characters into names, but comments of TOML must not contain them.
     diagnosis.scans[0] = "thesis\u{1}focus\rformat = 2".to_owned();
     diagnosis.reading_unit = "V\nformat = 2".to_owned();
     let corrected = bench.correct_scan(&diagnosis).expect("corrected");
@@ -283,7 +287,7 @@ fn the_words_of_a_corrected_scan() {
 }
 
 #[test]
-fn the_words_of_a_corrected_rig_file() {
+fn text_of_a_corrected_rig_file() {
     let bench = Bench::with(&SCAN_TOML.replace("temperature_c = 20.0        # by the thermometer on the wall\nhumidity_percent = 40.0\npressure_kpa = 101.0", "speed_of_sound_m_s = 343.0"));
     let mut diagnosis = named("sound-speed", &[]);
     let best = &mut diagnosis.ranked[0];
@@ -307,19 +311,19 @@ fn the_words_of_a_corrected_rig_file() {
     let new: Vec<&str> = text.lines().filter(|line| !kept.contains(line)).collect();
     let folder = env!("CARGO_MANIFEST_DIR");
     insta::assert_snapshot!(new.join("\n").replace(folder, "[folder]"));
-    // Everything else is still there.
+    // Everything else is unchanged.
     let gone: Vec<&str> = kept.into_iter().filter(|line| !text.contains(line)).collect();
     assert_eq!(gone.len(), 4, "{gone:?}");
 }
 
 #[test]
-fn elements_of_a_rig_stand_beside_its_file() {
+fn elements_of_a_rig_are_written_beside_its_file() {
     let bench = Bench::new();
     let diagnosis = named("dead-elements", &[("elements", elements(&[3]))]);
     let (corrected, rig_setup) = bench.correct_rig(&diagnosis).expect("corrected");
     assert_eq!(corrected.files[0], bench.path("corrected-elements.csv"));
     assert_eq!(rig_setup.nominal_array().elements()[3].amplitude, 0.0);
-    // A set-up that was corrected can be corrected again, its elements kept.
+    // A corrected set-up can be corrected again; its elements are kept.
     let again = named("pitch", &[("ratio", real(1.01))]);
     let mut setup = bench.setup.clone();
     setup.array = rig_setup.array.clone();
@@ -332,39 +336,39 @@ fn elements_of_a_rig_stand_beside_its_file() {
 }
 
 #[test]
-fn nothing_is_ever_overwritten() {
+fn existing_files_are_not_overwritten() {
     let bench = Bench::new();
     let diagnosis = named("sound-speed", &[("c_m_s", real(347.1))]);
     bench.correct_rig(&diagnosis).expect("corrected");
     let first = std::fs::read(bench.path("corrected.toml")).expect("there");
     let again = bench.correct_rig(&named("sound-speed", &[("c_m_s", real(350.0))]));
-    assert!(matches!(again, Err(CorrectionError::Occupied(_))));
+    assert!(matches!(again, Err(CorrectionError::Exists(_))));
     assert_eq!(std::fs::read(bench.path("corrected.toml")).expect("there"), first);
     std::fs::create_dir(bench.path("corrected")).expect("made");
-    assert!(matches!(bench.correct_scan(&diagnosis), Err(CorrectionError::Occupied(_))));
+    assert!(matches!(bench.correct_scan(&diagnosis), Err(CorrectionError::Exists(_))));
 }
 
 #[test]
-fn what_cannot_be_corrected_is_said() {
+fn uncorrectable_causes_are_reported() {
     let bench = Bench::new();
-    let said = |error: CorrectionError| error.to_string();
+    let message = |error: CorrectionError| error.to_string();
     let ambiguous = diagnosis_synthetic::ambiguous(20.0);
-    let words = said(bench.correct_scan(&ambiguous).expect_err("no one cause"));
+    let words = message(bench.correct_scan(&ambiguous).expect_err("no one cause"));
     assert!(words.contains("equally well"), "{words}");
     let lag = named("lag", &[("s", real(0.02))]);
-    let words = said(bench.correct_rig(&lag).map(|_| ()).expect_err("no key"));
+    let words = message(bench.correct_rig(&lag).map(|_| ()).expect_err("no key"));
     assert!(words.contains("lag: increase settle_ms"), "{words}");
     let steps = named("phase-quantisation", &[("steps", real(8.0))]);
-    let words = said(bench.correct_rig(&steps).map(|_| ()).expect_err("no key"));
+    let words = message(bench.correct_rig(&steps).map(|_| ()).expect_err("no key"));
     assert!(words.contains("no key for the steps"), "{words}");
     let defect = named("on-axis-unit", &[]);
-    let words = said(bench.correct_rig(&defect).map(|_| ()).expect_err("no key"));
+    let words = message(bench.correct_rig(&defect).map(|_| ()).expect_err("no key"));
     assert!(words.contains("--simulator corrected"), "{words}");
     let nameless = named("dead-elements", &[]);
-    let words = said(bench.correct_scan(&nameless).expect_err("no elements"));
+    let words = message(bench.correct_scan(&nameless).expect_err("no elements"));
     assert!(words.contains("names no elements"), "{words}");
     let beyond = named("dead-elements", &[("elements", elements(&[36]))]);
-    let words = said(bench.correct_scan(&beyond).expect_err("no such element"));
+    let words = message(bench.correct_scan(&beyond).expect_err("no such element"));
     assert!(words.contains("element 36; the array has 36"), "{words}");
     for name in ["corrected", "corrected.toml", "corrected-elements.csv"] {
         assert!(!bench.path(name).exists(), "{name}");
@@ -376,11 +380,11 @@ fn another_array_than_the_scanned_one_is_refused() {
     let bench = Bench::with(&SCAN_TOML.replace("spacing_mm = 0.0", "spacing_mm = 0.5"));
     let diagnosis = named("sound-speed", &[("c_m_s", real(347.1))]);
     let error = bench.correct_rig(&diagnosis).map(|_| ()).expect_err("another array");
-    assert!(error.to_string().contains("the places of its elements"), "{error}");
+    assert!(error.to_string().contains("the positions of its elements"), "{error}");
 }
 
 #[test]
-fn drives_of_as_written_are_not_lost() {
+fn drives_of_as_written_are_kept() {
     let bench = Bench::with(&SCAN_TOML.replace("\"corrected\"", "\"as-written\""));
     let diagnosis = named("sound-speed", &[("c_m_s", real(347.1))]);
     let error = bench.correct_scan(&diagnosis).expect_err("as-written needs its focus");

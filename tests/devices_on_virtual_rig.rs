@@ -1,4 +1,4 @@
-//! Scans with each kind of device that can be driven, on a virtual rig that has its counterpart.
+//! Scans with every supported device, on virtual rigs.
 
 use std::path::Path;
 
@@ -69,10 +69,10 @@ truth = "truth.toml"
 const STREAM: &str = "[receiver.stream]";
 const THESIS: &str = "[focus_array.thesis]";
 
-/// A receiver that is not driven to its limit, and no noise.
+/// A receiver without saturation and noise.
 const QUIET: &str = "[microphone]\nsensitivity_v_pa = 0.001\n";
 
-/// Runs the plan on a rig, in a folder of its own.
+/// Runs the plan on a rig, in a new folder.
 async fn scan(folder: &Path, rig: &str, truth: &str) -> (RecordedScan, Vec<Event>) {
     std::fs::write(folder.join("rig.toml"), rig).expect("written");
     std::fs::write(folder.join("truth.toml"), truth).expect("written");
@@ -87,17 +87,17 @@ async fn scan(folder: &Path, rig: &str, truth: &str) -> (RecordedScan, Vec<Event
     (RecordedScan::open(&out).expect("the record is whole"), events)
 }
 
-/// The readings of a scan on a rig: two dark ones, then nine around the focus.
+/// The readings of a scan on a rig: two dark readings, then nine around the focus.
 async fn readings(rig: &str, truth: &str) -> Vec<f64> {
     let folder = tempfile::tempdir().expect("a folder");
     let (record, _) = scan(folder.path(), rig, truth).await;
     record.samples.iter().map(|sample| sample.reading).collect()
 }
 
-/// Holds the readings of a board against those of the thesis's controller, whose slots are 16 times finer and more. Each
-/// phase errs by half a slot at most, evenly, so that the field at the focus loses 1 - sinc(1/slots) of itself; elsewhere
-/// the errors of 36 elements add at random to a few percent of the level at the focus.
-async fn is_like_the_thesis(focus_array: &str, virtual_array: &str, slots: f64) {
+/// Compares the readings of a board with those of the thesis's controller, whose slots are at least 16 times finer. The phase
+/// error is uniform within half a slot, so that the field at the focus is reduced by 1 - sinc(1/slots); elsewhere the errors
+/// of 36 elements add to a few percent of the level at the focus.
+async fn agrees_with_the_thesis_controller(focus_array: &str, virtual_array: &str, slots: f64) {
     let board = readings(&rig(STREAM, focus_array, virtual_array), QUIET).await;
     let thesis = readings(&rig(STREAM, THESIS, ""), QUIET).await;
     assert_eq!((board.len(), thesis.len()), (11, 11));
@@ -105,51 +105,51 @@ async fn is_like_the_thesis(focus_array: &str, virtual_array: &str, slots: f64) 
     let peak = thesis.iter().copied().fold(0.0, f64::max);
     assert!(peak > 0.1, "{thesis:?}");
     let half_slot_rad = std::f64::consts::PI / slots;
-    // Standard deviation of an even error, over the square root of the elements, at four sigma; and the loss.
+    // Four standard deviations of a uniform error over the square root of the number of elements, and the loss.
     let allowed = 4.0 * half_slot_rad / 3f64.sqrt() / 6.0 + half_slot_rad.powi(2) / 6.0 + 0.002;
     for (board, thesis) in board[2..].iter().zip(&thesis[2..]) {
         assert!((board - thesis).abs() < allowed * peak, "{board} {thesis}, {allowed} of {peak}");
     }
 }
 
-/// Channels of a board for 36 elements, in no order.
-fn scattered(of: usize) -> Vec<usize> {
+/// Channels of a board for 36 elements, in irregular order.
+fn irregular_channels(of: usize) -> Vec<usize> {
     (0..36).map(|element| element * 29 % of).collect()
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_sonic_surface_is_driven() {
-    let channels = scattered(256);
+    let channels = irregular_channels(256);
     let driver = format!("[focus_array.sonic_surface.wiring]\nchannels = {channels:?}");
     let truth = format!("[virtual.array]\ncontroller = \"sonic-surface\"\nchannels = {channels:?}");
-    is_like_the_thesis(&driver, &truth, 32.0).await;
+    agrees_with_the_thesis_controller(&driver, &truth, 32.0).await;
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn two_chained_sonic_surfaces_are_driven() {
-    let channels = scattered(509);
+    let channels = irregular_channels(509);
     let driver = format!("[focus_array.sonic_surface]\nboards = 2\nwiring.channels = {channels:?}");
     let truth = format!(
         "[virtual.array]\ncontroller = \"sonic-surface\"\nboards = 2\nchannels = {channels:?}"
     );
-    is_like_the_thesis(&driver, &truth, 32.0).await;
+    agrees_with_the_thesis_controller(&driver, &truth, 32.0).await;
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_chain_of_ultraino_megas_is_driven() {
-    let channels = scattered(127);
+    let channels = irregular_channels(127);
     let driver = format!(
         "[focus_array.ultraino]\nboards = 2\nstarts_within_s = 0.0\nexpects_echo = true\nwiring.channels = {channels:?}"
     );
     let truth = format!(
         "[virtual.array]\ncontroller = \"ultraino-mega\"\nboards = 2\nchannels = {channels:?}"
     );
-    is_like_the_thesis(&driver, &truth, 10.0).await;
+    agrees_with_the_thesis_controller(&driver, &truth, 10.0).await;
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_polarity_that_is_known_is_made_up_for_in_the_host() {
-    let channels = scattered(256);
+async fn a_known_polarity_is_compensated_in_the_host() {
+    let channels = irregular_channels(256);
     let wired = |more: &str| {
         let driver = format!("[focus_array.sonic_surface.wiring]\nchannels = {channels:?}\n{more}");
         let array =
@@ -167,7 +167,7 @@ async fn a_polarity_that_is_known_is_made_up_for_in_the_host() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_file_is_told_what_would_be_sent() {
+async fn a_file_gets_the_drive() {
     let folder = tempfile::tempdir().expect("a folder");
     let sink = "[focus_array.file]\npath = \"delays.csv\"\nelements = 36";
     let (record, events) = scan(folder.path(), &rig(STREAM, sink, ""), QUIET).await;
@@ -181,7 +181,7 @@ async fn a_file_is_told_what_would_be_sent() {
     let emitting: Vec<&str> = states.iter().map(|state| state[0]).collect();
     assert_eq!(emitting.iter().filter(|state| **state == "true").count(), 1);
     assert_eq!(emitting.last(), Some(&"false"));
-    // The delays at the focus: the farthest element's path less each one's own, at 343 m/s.
+    // Delays at the focus: the longest path minus that of each element, at 343 m/s.
     let emits = states.iter().find(|state| state[0] == "true").expect("it emits");
     let path = |element: usize| {
         let x = (element % 6) as f64 * 10.5 - 26.25 - 5.0;
@@ -198,8 +198,8 @@ async fn a_file_is_told_what_would_be_sent() {
     }
 }
 
-/// Holds a receiver's readings against those of the stream's, at the same points of the same field.
-async fn reads_as_the_stream(receiver: &str, virtual_receiver: &str, tolerance: f64) {
+/// Compares a receiver's readings with those of the stream receiver, at the same points of the same field.
+async fn agrees_with_the_stream(receiver: &str, virtual_receiver: &str, tolerance: f64) {
     let told = readings(&rig(receiver, THESIS, virtual_receiver), QUIET).await;
     let stream = readings(&rig(STREAM, THESIS, ""), QUIET).await;
     assert_eq!((told.len(), stream.len()), (11, 11));
@@ -211,15 +211,15 @@ async fn reads_as_the_stream(receiver: &str, virtual_receiver: &str, tolerance: 
 
 #[tokio::test(flavor = "multi_thread")]
 async fn an_oscilloscope_is_read_over_a_network_socket() {
-    // 24.24 cycles in a record, and one step of its 8 bits is 1.6 % of the range.
+    // 24.24 cycles per record; one step of the 8 bits is 1.6 % of the range.
     let scope = "[receiver.scpi]\nsetup = [\":CHAN1:SCAL 0.5\", \":TIM:MAIN:SCAL 50.5e-6\"]";
-    reads_as_the_stream(scope, "[virtual.receiver]\nmode = \"scpi\"", 2e-3).await;
+    agrees_with_the_stream(scope, "[virtual.receiver]\nmode = \"scpi\"", 2e-3).await;
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn an_analog_pin_of_marlin_is_read() {
     let pin = "[receiver.marlin_pin]\npin = 57";
-    reads_as_the_stream(pin, "[virtual.receiver]\nmode = \"marlin-pin\"", 2e-3).await;
+    agrees_with_the_stream(pin, "[virtual.receiver]\nmode = \"marlin-pin\"", 2e-3).await;
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -235,8 +235,8 @@ async fn a_logger_that_only_prints_numbers_is_read() {
     }
 }
 
-/// A rig with a sensor of the air that is asked.
-fn airy(environment: &str, sensor: &str) -> String {
+/// A rig with an environment sensor.
+fn with_environment(environment: &str, sensor: &str) -> String {
     let mut rig = rig(STREAM, THESIS, sensor);
     let at = rig.find("[virtual]").expect("it has a virtual part");
     rig.insert_str(at, environment);
@@ -247,17 +247,17 @@ const ASKED: &str =
     "[environment.lines]\npattern = \"T={temperature_c} RH={humidity_percent}\"\nask = \"R\"\n";
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_air_is_kept_beside_the_readings_and_gives_the_speed_of_sound() {
+async fn the_environment_is_recorded_and_gives_the_speed_of_sound() {
     let folder = tempfile::tempdir().expect("a folder");
     let environment = format!("[environment]\nevery_s = 0.5\nsound_speed = true\n{ASKED}");
     let sensor = "[virtual.environment]\ntemperature_c = 26.0\nhumidity_percent = 40.0\nwarms_c_per_h = 360.0";
-    // Cramer's formula at 26 °C and 40 % is what the record must have; the field goes by the same air.
+    // The record must have the value of Cramer's formula at 26 °C and 40 %; the field uses the same air.
     let speed = fieldgap::acoustics::Medium::air(26.0, 40.0, 101.325).speed_of_sound_m_s;
     let truth = format!("{QUIET}[effects.sound-speed]\nc_m_s = {speed}\n");
-    let (record, _) = scan(folder.path(), &airy(&environment, sensor), &truth).await;
+    let (record, _) = scan(folder.path(), &with_environment(&environment, sensor), &truth).await;
     assert!((record.setup.medium.medium().speed_of_sound_m_s - speed).abs() < 0.02);
     assert!((speed - 343.0).abs() > 3.0, "{speed}");
-    // All waves reach the focus together only if the delays were made for that air: it is the peak.
+    // The focus is the peak only if the delays are for that air.
     let levels: Vec<f64> = record.samples.iter().map(|sample| sample.reading).collect();
     assert!(levels[2..].iter().all(|level| *level <= levels[6]), "{levels:?}");
     let kept =
@@ -270,7 +270,7 @@ async fn the_air_is_kept_beside_the_readings_and_gives_the_speed_of_sound() {
         .collect();
     assert!(rows.len() > 2 && rows.is_sorted_by(|a, b| a[0] + 0.5 <= b[0]), "{kept}");
     for row in &rows {
-        // It gets warmer by a tenth of a degree a second, from the power-up on.
+        // It warms by 0.1 °C per second from power-up.
         assert!(row[1] >= 26.0 + 0.1 * row[0] - 0.01 && row[2] == 40.0, "{kept}");
     }
     let last_s = record.samples.last().expect("eleven").time_s;
@@ -278,21 +278,21 @@ async fn the_air_is_kept_beside_the_readings_and_gives_the_speed_of_sound() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn without_being_asked_to_the_air_changes_nothing_of_the_record() {
+async fn without_sound_speed_the_sensor_does_not_change_the_medium() {
     let folder = tempfile::tempdir().expect("a folder");
     let sensor = "[virtual.environment]\ntemperature_c = 26.0\nhumidity_percent = 40.0\n";
-    let (record, _) = scan(folder.path(), &airy(ASKED, sensor), QUIET).await;
+    let (record, _) = scan(folder.path(), &with_environment(ASKED, sensor), QUIET).await;
     assert_eq!(record.setup.medium.medium().speed_of_sound_m_s, 343.0);
     assert!(folder.path().join("scan/environment.csv").is_file());
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_sensor_that_says_something_else_is_told_of_before_anything_moves() {
+async fn an_unexpected_sensor_line_is_reported_before_the_scan() {
     let folder = tempfile::tempdir().expect("a folder");
     let pattern = ASKED.replace("RH=", "H=") + "line_within_s = 0.2\n";
     let sensor = "[virtual.environment]\ntemperature_c = 26.0\nhumidity_percent = 40.0\n";
     for (name, text) in [
-        ("rig.toml", airy(&pattern, sensor)),
+        ("rig.toml", with_environment(&pattern, sensor)),
         ("truth.toml", String::new()),
         ("plan.toml", PLAN.to_owned()),
     ] {
@@ -307,8 +307,8 @@ async fn a_sensor_that_says_something_else_is_told_of_before_anything_moves() {
     );
 }
 
-/// A rig file's laboratory and its virtual rig, for what is done to a device from outside.
-fn laboratory(rig: &str) -> (tempfile::TempDir, RigSetup, VirtualRig) {
+/// A rig set-up and its virtual rig, for faults injected into a device.
+fn opened_rig(rig: &str) -> (tempfile::TempDir, RigSetup, VirtualRig) {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("truth.toml"), QUIET).expect("written");
     let rig_file =
@@ -318,18 +318,18 @@ fn laboratory(rig: &str) -> (tempfile::TempDir, RigSetup, VirtualRig) {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_board_that_emits_from_its_power_up_or_a_reset_is_put_right() {
-    let channels = scattered(256);
+async fn a_board_that_emits_after_power_up_or_reset_is_silenced() {
+    let channels = irregular_channels(256);
     let driver = format!("[focus_array.sonic_surface.wiring]\nchannels = {channels:?}");
     let truth = format!("[virtual.array]\ncontroller = \"sonic-surface\"\nchannels = {channels:?}");
-    let (_folder, rig_setup, firmware) = laboratory(&rig(STREAM, &driver, &truth));
-    let sounding = || firmware.world().drive_at(f64::MAX).outputs().into_iter().flatten().count();
-    // Answered when the board has started: its first start may still be under way.
+    let (_folder, rig_setup, firmware) = opened_rig(&rig(STREAM, &driver, &truth));
+    let emitting = || firmware.world().drive_at(f64::MAX).outputs().into_iter().flatten().count();
+    // Answered when the board has started.
     assert!(firmware.inject(Part::Array, Fault::Reset));
-    assert_eq!(sounding(), 36, "it powers up at full drive");
+    assert_eq!(emitting(), 36, "it powers up at full drive");
     let mut array = open_array(&rig_setup.rig, &firmware.ports()).await.expect("it opens");
     assert!(!array.identity().acknowledges);
-    assert_eq!(sounding(), 0, "opening silences it");
+    assert_eq!(emitting(), 0, "opening silences it");
     let last_words = array.emergency().expect("a port can be held open").bytes;
     assert_eq!((last_words.len(), &last_words[..3]), (517, &[151, 254, 32][..]));
     let mut delays = vec![ElementDelay::Silent; 36];
@@ -337,25 +337,25 @@ async fn a_board_that_emits_from_its_power_up_or_a_reset_is_put_right() {
     array.set_delays(&delays).await.expect("36");
     array.emit().await.expect("open");
     let output = firmware.world().drive_at(f64::MAX).outputs()[7].expect("it sounds");
-    assert!((output.delay_s - 6.25e-6).abs() < 1e-12 && sounding() == 1);
+    assert!((output.delay_s - 6.25e-6).abs() < 1e-12 && emitting() == 1);
     assert!(firmware.inject(Part::Array, Fault::Reset));
-    assert_eq!(sounding(), 36, "a brown-out");
+    assert_eq!(emitting(), 36, "a brown-out");
     array.refresh().await.expect("open");
-    assert_eq!(sounding(), 1, "the next point is right again");
+    assert_eq!(emitting(), 1, "the next point is right again");
     assert!(firmware.inject(Part::Array, Fault::Unplug));
     let error = array.silence().await.expect_err("it is unplugged");
     assert!(matches!(error.cause(), Cause::Disconnected), "{error}");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn an_oscilloscope_that_is_reset_or_unplugged_is_told() {
+async fn an_oscilloscope_reset_or_disconnection_is_reported() {
     let scope = "[receiver.scpi]\nanswer_within_s = 0.5\n";
     let (_folder, rig_setup, firmware) =
-        laboratory(&rig(scope, THESIS, "[virtual.receiver]\nmode = \"scpi\""));
+        opened_rig(&rig(scope, THESIS, "[virtual.receiver]\nmode = \"scpi\""));
     let mut rig = open(&rig_setup.rig, &firmware.ports()).await.expect("it opens");
     let settle = std::time::Duration::from_millis(1);
     assert_eq!(rig.receiver().read_point(settle, 2).await.expect("it answers").count, 2);
-    // The answer to one question is lost: the call ends in time, and the next one is in step again.
+    // One answer is lost: the call times out, and the next one is synchronous again.
     assert!(firmware.inject(Part::Receiver, Fault::OnLines(LineFault::LoseAll)));
     let error = rig.receiver().read_point(settle, 1).await.expect_err("no answer");
     assert!(matches!(error.cause(), Cause::Silent { .. } | Cause::Unreadable { .. }), "{error}");
@@ -369,7 +369,7 @@ async fn an_oscilloscope_that_is_reset_or_unplugged_is_told() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_check_tells_what_each_device_says_of_itself() {
+async fn a_check_reports_the_identity_of_each_device() {
     let sink = "[focus_array.file]\npath = \"delays.csv\"\nelements = 36";
     let pin = "[receiver.marlin_pin]\npin = 57";
     let mut text = rig(
@@ -378,7 +378,7 @@ async fn a_check_tells_what_each_device_says_of_itself() {
         "[virtual.receiver]\nmode = \"marlin-pin\"\n[virtual.environment]\ntemperature_c = 21.3\nhumidity_percent = 45.0",
     );
     text.insert_str(text.find("[virtual]").expect("it has a virtual part"), ASKED);
-    let (_folder, rig_setup, firmware) = laboratory(&text);
+    let (_folder, rig_setup, firmware) = opened_rig(&text);
     let report = check(&rig_setup.rig, &firmware.ports(), 36).await;
     assert!(report.can_scan(), "{report}");
     let said = report.to_string();

@@ -1,6 +1,6 @@
-//! Diagnoses of a small set whose causes are sealed away: made, diagnosed and scored by the commands that anybody uses.
+//! Diagnoses of a small blind set: made, diagnosed and scored by the commands.
 //!
-//! The bounds are those of a large set, less what so few scans scatter by.
+//! The limits are those of a large set, less the scatter of few scans.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -16,13 +16,13 @@ fn blind(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).expect("text")
 }
 
-/// What a rate is to keep to.
+/// Target of a rate.
 enum Target {
     AtLeast(f64),
     AtMost(f64),
 }
 
-/// Holds a rate against its target, less two standard errors of so few cases.
+/// Compares a rate with its target, less two standard errors.
 fn meets(score: &serde_json::Value, what: &str, target: Target) {
     let rates = score["rates"].as_array().expect("a list");
     let rate = rates.iter().find(|rate| rate["what"] == what).unwrap_or_else(|| panic!("{what}"));
@@ -37,7 +37,7 @@ fn meets(score: &serde_json::Value, what: &str, target: Target) {
 }
 
 #[test]
-fn causes_that_are_sealed_away_are_found_and_none_is_made_up() {
+fn sealed_causes_are_found_without_false_alarms() {
     let home = tempfile::tempdir().expect("a folder");
     let set = home.path().join("set");
     let set_name = set.to_str().expect("text");
@@ -62,7 +62,7 @@ fn causes_that_are_sealed_away_are_found_and_none_is_made_up() {
 }
 
 #[test]
-fn the_thesiss_own_case_is_told_right() {
+fn the_case_of_the_thesis_is_diagnosed_correctly() {
     let scan = Path::new(env!("CARGO_TARGET_TMPDIR")).join("thesis-case");
     let _ = std::fs::remove_dir_all(&scan);
     let plan = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans/thesis-focus.toml");
@@ -81,7 +81,7 @@ fn the_thesiss_own_case_is_told_right() {
         serde_json::from_str(&run(&["diagnose", scan_name, "--json"])).expect("JSON");
     assert_eq!(said["verdict"], "explained");
     let named = said["effects"].as_array().expect("a list");
-    // The simulator's own bugs first, then the physics that remains.
+    // First the bugs of the simulator, then the remaining physics.
     assert_eq!(&named[..2], ["phase-plane", "on-axis-unit"], "{named:?}");
     assert!(said["explained_fraction"].as_f64().expect("a number") > 0.99);
 }

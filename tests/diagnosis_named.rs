@@ -1,4 +1,4 @@
-//! Causes that are easily taken for others, in scans of vibrating pistons.
+//! Causes that resemble others, in scans of vibrating pistons.
 
 use std::f64::consts::TAU;
 
@@ -9,16 +9,16 @@ use fieldgap::virtual_rig::counter_rng::CounterRng;
 mod scanned_pistons;
 use scanned_pistons::{Truth, scan};
 
-/// Far enough that the far field of a face is right to a tenth of the noise.
+/// Distance at which the far-field error of a face is a tenth of the noise.
 const HEIGHTS_MM: [f64; 4] = [80.0, 120.0, 160.0, 200.0];
 
 fn diagnosis(truth: &Truth) -> Diagnosis {
     diagnose(&[scan(&HEIGHTS_MM, truth)], None).expect("readings enough")
 }
 
-/// Readings that are all cut at one level scatter by nothing: that is no small noise, and no saturation besides.
+/// Readings clipped at one level do not scatter. This is not low noise, nor an additional saturation.
 #[test]
-fn a_scan_that_is_heavily_clipped_is_clipped_and_not_saturated() {
+fn heavy_clipping_is_not_taken_for_saturation() {
     let truth = Truth { received: |reading, _| reading.min(0.2), ..Truth::default() };
     let diagnosis = diagnosis(&truth);
     assert_eq!(diagnosis.effects, [EffectId::Clipping], "{}", diagnosis.sentence);
@@ -26,9 +26,9 @@ fn a_scan_that_is_heavily_clipped_is_clipped_and_not_saturated() {
     assert!((0.5..1.5).contains(&(share / scanned_pistons::SHARE)), "{share}");
 }
 
-/// Sixteen steps in a period leave phases that differ from element to element, which is what they were taken for beside gains that do.
+/// Sixteen steps per period give phase deviations of the elements, for which they were taken beside gain deviations.
 #[test]
-fn a_drivers_steps_are_found_beside_gains_that_differ() {
+fn phase_quantisation_is_found_beside_gain_deviations() {
     let truth = Truth {
         gain: |n| 1.0 + 0.15 * (2.4 * n as f64 * n as f64).sin(),
         driven: |phase_rad| (phase_rad / (TAU / 16.0)).round() * (TAU / 16.0),
@@ -44,9 +44,9 @@ fn a_drivers_steps_are_found_beside_gains_that_differ() {
     );
 }
 
-/// Gains that differ and a drift, which are both told where they leave more than half a standard deviation.
+/// Gain deviations and a drift; both are named if the gap exceeds half a standard deviation.
 #[test]
-fn a_faint_gap_is_not_said_to_come_of_two_causes() {
+fn a_faint_gap_is_not_attributed_to_two_causes() {
     fn gain<const PERCENT: u32>(n: usize) -> f64 {
         1.0 + 0.01 * f64::from(PERCENT) * (2.4 * n as f64 * n as f64).sin()
     }
@@ -66,9 +66,9 @@ fn a_faint_gap_is_not_said_to_come_of_two_causes() {
     assert!(faint.sentence.contains("so faint a gap"), "{}", faint.sentence);
 }
 
-/// Amplitudes that differ at random, and by half as much along the rows, for which another cause must be found.
+/// Random amplitude deviations, and half as large ones along the rows, which need another cause.
 #[test]
-fn departures_that_have_an_order_are_not_random() {
+fn ordered_deviations_are_not_taken_for_random_ones() {
     let random = |n: usize| 1.0 + 0.05 * (2.4 * n as f64 * n as f64).sin();
     let plain = diagnosis(&Truth { gain: random, ..Truth::default() });
     assert_eq!(plain.effects, [EffectId::ElementGain], "{}", plain.sentence);
@@ -80,16 +80,16 @@ fn departures_that_have_an_order_are_not_random() {
     assert_eq!(graded.verdict, Verdict::Unexplained, "{}", graded.sentence);
 }
 
-/// Fringes of half a wavelength, as a wall beside the field makes them.
+/// Fringes of half a wavelength, as from a wall beside the field.
 #[test]
-fn ripples_that_no_effect_makes_are_no_noise() {
+fn unexplained_ripples_are_not_taken_for_noise() {
     let beside = |at_mm: &Vec3| 1.0 + 0.06 * (TAU * at_mm.x / 4.3).cos();
     let diagnosis = diagnosis(&Truth { beside, ..Truth::default() });
     assert_eq!(diagnosis.verdict, Verdict::Unexplained, "{}", diagnosis.sentence);
     assert!(diagnosis.sentence.contains("ripples across a plane"), "{}", diagnosis.sentence);
 }
 
-/// The small shift that every fit may make takes up the readings' part of it: what is left to see is that nobody sets up so badly.
+/// The small shift of every fit absorbs the offset; only its improbable size reveals it.
 #[test]
 fn an_offset_is_found_beside_another_cause() {
     let truth = Truth {
@@ -107,10 +107,10 @@ fn an_offset_is_found_beside_another_cause() {
     );
 }
 
-/// A place that scatters by 0.15 mm from reading to reading is no turbulent air: it scatters readings where the field is steep, and not
-/// where paths are long.
+/// A position jitter of 0.15 mm differs from turbulence: it scatters the readings where the field is steep, not where paths are
+/// long.
 #[test]
-fn a_position_that_scatters_is_not_taken_for_turbulence() {
+fn position_jitter_is_not_taken_for_turbulence() {
     let stands_mm = |number: usize, at_mm: &Vec3| {
         let (rng, first) = (CounterRng::new(11), 3 * number as u64);
         at_mm + 0.15 * Vec3::new(rng.normal(first), rng.normal(first + 1), rng.normal(first + 2))

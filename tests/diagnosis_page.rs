@@ -1,4 +1,4 @@
-//! The report of a diagnosis: its files, its words, its bytes.
+//! The report of a diagnosis: files, text, reproducibility.
 
 mod diagnosis_synthetic;
 mod page_words;
@@ -32,7 +32,7 @@ fn page(diagnosis: &Diagnosis) -> String {
     String::from_utf8(index).expect("UTF-8")
 }
 
-/// Without the maps, whose drawing takes its time; for tests that are about words.
+/// Without maps, which are slow to draw; for tests of the text.
 fn without_maps(mut diagnosis: Diagnosis) -> Diagnosis {
     for plane in &mut diagnosis.planes {
         plane.x_m.clear();
@@ -42,12 +42,12 @@ fn without_maps(mut diagnosis: Diagnosis) -> Diagnosis {
 }
 
 #[test]
-fn the_words_of_a_named_cause() {
+fn text_of_a_named_cause() {
     insta::assert_snapshot!(words(&page(&explained(&[50.0, 100.0], 5.0))));
 }
 
 #[test]
-fn the_words_of_rivals() {
+fn text_of_rivals() {
     let words = words(&page(&without_maps(ambiguous(5.0))));
     let (before, after) = words.split_once("Before and after").expect("a section");
     let after = after.split_once("Causes ruled out").expect("a section").1;
@@ -55,7 +55,7 @@ fn the_words_of_rivals() {
 }
 
 #[test]
-fn the_page_needs_nothing_but_itself_and_links_only_to_what_is_there() {
+fn the_page_is_self_contained_and_its_links_are_valid() {
     for diagnosis in [two_causes(&[50.0, 100.0], 7.0), ambiguous(7.0), no_gap(7.0)] {
         let files = files(&context(), &diagnosis);
         let page = String::from_utf8(files["index.html"].clone()).expect("UTF-8");
@@ -85,7 +85,7 @@ fn the_same_diagnosis_gives_the_same_bytes() {
 }
 
 #[test]
-fn what_users_write_stays_text() {
+fn user_text_is_escaped() {
     let evil = "<script>alert('\"&')</script>\u{1}";
     let mut diagnosis = ambiguous(7.0);
     for words in [
@@ -113,7 +113,7 @@ fn what_users_write_stays_text() {
 }
 
 #[test]
-fn without_a_grid_or_figures_there_are_numbers_still() {
+fn without_a_grid_the_page_has_numbers() {
     let mut diagnosis = without_maps(explained(&[50.0, 100.0], 7.0));
     diagnosis.planes[0].figures = None;
     let files = files(&context(), &diagnosis);
@@ -123,7 +123,7 @@ fn without_a_grid_or_figures_there_are_numbers_still() {
 }
 
 #[test]
-fn an_unexplained_gap_is_said_to_be_one() {
+fn an_unexplained_gap_is_reported() {
     let mut diagnosis = without_maps(explained(&[100.0], 7.0));
     diagnosis.verdict = Verdict::Unexplained;
     diagnosis.effects.clear();
@@ -136,7 +136,7 @@ fn an_unexplained_gap_is_said_to_be_one() {
 }
 
 #[test]
-fn several_scans_and_drives_are_kept_apart() {
+fn several_scans_and_drives_are_shown_separately() {
     let mut diagnosis = explained(&[100.0], 7.0);
     diagnosis.scans.push("again".to_owned());
     let mut again = diagnosis.planes[0].clone();
@@ -152,7 +152,7 @@ fn several_scans_and_drives_are_kept_apart() {
 }
 
 #[test]
-fn the_data_stand_beside_the_page() {
+fn the_data_are_written_beside_the_page() {
     let diagnosis = without_maps(explained(&[50.0, 100.0], 7.0));
     let files = files(&context(), &diagnosis);
     let text = String::from_utf8(files["diagnosis.txt"].clone()).expect("UTF-8");

@@ -1,4 +1,4 @@
-//! What a diagnosis says in a terminal.
+//! The text of a diagnosis.
 
 mod diagnosis_synthetic;
 #[allow(dead_code)] // shared with the tests of the report
@@ -21,7 +21,7 @@ fn a_named_cause() {
 }
 
 #[test]
-fn rivals_and_the_measurement_that_tells_them_apart() {
+fn rivals_and_the_next_measurement() {
     insta::assert_snapshot!(text(&ambiguous(5.0)));
 }
 
@@ -36,7 +36,7 @@ fn no_gap_beyond_noise() {
 }
 
 #[test]
-fn many_heights_and_several_scans_keep_to_the_largest_shares() {
+fn many_heights_are_reduced_to_the_largest_shares() {
     let heights: Vec<f64> = (4..=20).map(|z| f64::from(z) * 10.0).collect();
     let mut diagnosis = explained(&heights, 10.0);
     diagnosis.scans.push("another".to_owned());
@@ -47,7 +47,7 @@ fn many_heights_and_several_scans_keep_to_the_largest_shares() {
 }
 
 #[test]
-fn standings_follow_the_odds() {
+fn verdict_words_follow_the_odds() {
     let diagnosis = explained(&[100.0], 10.0);
     let standings: Vec<Standing> =
         diagnosis.ranked.iter().map(|candidate| diagnosis.standing(candidate).0).collect();
@@ -59,7 +59,7 @@ fn standings_follow_the_odds() {
 }
 
 #[test]
-fn the_json_keeps_to_its_contract() {
+fn the_json_has_the_documented_keys() {
     let json = serde_json::to_value(explained(&[50.0, 100.0], 10.0)).expect("JSON");
     assert_eq!(json["format"], 1);
     assert_eq!(json["verdict"], "explained");

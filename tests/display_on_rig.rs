@@ -1,4 +1,4 @@
-//! Displays on a rig: what the virtual array received is what was composed, and it is silent whatever ends them.
+//! Displays on a rig: the virtual array receives the composed program, and it is silent after every end.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// A rig file of the repository, in time that passes as the wall's times a factor.
+/// A rig file of the repository, at a multiple of real time.
 fn rig_setup(name: &str, times: f64) -> RigSetup {
     let path = root().join("rigs").join(name);
     let text = std::fs::read_to_string(&path).expect("the rig file is there");
@@ -46,7 +46,7 @@ fn display(text: &str) -> DisplayFile {
         .expect("valid")
 }
 
-fn sounding<'a>(rig_setup: &'a RigSetup, display: &DisplayFile) -> RadiatingArray<'a> {
+fn radiating<'a>(rig_setup: &'a RigSetup, display: &DisplayFile) -> RadiatingArray<'a> {
     RadiatingArray {
         array: rig_setup.nominal_array(),
         medium: rig_setup.nominal_medium(),
@@ -66,7 +66,7 @@ fn composed(
     display: &DisplayFile,
     controller: &ArrayIdentity,
 ) -> ComposedDisplay {
-    compose(display, &sounding(rig_setup, display), controller).expect("it fits")
+    compose(display, &radiating(rig_setup, display), controller).expect("it fits")
 }
 
 const TWO_FOCI: &str = "[modulation.am]\nfrequency_hz = 173.0\n[[focus]]\n\
@@ -74,7 +74,7 @@ const TWO_FOCI: &str = "[modulation.am]\nfrequency_hz = 173.0\n[[focus]]\n\
     [[focus]]\npath.point_mm = [-5, 12, 110]\nlevel = 0.5\n";
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_array_receives_what_was_composed_and_falls_silent_after_it() {
+async fn the_array_receives_the_composed_program_and_is_silent_afterwards() {
     let rig_setup = rig_setup("virtual.toml", 1.0);
     let rig = opened(&rig_setup);
     let (mut array, identity) = array(&rig_setup, &rig).await;
@@ -101,7 +101,7 @@ async fn the_array_receives_what_was_composed_and_falls_silent_after_it() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_receiver_hears_the_level_that_the_display_promises() {
+async fn the_receiver_measures_the_predicted_level() {
     let rig_setup = rig_setup("virtual.toml", 1.0);
     let rig = opened(&rig_setup);
     let nozzle_m = rig.world().nozzle_m(0.0);
@@ -117,7 +117,7 @@ async fn the_receiver_hears_the_level_that_the_display_promises() {
     play(array.as_mut(), &composed.program, Some(0.1), std::future::pending())
         .await
         .expect("played");
-    // In the middle of what was played, over some samples and their noise.
+    // In the middle of the playback, over several samples.
     let ended_s = rig.clock().now_s();
     let playing = |time_s: &f64| rig.world().drive_at(*time_s).display.is_some();
     let times: Vec<f64> = (0..10_000)
@@ -134,12 +134,12 @@ async fn the_receiver_hears_the_level_that_the_display_promises() {
     // rigs/truth/thesis-lab.toml: 4 Pa at 1 m, 3 mV/Pa. The truth's field is the Rayleigh integral, the display's the far field.
     let element_db = level_db(4.0 / 0.3);
     let playback =
-        Playback::new(&composed.program, sounding(&rig_setup, &display), &identity, element_db);
+        Playback::new(&composed.program, radiating(&rig_setup, &display), &identity, element_db);
     let promised_v = 0.4 * 0.003 * playback.rms_pa(0, &[nozzle_m])[0];
     assert!((heard_v / promised_v - 1.0).abs() < 0.03, "{heard_v} V, promised {promised_v} V");
 }
 
-/// A rig file for the ports of a virtual rig that is open, as a program in another process meets it, and a display for it.
+/// A rig file for the ports of an open virtual rig, for a program in another process, and a display for it.
 fn files(folder: &Path, rig: &VirtualRig) -> (PathBuf, PathBuf) {
     let text =
         std::fs::read_to_string(root().join("rigs/virtual.toml")).expect("the rig file is there");
@@ -172,7 +172,7 @@ fn until(what: &str, holds: impl Fn() -> bool) {
     }
 }
 
-/// Starts `focus` without an end and waits until the array plays.
+/// Starts `focus` without a duration and waits until the array plays.
 fn playing(rig: &VirtualRig, folder: &Path) -> Child {
     let (_, display) = files(folder, rig);
     let child = Command::new(env!("CARGO_BIN_EXE_fieldgap"))
@@ -204,7 +204,7 @@ fn ctrl_c_silences_the_array() {
 }
 
 #[test]
-fn a_program_that_is_killed_leaves_the_array_sounding_for_its_lease_only() {
+fn after_a_kill_the_array_is_silent_at_the_end_of_the_lease() {
     let folder = tempfile::tempdir().expect("a folder");
     let rig = opened(&rig_setup("virtual.toml", 1.0));
     let mut child = playing(&rig, folder.path());
@@ -216,7 +216,7 @@ fn a_program_that_is_killed_leaves_the_array_sounding_for_its_lease_only() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn swipes_are_told_over_the_port_as_they_happen() {
+async fn swipes_are_detected_over_the_port() {
     let rig_setup = rig_setup("swipe.toml", 40.0);
     let rig = opened(&rig_setup);
     let (mut array, _) = array(&rig_setup, &rig).await;
@@ -232,7 +232,7 @@ async fn swipes_are_told_over_the_port_as_they_happen() {
     }
     session.end().await.expect("silent");
     assert!(!rig.world().drive_at(rig.clock().now_s()).emitting);
-    // Those that began after the detector had learnt and were over before the end.
+    // Swipes after the learning time and before the end.
     let happened: Vec<Direction> = rig
         .world()
         .swipes_until(now_s)

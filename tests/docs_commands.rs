@@ -1,4 +1,4 @@
-//! The commands of the documentation do what its pages say.
+//! The commands of the documentation run as documented.
 
 mod page_commands;
 
@@ -20,7 +20,7 @@ fn fieldgap(arguments: &[String], folder: &Path) -> Output {
         .expect("the program starts")
 }
 
-/// Copies the files of a folder and of those below it; pictures stay behind.
+/// Copies a folder recursively, without pictures.
 fn copy(from: &Path, to: &Path) {
     std::fs::create_dir_all(to).expect("a folder");
     for entry in std::fs::read_dir(from).expect("a folder") {
@@ -34,7 +34,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Takes the steps of a page, in its order, in a folder with copies of `scans` and `rigs`.
+/// Runs the steps of a page in order, in a folder with copies of `scans` and `rigs`.
 fn follow(page: &str) {
     let markdown = std::fs::read_to_string(repository().join(page)).expect("a page");
     let folder = tempfile::tempdir().expect("a folder");
@@ -67,7 +67,7 @@ fn take(what: &What, folder: &Path) -> Result<(), String> {
     }
 }
 
-/// Whether the command and each of its options exist, and values are of the right kind: all before `--help` is parsed.
+/// Checks that the command and its options exist and that values are valid: all are parsed before `--help`.
 fn parses(arguments: &[String]) -> Result<(), String> {
     let arguments = [arguments, &["--help".to_owned()]].concat();
     succeeded(fieldgap(&arguments, repository()))
@@ -110,7 +110,7 @@ pages! {
 }
 
 #[test]
-fn every_page_is_followed() {
+fn the_commands_of_every_page_run() {
     for entry in std::fs::read_dir(repository().join("docs")).expect("a folder") {
         let page = format!("docs/{}", entry.expect("an entry").file_name().to_string_lossy());
         assert!(PAGES.contains(&page.as_str()), "{page}");
@@ -118,7 +118,7 @@ fn every_page_is_followed() {
 }
 
 #[test]
-fn what_does_not_exist_is_noticed() {
+fn unknown_commands_and_options_are_detected() {
     let folder = tempfile::tempdir().expect("a folder");
     let step = |command: &str| steps(&format!("```sh pattern\n{command}\n```"));
     for wrong in [
@@ -134,7 +134,7 @@ fn what_does_not_exist_is_noticed() {
 }
 
 #[test]
-fn steps_are_found_where_they_stand() {
+fn steps_are_located_in_their_page() {
     let page = "\
 `fieldgap run PLAN` and `run`
 

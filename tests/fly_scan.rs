@@ -1,4 +1,4 @@
-//! Rows flown over on the virtual rig: the same map as point by point, in a fraction of the time; and what keeps a row from being flown.
+//! Rows at constant speed on the virtual rig: the same map as point by point, in a fraction of the time; and conditions that prevent it.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -14,7 +14,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// The virtual rig with these lines in place of others, and with more in its truth file.
+    /// The virtual rig with replaced lines and an extended truth file.
     fn new(changes: &[(&str, &str)], truth: &str) -> Self {
         let home = tempfile::tempdir().expect("a folder");
         let rigs = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs");
@@ -34,7 +34,7 @@ impl Bench {
         self.home.path().join(name)
     }
 
-    /// Scans a plane with these further lines in its plan.
+    /// Scans a plane with additional lines in the plan.
     fn scan(&self, name: &str, plane: &str, more: &str) -> Output {
         let plan = format!(
             "name = \"{name}\"\nrig = \"rig.toml\"\n[simulator]\nmodel = \"piston\"\n\
@@ -62,7 +62,7 @@ impl Bench {
         samples
     }
 
-    fn told_of_flying(&self, name: &str) -> Vec<String> {
+    fn fly_events(&self, name: &str) -> Vec<String> {
         let events = read_events(&self.path(name)).expect("events");
         let flown = events.into_iter().filter(|event| event.kind == EventKind::Flown);
         flown.map(|event| event.text).collect()
@@ -70,11 +70,11 @@ impl Bench {
 }
 
 fn said(output: &Output) -> String {
-    // Of the words alone: where lines break depends on the terminal.
+    // Without line breaks, which depend on the terminal.
     String::from_utf8_lossy(&output.stderr).split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Mean square of the differences over that of the noise, which is known.
+/// Mean square of the differences over that of the known noise.
 fn apart(some: &[RecordedSample], others: &[RecordedSample]) -> f64 {
     assert_eq!(some.len(), others.len());
     let variance = |sample: &RecordedSample| {
@@ -96,7 +96,7 @@ fn lasted_s(samples: &[RecordedSample]) -> f64 {
 const FLY: &str = "[fly]\nspeed_mm_s = 180.0";
 
 #[test]
-fn a_plane_of_71_by_71_points_is_flown_in_an_eighth_of_the_time_with_the_same_map() {
+fn a_flown_plane_of_71_by_71_points_has_the_same_map_in_an_eighth_of_the_time() {
     let bench = Bench::new(&[], "");
     let plane = "z_mm = 100\nsize_mm = [70, 70]\nstep_mm = 1";
     let stopped = bench.samples("stopped", plane, "");
@@ -104,7 +104,7 @@ fn a_plane_of_71_by_71_points_is_flown_in_an_eighth_of_the_time_with_the_same_ma
     assert_eq!(flown.len(), 71 * 71);
     let (slow_s, fast_s) = (lasted_s(&stopped), lasted_s(&flown));
     assert!(slow_s > 8.0 * fast_s, "{slow_s} and {fast_s} s");
-    // 5,041 differences: their mean square scatters by 2 %, and a parabola's own error adds less.
+    // 5,041 differences: their mean square scatters by 2 %; the interpolation error is smaller.
     let apart = apart(&stopped, &flown);
     assert!((0.92..1.08).contains(&apart), "{apart}");
     println!(
@@ -113,26 +113,26 @@ fn a_plane_of_71_by_71_points_is_flown_in_an_eighth_of_the_time_with_the_same_ma
 }
 
 #[test]
-fn a_receiver_that_lags_is_found_out_and_its_readings_put_back() {
+fn a_receiver_lag_is_measured_and_compensated() {
     let plane = "z_mm = 100\ncentre_mm = [17.5, -22.5]\nsize_mm = [40, 10]\nstep_mm = 1";
     let stopped = Bench::new(&[], "").samples("stopped", plane, "");
     let late = Bench::new(&[], "[effects.lag]\ns = 0.012\n");
     let flown = late.samples("flown", plane, FLY);
-    let told = late.told_of_flying("flown");
+    let told = late.fly_events("flown");
     let lag_ms: f64 = told[0].split(' ').nth(2).and_then(|ms| ms.parse().ok()).expect("a number");
     assert!((lag_ms - 12.0).abs() < 0.2, "{told:?}");
     assert!((0.8..1.2).contains(&apart(&stopped, &flown)));
     assert!(told[1].starts_with("11 rows at 180 mm/s"), "{told:?}");
-    // Without it the rows there and those back stand 4 mm apart.
+    // Without compensation, rows in opposite directions are 4 mm apart.
     let uncorrected = late.samples("uncorrected", plane, &format!("{FLY}\nlag_ms = 0.0"));
     assert!(apart(&stopped, &uncorrected) > 10.0);
 }
 
 #[test]
-fn what_cannot_be_flown_is_said_before_or_at_its_first_row() {
+fn impossible_rows_are_reported_at_the_latest_at_the_first_row() {
     let plane = "z_mm = 100\ncentre_mm = [17.5, -22.5]\nsize_mm = [20, 10]\nstep_mm = 1";
     let bench = Bench::new(&[], "");
-    // 150 mm of travel to each side, and 20 mm of lead.
+    // 150 mm of travel to each side, and 20 mm of run-up.
     let wide = bench.scan("wide", "z_mm = 100\nsize_mm = [270, 2]\nstep_mm = 1", FLY);
     assert!(said(&wide).contains("outside its travel"), "{}", said(&wide));
     let fast = bench.scan("fast", plane, "[fly]\nspeed_mm_s = 600.0\nlead_mm = 20.0");

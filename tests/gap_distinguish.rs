@@ -1,4 +1,4 @@
-//! Which effects a scan can tell apart, against figures of another program for the same scan.
+//! Effects that a scan can distinguish, compared with figures of another program for the same scan.
 
 use fieldgap::diagnosis::{AlikeEffects, EffectId, alike_effects};
 
@@ -9,12 +9,11 @@ fn alike() -> Vec<AlikeEffects> {
     alike_effects(&scan, None).expect("enough to compare")
 }
 
-/// A prototype in Python found so much of an effect's signature, in amplitude, that another cannot imitate, on the same planes of
-/// the same array. It left the near field out of what is open; the order of magnitude is what both must share. (Sound speed and drive
-/// frequency are left out, of which it has 0.03: delays that are kept in seconds keep the focus where it is at any frequency, and at
-/// another speed of sound they do not.)
+/// Residual amplitude of one effect that another cannot reproduce, from a Python prototype for the same planes and array. It had no
+/// free near-field term, so that only the order of magnitude must agree. (Its 0.03 for sound speed and drive frequency is excluded:
+/// delays kept in seconds preserve the focus at any frequency, but not at another speed of sound.)
 #[test]
-fn the_pairs_that_are_hard_to_tell_apart_are_those_that_another_program_found() {
+fn the_least_separable_pairs_agree_with_another_program() {
     let alike = alike();
     for (one, other, published) in [
         (EffectId::ReceiverDirectivity, EffectId::Directivity, 0.02),
@@ -36,9 +35,9 @@ fn the_pairs_that_are_hard_to_tell_apart_are_those_that_another_program_found() 
     }
 }
 
-/// A gain that drifts from plane to plane is nothing like play, which shifts every other row.
+/// A gain drift from plane to plane does not resemble backlash, which shifts every other row.
 #[test]
-fn what_has_nothing_in_common_is_told_apart_from_far_below_the_noise() {
+fn dissimilar_effects_are_distinguished_far_below_the_noise() {
     let alike = alike();
     let pair = alike
         .iter()
@@ -51,10 +50,10 @@ fn what_has_nothing_in_common_is_told_apart_from_far_below_the_noise() {
     assert!(pair.separable_gap_sigma < 0.06, "{pair:?}");
 }
 
-/// Effects that are said to be mistaken for another are among those that the readings of this scan separate worst from it.
+/// The documented look-alikes of an effect are among those that this scan separates worst from it.
 #[test]
-fn effects_said_to_mimic_another_are_those_that_are_hard_to_separate_from_it() {
-    /// Largest residual share of a pair that is mistaken for one another; a pair drawn at random has 0.9.
+fn documented_look_alikes_are_hard_to_separate() {
+    /// Largest residual share of a look-alike pair; a random pair has 0.9.
     const MIMICS: f64 = 0.6;
     let alike = alike();
     for &effect in EffectId::ALL {

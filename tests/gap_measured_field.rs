@@ -1,8 +1,8 @@
-//! A measured field with faults that nobody labelled (a mirrored axis, a shifted origin, a step not quite nominal):
-//! the registration has to find them by itself.
+//! A measured field with unlabelled errors (a mirrored axis, a shifted origin, an inexact step) that the registration
+//! must find.
 //!
 //! The field is not part of the project; the test looks for it in `$FIELDGAP_SHARED`, else beside the project in
-//! `../shared`, and says so when it is not there.
+//! `../shared`, and reports if it is missing.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -28,7 +28,7 @@ fn within(value: f64, expected: f64, tolerance: f64) -> bool {
 }
 
 #[test]
-fn the_pose_of_a_measured_field_is_found_and_what_it_leaves_open_is_named() {
+fn the_pose_of_a_measured_field_and_its_undetermined_parameters_are_found() {
     let Some(scan) = measured("heightmod-a") else { return };
     let found: Comparison =
         compare(&scan, scan.setup.simulator, Registering::Auto).expect("a field to compare");
@@ -41,7 +41,7 @@ fn the_pose_of_a_measured_field_is_found_and_what_it_leaves_open_is_named() {
     assert!(within(registration.step_ratio.value, 1.41 / 1.378, 0.01));
 
     // One gain for all angles, with the pistons of the record, reaches no more than 0.907 and 0.266, whatever the pose; a
-    // receiver with a face like the elements' own explains the rest.
+    // receiver with a face like that of the elements explains the rest.
     let one_gain = registration.tried.last().expect("the pose was tried");
     assert_eq!(one_gain.registering, Registering::Pose);
     assert!(one_gain.correlation > 0.905 && one_gain.residual_rms_ratio < 0.267, "{one_gain:?}");

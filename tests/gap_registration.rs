@@ -1,5 +1,5 @@
-//! Registration on scans of known pose, made here by a kernel that shares nothing with the simulators: pistons cut
-//! into rings of point sources on a rigid baffle (Rayleigh's integral), with noise.
+//! Registration of scans with known pose, from an independent kernel: pistons as rings of point sources on a rigid
+//! baffle (Rayleigh integral), with noise.
 
 use std::fmt::Write as _;
 
@@ -15,13 +15,13 @@ const SPEED_M_S: f64 = 343.0;
 const FREQUENCY_HZ: f64 = 40e3;
 const RADIUS_M: f64 = 4.5e-3;
 
-/// An element of the true array: where it stands and its phase.
+/// An element of the true array: position and phase.
 struct Source {
     at_m: Vec3,
     phase_rad: f64,
 }
 
-/// Rayleigh's integral over each face, by equal areas on three rings.
+/// Rayleigh integral over each face, by equal areas on three rings.
 fn truth(sources: &[Source], point_m: &Vec3) -> f64 {
     let k = std::f64::consts::TAU * FREQUENCY_HZ / SPEED_M_S;
     let mut sum = Complex64::ZERO;
@@ -40,7 +40,7 @@ fn truth(sources: &[Source], point_m: &Vec3) -> f64 {
     sum.norm()
 }
 
-/// Readings as a receiver gives them: a gain, noise in proportion and on its own, a converter's steps.
+/// Readings of a receiver: gain, proportional and additive noise, converter steps.
 struct Receiver {
     gain: f64,
     relative: f64,
@@ -62,7 +62,7 @@ impl Receiver {
     }
 }
 
-/// A scan folder as a lab would hand it over, read back.
+/// A scan folder, written and read back.
 fn record(
     array: &str,
     elements: Option<String>,
@@ -86,7 +86,7 @@ fn record(
     RecordedScan::open(folder.path()).expect("a recorded scan")
 }
 
-/// A serpentine over planes: rows of samples.csv, read where `pose` says the robot really is.
+/// A serpentine over planes: rows of samples.csv, measured at the actual positions given by `pose`.
 fn scan_planes(
     sources: &[Source],
     pose: &Pose,
@@ -140,8 +140,8 @@ fn compared(scan: &RecordedScan, simulator: Simulator, registering: Registering)
     compare(scan, simulator, registering).expect("something to compare")
 }
 
-/// 16 x 16 elements, each at its own height within a wavelength, driven alike; scanned in a pose. The true elements'
-/// phases are off by so much (standard deviation): a gap that no pose explains.
+/// 16 x 16 elements, each at its own height within a wavelength, driven in phase; scanned in a pose. The phases
+/// have deviations of this standard deviation: a gap that no pose explains.
 fn height_modulated(seed: u64, pose: &Pose, phase_spread_rad: f64) -> RecordedScan {
     let mut draws = ChaCha8Rng::seed_from_u64(seed);
     let mut sources = Vec::new();
@@ -160,7 +160,7 @@ fn height_modulated(seed: u64, pose: &Pose, phase_spread_rad: f64) -> RecordedSc
     record(layout, Some(elements), "phases = \"all-zero\"", &rows, "piston")
 }
 
-/// How far two poses carry the corners of a map apart, metres.
+/// Largest distance between the corners of a map in two poses, metres.
 fn corners_apart(a: &Pose, b: &Pose, half_width_m: f64) -> f64 {
     [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
         .map(|(x, y)| Vec3::new(x * half_width_m, y * half_width_m, 0.1))
@@ -180,7 +180,7 @@ fn any_pose(draws: &mut ChaCha8Rng) -> Pose {
 }
 
 #[test]
-fn a_mirrored_turned_stretched_and_shifted_scan_is_laid_where_it_was_taken() {
+fn a_mirrored_rotated_scaled_and_shifted_scan_is_registered() {
     let pose = Pose {
         mirror: Mirror::X,
         turn_rad: 0.05,
@@ -196,9 +196,9 @@ fn a_mirrored_turned_stretched_and_shifted_scan_is_laid_where_it_was_taken() {
     assert!(found.overall.correlation > 0.95, "{:?}", found.overall);
 }
 
-/// Random fields and poses, the elements' phases being 0.4 rad off.
+/// Random fields and poses, with phase deviations of 0.4 rad.
 #[test]
-fn the_pose_is_found_from_any_start() {
+fn random_poses_are_found() {
     let mut draws = ChaCha8Rng::seed_from_u64(1);
     for seed in 0..6 {
         let pose = any_pose(&mut draws);
@@ -209,10 +209,10 @@ fn the_pose_is_found_from_any_start() {
     }
 }
 
-/// The trap: `as-written` freezes its phases at the focal height, so a right scan differs from it in shape. No pose
-/// may be bent to make up for that.
+/// `as-written` freezes its phases at the focal height, so that a correct scan differs in shape. No pose may compensate for
+/// this.
 #[test]
-fn a_gap_of_shape_is_not_registered_away() {
+fn a_difference_in_shape_is_not_removed_by_registration() {
     let scan =
         focused_scan(THESIS_FOCUS_MM.into(), &Pose::default(), &THESIS_HEIGHTS_MM, "as-written");
     let found = compared(&scan, Simulator::AsWritten, Registering::Auto);
@@ -236,7 +236,7 @@ fn a_gap_of_shape_is_not_registered_away() {
 }
 
 #[test]
-fn a_scan_set_up_by_hand_keeps_its_coordinates_but_for_a_small_shift() {
+fn a_small_set_up_error_gives_only_a_small_shift() {
     let pose = Pose { shift_m: Vec3::new(0.3e-3, -0.2e-3, 0.0), ..Pose::default() };
     let scan = focused_scan(THESIS_FOCUS_MM.into(), &pose, &THESIS_HEIGHTS_MM, "piston");
     let found = compared(&scan, Simulator::Piston, Registering::Auto);
@@ -249,14 +249,14 @@ fn a_scan_set_up_by_hand_keeps_its_coordinates_but_for_a_small_shift() {
 
 /// Two millimetres are a gap (an `offset`) to be reported, not an error to be removed by registration.
 #[test]
-fn a_shift_beyond_a_slip_of_the_hand_stays_in_the_gap() {
+fn a_shift_beyond_the_set_up_tolerance_remains_in_the_gap() {
     let pose = Pose { shift_m: Vec3::new(2e-3, 0.0, 0.0), ..Pose::default() };
     let scan = focused_scan(THESIS_FOCUS_MM.into(), &pose, &THESIS_HEIGHTS_MM, "piston");
     let found = compared(&scan, Simulator::Piston, Registering::Auto);
     assert_eq!(found.registration.chosen, Registering::GainOnly, "{}", found.registration.why);
     assert!(found.registration.why.contains("left in the gap"), "{}", found.registration.why);
     let shift_m = found.planes[1].discrepancy.peak_shift_m;
-    // The scan's peak stands where the robot's coordinates, 2 mm too small, put it.
+    // The scan's peak is at the robot's coordinates, which are 2 mm too small.
     assert!(shift_m[0].value < -0.5e-3, "{shift_m:?}");
     assert!((shift_m[0].value + 2e-3).abs() < 3.0 * shift_m[0].standard_error, "{shift_m:?}");
     let asked = compared(&scan, Simulator::Piston, Registering::Pose);
@@ -268,7 +268,7 @@ fn a_shift_beyond_a_slip_of_the_hand_stays_in_the_gap() {
 }
 
 #[test]
-fn a_field_too_symmetric_for_a_mirror_says_so() {
+fn an_undetermined_mirroring_is_reported() {
     let focus_mm = Vec3::new(0.0, 0.0, 100.0);
     let scan = focused_scan(focus_mm, &Pose::default(), &[100.0], "piston");
     let found = compared(&scan, Simulator::Piston, Registering::Pose);
@@ -278,7 +278,7 @@ fn a_field_too_symmetric_for_a_mirror_says_so() {
 }
 
 #[test]
-fn the_same_scan_gives_the_same_bits_on_any_number_of_threads() {
+fn results_are_bit_identical_on_any_number_of_threads() {
     let pose = Pose { mirror: Mirror::Y, shift_m: Vec3::new(4e-3, 0.0, 0.0), ..Pose::default() };
     let scan = focused_scan(THESIS_FOCUS_MM.into(), &pose, &[50.0, 100.0], "piston");
     let on = |threads| {
@@ -313,7 +313,7 @@ fn text_and_csv_have_a_line_for_each_height() {
 }
 
 #[test]
-fn points_on_no_grid_are_compared_without_a_map() {
+fn points_off_a_grid_are_compared_without_a_map() {
     let mut draws = ChaCha8Rng::seed_from_u64(5);
     let mut receiver = Receiver::new(5);
     let sources = focused(Vec3::from(THESIS_FOCUS_MM) * 1e-3);
@@ -332,7 +332,7 @@ fn points_on_no_grid_are_compared_without_a_map() {
 }
 
 #[test]
-fn a_scan_of_silence_cannot_be_compared_and_says_what_to_do() {
+fn a_scan_without_driven_readings_is_refused_with_a_remedy() {
     let scan =
         record(SQUARE, None, "phases = \"all-zero\"", "0.0,-1,0.0,0.0,100.0,0.1\n", "piston");
     let refused = compare(&scan, Simulator::Piston, Registering::Auto).expect_err("nothing driven");

@@ -1,4 +1,4 @@
-//! Scans on rigs whose robot speaks GRBL, over pseudo-terminals: the same field as under Marlin.
+//! Scans with GRBL robots over pseudo-terminals: the same field as with Marlin.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -23,7 +23,7 @@ fn here(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// Scans on a rig of the project, with something in its file replaced.
+/// Scans on a rig of the project, with a replacement in its file.
 fn scan(home: &Path, rig: &str, from: &str, to: &str) -> (Output, PathBuf) {
     let text = std::fs::read_to_string(here("rigs").join(rig)).expect("the rig file is there");
     assert!(text.contains(from), "{rig} has {from:?}");
@@ -58,7 +58,7 @@ fn readings(rig: &str, from: &str, to: &str) -> Vec<(String, f64)> {
 }
 
 #[test]
-fn each_firmware_carries_the_receiver_to_the_same_field() {
+fn each_firmware_measures_the_same_field() {
     let marlin = readings("virtual.toml", "seed = 1", "seed = 1");
     let grbl = readings("virtual-grbl.toml", "seed = 1", "seed = 1");
     let hal = readings("virtual-grbl.toml", "firmware = \"grbl\"", "firmware = \"grblhal\"");
@@ -74,7 +74,7 @@ fn each_firmware_carries_the_receiver_to_the_same_field() {
 }
 
 #[test]
-fn a_driver_for_another_firmware_says_which_one_answers() {
+fn a_driver_for_another_firmware_names_the_one_that_answers() {
     let home = tempfile::tempdir().expect("a folder");
     let (output, _) = scan(home.path(), "virtual-grbl.toml", "[motion.auto]", "[motion.marlin]");
     let said = String::from_utf8_lossy(&output.stderr).replace("\n  │", "");

@@ -1,5 +1,5 @@
-//! A scan whose process is killed at random instants and taken up again each time: no acknowledged reading is lost or
-//! changed, none stands twice, and in the end the record is complete.
+//! A scan that is killed at random instants and resumed each time: no acknowledged reading is lost, changed or duplicated,
+//! and the final record is complete.
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -11,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustix::process::{Pid, Signal, kill_process};
 
-/// A plane of 45 x 45 points: more than a few kills leave time for.
+/// A plane of 45 x 45 points, enough for all kills.
 const PLAN: &str = r#"
 name = "killed"
 [simulator]
@@ -29,7 +29,7 @@ size_mm = [44.0, 44.0]
 step_mm = 1.0
 "#;
 
-/// A reading that the program said is safe.
+/// A reading that the program acknowledged.
 struct Acknowledged {
     row: usize,
     reading: f64,
@@ -60,8 +60,8 @@ fn measured(line: &str) -> Option<Acknowledged> {
     })
 }
 
-/// Runs the program until it has acknowledged some more readings and some more microseconds have gone by; kills it; gives
-/// what it acknowledged.
+/// Runs the program until it has acknowledged some readings and a random time has passed, and kills it; returns the
+/// acknowledged readings.
 fn run_and_kill(command: &mut Command, draws: &mut ChaCha8Rng) -> Vec<Acknowledged> {
     let mut child = command.spawn().expect("the program starts");
     let mut lines = BufReader::new(child.stdout.take().expect("it is piped")).lines();
@@ -73,7 +73,7 @@ fn run_and_kill(command: &mut Command, draws: &mut ChaCha8Rng) -> Vec<Acknowledg
             None => break,
         }
     }
-    // Anywhere within the work on one more point, or, where nothing was waited for, within the start.
+    // During another point or, without acknowledged readings, during the start.
     let window = if enough == 0 { 40_000 } else { 2_000 };
     let until = Instant::now() + Duration::from_micros(draws.random_range(0..window));
     while Instant::now() < until {
@@ -86,14 +86,14 @@ fn run_and_kill(command: &mut Command, draws: &mut ChaCha8Rng) -> Vec<Acknowledg
 }
 
 #[test]
-fn forty_kills_lose_nothing_that_was_acknowledged() {
+fn forty_kills_lose_no_acknowledged_reading() {
     kill_and_resume(PLAN, 40);
 }
 
 /// A plane of 100 x 100 points.
 #[test]
 #[ignore = "takes minutes; run: cargo test --release --test kill_and_resume -- --ignored"]
-fn a_thousand_kills_over_ten_thousand_points_lose_nothing_that_was_acknowledged() {
+fn a_thousand_kills_over_ten_thousand_points_lose_no_acknowledged_reading() {
     kill_and_resume(&PLAN.replace("[44.0, 44.0]", "[99.0, 99.0]"), 1000);
 }
 
@@ -106,7 +106,7 @@ fn kill_and_resume(plan_text: &str, kills: usize) {
     for kill in 0..kills {
         for acknowledged in run_and_kill(&mut begin_or_resume(&plan, &folder), &mut draws) {
             assert!(acknowledged.row >= safe.len(), "kill {kill}: row {} again", acknowledged.row);
-            // Rows on disk whose acknowledgement died with the process are not known here.
+            // Rows on disk whose acknowledgement was lost with the process are unknown here.
             safe.resize(acknowledged.row, f64::NAN);
             safe.push(acknowledged.reading);
         }
@@ -135,14 +135,14 @@ fn kill_and_resume(plan_text: &str, kills: usize) {
         assert_eq!(sample.focus, visit.focus, "row {row}");
         assert!((sample.position_m() - visit.position_m).norm() < 0.05e-3, "row {row}");
         if let Some(reading) = safe.get(row).filter(|reading| !reading.is_nan()) {
-            // The JSON reader may be off by the last bit.
+            // JSON may differ in the last bit.
             assert!((sample.reading / reading - 1.0).abs() < 1e-15, "row {row}");
         }
     }
 }
 
 #[test]
-fn asked_to_stop_a_scan_ends_safe_and_can_be_finished() {
+fn an_interrupted_scan_ends_safely_and_can_be_finished() {
     let home = tempfile::tempdir().expect("a folder");
     let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
     std::fs::write(&plan, PLAN).expect("the plan is written");

@@ -1,5 +1,5 @@
-//! Random ways in random rooms: none that is sent touches a keep-out box or leaves the travel. The check is another than the
-//! guard's: each way that was sent is sampled densely.
+//! Random paths in random workspaces: no sent path enters a keep-out box or leaves the travel. The check is independent of the
+//! guard: each sent path is sampled densely.
 
 use std::sync::{Arc, Mutex};
 
@@ -13,14 +13,14 @@ use fieldgap::rig::{
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Samples of each way that was sent; the thinnest boxes are drawn thicker than the longest way over this.
+/// Samples per sent path; boxes are thicker than the longest path over this number.
 const SAMPLES: u32 = 400;
 
-/// A robot that goes where it is told, and notes each way.
+/// A robot that follows commands and records each path.
 struct Notebook {
     device: Device,
     at: [f64; 3],
-    ways: Arc<Mutex<Vec<[[f64; 3]; 2]>>>,
+    paths: Arc<Mutex<Vec<[[f64; 3]; 2]>>>,
 }
 
 #[async_trait]
@@ -36,7 +36,7 @@ impl Motion for Notebook {
     }
     async fn move_to(&mut self, target: RobotPosition, _: Feed) -> Result<RobotPosition, RigError> {
         let to = target.axes_m();
-        self.ways.lock().expect("not poisoned").push([self.at, to]);
+        self.paths.lock().expect("not poisoned").push([self.at, to]);
         self.at = to;
         Ok(target)
     }
@@ -71,8 +71,8 @@ impl Room {
         Self { travel, boxes }
     }
 
-    /// Where a sampled way is where it must not be; a nanometre on the edge of travel is rounding.
-    fn trespass(&self, [from, to]: [[f64; 3]; 2]) -> Option<[f64; 3]> {
+    /// A sample of a path that is not allowed, if any; a nanometre beyond the travel is rounding.
+    fn violation(&self, [from, to]: [[f64; 3]; 2]) -> Option<[f64; 3]> {
         let within = |space: &AxisBox, at: [f64; 3], slack: f64| {
             (0..3).all(|k| at[k] >= space.least_m[k] - slack && at[k] <= space.largest_m[k] + slack)
         };
@@ -93,16 +93,16 @@ fn inside(space: &AxisBox, beyond: f64, draws: &mut ChaCha8Rng) -> [f64; 3] {
     [0, 1, 2].map(|k| draws.random_range(space.least_m[k] - beyond..space.largest_m[k] + beyond))
 }
 
-/// Sends so many random ways, and gives how many were sent and how many refused.
-async fn sent_and_refused(ways: usize, seed: u64) -> (usize, usize) {
+/// Commands random paths; returns the numbers of sent and of refused ones.
+async fn sent_and_refused(paths: usize, seed: u64) -> (usize, usize) {
     const WAYS_A_ROOM: usize = 100;
     let mut draws = ChaCha8Rng::seed_from_u64(seed);
     let feed = Feed::from_mm_s(Positive::new(80.0).expect("above zero"));
     let (mut sent, mut refused) = (0, 0);
-    while sent + refused < ways {
+    while sent + refused < paths {
         let room = Room::draw(&mut draws);
         let home = inside(&room.travel, 0.0, &mut draws);
-        if room.trespass([home, home]).is_some() {
+        if room.violation([home, home]).is_some() {
             continue;
         }
         let keep_out = |space: &AxisBox| KeepOut { name: "a box".into(), space: *space };
@@ -112,7 +112,7 @@ async fn sent_and_refused(ways: usize, seed: u64) -> (usize, usize) {
         let robot = Notebook {
             device: Device::new(Role::Robot, "memory"),
             at: home,
-            ways: Arc::clone(&noted),
+            paths: Arc::clone(&noted),
         };
         let mut robot = Guarded::new(Box::new(robot), envelope, 0.05e-3);
         robot.home().await.expect("it homes");
@@ -126,15 +126,15 @@ async fn sent_and_refused(ways: usize, seed: u64) -> (usize, usize) {
                 }
             }
         }
-        for &way in &*noted.lock().expect("not poisoned") {
-            assert_eq!(room.trespass(way), None, "on the way {way:?}");
+        for &path in &*noted.lock().expect("not poisoned") {
+            assert_eq!(room.violation(path), None, "on the path {path:?}");
         }
     }
     (sent, refused)
 }
 
 #[tokio::test]
-async fn of_a_million_ways_none_that_is_sent_leaves_the_travel_or_enters_a_box() {
+async fn no_sent_path_leaves_the_travel_or_enters_a_box() {
     let (sent, refused) = sent_and_refused(1_000_000, 2).await;
     println!("{sent} sent, {refused} refused");
     assert!(sent > 100_000 && refused > 100_000, "{sent} sent, {refused} refused");

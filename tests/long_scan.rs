@@ -1,10 +1,10 @@
-//! A scan of a hundred thousand points: its memory stays as it was.
+//! A scan of 100,000 points in constant memory.
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// How much more memory the last point may find in use than the ten thousandth, KiB.
+/// Largest increase of memory from the ten-thousandth to the last point, KiB.
 const MORE_KIB: u64 = 8 << 10;
 
 /// A volume of 50 x 50 x 40 points.

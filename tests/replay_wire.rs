@@ -1,5 +1,4 @@
-//! A scan's wires are logged, and its drivers run again against the logs behave as they did; where the log was changed, they do
-//! not, and the place is told.
+//! Wire logs replayed to the drivers give the same behaviour; a changed log is reported with its place.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -20,7 +19,7 @@ size_mm = [10.0, 10.0]
 step_mm = 2.0
 "#;
 
-/// Faults that cause no long silences: this rig runs in real time while nothing is sent.
+/// Faults without long time-outs, because this rig runs in real time while nothing is sent.
 const FAULTS: &str = "[virtual.faults]\nflip = 0.01\ndouble = 0.01\nwrong_ok = 0.02\n";
 
 fn here(path: &str) -> PathBuf {
@@ -33,7 +32,7 @@ fn fieldgap() -> Command {
     command
 }
 
-/// Scans on a virtual rig whose file has some more lines; the scan's folder.
+/// Scans on a virtual rig with additional lines in its file; returns the scan's folder.
 fn scanned(home: &Path, more: &str) -> (PathBuf, Output) {
     let (plan, rig, folder) = (home.join("plan.toml"), home.join("rig.toml"), home.join("scan"));
     std::fs::write(&plan, PLAN).expect("written");
@@ -61,7 +60,7 @@ fn replayed(folder: &Path) -> (Option<i32>, String) {
 }
 
 #[test]
-fn drivers_run_again_behave_as_they_did() {
+fn replayed_drivers_behave_as_recorded() {
     let home = tempfile::tempdir().expect("a folder");
     let (folder, scan) = scanned(home.path(), "");
     assert!(scan.status.success());
@@ -78,7 +77,7 @@ fn drivers_run_again_behave_as_they_did() {
 fn replayed_drivers_on_a_faulty_wire_behave_as_recorded() {
     let home = tempfile::tempdir().expect("a folder");
     let (folder, _) = scanned(home.path(), FAULTS);
-    // However far it came: it is taken up again, so that the logs have several sessions.
+    // Resumed wherever it ended, so that the logs have several sessions.
     for _ in 0..2 {
         fieldgap().arg("resume").arg(&folder).output().expect("the program runs");
     }
@@ -89,13 +88,13 @@ fn replayed_drivers_on_a_faulty_wire_behave_as_recorded() {
 }
 
 #[test]
-fn where_the_log_has_something_else_the_place_is_told() {
+fn a_difference_from_the_log_is_reported_with_its_place() {
     let home = tempfile::tempdir().expect("a folder");
     let (folder, scan) = scanned(home.path(), "");
     assert!(scan.status.success());
     let log = folder.join("wire/robot.log");
     let text = std::fs::read_to_string(&log).expect("a log");
-    // As if the driver of then had sent another feed.
+    // As if the recorded driver had sent another feed.
     std::fs::write(&log, text.replacen("F4800.0", "F4700.0", 1)).expect("written");
     let (code, said) = replayed(&folder);
     assert_eq!(code, Some(1), "{said}");
@@ -109,7 +108,7 @@ fn where_the_log_has_something_else_the_place_is_told() {
     ] {
         assert!(said.contains(words), "no `{words}` in {said}");
     }
-    // As if it had made another reading of the same bytes.
+    // As if it had interpreted the same bytes as another reading.
     std::fs::write(&log, text.replacen(": ok {\"stands\":[0.155", ": ok {\"stands\":[0.156", 1))
         .expect("written");
     let (code, said) = replayed(&folder);

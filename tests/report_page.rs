@@ -1,4 +1,4 @@
-//! The report as a whole: its files, its words, its bytes.
+//! The report: files, text, reproducibility.
 
 mod page_words;
 mod report_synthetic;
@@ -34,7 +34,7 @@ fn page(context: &ReportContext, comparisons: &[Comparison]) -> String {
     String::from_utf8(index).expect("UTF-8")
 }
 
-/// Without the maps, whose drawing takes its time; for tests that are about words.
+/// Without maps, which are slow to draw; for tests of the text.
 fn without_maps(mut comparisons: Vec<Comparison>) -> Vec<Comparison> {
     for plane in comparisons.iter_mut().flat_map(|comparison| &mut comparison.planes) {
         plane.map = None;
@@ -43,7 +43,7 @@ fn without_maps(mut comparisons: Vec<Comparison>) -> Vec<Comparison> {
 }
 
 #[test]
-fn the_words_of_a_report() {
+fn text_of_a_report() {
     let mut context = context();
     context.warnings.push("The scan is partial: it ended after 300 of 450 points.".to_owned());
     let page = page(&context, &comparisons(&BOTH, &[100.0, 200.0], 5.0));
@@ -61,7 +61,7 @@ fn the_same_comparison_gives_the_same_bytes() {
 }
 
 #[test]
-fn the_page_needs_nothing_but_itself_and_links_only_to_what_is_there() {
+fn the_page_is_self_contained_and_its_links_are_valid() {
     let files = files(&context(), &comparisons(&BOTH, &[50.0, 100.0], 5.0));
     let page = String::from_utf8(files["index.html"].clone()).expect("UTF-8");
     assert!(!page.contains("://") && !page.contains("<script") && !page.contains("@import"));
@@ -83,7 +83,7 @@ fn the_page_needs_nothing_but_itself_and_links_only_to_what_is_there() {
 }
 
 #[test]
-fn what_users_write_stays_text() {
+fn user_text_is_escaped() {
     let evil = "<script>alert('\"&')</script>\u{1}";
     let mut all = comparisons(&[Simulator::Corrected], &[100.0, 200.0], 5.0);
     all[0].scan_name = evil.to_owned();
@@ -123,7 +123,7 @@ fn a_plane_without_a_grid_is_reported_without_a_map() {
 }
 
 #[test]
-fn a_plane_of_nothing_is_said_to_be_unknown() {
+fn an_empty_plane_is_reported() {
     let mut all = comparisons(&[Simulator::Corrected], &[50.0, 100.0], 5.0);
     let plane = &mut all[0].planes[0];
     let map = plane.map.as_mut().expect("a map");
@@ -141,7 +141,7 @@ fn a_plane_of_nothing_is_said_to_be_unknown() {
 }
 
 #[test]
-fn the_thesis_finding_is_said_in_words() {
+fn the_finding_of_the_thesis_is_described() {
     let all = without_maps(comparisons(&BOTH, &[50.0, 100.0, 150.0, 200.0], 2.0));
     let words = words(&page(&context(), &all));
     let (as_written, corrected) =
@@ -161,7 +161,7 @@ fn the_thesis_finding_is_said_in_words() {
 }
 
 #[test]
-fn another_maximum_is_told_from_a_peak_that_moved() {
+fn another_maximum_is_distinguished_from_a_moved_peak() {
     let mut all = without_maps(comparisons(&[Simulator::Corrected], &[100.0], 5.0));
     let plane = &mut all[0].planes[0];
     plane.discrepancy.peak_distance_m = Uncertain { value: 0.03, standard_error: 1e-4 };
@@ -174,7 +174,7 @@ fn another_maximum_is_told_from_a_peak_that_moved() {
 }
 
 #[test]
-fn fields_that_differ_in_shape_alone_are_said_to() {
+fn a_difference_in_shape_alone_is_reported() {
     let mut all = without_maps(comparisons(&[Simulator::Corrected], &[100.0], 5.0));
     all[0].planes[0].agreement.correlation = 0.71;
     let words = words(&page(&context(), &all));
@@ -193,7 +193,7 @@ fn many_heights_are_given_as_a_range() {
 }
 
 #[test]
-fn several_drives_are_kept_apart() {
+fn several_drives_are_shown_separately() {
     let mut all = comparisons(&[Simulator::Corrected], &[50.0, 100.0], 5.0);
     let mut second = all[0].planes.clone();
     for plane in &mut second {
@@ -234,7 +234,7 @@ fn the_data_can_be_read_back() {
 }
 
 #[test]
-fn nothing_compared_is_an_error_and_so_is_a_folder_that_cannot_be_made() {
+fn an_empty_comparison_and_an_invalid_folder_are_errors() {
     let dir = tempfile::tempdir().expect("a folder");
     let nothing = report::write(dir.path(), &context(), &[]);
     assert!(matches!(nothing, Err(ReportError::NothingCompared)));

@@ -1,4 +1,4 @@
-//! The rig over serial ports: pseudo-terminals with devices behind them that can be unplugged.
+//! The rig over serial ports: pseudo-terminals with devices that can be disconnected.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -17,15 +17,15 @@ use tokio_serial::SerialStream;
 
 const BAUD: u32 = 115_200;
 
-/// The device's end of a pseudo-terminal, and the name of the port at the other end.
+/// The device end of a pseudo-terminal, and the name of its port.
 fn pty() -> (SerialStream, String) {
     let (master, slave) = TTYPort::pair().expect("this system has pseudo-terminals");
     let name = slave.name().expect("a slave has a name");
     (SerialStream::try_from(master).expect("within a runtime"), name)
 }
 
-/// What the device hears next; a test that waits in vain must fail and not hang.
-async fn heard<const N: usize>(device: &mut SerialStream) -> [u8; N] {
+/// The next bytes that the device receives; fails after a time-out.
+async fn received<const N: usize>(device: &mut SerialStream) -> [u8; N] {
     let mut bytes = [0; N];
     let reading = tokio::time::timeout_at(soon(), device.read_exact(&mut bytes)).await;
     reading.expect("something comes in time").expect("is there");
@@ -41,7 +41,7 @@ async fn lines_go_both_ways() {
     let (mut device, port) = pty();
     let mut wire = open_serial(Role::Robot, Some(&port), None, BAUD).expect("opens");
     wire.send(b"M115\n").await.expect("is there");
-    assert_eq!(&heard(&mut device).await, b"M115\n");
+    assert_eq!(&received(&mut device).await, b"M115\n");
     device.write_all(b"ok\r\n").await.expect("is there");
     assert_eq!(wire.line(soon()).await.expect("is there").as_deref(), Some("ok"));
 }
@@ -59,7 +59,7 @@ async fn a_pulled_cable_is_a_disconnection_at_once() {
 }
 
 #[tokio::test]
-async fn a_port_that_is_not_there_is_told_with_those_that_are() {
+async fn a_missing_port_is_reported_with_the_existing_ones() {
     let error =
         open_serial(Role::Receiver, None, Some("/dev/ttyNOWHERE7"), BAUD).expect_err("missing");
     assert!(matches!(error.cause(), Cause::PortMissing { .. }), "{error}");
@@ -68,7 +68,7 @@ async fn a_port_that_is_not_there_is_told_with_those_that_are() {
 }
 
 #[tokio::test]
-async fn a_port_is_opened_by_one_alone() {
+async fn a_port_is_opened_exclusively() {
     let (_device, port) = pty();
     let _first = open_serial(Role::Robot, Some(&port), None, BAUD).expect("opens");
     let error = open_serial(Role::Robot, Some(&port), None, BAUD).expect_err("taken");
@@ -76,7 +76,7 @@ async fn a_port_is_opened_by_one_alone() {
 }
 
 #[tokio::test]
-async fn a_device_without_a_port_says_which_key_to_add() {
+async fn a_device_without_a_port_names_the_missing_key() {
     let error = open_serial(Role::FocusArray, None, None, BAUD).expect_err("no port");
     assert!(matches!(error.cause(), Cause::NoPort), "{error}");
     assert!(error.remedy().contains("port ="), "{}", error.remedy());
@@ -89,10 +89,10 @@ async fn bytes_sent_without_waiting_reach_a_serial_port() {
     // A port accepts bytes without waiting only after a first write, which every driver makes on opening.
     wire.send(b"on\n").await.expect("is there");
     wire.send_without_waiting(b"off\n");
-    assert_eq!(&heard(&mut device).await, b"on\noff\n");
+    assert_eq!(&received(&mut device).await, b"on\noff\n");
 }
 
-/// The whole of a rig file as far as this layer knows it.
+/// The sections of a rig file that this layer reads.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RigFile {
@@ -133,7 +133,7 @@ fn the_labs_own_rig_keeps_the_receiver_off_the_array() {
 }
 
 #[tokio::test]
-async fn a_rig_that_is_not_plugged_in_names_its_first_port() {
+async fn a_disconnected_rig_names_its_first_port() {
     let ports = Ports { focus_array: Some("/dev/ttyNOWHERE7".to_owned()), ..Ports::default() };
     let Err(error) = open(&thesis_rig(), &ports).await else { panic!("nothing is plugged in") };
     assert!(error.to_string().starts_with("focus array on /dev/ttyNOWHERE7"), "{error}");

@@ -1,5 +1,5 @@
-//! Scans whose devices or disk fail, on rigs of other processes: they end partial and safe, and can be finished; and the same
-//! seed and the same record give the same bytes.
+//! Scans whose devices or disk fail, on rigs in other processes: they end partial and safely, and can be finished. The same seed
+//! and the same record give the same bytes.
 
 use std::io::{BufRead, BufReader, Lines};
 use std::path::{Path, PathBuf};
@@ -34,8 +34,8 @@ fn fieldgap() -> Command {
     command
 }
 
-/// A virtual rig kept open by a process of its own, and a rig file that knows only its ports.
-fn rig_of_its_own(home: &Path) -> (Child, PathBuf) {
+/// A virtual rig kept open by another process, and a rig file with its ports only.
+fn external_rig(home: &Path) -> (Child, PathBuf) {
     let mut rig = fieldgap()
         .arg("virtual")
         .arg(here("rigs/virtual.toml"))
@@ -62,11 +62,11 @@ fn state(folder: &Path) -> String {
 }
 
 #[test]
-fn a_scan_whose_devices_are_lost_ends_partial_and_says_so() {
+fn a_scan_with_lost_devices_ends_partial() {
     let home = tempfile::tempdir().expect("a folder");
     let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
     std::fs::write(&plan, PLAN).expect("the plan is written");
-    let (mut rig, rig_file) = rig_of_its_own(home.path());
+    let (mut rig, rig_file) = external_rig(home.path());
     let mut scan = fieldgap()
         .arg("scan")
         .arg(&plan)
@@ -94,8 +94,7 @@ fn a_scan_whose_devices_are_lost_ends_partial_and_says_so() {
     assert_eq!(kept, acknowledged);
 }
 
-/// A scan for which no file may grow beyond 16 KiB (32 blocks of 512 bytes) until more is allowed; it has measured some rows
-/// and says that it waits.
+/// A scan with a file-size limit of 16 KiB (32 blocks of 512 bytes) that has measured some rows and reports that it waits.
 fn waiting_for_room(home: &Path) -> (Child, Lines<BufReader<ChildStdout>>, PathBuf) {
     let (plan, folder) = (home.join("plan.toml"), home.join("scan"));
     std::fs::write(&plan, PLAN).expect("the plan is written");
@@ -122,7 +121,7 @@ fn waiting_for_room(home: &Path) -> (Child, Lines<BufReader<ChildStdout>>, PathB
 }
 
 #[test]
-fn a_scan_whose_disk_is_full_waits_and_goes_on_when_there_is_room() {
+fn a_scan_with_a_full_disk_waits_and_continues() {
     let home = tempfile::tempdir().expect("a folder");
     let (mut scan, lines, folder) = waiting_for_room(home.path());
     let kept = RecordedScan::open(&folder).expect("the record is whole").samples.len();
@@ -140,7 +139,7 @@ fn a_scan_whose_disk_is_full_waits_and_goes_on_when_there_is_room() {
 }
 
 #[test]
-fn a_scan_that_waits_for_room_can_be_ended_safe_and_finished_later() {
+fn a_waiting_scan_can_be_ended_safely_and_finished_later() {
     let home = tempfile::tempdir().expect("a folder");
     let (mut scan, lines, folder) = waiting_for_room(home.path());
     kill_process(Pid::from_child(&scan), Signal::TERM).expect("the signal is sent");
@@ -156,7 +155,7 @@ fn a_scan_that_waits_for_room_can_be_ended_safe_and_finished_later() {
 }
 
 #[test]
-fn a_rig_that_is_another_is_noticed_on_resuming() {
+fn a_changed_rig_is_detected_on_resuming() {
     let home = tempfile::tempdir().expect("a folder");
     let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
     let (rig, truth) = (home.path().join("rig.toml"), home.path().join("truth.toml"));
@@ -197,7 +196,7 @@ fn a_rig_that_is_another_is_noticed_on_resuming() {
 }
 
 #[tokio::test]
-async fn a_scan_whose_program_panics_ends_safe_and_can_be_finished() {
+async fn a_scan_with_a_panic_ends_safely_and_can_be_finished() {
     let home = tempfile::tempdir().expect("a folder");
     let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
     std::fs::write(&plan, PLAN).expect("the plan is written");
@@ -237,7 +236,7 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_record_and_the_same_record_the_same_report() {
+fn records_and_reports_are_reproducible() {
     let home = tempfile::tempdir().expect("a folder");
     let scan = |name: &str| {
         let folder = home.path().join(name);

@@ -1,4 +1,4 @@
-//! The plans that come with the project.
+//! The plans of the project.
 
 use std::path::Path;
 

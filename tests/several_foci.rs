@@ -1,4 +1,4 @@
-//! The solvers for several foci compared: how even, and how much of what is possible.
+//! Uniformity and efficiency of the solvers for several foci.
 
 use fieldgap::acoustics::foci::{Quality, Solver, Transfer};
 use fieldgap::acoustics::transducer::Piston;
@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 const DRAWS: usize = 200;
 const ROUNDS: usize = 50;
 
-/// Two to eight places 100 mm above the array, within 30 mm of its axis along x and y, at least 12 mm apart.
+/// Two to eight positions 100 mm above the array, within 30 mm of its axis along x and y, at least 12 mm apart.
 fn places(draws: &mut ChaCha8Rng) -> Vec<Vec3> {
     let wanted = draws.random_range(2..=8);
     let mut places: Vec<Vec3> = Vec::new();
@@ -24,7 +24,7 @@ fn places(draws: &mut ChaCha8Rng) -> Vec<Vec3> {
     places
 }
 
-/// For each solver the quality of every draw.
+/// Quality of every draw for each solver.
 fn qualities() -> Vec<(Solver, Vec<Quality>)> {
     let array = Array::square(6, 6, 10.5e-3).expect("not empty");
     let wavenumber = Medium { speed_of_sound_m_s: 343.0 }.wavenumber_rad_m(40e3);
@@ -48,7 +48,7 @@ fn qualities() -> Vec<(Solver, Vec<Quality>)> {
 }
 
 #[test]
-fn the_weighted_solver_is_the_most_even_and_costs_little() {
+fn the_weighted_solver_is_the_most_uniform() {
     let qualities = qualities();
     let mean =
         |of: &[Quality], read: fn(&Quality) -> f64| of.iter().map(read).sum::<f64>() / DRAWS as f64;
@@ -65,7 +65,7 @@ fn the_weighted_solver_is_the_most_even_and_costs_little() {
             worst(of, efficiency)
         );
     }
-    // These are the figures of the documentation of `acoustics::foci`.
+    // The figures in the documentation of `acoustics::foci`.
     insta::assert_snapshot!(table);
     let [(_, naive), (_, plain), (_, weighted)] = &qualities[..] else { panic!("three solvers") };
     assert!(mean(weighted, uniformity) > mean(plain, uniformity));

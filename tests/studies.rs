@@ -1,4 +1,4 @@
-//! The studies of the thesis against figures computed by running its own listings, to the digits given.
+//! The studies of the thesis, compared with figures from its own listings.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ fn study(name: &str) -> Study {
 fn check(known: &Known, convention: &str, expected: &[Figures]) {
     let by = convention.parse().expect("a simulator");
     let study = study(known.study).with_simulator(by).expect("not swept");
-    // The thesis's random array is drawn anew at every run: the others alone are known.
+    // The thesis's random array differs from run to run; only the others are known.
     let study = study.with("draws", "1").expect("a count");
     let rows = run(&study, false).expect("a set-up at every value").rows;
     let known_rows: Vec<&Row> = rows.iter().filter(|row| row.draws[0].0.is_none()).collect();
@@ -50,14 +50,14 @@ fn every_study_gives_the_corrected_figures() {
 }
 
 #[test]
-fn sub_peaks_appear_where_the_field_has_them_and_not_where_the_formula_says() {
+fn sub_peaks_appear_at_another_gap_than_the_formula_predicts() {
     let study = study("spacing");
     let result = run(&study, false).expect("a set-up at every value");
     let found = onsets(&study, &result);
     assert_eq!(found.len(), 1);
     assert!(found[0].appear && found[0].from >= 7.0 && found[0].to <= 8.0, "{found:?}");
     assert!(found[0].to - found[0].from <= 1e-3, "{found:?}");
-    // Just below there are none, from there on there are.
+    // No sub-peaks just below, some from there on.
     for (gap, there) in [(found[0].from, false), (found[0].to, true)] {
         let text = study.source().text().replace("from = 0\n", &format!("from = {gap:?}\n"));
         let text = text.replace("to = 20\n", &format!("to = {gap:?}\n"));
@@ -66,13 +66,13 @@ fn sub_peaks_appear_where_the_field_has_them_and_not_where_the_formula_says() {
         assert_eq!((rows.len(), rows[0].first().sub_peaks > 0), (1, there), "at {gap}");
     }
     let said = text(&study, &result, &found);
-    assert!(said.contains("the thesis does: 6.03 mm"), "{said}");
-    assert!(said.contains("from centre to centre"), "{said}");
+    assert!(said.contains("as in the thesis: 6.03 mm"), "{said}");
+    assert!(said.contains("(pitch "), "{said}");
     assert!(said.contains("2.4 mm from its face"), "{said}");
 }
 
 #[test]
-fn random_arrays_are_distributed_and_follow_their_seeds() {
+fn random_arrays_give_distributions_and_are_reproducible() {
     let study = study("shape").with("draws", "30").expect("a count");
     let result = run(&study, false).expect("a set-up at every value");
     let random = &result.rows[0];
@@ -87,7 +87,7 @@ fn random_arrays_are_distributed_and_follow_their_seeds() {
     assert_eq!(csv(&study, &result).lines().count(), 1 + 4 * 3);
 }
 
-/// A study of two sweeps over a rig's array, beside a rig file.
+/// A study of two sweeps over the array of a rig file.
 fn steering(folder: &Path, change: impl Fn(&str) -> String) -> Result<Vec<Row>, Fault> {
     let rig = "name = \"r\"\n[array]\nfrequency_hz = 40000.0\nlayout = \"square\"\ncolumns = 4\nrows = 4\n\
                element_diameter_mm = 10.5\nspacing_mm = 0.0\n[medium]\nspeed_of_sound_m_s = 343.0\n";
@@ -101,7 +101,7 @@ fn steering(folder: &Path, change: impl Fn(&str) -> String) -> Result<Vec<Row>, 
 }
 
 #[test]
-fn any_two_parameters_of_a_rig_are_swept_together() {
+fn two_parameters_of_a_rig_are_swept() {
     let folder = tempfile::tempdir().expect("a folder");
     let rows = steering(folder.path(), str::to_owned).expect("good");
     let seen: Vec<(Vec<usize>, usize)> =
@@ -115,13 +115,13 @@ fn any_two_parameters_of_a_rig_are_swept_together() {
         (vec![1, 2], 16),
     ];
     assert_eq!(seen, expected);
-    // The peak of a large array goes with its focus, as far as its lobes let it; a small one's stays back.
+    // The peak of a large array follows its focus as far as the directivity permits; that of a small one lags behind.
     assert!(rows[2].first().peak_x_mm.abs() < 1.0 && rows[5].first().peak_x_mm > 14.0);
     assert!(rows.iter().all(|row| row.z_mm == 80.0));
 }
 
 #[test]
-fn faults_of_a_study_stand_at_their_line() {
+fn faults_of_a_study_have_the_right_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let cases = [
         (
@@ -136,17 +136,22 @@ fn faults_of_a_study_stand_at_their_line() {
             "r.toml (focus.x_mm = 0, array.columns = array.rows = 0)",
             "nonzero",
         ),
-        ("\"focus.x_mm\"", "\"name.x\"", "s.toml:", "`name.x` is no key"),
+        ("\"focus.x_mm\"", "\"name.x\"", "s.toml:", "`name.x` is not a key"),
         ("\"piston\"", "\"cylinder\"", "s.toml (focus.x_mm = 0", "cylinder"),
         ("r.toml", "q.toml", "s.toml:2:", "q.toml: cannot be read"),
         ("step_mm = 2.0", "step_mm = 200.0", "s.toml (", "too few or too many points"),
         ("rig = \"r.toml\"", "rig = \"r.toml\"\ndrawn = 3", "s.toml:3:", "drawn"),
-        ("[map]", "[medium]\nspeed_of_sound_m_s = 3.0\n[map]", "s.toml:9:", "[medium] already"),
+        (
+            "[map]",
+            "[medium]\nspeed_of_sound_m_s = 3.0\n[map]",
+            "s.toml:9:",
+            "[medium] is given by `rig`",
+        ),
     ];
-    for (from, to, place, said) in cases {
+    for (from, to, place, message) in cases {
         let fault = steering(folder.path(), |text| text.replacen(from, to, 1)).expect_err(to);
         assert!(fault.to_string().contains(place), "{to}: {fault}");
-        assert!(fault.problem().contains(said), "{to}: {fault}");
+        assert!(fault.problem().contains(message), "{to}: {fault}");
     }
     let three = "\n[[sweep]]\nparameter = \"focus.y_mm\"\nvalues = [0]\n";
     let fault = steering(folder.path(), |text| format!("{text}{three}")).expect_err("three");

@@ -1,4 +1,4 @@
-//! `study`, `characterize` and `transducers` as a newcomer runs them.
+//! The commands `study`, `characterize` and `transducers`.
 
 mod transducer_synthetic;
 
@@ -21,7 +21,7 @@ fn text(bytes: &[u8]) -> String {
 }
 
 #[test]
-fn a_study_leaves_tables_pictures_and_its_own_file() {
+fn a_study_writes_tables_pictures_and_its_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let arguments =
         ["study", "height", "--set", "map.step_mm=5", "--maps", "--convention", "as-written"];
@@ -40,7 +40,7 @@ fn a_study_leaves_tables_pictures_and_its_own_file() {
             assert!(made.join(file).exists(), "{run}/{file}");
         }
     }
-    // What it leaves can be run again, and gives the same.
+    // The written study file gives the same result.
     let own = "out/study-height/study.toml";
     let again = fieldgap(folder.path(), &["study", own, "--out", "again"]);
     assert!(again.status.success(), "{}", text(&again.stderr));
@@ -50,7 +50,7 @@ fn a_study_leaves_tables_pictures_and_its_own_file() {
 }
 
 #[test]
-fn a_measured_transducer_is_simulated_by_its_name() {
+fn a_characterized_transducer_is_simulated_by_name() {
     let folder = tempfile::tempdir().expect("a folder");
     let field = |distance_m: f64, _: f64, angle_deg: f64| {
         0.1 / distance_m * (-(angle_deg / 28.0).powi(2)).exp()
@@ -70,7 +70,7 @@ fn a_measured_transducer_is_simulated_by_its_name() {
     );
     assert!(characterized.status.success(), "{}", text(&characterized.stderr));
     let said = text(&characterized.stdout);
-    assert!(said.contains("the readings prefer 1/r on the axis and Gaussian about it"), "{said}");
+    assert!(said.contains("best model: 1/r on the axis, Gaussian directivity"), "{said}");
     for file in [
         "curves.png",
         "polar.svg",
@@ -91,7 +91,7 @@ fn a_measured_transducer_is_simulated_by_its_name() {
     assert!(simulated.status.success(), "{}", text(&simulated.stderr));
     let found: serde_json::Value = serde_json::from_slice(&simulated.stdout).expect("JSON");
     assert_eq!(found["rows"][0]["simulator"], "transducer");
-    // 36 elements in step, each 1/d times the lobe: the peak follows from geometry alone.
+    // 36 elements in phase, each 1/d times the lobe: the peak follows from the geometry.
     let expected: f64 = (0..36)
         .map(|n| (10.5 * (f64::from(n % 6) - 2.5), 10.5 * (f64::from(n / 6) - 2.5)))
         .map(|(x, y)| {
@@ -105,7 +105,7 @@ fn a_measured_transducer_is_simulated_by_its_name() {
 }
 
 #[test]
-fn what_is_wrong_is_said_with_its_place_and_remedy() {
+fn errors_name_place_and_remedy() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("noise.csv"), {
         let mut noise = 1_u32;
@@ -134,6 +134,6 @@ fn what_is_wrong_is_said_with_its_place_and_remedy() {
         for words in wanted {
             assert!(said.contains(words), "{arguments:?}: no `{words}` in:\n{said}");
         }
-        assert!(!folder.path().join("out").exists(), "{arguments:?} left something");
+        assert!(!folder.path().join("out").exists(), "{arguments:?} left files behind");
     }
 }

@@ -1,4 +1,4 @@
-//! How often swipes are told right: a thousand of them, behind the controller's own protocol.
+//! Detection rates of a thousand swipes over the controller's protocol.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -16,7 +16,7 @@ use fieldgap::virtual_rig::{Believed, Clock, Pace, Truth, World};
 const RATE_HZ: f64 = 250.0;
 const ELEMENTS: [usize; 4] = [17, 15, 9, 11];
 
-/// The world of `rigs/truth/hand.toml` with something in it replaced, and a two-ring display before it.
+/// The world of `rigs/truth/hand.toml` with a replacement, and a two-ring display.
 fn display(from: &str, to: &str, seed: u64) -> (ArrayFirmware, Arc<World>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/truth/hand.toml");
     let text = std::fs::read_to_string(&path).expect("the truth file is there");
@@ -35,8 +35,8 @@ fn display(from: &str, to: &str, seed: u64) -> (ArrayFirmware, Arc<World>) {
     (ArrayFirmware::new(19, 40e3, world.clone()), world)
 }
 
-/// What the detector says until `until_s`, from the lines of the wire and nothing else.
-fn told(firmware: &mut ArrayFirmware, until_s: f64) -> Vec<Swipe> {
+/// Swipes detected until `until_s`, from the lines of the wire only.
+fn detected(firmware: &mut ArrayFirmware, until_s: f64) -> Vec<Swipe> {
     let mut detector = SwipeDetector::new(RATE_HZ);
     let mut out = Vec::new();
     let listen = format!(
@@ -60,13 +60,13 @@ fn told(firmware: &mut ArrayFirmware, until_s: f64) -> Vec<Swipe> {
     swipes
 }
 
-/// How the swipes of a hand were told.
+/// Detection counts.
 #[derive(Debug, Default)]
 struct Rates {
     right: usize,
     missed: usize,
     wrong_way: usize,
-    /// Told without a swipe, or a second time.
+    /// Detected without a swipe, or twice.
     false_ones: usize,
 }
 
@@ -78,7 +78,7 @@ fn rates(from: &str, to: &str, seed: u64, gestures: usize) -> Rates {
     }
     let truth: Vec<_> = world.swipes_until(until_s).into_iter().take(gestures).collect();
     let last_s = truth.last().expect("there are some").ends_s + 0.7;
-    let swipes = told(&mut firmware, last_s);
+    let swipes = detected(&mut firmware, last_s);
     let mut rates = Rates::default();
     let mut matched = vec![false; swipes.len()];
     for gesture in &truth {
@@ -103,9 +103,9 @@ fn rates(from: &str, to: &str, seed: u64, gestures: usize) -> Rates {
     rates
 }
 
-/// The figures that the README states, of one set; another set keeps within the same bounds.
+/// The figures of the documentation for one set; another set is within the same limits.
 #[test]
-fn of_a_thousand_swipes_nearly_all_are_told_and_told_right() {
+fn nearly_all_of_a_thousand_swipes_are_detected_correctly() {
     let rates = rates("tilt_deg = 8.0", "tilt_deg = 8.0", 2026, 1000);
     println!("{rates:?}");
     assert_eq!(rates.right + rates.missed + rates.wrong_way, 1000);
@@ -113,7 +113,7 @@ fn of_a_thousand_swipes_nearly_all_are_told_and_told_right() {
 }
 
 #[test]
-fn slow_and_fast_swipes_are_told_alike() {
+fn slow_and_fast_swipes_are_detected_equally_well() {
     for (speed, seed) in [("speed_m_s = [0.1, 0.12]", 11), ("speed_m_s = [0.9, 1.0]", 12)] {
         let rates = rates("speed_m_s = [0.1, 1.0]", speed, seed, 100);
         println!("{speed}: {rates:?}");
@@ -125,13 +125,13 @@ fn slow_and_fast_swipes_are_told_alike() {
 }
 
 #[test]
-fn without_a_hand_nothing_is_told() {
+fn without_a_hand_nothing_is_detected() {
     let (mut firmware, _) = display("pause_s = [0.8, 4.0]", "pause_s = [4000.0, 4000.0]", 3);
-    assert_eq!(told(&mut firmware, 1800.0), [], "in half an hour");
+    assert_eq!(detected(&mut firmware, 1800.0), [], "in half an hour");
 }
 
 #[test]
-fn a_hand_that_only_comes_down_is_seldom_taken_for_a_swipe() {
+fn a_vertical_movement_is_seldom_taken_for_a_swipe() {
     let rates = rates("drift = 0.05", "drift = 0.05\npushes = 1.0", 5, 150);
     println!("pushes: {rates:?}");
     assert!(rates.false_ones <= 18, "{rates:?}");

@@ -1,7 +1,7 @@
-//! The thesis's table and figures, row by row, against figures computed by running its own listings.
+//! The thesis's table and figures, row by row, compared with figures from its own listings.
 //!
-//! The rows stand beside the project, in `../shared/thesis/reproduced.csv`; where that folder is absent the test says so
-//! and skips. A few rows stand here too, so that something is always checked.
+//! The rows are in `../shared/thesis/reproduced.csv`; without that file the test is skipped with a message. A few rows are
+//! also here, so that something is always checked.
 
 use std::io::Write;
 use std::path::Path;
@@ -78,14 +78,14 @@ fn check(row: &Row) {
     let radius_mm = radius.radius_m.map_or(0.0, |radius_m| radius_m * 1e3);
     assert!((radius_mm - row.focal_radius_mm).abs() < 0.6e-4, "{radius_mm} for {row:?}");
     assert!((found.value - row.peak).abs() < 0.6e-6, "{} for {row:?}", found.value);
-    // A field as symmetric as its array has its peak several times over; which comes first is a matter of rounding.
+    // A symmetric field has several equal peaks; rounding determines which is first.
     let pixel = |at_mm: f64| (at_mm + half_width_mm).round() as usize;
     let at_row_peak = map.at(pixel(row.peak_mm.0), pixel(row.peak_mm.1)).expect("inside the map");
     assert!((at_row_peak - row.peak).abs() < 0.6e-6, "{found:?} for {row:?}");
     assert_eq!(sub_peaks(&map, THESIS_THRESHOLD).len(), row.sub_peaks, "{row:?}");
 }
 
-/// Past the test harness, which keeps what passing tests print.
+/// Bypasses the test harness, which captures the output of passing tests.
 fn skipped(path: &Path) {
     let _ = writeln!(std::io::stderr(), "skipped: {} is not here", path.display());
 }
@@ -105,7 +105,7 @@ fn the_printed_figures_of_the_thesis_reproduce() {
 }
 
 #[test]
-fn every_reproduced_row_is_met_to_the_digits_given() {
+fn every_reproduced_row_agrees_to_the_given_digits() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/thesis/reproduced.csv");
     let Ok(text) = std::fs::read_to_string(&path) else {
         skipped(&path);

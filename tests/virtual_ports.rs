@@ -1,4 +1,4 @@
-//! The virtual rig over its real pseudo-terminals, as anybody's program meets it.
+//! The virtual rig over its pseudo-terminals, as seen by any program.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -9,7 +9,7 @@ use fieldgap::rig_file::RigFile;
 use fieldgap::virtual_rig::{Fault, LineFault, Part, VirtualRig};
 use serialport::TTYPort;
 
-/// The rig of `rigs/virtual.toml`, with something in it replaced.
+/// The rig of `rigs/virtual.toml`, with a replacement.
 fn rig_with(from: &str, to: &str) -> VirtualRig {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/virtual.toml");
     let text = std::fs::read_to_string(&path).expect("the rig file is there");
@@ -23,7 +23,7 @@ fn rig() -> VirtualRig {
     rig_with("seed = 1", "seed = 1")
 }
 
-/// A client that knows nothing but lines.
+/// A line-based client.
 struct Client {
     port: BufReader<TTYPort>,
 }
@@ -45,7 +45,7 @@ impl Client {
         String::from_utf8_lossy(&line).trim_end().to_owned()
     }
 
-    /// Sends a line and returns what comes until a line that begins with `end`, this included.
+    /// Sends a line and returns the answer up to and including a line that begins with `end`.
     fn ask(&mut self, text: &str, end: &str) -> Vec<String> {
         self.send(&format!("{text}\n"));
         self.until(end)
@@ -66,7 +66,7 @@ fn sealed(body: &str) -> String {
     format!("{body}*{:08x}", crc32fast::hash(body.as_bytes()))
 }
 
-/// A short scan by hand: home, switch on, and read at a few places. Everything that the devices said.
+/// A short manual scan: home, switch on, and read at a few positions. Returns all answers of the devices.
 fn short_scan(rig: &VirtualRig) -> Vec<String> {
     let ports = rig.ports();
     let mut robot = Client::open(ports.motion);
@@ -85,7 +85,7 @@ fn short_scan(rig: &VirtualRig) -> Vec<String> {
 }
 
 #[test]
-fn the_same_seed_says_the_same_bytes_and_another_seed_does_not() {
+fn the_seed_determines_all_bytes() {
     let first = short_scan(&rig());
     assert_eq!(first, short_scan(&rig()));
     let other = short_scan(&rig_with("seed = 1", "seed = 2"));
@@ -101,14 +101,14 @@ fn hours_of_virtual_motion_take_no_time() {
     let begun = std::time::Instant::now();
     robot.ask("G1 X300 F1", "ok");
     let said = robot.ask("M400", "ok");
-    // Five hours at a millimetre a minute.
+    // Five hours at 1 mm/min.
     assert!(rig.clock().now_s() > 17_000.0);
     assert!(said.len() > 8000, "a busy line every two seconds: {}", said.len());
     assert!(begun.elapsed() < Duration::from_secs(20));
 }
 
 #[test]
-fn a_client_may_leave_and_another_come() {
+fn a_client_can_be_replaced_by_another() {
     let rig = rig();
     for _ in 0..3 {
         let mut robot = Client::open(rig.ports().motion);
@@ -128,7 +128,7 @@ fn a_program_that_opens_the_port_as_a_plain_file_is_served_without_echo() {
 }
 
 #[test]
-fn a_reset_is_seen_by_its_banner_and_the_position_is_lost() {
+fn a_reset_sends_the_banner_and_loses_the_position() {
     let rig = rig();
     let mut robot = Client::open(rig.ports().motion);
     robot.ask("G28", "ok");
@@ -141,7 +141,7 @@ fn a_reset_is_seen_by_its_banner_and_the_position_is_lost() {
 }
 
 #[test]
-fn a_lost_ok_is_found_by_the_next_numbered_line() {
+fn a_lost_ok_is_detected_by_the_next_numbered_line() {
     let rig = rig();
     let mut robot = Client::open(rig.ports().motion);
     let numbered = |n: i64, command: &str| {
@@ -157,7 +157,7 @@ fn a_lost_ok_is_found_by_the_next_numbered_line() {
 }
 
 #[test]
-fn an_unplugged_device_is_an_end_of_file_and_the_others_go_on() {
+fn a_disconnected_device_gives_an_end_of_file_and_the_others_continue() {
     let rig = rig();
     let mut robot = Client::open(rig.ports().motion);
     let mut receiver = Client::open(rig.ports().receiver);
@@ -171,7 +171,7 @@ fn an_unplugged_device_is_an_end_of_file_and_the_others_go_on() {
 }
 
 #[test]
-fn at_a_pace_of_wall_time_a_move_takes_its_time_and_m112_acts_within_it() {
+fn in_real_time_m112_stops_a_move() {
     let rig = rig_with("pace = \"lockstep\"", "pace = { times = 50.0 }");
     let mut robot = Client::open(rig.ports().motion);
     robot.ask("G28", "ok");
@@ -196,7 +196,7 @@ fn dropping_the_rig_closes_its_ports() {
 }
 
 #[test]
-fn a_free_running_receiver_needs_time_that_passes() {
+fn a_free_running_receiver_needs_real_time() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/virtual.toml");
     let text = std::fs::read_to_string(&path).expect("the rig file is there");
     let text = text.replace("[virtual.receiver]", "[virtual.receiver]\nmode = \"free-running\"");

@@ -1,5 +1,5 @@
-//! A scan whose process is killed or stopped outright, on a rig of another process: the array falls silent and the robot
-//! stops within three seconds, by the watchdog.
+//! A scan whose process is killed or suspended, on a rig in another process: the watchdog silences the array and stops the
+//! robot within three seconds.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
@@ -10,10 +10,10 @@ use fieldgap::records::RecordedScan;
 use rustix::process::{Pid, Signal, kill_process};
 use serialport::TTYPort;
 
-/// The longest that the array may go on sounding.
+/// Longest time until the array is silent.
 const SAFE_WITHIN: Duration = Duration::from_secs(3);
 
-/// Two points a long and slow way apart, so that the robot is on its way when the process dies.
+/// Two points with a long and slow move between them, so that the robot moves when the process dies.
 const PLAN: &str = r#"
 name = "killed"
 [simulator]
@@ -36,7 +36,7 @@ fn fieldgap() -> Command {
     command
 }
 
-/// A virtual rig kept open by a process of its own, which ends with this. Its time is six times as fast as the wall's.
+/// A virtual rig kept open by another process, which is killed on drop. It runs at six times real time.
 struct Rig {
     process: Child,
     ports: Vec<String>,
@@ -61,7 +61,7 @@ impl Rig {
         Self { process, ports }
     }
 
-    /// A rig file that knows only its ports, with a robot that takes its time.
+    /// A rig file with its ports only, and a slow robot.
     fn file(&self, home: &Path) -> PathBuf {
         let text =
             std::fs::read_to_string(here("rigs/virtual.toml")).expect("the rig file is there");
@@ -81,7 +81,7 @@ impl Rig {
         path
     }
 
-    /// What a device says to a line, up to a line that begins with `end`.
+    /// The answer of a device to a line, up to a line that begins with `end`.
     fn ask(&self, port: usize, line: &str, end: &str) -> String {
         let builder = serialport::new(&self.ports[port], 115_200);
         let mut port = TTYPort::open(&builder.timeout(Duration::from_secs(5))).expect("it opens");
@@ -96,7 +96,7 @@ impl Rig {
         self.ask(2, &sealed("77 state"), "77 ok")
     }
 
-    /// Where the robot truly is along x, mm.
+    /// Actual position of the robot along x, mm.
     fn robot_x_mm(&self) -> f64 {
         let said = self.ask(0, "M114 R\n", "X:");
         said[2..].split(' ').next().expect("a number").parse().expect("a number")
@@ -110,8 +110,8 @@ impl Drop for Rig {
     }
 }
 
-/// Lets a scan come under way to its third point, does `harm` to it, and gives the log of the watchdog and how long it took
-/// to be there.
+/// Starts a scan and sends it the signal `harm` on the move to its third point; returns the log of the watchdog, the time
+/// until it was written, and the scan's folder.
 fn harmed(home: &Path, rig: &Rig, harm: Signal) -> (String, Duration, PathBuf) {
     let (plan, folder) = (home.join("plan.toml"), home.join("scan"));
     std::fs::write(&plan, PLAN).expect("the plan is written");
@@ -131,12 +131,12 @@ fn harmed(home: &Path, rig: &Rig, harm: Signal) -> (String, Duration, PathBuf) {
         line.clear();
         assert!(output.read_line(&mut line).expect("text") > 0, "the scan ended early");
     }
-    // On its way of 4 s to the third point.
+    // During the move of 4 s to the third point.
     std::thread::sleep(Duration::from_millis(300));
     kill_process(Pid::from_child(&scan), harm).expect("the signal is sent");
     let harmed = Instant::now();
     let log = folder.join("watchdog.log");
-    // The log's lines come at once, when all is done.
+    // The log is written at once, when all is done.
     while std::fs::metadata(&log).map_or(0, |log| log.len()) == 0 {
         assert!(harmed.elapsed() < Duration::from_secs(20), "no watchdog acted");
         std::thread::sleep(Duration::from_millis(5));
@@ -156,7 +156,7 @@ fn is_safe(rig: &Rig) {
 }
 
 #[test]
-fn a_killed_scan_leaves_a_silent_array_and_a_robot_that_stands_within_three_seconds() {
+fn after_a_kill_the_rig_is_safe_within_three_seconds() {
     let home = tempfile::tempdir().expect("a folder");
     let rig = Rig::open(home.path());
     let (log, took, folder) = harmed(home.path(), &rig, Signal::KILL);
@@ -170,7 +170,7 @@ fn a_killed_scan_leaves_a_silent_array_and_a_robot_that_stands_within_three_seco
 }
 
 #[test]
-fn a_scan_that_stands_still_is_ended_and_the_rig_made_safe() {
+fn a_suspended_scan_is_ended_and_the_rig_made_safe() {
     let home = tempfile::tempdir().expect("a folder");
     let rig = Rig::open(home.path());
     let (log, took, _) = harmed(home.path(), &rig, Signal::STOP);
@@ -183,7 +183,7 @@ fn a_scan_that_stands_still_is_ended_and_the_rig_made_safe() {
 }
 
 #[test]
-fn a_scan_that_ends_by_itself_leaves_no_word_of_a_watchdog() {
+fn a_scan_that_ends_normally_has_no_watchdog_log() {
     let home = tempfile::tempdir().expect("a folder");
     let rig = Rig::open(home.path());
     let plan = home.path().join("plan.toml");

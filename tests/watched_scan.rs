@@ -1,4 +1,4 @@
-//! Scans that somebody watches, or nobody does: the view in a real terminal, the hooks, the reference point revisited by time.
+//! Watched and unattended scans: the view in a terminal, the hooks, the reference point revisited by time.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -13,7 +13,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
 
-/// Longest that anything is waited for.
+/// Longest wait.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 const PLAN: &str = r#"
@@ -34,7 +34,7 @@ fn here(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// A plan, and a virtual rig whose time passes so many times as fast as the wall's, or by itself.
+/// A plan, and a virtual rig at a multiple of real time, or in lockstep.
 fn plan_and_rig(home: &Path, plan: &str, pace: &str) -> (PathBuf, PathBuf) {
     let text = std::fs::read_to_string(here("rigs/virtual.toml")).expect("it is there");
     let truth = here("rigs/truth/thesis-lab.toml");
@@ -58,7 +58,7 @@ fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// A program on a terminal of its own, whose complaints and log come separately.
+/// A program on its own terminal, with standard error separate.
 struct OnTerminal {
     child: Child,
     keys: File,
@@ -108,7 +108,7 @@ impl OnTerminal {
         Self { child, keys, shown, logged, all_shown: Vec::new(), order: String::new() }
     }
 
-    /// Reads the screen until a text has come. What is drawn comes in pieces, so that the text must be one word.
+    /// Reads the screen until a word is shown. The screen is drawn in pieces, so that the text must be a single word.
     fn until_shown(&mut self, word: &str) {
         let begun = Instant::now();
         let from = self.all_shown.len();
@@ -124,7 +124,7 @@ impl OnTerminal {
         self.keys.write_all(keys.as_bytes()).expect("the terminal takes keys");
     }
 
-    /// The last that was sent to the array, once it is silence; what else it is when patience ends.
+    /// The last command sent to the array, once it is a silence command or the time is over.
     fn last_order(&mut self) -> String {
         let begun = Instant::now();
         loop {
@@ -140,7 +140,7 @@ impl OnTerminal {
 }
 
 #[test]
-fn a_watched_scan_waits_in_silence_goes_on_and_ends_when_it_is_told() {
+fn a_watched_scan_pauses_continues_and_ends_by_keys() {
     let home = tempfile::tempdir().expect("a folder");
     let (plan, rig) = plan_and_rig(home.path(), PLAN, "{ times = 4.0 }");
     let folder = home.path().join("out");
@@ -182,7 +182,7 @@ fn a_view_needs_a_terminal() {
 }
 
 #[test]
-fn hooks_of_plan_and_rig_are_told_and_a_missing_one_harms_nothing() {
+fn hooks_of_plan_and_rig_run_and_a_missing_one_is_harmless() {
     let home = tempfile::tempdir().expect("a folder");
     let hooks = "[hooks]\non_finish = [\"./tell\", \"plan\"]\non_failure = \"./no-such-program\"\n";
     let (plan, rig) = plan_and_rig(home.path(), &format!("{PLAN}{hooks}"), "{ times = 20.0 }");
@@ -199,7 +199,7 @@ fn hooks_of_plan_and_rig_are_told_and_a_missing_one_harms_nothing() {
     let told = std::fs::read_to_string(home.path().join("told")).expect("the hook ran");
     assert_eq!(told, format!("plan finish {} complete: 256 points\n", folder.display()));
 
-    // A scan that is asked to terminate fails, and so does its hook.
+    // A terminated scan counts as a failure; its hook fails, too.
     let failing = home.path().join("failing");
     let mut failed = scan(&plan, &rig, &failing).arg("--json").spawn().expect("it runs");
     let mut lines = BufReader::new(failed.stdout.take().expect("it is piped")).lines();
@@ -215,7 +215,7 @@ fn hooks_of_plan_and_rig_are_told_and_a_missing_one_harms_nothing() {
 }
 
 #[test]
-fn the_reference_is_revisited_by_time_and_a_drift_is_told() {
+fn the_reference_is_revisited_by_time_and_a_drift_is_reported() {
     let home = tempfile::tempdir().expect("a folder");
     let extra = "[reference]\nevery_min = 0.2\ndrift_percent = 1.0\n\
                  [hooks]\non_question = [\"sh\", \"-c\", \"echo \\\"$FIELDGAP_MESSAGE\\\" >> \\\"$0\\\"/told\", \"HOME\"]\n";

@@ -1,5 +1,5 @@
-//! A run on a rig whose truth is sealed: scanned, diagnosed, corrected, and compared once more. What the truth is stands nowhere
-//! here either: it is opened to be held against what was named.
+//! A run on a rig with a sealed truth: scanned, diagnosed, corrected, and compared again. The truth is not stated here either: it
+//! is unsealed and compared with the named cause.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -27,7 +27,7 @@ fn said(output: &Output) -> String {
 }
 
 #[test]
-fn the_withheld_effect_is_named_and_the_gap_closed_to_the_noise() {
+fn the_withheld_effect_is_named_and_the_gap_reduced_to_the_noise() {
     let home = tempfile::tempdir().expect("a folder");
     let folder = home.path().join("scan");
     let output = run(&here("scans/withheld-effect.toml"), &folder);
@@ -47,12 +47,12 @@ fn the_withheld_effect_is_named_and_the_gap_closed_to_the_noise() {
     let [(withheld, _)] = truth.effects.as_slice() else { panic!("one effect is withheld") };
     let largest = diagnosis["waterfall"][0]["effect"].as_str().expect("the largest step");
     assert_eq!(largest, *withheld, "{named:?}");
-    // The array's controller counts 256 steps in a period, which no set-up says: that shows, too.
+    // The controller has 256 steps per period, which no set-up states; this is visible, too.
     assert_eq!(named, [*withheld, "phase-quantisation"]);
     assert_eq!(diagnosis["ranked"][0]["parameters"]["phase-quantisation.steps"]["value"], 256.0);
     assert!(diagnosis["waterfall"][0]["share"].as_f64().expect("a share") > 0.9);
 
-    // What is told is what the library finds in the two folders.
+    // The printed figures are those of the library for the two folders.
     let open = |folder: &Path| RecordedScan::open(folder).expect("a recorded scan");
     let (scan, corrected) = (open(&folder), open(&folder.join("corrected")));
     assert_eq!(scan.samples, corrected.samples);
@@ -93,7 +93,7 @@ step_mm = 5.0
 "#;
 
 #[test]
-fn where_there_is_nothing_to_correct_it_is_said_and_nothing_is_pretended() {
+fn a_run_without_a_correctable_cause_reports_it() {
     let home = tempfile::tempdir().expect("a folder");
     let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
     let rig = here("rigs/virtual.toml").display().to_string();
@@ -108,7 +108,7 @@ fn where_there_is_nothing_to_correct_it_is_said_and_nothing_is_pretended() {
 }
 
 #[test]
-fn a_sealed_truth_that_does_not_open_ends_a_run_before_anything_moves() {
+fn an_invalid_seal_ends_a_run_before_any_move() {
     let home = tempfile::tempdir().expect("a folder");
     let at = |name: &str| home.path().join(name);
     let rig = std::fs::read_to_string(here("rigs/withheld.toml")).expect("there");

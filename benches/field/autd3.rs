@@ -1,4 +1,4 @@
-//! The emulator of the AUTD3 project, which knows monopoles only, asked for the same plane in the same run.
+//! The emulator of the AUTD3 project, which has only monopoles, for the same plane in the same run.
 
 use std::time::Duration;
 
@@ -10,13 +10,13 @@ use fieldgap::acoustics::PlaneGrid;
 
 use crate::{Case, ROUNDS};
 
-/// One period of 40 kHz, the shortest time that is emulated.
+/// One period of 40 kHz, the shortest emulated time.
 const PERIOD: Duration = Duration::from_micros(25);
 
-/// Periods in a record: one for each round, and one to look at.
+/// Periods in a record: one for each round, and one for the comparison.
 const PERIODS: u32 = ROUNDS as u32 + 1;
 
-/// A recorded drive of an array and the plane it is asked for.
+/// A recorded drive of an array and the observed plane.
 pub struct Recorded {
     record: Record,
     plane: RangeXY,
@@ -58,7 +58,7 @@ impl Recorded {
         }
     }
 
-    /// The plane with the distances from all elements, which the emulator keeps for all periods to come.
+    /// The plane with the distances from all elements, which the emulator reuses for all periods.
     pub fn prepared(&self) -> Rms {
         let option = RmsRecordOption { sound_speed: self.speed_of_sound_mm_s };
         self.record.sound_field(self.plane.clone(), option).expect("a plane")

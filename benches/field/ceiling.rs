@@ -1,5 +1,5 @@
-//! What the processor allows: the kernel's arithmetic for pistons that look along z, written by hand in vector instructions, with
-//! nothing left of its generality.
+//! Upper limit on a processor: the kernel's arithmetic for pistons that face z, hand-written in vector instructions, without
+//! its generality.
 
 use fieldgap::acoustics::{InstructionSet, Precision, Vec3};
 
@@ -12,7 +12,7 @@ pub struct Ceiling {
     pub name: &'static str,
     pub set: InstructionSet,
     pub precision: Precision,
-    /// Error allowed to it, of the peak.
+    /// Allowed error, relative to the peak.
     pub tolerance: f64,
     pub run: Run,
 }
@@ -22,7 +22,7 @@ pub fn all() -> Vec<Ceiling> {
     Vec::new()
 }
 
-/// Those that the processor can run.
+/// The sums that the processor supports.
 #[cfg(target_arch = "x86_64")]
 pub fn all() -> Vec<Ceiling> {
     let mut all = vec![
@@ -31,7 +31,7 @@ pub fn all() -> Vec<Ceiling> {
             set: InstructionSet::Avx2,
             precision: Precision::Double,
             tolerance: 1e-12,
-            // SAFETY: only run where the set is there.
+            // SAFETY: only run if the instruction set is supported.
             run: |e, k, ka, p, o| unsafe { avx2_f64::run(e, k, ka, p, o) },
         },
         Ceiling {

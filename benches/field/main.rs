@@ -1,6 +1,6 @@
 //! The field kernel against references in the same run: `cargo bench --bench field`.
 //!
-//! Each figure is the best of several runs, reference and kernel in turn, so that whatever else the machine does falls on both.
+//! Each figure is the best of several runs, reference and kernel in turn, so that other load on the machine affects both.
 
 mod autd3;
 mod ceiling;
@@ -22,7 +22,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 const ROUNDS: usize = 30;
 
-/// One of the cases that programs of this kind are compared by.
+/// A benchmark case.
 struct Case {
     name: &'static str,
     array: Array,
@@ -57,7 +57,7 @@ impl Case {
     }
 }
 
-/// The best times of several things done in turn, seconds.
+/// The best times of several functions called in turn, seconds.
 fn best<const N: usize>(rounds: usize, mut works: [&mut dyn FnMut(); N]) -> [f64; N] {
     let mut best = [f64::INFINITY; N];
     for _ in 0..rounds {
@@ -167,7 +167,7 @@ fn against_references(case: &Case) {
     }
 }
 
-/// One thread, f32: the emulator of AUTD3 against the kernel, which works out its distances anew each time.
+/// One thread, f32: the emulator of AUTD3 against the kernel, which recomputes distances each time.
 fn against_emulator(case: &Case, plane: &PlaneGrid) {
     println!("\n{}, one thread, f32, against autd3-emulator (monopoles)", case.name);
     let monopole =
@@ -208,7 +208,7 @@ fn against_emulator(case: &Case, plane: &PlaneGrid) {
     );
 }
 
-/// The same field up to a factor: 256 steps of phase are a hundredth of a radian.
+/// The same field up to a factor; with 256 phase steps the error is a hundredth of a radian.
 fn assert_alike(ours: &[Complex64], theirs: &[f32]) {
     let ours: Vec<f64> = ours.iter().map(|pressure| pressure.norm()).collect();
     let peak = ours.iter().copied().fold(0.0, f64::max);
@@ -278,7 +278,7 @@ fn derivatives(case: &Case) {
     }
 }
 
-/// The cases by one and two threads, and by two runs at once that know nothing of each other: what the cores give, free or not.
+/// The cases with one and two threads, and in two independent simultaneous runs, which show the capacity of the cores.
 fn cases(cases: &[&Case]) {
     println!("\ncases, piston, one thread, two threads, and two runs of one thread at once");
     let [one, other, two] = [1, 1, 2].map(pool);
@@ -348,7 +348,7 @@ fn structure(case: &Case, grid: &PlaneGrid) {
     });
 }
 
-/// Many drives of one geometry: one matrix against a sum for each.
+/// Many drives of one geometry: one matrix against separate sums.
 fn many_drives(case: &Case) {
     let drives: Vec<Vec<f64>> = (0..50)
         .map(|n| (0..case.array.len()).map(|e| 0.1 * f64::from(n) * e as f64).collect())

@@ -1,9 +1,9 @@
-//! The plain loop: one pair at a time, with the library's sine, cosine and square root.
+//! The plain loop: one pair at a time, with library functions for sine, cosine and square root.
 
 use fieldgap::acoustics::{Array, Vec3};
 use num_complex::Complex64;
 
-/// Places and drives of elements that look along z.
+/// Positions and drives of elements that face z.
 pub struct Elements {
     pub centres_m: Vec<Vec3>,
     pub phases_rad: Vec<f64>,

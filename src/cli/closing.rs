@@ -41,7 +41,7 @@ pub(super) fn close_gap(
         Ok(corrected) => corrected,
         Err(
             nothing @ (CorrectionError::NothingNamed(_)
-            | CorrectionError::NoHome { .. }
+            | CorrectionError::NoKey { .. }
             | CorrectionError::NoSuchElement { .. }),
         ) => {
             eprintln!("not corrected: {nothing}");

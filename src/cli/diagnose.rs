@@ -29,13 +29,12 @@ pub(super) struct Diagnose {
     /// Correct this set-up by the named cause, so that the next simulation includes it: a rig file, or the folder of a
     /// recorded scan
     ///
-    /// Of a rig file, the scans to come are corrected: speed of sound, frequency, pitch, the array's centre, single
-    /// elements (which then stand in a file beside it). Of a recorded scan, the set-up as it was: what the array had been
-    /// told stays, as phases, and the simulator's bugs are corrected. Comments say what was found, and which effects such a
-    /// file has no key for.
+    /// A rig file is corrected for future scans: speed of sound, frequency, pitch, the array's centre, single elements (in
+    /// a file beside it). In a recorded scan the set-up is corrected, also for the simulator's bugs; the emitted drives are
+    /// kept as phases. Comments give the fitted values and the effects without a key in the file.
     #[arg(long, value_name = "RIG|SCAN", requires = "out")]
     apply: Option<PathBuf>,
-    /// Where the corrected set-up goes: a new rig file, or a new folder; what is there already stays as it is
+    /// New rig file or folder for the corrected set-up; existing files are not overwritten
     #[arg(long, value_name = "PATH", requires = "apply")]
     out: Option<PathBuf>,
     /// Print the diagnosis as JSON

@@ -58,7 +58,7 @@ impl Focus {
                     identity.elements
                 ));
             }
-            let composed = compose(&display, &sounding(rig_setup, &display), &identity)?;
+            let composed = compose(&display, &radiating(rig_setup, &display), &identity)?;
             if !self.json {
                 let length = match seconds {
                     Some(seconds) => format!("for {seconds} s"),
@@ -93,7 +93,7 @@ impl Focus {
 }
 
 /// The array of a rig file, with the transducer model of a display file.
-pub(super) fn sounding<'a>(rig_setup: &'a RigSetup, display: &DisplayFile) -> RadiatingArray<'a> {
+pub(super) fn radiating<'a>(rig_setup: &'a RigSetup, display: &DisplayFile) -> RadiatingArray<'a> {
     RadiatingArray {
         array: rig_setup.nominal_array(),
         medium: rig_setup.nominal_medium(),

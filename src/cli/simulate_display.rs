@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use miette::IntoDiagnostic;
 
-use super::focus::{sounding, summary};
+use super::focus::{radiating, summary};
 use super::output::{print, print_json};
 use fieldgap_acoustics::Simulator;
 use fieldgap_acoustics::radiation::SkinInAir;
@@ -31,12 +31,12 @@ impl SimulateDisplay<'_> {
         }
         let rig_setup =
             RigSetup::read(&self.rig.map_or_else(|| display.rig_path(), Path::to_owned))?;
-        let sounding = sounding(&rig_setup, &display);
-        let controller = ArrayIdentity::of_thesis(sounding.array.len(), sounding.frequency_hz);
-        let composed = compose(&display, &sounding, &controller)?;
+        let radiating = radiating(&rig_setup, &display);
+        let controller = ArrayIdentity::of_thesis(radiating.array.len(), radiating.frequency_hz);
+        let composed = compose(&display, &radiating, &controller)?;
         let element_db = display.output.element_db_at_300_mm.get();
-        let playback = Playback::new(&composed.program, sounding, &controller, element_db);
-        let skin = SkinInAir::new(sounding.medium, display.output.air_density_kg_m3.get());
+        let playback = Playback::new(&composed.program, radiating, &controller, element_db);
+        let skin = SkinInAir::new(radiating.medium, display.output.air_density_kg_m3.get());
         let felt = stimulus(&composed, &playback, skin, controller.carrier_hz());
         if let Some(folder) = self.out {
             let shown = PlayedDisplay {

@@ -12,7 +12,7 @@ use super::simulate::positive;
 use fieldgap_acoustics::Medium;
 use fieldgap_input::Positive;
 use fieldgap_report::write_transducer_models;
-use fieldgap_study::{LOBE_DISTANCES_M, ModelBesideIntegral, models_beside_integral};
+use fieldgap_study::{LOBE_DISTANCES_M, ModelAgainstIntegral, models_against_integral};
 
 /// The `transducers` command.
 #[derive(Debug, Args)]
@@ -38,7 +38,7 @@ impl Transducers {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         let medium = Medium { speed_of_sound_m_s: self.speed_of_sound_m_s.get() };
         let radius_m = self.radius_mm.get() * 1e-3;
-        let models = models_beside_integral(radius_m, medium, self.frequency_hz.get());
+        let models = models_against_integral(radius_m, medium, self.frequency_hz.get());
         if self.json {
             print_json(&models)?;
         } else {
@@ -53,7 +53,7 @@ impl Transducers {
 }
 
 /// Largest errors, percent.
-fn table(models: &[ModelBesideIntegral]) -> String {
+fn table(models: &[ModelAgainstIntegral]) -> String {
     let mut text = format!(
         "largest error against the integral over the piston, in percent; equal on the axis at 100 mm\n{:>15} {:>16} {:>16}",
         "model", "axis 30-300 mm", "axis 10-30 mm"

@@ -1,4 +1,4 @@
-//! Logs of one transducer whose field is known, with noise.
+//! Noisy logs of a transducer with a known field.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -8,19 +8,19 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
-/// A transducer's axis: foot (mm, from the middle of the box) and lean, a unit of height.
+/// A transducer's axis: foot (mm, from the centre of the box) and slope.
 #[derive(Clone, Copy, Default)]
 pub struct Axis {
     pub foot_mm: [f64; 2],
     pub lean: [f64; 2],
 }
 
-/// The text of a log over a box of 50 cm: 3 cm apart sideways, 2.5 cm in height, 6,000 points; noise of one standard
-/// deviation, readings never below zero.
+/// The text of a log over a box of 50 cm in steps of 3 cm sideways and 2.5 cm in height, 6,000 points. `noise` is the
+/// standard deviation; readings are at least zero.
 ///
 /// `field` gives the reading at a distance (m), a height along the axis (m) and an angle from it (degrees).
 pub fn log(axis: Axis, noise: f64, seed: u64, field: impl Fn(f64, f64, f64) -> f64) -> String {
-    let mut chance = ChaCha8Rng::seed_from_u64(seed);
+    let mut noise_rng = ChaCha8Rng::seed_from_u64(seed);
     let normal = Normal::new(0.0, noise).expect("a standard deviation");
     let mut text = "x,y,z,mag,unused\n-24,-24,0\n48,48,50\n3,3,2.5\n".to_owned();
     let direction = Vec3::new(axis.lean[0], axis.lean[1], 1.0).normalize();
@@ -34,7 +34,7 @@ pub fn log(axis: Axis, noise: f64, seed: u64, field: impl Fn(f64, f64, f64) -> f
                 let height = r.dot(&direction);
                 let angle = (r - height * direction).norm().atan2(height).to_degrees();
                 let clean = if height > 0.0 { field(r.norm(), height, angle) } else { 1.0 };
-                let reading = (clean + normal.sample(&mut chance)).max(0.0);
+                let reading = (clean + normal.sample(&mut noise_rng)).max(0.0);
                 let _ = writeln!(text, "{x},{y},{z},{reading:.9},0");
             }
         }

@@ -1,22 +1,22 @@
-//! Where a transducer's axis runs.
+//! The axis of a transducer.
 
 use serde::Serialize;
 
 use super::Readings;
 use fieldgap_acoustics::Vec3;
 
-/// A transducer's axis: its foot on the plane of its face, and how far it leans to each side for a unit of height.
+/// A transducer's axis: its foot on the plane of the face, and its slope.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct AxisPose {
-    /// Foot, metres from where the transducer was believed.
+    /// Foot relative to the nominal transducer, metres.
     pub foot_m: [f64; 2],
-    /// Lean along x and y, metres a metre.
+    /// Slope along x and y.
     pub lean: [f64; 2],
 }
 
-/// Where a point stands against an axis.
+/// A point relative to an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Place {
+pub(super) struct AxisCoordinates {
     /// Distance from the foot, metres.
     pub distance_m: f64,
     /// Height along the axis, metres.
@@ -26,17 +26,17 @@ pub(super) struct Place {
 }
 
 impl AxisPose {
-    /// A first guess: a line through the centres of the loud half of each height.
-    pub(super) fn guess(readings: &Readings) -> Self {
-        let mut loudest = vec![0.0_f64; readings.heights_m.len()];
+    /// Initial estimate: a line through the centroids of the readings above half of the maximum at each height.
+    pub(super) fn estimate(readings: &Readings) -> Self {
+        let mut largest = vec![0.0_f64; readings.heights_m.len()];
         for (&value, &height) in readings.values.iter().zip(&readings.height_of) {
-            loudest[height] = loudest[height].max(value);
+            largest[height] = largest[height].max(value);
         }
         let mut sums = vec![[0.0; 3]; readings.heights_m.len()];
         for ((at_m, &value), &height) in
             readings.at_m.iter().zip(&readings.values).zip(&readings.height_of)
         {
-            if value > 0.5 * loudest[height] {
+            if value > 0.5 * largest[height] {
                 let weight = value * value;
                 let sum = &mut sums[height];
                 *sum = [sum[0] + weight, sum[1] + weight * at_m.x, sum[2] + weight * at_m.y];
@@ -64,28 +64,28 @@ impl AxisPose {
         Self { foot_m: [x, y], lean: [lean_x, lean_y] }
     }
 
-    /// Direction, of unit length.
+    /// Direction, unit vector.
     pub fn direction(&self) -> Vec3 {
         Vec3::new(self.lean[0], self.lean[1], 1.0).normalize()
     }
 
-    /// The angle between the axis and the upright, rad.
+    /// Angle between the axis and the vertical, rad.
     pub fn tilt_rad(&self) -> f64 {
         self.lean[0].hypot(self.lean[1]).atan()
     }
 
-    pub(super) fn places(&self, at_m: &[Vec3]) -> Vec<Place> {
+    pub(super) fn coordinates(&self, at_m: &[Vec3]) -> Vec<AxisCoordinates> {
         let direction = self.direction();
         let foot = Vec3::new(self.foot_m[0], self.foot_m[1], 0.0);
         at_m.iter()
             .map(|at_m| {
                 let from_foot = at_m - foot;
                 let height_m = from_foot.dot(&direction);
-                let aside_m = (from_foot - height_m * direction).norm();
-                Place {
+                let lateral_m = (from_foot - height_m * direction).norm();
+                AxisCoordinates {
                     distance_m: from_foot.norm(),
                     height_m,
-                    theta_rad: aside_m.atan2(height_m).min(std::f64::consts::FRAC_PI_2),
+                    theta_rad: lateral_m.atan2(height_m).min(std::f64::consts::FRAC_PI_2),
                 }
             })
             .collect()

@@ -45,7 +45,7 @@ mod profile;
 mod readings;
 mod text;
 
-pub use appendix_a::{AppendixA, Fitted, appendix_a};
+pub use appendix_a::{AppendixA, FittedCurve, appendix_a};
 pub use axis_pose::AxisPose;
 pub use characterize::{Characterization, characterize};
 pub use laws::{AxisLaw, Constant, LobeLaw};

@@ -4,22 +4,22 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::Readings;
-use super::axis_pose::{AxisPose, Place};
-use super::laws::{AxisLaw, Constant, Free, Lobe, LobeLaw};
+use super::axis_pose::{AxisCoordinates, AxisPose};
+use super::laws::{AxisLaw, Constant, FreeParameter, Lobe, LobeLaw};
 use fieldgap_acoustics::least_squares::{Linearisation, Parameter, Stopping, minimise};
 
-/// Parameters that come first: floor and amplitude.
+/// Number of leading parameters: floor and amplitude.
 const LEVELS: usize = 2;
-/// Those that follow where the axis is free: its foot and its lean.
-const OF_AXIS: usize = 4;
-/// Derivatives are differences over this share of a parameter's scale.
+/// Number of parameters of a free axis: foot and slope.
+const AXIS_PARAMETERS: usize = 4;
+/// Step of a finite difference over the parameter's scale.
 const DIFFERENCE: f64 = 1e-3;
-/// The floor's start, relative to the largest reading.
-const FLOOR: f64 = 1e-3;
-/// The least that is read, relative to the largest reading: divides nothing by zero in a scan without noise.
-const LEAST: f64 = 1e-6;
+/// Initial floor, relative to the largest reading.
+const INITIAL_FLOOR: f64 = 1e-3;
+/// Smallest modelled reading, relative to the largest: avoids a division by zero in a scan without noise.
+const MIN_READING: f64 = 1e-6;
 
-/// A law on the axis times a lobe, as they fit the readings best.
+/// The best fit of a law on the axis times a lobe.
 #[derive(Debug, Clone, Serialize)]
 pub struct PairFit {
     /// The law on the axis.
@@ -28,27 +28,27 @@ pub struct PairFit {
     pub lobe_law: LobeLaw,
     /// The axis.
     pub axis: AxisPose,
-    /// Standard errors of the foot, metres, and of the lean; not-a-number where the axis was taken from another fit.
+    /// Standard errors of the foot, metres, and of the slope; NaN if the axis is from another fit.
     pub axis_errors: AxisPose,
-    /// What is read where nothing arrives, the readings' unit; it adds in quadrature, as noise does to a magnitude.
+    /// Reading without a signal, the readings' unit. It adds in quadrature, as noise does to a magnitude.
     pub floor: Constant,
-    /// Factor before the laws, the readings' unit (times metres for laws in 1/r).
+    /// Factor of the laws, the readings' unit (times metres for laws in 1/r).
     pub amplitude: Constant,
     /// The constants of the law on the axis.
     pub axis_constants: Vec<Constant>,
     /// The constants of the lobe.
     pub lobe_constants: Vec<Constant>,
-    /// Parameters that were fitted.
+    /// Number of fitted parameters.
     pub parameters: usize,
     /// Share of the readings' variance that the pair explains.
     pub r_squared: f64,
-    /// Root mean square of what it leaves, the readings' unit.
+    /// Root mean square of the residual, the readings' unit.
     pub residual_rms: f64,
     /// Akaike's information criterion.
     pub aic: f64,
     /// The Bayesian information criterion (Schwarz).
     pub bic: f64,
-    /// Whether the fit came to rest.
+    /// Whether the fit converged.
     pub converged: bool,
     #[serde(skip)]
     pub(super) axis_free: Vec<f64>,
@@ -58,42 +58,42 @@ pub struct PairFit {
     pub(super) lobe: Lobe,
 }
 
-/// Where a fit takes the axis from.
+/// The axis in a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Axis {
-    /// Fitted with the rest, from here.
-    From(AxisPose),
-    /// As it is.
-    Held(AxisPose),
+pub(super) enum AxisFit {
+    /// Fitted, starting here.
+    Free(AxisPose),
+    /// Fixed.
+    Fixed(AxisPose),
 }
 
-/// The readings under one pair of laws.
+/// The model of the readings for one pair of laws.
 struct Model<'a> {
     readings: &'a Readings,
     axis: AxisLaw,
     lobe: Lobe,
     unit: f64,
-    free: Vec<Free>,
-    /// The places under an axis that is held.
-    held: Option<(AxisPose, Vec<Place>)>,
+    free: Vec<FreeParameter>,
+    /// The coordinates under a fixed axis.
+    fixed: Option<(AxisPose, Vec<AxisCoordinates>)>,
     axis_count: usize,
 }
 
-/// What the laws give at each reading under some parameters.
-struct Parts {
-    places: Vec<Place>,
+/// Factors of the model at each reading.
+struct Factors {
+    coordinates: Vec<AxisCoordinates>,
     thetas_rad: Vec<f64>,
-    along: Vec<f64>,
-    about: Vec<f64>,
+    decay: Vec<f64>,
+    directivity: Vec<f64>,
 }
 
 impl PairFit {
-    /// Fits a pair, beginning at an axis; `None` where its parameters cannot be told apart.
+    /// Fits a pair; `None` if its parameters are not determined.
     pub(super) fn new(
         readings: &Readings,
         axis: AxisLaw,
         lobe: LobeLaw,
-        start: Axis,
+        start: AxisFit,
     ) -> Option<Self> {
         let model = Model::new(readings, axis, lobe, start)?;
         let minimum = minimise(
@@ -102,17 +102,16 @@ impl PairFit {
             |free| model.residuals(free),
             |free| model.linearised(free),
         );
-        model.described(&minimum.parameters, minimum.converged)
+        model.into_fit(&minimum.parameters, minimum.converged)
     }
 
-    /// Pressure by the law on the axis at a height over the foot, the readings' unit, floor aside; `None` of a law that makes
-    /// no sense there.
+    /// Pressure on the axis at a height above the foot, the readings' unit, without the floor; NaN if the lobe is invalid.
     pub fn on_axis_at(&self, height_m: f64) -> f64 {
-        let place = Place { distance_m: height_m, height_m, theta_rad: 0.0 };
-        self.amplitude.value * self.axis_law.at(&self.axis_free, &place) * self.lobe_on_axis()
+        let point = AxisCoordinates { distance_m: height_m, height_m, theta_rad: 0.0 };
+        self.amplitude.value * self.axis_law.at(&self.axis_free, &point) * self.lobe_on_axis()
     }
 
-    /// The lobe at an angle, relative to the axis.
+    /// Directivity at an angle, relative to the axis.
     pub fn lobe_at(&self, theta_rad: f64) -> f64 {
         let at =
             |theta: f64| self.lobe.at(&self.lobe_free, &[theta]).map_or(f64::NAN, |found| found[0]);
@@ -123,68 +122,74 @@ impl PairFit {
         self.lobe.at(&self.lobe_free, &[0.0]).map_or(f64::NAN, |found| found[0])
     }
 
-    /// What the pair gives at each reading, its unit.
+    /// The fitted model at each reading, the readings' unit.
     pub fn predicted(&self, readings: &Readings) -> Vec<f64> {
-        let places = self.axis.places(&readings.at_m);
-        let thetas: Vec<f64> = places.iter().map(|place| place.theta_rad).collect();
-        let about = self.lobe.at(&self.lobe_free, &thetas).unwrap_or_default();
-        places
+        let coordinates = self.axis.coordinates(&readings.at_m);
+        let thetas: Vec<f64> = coordinates.iter().map(|point| point.theta_rad).collect();
+        let directivity = self.lobe.at(&self.lobe_free, &thetas).unwrap_or_default();
+        coordinates
             .iter()
-            .zip(about)
-            .map(|(place, about)| {
-                let along = self.axis_law.at(&self.axis_free, place);
-                self.floor.value.hypot(self.amplitude.value * along * about)
+            .zip(directivity)
+            .map(|(point, directivity)| {
+                let decay = self.axis_law.at(&self.axis_free, point);
+                self.floor.value.hypot(self.amplitude.value * decay * directivity)
             })
             .collect()
     }
 }
 
-/// What is read under some parameters, relative: floor and pressure in quadrature.
-fn read<'p>(free: &'p [f64], parts: &'p Parts) -> impl Iterator<Item = f64> + 'p {
-    let pressures =
-        parts.along.iter().zip(&parts.about).map(|(along, about)| free[1] * along * about);
-    let floor = free[0].exp() + LEAST * LEAST;
+/// Modelled readings, relative to the largest: floor and pressure in quadrature.
+fn modelled<'p>(free: &'p [f64], factors: &'p Factors) -> impl Iterator<Item = f64> + 'p {
+    let pressures = factors
+        .decay
+        .iter()
+        .zip(&factors.directivity)
+        .map(|(decay, directivity)| free[1] * decay * directivity);
+    let floor = free[0].exp() + MIN_READING * MIN_READING;
     pressures.map(move |pressure| (floor + pressure * pressure).sqrt())
 }
 
 impl<'a> Model<'a> {
-    fn new(readings: &'a Readings, axis: AxisLaw, lobe: LobeLaw, start: Axis) -> Option<Self> {
-        let (Axis::From(pose) | Axis::Held(pose)) = start;
-        let places = pose.places(&readings.at_m);
-        let thetas: Vec<f64> = places.iter().map(|place| place.theta_rad).collect();
+    fn new(readings: &'a Readings, axis: AxisLaw, lobe: LobeLaw, start: AxisFit) -> Option<Self> {
+        let (AxisFit::Free(pose) | AxisFit::Fixed(pose)) = start;
+        let coordinates = pose.coordinates(&readings.at_m);
+        let thetas: Vec<f64> = coordinates.iter().map(|point| point.theta_rad).collect();
         let lobe = Lobe::new(lobe, &thetas, readings.wavenumber_rad_m);
         let unit = readings.largest();
         let (axis_free, lobe_free) = (axis.free(), lobe.free());
         let axis_count = axis_free.len();
-        let own = |name: &str, start: f64, scale: f64| Free {
+        let plain = |name: &str, start: f64, scale: f64| FreeParameter {
             name: name.to_owned(),
             unit: "",
             factor: 1.0,
             start,
             scale,
         };
-        // The logarithm of the floor's square is what is free: a floor is never below zero.
-        let mut free = vec![own("floor", 2.0 * FLOOR.ln(), 0.1), own("amplitude", 1.0, 1e-2)];
-        let mut held = None;
-        if let Axis::Held(_) = start {
-            held = Some((pose, places));
+        // The parameter is the logarithm of the squared floor, so that the floor stays positive.
+        let mut free =
+            vec![plain("floor", 2.0 * INITIAL_FLOOR.ln(), 0.1), plain("amplitude", 1.0, 1e-2)];
+        let mut fixed = None;
+        if let AxisFit::Fixed(_) = start {
+            fixed = Some((pose, coordinates));
         } else {
             free.extend([
-                own("x", pose.foot_m[0], 1e-4),
-                own("y", pose.foot_m[1], 1e-4),
-                own("lean x", pose.lean[0], 1e-3),
-                own("lean y", pose.lean[1], 1e-3),
+                plain("x", pose.foot_m[0], 1e-4),
+                plain("y", pose.foot_m[1], 1e-4),
+                plain("lean x", pose.lean[0], 1e-3),
+                plain("lean y", pose.lean[1], 1e-3),
             ]);
         }
         free.extend(axis_free);
         free.extend(lobe_free);
-        let mut model = Self { readings, axis, lobe, unit, free, held, axis_count };
-        // The amplitude that fits the start best.
-        let parts = model.parts(&model.starts())?;
+        let mut model = Self { readings, axis, lobe, unit, free, fixed, axis_count };
+        // The best amplitude for the initial parameters.
+        let factors = model.factors(&model.starts())?;
         let (mut cross, mut square) = (0.0, 0.0);
-        for ((along, about), value) in parts.along.iter().zip(&parts.about).zip(&readings.values) {
-            cross += along * about * value / unit;
-            square += (along * about).powi(2);
+        for ((decay, directivity), value) in
+            factors.decay.iter().zip(&factors.directivity).zip(&readings.values)
+        {
+            cross += decay * directivity * value / unit;
+            square += (decay * directivity).powi(2);
         }
         let amplitude = cross / square;
         if amplitude <= 0.0 || !amplitude.is_finite() {
@@ -199,78 +204,81 @@ impl<'a> Model<'a> {
         self.free.iter().map(|free| free.start).collect()
     }
 
-    /// Each parameter in units of what it takes to change the readings by as much as the start misses them.
+    /// The parameters, each scaled to change the readings by as much as the initial residual.
     fn parameters(&self) -> Option<Vec<Parameter>> {
         let linear = self.linearised(&self.starts());
         let length = |column: &[f64]| column.iter().map(|value| value * value).sum::<f64>().sqrt();
-        let missed = length(&linear.residuals) / (linear.residuals.len() as f64).sqrt();
+        let initial_rms = length(&linear.residuals) / (linear.residuals.len() as f64).sqrt();
         self.free
             .iter()
             .zip(&linear.columns)
             .map(|(free, column)| {
-                let scale = missed / length(column);
-                let told = scale.is_finite() && scale > 0.0;
-                told.then_some(Parameter { start: free.start, scale, prior: None })
+                let scale = initial_rms / length(column);
+                let determined = scale.is_finite() && scale > 0.0;
+                determined.then_some(Parameter { start: free.start, scale, prior: None })
             })
             .collect()
     }
 
-    /// Where the parameters of the law on the axis begin.
-    fn laws_from(&self) -> usize {
-        if self.held.is_some() { LEVELS } else { LEVELS + OF_AXIS }
+    /// Index of the first parameter of the law on the axis.
+    fn first_law_parameter(&self) -> usize {
+        if self.fixed.is_some() { LEVELS } else { LEVELS + AXIS_PARAMETERS }
     }
 
     fn pose(&self, free: &[f64]) -> AxisPose {
-        match self.held {
+        match self.fixed {
             Some((pose, _)) => pose,
             None => AxisPose { foot_m: [free[2], free[3]], lean: [free[4], free[5]] },
         }
     }
 
-    fn parts(&self, free: &[f64]) -> Option<Parts> {
-        let places = match &self.held {
-            Some((_, places)) => places.clone(),
-            None => self.pose(free).places(&self.readings.at_m),
+    fn factors(&self, free: &[f64]) -> Option<Factors> {
+        let coordinates = match &self.fixed {
+            Some((_, coordinates)) => coordinates.clone(),
+            None => self.pose(free).coordinates(&self.readings.at_m),
         };
-        let thetas_rad: Vec<f64> = places.iter().map(|place| place.theta_rad).collect();
-        let along = self.along(free, &places);
-        let about = self.lobe.at(self.of_lobe(free), &thetas_rad)?;
-        Some(Parts { places, thetas_rad, along, about })
+        let thetas_rad: Vec<f64> = coordinates.iter().map(|point| point.theta_rad).collect();
+        let decay = self.decay(free, &coordinates);
+        let directivity = self.lobe.at(self.lobe_parameters(free), &thetas_rad)?;
+        Some(Factors { coordinates, thetas_rad, decay, directivity })
     }
 
-    fn along(&self, free: &[f64], places: &[Place]) -> Vec<f64> {
-        let from = self.laws_from();
-        let of_axis = &free[from..from + self.axis_count];
-        places.iter().map(|place| self.axis.at(of_axis, place)).collect()
+    fn decay(&self, free: &[f64], coordinates: &[AxisCoordinates]) -> Vec<f64> {
+        let from = self.first_law_parameter();
+        let axis_parameters = &free[from..from + self.axis_count];
+        coordinates.iter().map(|point| self.axis.at(axis_parameters, point)).collect()
     }
 
-    fn of_lobe<'f>(&self, free: &'f [f64]) -> &'f [f64] {
-        &free[self.laws_from() + self.axis_count..]
+    fn lobe_parameters<'f>(&self, free: &'f [f64]) -> &'f [f64] {
+        &free[self.first_law_parameter() + self.axis_count..]
     }
 
-    fn residuals_of(&self, free: &[f64], parts: &Parts) -> Vec<f64> {
+    fn residuals_of(&self, free: &[f64], factors: &Factors) -> Vec<f64> {
         let values = self.readings.values.iter();
-        values.zip(read(free, parts)).map(|(value, read)| read - value / self.unit).collect()
+        values
+            .zip(modelled(free, factors))
+            .map(|(value, modelled)| modelled - value / self.unit)
+            .collect()
     }
 
     fn residuals(&self, free: &[f64]) -> Vec<f64> {
-        match self.parts(free) {
-            Some(parts) => self.residuals_of(free, &parts),
+        match self.factors(free) {
+            Some(factors) => self.residuals_of(free, &factors),
             None => vec![f64::NAN; self.readings.values.len()],
         }
     }
 
     fn linearised(&self, free: &[f64]) -> Linearisation {
-        let nowhere = || vec![f64::NAN; self.readings.values.len()];
-        let Some(parts) = self.parts(free) else {
+        let undefined = || vec![f64::NAN; self.readings.values.len()];
+        let Some(factors) = self.factors(free) else {
             return Linearisation {
-                residuals: nowhere(),
-                columns: vec![nowhere(); self.free.len()],
+                residuals: undefined(),
+                columns: vec![undefined(); self.free.len()],
             };
         };
-        let reads: Vec<f64> = read(free, &parts).collect();
-        let product = |along: &[f64], about: &[f64]| {
-            along.iter().zip(about).map(|(a, b)| a * b).collect::<Vec<f64>>()
+        let readings: Vec<f64> = modelled(free, &factors).collect();
+        let product = |decay: &[f64], directivity: &[f64]| {
+            decay.iter().zip(directivity).map(|(a, b)| a * b).collect::<Vec<f64>>()
         };
         let columns = (0..free.len())
             .map(|index| {
@@ -280,55 +288,60 @@ impl<'a> Model<'a> {
                     moved[index] += by;
                     moved
                 };
-                // The product of both laws, a little farther along one parameter: only what depends on it is computed again.
+                // Product of both laws with one parameter shifted; only what depends on it is recomputed.
                 let shifted = |by: f64| -> Option<Vec<f64>> {
                     let moved = moved(by);
-                    if index < self.laws_from() {
-                        let parts = self.parts(&moved)?;
-                        Some(product(&parts.along, &parts.about))
-                    } else if index < self.laws_from() + self.axis_count {
-                        Some(product(&self.along(&moved, &parts.places), &parts.about))
+                    if index < self.first_law_parameter() {
+                        let factors = self.factors(&moved)?;
+                        Some(product(&factors.decay, &factors.directivity))
+                    } else if index < self.first_law_parameter() + self.axis_count {
+                        Some(product(
+                            &self.decay(&moved, &factors.coordinates),
+                            &factors.directivity,
+                        ))
                     } else {
-                        let about = self.lobe.at(self.of_lobe(&moved), &parts.thetas_rad)?;
-                        Some(product(&parts.along, &about))
+                        let directivity =
+                            self.lobe.at(self.lobe_parameters(&moved), &factors.thetas_rad)?;
+                        Some(product(&factors.decay, &directivity))
                     }
                 };
-                // How much of the pressure's change is read, beside the floor.
-                let heard = |pressures: Vec<f64>| {
-                    let own = parts.along.iter().zip(&parts.about).zip(&reads);
+                // Change of the reading for a change of the pressure: the floor adds in quadrature.
+                let reading_change = |pressures: Vec<f64>| {
+                    let own = factors.decay.iter().zip(&factors.directivity).zip(&readings);
                     own.zip(pressures)
-                        .map(|(((along, about), read), change)| {
-                            free[1] * along * about / read * change
+                        .map(|(((decay, directivity), reading), change)| {
+                            free[1] * decay * directivity / reading * change
                         })
                         .collect()
                 };
                 match index {
-                    0 => reads.iter().map(|read| 0.5 * free[0].exp() / read).collect(),
-                    1 => heard(product(&parts.along, &parts.about)),
+                    0 => readings.iter().map(|reading| 0.5 * free[0].exp() / reading).collect(),
+                    1 => reading_change(product(&factors.decay, &factors.directivity)),
                     _ => match (shifted(step), shifted(-step)) {
-                        (Some(up), Some(down)) => heard(
+                        (Some(up), Some(down)) => reading_change(
                             up.iter()
                                 .zip(&down)
                                 .map(|(up, down)| free[1] * (up - down) / (2.0 * step))
                                 .collect(),
                         ),
-                        _ => nowhere(),
+                        _ => undefined(),
                     },
                 }
             })
             .collect();
-        Linearisation { residuals: self.residuals_of(free, &parts), columns }
+        Linearisation { residuals: self.residuals_of(free, &factors), columns }
     }
 
-    fn described(self, fitted: &[f64], converged: bool) -> Option<PairFit> {
+    fn into_fit(self, fitted: &[f64], converged: bool) -> Option<PairFit> {
         let linear = self.linearised(fitted);
         let errors = self.standard_errors(&linear)?;
         let count = linear.residuals.len() as f64;
         let squares: f64 = linear.residuals.iter().map(|r| r * r).sum();
         let mean = self.readings.values.iter().sum::<f64>() / count / self.unit;
-        let spread: f64 = self.readings.values.iter().map(|v| (v / self.unit - mean).powi(2)).sum();
-        // An axis that is held was fitted once for all.
-        let parameters = (LEVELS + OF_AXIS + fitted.len() - self.laws_from()) as f64;
+        let total: f64 = self.readings.values.iter().map(|v| (v / self.unit - mean).powi(2)).sum();
+        // A fixed axis was fitted too, once for all pairs.
+        let parameters =
+            (LEVELS + AXIS_PARAMETERS + fitted.len() - self.first_law_parameter()) as f64;
         let likelihood = count * (squares / count).ln();
         if !likelihood.is_finite() {
             return None;
@@ -344,8 +357,9 @@ impl<'a> Model<'a> {
                 .map(|index| constant(index, self.free[index].factor, self.free[index].unit))
                 .collect()
         };
-        let (axis_from, lobe_from) = (self.laws_from(), self.laws_from() + self.axis_count);
-        let axis_errors = match self.held {
+        let (axis_from, lobe_from) =
+            (self.first_law_parameter(), self.first_law_parameter() + self.axis_count);
+        let axis_errors = match self.fixed {
             Some(_) => AxisPose { foot_m: [f64::NAN; 2], lean: [f64::NAN; 2] },
             None => self.pose(&errors),
         };
@@ -359,7 +373,7 @@ impl<'a> Model<'a> {
             axis_constants: constants(axis_from..lobe_from),
             lobe_constants: constants(lobe_from..fitted.len()),
             parameters: parameters as usize,
-            r_squared: 1.0 - squares / spread,
+            r_squared: 1.0 - squares / total,
             residual_rms: (squares / count).sqrt() * self.unit,
             aic: likelihood + 2.0 * parameters,
             bic: likelihood + parameters * count.ln(),
@@ -377,11 +391,10 @@ impl<'a> Model<'a> {
         Constant { name: "floor".to_owned(), unit: "", value, standard_error }
     }
 
-    /// Standard errors that hold whatever the size of each reading's own noise: White's, with the small-sample factor
-    /// n/(n - p).
+    /// White's standard errors, valid for noise that differs between readings, with the small-sample factor n/(n - p).
     fn standard_errors(&self, linear: &Linearisation) -> Option<Vec<f64>> {
         let (count, free) = (linear.residuals.len(), linear.columns.len());
-        // Columns of unit length; one of nothing, a floor that is not there, tells of no other.
+        // Columns of unit length; a column of zeros (no floor) is decoupled from the others.
         let scales = DVector::from_iterator(
             free,
             linear.columns.iter().map(|column| {
@@ -393,14 +406,14 @@ impl<'a> Model<'a> {
         for i in 0..free {
             for j in 0..=i {
                 let (a, b) = (&linear.columns[i], &linear.columns[j]);
-                let (mut plain, mut weighed) = (0.0, 0.0);
+                let (mut plain, mut weighted) = (0.0, 0.0);
                 for ((a, b), residual) in a.iter().zip(b).zip(&linear.residuals) {
                     plain += a * b;
-                    weighed += a * b * residual * residual;
+                    weighted += a * b * residual * residual;
                 }
                 let scale = scales[i] * scales[j];
                 (bread[(i, j)], bread[(j, i)]) = (plain * scale, plain * scale);
-                (meat[(i, j)], meat[(j, i)]) = (weighed * scale, weighed * scale);
+                (meat[(i, j)], meat[(j, i)]) = (weighted * scale, weighted * scale);
             }
         }
         for i in (0..free).filter(|&i| scales[i] == 0.0) {

@@ -1,40 +1,40 @@
-//! What the readings themselves show, model by model's side: on the axis, about it, and the angles of the lobe.
+//! The measured profile: the pressure on the axis, the lobe, and its angles at given levels.
 
 use serde::Serialize;
 
 use super::{PairFit, Readings};
 
-/// The levels whose angles are read off, decibels below the axis: a half, a fifth and a tenth of its pressure.
+/// The levels at which angles are determined, dB relative to the axis: a half, a fifth and a tenth of its pressure.
 pub const LEVELS_DB: [f64; 3] = [-6.0, -14.0, -20.0];
 
-/// Readings this far down the lobe still tell what stands on the axis.
+/// Smallest directivity of the readings that determine the pressure on the axis.
 const CORE: f64 = 0.5;
-/// Fewest of them.
-const LEAST_IN_CORE: usize = 3;
+/// Fewest such readings at a height.
+const MIN_IN_CORE: usize = 3;
 /// Width of the bins over which a lobe is averaged, degrees.
 const BIN_DEG: f64 = 2.5;
 
-/// The pressure on the axis at a height, out of the readings about it.
+/// The pressure on the axis at a height, from the readings near it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OnAxisPoint {
     /// Height, metres.
     pub height_m: f64,
-    /// Pressure, the readings' unit, floor aside.
+    /// Pressure, the readings' unit, without the floor.
     pub value: f64,
-    /// Its standard error.
+    /// Standard error.
     pub standard_error: f64,
 }
 
-/// The lobe about an angle, relative to the axis at the same distance.
+/// The mean lobe in a bin of angles, relative to the axis at the same distance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LobeBin {
     /// Mean angle, rad.
     pub theta_rad: f64,
     /// Mean relative pressure.
     pub value: f64,
-    /// Its standard error.
+    /// Standard error.
     pub standard_error: f64,
-    /// Readings behind it.
+    /// Number of readings.
     pub readings: usize,
 }
 
@@ -47,34 +47,35 @@ pub struct LevelAngle {
     pub level_db: f64,
     /// The angle, rad.
     pub angle_rad: f64,
-    /// Its standard error, rad.
+    /// Standard error, rad.
     pub standard_error_rad: f64,
 }
 
-/// What the readings show.
+/// The measured profile.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Profile {
     /// On the axis, height by height; heights without readings near the axis are left out.
     pub on_axis: Vec<OnAxisPoint>,
     /// The lobe over all heights.
     pub lobe: Vec<LobeBin>,
-    /// Angles of the levels, height by height; those that a height does not reach are left out.
+    /// Angles of the levels, height by height, where the lobe reaches them.
     pub angles: Vec<LevelAngle>,
-    /// Angle (rad) of each reading and the square of its relative pressure, which the floor may take below zero; of the
-    /// heights that have a value on the axis.
+    /// Angle (rad) of each reading and its squared relative pressure, which may be negative after subtraction of the floor;
+    /// for the heights with a value on the axis.
     #[serde(skip)]
     pub(super) relative: Vec<(f64, f64)>,
 }
 
 impl Profile {
-    /// Reads off the profile, the axis and the floor as a fit has them.
+    /// Determines the profile, with the axis and the floor of a fit.
     pub(super) fn of(readings: &Readings, fit: &PairFit) -> Self {
-        let places = fit.axis.places(&readings.at_m);
+        let coordinates = fit.axis.coordinates(&readings.at_m);
         let floor = fit.floor.value;
         let square = |reading: &f64| reading * reading - floor * floor;
-        let values: Vec<f64> = readings.values.iter().map(|value| root(square(value))).collect();
+        let values: Vec<f64> =
+            readings.values.iter().map(|value| signed_root(square(value))).collect();
         let predicted: Vec<f64> =
-            fit.predicted(readings).iter().map(|value| root(square(value))).collect();
+            fit.predicted(readings).iter().map(|value| signed_root(square(value))).collect();
         let mut profile = Self {
             on_axis: Vec::new(),
             lobe: Vec::new(),
@@ -85,13 +86,13 @@ impl Profile {
             let own: Vec<usize> = (0..readings.values.len())
                 .filter(|&index| readings.height_of[index] == height)
                 .collect();
-            // The axis leans: its own height above the plane is a little more.
+            // The height along the tilted axis.
             let axis_height_m = height_m / fit.axis.direction().z;
             let modelled = fit.on_axis_at(axis_height_m);
             let core: Vec<usize> = own
                 .iter()
                 .copied()
-                .filter(|&index| fit.lobe_at(places[index].theta_rad) >= CORE)
+                .filter(|&index| fit.lobe_at(coordinates[index].theta_rad) >= CORE)
                 .collect();
             let Some((scale, error)) = scale(&core, &values, &predicted) else {
                 continue;
@@ -104,9 +105,9 @@ impl Profile {
             let relative: Vec<(f64, f64)> = own
                 .iter()
                 .map(|&index| {
-                    let theta = places[index].theta_rad;
-                    let even = predicted[index] / fit.lobe_at(theta) * scale;
-                    (theta, square(&readings.values[index]) / (even * even))
+                    let theta = coordinates[index].theta_rad;
+                    let isotropic = predicted[index] / fit.lobe_at(theta) * scale;
+                    (theta, square(&readings.values[index]) / (isotropic * isotropic))
                 })
                 .filter(|(_, value)| value.is_finite())
                 .collect();
@@ -126,43 +127,43 @@ impl Profile {
         profile
     }
 
-    /// Share of the on-axis variance that a fit's law explains, at its own best level.
+    /// Share of the on-axis variance that a fit's law explains, at its best amplitude.
     pub(super) fn on_axis_r_squared(&self, fit: &PairFit) -> f64 {
         r_squared(self.on_axis.iter().map(|point| (point.value, fit.on_axis_at(point.height_m))))
     }
 
-    /// Share of the relative pressures' variance that a fit's lobe explains, at its own best level.
+    /// Share of the variance of the relative pressures that a fit's lobe explains, at its best amplitude.
     pub(super) fn lobe_r_squared(&self, fit: &PairFit) -> f64 {
         let thetas: Vec<f64> = self.relative.iter().map(|(theta, _)| *theta).collect();
         let lobe = fit.lobe.at(&fit.lobe_free, &thetas).unwrap_or_default();
-        r_squared(self.relative.iter().map(|(_, square)| root(*square)).zip(lobe))
+        r_squared(self.relative.iter().map(|(_, square)| signed_root(*square)).zip(lobe))
     }
 }
 
-/// By how much the prediction has to be taken to meet some readings, and the standard error of that.
+/// The factor by which the prediction fits some readings best, and its standard error.
 fn scale(core: &[usize], values: &[f64], predicted: &[f64]) -> Option<(f64, f64)> {
-    if core.len() < LEAST_IN_CORE {
+    if core.len() < MIN_IN_CORE {
         return None;
     }
     let pairs = || core.iter().map(|&index| (values[index], predicted[index]));
     let square: f64 = pairs().map(|(_, p)| p * p).sum();
     let scale = pairs().map(|(v, p)| v * p).sum::<f64>() / square;
-    let left: f64 = pairs().map(|(v, p)| (v - scale * p).powi(2)).sum();
-    let variance = left / (core.len() - 1) as f64;
+    let residual: f64 = pairs().map(|(v, p)| (v - scale * p).powi(2)).sum();
+    let variance = residual / (core.len() - 1) as f64;
     (square > 0.0 && scale > 0.0).then(|| (scale, (variance / square).sqrt()))
 }
 
-/// The root of a square that noise may have taken below zero, with its sign.
-fn root(square: f64) -> f64 {
+/// The square root with the sign of the square, which noise may make negative.
+fn signed_root(square: f64) -> f64 {
     square.abs().sqrt().copysign(square)
 }
 
-/// Bins of angles, out of angles and squares: squares are averaged, since their floor is even.
+/// Angular bins of angles and squared pressures. Squares are averaged, because the floor adds in squares.
 fn bins(relative: &[(f64, f64)]) -> Vec<LobeBin> {
     let count = (90.0 / BIN_DEG) as usize + 1;
     let mut sums = vec![(0_usize, 0.0, 0.0, 0.0); count];
     for &(theta, square) in relative {
-        // The first bin is half as wide, about the axis.
+        // The first bin, on the axis, is half as wide.
         let sum = &mut sums[((theta.to_degrees() / BIN_DEG).round() as usize).min(count - 1)];
         *sum = (sum.0 + 1, sum.1 + theta, sum.2 + square, sum.3 + square * square);
     }
@@ -173,7 +174,7 @@ fn bins(relative: &[(f64, f64)]) -> Vec<LobeBin> {
             let mean = squares / number;
             let variance = (fourths / number - mean * mean).max(0.0);
             let error = (variance / (number - 1.0).max(1.0)).sqrt();
-            let value = root(mean);
+            let value = signed_root(mean);
             LobeBin {
                 theta_rad: thetas / number,
                 value,
@@ -185,7 +186,7 @@ fn bins(relative: &[(f64, f64)]) -> Vec<LobeBin> {
         .collect()
 }
 
-/// The first angle at which the bins fall below a level, and its standard error; `None` if they never do.
+/// The first angle at which the lobe falls below a level, and its standard error; `None` if it does not.
 fn crossing(bins: &[LobeBin], level: f64) -> Option<(f64, f64)> {
     let below = bins.iter().position(|bin| bin.value < level)?;
     let (inside, outside) = (bins.get(below.checked_sub(1)?)?, &bins[below]);
@@ -200,8 +201,8 @@ fn r_squared(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
     let scale = pairs.iter().map(|(v, m)| v * m).sum::<f64>()
         / pairs.iter().map(|(_, m)| m * m).sum::<f64>();
     let mean = pairs.iter().map(|(v, _)| v).sum::<f64>() / pairs.len() as f64;
-    let left: f64 = pairs.iter().map(|(v, m)| (v - scale * m).powi(2)).sum();
-    1.0 - left / pairs.iter().map(|(v, _)| (v - mean).powi(2)).sum::<f64>()
+    let residual: f64 = pairs.iter().map(|(v, m)| (v - scale * m).powi(2)).sum();
+    1.0 - residual / pairs.iter().map(|(v, _)| (v - mean).powi(2)).sum::<f64>()
 }
 
 #[cfg(test)]
@@ -209,7 +210,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_falling_lobe_is_crossed_between_its_bins() {
+    fn level_angles_are_interpolated_between_bins() {
         let relative: Vec<(f64, f64)> = (0..900)
             .map(|step| f64::from(step) / 10.0)
             .map(|degrees: f64| (degrees.to_radians(), (1.0 - degrees / 50.0).max(0.0).powi(2)))
@@ -217,6 +218,6 @@ mod tests {
         let (angle, error) = crossing(&bins(&relative), 0.2).expect("it falls that far");
         assert!((angle.to_degrees() - 40.0).abs() < 0.05 && error > 0.0, "{}", angle.to_degrees());
         assert_eq!(crossing(&bins(&relative), -3.0), None);
-        assert_eq!(root(-4.0), -2.0);
+        assert_eq!(signed_root(-4.0), -2.0);
     }
 }

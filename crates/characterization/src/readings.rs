@@ -4,9 +4,9 @@ use fieldgap_acoustics::{Air, Vec3};
 use fieldgap_records::{MediumSection, RecordedScan, SAME_HEIGHT_MM};
 
 /// Fewest heights: with two, the laws on the axis cannot be distinguished.
-const LEAST_HEIGHTS: usize = 4;
+const MIN_HEIGHTS: usize = 4;
 /// Fewest readings at a height.
-const LEAST_AT_A_HEIGHT: usize = 9;
+const MIN_READINGS_PER_HEIGHT: usize = 9;
 
 /// Readings of the field of one transducer: positions relative to the assumed centre of its face, and levels in the record's unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +28,7 @@ pub struct Readings {
     /// Attenuation of the air by ISO 9613-1, Np/m, and whether the record gives the state of the air; otherwise it is that at 20 °C and
     /// 50 %.
     pub air_np_m: (f64, bool),
-    /// Number of readings below the smallest height, which are left out.
+    /// Number of readings left out: below the lowest height, or at a height with too few.
     pub left_out: usize,
 }
 
@@ -39,20 +39,20 @@ pub enum CharacterizationError {
     #[error(
         "the scan is of an array of {0} elements; a transducer is characterized from a scan of a single one"
     )]
-    NotAlone(usize),
+    SeveralElements(usize),
     /// Too few planes.
     #[error(
-        "only {heights} heights from {from_mm} mm have {LEAST_AT_A_HEIGHT} readings or more; at least {LEAST_HEIGHTS} are needed"
+        "only {heights} heights from {from_mm} mm have {MIN_READINGS_PER_HEIGHT} readings or more; at least {MIN_HEIGHTS} are needed"
     )]
     TooFewHeights {
         /// Heights with enough readings.
         heights: usize,
-        /// From where on they count, millimetres.
+        /// The lowest height used, millimetres.
         from_mm: f64,
     },
     /// All readings are equal.
     #[error("all readings are equal: there is no signal")]
-    Silent,
+    NoSignal,
     /// No pair of laws explains the readings.
     #[error(
         "no model explains half of the variance of the readings; was a single transducer scanned, and are heights relative to its face?"
@@ -61,14 +61,14 @@ pub enum CharacterizationError {
 }
 
 impl Readings {
-    /// The readings of a recorded scan, from a height on, millimetres over the transducer's face.
+    /// The readings of a recorded scan from a height above the transducer's face, mm.
     ///
     /// # Errors
-    /// [`CharacterizationError`] if an array was scanned, or too few heights.
+    /// [`CharacterizationError`] if an array was scanned, or too few heights, or if all readings are equal.
     pub fn of(scan: &RecordedScan, from_mm: f64) -> Result<Self, CharacterizationError> {
         let elements = scan.setup.array.array().elements();
         let [element] = elements else {
-            return Err(CharacterizationError::NotAlone(elements.len()));
+            return Err(CharacterizationError::SeveralElements(elements.len()));
         };
         let medium = &scan.setup.medium;
         let frequency_hz = scan.setup.array.frequency_hz();
@@ -83,7 +83,7 @@ impl Readings {
             air_np_m: absorption(medium, frequency_hz),
             left_out: 0,
         };
-        // Drives differ in phase alone where there is one element: every one counts.
+        // With one element, drives differ only in phase: all are used.
         let samples: Vec<_> = scan
             .samples
             .iter()
@@ -92,7 +92,7 @@ impl Readings {
             .collect();
         for plane in fieldgap_records::planes(&samples, SAME_HEIGHT_MM) {
             let height_m = plane.z_mm * 1e-3 - element.centre_m.z;
-            if height_m < from_mm * 1e-3 - 1e-9 || plane.samples.len() < LEAST_AT_A_HEIGHT {
+            if height_m < from_mm * 1e-3 - 1e-9 || plane.samples.len() < MIN_READINGS_PER_HEIGHT {
                 readings.left_out += plane.samples.len();
                 continue;
             }
@@ -103,12 +103,12 @@ impl Readings {
             }
             readings.heights_m.push(height_m);
         }
-        if readings.heights_m.len() < LEAST_HEIGHTS {
+        if readings.heights_m.len() < MIN_HEIGHTS {
             let heights = readings.heights_m.len();
             return Err(CharacterizationError::TooFewHeights { heights, from_mm });
         }
         if readings.values.windows(2).all(|pair| pair[0] == pair[1]) {
-            return Err(CharacterizationError::Silent);
+            return Err(CharacterizationError::NoSignal);
         }
         Ok(readings)
     }

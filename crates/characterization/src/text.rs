@@ -1,19 +1,19 @@
-//! What was found of a transducer, in columns for people and for programs.
+//! A characterization as text and as CSV.
 
 use std::fmt::Write;
 
-use super::{AppendixA, Characterization, Constant, Fitted, LEVELS_DB, PairFit, Readings};
+use super::{AppendixA, Characterization, Constant, FittedCurve, LEVELS_DB, PairFit, Readings};
 
-/// Differences of the criterion beyond which one model is clearly preferred (Kass and Raftery, J. Am. Stat. Assoc. 90, 773,
+/// Difference of the criterion above which one model is clearly better (Kass and Raftery, J. Am. Stat. Assoc. 90, 773,
 /// 1995: "very strong").
 const CLEAR_BIC: f64 = 10.0;
 const DB_PER_NP: f64 = 20.0 / std::f64::consts::LN_10;
 
-/// The laws side by side, the axis, the angles, and what the readings prefer.
+/// The axis, the laws compared, the angles, and the best model.
 pub fn text(found: &Characterization, readings: &Readings) -> String {
     let best = found.best();
     let mut text = format!(
-        "{} readings at {} heights, {:.1} to {:.1} mm; {} lower or lone ones left out\n\n",
+        "{} readings at {} heights, {:.1} to {:.1} mm; {} left out (too low, or too few at a height)\n\n",
         readings.values.len(),
         readings.heights_m.len(),
         readings.heights_m[0] * 1e3,
@@ -27,17 +27,17 @@ pub fn text(found: &Characterization, readings: &Readings) -> String {
     let (air_np_m, known) = readings.air_np_m;
     let _ = writeln!(
         text,
-        "ISO 9613-1 has {:.2} dB/m at {:.0} Hz for {}\n",
+        "attenuation by ISO 9613-1: {:.2} dB/m at {:.0} Hz for {}\n",
         air_np_m * DB_PER_NP,
         readings.frequency_hz,
-        if known { "the recorded air" } else { "air of 20 °C and 50 %, as none is recorded" }
+        if known { "the recorded air" } else { "air of 20 °C and 50 % (not recorded)" }
     );
-    laws(&mut text, "about the axis", &found.lobe_laws(), best, |pair| {
+    laws(&mut text, "directivity", &found.lobe_laws(), best, |pair| {
         (pair.lobe_law.to_string(), &pair.lobe_constants)
     });
     text += "\n";
     angles(&mut text, found);
-    preference(&mut text, found);
+    best_model(&mut text, found);
     text
 }
 
@@ -45,7 +45,7 @@ fn axis(text: &mut String, best: &PairFit) {
     let (pose, errors) = (best.axis, best.axis_errors);
     let _ = writeln!(
         text,
-        "axis: foot at ({:.3} ± {:.3}, {:.3} ± {:.3}) mm, leaning ({:.3} ± {:.3}, {:.3} ± {:.3})°, {:.3}° in all\n",
+        "axis: foot at ({:.3} ± {:.3}, {:.3} ± {:.3}) mm, tilt ({:.3} ± {:.3}, {:.3} ± {:.3})°, {:.3}° in total\n",
         pose.foot_m[0] * 1e3,
         errors.foot_m[0] * 1e3,
         pose.foot_m[1] * 1e3,
@@ -79,7 +79,7 @@ fn laws<'c>(
 }
 
 fn listed(constants: &[Constant]) -> String {
-    // A table's numbers are in its file.
+    // The values of a table are in the transducer file.
     if constants.len() > 3 {
         return format!("{} angles", constants.len() + 1);
     }
@@ -89,7 +89,7 @@ fn listed(constants: &[Constant]) -> String {
 
 fn one(constant: &Constant) -> String {
     let Constant { name, unit, value, standard_error } = constant;
-    // Two digits of the error, and the value as far.
+    // Two digits of the error, and as many decimals of the value.
     let decimals = (1.0 - standard_error.abs().log10().floor()).clamp(0.0, 8.0) as usize;
     let space = if unit.is_empty() { "" } else { " " };
     format!("{name} {value:.decimals$} ± {standard_error:.decimals$}{space}{unit}")
@@ -121,11 +121,11 @@ fn angles(text: &mut String, found: &Characterization) {
     text.push('\n');
 }
 
-fn preference(text: &mut String, found: &Characterization) {
+fn best_model(text: &mut String, found: &Characterization) {
     let best = found.best();
     let _ = writeln!(
         text,
-        "the readings prefer {} on the axis and {} about it: R² {:.6}, root mean square left {:.3e}",
+        "best model: {} on the axis, {} directivity: R² {:.6}, residual {:.3e} rms",
         best.axis_law, best.lobe_law, best.r_squared, best.residual_rms
     );
     if let Some(next) = found.pairs.get(1) {
@@ -133,34 +133,34 @@ fn preference(text: &mut String, found: &Characterization) {
         let clear = if apart > CLEAR_BIC { "clearly" } else { "not clearly" };
         let _ = writeln!(
             text,
-            "next, {clear} behind: {} and {}, by {apart:.1} in the Bayesian criterion",
+            "second, {clear} worse: {} and {}, ΔBIC {apart:.1}",
             next.axis_law, next.lobe_law
         );
     }
     if !best.converged {
-        text.push_str("this fit did not come to rest: take its errors with care\n");
+        text.push_str("this fit did not converge; its standard errors are unreliable\n");
     }
 }
 
-/// What the thesis's script prints, and its angles.
+/// The result of the thesis's script, with its angles.
 pub fn text_of_appendix_a(found: &AppendixA) -> String {
-    let value = |fit: &Fitted, index: usize| fit.constants[index].value;
+    let value = |fit: &FittedCurve, index: usize| fit.constants[index].value;
     let [x, y, z] = found.largest_at_mm;
     let mut text = format!(
-        "axis under the largest reading, at ({x}, {y}, {z}) mm; {} taken off every reading as noise\n\n",
+        "axis under the largest reading, at ({x}, {y}, {z}) mm; {} subtracted from every reading as noise\n\n",
         found.noise
     );
     let (axis, lobe) = (&found.on_axis, &found.lobe);
     let _ = writeln!(
         text,
-        "on the axis, z in cm:  {:.6} exp({:.6} z)   R² {:.6}",
+        "on the axis, z in cm: {:.6} exp({:.6} z)   R² {:.6}",
         value(axis, 0),
         value(axis, 1),
         axis.r_squared
     );
     let _ = writeln!(
         text,
-        "about it, θ in degrees: {:.6} exp(-((θ - {:.6})/{:.6})²)   R² {:.6}\n",
+        "directivity, θ in degrees: {:.6} exp(-((θ - {:.6})/{:.6})²)   R² {:.6}\n",
         value(lobe, 0),
         value(lobe, 1),
         value(lobe, 2),
@@ -173,7 +173,7 @@ pub fn text_of_appendix_a(found: &AppendixA) -> String {
     text
 }
 
-/// Every pair of laws with its constants, a row a constant.
+/// Every pair of laws, one row per constant.
 pub fn csv(found: &Characterization) -> String {
     let mut text =
         "on_axis,lobe,r_squared,residual_rms,aic,bic,constant,unit,value,standard_error\n"

@@ -1,4 +1,4 @@
-//! From the named cause to what it changes in a set-up.
+//! The changes of a set-up that follow from the named cause.
 
 use super::error::CorrectionError;
 use super::not_correctable::Unwritten;
@@ -7,49 +7,49 @@ use fieldgap_diagnosis::{
     Candidate, Diagnosis, EffectId, FittedParameter, Remedy, SetupKey, Verdict,
 };
 
-/// What is not as the set-up believes.
+/// A change of the nominal set-up.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Change {
-    /// The speed of sound is this, m/s, above zero.
+    /// Speed of sound, m/s, above zero.
     SpeedOfSound(f64),
-    /// The frequency is the believed one times this, above zero.
+    /// Factor of the frequency, above zero.
     Frequency(f64),
-    /// The elements' places are the believed ones times this, above zero.
+    /// Factor of the elements' positions, above zero.
     Pitch(f64),
-    /// These elements are silent.
+    /// Silent elements.
     Silent(Vec<usize>),
-    /// These are reversed.
+    /// Reversed elements.
     Reversed(Vec<usize>),
-    /// These two hang on each other's outputs.
+    /// Two elements with exchanged outputs.
     Swapped([usize; 2]),
-    /// Each element's amplitude is the believed one times one more than this.
+    /// Relative deviation of each element's amplitude.
     Amplitudes(Vec<f64>),
-    /// Each element's phase is the believed one and this, radians.
+    /// Deviation of each element's phase, radians.
     Phases(Vec<f64>),
-    /// The array is turned about x, then about y, radians.
+    /// Rotation of the array about x, then about y, radians.
     Tilt([f64; 2]),
-    /// The elements' faces are as large as believed times this, above zero.
+    /// Factor of the elements' face radius, above zero.
     Faces(f64),
-    /// The robot's origin stands here, array's frame, mm.
+    /// Position of the robot's origin in the array's frame, mm.
     Offset(Vec3),
-    /// The robot's axes are turned about z, radians.
+    /// Rotation of the robot's axes about z, radians.
     Turn(f64),
-    /// The driver rounds delays to so many steps in a period, at least one.
+    /// Delay steps per period of the driver, at least one.
     Steps(f64),
-    /// The simulator's own defects are mended.
+    /// A simulator without the known bugs.
     SimulatorModel,
 }
 
-/// A change with the effect that it stands for.
+/// A change and its effect.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Correction {
     pub effect: EffectId,
     pub change: Change,
-    /// What was found, with standard errors, for comments.
+    /// The fitted parameters with standard errors, for comments.
     pub found: String,
 }
 
-/// What the named cause changes, and which of its effects change nothing that could be written.
+/// The changes of the named cause, and its effects that no set-up file has a key for.
 ///
 /// # Errors
 /// [`CorrectionError::NothingNamed`] if the diagnosis names no cause.
@@ -73,7 +73,7 @@ pub(super) fn corrections(
     Ok((corrections, unwritten))
 }
 
-/// The parameters of an effect as a comment gives them; the effect alone where it has none.
+/// The parameters of an effect for a comment; its name if it has none.
 fn found(effect: EffectId, named: &Candidate, reading_unit: &str) -> String {
     let own = named.parameters.iter().filter(|(name, _)| belongs(name, effect.as_str()));
     let own: Vec<String> = own
@@ -86,7 +86,7 @@ fn belongs(name: &str, effect: &str) -> bool {
     name.strip_prefix(effect).is_some_and(|rest| rest.starts_with('.'))
 }
 
-/// What an effect changes; else why it changes nothing.
+/// The change of an effect, or the reason why there is none.
 fn change(effect: EffectId, named: &Candidate, simulator: Simulator) -> Result<Change, String> {
     let parameters = Parameters { effect, named };
     let key = match effect.remedy(simulator) {
@@ -128,7 +128,7 @@ struct Parameters<'a> {
 }
 
 impl Parameters<'_> {
-    /// A number, rounded to a tenth of its standard error so that a file does not pretend to know more.
+    /// A number, rounded to a tenth of its standard error.
     fn real(&self, name: &str) -> Result<f64, String> {
         match self.named.parameters.get(&format!("{}.{name}", self.effect)) {
             Some(FittedParameter::Real { value, standard_error }) if value.is_finite() => {
@@ -140,10 +140,14 @@ impl Parameters<'_> {
 
     fn above_zero(&self, name: &str) -> Result<f64, String> {
         let value = self.real(name)?;
-        if value > 0.0 { Ok(value) } else { Err(format!("{name} came out as {value}")) }
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err(format!("{name} = {value}, which is not above zero"))
+        }
     }
 
-    /// A number for each element, each rounded as [`Parameters::real`] rounds.
+    /// A number for each element, rounded as in [`Parameters::real`].
     fn each(&self, name: &str) -> Result<Vec<f64>, String> {
         match self.named.parameters.get(&format!("{}.{name}", self.effect)) {
             Some(FittedParameter::Each { value, standard_error })
@@ -164,13 +168,13 @@ impl Parameters<'_> {
     }
 }
 
-/// A number to a tenth of the leading digit of its standard error; as it is where that is unknown.
+/// A number rounded to a tenth of the leading digit of its standard error, if that is known.
 fn rounded(value: f64, standard_error: f64) -> f64 {
     if !(standard_error.is_finite() && standard_error > 0.0) {
         return value;
     }
     let decimals = (1.0 - standard_error.log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("{value:.decimals$}").parse().expect("a number reads back")
+    format!("{value:.decimals$}").parse().expect("a formatted number")
 }
 
 #[cfg(test)]
@@ -178,7 +182,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_keep_the_digits_that_are_known() {
+    fn numbers_are_rounded_by_their_standard_error() {
         assert_eq!(rounded(347.123_456, 0.2061), 347.12);
         assert_eq!(rounded(-1.234_567e-3, 4.2e-5), -1.235e-3);
         assert_eq!(rounded(1234.6, 30.0), 1235.0);

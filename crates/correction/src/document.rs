@@ -1,4 +1,4 @@
-//! A TOML file edited in place: what is not changed stays as it was written, comments included.
+//! A TOML file edited in place; unchanged parts, comments included, are preserved.
 
 use std::path::Path;
 
@@ -19,10 +19,10 @@ const AIR_KEYS: [&str; 3] = ["temperature_c", "humidity_percent", "pressure_kpa"
 pub(super) struct Document(DocumentMut);
 
 impl Document {
-    /// Takes the text of a file that was read without fault.
+    /// Parses the text of a file that was read without error.
     ///
     /// # Errors
-    /// A [`Fault`] if it is no TOML after all.
+    /// A [`Fault`] if it is not valid TOML.
     pub fn parse(path: &Path, text: &str) -> Result<Self, Fault> {
         text.parse().map(Self).map_err(|error: toml_edit::TomlError| {
             let range = error.span().unwrap_or(0..0);
@@ -30,16 +30,16 @@ impl Document {
         })
     }
 
-    /// The text, with what was done to it said at its head.
+    /// The text, with a comment at its head.
     pub fn text(&self, head: &str) -> String {
         let comment: String = head.lines().map(comment).collect();
         format!("{comment}\n{}", self.0)
     }
 
-    /// A section as a table that comments can be written into.
+    /// A section as a table that can hold comments.
     pub fn section(&mut self, name: &str) -> &mut Table {
         if let Some(mut key) = self.0.key_mut(name) {
-            // Between an inline table's name and its equals sign.
+            // Remove the blank between the name of an inline table and its equals sign.
             key.leaf_decor_mut().set_suffix("");
         }
         let item = self.0.entry(name).or_insert(Item::Table(Table::new()));
@@ -55,9 +55,9 @@ impl Document {
     }
 
     /// Corrects `[medium]`.
-    pub fn correct_medium(&mut self, correction: &Correction, believed: &MediumSection) {
+    pub fn correct_medium(&mut self, correction: &Correction, nominal: &MediumSection) {
         let Change::SpeedOfSound(m_s) = correction.change else { return };
-        let before = believed.medium().speed_of_sound_m_s;
+        let before = nominal.medium().speed_of_sound_m_s;
         let medium = self.section("medium");
         for key in AIR_KEYS {
             medium.remove(key);
@@ -66,13 +66,13 @@ impl Document {
         set(medium, "speed_of_sound_m_s", m_s.into(), &note);
     }
 
-    /// Corrects the frequency and, of a lattice that stays one, the pitch.
-    pub fn correct_array(&mut self, correction: &Correction, believed: &ArraySection) {
-        match (&correction.change, believed.layout()) {
+    /// Corrects the frequency and, for a lattice, the pitch.
+    pub fn correct_array(&mut self, correction: &Correction, nominal: &ArraySection) {
+        match (&correction.change, nominal.layout()) {
             (Change::Frequency(ratio), _) => {
-                let before = believed.frequency_hz();
+                let before = nominal.frequency_hz();
                 let note = format!("{}; {before} before", correction.found);
-                let corrected_hz = to(before * ratio, 1e-3);
+                let corrected_hz = round_to(before * ratio, 1e-3);
                 set(self.section("array"), "frequency_hz", corrected_hz.into(), &note);
             }
             (
@@ -84,15 +84,18 @@ impl Document {
                 | Layout::Random { rims, .. },
             ) => {
                 let pitch_mm = rims.pitch_m() * 1e3;
-                let spacing_mm = to(pitch_mm * ratio - rims.diameter_mm.get(), 1e-5);
-                let note =
-                    format!("{}; a pitch of {} mm before", correction.found, to(pitch_mm, 1e-6));
+                let spacing_mm = round_to(pitch_mm * ratio - rims.diameter_mm.get(), 1e-5);
+                let note = format!(
+                    "{}; a pitch of {} mm before",
+                    correction.found,
+                    round_to(pitch_mm, 1e-6)
+                );
                 let array = self.section("array");
                 if spacing_mm >= 0.0 {
                     set(array, "spacing_mm", spacing_mm.into(), &note);
                 } else {
-                    // The diameter does nothing else than to keep the elements apart.
-                    let diameter_mm = to(pitch_mm * ratio, 1e-5);
+                    // The diameter only determines the pitch.
+                    let diameter_mm = round_to(pitch_mm * ratio, 1e-5);
                     set(array, "element_diameter_mm", diameter_mm.into(), &note);
                     set(array, "spacing_mm", 0.0.into(), "");
                 }
@@ -101,7 +104,7 @@ impl Document {
         }
     }
 
-    /// Has the elements read from a file.
+    /// Replaces the layout by a file of elements.
     pub fn name_elements(&mut self, file: &str, note: &str) {
         let array = self.section("array");
         for key in LATTICE_KEYS {
@@ -112,7 +115,7 @@ impl Document {
     }
 }
 
-/// Sets the value of a key, a comment above it; what stood behind the old value stays behind the new one.
+/// Sets the value of a key, with a comment above it. A comment after the old value is kept.
 pub(super) fn set(table: &mut Table, key: &str, mut value: Value, note: &str) {
     if let Some(old) = table.get(key).and_then(Item::as_value) {
         *value.decor_mut() = old.decor().clone();
@@ -127,18 +130,18 @@ pub(super) fn set(table: &mut Table, key: &str, mut value: Value, note: &str) {
     decor.set_prefix(before + &comment(note));
 }
 
-/// A line of comment. What users call things may hold control characters, for which TOML has no place.
+/// A line of comment. TOML comments must not contain control characters, but names of scans and units may.
 fn comment(words: &str) -> String {
     let words: String = words.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     format!("# {}\n", words.trim_end())
 }
 
-/// Numbers as a value.
+/// Numbers as a TOML array.
 pub(super) fn numbers(numbers: impl IntoIterator<Item = f64>) -> Value {
     Value::Array(numbers.into_iter().collect::<Array>())
 }
 
-/// What is said at the head of a corrected file.
+/// The comment at the head of a corrected file.
 pub(super) fn head(
     from: &Path,
     scans: &[String],
@@ -148,7 +151,7 @@ pub(super) fn head(
 ) -> String {
     let scans: Vec<String> = scans.iter().map(|scan| format!("`{scan}`")).collect();
     let mut head = format!(
-        "{}, corrected by `fieldgap diagnose` for what {} showed (probability {probability:.3}):\n",
+        "{}, corrected by `fieldgap diagnose` from {} (probability {probability:.3}):\n",
         from.file_name().unwrap_or_default().to_string_lossy(),
         scans.join(", ")
     );
@@ -156,7 +159,7 @@ pub(super) fn head(
         head += &format!("  {}\n", correction.found);
     }
     if !unwritten.is_empty() {
-        head += "Not in this file, and still to be dealt with:\n";
+        head += "Not corrected in this file:\n";
         for effect in unwritten {
             head += &format!("  {effect}\n");
         }
@@ -169,15 +172,15 @@ fn as_table(item: &mut Item) -> &mut Table {
         let taken = std::mem::take(item);
         *item = Item::Table(taken.into_table().unwrap_or_default());
     }
-    item.as_table_mut().expect("made one just now")
+    item.as_table_mut().expect("a table")
 }
 
-/// A number to a multiple of a small step, without the rounding of binary fractions.
-pub(super) fn to(value: f64, step: f64) -> f64 {
+/// A number rounded to a decimal step.
+pub(super) fn round_to(value: f64, step: f64) -> f64 {
     let decimals = (-step.log10()).round().max(0.0) as usize;
     let text = format!("{value:.decimals$}");
-    // No minus before what was rounded to zero.
-    text.parse::<f64>().expect("a number reads back") + 0.0
+    // No minus before a number rounded to zero.
+    text.parse::<f64>().expect("a formatted number") + 0.0
 }
 
 #[cfg(test)]
@@ -189,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn comments_and_order_stay() {
+    fn comments_and_order_are_kept() {
         let mut document = document("# mine\n[a]\nx = 1.0   # metres\ny = 2 # two\n");
         set(document.section("a"), "x", 1.5.into(), "found");
         assert_eq!(
@@ -199,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn an_inline_section_becomes_one_of_its_own() {
+    fn an_inline_section_becomes_a_table() {
         let mut document = document("medium = { temperature_c = 20.0 }\n");
         set(document.section("medium"), "speed_of_sound_m_s", 347.1.into(), "found");
         let text = document.text("");
@@ -211,8 +214,8 @@ mod tests {
 
     #[test]
     fn numbers_are_rounded_to_the_step() {
-        assert_eq!(to(10.3 - 0.1 - 10.2, 1e-5), 0.0);
-        assert_eq!(to(10.71 - 10.5, 1e-5), 0.21);
-        assert_eq!(to(-0.03, 1e-3), -0.03);
+        assert_eq!(round_to(10.3 - 0.1 - 10.2, 1e-5), 0.0);
+        assert_eq!(round_to(10.71 - 10.5, 1e-5), 0.21);
+        assert_eq!(round_to(-0.03, 1e-3), -0.03);
     }
 }

@@ -6,7 +6,7 @@ use super::change::Change;
 use super::error::CorrectionError;
 use fieldgap_acoustics::{Array, Element};
 
-/// Whether a change is one of single elements, which no lattice can hold.
+/// Whether a change applies to single elements, which a lattice cannot represent.
 pub(super) fn is_of_elements(change: &Change) -> bool {
     matches!(
         change,
@@ -21,44 +21,44 @@ pub(super) fn is_of_elements(change: &Change) -> bool {
     )
 }
 
-/// The elements of an array with a change made to them; other changes leave them as they are.
+/// The elements of an array after a change.
 ///
 /// # Errors
-/// [`CorrectionError::NoSuchElement`] if the change names one that is not there.
+/// [`CorrectionError::NoSuchElement`] if the change names an element that does not exist.
 pub(super) fn changed(
     mut elements: Vec<Element>,
     change: &Change,
 ) -> Result<Vec<Element>, CorrectionError> {
     let count = elements.len();
-    let there = |numbers: &[usize]| match numbers.iter().find(|&&number| number >= count) {
+    let check = |numbers: &[usize]| match numbers.iter().find(|&&number| number >= count) {
         Some(&element) => Err(CorrectionError::NoSuchElement { element, elements: count }),
         None => Ok(()),
     };
-    let of_each = |values: &[f64]| there(&[values.len().saturating_sub(1)]);
+    let check_each = |values: &[f64]| check(&[values.len().saturating_sub(1)]);
     match change {
         Change::Silent(numbers) => {
-            there(numbers)?;
+            check(numbers)?;
             numbers.iter().for_each(|&number| elements[number].amplitude = 0.0);
         }
         Change::Reversed(numbers) => {
-            there(numbers)?;
+            check(numbers)?;
             for &number in numbers {
                 elements[number].phase_rad += std::f64::consts::PI;
             }
         }
         Change::Swapped([a, b]) => {
-            there(&[*a, *b])?;
-            // An element's number is that of its output.
+            check(&[*a, *b])?;
+            // The number of an element is that of its output.
             elements.swap(*a, *b);
         }
         Change::Amplitudes(departures) => {
-            of_each(departures)?;
+            check_each(departures)?;
             for (element, departure) in elements.iter_mut().zip(departures) {
                 element.amplitude *= 1.0 + departure;
             }
         }
         Change::Phases(departures_rad) => {
-            of_each(departures_rad)?;
+            check_each(departures_rad)?;
             for (element, departure_rad) in elements.iter_mut().zip(departures_rad) {
                 element.phase_rad += departure_rad;
             }
@@ -68,7 +68,7 @@ pub(super) fn changed(
                 * Rotation3::from_axis_angle(&Vector3::x_axis(), *about_x_rad);
             turn(&mut elements, tilt);
         }
-        // Where the robot's axes are turned one way, the array is turned the other way in them.
+        // A rotation of the robot's axes is the opposite rotation of the array in them.
         Change::Turn(rad) => {
             turn(&mut elements, Rotation3::from_axis_angle(&Vector3::z_axis(), -rad));
         }
@@ -92,16 +92,16 @@ fn turn(elements: &mut [Element], rotation: Rotation3<f64>) {
     }
 }
 
-/// What differs between two arrays, if anything that a scan could tell does.
-pub(super) fn difference(believed: &Array, scanned: &Array) -> Option<&'static str> {
-    /// Closer than any lattice is made, wider than a file rounds, metres.
-    const SAME_PLACE_M: f64 = 1e-6;
-    if believed.len() != scanned.len() {
+/// The difference between two arrays that a scan depends on, if any.
+pub(super) fn difference(nominal: &Array, scanned: &Array) -> Option<&'static str> {
+    /// Tolerance of positions, metres: above the rounding of files.
+    const SAME_POSITION_M: f64 = 1e-6;
+    if nominal.len() != scanned.len() {
         return Some("the number of elements");
     }
-    let pairs = || believed.elements().iter().zip(scanned.elements());
-    if pairs().any(|(a, b)| (a.centre_m - b.centre_m).norm() > SAME_PLACE_M) {
-        return Some("the places of its elements");
+    let pairs = || nominal.elements().iter().zip(scanned.elements());
+    if pairs().any(|(a, b)| (a.centre_m - b.centre_m).norm() > SAME_POSITION_M) {
+        return Some("the positions of its elements");
     }
     if pairs().any(|(a, b)| a.amplitude != b.amplitude || a.phase_rad != b.phase_rad) {
         return Some("the amplitudes or phases of its elements");
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn single_elements_change_and_no_other() {
+    fn only_the_named_elements_change() {
         let elements = changed(three(), &Change::Silent(vec![1])).expect("there");
         assert_eq!(elements.iter().map(|e| e.amplitude).collect::<Vec<_>>(), [1.0, 0.0, 1.0]);
         let elements = changed(elements, &Change::Swapped([0, 1])).expect("there");
@@ -137,24 +137,24 @@ mod tests {
     }
 
     #[test]
-    fn a_turned_robot_sees_the_field_where_it_is() {
-        // The array's frame is turned back by as much as the robot's axes are turned forth: distances agree.
+    fn a_rotated_robot_keeps_distances_to_the_elements() {
+        // The array is rotated opposite to the robot's axes, so that distances agree.
         let rad = 0.02;
-        let said = Vec3::new(0.03, -0.01, 0.1);
-        let truly = Rotation3::from_axis_angle(&Vector3::z_axis(), rad) * said;
+        let reported = Vec3::new(0.03, -0.01, 0.1);
+        let actual = Rotation3::from_axis_angle(&Vector3::z_axis(), rad) * reported;
         let turned = changed(three(), &Change::Turn(rad)).expect("there");
         for (element, turned) in three().iter().zip(turned) {
-            let (there, here) =
-                ((truly - element.centre_m).norm(), (said - turned.centre_m).norm());
-            assert!((there - here).abs() < 1e-15);
+            let (expected, found) =
+                ((actual - element.centre_m).norm(), (reported - turned.centre_m).norm());
+            assert!((expected - found).abs() < 1e-15);
         }
     }
 
     #[test]
-    fn an_offset_robot_sees_the_field_where_it_is() {
-        let (offset_mm, said) = (Vec3::new(1.0, -2.0, 0.5), Vec3::new(0.03, -0.01, 0.1));
+    fn an_offset_robot_keeps_distances_to_the_elements() {
+        let (offset_mm, reported) = (Vec3::new(1.0, -2.0, 0.5), Vec3::new(0.03, -0.01, 0.1));
         let moved = changed(three(), &Change::Offset(offset_mm)).expect("there");
-        let truly = said + offset_mm / 1e3;
-        assert!(((truly - three()[0].centre_m) - (said - moved[0].centre_m)).norm() < 1e-15);
+        let actual = reported + offset_mm / 1e3;
+        assert!(((actual - three()[0].centre_m) - (reported - moved[0].centre_m)).norm() < 1e-15);
     }
 }

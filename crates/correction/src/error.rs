@@ -1,4 +1,4 @@
-//! Why a set-up was not corrected.
+//! Errors of corrections.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,31 +7,29 @@ use super::not_correctable::Unwritten;
 use fieldgap_diagnosis::Verdict;
 use fieldgap_input::Fault;
 
-/// Why a set-up was not corrected; nothing that was there before is changed.
+/// Why a set-up was not corrected. Existing files are unchanged.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum CorrectionError {
     /// The set-up to correct cannot be read.
     #[error(transparent)]
     #[diagnostic(transparent)]
     File(#[from] Fault),
-    /// There is no one cause to correct for.
+    /// The diagnosis names no single cause.
     #[error("nothing to correct: {}", found(.0))]
     #[diagnostic(help("{}", remedy(.0)))]
     NothingNamed(Verdict),
-    /// None of the named effects has a key in such a file.
-    #[error("{} has no place for what was found: {}", path.display(), listed(unwritten))]
-    #[diagnostic(help("correct it where it arises, and scan again"))]
-    NoHome {
+    /// None of the named effects has a key in the file.
+    #[error("{} has no key for the cause: {}", path.display(), listed(unwritten))]
+    #[diagnostic(help("correct the cause on the rig, and scan again"))]
+    NoKey {
         /// The set-up.
         path: PathBuf,
         /// The effects, and why.
         unwritten: Vec<Unwritten>,
     },
-    /// The set-up describes another array than the scan's.
-    #[error("{} describes another array than the scan that was diagnosed: {what}", path.display())]
-    #[diagnostic(help(
-        "give the rig file that the scan was made with; a copy stands in its folder as rig.toml"
-    ))]
+    /// The set-up describes another array than that of the scan.
+    #[error("the array in {} differs from that of the diagnosed scan: {what}", path.display())]
+    #[diagnostic(help("give the rig file of the scan; its folder has a copy, rig.toml"))]
     OtherArray {
         /// The set-up.
         path: PathBuf,
@@ -40,24 +38,24 @@ pub enum CorrectionError {
     },
     /// The diagnosis names an element that the array does not have.
     #[error("the diagnosis names element {element}; the array has {elements}, numbered from 0")]
-    #[diagnostic(help("give the rig file that the scan was made with"))]
+    #[diagnostic(help("give the rig file of the scan"))]
     NoSuchElement {
-        /// Its number, from 0.
+        /// Number of the element, from 0.
         element: usize,
-        /// How many there are.
+        /// Number of elements of the array.
         elements: usize,
     },
-    /// Something stands where the corrected set-up should go.
-    #[error("{} is there already and stays as it is", .0.display())]
+    /// The output exists already.
+    #[error("{} exists already and is not overwritten", .0.display())]
     #[diagnostic(help("choose another --out"))]
-    Occupied(PathBuf),
-    /// The file system refused.
+    Exists(PathBuf),
+    /// A file cannot be written.
     #[error("cannot write {}", path.display())]
-    #[diagnostic(help("is there room, does the folder exist, and may you write there?"))]
+    #[diagnostic(help("check free space, the folder and its permissions"))]
     Write {
-        /// What was being written.
+        /// The file or folder.
         path: PathBuf,
-        /// What was reported.
+        /// The error of the operating system.
         source: io::Error,
     },
 }
@@ -66,7 +64,7 @@ impl CorrectionError {
     pub(super) fn writing(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
         |source| match source.kind() {
-            io::ErrorKind::AlreadyExists => Self::Occupied(path),
+            io::ErrorKind::AlreadyExists => Self::Exists(path),
             _ => Self::Write { path, source },
         }
     }
@@ -74,7 +72,7 @@ impl CorrectionError {
 
 fn found(verdict: &Verdict) -> &'static str {
     match verdict {
-        Verdict::Explained => "the named cause is not among the candidates",
+        Verdict::Explained => "the named cause is not the best candidate",
         Verdict::Ambiguous => "several causes explain the scan equally well",
         Verdict::Unexplained => "nothing in the catalogue explains the gap",
         Verdict::None => "scan and simulation differ by noise only",
@@ -84,10 +82,10 @@ fn found(verdict: &Verdict) -> &'static str {
 fn remedy(verdict: &Verdict) -> &'static str {
     match verdict {
         Verdict::Ambiguous => {
-            "take the next measurement that the diagnosis proposes, and diagnose both scans together"
+            "make the next measurement that the diagnosis proposes, and diagnose both scans together"
         }
-        Verdict::None => "the set-up is right as far as this scan can tell",
-        Verdict::Explained | Verdict::Unexplained => "the report shows where the gap lies",
+        Verdict::None => "this scan shows no error of the set-up",
+        Verdict::Explained | Verdict::Unexplained => "the report shows where the gap is",
     }
 }
 

@@ -1,13 +1,13 @@
 //! Set-up files corrected by what a diagnosis found, so that the next simulation includes it.
 //!
-//! A rig file is corrected for the scans to come: what the array is told follows from what is believed, so that with the right
-//! belief it is told the right thing. A recorded scan is corrected as it was: what the array *had been* told stays, as phases,
-//! and only what was true meanwhile changes. An effect that these files have no key for is named, with what to do instead.
+//! A rig file is corrected for future scans: the drives follow from its corrected set-up. In a recorded scan the drives that
+//! the array emitted are kept, as phases, and only the set-up is corrected. An effect without a key in these files is named,
+//! with what to do instead.
 //!
 //! | file | what it does |
 //! |---|---|
-//! | `change` | from the named cause to what it changes in a set-up |
-//! | `not_correctable` | the effects that change nothing there, and why |
+//! | `change` | the changes of a set-up that follow from the named cause |
+//! | `not_correctable` | effects without a key in a set-up file, and why |
 //! | `elements` | changes of single elements |
 //! | `document` | TOML edited in place, comments kept |
 //! | `rig_file`, `recorded_scan` | the two kinds of set-up |
@@ -29,18 +29,18 @@ pub use not_correctable::Unwritten;
 pub use recorded_scan::correct_recorded_scan;
 pub use rig_file::correct_rig_file;
 
-/// What became of a correction.
+/// The result of a correction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Corrected {
-    /// The files that were written, the one that names the others last.
+    /// The written files; the file that refers to the others is last.
     pub files: Vec<PathBuf>,
-    /// What is in them now, one line an effect: its parameters with their standard errors.
+    /// The corrected effects, one line each: parameters with standard errors.
     pub written: Vec<String>,
-    /// The named effects that are not.
+    /// The named effects that were not corrected.
     pub unwritten: Vec<Unwritten>,
 }
 
-/// Writes a file that was not there before.
+/// Writes a new file.
 fn write_new(path: &Path, contents: &[u8]) -> Result<(), CorrectionError> {
     OpenOptions::new()
         .write(true)

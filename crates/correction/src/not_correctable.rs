@@ -5,9 +5,9 @@ use fieldgap_diagnosis::EffectId;
 /// A named effect that was not written, and why.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unwritten {
-    /// Its id.
+    /// The effect.
     pub effect: EffectId,
-    /// Why, and what to do instead.
+    /// The reason, and what to do instead.
     pub why: String,
 }
 

@@ -1,11 +1,11 @@
-//! A recorded scan whose set-up is corrected as it was when the scan was made.
+//! Correction of the set-up of a recorded scan.
 
 use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
 
 use super::change::{Change, Correction, corrections};
-use super::document::{Document, head, numbers, set, to};
+use super::document::{Document, head, numbers, round_to, set};
 use super::elements::{changed, difference, is_of_elements};
 use super::not_correctable::Unwritten;
 use super::{Corrected, CorrectionError, write_new};
@@ -14,18 +14,17 @@ use fieldgap_diagnosis::Diagnosis;
 use fieldgap_input::TomlSource;
 use fieldgap_records::{FocusSection, Layout, ScanSetup, TRANSDUCER_BESIDE, write_elements};
 
-/// Where the elements of a corrected scan stand.
-const ELEMENTS: &str = "elements.csv";
+/// File of the elements of a corrected scan.
+const ELEMENTS_FILE: &str = "elements.csv";
 
-/// Writes the recorded scan in `folder` into the new folder `out`: the same readings, and a set-up in which the cause that
-/// the diagnosis names is believed, so that comparing it again shows what is left. `scanned` is the set-up of the scan that was
-/// diagnosed.
+/// Writes the recorded scan in `folder` to the new folder `out`: the same readings, with a set-up that includes the named
+/// cause, so that a comparison shows the residual. `scanned` is the set-up of the diagnosed scan.
 ///
-/// Where the cause would change what the array is told, the drives are kept as the phases that it had been told.
+/// If the cause would change the drives, they are kept as the phases that were emitted.
 ///
 /// # Errors
-/// [`CorrectionError`] if the diagnosis names no cause, if nothing of it has a key in a `scan.toml`, if the array is not the
-/// one that was diagnosed, or if the folder is there already.
+/// [`CorrectionError`] if the diagnosis names no cause, if the cause has no key in a `scan.toml`, if the array is not the
+/// diagnosed one, or if the folder exists already.
 pub fn correct_recorded_scan(
     diagnosis: &Diagnosis,
     scanned: &ScanSetup,
@@ -38,25 +37,25 @@ pub fn correct_recorded_scan(
     if let Some(what) = difference(setup.array.array(), scanned.array.array()) {
         return Err(CorrectionError::OtherArray { path: folder.to_owned(), what });
     }
-    let mends_simulator =
+    let corrects_simulator =
         corrections.iter().any(|correction| correction.change == Change::SimulatorModel);
     let frozen = setup.simulator == Simulator::AsWritten
-        && !mends_simulator
+        && !corrects_simulator
         && setup.foci.iter().any(|focus| matches!(focus, FocusSection::Point(_)));
     let written: Vec<&Correction> = corrections
         .iter()
         .filter(|correction| {
             let lost = frozen && changes_drives(&correction.change);
             if lost {
-                let why = "the drives would have to be kept as phases, and as-written freezes its path lengths at a focus \
-                           that is given as a point";
+                let why = "it would require drives as phases, and as-written freezes its path lengths at a focus given as a \
+                           point";
                 unwritten.push(Unwritten::new(correction.effect, why));
             }
             !lost
         })
         .collect();
     if written.is_empty() {
-        return Err(CorrectionError::NoHome { path: folder.to_owned(), unwritten });
+        return Err(CorrectionError::NoKey { path: folder.to_owned(), unwritten });
     }
 
     let mut document = Document::parse(source.path(), source.text())?;
@@ -86,7 +85,7 @@ pub fn correct_recorded_scan(
         }
     }
     if by_file {
-        document.name_elements(ELEMENTS, &notes.join(", "));
+        document.name_elements(ELEMENTS_FILE, &notes.join(", "));
     }
 
     let probability = diagnosis.best().map_or(f64::NAN, |best| best.probability);
@@ -95,7 +94,7 @@ pub fn correct_recorded_scan(
     let mut files = vec![out.join("samples.csv")];
     fs::copy(folder.join("samples.csv"), &files[0]).map_err(CorrectionError::writing(&files[0]))?;
     if by_file {
-        let path = out.join(ELEMENTS);
+        let path = out.join(ELEMENTS_FILE);
         let mut bytes = Vec::new();
         write_elements(&mut bytes, &elements).map_err(CorrectionError::writing(&path))?;
         write_new(&path, &bytes)?;
@@ -107,7 +106,7 @@ pub fn correct_recorded_scan(
         set(document.section("array"), "transducer", TRANSDUCER_BESIDE.into(), "");
         files.push(path);
     }
-    // Last: a folder that has it, has all.
+    // Last, so that a folder with this file is complete.
     let path = out.join("scan.toml");
     write_new(&path, document.text(&head).as_bytes())?;
     files.push(path);
@@ -115,7 +114,7 @@ pub fn correct_recorded_scan(
     Ok(Corrected { files, written, unwritten })
 }
 
-/// Whether a focus, worked out from the corrected set-up, would be told otherwise than it had been.
+/// Whether the drives of a focus would differ with the corrected set-up.
 fn changes_drives(change: &Change) -> bool {
     match change {
         Change::SpeedOfSound(_)
@@ -135,8 +134,8 @@ fn changes_drives(change: &Change) -> bool {
     }
 }
 
-/// Has every drive say the phases that the array emitted: the delays that it was told, at the frequency that it truly had, in
-/// the steps that it truly made.
+/// Writes every drive as the phases that the array emitted: the commanded delays at the corrected frequency, in the corrected
+/// steps.
 fn keep_drives(document: &mut Document, setup: &ScanSetup, written: &[&Correction]) {
     let mut frequency_hz = setup.array.frequency_hz();
     let mut steps = None;
@@ -147,19 +146,20 @@ fn keep_drives(document: &mut Document, setup: &ScanSetup, written: &[&Correctio
             _ => {}
         }
     }
-    let believed = setup.medium.medium();
+    let nominal = setup.medium.medium();
     for (focus, table) in setup.foci.iter().zip(document.foci()) {
         let array = setup.array.array();
-        let told_s = delays_s(&focus.excitation(), array, &believed, setup.array.frequency_hz());
-        let phases_rad = told_s.into_iter().map(|delay_s| {
+        let commanded_s =
+            delays_s(&focus.excitation(), array, &nominal, setup.array.frequency_hz());
+        let phases_rad = commanded_s.into_iter().map(|delay_s| {
             let periods = frequency_hz * delay_s;
             let periods = steps.map_or(periods, |steps| (periods * steps).round() / steps);
-            to(TAU * periods, 1e-9)
+            round_to(TAU * periods, 1e-9)
         });
         for key in ["x_mm", "y_mm", "z_mm", "phases"] {
             table.remove(key);
         }
-        let note = format!("what the array had been told for {focus}");
+        let note = format!("phases emitted for {focus}");
         set(table, "phases_rad", numbers(phases_rad), &note);
     }
 }

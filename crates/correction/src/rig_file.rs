@@ -1,9 +1,9 @@
-//! A rig file corrected for the scans to come.
+//! Correction of a rig file for future scans.
 
 use std::path::Path;
 
 use super::change::{Change, Correction, corrections};
-use super::document::{Document, head, numbers, set, to};
+use super::document::{Document, head, numbers, round_to, set};
 use super::elements::{changed, difference, is_of_elements};
 use super::not_correctable::Unwritten;
 use super::{Corrected, CorrectionError, write_new};
@@ -12,12 +12,12 @@ use fieldgap_diagnosis::Diagnosis;
 use fieldgap_records::{Layout, ScanSetup, write_elements};
 use fieldgap_rig::MotionConfig;
 
-/// Writes a rig file `out`, and a file of elements beside it where single elements changed, in which the cause that the
-/// diagnosis names is believed. `scanned` is the set-up of the scan that was diagnosed.
+/// Writes a rig file `out` that includes the named cause, with a file of elements beside it if single elements changed.
+/// `scanned` is the set-up of the diagnosed scan.
 ///
 /// # Errors
-/// [`CorrectionError`] if the diagnosis names no cause, if nothing of it has a key in a rig file, if the rig is not the one
-/// that was scanned, or if a file would have to be overwritten.
+/// [`CorrectionError`] if the diagnosis names no cause, if the cause has no key in a rig file, if the rig is not the scanned
+/// one, or if a file exists already.
 pub fn correct_rig_file(
     diagnosis: &Diagnosis,
     scanned: &ScanSetup,
@@ -44,7 +44,7 @@ pub fn correct_rig_file(
         })
         .collect();
     if written.is_empty() {
-        return Err(CorrectionError::NoHome { path: rig.to_owned(), unwritten });
+        return Err(CorrectionError::NoKey { path: rig.to_owned(), unwritten });
     }
 
     let mut document = Document::parse(rig, rig_setup.source().text())?;
@@ -81,7 +81,7 @@ pub fn correct_rig_file(
     if let Some(truth) = rig_setup.truth_path()
         && rig.parent() != out.parent()
     {
-        // What is named from the rig file's folder has to be found from the new one.
+        // The path was relative to the folder of the rig file.
         let truth = std::path::absolute(&truth).unwrap_or(truth);
         set(document.section("virtual"), "truth", truth.display().to_string().into(), "");
     }
@@ -90,7 +90,7 @@ pub fn correct_rig_file(
     let probability = diagnosis.best().map_or(f64::NAN, |best| best.probability);
     let head = head(rig, &diagnosis.scans, probability, &written, &unwritten);
     if out.exists() {
-        return Err(CorrectionError::Occupied(out.to_owned()));
+        return Err(CorrectionError::Exists(out.to_owned()));
     }
     if by_file {
         let stem = out.file_stem().unwrap_or_default().to_string_lossy();
@@ -108,29 +108,28 @@ pub fn correct_rig_file(
     Ok(Corrected { files, written, unwritten })
 }
 
-/// Why a change has no key in a rig file, where it has none.
+/// Why a change has no key in a rig file; `None` if it has one.
 fn no_key(change: &Change) -> Option<&'static str> {
     match change {
         Change::SimulatorModel => Some(
-            "a rig file names no simulator; write model = \"corrected\" into [simulator] of the plan, or give --simulator \
-             corrected",
+            "a rig file has no simulator; set model = \"corrected\" in [simulator] of the plan, or use --simulator corrected",
         ),
         Change::Steps(_) => Some(
-            "a rig file has no key for the steps of the driver; use one that resolves more of a period",
+            "a rig file has no key for the steps of the driver; use a driver with more steps per period",
         ),
         _ => None,
     }
 }
 
-/// Moves the array's centre in the robot's axes, mm.
+/// Sets the array's centre in the robot's axes, mm.
 fn correct_origin(
     document: &mut Document,
     correction: &Correction,
-    believed: &MotionConfig,
+    nominal: &MotionConfig,
     origin_mm: [f64; 3],
 ) {
-    let [x, y, z] = believed.origin_mm.map(|along| along.get());
+    let [x, y, z] = nominal.origin_mm.map(|along| along.get());
     let note = format!("{}; [{x}, {y}, {z}] before", correction.found);
-    let origin_mm = origin_mm.map(|along| to(along, 1e-3));
+    let origin_mm = origin_mm.map(|along| round_to(along, 1e-3));
     set(document.section("motion"), "origin_mm", numbers(origin_mm), &note);
 }

@@ -45,7 +45,7 @@ pub struct ComposedDisplay {
 /// [`DisplayError`] if the controller cannot play it.
 pub fn compose(
     display: &DisplayFile,
-    sounding: &RadiatingArray,
+    radiating: &RadiatingArray,
     controller: &ArrayIdentity,
 ) -> Result<ComposedDisplay, DisplayError> {
     let tracks = display.tracks();
@@ -56,7 +56,7 @@ pub fn compose(
     }
     let carrier_hz = controller.carrier_hz();
     let slots = join(&tracks, display.schedule(), carrier_hz, controller.most_frames)?;
-    let (frames, quality) = frames(display, sounding, controller, &slots)?;
+    let (frames, quality) = frames(display, radiating, controller, &slots)?;
     let envelope = match display.modulation {
         Some(modulation) => modulation.envelope(carrier_hz, controller.most_levels)?,
         None => Envelope::continuous(),
@@ -66,9 +66,9 @@ pub fn compose(
     let modulation_hz = match display.modulation {
         // The frequency of a movement is that of the loop in whole carrier periods.
         Some(modulation) if program.envelope().levels().len() == 1 => {
-            let asked_hz = modulation.frequency_hz();
+            let requested_hz = modulation.frequency_hz();
             let loop_s = program.loop_periods() as f64 / carrier_hz;
-            Some((asked_hz * loop_s).round().max(1.0) / loop_s)
+            Some((requested_hz * loop_s).round().max(1.0) / loop_s)
         }
         Some(modulation) => Some(modulation.achieved_hz(carrier_hz, controller.most_levels)?),
         None => None,
@@ -82,14 +82,14 @@ pub fn compose(
 /// The frame of each slot, and the mean quality of those with several foci.
 fn frames(
     display: &DisplayFile,
-    sounding: &RadiatingArray,
+    radiating: &RadiatingArray,
     controller: &ArrayIdentity,
     slots: &[Slot],
 ) -> Result<(Vec<DriveFrame>, Option<Quality>), DisplayError> {
     let places: Vec<Vec3> =
         slots.iter().flat_map(|slot| slot.foci.iter().map(|(_, at_m)| *at_m)).collect();
-    let wavenumber_rad_m = sounding.medium.wavenumber_rad_m(sounding.frequency_hz);
-    let transfer = Transfer::new(sounding.array, sounding.transducer, wavenumber_rad_m, &places);
+    let wavenumber_rad_m = radiating.medium.wavenumber_rad_m(radiating.frequency_hz);
+    let transfer = Transfer::new(radiating.array, radiating.transducer, wavenumber_rad_m, &places);
     let rounds = display.rounds.get() as usize;
     let mut frames = Vec::with_capacity(slots.len());
     let mut qualities = Vec::new();
@@ -97,14 +97,14 @@ fn frames(
     for slot in slots {
         let rows: Vec<usize> = (first..first + slot.foci.len()).collect();
         first += slot.foci.len();
-        let here = transfer.to_points(&rows);
-        let wanted: Vec<f64> =
+        let local = transfer.to_points(&rows);
+        let levels: Vec<f64> =
             slot.foci.iter().map(|(focus, _)| display.focus[*focus].level.get()).collect();
-        let phases_rad = here.solve(display.solver, &wanted, rounds);
+        let phases_rad = local.solve(display.solver, &levels, rounds);
         let drives = phases_rad.into_iter().map(|phase_rad| (phase_rad, 1.0));
         let frame = DriveFrame::nearest(controller, drives, slot.periods)?;
-        if wanted.len() > 1 {
-            qualities.push(here.quality(&phasors(&frame, controller), &wanted));
+        if levels.len() > 1 {
+            qualities.push(local.quality(&phasors(&frame, controller), &levels));
         }
         frames.push(frame);
     }

@@ -162,7 +162,7 @@ struct DisplayKeys {
     seconds: Option<Positive>,
     #[serde(default)]
     foci: Foci,
-    #[serde(default = "a_millimetre")]
+    #[serde(default = "one")]
     step_mm: Positive,
     #[serde(default = "weighted")]
     solver: Solver,
@@ -183,12 +183,12 @@ struct FocusKeys {
     speed_mm_s: Option<Positive>,
     loops_per_s: Option<Positive>,
     dwell_ms: Option<NonNegative>,
-    #[serde(default = "a_millimetre")]
+    #[serde(default = "one")]
     level: Positive,
 }
 
-/// One: a millimetre where it is a step, the whole where it is a level.
-fn a_millimetre() -> Positive {
+/// Default of 1: step in mm, or relative level.
+fn one() -> Positive {
     Positive::new(1.0).expect("one is above zero")
 }
 
@@ -261,12 +261,12 @@ impl DisplayFile {
         })
     }
 
-    /// The file that it was read from.
+    /// Path of the display file.
     pub fn path(&self) -> &FilePath {
         self.source.path()
     }
 
-    /// The rig file that it names.
+    /// Path of the rig file that it names.
     pub fn rig_path(&self) -> PathBuf {
         self.path().parent().unwrap_or(FilePath::new("")).join(&self.rig)
     }
@@ -316,14 +316,14 @@ impl FocusKeys {
             (Path::PointMm(_), ..) if timed => {
                 return Err((
                     "a fixed focus has no speed and no dwell time",
-                    "leave these keys out, or choose a path such as `line` or `points_mm`",
+                    "remove these keys, or choose a path such as `line` or `points_mm`",
                 ));
             }
             (Path::PointMm(_), ..) => Pace::Dwell(1.0),
             (_, Some(Modulation::Spatiotemporal(_)), ..) if timed => {
                 return Err((
                     "a spatiotemporal modulation sets the speed along the path",
-                    "leave `speed_mm_s`, `loops_per_s` and `dwell_ms` out",
+                    "remove `speed_mm_s`, `loops_per_s` and `dwell_ms`",
                 ));
             }
             (_, Some(Modulation::Spatiotemporal(spatiotemporal)), ..) => {
@@ -354,8 +354,8 @@ impl FocusKeys {
             }
             _ => {
                 return Err((
-                    "`dwell_ms` is a rest at the corners of a line or polygon and needs `speed_mm_s`",
-                    "leave it out, or add `speed_mm_s`",
+                    "`dwell_ms` is the dwell time at the corners of a line or polygon and needs `speed_mm_s`",
+                    "remove it, or add `speed_mm_s`",
                 ));
             }
         };

@@ -20,7 +20,7 @@ const LEAST_LEVELS: f64 = 8.0;
 const MOST_CYCLES: u32 = 64;
 
 /// Sufficient relative accuracy of a frequency.
-const NEAR: f64 = 1e-6;
+const FREQUENCY_TOLERANCE: f64 = 1e-6;
 
 /// `[modulation.…]`; without it the display is a continuous wave.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -44,8 +44,8 @@ pub enum Modulation {
 pub struct Am {
     /// Frequency, Hz.
     pub frequency_hz: Positive,
-    /// Depth, 0 (no modulation) to 1 (down to silence).
-    #[serde(default = "whole")]
+    /// Depth, 0 (no modulation) to 1 (down to zero).
+    #[serde(default = "full_depth")]
     pub depth: Fraction,
     /// Waveform.
     #[serde(default)]
@@ -112,7 +112,7 @@ pub enum Of {
     Force,
 }
 
-fn whole() -> Fraction {
+fn full_depth() -> Fraction {
     Fraction::new(1.0).expect("one is in range")
 }
 
@@ -187,9 +187,9 @@ impl Modulation {
         }
     }
 
-    /// The envelope that a controller of `most` levels makes of it.
+    /// The envelope for a controller that stores `most` levels.
     ///
-    /// Its loop holds as few cycles as bring it within a millionth of the frequency, or one sweep; see [`Modulation::achieved_hz`].
+    /// Its loop has the fewest cycles that approximate the frequency to a millionth, or one sweep; see [`Modulation::achieved_hz`].
     ///
     /// # Errors
     /// [`DisplayError::TooFast`] above an eighth of the carrier; and as [`Fm::sweep`].
@@ -235,7 +235,7 @@ fn shaped(depth: Fraction, waveform: Waveform, turns: f64) -> f64 {
     (1.0 + depth * waveform.at(turns)) / (1.0 + depth)
 }
 
-/// An envelope of whole cycles: its levels are each held for some carrier periods.
+/// An envelope of whole cycles; each level is held for some carrier periods.
 #[derive(Debug, Clone, Copy)]
 struct CycleTiming {
     cycles: u32,
@@ -249,15 +249,15 @@ impl CycleTiming {
     }
 
     fn nearest(frequency_hz: f64, carrier_hz: f64, most: usize) -> Result<Self, DisplayError> {
-        let a_cycle = carrier_hz / frequency_hz;
-        if a_cycle < LEAST_LEVELS {
+        let cycle_periods = carrier_hz / frequency_hz;
+        if cycle_periods < LEAST_LEVELS {
             let least = LEAST_LEVELS;
-            return Err(DisplayError::TooFast { frequency_hz, periods: a_cycle, least });
+            return Err(DisplayError::TooFast { frequency_hz, periods: cycle_periods, least });
         }
         let most = most.max(LEAST_LEVELS as usize) as f64;
         let mut best: Option<(f64, Self)> = None;
         for cycles in 1..=MOST_CYCLES {
-            let periods = a_cycle * f64::from(cycles);
+            let periods = cycle_periods * f64::from(cycles);
             // As many levels as possible, but enough for each cycle.
             let hold = (periods / most).ceil().max(1.0);
             let levels = (periods / hold).round().min(most);
@@ -270,11 +270,12 @@ impl CycleTiming {
             if best.is_none_or(|(least, _)| error < least) {
                 best = Some((error, timing));
             }
-            if error < NEAR {
+            if error < FREQUENCY_TOLERANCE {
                 break;
             }
         }
-        let none = DisplayError::TooFast { frequency_hz, periods: a_cycle, least: LEAST_LEVELS };
+        let none =
+            DisplayError::TooFast { frequency_hz, periods: cycle_periods, least: LEAST_LEVELS };
         best.map(|(_, timing)| timing).ok_or(none)
     }
 }

@@ -6,7 +6,7 @@ use fieldgap_acoustics::Vec3;
 use fieldgap_input::{Finite, Positive};
 
 /// Segments of a figure of eight: the relative error of its length is below a millionth.
-const PARTS_OF_EIGHT: usize = 4096;
+const FIGURE_OF_EIGHT_SEGMENTS: usize = 4096;
 
 /// A point in front of the array, mm in its frame: z above 0.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -284,10 +284,10 @@ impl Path {
     }
 }
 
-/// The direction nearest to `wished` normal to `normal`; nearest to y if the two are parallel.
-fn across(wished: Vec3, normal: Vec3) -> Vec3 {
-    let part = |wished: Vec3| (wished - normal * wished.dot(&normal)).try_normalize(1e-6);
-    part(wished).or_else(|| part(Vec3::y())).expect("no normal is along both x and y")
+/// The direction nearest to `preferred` that is normal to `normal`; nearest to y if the two are parallel.
+fn across(preferred: Vec3, normal: Vec3) -> Vec3 {
+    let part = |preferred: Vec3| (preferred - normal * preferred.dot(&normal)).try_normalize(1e-6);
+    part(preferred).or_else(|| part(Vec3::y())).expect("no normal is along both x and y")
 }
 
 impl FigureOfEight {
@@ -303,17 +303,19 @@ impl FigureOfEight {
             let x = half_m * t.cos() / (1.0 + t.sin().powi(2));
             centre_m + along * x + up * (x * t.sin())
         };
-        let points: Vec<Vec3> =
-            (0..=PARTS_OF_EIGHT).map(|part| at(part as f64 / PARTS_OF_EIGHT as f64)).collect();
+        let points: Vec<Vec3> = (0..=FIGURE_OF_EIGHT_SEGMENTS)
+            .map(|part| at(part as f64 / FIGURE_OF_EIGHT_SEGMENTS as f64))
+            .collect();
         let mut reached_m = vec![0.0];
         for pair in points.windows(2) {
             reached_m.push(reached_m[reached_m.len() - 1] + (pair[1] - pair[0]).norm());
         }
-        let length_m = reached_m[PARTS_OF_EIGHT];
-        let traced = (0..=PARTS_OF_EIGHT)
+        let length_m = reached_m[FIGURE_OF_EIGHT_SEGMENTS];
+        let traced = (0..=FIGURE_OF_EIGHT_SEGMENTS)
             .map(|step| {
-                let wanted_m = length_m * step as f64 / PARTS_OF_EIGHT as f64;
-                let after = reached_m.partition_point(|&m| m < wanted_m).clamp(1, PARTS_OF_EIGHT);
+                let wanted_m = length_m * step as f64 / FIGURE_OF_EIGHT_SEGMENTS as f64;
+                let after =
+                    reached_m.partition_point(|&m| m < wanted_m).clamp(1, FIGURE_OF_EIGHT_SEGMENTS);
                 let (from_m, to_m) = (reached_m[after - 1], reached_m[after]);
                 points[after - 1].lerp(&points[after], (wanted_m - from_m) / (to_m - from_m))
             })

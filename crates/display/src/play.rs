@@ -8,16 +8,16 @@ use tokio::time::{Instant, sleep, sleep_until};
 use fieldgap_rig::focus_array::DriveProgram;
 use fieldgap_rig::{FocusArray, RigError};
 
-/// How long the controller plays without contact. It falls silent after this time if the program is killed.
+/// Time that the controller plays without contact, for example after the program was killed.
 const LEASE: Duration = Duration::from_secs(2);
 
 /// Interval of the status queries, which renew the lease.
-const ASK_EVERY: Duration = Duration::from_millis(500);
+const QUERY_INTERVAL: Duration = Duration::from_millis(500);
 
 /// How a display ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlaybackEnd {
-    /// Its duration was over.
+    /// Its duration is over.
     Played,
     /// It was stopped, for this reason.
     Stopped(&'static str),
@@ -37,10 +37,10 @@ pub async fn play(
 ) -> Result<PlaybackEnd, RigError> {
     tokio::pin!(stop);
     let outcome = tokio::select! {
-        who = &mut stop => Ok(PlaybackEnd::Stopped(who)),
+        reason = &mut stop => Ok(PlaybackEnd::Stopped(reason)),
         outcome = play_through(array, display, seconds) => outcome.map(|()| PlaybackEnd::Played),
     };
-    // In every case, and before anything else.
+    // In every case, before errors are returned.
     let silenced = array.silence().await;
     let ended = outcome?;
     silenced.map(|()| ended)
@@ -69,7 +69,7 @@ async fn play_through(
     loop {
         tokio::select! {
             () = &mut over => return Ok(()),
-            () = sleep(ASK_EVERY) => {
+            () = sleep(QUERY_INTERVAL) => {
                 if !array.is_playing().await? {
                     return Ok(());
                 }

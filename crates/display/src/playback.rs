@@ -6,12 +6,12 @@ use fieldgap_acoustics::{Array, Element, FieldKernel, PathLengths, Vec3};
 use fieldgap_rig::focus_array::{ArrayIdentity, Channel, DriveProgram, FULL_LEVEL};
 
 /// Distance at which the level of an element is specified, m.
-const STATED_AT_M: f64 = 0.3;
+const SPECIFIED_AT_M: f64 = 0.3;
 
 /// A drive program on an array: the sound pressure at any position and time.
 pub struct Playback<'a> {
     program: &'a DriveProgram,
-    sounding: RadiatingArray<'a>,
+    radiating: RadiatingArray<'a>,
     controller: &'a ArrayIdentity,
     /// Pa rms per unit of the simulator.
     gain_pa: f64,
@@ -21,21 +21,21 @@ impl<'a> Playback<'a> {
     /// For an array whose nominal element has the level `element_db`, dB re 20 µPa rms, on its axis at 300 mm.
     pub fn new(
         program: &'a DriveProgram,
-        sounding: RadiatingArray<'a>,
+        radiating: RadiatingArray<'a>,
         controller: &'a ArrayIdentity,
         element_db: f64,
     ) -> Self {
-        let alone = Array::from_elements(vec![Element::at(0.0, 0.0)]).expect("one element");
-        let wavenumber_rad_m = sounding.medium.wavenumber_rad_m(sounding.frequency_hz);
+        let single = Array::from_elements(vec![Element::at(0.0, 0.0)]).expect("one element");
+        let wavenumber_rad_m = radiating.medium.wavenumber_rad_m(radiating.frequency_hz);
         let kernel = FieldKernel::new(
-            &alone,
+            &single,
             &[0.0],
-            sounding.transducer,
+            radiating.transducer,
             wavenumber_rad_m,
             PathLengths::Observed,
         );
-        let unit = kernel.at(&[Vec3::z() * STATED_AT_M])[0].norm();
-        Self { program, sounding, controller, gain_pa: of_level_pa(element_db) / unit }
+        let unit = kernel.at(&[Vec3::z() * SPECIFIED_AT_M])[0].norm();
+        Self { program, radiating, controller, gain_pa: of_level_pa(element_db) / unit }
     }
 
     /// The program.
@@ -47,7 +47,7 @@ impl<'a> Playback<'a> {
     pub fn rms_pa(&self, frame: usize, points_m: &[Vec3]) -> Vec<f64> {
         let drives = phasors(&self.program.frames()[frame], self.controller);
         let driven = self
-            .sounding
+            .radiating
             .array
             .elements()
             .iter()
@@ -59,11 +59,11 @@ impl<'a> Playback<'a> {
             .collect();
         let array = Array::from_elements(driven).expect("as many as before");
         let phases_rad: Vec<f64> = drives.iter().map(|drive| drive.arg()).collect();
-        let wavenumber_rad_m = self.sounding.medium.wavenumber_rad_m(self.sounding.frequency_hz);
+        let wavenumber_rad_m = self.radiating.medium.wavenumber_rad_m(self.radiating.frequency_hz);
         FieldKernel::new(
             &array,
             &phases_rad,
-            self.sounding.transducer,
+            self.radiating.transducer,
             wavenumber_rad_m,
             PathLengths::Observed,
         )

@@ -92,10 +92,10 @@ fn stimulus_at(
     let &(first_frame, first_m, _) = places.first()?;
     let levels: Vec<f64> =
         places.iter().map(|(frame, at_m, _)| playback.rms_pa(*frame, &[*at_m])[0]).collect();
-    let lasts: f64 = places.iter().map(|(_, _, periods)| periods).sum();
+    let total_periods: f64 = places.iter().map(|(_, _, periods)| periods).sum();
     let rms_pa =
         levels.iter().zip(&places).map(|(level, (_, _, periods))| level * periods).sum::<f64>()
-            / lasts;
+            / total_periods;
     let every = places.len().div_ceil(MOST_SEARCHED);
     let off: Option<Vec<f64>> = places
         .iter()

@@ -40,13 +40,13 @@ pub struct Slot {
 /// [`DisplayError::TooLong`] if it has more slots than `most`.
 pub fn join(
     tracks: &[Track],
-    turns: FocusSchedule,
+    schedule: FocusSchedule,
     carrier_hz: f64,
     most: usize,
 ) -> Result<Vec<Slot>, DisplayError> {
     let moving = || tracks.iter().enumerate().filter(|(_, track)| !track.is_still());
     let longest_s = moving().map(|(_, track)| track.loop_s()).reduce(f64::max);
-    let (loop_s, turn_s) = match (turns, longest_s) {
+    let (loop_s, turn_s) = match (schedule, longest_s) {
         (FocusSchedule::Together, None) => (f64::from(STILL_PERIODS) / carrier_hz, None),
         (FocusSchedule::Together, Some(longest_s)) => (longest_s, None),
         (FocusSchedule::Alternate(turn_s), longest_s) => {
@@ -83,13 +83,13 @@ pub fn join(
             continue;
         };
         let middle_s = 0.5 * (begins + ends) as f64 / whole * loop_s;
-        let sounds = |number: usize| {
+        let is_driven = |number: usize| {
             turn_s.is_none_or(|turn_s| (middle_s / turn_s) as usize % tracks.len() == number)
         };
         let foci: Vec<(usize, Vec3)> = fitted
             .iter()
             .enumerate()
-            .filter(|(number, _)| sounds(*number))
+            .filter(|(number, _)| is_driven(*number))
             .map(|(number, track)| (number, track.at(middle_s)))
             .collect();
         match slots.last_mut() {
@@ -166,25 +166,25 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_loop_takes_its_time_to_half_a_period(radius in 2.0..20.0f64, rate in 0.5..400.0f64) {
+        fn loop_durations_are_exact_to_half_a_period(radius in 2.0..20.0f64, rate in 0.5..400.0f64) {
             let slots = join(&[circle(radius, rate)], FocusSchedule::Together, 40e3, 4096).expect("fits");
             prop_assert!((periods(&slots) as f64 - 40e3 / rate).abs() <= 0.5);
-            // Where the focus is, is where the track is in the slot's middle.
-            let mut begun = 0.0;
+            // The focus of a slot is the track's position at the middle of the slot.
+            let mut begin = 0.0;
             for slot in &slots {
-                let middle_s = (begun + 0.5 * f64::from(slot.periods.get())) / periods(&slots) as f64 / rate;
+                let middle_s = (begin + 0.5 * f64::from(slot.periods.get())) / periods(&slots) as f64 / rate;
                 let angle = std::f64::consts::TAU * rate * middle_s;
                 let truth = Vec3::new(angle.cos(), angle.sin(), 0.0) * radius * 1e-3 + Vec3::new(0.0, 0.0, 0.1);
-                // A piece stands for its middle, half a step away at most; a slot of one period may be longer than it.
+                // A piece is represented by its centre, at most half a step away; a slot of one period may be longer.
                 let a_period = std::f64::consts::TAU * radius * 1e-3 * rate / 40e3;
                 prop_assert!((slot.foci[0].1 - truth).norm() <= 0.5e-3 + a_period);
-                begun += f64::from(slot.periods.get());
+                begin += f64::from(slot.periods.get());
             }
         }
     }
 
     #[test]
-    fn a_display_that_stands_still_is_one_slot() {
+    fn a_fixed_display_has_one_slot() {
         let still = track("path.point_mm = [0, 0, 100]", Pace::Dwell(1.0));
         let other = track("path.point_mm = [20, 0, 100]", Pace::Dwell(1.0));
         let slots = join(&[still, other], FocusSchedule::Together, 40e3, 10).expect("fits");
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn foci_that_alternate_take_turns() {
+    fn alternating_foci_are_driven_in_turn() {
         let places = [
             "path.point_mm = [0, 0, 100]",
             "path.point_mm = [20, 0, 100]",
@@ -201,11 +201,11 @@ mod tests {
         ];
         let tracks = places.map(|text| track(text, Pace::Dwell(1.0)));
         let slots = join(&tracks, FocusSchedule::Alternate(2.5e-3), 40e3, 10).expect("fits");
-        let seen: Vec<(usize, u32)> =
+        let driven: Vec<(usize, u32)> =
             slots.iter().map(|slot| (slot.foci[0].0, slot.periods.get())).collect();
-        assert_eq!(seen, [(0, 100), (1, 100), (2, 100)]);
+        assert_eq!(driven, [(0, 100), (1, 100), (2, 100)]);
         assert!(slots.iter().all(|slot| slot.foci.len() == 1));
-        // On moving paths they go on while they are silent.
+        // On paths, foci keep moving while they are not driven.
         let slots = join(
             &[circle(10.0, 1.0), circle(20.0, 1.0)],
             FocusSchedule::Alternate(0.05),
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn loops_that_do_not_fit_into_each_other_are_refused() {
+    fn incommensurable_loops_are_refused() {
         assert!(
             join(&[circle(10.0, 1.0), circle(5.0, 2.01)], FocusSchedule::Together, 40e3, 4096)
                 .is_ok()

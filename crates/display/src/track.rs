@@ -4,7 +4,7 @@ use super::path::{Path, PathGeometry};
 use fieldgap_acoustics::Vec3;
 
 /// Fewest positions per oscillation of a lateral modulation.
-const LEAST_PLACES_A_SWING: usize = 8;
+const MIN_POSITIONS_PER_OSCILLATION: usize = 8;
 
 /// Speed along a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,7 +93,8 @@ impl Track {
     pub fn swinging(&self, swing: Swing, step_m: f64) -> Self {
         let loop_s = if self.still { 1.0 / swing.frequency_hz } else { self.loop_s() };
         let swings = (loop_s * swing.frequency_hz).round().max(1.0);
-        let places = ((4.0 * swing.amplitude_m / step_m).ceil() as usize).max(LEAST_PLACES_A_SWING);
+        let places =
+            ((4.0 * swing.amplitude_m / step_m).ceil() as usize).max(MIN_POSITIONS_PER_OSCILLATION);
         let count = swings as usize * places;
         let lasts_s = loop_s / count as f64;
         let pieces = (0..count)
@@ -125,18 +126,18 @@ impl Track {
     /// The same track with another loop duration.
     pub fn lasting(&self, loop_s: f64) -> Self {
         let factor = loop_s / self.loop_s();
-        let longer = |piece: &Piece| Piece { lasts_s: piece.lasts_s * factor, ..*piece };
-        Self { pieces: self.pieces.iter().map(longer).collect(), still: self.still }
+        let stretched = |piece: &Piece| Piece { lasts_s: piece.lasts_s * factor, ..*piece };
+        Self { pieces: self.pieces.iter().map(stretched).collect(), still: self.still }
     }
 
     /// Position at a time from the start, s.
     pub fn at(&self, time_s: f64) -> Vec3 {
-        let mut left_s = if self.still { 0.0 } else { time_s.rem_euclid(self.loop_s()) };
+        let mut remaining_s = if self.still { 0.0 } else { time_s.rem_euclid(self.loop_s()) };
         for piece in &self.pieces {
-            if left_s < piece.lasts_s {
+            if remaining_s < piece.lasts_s {
                 return piece.at_m;
             }
-            left_s -= piece.lasts_s;
+            remaining_s -= piece.lasts_s;
         }
         self.pieces[self.pieces.len() - 1].at_m
     }
@@ -158,7 +159,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_track_keeps_the_speed_and_the_step(
+        fn a_track_has_the_given_speed_and_step(
             radius in 2.0..30.0f64, speed in 10.0..2000.0f64, step in 0.3..5.0f64,
         ) {
             let circle = path(&format!("path.circle = {{ centre_mm = [0, 0, 100], radius_mm = {radius} }}"));
@@ -173,23 +174,23 @@ mod tests {
         }
 
         #[test]
-        fn every_instant_has_its_place(time in -5.0..20.0f64) {
+        fn positions_are_defined_at_every_time(time in -5.0..20.0f64) {
             let square = path("path.polygon.corners_mm = [[0, 0, 100], [20, 0, 100], [20, 20, 100], [0, 20, 100]]");
             let track = Track::new(&square, Pace::Speed { speed_m_s: 0.04, dwell_s: 0.1 }, 1e-3);
             prop_assert!((track.loop_s() - (4.0 * 0.5 + 4.0 * 0.1)).abs() < 1e-12);
             let at = track.at(time);
             let within = time.rem_euclid(2.4);
             let (side, into) = ((within / 0.6) as usize, within % 0.6);
-            let gone = ((into - 0.1).max(0.0) * 0.04).min(0.02);
+            let travelled = ((into - 0.1).max(0.0) * 0.04).min(0.02);
             let corner = [(0.0, 0.0), (0.02, 0.0), (0.02, 0.02), (0.0, 0.02)][side];
             let along = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)][side];
-            let truth = Vec3::new(corner.0 + along.0 * gone, corner.1 + along.1 * gone, 0.1);
+            let truth = Vec3::new(corner.0 + along.0 * travelled, corner.1 + along.1 * travelled, 0.1);
             prop_assert!((at - truth).norm() <= 0.5e-3 + 1e-9, "{} {}", at, truth);
         }
     }
 
     #[test]
-    fn jumps_last_as_long_as_they_dwell() {
+    fn jumps_dwell_at_each_point() {
         let places = path("path.points_mm = [[0, 0, 100], [20, 0, 100], [0, 20, 100]]");
         let track = Track::new(&places, Pace::Dwell(0.25), 1e-3);
         assert_eq!(track.pieces().len(), 3);
@@ -199,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn a_swing_goes_as_far_as_its_amplitude_to_both_sides() {
+    fn an_oscillation_reaches_its_amplitude_on_both_sides() {
         let still = Track::new(&path("path.point_mm = [0, 5, 100]"), Pace::Dwell(1.0), 1e-3);
         let swing = Swing { frequency_hz: 200.0, amplitude_m: 4e-3, along: Vec3::x() };
         let track = still.swinging(swing, 0.5e-3);
@@ -208,7 +209,7 @@ mod tests {
         let (least, most) = xs.iter().fold((0.0f64, 0.0f64), |(a, b), &x| (a.min(x), b.max(x)));
         assert!(least < -3.9e-3 && most > 3.9e-3 && (least + most).abs() < 1e-9, "{least} {most}");
         assert!(track.pieces().iter().all(|piece| piece.at_m.y == 5e-3));
-        // By its own period, on a way that takes two seconds: four hundred swings.
+        // On a path that takes two seconds: 400 oscillations.
         let line = path("path.line = { from_mm = [0, 0, 100], to_mm = [0, 20, 100] }");
         let moving = Track::new(&line, Pace::Rate(0.5), 1e-3).swinging(swing, 2e-3);
         assert_eq!(moving.pieces().len(), 400 * 8);

@@ -123,16 +123,16 @@ mod tests {
     #[test]
     fn a_fault_names_file_line_and_column() {
         let text = "a = 1\nλ = -2\n";
-        let at = text.find("-2").expect("the text holds it");
+        let at = text.find("-2").expect("part of the text");
         let fault = Fault::at(Path::new("x.toml"), text, at..at + 2, "negative", "use 2");
         assert_eq!(fault.to_string(), "x.toml:2:5: negative");
     }
 
     proptest::proptest! {
         #[test]
-        fn any_range_of_any_text_is_placed(text in ".{0,40}", start in 0usize..80, end in 0usize..80) {
+        fn any_range_of_any_text_has_a_position(text in ".{0,40}", start in 0usize..80, end in 0usize..80) {
             let fault = Fault::at(Path::new("x"), &text, start..end, "p", "r");
-            let (line, column) = fault.line_column().expect("a place was given");
+            let (line, column) = fault.line_column().expect("a position");
             proptest::prop_assert!(line >= 1 && column >= 1);
         }
     }

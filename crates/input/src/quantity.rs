@@ -72,7 +72,7 @@ quantity!(
 );
 quantity!(
     /// A finite number, zero or above.
-    NonNegative, "zero or a number above it", |v| v >= 0.0
+    NonNegative, "zero or a number above zero", |v| v >= 0.0
 );
 quantity!(
     /// A number from 0 to 1, both included.
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_quantity_refuses_what_lies_outside_its_range() {
+    fn each_quantity_refuses_numbers_out_of_range() {
         assert!(Finite::new(-3.0).is_ok() && Finite::new(f64::NAN).is_err());
         assert!(Positive::new(1e-9).is_ok() && Positive::new(0.0).is_err());
         assert!(NonNegative::new(0.0).is_ok() && NonNegative::new(-1e-9).is_err());
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_says_what_was_seen_and_what_is_wanted() {
+    fn a_refusal_names_value_and_range() {
         let refusal = Positive::new(-2.0).expect_err("negative");
         assert_eq!(refusal.to_string(), "-2 is not a number above zero");
     }

@@ -19,7 +19,7 @@ impl TomlSource {
     /// Reads a file.
     ///
     /// # Errors
-    /// A [`Fault`] of the file if it cannot be read or is not UTF-8.
+    /// A [`Fault`] if the file cannot be read or is not UTF-8.
     pub fn read(path: &Path) -> Result<Self, Fault> {
         let text = std::fs::read_to_string(path).map_err(|error| {
             Fault::of_file(

@@ -72,7 +72,11 @@ fn element_of(row: &Row<'_>) -> Result<Element, Fault> {
     }
     let amplitude = number(7)?;
     if amplitude < 0.0 {
-        return Err(row.wrong(7, NAMES[7], "zero or a number above it (π in phase_rad reverses)"));
+        return Err(row.wrong(
+            7,
+            NAMES[7],
+            "zero or a number above zero (π in phase_rad reverses)",
+        ));
     }
     Ok(Element {
         centre_m: Vec3::new(number(0)?, number(1)?, number(2)?) / 1e3,

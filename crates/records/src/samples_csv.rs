@@ -170,7 +170,7 @@ fn sample_of(row: &Row<'_>, columns: Columns, foci: usize) -> Result<RecordedSam
     let number = |index: usize| row.number(index, NAMES[index]);
     let magnitude = |index: usize| match number(index)? {
         value if value >= 0.0 => Ok(value),
-        _ => Err(row.wrong(index, NAMES[index], "zero or a number above it")),
+        _ => Err(row.wrong(index, NAMES[index], "zero or a number above zero")),
     };
     Ok(RecordedSample {
         time_s: number(0)?,

@@ -50,7 +50,7 @@ pub fn write_transducer(
     Ok(TransducerFiles { transducer, pictures })
 }
 
-/// Heights (millimetres) and the residuals of the preferred pair of laws there, divided by their rms over all readings. Heights
+/// Heights (millimetres) and the residuals of the best pair of laws there, divided by their rms over all readings. Heights
 /// that were not scanned on a grid are left out.
 fn residual_maps(found: &Characterization, readings: &Readings) -> Vec<(f64, PlaneMap)> {
     let best = found.best();

@@ -8,7 +8,7 @@ use super::error::{PictureError, ReportError};
 use super::figure::Figure;
 use super::folder::Folder;
 use super::picture::{Drawn, ModelCurves};
-use fieldgap_study::ModelBesideIntegral;
+use fieldgap_study::ModelAgainstIntegral;
 
 /// Writes a picture of each model into a folder, which is created if it is missing; gives the pictures, PNG and SVG.
 ///
@@ -16,7 +16,7 @@ use fieldgap_study::ModelBesideIntegral;
 /// [`ReportError`] if a picture cannot be drawn or a file cannot be written.
 pub fn write_transducer_models(
     dir: &Path,
-    models: &[ModelBesideIntegral],
+    models: &[ModelAgainstIntegral],
 ) -> Result<Vec<PathBuf>, ReportError> {
     let figures: Vec<Figure> = models
         .par_iter()

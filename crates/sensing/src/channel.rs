@@ -14,7 +14,7 @@ const LEAST_NOISE: f64 = 2e-3;
 pub(super) struct Channel {
     period_s: f64,
     rest: f64,
-    /// Mean square of the difference between neighbouring samples, which a moving hand hardly changes.
+    /// Mean square of the difference between successive samples, which a moving hand hardly changes.
     roughness: f64,
     last: f64,
     samples: u64,
@@ -25,7 +25,7 @@ impl Channel {
         Self { period_s: 1.0 / rate_hz, rest: 0.0, roughness: 0.0, last: 0.0, samples: 0 }
     }
 
-    /// Takes a reading; `at_rest` says that there is no hand.
+    /// Takes a reading; `at_rest`: no hand is present.
     pub fn take(&mut self, volts: f64, at_rest: bool) {
         if self.samples == 0 {
             (self.rest, self.last) = (volts, volts);
@@ -48,7 +48,7 @@ impl Channel {
         (0.5 * self.roughness).sqrt().max(LEAST_NOISE * self.rest.abs())
     }
 
-    /// How far a reading is from rest, in deviations of the noise.
+    /// Departure of a reading from rest, in standard deviations of the noise.
     pub fn departure(&self, volts: f64) -> f64 {
         let noise = self.noise();
         if noise > 0.0 { (volts - self.rest).abs() / noise } else { 0.0 }
@@ -66,14 +66,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn level_at_rest_and_noise_are_learnt() {
+    fn level_at_rest_and_noise_are_estimated() {
         let mut channel = Channel::new(250.0);
-        // Deviation 0.01 about 0.3, by a sequence without pattern.
+        // Pseudo-random, standard deviation 0.01 about 0.3.
         let mut state = 1u64;
         for _ in 0..2000 {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            let even = (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
-            channel.take(0.3 + 0.01 * 12f64.sqrt() * even, true);
+            let uniform = (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+            channel.take(0.3 + 0.01 * 12f64.sqrt() * uniform, true);
         }
         assert!((channel.noise() / 0.01 - 1.0).abs() < 0.15, "{}", channel.noise());
         assert!((channel.departure(0.35) - 5.0).abs() < 1.2, "{}", channel.departure(0.35));

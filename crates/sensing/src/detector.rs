@@ -1,4 +1,4 @@
-//! From four readings at a time to swipes.
+//! Detection of swipes in the readings of four elements.
 
 use std::collections::VecDeque;
 
@@ -6,41 +6,41 @@ use serde::Serialize;
 
 use super::channel::Channel;
 
-/// Readings before anything is told: rest and noise are learnt first, s.
-const LEARNS_S: f64 = 0.4;
+/// Initial time without detection, in which rest and noise are estimated, s.
+const LEARNING_S: f64 = 0.4;
 
-/// Deviations of the noise from which on something is there.
-const SOMETHING: f64 = 6.0;
+/// Departure at which a passage begins, standard deviations of the noise.
+const BEGIN_SIGMA: f64 = 6.0;
 
-/// Readings in a row that must say so.
-const IN_A_ROW: usize = 2;
+/// Consecutive readings beyond this departure for a passage to begin.
+const BEGIN_READINGS: usize = 2;
 
-/// Deviations of the noise below which nothing is there any more.
-const NOTHING: f64 = 4.0;
+/// Departure below which a reading is quiet, standard deviations of the noise.
+const QUIET_SIGMA: f64 = 4.0;
 
-/// How long nothing must be there for the hand to be gone, s.
+/// Quiet time after which the hand is gone, s.
 const GONE_S: f64 = 0.2;
 
-/// How long all must stand still, wherever it is, to be taken for rest, s: what leaks drifts while a hand is there.
+/// Time of constant readings after which they become the level at rest, s: leakage may drift during a passage.
 const STILL_S: f64 = 0.5;
 
-/// Scatter, over what the noise explains, below which all stands still.
-const STILL: f64 = 1.6;
+/// Scatter over the noise below which readings are constant.
+const STILL_SCATTER: f64 = 1.6;
 
-/// The longest passage, s: what stays longer is no swipe.
+/// Longest passage, s.
 const LONGEST_S: f64 = 12.0;
 
-/// The shortest passage, s.
+/// Shortest passage, s.
 const SHORTEST_S: f64 = 0.03;
 
-/// How far apart the sides must be, as a share of how long the hand was there, which does not depend on the hand's speed. Of a
-/// hand twice as broad as the sides are apart it is about a tenth; echo and leakage scatter it by a third of that.
-const APART: f64 = 0.02;
+/// Smallest lag between the sides over the duration of the passage; this ratio does not depend on the speed. For a hand twice
+/// as wide as the distance of the sides it is about a tenth, with a scatter of a third of that from echo and leakage.
+const MIN_RELATIVE_LAG: f64 = 0.02;
 
-/// Shares of a side's whole departure whose times are compared with the other side's.
+/// Shares of a side's integrated departure whose times are compared between the sides.
 const QUANTILES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
 
-/// Which way a hand passed.
+/// Direction of a swipe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Direction {
@@ -59,31 +59,31 @@ impl std::fmt::Display for Direction {
     }
 }
 
-/// A hand that passed.
+/// A detected swipe.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Swipe {
-    /// Which way.
+    /// Direction.
     pub direction: Direction,
-    /// When it came, s on the clock of the readings.
+    /// Begin, s on the clock of the readings.
     pub came_s: f64,
-    /// When it went.
+    /// End, s.
     pub went_s: f64,
-    /// How much later the one side was met than the other, s, above zero.
+    /// Lag between the two sides, s, above zero.
     pub lag_s: f64,
 }
 
-/// Listens to four elements: two on the left, two on the right.
+/// A detector for four elements: two on the left, two on the right.
 #[derive(Debug, Clone)]
 pub struct SwipeDetector {
     rate_hz: f64,
     channels: [Channel; 4],
     recent: VecDeque<[f64; 4]>,
-    learnt: usize,
-    in_a_row: usize,
+    learning_readings: usize,
+    consecutive: usize,
     passage: Option<Passage>,
 }
 
-/// Something that is there.
+/// A passage of a hand in progress.
 #[derive(Debug, Clone, Default)]
 struct Passage {
     times_s: Vec<f64>,
@@ -99,39 +99,39 @@ impl SwipeDetector {
             rate_hz,
             channels: std::array::from_fn(|_| Channel::new(rate_hz)),
             recent: VecDeque::new(),
-            learnt: 0,
-            in_a_row: 0,
+            learning_readings: 0,
+            consecutive: 0,
             passage: None,
         }
     }
 
-    /// Takes four readings, left, left, right, right, at a time, s; gives the swipe that they complete.
+    /// Takes four readings (left, left, right, right) at a time, s; returns the swipe that they complete, if any.
     pub fn take(&mut self, time_s: f64, volts: [f64; 4]) -> Option<Swipe> {
         self.recent.push_back(volts);
         if self.recent.len() > self.samples(STILL_S) {
             self.recent.pop_front();
         }
         let departures: [f64; 4] = std::array::from_fn(|n| self.channels[n].departure(volts[n]));
-        let farthest = departures.iter().copied().fold(0.0, f64::max);
-        if self.learnt < self.samples(LEARNS_S) {
-            self.learnt += 1;
+        let largest = departures.iter().copied().fold(0.0, f64::max);
+        if self.learning_readings < self.samples(LEARNING_S) {
+            self.learning_readings += 1;
             self.rest(volts);
             return None;
         }
         let Some(mut passage) = self.passage.take() else {
-            self.in_a_row = if farthest > SOMETHING { self.in_a_row + 1 } else { 0 };
-            if self.in_a_row < IN_A_ROW {
-                // A departure that may be the first of more is not rest.
-                if self.in_a_row == 0 {
+            self.consecutive = if largest > BEGIN_SIGMA { self.consecutive + 1 } else { 0 };
+            if self.consecutive < BEGIN_READINGS {
+                // A departure that may begin a passage does not count as rest.
+                if self.consecutive == 0 {
                     self.rest(volts);
                 }
                 return None;
             }
-            self.in_a_row = 0;
+            self.consecutive = 0;
             self.passage = Some(Passage::default());
             return self.follow(time_s, volts, departures);
         };
-        passage.quiet = if farthest < NOTHING { passage.quiet + 1 } else { 0 };
+        passage.quiet = if largest < QUIET_SIGMA { passage.quiet + 1 } else { 0 };
         self.passage = Some(passage);
         self.follow(time_s, volts, departures)
     }
@@ -146,7 +146,7 @@ impl SwipeDetector {
         }
     }
 
-    /// Goes on with what is there; tells when it is gone.
+    /// Continues the passage; returns its swipe at the end, if it is one.
     fn follow(&mut self, time_s: f64, volts: [f64; 4], departures: [f64; 4]) -> Option<Swipe> {
         let mut passage = self.passage.take()?;
         passage.times_s.push(time_s);
@@ -161,7 +161,7 @@ impl SwipeDetector {
             self.passage = Some(passage);
             return None;
         }
-        let kept = count - if gone { passage.quiet } else { self.samples(STILL_S).min(count) };
+        let used = count - if gone { passage.quiet } else { self.samples(STILL_S).min(count) };
         if !gone {
             for (n, channel) in self.channels.iter_mut().enumerate() {
                 let mean = self.recent.iter().map(|volts| volts[n]).sum::<f64>()
@@ -169,34 +169,34 @@ impl SwipeDetector {
                 channel.settle(mean);
             }
         }
-        passage.swipe(kept).filter(|_| count < self.samples(LONGEST_S))
+        passage.swipe(used).filter(|_| count < self.samples(LONGEST_S))
     }
 
-    /// Whether all that was heard of late scatters as noise does.
+    /// Whether the recent readings scatter by noise only.
     fn is_still(&self) -> bool {
         let count = self.recent.len() as f64;
         (0..4).all(|n| {
             let mean = self.recent.iter().map(|volts| volts[n]).sum::<f64>() / count;
             let scatter = self.recent.iter().map(|volts| (volts[n] - mean).powi(2)).sum::<f64>();
-            (scatter / count).sqrt() < STILL * self.channels[n].noise()
+            (scatter / count).sqrt() < STILL_SCATTER * self.channels[n].noise()
         })
     }
 }
 
 impl Passage {
-    /// What passed in the first `kept` readings, if it was met on one side clearly before the other.
-    fn swipe(&self, kept: usize) -> Option<Swipe> {
-        let (&came_s, &went_s) = (self.times_s.first()?, self.times_s.get(kept.checked_sub(1)?)?);
-        let lasted_s = went_s - came_s;
-        if lasted_s < SHORTEST_S {
+    /// The swipe in the first `used` readings, if one side clearly changed before the other.
+    fn swipe(&self, used: usize) -> Option<Swipe> {
+        let (&came_s, &went_s) = (self.times_s.first()?, self.times_s.get(used.checked_sub(1)?)?);
+        let duration_s = went_s - came_s;
+        if duration_s < SHORTEST_S {
             return None;
         }
-        let left = self.side_s(kept, [0, 1])?;
-        let right = self.side_s(kept, [2, 3])?;
+        let left = self.side_s(used, [0, 1])?;
+        let right = self.side_s(used, [2, 3])?;
         let lags = left.iter().zip(right).map(|(left_s, right_s)| right_s - left_s);
         let lag_s = lags.sum::<f64>() / QUANTILES.len() as f64;
         let direction = if lag_s > 0.0 { Direction::Right } else { Direction::Left };
-        (lag_s.abs() > APART * lasted_s).then_some(Swipe {
+        (lag_s.abs() > MIN_RELATIVE_LAG * duration_s).then_some(Swipe {
             direction,
             came_s,
             went_s,
@@ -204,22 +204,22 @@ impl Passage {
         })
     }
 
-    /// When shares of what a side departed in all have come together; each of its elements counts alike.
-    fn side_s(&self, kept: usize, elements: [usize; 2]) -> Option<[f64; 5]> {
-        // The root keeps the few instants when echo and leakage add to their most from outweighing all others.
-        let beyond = |departure: f64| (departure - NOTHING).max(0.0).sqrt();
-        let whole =
-            elements.map(|n| self.departures[..kept].iter().map(|all| beyond(all[n])).sum::<f64>());
-        let heard: Vec<usize> = (0..2).filter(|&place| whole[place] > 0.0).collect();
-        if heard.is_empty() {
+    /// Times at which the integrated departure of a side reaches the quantiles; both elements have equal weight.
+    fn side_s(&self, used: usize, elements: [usize; 2]) -> Option<[f64; 5]> {
+        // The square root limits the weight of the instants when echo and leakage add in phase.
+        let weight = |departure: f64| (departure - QUIET_SIGMA).max(0.0).sqrt();
+        let totals =
+            elements.map(|n| self.departures[..used].iter().map(|all| weight(all[n])).sum::<f64>());
+        let active: Vec<usize> = (0..2).filter(|&element| totals[element] > 0.0).collect();
+        if active.is_empty() {
             return None;
         }
         let mut reached = 0.0;
         let mut times_s = [f64::NAN; 5];
         let mut next = 0;
-        for (time_s, all) in self.times_s[..kept].iter().zip(&self.departures) {
-            for &place in &heard {
-                reached += beyond(all[elements[place]]) / whole[place] / heard.len() as f64;
+        for (time_s, all) in self.times_s[..used].iter().zip(&self.departures) {
+            for &element in &active {
+                reached += weight(all[elements[element]]) / totals[element] / active.len() as f64;
             }
             while next < 5 && reached >= QUANTILES[next] - 1e-12 {
                 times_s[next] = *time_s;

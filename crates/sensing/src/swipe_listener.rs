@@ -9,9 +9,9 @@ use super::section::SensingSection;
 use fieldgap_rig::{ElementDelay, FocusArray, RigError};
 
 /// Longest time without a sample from the controller.
-const SILENT_WITHIN: Duration = Duration::from_secs(5);
+const SAMPLE_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// An array that emits and receives at the same time, with a detector of swipes.
+/// An array that emits and receives at the same time, with a swipe detector.
 pub struct SwipeListener<'a> {
     array: &'a mut dyn FocusArray,
     section: SensingSection,
@@ -23,7 +23,7 @@ pub struct SwipeListener<'a> {
 
 /// The result of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Heard {
+pub struct ListenerSample {
     /// Time of the sample, s since the controller's power-up.
     pub time_s: f64,
     /// The swipe that it completed, if any.
@@ -31,7 +31,7 @@ pub struct Heard {
 }
 
 impl<'a> SwipeListener<'a> {
-    /// Lets the array emit a continuous wave without a focus, and receives with the elements of a section.
+    /// Starts a continuous wave without a focus, received with the elements of a section.
     ///
     /// # Errors
     /// A [`RigError`] if the array does not answer or cannot receive.
@@ -51,18 +51,18 @@ impl<'a> SwipeListener<'a> {
 
     /// Waits for the next sample.
     ///
-    /// After lost samples the detector starts again, because it would take a gap as a movement.
+    /// After lost samples the detector starts again, because it would take a gap for a movement.
     ///
     /// # Errors
     /// A [`RigError`] if the array is disconnected or sends no more samples.
-    pub async fn next(&mut self) -> Result<Heard, RigError> {
+    pub async fn next(&mut self) -> Result<ListenerSample, RigError> {
         loop {
-            let until = Instant::now() + SILENT_WITHIN;
+            let until = Instant::now() + SAMPLE_TIMEOUT;
             let Some(sample) = self.array.next_sample(until).await? else {
                 return Err(RigError::new(
                     self.array.device().clone(),
                     "listening",
-                    fieldgap_rig::Cause::Silent { waited: SILENT_WITHIN },
+                    fieldgap_rig::Cause::Silent { waited: SAMPLE_TIMEOUT },
                     None,
                 ));
             };
@@ -75,7 +75,7 @@ impl<'a> SwipeListener<'a> {
             self.next = sample.number.wrapping_add(1);
             self.samples += 1;
             let time_s = sample.t_us as f64 * 1e-6;
-            return Ok(Heard { time_s, swipe: self.detector.take(time_s, volts) });
+            return Ok(ListenerSample { time_s, swipe: self.detector.take(time_s, volts) });
         }
     }
 

@@ -1,4 +1,4 @@
-//! The files a study's set-up stands in, with values written into them.
+//! The files of a study's set-up, with swept values written into them.
 
 use std::path::{Path, PathBuf};
 
@@ -6,26 +6,26 @@ use toml_edit::{DocumentMut, Item, Table, Value};
 
 use fieldgap_input::{Fault, TomlSource};
 
-/// The sections that a rig file gives, where the study names one.
-const OF_RIG: [&str; 2] = ["array", "medium"];
+/// The sections that are in the rig file, if the study names one.
+const RIG_SECTIONS: [&str; 2] = ["array", "medium"];
 
-/// A study's file and, where it names one, its rig's.
+/// The file of a study and the rig file that it names, if any.
 #[derive(Debug, Clone)]
 pub(super) struct Documents {
     study: (PathBuf, DocumentMut),
     rig: Option<(PathBuf, DocumentMut)>,
 }
 
-/// A key that no value can be given to: something on its way is a value already, and no section.
+/// A key that cannot be set, because a part of its path is a value and not a section.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no key of a section, such as `array.spacing_mm`")]
-pub(super) struct NoSuchPlace(String);
+#[error("`{0}` is not a key of a section, such as `array.spacing_mm`")]
+pub(super) struct NotAKey(String);
 
 impl Documents {
     /// Takes the text of a study and of its rig file.
     ///
     /// # Errors
-    /// A [`Fault`] at what is no TOML.
+    /// A [`Fault`] at invalid TOML.
     pub fn parse(study: &TomlSource, rig: Option<&TomlSource>) -> Result<Self, Fault> {
         let document = |source: &TomlSource| -> Result<(PathBuf, DocumentMut), Fault> {
             let parsed = source.text().parse().map_err(|error: toml_edit::TomlError| {
@@ -42,17 +42,17 @@ impl Documents {
         &self.study.1
     }
 
-    /// Gives a value to a key, its sections named with points between; sections that are missing are made.
+    /// Sets a dotted key. Missing sections are added.
     ///
     /// # Errors
-    /// [`NoSuchPlace`] where the way to the key leads through a value.
-    pub fn set(&mut self, key: &str, mut value: Value) -> Result<(), NoSuchPlace> {
-        let nowhere = || NoSuchPlace(key.to_owned());
+    /// [`NotAKey`] if a part of the path is a value.
+    pub fn set(&mut self, key: &str, mut value: Value) -> Result<(), NotAKey> {
+        let not_a_key = || NotAKey(key.to_owned());
         let mut sections: Vec<&str> = key.split('.').collect();
-        let last = sections.pop().filter(|last| !last.is_empty()).ok_or_else(nowhere)?;
-        let of_rig = OF_RIG.contains(sections.first().unwrap_or(&last));
+        let last = sections.pop().filter(|last| !last.is_empty()).ok_or_else(not_a_key)?;
+        let in_rig = RIG_SECTIONS.contains(sections.first().unwrap_or(&last));
         let document = match &mut self.rig {
-            Some((_, rig)) if of_rig => rig,
+            Some((_, rig)) if in_rig => rig,
             _ => &mut self.study.1,
         };
         let mut table: &mut dyn toml_edit::TableLike = document.as_table_mut();
@@ -61,9 +61,9 @@ impl Documents {
                 .entry(section)
                 .or_insert(Item::Table(Table::new()))
                 .as_table_like_mut()
-                .ok_or_else(nowhere)?;
+                .ok_or_else(not_a_key)?;
         }
-        // What stood around the old value, a comment say, stays.
+        // Comments around the old value are kept.
         if let Some(before) = table.get(last).and_then(Item::as_value) {
             *value.decor_mut() = before.decor().clone();
         }
@@ -71,23 +71,24 @@ impl Documents {
         Ok(())
     }
 
-    /// The study's file as it now is, `said` beside its name.
-    pub fn study_source(&self, said: &str) -> TomlSource {
-        source(&self.study, said)
+    /// The study's file in its present state, with `label` added to its name.
+    pub fn study_source(&self, label: &str) -> TomlSource {
+        source(&self.study, label)
     }
 
-    /// The file that the array and the medium stand in, as it now is.
-    pub fn rig_source(&self, said: &str) -> TomlSource {
-        source(self.rig.as_ref().unwrap_or(&self.study), said)
+    /// The file with the array and the medium, in its present state.
+    pub fn rig_source(&self, label: &str) -> TomlSource {
+        source(self.rig.as_ref().unwrap_or(&self.study), label)
     }
 }
 
-/// A fault names the file and what was written into it; files that it names are still found beside it.
-fn source((path, document): &(PathBuf, DocumentMut), said: &str) -> TomlSource {
+/// The name has the written values, for faults; relative paths in the file stay valid.
+fn source((path, document): &(PathBuf, DocumentMut), label: &str) -> TomlSource {
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
-    let said = if said.is_empty() { name } else { format!("{name} ({})", said.replace('/', "|")) };
+    let label =
+        if label.is_empty() { name } else { format!("{name} ({})", label.replace('/', "|")) };
     let folder = path.parent().unwrap_or(Path::new(""));
-    TomlSource::new(&folder.join(said), document.to_string())
+    TomlSource::new(&folder.join(label), document.to_string())
 }
 
 #[cfg(test)]
@@ -102,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_takes_the_place_of_another_and_the_rest_stays() {
+    fn a_value_is_replaced_and_the_rest_is_unchanged() {
         let mut documents = documents();
         documents.set("array.columns", Value::from(3)).expect("a key");
         documents.set("map.step_mm", Value::from(0.5)).expect("a key");
@@ -113,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn array_and_medium_are_changed_in_the_rig_file_where_there_is_one() {
+    fn array_and_medium_are_changed_in_the_rig_file_if_there_is_one() {
         let study = TomlSource::new(Path::new("s.toml"), "[focus]\nx_mm = 1.0\n");
         let rig = TomlSource::new(Path::new("r.toml"), "[array]\ncolumns = 6\n");
         let mut documents = Documents::parse(&study, Some(&rig)).expect("TOML");
@@ -124,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_is_no_section() {
+    fn a_value_is_not_a_section() {
         for key in ["name.x", "array.columns.x", "array.", ""] {
             assert!(documents().set(key, Value::from(1)).is_err(), "{key}");
         }

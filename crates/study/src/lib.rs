@@ -1,8 +1,8 @@
 //! Parameter studies: peak, focal radius and sub-peaks of a field as functions of any parameter of array, focus, medium, model or map.
 //!
 //! A study is a file ([`Study`]): a set-up in the sections of rig files and plans, and one or two sweeps. A sweep gives values to one key,
-//! or the same values to several. Every combination of values is written into the set-up, which is then read as any other: every key of a
-//! set-up can be swept, and an invalid value is an error at its line. The studies of the thesis ([`Study::OF_THESIS`]) are such files.
+//! or the same values to several. Every combination of values is written into the set-up, which is then read like any other. Every key of a
+//! set-up can therefore be swept, and an invalid value is an error at its line. The studies of the thesis ([`Study::OF_THESIS`]) are such files.
 //!
 //! ```
 //! use fieldgap_study::{Figure, Study, run};
@@ -20,7 +20,7 @@
 //! | run it | [`run`] |
 //! | find where sub-peaks appear between two values | [`onsets`] |
 //! | write the result as a table | [`csv()`], [`draws_csv`], [`text()`] |
-//! | see where a transducer model is valid | [`models_beside_integral`] |
+//! | see where a transducer model is valid | [`models_against_integral`] |
 
 mod documents;
 mod limits;
@@ -45,4 +45,4 @@ pub use study_file::{Study, UnknownStudy};
 pub use sweep::{Sweep, SweptValue};
 pub use table::{csv, draws_csv};
 pub use text::text;
-pub use transducer_models::{LOBE_DISTANCES_M, ModelBesideIntegral, models_beside_integral};
+pub use transducer_models::{LOBE_DISTANCES_M, ModelAgainstIntegral, models_against_integral};

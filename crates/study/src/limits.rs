@@ -1,4 +1,4 @@
-//! What theory says of a set-up before anything is simulated.
+//! Limits from theory for a set-up, before any simulation.
 
 use serde::Serialize;
 
@@ -6,34 +6,34 @@ use fieldgap_acoustics::limits::{critical_pitch_m, near_field_limit_m, steering_
 use fieldgap_acoustics::{Array, Excitation, Medium};
 use fieldgap_records::{ArraySection, Layout, Rims};
 
-/// Lengths that theory gives for a set-up, millimetres.
+/// Limits from theory for a set-up, millimetres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Limits {
     /// Wavelength.
     pub wavelength_mm: f64,
-    /// Distance between the centres of the nearest neighbours; none for a lone element.
+    /// Smallest distance between the centres of two elements; `None` for a single element.
     pub pitch_mm: Option<f64>,
-    /// Angle at which the farthest edge sees the focus, degrees; none without a focus before the array.
+    /// Steering angle from the farthest edge to the focus, degrees; `None` without a focus in front of the array.
     pub steering_deg: Option<f64>,
-    /// Largest pitch without a grating lobe at that angle, `λ/(1 + sin θ)`.
+    /// Largest pitch without a grating lobe at that steering angle, `λ/(1 + sin θ)`.
     pub critical_pitch_mm: Option<f64>,
-    /// Where the near field of the largest element's face ends.
+    /// Near-field length of the largest element.
     pub element_near_field_mm: f64,
-    /// Where the near field of the whole array ends: beyond, it cannot focus.
+    /// Near-field length of the whole array; it cannot focus beyond.
     pub array_near_field_mm: f64,
 }
 
 impl Limits {
-    /// The limits of an array in a medium, told something.
+    /// The limits of an array in a medium, with an excitation.
     pub fn of(section: &ArraySection, medium: &Medium, excitation: &Excitation) -> Self {
         let array = section.array();
         let rims = rims(section.layout());
         let wavelength_m = medium.wavelength_m(section.frequency_hz());
         let face_m = array.elements().iter().map(|e| e.radius_m).fold(0.0, f64::max);
-        let beyond_m = rims.map_or(face_m, |rims| 0.5e-3 * rims.diameter_mm.get());
+        let margin_m = rims.map_or(face_m, |rims| 0.5e-3 * rims.diameter_mm.get());
         let half_size_m = [0, 1].map(|axis| {
             let reach = array.elements().iter().map(|e| e.centre_m[axis].abs());
-            reach.fold(0.0, f64::max) + beyond_m
+            reach.fold(0.0, f64::max) + margin_m
         });
         let steering = excitation
             .focus_m()
@@ -64,17 +64,17 @@ fn rims(layout: &Layout) -> Option<Rims> {
     }
 }
 
-/// The smallest distance between two elements, metres. Sorted along x, each is only held against those not farther along.
+/// The smallest distance between two elements, metres. They are sorted along x, so that few pairs need to be compared.
 fn nearest_m(array: &Array) -> Option<f64> {
-    let mut places: Vec<_> = array.elements().iter().map(|element| element.centre_m).collect();
-    places.sort_by(|a, b| a.x.total_cmp(&b.x));
+    let mut centres: Vec<_> = array.elements().iter().map(|element| element.centre_m).collect();
+    centres.sort_by(|a, b| a.x.total_cmp(&b.x));
     let mut nearest = f64::INFINITY;
-    for (index, place) in places.iter().enumerate() {
-        for other in &places[index + 1..] {
-            if other.x - place.x >= nearest {
+    for (index, centre) in centres.iter().enumerate() {
+        for other in &centres[index + 1..] {
+            if other.x - centre.x >= nearest {
                 break;
             }
-            nearest = nearest.min((other - place).norm());
+            nearest = nearest.min((other - centre).norm());
         }
     }
     nearest.is_finite().then_some(nearest)

@@ -12,10 +12,10 @@ use fieldgap_records::{
     ArraySection, ArrayTable, FocusSection, FocusTable, Layout, MediumSection, MediumTable,
 };
 
-/// Points of a map, at most.
+/// Most points of a map.
 const MOST_MAP_POINTS: f64 = 3e7;
 
-/// The sections of a rig file that matter here.
+/// The sections of a rig file that a study uses.
 #[derive(Debug, Deserialize)]
 struct RigPart {
     array: Spanned<ArrayTable>,
@@ -47,22 +47,22 @@ struct MapTable {
     threshold: Option<Fraction>,
 }
 
-/// What is simulated at one combination of values.
+/// The set-up that is simulated at one combination of values.
 #[derive(Debug, Clone)]
 pub(super) struct Point {
-    /// The set-up; several where elements are drawn at random, a seed each.
+    /// The simulation; for a random layout one per seed.
     pub draws: Vec<Draw>,
-    /// Where the field is observed.
+    /// The observed plane.
     pub grid: PlaneGrid,
-    /// For focal radius and sub-peaks, relative to the peak.
+    /// Threshold for focal radius and sub-peaks, relative to the peak.
     pub threshold: f64,
-    /// How the figures are read off.
+    /// Convention of the figures.
     pub convention: Convention,
-    /// What theory says of the set-up; of its first draw.
+    /// Limits from theory, of the first draw.
     pub limits: Limits,
 }
 
-/// One array of those drawn at random, or the only one.
+/// One array of a random layout, or the only one.
 #[derive(Debug, Clone)]
 pub(super) struct Draw {
     pub seed: Option<u32>,
@@ -73,34 +73,34 @@ impl Point {
     /// The set-up of a study with one value of each sweep.
     ///
     /// # Errors
-    /// A [`Fault`] in the file as it is with those values.
+    /// A [`Fault`] in the file with those values.
     pub fn read(study: &Study, values: &[&SweptValue]) -> Result<Self, Fault> {
         let mut documents = study.documents.clone();
-        let mut said = Vec::new();
+        let mut labels = Vec::new();
         for (sweep, value) in study.sweeps.iter().zip(values) {
             for key in &sweep.parameters {
-                documents.set(key, value.value.clone()).map_err(|nowhere| {
+                documents.set(key, value.value.clone()).map_err(|error| {
                     study.source().fault(
                         sweep.place.clone(),
-                        nowhere.to_string(),
+                        error.to_string(),
                         "name the section and the key",
                     )
                 })?;
             }
-            said.push(format!("{} = {}", sweep.name(), value.label));
+            labels.push(format!("{} = {}", sweep.name(), value.label));
         }
-        let said = said.join(", ");
-        let rig_source = documents.rig_source(&said);
-        let study_source = documents.study_source(&said);
+        let label = labels.join(", ");
+        let rig_source = documents.rig_source(&label);
+        let study_source = documents.study_source(&label);
         let rig: RigPart = rig_source.parse()?;
         let part: StudyPart = study_source.parse()?;
         let array = ArraySection::read(&rig.array, &rig_source)?;
         let medium = MediumSection::read(&rig.medium, &rig_source)?.medium();
         let focus = FocusSection::read(&part.focus, &study_source)?;
-        focus.fits(array.array().len()).map_err(|wrong| {
+        focus.fits(array.array().len()).map_err(|error| {
             study_source.fault(
                 part.focus.span(),
-                wrong.to_string(),
+                error.to_string(),
                 "give one phase for each element",
             )
         })?;
@@ -120,12 +120,10 @@ impl Point {
             Layout::Random { seed: first, .. } => {
                 for draw in 0..study.draws {
                     let seed = first.wrapping_add(draw);
-                    documents.set("array.seed", Value::from(i64::from(seed))).map_err(
-                        |nowhere| {
-                            Fault::of_file(rig_source.path(), nowhere.to_string(), "write [array]")
-                        },
-                    )?;
-                    let source = documents.rig_source(&format!("{said}, seed {seed}"));
+                    documents.set("array.seed", Value::from(i64::from(seed))).map_err(|error| {
+                        Fault::of_file(rig_source.path(), error.to_string(), "write [array]")
+                    })?;
+                    let source = documents.rig_source(&format!("{label}, seed {seed}"));
                     let rig: RigPart = source.parse()?;
                     let drawn = ArraySection::read(&rig.array, &source)?;
                     draws.push(Draw { seed: Some(seed), simulation: simulation(&drawn) });
@@ -150,7 +148,7 @@ fn grid(table: &MapTable, focus_z_m: Option<f64>, source: &TomlSource) -> Result
     let z_m = table.z_mm.map(|z_mm| z_mm.get() * 1e-3).or(focus_z_m).ok_or_else(|| {
         Fault::of_file(
             source.path(),
-            "says neither where the focus is nor at which height the field is observed",
+            "gives neither a focus nor a height for the map",
             "give `z_mm` in [map]",
         )
     })?;
@@ -166,7 +164,7 @@ fn grid(table: &MapTable, focus_z_m: Option<f64>, source: &TomlSource) -> Result
             format!(
                 "a map of {size_mm} mm in steps of {step_mm} mm has too few or too many points"
             ),
-            "let it have 3 to 5000 points along each side",
+            "choose 3 to 5000 points per side",
         ));
     }
     let mut grid = PlaneGrid::square(steps * step_mm * 1e-3, step_mm * 1e-3, z_m);

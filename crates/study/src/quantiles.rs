@@ -1,28 +1,28 @@
-//! How figures of arrays drawn at random are distributed.
+//! Quantiles of the figures of random arrays.
 
 use serde::Serialize;
 
-/// Where a share of some values lies below.
+/// Quantiles, mean and standard deviation of some values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Quantiles {
-    /// A twentieth lies below.
+    /// 5 % quantile.
     pub p05: f64,
-    /// A quarter lies below.
+    /// 25 % quantile.
     pub p25: f64,
-    /// Half lie below.
+    /// Median.
     pub median: f64,
-    /// Three quarters lie below.
+    /// 75 % quantile.
     pub p75: f64,
-    /// All but a twentieth lie below.
+    /// 95 % quantile.
     pub p95: f64,
     /// The mean.
     pub mean: f64,
-    /// The standard deviation of one value, with one degree of freedom taken off; zero for one value.
+    /// Sample standard deviation (n - 1 degrees of freedom); zero for one value.
     pub standard_deviation: f64,
 }
 
 impl Quantiles {
-    /// Of some finite values, linearly between neighbours in rank; `None` if there are none.
+    /// Quantiles of finite values, linearly interpolated in rank; `None` if there are none.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranks_are_shared_out_between_neighbours() {
+    fn quantiles_are_interpolated_in_rank() {
         let found = Quantiles::of((0..=20).rev().map(f64::from)).expect("some");
         assert_eq!(
             [found.p05, found.p25, found.median, found.p75, found.p95],

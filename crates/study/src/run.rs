@@ -20,13 +20,13 @@ pub struct StudyResult {
 /// One combination of values.
 #[derive(Debug, Clone)]
 pub struct Row {
-    /// The index of the value of each sweep.
+    /// Index of the value of each sweep.
     pub values: Vec<usize>,
     /// The simulator.
     pub simulator: Simulator,
     /// Elements of the array.
     pub elements: usize,
-    /// The focus, metres, where there is one.
+    /// The focus, metres, if any.
     pub focus_m: Option<Vec3>,
     /// Height at which the field was observed, millimetres.
     pub z_mm: f64,
@@ -54,7 +54,7 @@ impl Figure {
     /// In the thesis's order.
     pub const ALL: [Self; 3] = [Self::FocalRadius, Self::Peak, Self::SubPeaks];
 
-    /// The figure of a map; none where the map has none.
+    /// The figure of a map, if the map has it.
     pub fn of(self, observation: &Observation) -> Option<f64> {
         match self {
             Self::FocalRadius => observation.focal_radius_mm,
@@ -65,25 +65,27 @@ impl Figure {
 }
 
 impl Row {
-    /// The figure, or over draws how it is distributed; none where no map has it.
+    /// The distribution of a figure over the draws; `None` if no map has it.
     pub fn figure(&self, figure: Figure) -> Option<Quantiles> {
         Quantiles::of(self.draws.iter().filter_map(|(_, observed)| figure.of(observed)))
     }
 
-    /// The only observation, or the first draw's.
+    /// The observation of the first draw.
     pub fn first(&self) -> &Observation {
         &self.draws[0].1
     }
 }
 
-/// Runs a study; with `keep_maps`, each row keeps its field.
+/// Runs a study; with `keep_maps`, each row keeps its map.
 ///
 /// # Errors
-/// A [`Fault`] at the first combination of values that makes no set-up, before anything is simulated.
+/// A [`Fault`] at the first combination of values that is not a valid set-up, before any simulation.
 pub fn run(study: &Study, keep_maps: bool) -> Result<StudyResult, Fault> {
     let combinations: Vec<Vec<usize>> = combinations(study);
-    let read: Vec<Result<Point, Fault>> =
-        combinations.par_iter().map(|values| Point::read(study, &chosen(study, values))).collect();
+    let read: Vec<Result<Point, Fault>> = combinations
+        .par_iter()
+        .map(|values| Point::read(study, &values_at(study, values)))
+        .collect();
     let points: Vec<Point> = read.into_iter().collect::<Result<_, Fault>>()?;
     let observed = observe(&points, keep_maps);
     let rows = combinations
@@ -109,7 +111,7 @@ pub fn run(study: &Study, keep_maps: bool) -> Result<StudyResult, Fault> {
 }
 
 /// The values of one combination.
-fn chosen<'s>(study: &'s Study, values: &[usize]) -> Vec<&'s SweptValue> {
+fn values_at<'s>(study: &'s Study, values: &[usize]) -> Vec<&'s SweptValue> {
     study.sweeps.iter().zip(values).map(|(sweep, &value)| &sweep.values[value]).collect()
 }
 
@@ -124,7 +126,7 @@ fn combinations(study: &Study) -> Vec<Vec<usize>> {
     })
 }
 
-/// Simulates points and reads their maps; of each the first draw's map, where they are kept.
+/// Simulates points; returns the figures of all draws and, with `keep_maps`, the map of the first draw.
 fn observe(points: &[Point], keep_maps: bool) -> Vec<(Vec<Observation>, Option<PlaneMap>)> {
     let jobs: Vec<_> = points
         .iter()
@@ -136,7 +138,7 @@ fn observe(points: &[Point], keep_maps: bool) -> Vec<(Vec<Observation>, Option<P
         shared_magnitudes(&jobs, |job, values| {
             let (point, grid) = (owner[job], jobs[job].1);
             let map = PlaneMap::new(grid.x_m.clone(), grid.y_m.clone(), values)
-                .expect("a grid's axes rise and its points are all simulated");
+                .expect("ascending axes and a value for each point");
             (Observation::of(&map, point.threshold, point.convention), keep_maps.then_some(map))
         });
     let mut rest = observed.drain(..);
@@ -150,7 +152,7 @@ fn observe(points: &[Point], keep_maps: bool) -> Vec<(Vec<Observation>, Option<P
         .collect()
 }
 
-/// The sub-peaks of a study's set-up with one more value in place of its only sweep's; `None` where that makes no set-up.
+/// The number of sub-peaks at another value of a study's only sweep; `None` if that is not a valid set-up.
 pub(super) fn sub_peaks_at(study: &Study, value: f64) -> Option<usize> {
     let point = Point::read(study, &[&SweptValue::of_number(value)]).ok()?;
     let (observations, _) = observe(std::slice::from_ref(&point), false).swap_remove(0);

@@ -1,8 +1,8 @@
-//! Many simulations over planes, each element summed as seldom as can be.
+//! Many simulations over planes that share the fields of common elements.
 //!
-//! Square arrays that grow about one focus hold one another's elements, and an element's own field is the same in all of
-//! them, but for a phase that the whole array shares: delays are counted from the farthest element. So an array that holds
-//! another's elements begins with that one's field, and only what it has beyond is summed.
+//! Arrays of growing size with one focus contain each other's elements. The field of an element is the same in all of them,
+//! up to a common phase: delays count from the farthest element. The field of a larger array therefore starts from that of
+//! the smaller one, and only the additional elements are summed.
 
 use std::collections::HashSet;
 
@@ -11,45 +11,44 @@ use rayon::prelude::*;
 
 use fieldgap_acoustics::{Element, Excitation, PlaneGrid, Simulation};
 
-/// A simulation, and the plane that it is wanted on.
+/// A simulation and its plane.
 pub(super) type Job<'a> = (&'a Simulation, &'a PlaneGrid);
 
-/// The root mean square pressures of each job, handed to `read` with the job's number; what it makes of them, in the order
-/// of the jobs.
+/// Calls `read` with the number and the rms pressures of each job; returns the results in the order of the jobs.
 pub(super) fn shared_magnitudes<T: Send>(
     jobs: &[Job<'_>],
     read: impl Fn(usize, Vec<f64>) -> T + Sync,
 ) -> Vec<T> {
-    let mut made: Vec<(usize, T)> = chains(jobs)
+    let mut results: Vec<(usize, T)> = chains(jobs)
         .par_iter()
         .flat_map_iter(|chain| {
-            let mut begun: Option<Begun<'_>> = None;
+            let mut previous: Option<Previous<'_>> = None;
             chain
                 .iter()
                 .map(|&job| {
                     let (simulation, grid) = jobs[job];
-                    let field = continued(simulation, grid, begun.take());
+                    let field = continued_field(simulation, grid, previous.take());
                     let values = field.iter().copied().map(simulation.rms()).collect();
-                    begun = Some(Begun { simulation, field });
+                    previous = Some(Previous { simulation, field });
                     (job, read(job, values))
                 })
                 .collect::<Vec<_>>()
         })
         .collect();
-    made.sort_by_key(|(job, _)| *job);
-    made.into_iter().map(|(_, made)| made).collect()
+    results.sort_by_key(|(job, _)| *job);
+    results.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Jobs by number, each chain rising, each of its arrays holding the one before.
+/// Chains of job numbers; each array of a chain contains the elements of the one before.
 fn chains(jobs: &[Job<'_>]) -> Vec<Vec<usize>> {
-    let mut rising: Vec<usize> = (0..jobs.len()).collect();
-    rising.sort_by_key(|&job| jobs[job].0.array.len());
+    let mut by_size: Vec<usize> = (0..jobs.len()).collect();
+    by_size.sort_by_key(|&job| jobs[job].0.array.len());
     let mut chains: Vec<Vec<usize>> = Vec::new();
-    for job in rising {
+    for job in by_size {
         let own = keys(jobs[job].0);
         let end = |chain: &&mut Vec<usize>| {
             let last = jobs[chain[chain.len() - 1]];
-            alike(last, jobs[job])
+            compatible(last, jobs[job])
                 && last.0.array.elements().iter().all(|element| own.contains(&key(element)))
         };
         match chains.iter_mut().rev().find(end) {
@@ -60,8 +59,8 @@ fn chains(jobs: &[Job<'_>]) -> Vec<Vec<usize>> {
     chains
 }
 
-/// Whether two jobs differ in nothing but their elements, and have a focus, whose delays alone share their phases.
-fn alike((a, grid_a): Job<'_>, (b, grid_b): Job<'_>) -> bool {
+/// Whether two jobs differ only in their elements and have a focus, as only its delays share their phases.
+fn compatible((a, grid_a): Job<'_>, (b, grid_b): Job<'_>) -> bool {
     matches!(a.excitation, Excitation::Focus(_))
         && a.excitation == b.excitation
         && a.simulator == b.simulator
@@ -70,13 +69,13 @@ fn alike((a, grid_a): Job<'_>, (b, grid_b): Job<'_>) -> bool {
         && grid_a == grid_b
 }
 
-/// An element, to the last bit.
+/// An element, bit by bit.
 type Key = [u64; 9];
 
 fn key(element: &Element) -> Key {
     let [x, y, z]: [f64; 3] = element.centre_m.into();
     let [nx, ny, nz]: [f64; 3] = element.normal.into();
-    // Zero has two signs that are the same place.
+    // Negative zero becomes zero.
     [x, y, z, nx, ny, nz, element.radius_m, element.amplitude, element.phase_rad]
         .map(|number| (number + 0.0).to_bits())
 }
@@ -85,25 +84,27 @@ fn keys(simulation: &Simulation) -> HashSet<Key> {
     simulation.array.elements().iter().map(key).collect()
 }
 
-struct Begun<'a> {
+struct Previous<'a> {
     simulation: &'a Simulation,
     field: Vec<Complex64>,
 }
 
-/// The field of a simulation, taken on from that of an array whose elements it has.
-fn continued(
+/// The field of a simulation, continued from that of an array with a subset of its elements.
+fn continued_field(
     simulation: &Simulation,
     grid: &PlaneGrid,
-    begun: Option<Begun<'_>>,
+    previous: Option<Previous<'_>>,
 ) -> Vec<Complex64> {
     let points = grid.points();
-    let Some(begun) = begun else { return simulation.field(&points) };
-    let known = keys(begun.simulation);
+    let Some(previous) = previous else { return simulation.field(&points) };
+    let known = keys(previous.simulation);
     let elements = simulation.array.elements();
     let new: Vec<usize> =
         (0..elements.len()).filter(|&index| !known.contains(&key(&elements[index]))).collect();
-    let turned = Complex64::cis(latest_rad(simulation) - latest_rad(begun.simulation));
-    let mut field: Vec<Complex64> = begun.field.into_iter().map(|part| part * turned).collect();
+    let rotation =
+        Complex64::cis(focus_phase_rad(simulation) - focus_phase_rad(previous.simulation));
+    let mut field: Vec<Complex64> =
+        previous.field.into_iter().map(|part| part * rotation).collect();
     if !new.is_empty() {
         let added = simulation.kernel().of_elements(&new).at(&points);
         field.iter_mut().zip(added).for_each(|(field, added)| *field += added);
@@ -111,11 +112,11 @@ fn continued(
     field
 }
 
-/// The phase at which all waves reach the focus, radians: the farthest element's travel.
-fn latest_rad(simulation: &Simulation) -> f64 {
+/// The common phase of all waves at the focus, radians: that of the longest path.
+fn focus_phase_rad(simulation: &Simulation) -> f64 {
     let focus_m = simulation.excitation.focus_m().unwrap_or_default();
-    let travels = simulation.array.elements().iter().map(|e| (focus_m - e.centre_m).norm());
-    simulation.medium.wavenumber_rad_m(simulation.frequency_hz) * travels.fold(0.0, f64::max)
+    let paths_m = simulation.array.elements().iter().map(|e| (focus_m - e.centre_m).norm());
+    simulation.medium.wavenumber_rad_m(simulation.frequency_hz) * paths_m.fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn growing_arrays_have_the_fields_that_each_has_alone() {
+    fn shared_sums_agree_with_independent_ones() {
         let grid = PlaneGrid::square(0.03, 3e-3, 0.08);
         for simulator in Simulator::ALL {
             let squares: Vec<Simulation> = (1..=9)
@@ -153,15 +154,15 @@ mod tests {
                 assert_eq!(job, number);
                 let alone = simulation.magnitudes(&grid.points());
                 let peak = alone.iter().copied().fold(0.0, f64::max);
-                for (ours, alone) in values.iter().zip(alone) {
-                    assert!((ours - alone).abs() < 1e-12 * peak, "{ours} {alone}");
+                for (shared, alone) in values.iter().zip(alone) {
+                    assert!((shared - alone).abs() < 1e-12 * peak, "{shared} {alone}");
                 }
             }
         }
     }
 
     #[test]
-    fn arrays_that_share_nothing_go_apart() {
+    fn incompatible_jobs_are_not_chained() {
         let grid = PlaneGrid::square(0.01, 5e-3, 0.1);
         let array = || Array::square(2, 2, 10.5e-3).expect("not empty");
         let near = simulation(array(), Simulator::Piston);

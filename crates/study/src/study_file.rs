@@ -42,7 +42,7 @@ struct StudyTable {
 pub struct Study {
     /// Its name; a valid file name.
     pub name: String,
-    /// The sweeps: one or two.
+    /// One or two sweeps.
     pub sweeps: Vec<Sweep>,
     /// Number of arrays for a random layout; their seeds count up from that of the array.
     pub draws: u32,
@@ -50,10 +50,10 @@ pub struct Study {
     source: TomlSource,
 }
 
-/// A name that no study of the thesis has.
+/// An unknown study of the thesis.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the thesis has no study called `{0}`; there are shape, height, count, spacing and comparison"
+    "the thesis has no study `{0}`; its studies are shape, height, count, spacing and comparison"
 )]
 pub struct UnknownStudy(String);
 
@@ -77,22 +77,22 @@ impl Study {
         Ok(TomlSource::new(Path::new(&format!("study {name}")), *text))
     }
 
-    /// Makes sense of a study's file. A rig that it names is looked for from the folder that the file is in.
+    /// Reads a study file. The path of its rig file is relative to its folder.
     ///
     /// # Errors
-    /// A [`Fault`] at the first key or value that does not fit. What the sweeps make of the set-up is read when it runs.
+    /// A [`Fault`] at the first invalid key or value. The swept values are checked when the study runs.
     pub fn read(source: TomlSource) -> Result<Self, Fault> {
         let file: StudyTable = source.parse()?;
         let name = file_name(&file.name, "the folder of the study", &source)?;
         let rig = match &file.rig {
             None => None,
             Some(rig) => {
-                for (key, there) in [("array", &file._array), ("medium", &file._medium)] {
-                    if let Some(section) = there {
+                for (key, section) in [("array", &file._array), ("medium", &file._medium)] {
+                    if let Some(section) = section {
                         return Err(source.fault(
                             section.span(),
-                            format!("`rig` gives [{key}] already"),
-                            "take out this section, or `rig`",
+                            format!("[{key}] is given by `rig` already"),
+                            "remove this section, or `rig`",
                         ));
                     }
                 }
@@ -102,7 +102,7 @@ impl Study {
                     source.fault(
                         rig.span(),
                         fault.to_string(),
-                        "name a rig file, from this file's folder",
+                        "give the path of a rig file, relative to this file's folder",
                     )
                 })?)
             }
@@ -113,27 +113,26 @@ impl Study {
         Ok(Self { name, sweeps, draws, documents, source })
     }
 
-    /// The same with a value written into its file, as if it had stood there: `key` as in a sweep, `value` as in TOML, or
-    /// plain text.
+    /// The same study with a value set in its file: `key` as in a sweep, `value` as in TOML, or plain text.
     ///
     /// # Errors
-    /// A [`Fault`] if the file then does not fit.
+    /// A [`Fault`] if the file is then invalid.
     pub fn with(mut self, key: &str, value: &str) -> Result<Self, Fault> {
-        let said = format!("{key} = {value}");
+        let label = format!("{key} = {value}");
         let parsed: Value = value.parse().unwrap_or_else(|_| Value::from(value));
-        self.documents.set(key, parsed.decorated(" ", "")).map_err(|nowhere| {
-            Fault::of_file(self.source.path(), nowhere.to_string(), "name the section and the key")
+        self.documents.set(key, parsed.decorated(" ", "")).map_err(|error| {
+            Fault::of_file(self.source.path(), error.to_string(), "name the section and the key")
         })?;
         let path = self.source.path().to_owned();
         let source = TomlSource::new(&path, self.documents.study_source("").text());
-        let file: StudyTable = self.documents.study_source(&said).parse()?;
+        let file: StudyTable = self.documents.study_source(&label).parse()?;
         self.sweeps = sweeps(&file.sweep, &self.documents, &source)?;
         self.draws = file.draws.map_or(1, NonZeroU32::get);
         self.name = file_name(&file.name, "the folder of the study", &source)?;
         Ok(Self { source, ..self })
     }
 
-    /// The same by a convention's simulator, in place of its own.
+    /// The same study with another simulator.
     ///
     /// # Errors
     /// A [`Fault`] if the study sweeps over the simulator.
@@ -144,19 +143,19 @@ impl Study {
         if let Some(sweep) = swept {
             return Err(self.source.fault(
                 sweep.place.clone(),
-                format!("the study sweeps over the simulator, which cannot be {simulator} throughout as well"),
-                "leave out the one or the other",
+                format!("the study sweeps over the simulator, so that {simulator} cannot be chosen for all values"),
+                "remove one of the two",
             ));
         }
         self.with("simulator.model", &simulator.to_string())
     }
 
-    /// The file as it now is.
+    /// The file in its present state.
     pub fn source(&self) -> &TomlSource {
         &self.source
     }
 
-    /// How many combinations of values there are.
+    /// Number of combinations of values.
     pub fn points(&self) -> usize {
         self.sweeps.iter().map(|sweep| sweep.values.len()).product()
     }
@@ -172,12 +171,16 @@ fn sweeps(
         return Err(source.fault(
             place,
             format!("{} sweeps; a study has one or two [[sweep]]", tables.len()),
-            "keys that go together are one sweep: parameter = [\"array.columns\", \"array.rows\"]",
+            "keys with common values are one sweep: parameter = [\"array.columns\", \"array.rows\"]",
         ));
     }
     let items = documents.study().get("sweep").and_then(|item| item.as_array_of_tables());
     let Some(items) = items else {
-        return Err(source.fault(tables[0].span(), "is no section of its own", "write [[sweep]]"));
+        return Err(source.fault(
+            tables[0].span(),
+            "must be an array of tables",
+            "write [[sweep]]",
+        ));
     };
     let sweeps = tables
         .iter()
@@ -189,7 +192,7 @@ fn sweeps(
         return Err(source.fault(
             tables[0].span(),
             format!("{points} combinations of values; at most {MOST_POINTS} are allowed"),
-            "take larger steps",
+            "choose larger steps",
         ));
     }
     Ok(sweeps)

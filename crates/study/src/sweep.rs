@@ -1,4 +1,4 @@
-//! `[[sweep]]`: the values that a key takes one after the other.
+//! `[[sweep]]`: the values of a swept key.
 
 use std::num::NonZeroU32;
 use std::ops::Range;
@@ -48,39 +48,39 @@ impl Number {
     }
 }
 
-/// One key, or several that go together, and the values it takes.
+/// One key, or several with common values, and its values.
 #[derive(Debug, Clone)]
 pub struct Sweep {
-    /// The keys, sections and points included (`array.spacing_mm`); at least one. All take the same value.
+    /// The dotted keys (`array.spacing_mm`), at least one. All take the same value.
     pub parameters: Vec<String>,
     /// The values, at least one.
     pub values: Vec<SweptValue>,
-    /// Where the sweep stands in its file.
+    /// Position of the sweep in its file.
     pub(super) place: Range<usize>,
 }
 
-/// A value that is swept over.
+/// A value of a sweep.
 #[derive(Debug, Clone)]
 pub struct SweptValue {
-    /// What it is called in tables and pictures.
+    /// Label in tables and pictures.
     pub label: String,
-    /// The number, where it is one.
+    /// The number, if it is one.
     pub number: Option<f64>,
     pub(super) value: Value,
 }
 
 impl SweptValue {
-    /// A number that stands in no file.
+    /// A number that is not from a file.
     pub(super) fn of_number(number: f64) -> Self {
         Self { label: format!("{number}"), number: Some(number), value: Value::from(number) }
     }
 }
 
 impl Sweep {
-    /// Makes sense of a `[[sweep]]` of `source`; `item` is the same as an editable document has it.
+    /// Reads a `[[sweep]]` of `source`; `item` is the same table of the editable document.
     ///
     /// # Errors
-    /// A [`Fault`] at keys that do not go together, at a range that does not end, or at labels that are not as many as values.
+    /// A [`Fault`] at contradictory keys, at an invalid range, or if labels and values differ in number.
     pub(super) fn read(
         table: &Spanned<SweepTable>,
         item: &toml_edit::Table,
@@ -92,31 +92,31 @@ impl Sweep {
             Parameters::Several(keys) => keys,
         };
         if parameters.is_empty() {
-            return Err(source.fault(keys.parameter.span(), "no key is swept", "name a key"));
+            return Err(source.fault(keys.parameter.span(), "no key is given", "name a key"));
         }
         let mut values = match (&keys.values, &keys.from, &keys.to) {
             (Some(given), None, None) => {
                 if let Some(place) = keys.step.as_ref().map(Spanned::span) {
-                    return Err(source.fault(place, "`step` goes with `from` and `to`", ONE_OF));
+                    return Err(source.fault(
+                        place,
+                        "`step` needs `from` and `to`, not `values`",
+                        ONE_OF,
+                    ));
                 }
                 listed(given, item)
             }
             (None, Some(from), Some(to)) => ranged(from, to, keys, source)?,
             _ => {
-                return Err(source.fault(
-                    table.span(),
-                    "does not say which values it takes",
-                    ONE_OF,
-                ));
+                return Err(source.fault(table.span(), "a sweep needs values", ONE_OF));
             }
         };
         if values.is_empty() {
-            return Err(source.fault(table.span(), "has no values", ONE_OF));
+            return Err(source.fault(table.span(), "the sweep has no values", ONE_OF));
         }
         if let Some(labels) = &keys.labels {
-            let (named, there) = (labels.get_ref().len(), values.len());
-            if named != there {
-                let problem = format!("{named} labels for {there} values");
+            let (named, count) = (labels.get_ref().len(), values.len());
+            if named != count {
+                let problem = format!("{named} labels for {count} values");
                 return Err(source.fault(labels.span(), problem, "give each value one label"));
             }
             for (value, label) in values.iter_mut().zip(labels.get_ref()) {
@@ -131,8 +131,8 @@ impl Sweep {
         self.parameters.join(" = ")
     }
 
-    /// The numbers, if every value is one and they rise.
-    pub fn rising_numbers(&self) -> Option<Vec<f64>> {
+    /// The values, if all are numbers in ascending order.
+    pub fn ascending_numbers(&self) -> Option<Vec<f64>> {
         let numbers: Vec<f64> =
             self.values.iter().map(|value| value.number).collect::<Option<_>>()?;
         numbers.windows(2).all(|pair| pair[0] < pair[1]).then_some(numbers)
@@ -181,13 +181,13 @@ fn ranged(
             let count_of = f64::from(count.get_ref().get());
             (count_of, (last - first) / (count_of - 1.0).max(1.0), count.span())
         }
-        _ => return Err(source.fault(to.span(), "does not say how many values there are", ONE_OF)),
+        _ => return Err(source.fault(to.span(), "either `step` or `count` is needed", ONE_OF)),
     };
     if !(first.is_finite() && step.is_finite() && count >= 1.0 && count <= MOST_VALUES as f64) {
         return Err(source.fault(
             place,
-            format!("from {first} to {last} in steps of {step} is not between 1 and {MOST_VALUES} values"),
-            "let the step lead from `from` to `to`",
+            format!("{first} to {last} in steps of {step} must give 1 to {MOST_VALUES} values"),
+            "choose a step that leads from `from` to `to`",
         ));
     }
     let whole = [Some(from), Some(to), keys.step.as_ref()]
@@ -211,9 +211,9 @@ fn ranged(
         .collect())
 }
 
-/// A number to twelve digits, so that 0.1 + 2 * 0.1 reads 0.3.
+/// A number to twelve digits, so that 0.1 + 2 * 0.1 is written as 0.3.
 fn round_number(number: f64) -> f64 {
-    format!("{number:.11e}").parse().expect("a number as it was written")
+    format!("{number:.11e}").parse().expect("a formatted number")
 }
 
 #[cfg(test)]
@@ -256,19 +256,19 @@ mod tests {
             read("parameter = [\"a.b\", \"a.c\"]\nfrom = 1\nto = 3\nstep = 1").expect("good");
         assert!(sweep.values.iter().all(|value| value.value.is_integer()));
         assert_eq!(sweep.name(), "a.b = a.c");
-        assert_eq!(sweep.rising_numbers(), Some(vec![1.0, 2.0, 3.0]));
+        assert_eq!(sweep.ascending_numbers(), Some(vec![1.0, 2.0, 3.0]));
     }
 
     #[test]
-    fn faults_are_placed() {
+    fn faults_have_the_right_line() {
         let cases = [
-            ("parameter = \"a\"", 1, "which values"),
+            ("parameter = \"a\"", 1, "needs values"),
             ("parameter = []\nvalues = [1]", 2, "no key"),
             ("parameter = 3\nvalues = [1]", 2, "expected a key"),
             ("parameter = \"a\"\nvalues = []", 1, "no values"),
             ("parameter = \"a\"\nvalues = [1]\nstep = 2", 4, "`step`"),
             ("parameter = \"a\"\nvalues = [1]\nlabels = []", 4, "0 labels for 1 values"),
-            ("parameter = \"a\"\nfrom = 1\nto = 2", 4, "how many"),
+            ("parameter = \"a\"\nfrom = 1\nto = 2", 4, "is needed"),
             ("parameter = \"a\"\nfrom = 1\nto = 2\nstep = 0", 5, "steps of 0"),
             ("parameter = \"a\"\nfrom = 1\nto = 2\nstep = -1", 5, "steps of -1"),
             ("parameter = \"a\"\nfrom = 0\nto = 1\nstep = 1e-9", 5, "10000"),
@@ -276,10 +276,10 @@ mod tests {
             ("parameter = \"a\"\nfrom = \"b\"\nto = 2\nstep = 1", 3, "expected a number"),
             ("parameter = \"a\"\nvalue = [1]", 3, "value"),
         ];
-        for (keys, line, said) in cases {
+        for (keys, line, message) in cases {
             let fault = read(keys).expect_err(keys);
             assert_eq!(fault.line_column().map(|place| place.0), Some(line), "{keys}: {fault}");
-            assert!(fault.problem().contains(said), "{keys}: {fault}");
+            assert!(fault.problem().contains(message), "{keys}: {fault}");
         }
     }
 }

@@ -1,8 +1,8 @@
-//! What a study found, as tables for programs.
+//! The result of a study as CSV.
 
 use super::{Figure, Quantiles, Row, Study, StudyResult};
 
-/// Columns behind those of the sweeps.
+/// Columns after those of the sweeps.
 const COLUMNS: [&str; 16] = [
     "simulator",
     "elements",
@@ -22,32 +22,32 @@ const COLUMNS: [&str; 16] = [
     "array_near_field_mm",
 ];
 
-/// A row for each combination of values. Of arrays drawn at random it holds the medians, and the distributions behind them.
+/// One row per combination of values. For random arrays it has the medians and the distributions.
 pub fn csv(study: &Study, result: &StudyResult) -> String {
-    let drawn = result.rows.iter().any(|row| row.draws.len() > 1);
+    let random = result.rows.iter().any(|row| row.draws.len() > 1);
     let mut header: Vec<String> = study.sweeps.iter().map(|sweep| sweep.name()).collect();
     header.extend(COLUMNS.map(str::to_owned));
-    if drawn {
+    if random {
         header.push("draws".to_owned());
         for name in ["focal_radius_mm", "peak", "sub_peaks"] {
-            header.extend(SHARES.map(|share| format!("{name}_{share}")));
+            header.extend(STATISTICS.map(|statistic| format!("{name}_{statistic}")));
         }
     }
     let rows = result.rows.iter().map(|row| {
         let mut cells = labels(study, row);
         cells.extend(figures(row));
-        if drawn {
+        if random {
             cells.push(row.draws.len().to_string());
             for figure in Figure::ALL {
-                cells.extend(shares(row.figure(figure)));
+                cells.extend(statistics(row.figure(figure)));
             }
         }
         cells
     });
-    written(std::iter::once(header).chain(rows))
+    csv_text(std::iter::once(header).chain(rows))
 }
 
-/// A row for each array that was drawn at random.
+/// One row per random array.
 pub fn draws_csv(study: &Study, result: &StudyResult) -> String {
     let mut header: Vec<String> = study.sweeps.iter().map(|sweep| sweep.name()).collect();
     header.extend(
@@ -68,12 +68,12 @@ pub fn draws_csv(study: &Study, result: &StudyResult) -> String {
             Some(cells)
         })
     });
-    written(std::iter::once(header).chain(rows))
+    csv_text(std::iter::once(header).chain(rows))
 }
 
-const SHARES: [&str; 5] = ["p05", "p25", "p75", "p95", "standard_deviation"];
+const STATISTICS: [&str; 5] = ["p05", "p25", "p75", "p95", "standard_deviation"];
 
-fn shares(quantiles: Option<Quantiles>) -> [String; 5] {
+fn statistics(quantiles: Option<Quantiles>) -> [String; 5] {
     let of = |read: fn(&Quantiles) -> f64| {
         quantiles.as_ref().map_or_else(String::new, |found| format!("{:.4}", read(found)))
     };
@@ -91,12 +91,12 @@ fn labels(study: &Study, row: &Row) -> Vec<String> {
 
 fn figures(row: &Row) -> [String; 16] {
     let first = row.first();
-    let lone = row.draws.len() == 1;
+    let single = row.draws.len() == 1;
     let median = |figure: Figure, decimals: usize| {
         row.figure(figure).map_or_else(String::new, |found| format!("{:.decimals$}", found.median))
     };
-    // Where a single map of many has its peak says nothing of the rest.
-    let of_one = |text: String| if lone { text } else { String::new() };
+    // The peak position of one draw does not represent the others.
+    let if_single = |text: String| if single { text } else { String::new() };
     let optional =
         |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
     let limits = row.limits;
@@ -106,12 +106,12 @@ fn figures(row: &Row) -> [String; 16] {
         length(row.z_mm),
         median(Figure::FocalRadius, 4),
         median(Figure::Peak, 6),
-        of_one(length(first.peak_x_mm)),
-        of_one(length(first.peak_y_mm)),
-        median(Figure::SubPeaks, if lone { 0 } else { 1 }),
-        of_one(optional(first.largest_sub_peak)),
-        of_one(first.cut_off.clone()),
-        of_one(first.peak_at_edge.to_string()),
+        if_single(length(first.peak_x_mm)),
+        if_single(length(first.peak_y_mm)),
+        median(Figure::SubPeaks, if single { 0 } else { 1 }),
+        if_single(optional(first.largest_sub_peak)),
+        if_single(first.cut_off.clone()),
+        if_single(first.peak_at_edge.to_string()),
         format!("{:.4}", limits.wavelength_mm),
         optional(limits.pitch_mm),
         optional(limits.critical_pitch_mm),
@@ -120,17 +120,17 @@ fn figures(row: &Row) -> [String; 16] {
     ]
 }
 
-/// Millimetres without the rounding of their arithmetic.
+/// Millimetres without binary rounding errors.
 fn length(millimetres: f64) -> String {
-    // A zero from below is zero.
+    // Negative zero becomes zero.
     format!("{}", (millimetres * 1e6).round() / 1e6 + 0.0)
 }
 
-fn written(rows: impl Iterator<Item = Vec<String>>) -> String {
+fn csv_text(rows: impl Iterator<Item = Vec<String>>) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
-        writer.write_record(&row).expect("memory takes every row, and all rows are as long");
+        writer.write_record(&row).expect("rows of equal length, in memory");
     }
-    let bytes = writer.into_inner().expect("memory takes every row");
-    String::from_utf8(bytes).expect("text went in")
+    let bytes = writer.into_inner().expect("rows in memory");
+    String::from_utf8(bytes).expect("text")
 }

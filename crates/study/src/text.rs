@@ -1,10 +1,10 @@
-//! What a study found, in words and columns for people.
+//! The result of a study as text.
 
 use std::fmt::Write;
 
 use super::{Figure, Limits, Onset, Quantiles, Row, Study, StudyResult};
 
-/// The figures as columns, and under them what theory says of the set-ups, and where sub-peaks appear.
+/// The figures in columns, the limits from theory, and where sub-peaks appear.
 pub fn text(study: &Study, result: &StudyResult, onsets: &[Onset]) -> String {
     let mut text = columns(study, result);
     text += "\n";
@@ -41,7 +41,7 @@ fn columns(study: &Study, result: &StudyResult) -> String {
         text += "\n";
     }
     if result.rows.iter().any(|row| row.draws.len() > 1) {
-        text += "a random array's figures are the median over its draws, and in brackets what nine in ten lie between\n";
+        text += "figures of random arrays: median over the draws [5 % to 95 % quantile]\n";
     }
     text
 }
@@ -75,7 +75,7 @@ fn short(millimetres: f64) -> f64 {
     (millimetres * 1e3).round() / 1e3 + 0.0
 }
 
-/// The limits that all rows share, or between which they lie.
+/// The limits, as a range over the rows.
 fn limits(study: &Study, result: &StudyResult) -> String {
     let range = |read: &dyn Fn(&Limits) -> Option<f64>| {
         let values = result.rows.iter().filter_map(|row| read(&row.limits));
@@ -91,31 +91,31 @@ fn limits(study: &Study, result: &StudyResult) -> String {
     };
     let mut text = String::new();
     if let Some(face) = range(&|limits| Some(limits.element_near_field_mm)) {
-        let _ = writeln!(text, "near field of an element (a²/λ): {face} from its face");
+        let _ = writeln!(text, "near field of an element (a²/λ): to {face} from its face");
     }
     if let Some(array) = range(&|limits| Some(limits.array_near_field_mm)) {
         let _ = writeln!(
             text,
-            "near field of the array (half its size squared, over λ): {array}; beyond that its delays make no focus"
+            "near field of the array (half its size squared, over λ): {array}; it cannot focus beyond"
         );
     }
-    // A sweep of the spacing says it for itself.
+    // A sweep of the spacing has lines of its own.
     if gap_sweep(study).is_none()
         && let (Some(critical), Some(pitch)) =
             (range(&|limits| limits.critical_pitch_mm), range(&|limits| limits.pitch_mm))
     {
         let _ = writeln!(
             text,
-            "critical spacing λ/(1 + sin θ), centre to centre: {critical}; the elements stand {pitch} apart"
+            "critical spacing λ/(1 + sin θ), centre to centre: {critical}; the pitch is {pitch}"
         );
     }
     text
 }
 
-/// The gaps of a study that sweeps over nothing but the gap between neighbouring rims.
+/// The gaps, if the only sweep is over the gap between neighbouring rims.
 fn gap_sweep(study: &Study) -> Option<Vec<f64>> {
     match &study.sweeps[..] {
-        [sweep] if sweep.parameters == ["array.spacing_mm"] => sweep.rising_numbers(),
+        [sweep] if sweep.parameters == ["array.spacing_mm"] => sweep.ascending_numbers(),
         _ => None,
     }
 }
@@ -129,12 +129,12 @@ fn sub_peaks(study: &Study, result: &StudyResult, onsets: &[Onset]) -> String {
         let diameter = result.rows[0].limits.pitch_mm.unwrap_or(0.0) - gaps[0];
         let _ = writeln!(
             text,
-            "critical spacing λ/(1 + sin θ) where the gap itself is put for it, as the thesis does: {critical:.2} mm"
+            "critical spacing λ/(1 + sin θ), applied to the gap as in the thesis: {critical:.2} mm"
         );
         let _ = writeln!(
             text,
-            "the formula speaks of centres, and these stand {diameter:.1} mm apart without any gap: by it, grating lobes \
-             are there at every gap; what counts is whether they come onto the map, and how weak the lobes make them"
+            "the formula applies to the pitch, which is {diameter:.1} mm without a gap: grating lobes exist at every \
+             gap; whether they are on the map, and how strong, depends on the directivity"
         );
     }
     for onset in onsets {
@@ -145,28 +145,31 @@ fn sub_peaks(study: &Study, result: &StudyResult, onsets: &[Onset]) -> String {
             && let Some(row) = result.rows.first()
             && let (Some(pitch), Some(gaps)) = (row.limits.pitch_mm, &gaps)
         {
-            let centres = pitch - gaps[0] + onset.to;
-            let _ = writeln!(text, "  that is {centres:.2} mm from centre to centre");
+            let pitch_mm = pitch - gaps[0] + onset.to;
+            let _ = writeln!(text, "  (pitch {pitch_mm:.2} mm)");
         }
     }
-    let single = study.sweeps.len() == 1 && study.sweeps[0].rising_numbers().is_some();
+    let single = study.sweeps.len() == 1 && study.sweeps[0].ascending_numbers().is_some();
     if onsets.is_empty() && single {
-        let there = result.rows.iter().all(|row| row.first().sub_peaks > 0);
-        let _ =
-            writeln!(text, "sub-peaks: {}", if there { "at every value" } else { "at no value" });
+        let everywhere = result.rows.iter().all(|row| row.first().sub_peaks > 0);
+        let _ = writeln!(
+            text,
+            "sub-peaks: {}",
+            if everywhere { "at every value" } else { "at no value" }
+        );
     }
     text
 }
 
-/// Where the gap equals the critical spacing, which itself falls as the array grows with the gap: between two values of the
-/// sweep, linearly.
+/// The gap that equals the critical spacing, interpolated between two values of the sweep. The critical spacing itself
+/// falls as the array grows with the gap.
 fn critical_gap_mm(gaps: &[f64], result: &StudyResult) -> Option<f64> {
-    let over: Vec<f64> = gaps
+    let excess: Vec<f64> = gaps
         .iter()
         .zip(&result.rows)
         .map(|(gap, row)| Some(gap - row.limits.critical_pitch_mm?))
         .collect::<Option<_>>()?;
-    let index = over.windows(2).position(|pair| pair[0] < 0.0 && pair[1] >= 0.0)?;
-    let share = -over[index] / (over[index + 1] - over[index]);
+    let index = excess.windows(2).position(|pair| pair[0] < 0.0 && pair[1] >= 0.0)?;
+    let share = -excess[index] / (excess[index + 1] - excess[index]);
     Some(gaps[index] + share * (gaps[index + 1] - gaps[index]))
 }

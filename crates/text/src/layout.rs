@@ -1,17 +1,17 @@
 //! Paragraphs and tables for a terminal.
 
-/// A terminal's lines are filled up to here, characters.
+/// Line width of a terminal, characters.
 const WIDTH: usize = 100;
 
-/// Words as lines of at most 100 characters, indented, those after the first by `hang` more. A longer word stays whole,
-/// and so do words that a no-break space holds together.
+/// Words in lines of at most 100 characters, indented; lines after the first by `hang` more. Longer words, and words joined
+/// by a no-break space, are not broken.
 pub fn paragraph(words: &str, indent: usize, hang: usize) -> String {
     let mut lines = String::new();
     let mut line = " ".repeat(indent);
     let mut empty = true;
     for word in words.split([' ', '\n']).filter(|word| !word.is_empty()) {
-        let longer = line.chars().count() + word.chars().count() + usize::from(!empty);
-        if !empty && longer > WIDTH {
+        let length = line.chars().count() + word.chars().count() + usize::from(!empty);
+        if !empty && length > WIDTH {
             lines += &line;
             lines.push('\n');
             line = " ".repeat(indent + hang);
@@ -30,7 +30,7 @@ pub fn paragraph(words: &str, indent: usize, hang: usize) -> String {
     lines
 }
 
-/// Rows in columns two blanks apart and indented by two: the first column to the left, the others to the right.
+/// Rows in columns, separated and indented by two blanks. The first column is left-aligned, the others right-aligned.
 pub fn table<const COLUMNS: usize>(rows: &[[String; COLUMNS]]) -> String {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
     let widths: Vec<usize> = (0..COLUMNS).map(|column| width(column).unwrap_or(0)).collect();
@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paragraphs_fill_their_lines_and_no_more() {
+    fn lines_of_paragraphs_are_filled() {
         let words = "sound ".repeat(40);
         let text = paragraph(&words, 2, 3);
         let lengths: Vec<usize> = text.lines().map(str::len).collect();

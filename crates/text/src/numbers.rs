@@ -1,21 +1,21 @@
-//! Numbers in words: as many digits as their uncertainty allows.
+//! Numbers as text, with as many digits as their uncertainty justifies.
 
 use serde::Serialize;
 
 /// A number and its standard error, both in the same unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Uncertain {
-    /// The best value.
+    /// Best estimate.
     pub value: f64,
-    /// Its standard error (one standard deviation); NaN where no data determine it.
+    /// Standard error (one standard deviation); NaN if it is not determined.
     pub standard_error: f64,
 }
 
-/// What stands where there is no number.
+/// Placeholder for a missing number.
 pub const ABSENT: &str = "\u{2013}";
 
-/// A number with its standard error to two digits, `12.34 ± 0.56`; four digits and no error where the error
-/// is zero or unknown.
+/// A number with its standard error to two digits, `12.34 ± 0.56`; four digits and no error if the error is zero or
+/// unknown.
 pub fn uncertain(number: Uncertain) -> String {
     let Uncertain { value, standard_error: error } = number;
     if !value.is_finite() {
@@ -67,7 +67,7 @@ pub fn percent(ratio: f64) -> String {
     format!("{}\u{a0}%", fixed(percent, decimals))
 }
 
-/// A number with some digits, at most those before the point beyond them.
+/// A number to some significant digits; digits before the decimal point are never dropped.
 pub fn significant(value: f64, digits: i32) -> String {
     if !value.is_finite() {
         return ABSENT.to_owned();
@@ -94,7 +94,7 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     }
     let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {
-        // No minus before what was rounded to zero.
+        // No minus before a number rounded to zero.
         Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
         Some(rest) => format!("\u{2212}{rest}"),
         None => text,
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn the_error_says_how_many_digits() {
+    fn the_error_determines_the_digits() {
         assert_eq!(number(12.3456, 0.234), "12.35 ± 0.23");
         assert_eq!(number(-0.98765, 0.0123), "−0.988 ± 0.012");
         assert_eq!(number(8588.0, 296.0), "8588 ± 296");
@@ -155,14 +155,14 @@ mod tests {
     }
 
     #[test]
-    fn powers_of_ten_are_raised() {
+    fn powers_of_ten_are_superscripts() {
         assert_eq!(raised("beyond 1 : 10^12"), "beyond 1 : 10¹²");
         assert_eq!(raised("10^-9, 10^3 and 10^"), "10⁻⁹, 10³ and 10^");
         assert_eq!(raised("pitch"), "pitch");
     }
 
     #[test]
-    fn without_an_error_four_digits_stand() {
+    fn numbers_without_error_have_four_digits() {
         assert_eq!(number(12.3456, f64::NAN), "12.35");
         assert_eq!(number(0.0, 0.0), "0");
         assert_eq!(number(f64::NAN, 1.0), ABSENT);
@@ -179,13 +179,13 @@ mod tests {
     }
 
     #[test]
-    fn nothing_rounds_to_minus_zero() {
+    fn negative_zero_is_written_as_zero() {
         assert_eq!(fixed(-0.001, 2), "0.00");
         assert_eq!(fixed(-1.006, 2), "−1.01");
     }
 
     #[test]
-    fn heights_drop_their_zeros() {
+    fn heights_have_no_trailing_zeros() {
         assert_eq!((height_mm(0.1), height_mm(0.0125)), ("100".to_owned(), "12.5".to_owned()));
         assert_eq!(height_mm(0.0), "0");
     }

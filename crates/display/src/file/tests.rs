@@ -1,4 +1,4 @@
-//! Display files, right and wrong.
+//! Valid and invalid display files.
 
 use proptest::prelude::*;
 
@@ -11,7 +11,7 @@ fn display(text: &str) -> Result<DisplayFile, Fault> {
 const HEAD: &str = "name = \"d\"\nrig = \"../rigs/virtual.toml\"\n";
 
 #[test]
-fn what_is_not_written_has_its_default() {
+fn missing_keys_have_defaults() {
     let file = display(&format!("{HEAD}[[focus]]\npath.point_mm = [0, 0, 100]\n")).expect("valid");
     assert_eq!(file.rig_path(), FilePath::new("scans/../rigs/virtual.toml"));
     assert_eq!((file.foci, file.solver, file.rounds.get()), (Foci::Together, Solver::Weighted, 50));
@@ -58,7 +58,7 @@ fn every_modulation_and_path_is_read() {
 }
 
 #[test]
-fn what_contradicts_itself_is_shown_at_its_line() {
+fn contradictions_are_reported_at_their_line() {
     let still = "[[focus]]\npath.point_mm = [0, 0, 100]";
     let circle = "[[focus]]\npath.circle = { centre_mm = [0, 0, 100], radius_mm = 9 }";
     let places = "[[focus]]\npath.points_mm = [[0, 0, 100], [9, 0, 100]]";
@@ -97,14 +97,14 @@ proptest! {
     }
 
     #[test]
-    fn any_numbers_make_a_display_or_a_fault_with_a_place(
+    fn any_numbers_give_a_display_or_a_located_fault(
         radius in -10.0..50.0f64, speed in -100.0..500.0f64, z in -50.0..200.0f64, level in -1.0..2.0f64,
     ) {
         let text = format!("{HEAD}[[focus]]\npath.circle = {{ centre_mm = [0, 0, {z}], radius_mm = {radius} }}\nspeed_mm_s = {speed}\nlevel = {level}\n");
-        let right = radius > 0.0 && speed > 0.0 && z > 0.0 && level > 0.0;
+        let valid = radius > 0.0 && speed > 0.0 && z > 0.0 && level > 0.0;
         match display(&text) {
-            Ok(_) => prop_assert!(right),
-            Err(fault) => prop_assert!(!right && fault.line_column().is_some(), "{}", fault),
+            Ok(_) => prop_assert!(valid),
+            Err(fault) => prop_assert!(!valid && fault.line_column().is_some(), "{}", fault),
         }
     }
 }

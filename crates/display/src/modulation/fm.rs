@@ -9,7 +9,7 @@ use std::num::NonZeroU32;
 
 use serde::Deserialize;
 
-use super::{LEAST_LEVELS, Waveform, whole};
+use super::{LEAST_LEVELS, Waveform, full_depth};
 use crate::error::DisplayError;
 use fieldgap_input::{Fraction, Positive};
 
@@ -23,8 +23,8 @@ pub struct Fm {
     pub deviation_hz: Positive,
     /// Sweep frequency, Hz. It is rounded so that a sweep has a whole number of cycles.
     pub sweep_hz: Positive,
-    /// Depth, 0 (no modulation) to 1 (down to silence).
-    #[serde(default = "whole")]
+    /// Depth, 0 (no modulation) to 1 (down to zero).
+    #[serde(default = "full_depth")]
     pub depth: Fraction,
     /// Waveform.
     #[serde(default)]
@@ -45,7 +45,7 @@ pub struct Sweep {
 }
 
 impl Fm {
-    /// The sweep on a controller of `most` levels.
+    /// The sweep for a controller that stores `most` levels.
     ///
     /// # Errors
     /// [`DisplayError::TooFast`] if its fastest cycle has fewer than eight levels; [`DisplayError::Sweep`] if the frequency
@@ -62,11 +62,11 @@ impl Fm {
         let levels = (periods / hold).round().min(most as f64);
         let swing = deviation_hz / frequency_hz;
         let fastest_hz = frequency_hz + deviation_hz;
-        let of_fastest = levels / cycles / (1.0 + swing);
-        if of_fastest < LEAST_LEVELS {
+        let fastest_levels = levels / cycles / (1.0 + swing);
+        if fastest_levels < LEAST_LEVELS {
             return Err(DisplayError::TooFast {
                 frequency_hz: fastest_hz,
-                periods: of_fastest,
+                periods: fastest_levels,
                 least: LEAST_LEVELS,
             });
         }
@@ -76,7 +76,7 @@ impl Fm {
 }
 
 impl Sweep {
-    /// Cycles a second that it has in the mean, Hz.
+    /// Mean frequency, Hz.
     pub fn mean_hz(&self, carrier_hz: f64) -> f64 {
         carrier_hz * f64::from(self.cycles) / self.periods()
     }

@@ -1,4 +1,4 @@
-//! Envelopes against the spectra of their closed forms.
+//! Envelopes compared with analytic spectra.
 
 use num_complex::Complex64;
 use proptest::prelude::*;
@@ -14,7 +14,7 @@ fn am(frequency_hz: f64, depth: f64, waveform: Waveform, of: Of) -> Modulation {
     })
 }
 
-/// The amplitudes of the `harmonic`th harmonic of the envelope's levels to a power, its loop holding one cycle.
+/// Amplitude of a harmonic of the levels to a power, for a loop of one cycle.
 fn harmonic(envelope: &Envelope, power: i32, harmonic: usize) -> f64 {
     let levels = envelope.levels();
     let sum: Complex64 = levels
@@ -32,13 +32,13 @@ fn harmonic(envelope: &Envelope, power: i32, harmonic: usize) -> f64 {
 
 proptest! {
     #[test]
-    fn any_rate_is_met(frequency_hz in prop_oneof![0.2..20.0f64, 20.0..1500.0f64]) {
+    fn any_frequency_is_approximated(frequency_hz in prop_oneof![0.2..20.0f64, 20.0..1500.0f64]) {
         let modulation = am(frequency_hz, 1.0, Waveform::Sine, Of::Pressure);
         let achieved = modulation.achieved_hz(40e3, 4096).expect("slow enough");
         prop_assert!((achieved / frequency_hz - 1.0).abs() < 2e-4, "{} for {}", achieved, frequency_hz);
         let envelope = modulation.envelope(40e3, 4096).expect("slow enough");
         prop_assert!(envelope.levels().len() <= 4096);
-        // Cycles in the loop, counted by where it crosses its mean upwards, and the loop's length give the same rate.
+        // The upward crossings of the mean in a loop give the same frequency.
         let above: Vec<bool> = envelope.levels().iter().map(|&level| level > 127).collect();
         let rises = above.iter().zip(above.iter().cycle().skip(1)).filter(|(a, b)| !**a && **b).count();
         let counted = rises as f64 * 40e3 / envelope.loop_periods() as f64;
@@ -46,28 +46,28 @@ proptest! {
     }
 
     #[test]
-    fn the_spectrum_of_am_is_its_closed_form(depth in 0.0..1.0f64) {
-        // (1 + m sin)/(1 + m): 1/(1 + m) at rest and m/(1 + m) at the frequency, so side bands of m/2 of the carrier.
+    fn am_has_the_analytic_spectrum(depth in 0.0..1.0f64) {
+        // (1 + m sin)/(1 + m): mean 1/(1 + m) and m/(1 + m) at the frequency: side bands of m/2 of the carrier.
         let envelope = am(200.0, depth, Waveform::Sine, Of::Pressure).envelope(40e3, 4096).expect("slow");
         prop_assert_eq!(envelope.loop_periods(), 200);
         prop_assert!((harmonic(&envelope, 1, 0) - 1.0 / (1.0 + depth)).abs() < 2e-3);
         prop_assert!((harmonic(&envelope, 1, 1) - depth / (1.0 + depth)).abs() < 2e-3);
         prop_assert!(harmonic(&envelope, 1, 2) < 2e-3);
-        // The force goes with its square: 2 m and m²/2, over (1 + m)².
+        // The force is proportional to the square: 2 m and m²/2, over (1 + m)².
         let scale = (1.0 + depth).powi(2);
         prop_assert!((harmonic(&envelope, 2, 1) - 2.0 * depth / scale).abs() < 3e-3);
         prop_assert!((harmonic(&envelope, 2, 2) - 0.5 * depth * depth / scale).abs() < 3e-3);
     }
 
     #[test]
-    fn a_force_that_is_shaped_has_no_second_harmonic(depth in 0.0..1.0f64) {
+    fn am_of_the_force_has_no_second_harmonic_in_the_force(depth in 0.0..1.0f64) {
         let envelope = am(200.0, depth, Waveform::Sine, Of::Force).envelope(40e3, 4096).expect("slow");
         prop_assert!((harmonic(&envelope, 2, 1) - depth / (1.0 + depth)).abs() < 3e-3);
         prop_assert!(harmonic(&envelope, 2, 2) < 3e-3);
     }
 
     #[test]
-    fn a_pulse_train_has_the_spectrum_of_its_duty(percent in 1u32..100) {
+    fn pwm_has_the_analytic_spectrum(percent in 1u32..100) {
         let duty = f64::from(percent) / 100.0;
         let pwm = Modulation::Pwm(Pwm {
             frequency_hz: Positive::new(200.0).expect("above zero"),
@@ -76,14 +76,14 @@ proptest! {
         let envelope = pwm.envelope(40e3, 4096).expect("slow");
         prop_assert!((harmonic(&envelope, 1, 0) - duty).abs() < 1e-9);
         for n in 1..5usize {
-            let closed = 2.0 / (std::f64::consts::PI * n as f64) * (std::f64::consts::PI * n as f64 * duty).sin().abs();
-            prop_assert!((harmonic(&envelope, 1, n) - closed).abs() < 1e-3, "{}", n);
+            let expected = 2.0 / (std::f64::consts::PI * n as f64) * (std::f64::consts::PI * n as f64 * duty).sin().abs();
+            prop_assert!((harmonic(&envelope, 1, n) - expected).abs() < 1e-3, "{}", n);
         }
     }
 }
 
 #[test]
-fn waveforms_have_the_harmonics_of_their_series() {
+fn waveforms_have_the_harmonics_of_their_fourier_series() {
     let pi = std::f64::consts::PI;
     // At full depth (1 + w)/2 halves the harmonics of w.
     for (waveform, series) in [
@@ -93,20 +93,20 @@ fn waveforms_have_the_harmonics_of_their_series() {
     ] {
         let envelope = am(100.0, 1.0, waveform, Of::Pressure).envelope(40e3, 4096).expect("slow");
         for (n, value) in series.into_iter().enumerate() {
-            let ours = harmonic(&envelope, 1, n + 1);
-            assert!((ours - value / 2.0).abs() < 2e-3, "{waveform:?} {}: {ours}", n + 1);
+            let computed = harmonic(&envelope, 1, n + 1);
+            assert!((computed - value / 2.0).abs() < 2e-3, "{waveform:?} {}: {computed}", n + 1);
         }
     }
 }
 
 #[test]
-fn what_the_envelope_cannot_follow_is_refused() {
+fn too_fast_modulations_are_refused() {
     let fast = am(10e3, 1.0, Waveform::Sine, Of::Pressure).envelope(40e3, 4096);
     insta::assert_snapshot!(fast.expect_err("four periods"));
 }
 
 #[test]
-fn movements_leave_the_amplitude_alone() {
+fn movements_have_a_constant_amplitude() {
     let frequency_hz = Positive::new(200.0).expect("above zero");
     let modulation = Modulation::Spatiotemporal(Spatiotemporal { frequency_hz });
     assert_eq!(modulation.envelope(40e3, 4096), Ok(Envelope::continuous()));
@@ -125,25 +125,25 @@ fn fm(frequency_hz: f64, deviation_hz: f64, sweep_hz: f64) -> Modulation {
 
 proptest! {
     #[test]
-    fn the_lines_of_fm_are_those_of_bessels_functions(index in 0.1..3.0f64) {
+    fn fm_lines_have_bessel_amplitudes(index in 0.1..3.0f64) {
         // (1 + sin)/2 at 200 Hz, 25 sweeps a second: 8 cycles in a loop, lines at 8 + n of J_n(index)/2.
         let envelope = fm(200.0, 25.0 * index, 25.0).envelope(40e3, 4096).expect("slow");
         prop_assert_eq!(envelope.loop_periods(), 1600);
         for n in 0..4i32 {
-            let closed = 0.5 * libm::jn(n, index).abs();
+            let expected = 0.5 * libm::jn(n, index).abs();
             for line in [8 - n, 8 + n] {
-                let ours = harmonic(&envelope, 1, line as usize);
-                prop_assert!((ours - closed).abs() < 3e-3, "{} of {}: {} {}", line, index, ours, closed);
+                let computed = harmonic(&envelope, 1, line as usize);
+                prop_assert!((computed - expected).abs() < 3e-3, "{} of {}: {} {}", line, index, computed, expected);
             }
         }
     }
 
     #[test]
-    fn the_mean_rate_of_fm_is_kept_and_the_sweep_gives_way(
+    fn fm_keeps_the_mean_frequency_and_rounds_the_sweep(
         frequency in 20.0..800.0f64, sweep in 0.5..20.0f64, share in 0.01..0.9f64,
     ) {
         let modulation = fm(frequency, share * frequency, sweep);
-        // A slow sweep of a fast rate has too few levels to a cycle, and says so.
+        // A slow sweep of a high frequency has too few levels per cycle and is refused.
         if let Ok(achieved) = modulation.achieved_hz(40e3, 4096) {
             prop_assert!((achieved / frequency - 1.0).abs() < 2e-3, "{} for {}", achieved, frequency);
         }
@@ -151,7 +151,7 @@ proptest! {
 }
 
 #[test]
-fn a_rate_that_would_stand_or_a_sweep_without_a_cycle_is_refused() {
+fn sweeps_to_zero_or_shorter_than_a_cycle_are_refused() {
     for (deviation, sweep) in [(200.0, 5.0), (50.0, 500.0)] {
         let refused = fm(200.0, deviation, sweep).envelope(40e3, 4096).expect_err("no such rate");
         assert!(matches!(refused, DisplayError::Sweep { .. }), "{refused}");

@@ -1,4 +1,4 @@
-//! Paths against their geometry.
+//! Paths compared with their geometry.
 
 use std::path::Path as FilePath;
 
@@ -25,7 +25,7 @@ fn legs(path: &Path) -> Vec<Leg> {
 
 proptest! {
     #[test]
-    fn a_circle_is_round_about_its_normal(
+    fn circles_have_constant_radius_and_are_normal_to_their_normal(
         x in -30.0..30.0f64, z in 60.0..150.0f64, radius in 1.0..40.0f64,
         normal in prop::array::uniform3(-1.0..1.0f64), share in 0.0..1.0f64,
     ) {
@@ -40,7 +40,7 @@ proptest! {
     }
 
     #[test]
-    fn equal_shares_are_equal_lengths_of_an_eight(
+    fn figures_of_eight_are_traced_at_constant_speed(
         width in 5.0..60.0f64, along in prop::array::uniform3(-1.0..1.0f64), from in 0.0..0.99f64,
     ) {
         prop_assume!(Vec3::from(along).xy().norm() > 1e-3);
@@ -55,7 +55,7 @@ proptest! {
         let chord_m = (leg.at(from + step) - leg.at(from)).norm();
         prop_assert!((chord_m / (step * length_m) - 1.0).abs() < 1e-3, "{}", chord_m / (step * length_m));
         prop_assert!((leg.at(0.0) - leg.at(1.0)).norm() < 1e-12);
-        // (x² + y²)² = a² (x² - y²), in its own axes.
+        // (x² + y²)² = a² (x² - y²), in the axes of the lemniscate.
         let at = leg.at(from) - Vec3::new(0.0, 0.0, 0.1);
         let axis = Vec3::new(along[0], along[1], 0.0).normalize();
         let (u, v) = (at.dot(&axis), at.dot(&Vec3::z().cross(&axis)));
@@ -64,7 +64,7 @@ proptest! {
     }
 
     #[test]
-    fn a_closed_way_ends_where_it_began(corners in prop::collection::vec(prop::array::uniform3(-40.0..40.0f64), 3..8)) {
+    fn polygons_are_closed(corners in prop::collection::vec(prop::array::uniform3(-40.0..40.0f64), 3..8)) {
         let corners: Vec<_> = corners.iter().map(|[x, y, z]| [*x, *y, z + 100.0]).collect();
         let polygon = path(&format!("path.polygon.corners_mm = {corners:?}")).expect("valid");
         let legs = legs(&polygon);
@@ -82,7 +82,7 @@ proptest! {
 }
 
 #[test]
-fn a_line_goes_there_and_back() {
+fn a_line_is_traversed_in_both_directions() {
     let line = path("path.line = { from_mm = [0, 0, 100], to_mm = [30, 0, 100] }").expect("valid");
     assert!((line.length_m() - 0.06).abs() < 1e-12);
     assert_eq!(legs(&line)[1].at(1.0), Vec3::new(0.0, 0.0, 0.1));

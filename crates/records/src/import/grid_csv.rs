@@ -145,7 +145,7 @@ fn reading_of(row: &Row<'_>, column: usize) -> Result<Option<f64>, Fault> {
     }
     match row.number(column, "the reading")? {
         reading if reading >= 0.0 => Ok(Some(reading)),
-        _ => Err(row.wrong(column, "the reading", "zero or a number above it")),
+        _ => Err(row.wrong(column, "the reading", "zero or a number above zero")),
     }
 }
 

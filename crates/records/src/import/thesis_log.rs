@@ -170,7 +170,7 @@ fn reading_of(row: &Row<'_>) -> Result<(Vec3, f64), Fault> {
     let at_cm = Vec3::new(row.number(0, "x")?, row.number(1, "y")?, row.number(2, "z")?);
     let magnitude = row.number(3, "the magnitude")?;
     if magnitude < 0.0 {
-        return Err(row.wrong(3, "the magnitude", "zero or a number above it"));
+        return Err(row.wrong(3, "the magnitude", "zero or a number above zero"));
     }
     Ok((at_cm.map(from_centimetres), magnitude))
 }

@@ -38,7 +38,7 @@ impl<'a> StudyCurves<'a> {
     pub fn new(study: &'a Study, result: &'a StudyResult) -> Option<Self> {
         let first = study.sweeps.first()?;
         let few = study.sweeps.get(1).is_none_or(|second| second.values.len() <= MOST_CURVES);
-        let along = match first.rising_numbers() {
+        let along = match first.ascending_numbers() {
             Some(numbers) => Along::Numbers(numbers),
             None => Along::Names(first.values.iter().map(|value| value.label.clone()).collect()),
         };

@@ -32,7 +32,7 @@ impl<'a> StudySurfaces<'a> {
     /// The maps of a study with two sweeps over rising numbers; `None` for others.
     pub fn new(study: &'a Study, result: &'a StudyResult) -> Option<Self> {
         let [first, second] = &study.sweeps[..] else { return None };
-        let (x, y) = (first.rising_numbers()?, second.rising_numbers()?);
+        let (x, y) = (first.ascending_numbers()?, second.ascending_numbers()?);
         Some(Self { study, result, x, y })
     }
 

@@ -6,13 +6,13 @@ use super::axes::LABEL_TEXT;
 use super::canvas::{Align, Canvas, Pen, Point};
 use super::marker::Series;
 use super::{Picture, PictureError, panel_row};
-use fieldgap_study::{LOBE_DISTANCES_M, ModelBesideIntegral};
+use fieldgap_study::{LOBE_DISTANCES_M, ModelAgainstIntegral};
 
 /// Errors beyond this are off the panel, percent of the axis.
 const WORST_PERCENT: f64 = 30.0;
 
 /// Three panels: on the axis, the lobe, and its error at three distances.
-pub(crate) struct ModelCurves<'a>(pub &'a ModelBesideIntegral);
+pub(crate) struct ModelCurves<'a>(pub &'a ModelAgainstIntegral);
 
 impl ModelCurves<'_> {
     fn on_axis<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {

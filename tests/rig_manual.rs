@@ -1,4 +1,4 @@
-//! A rig used by hand, as lab staff would, through the program: on a virtual rig within it, and on one of another process.
+//! Manual operation of a rig by the program: on its own virtual rig, and on one in another process.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
-/// `rigs/virtual.toml` with something else true behind it.
+/// `rigs/virtual.toml` with additional effects in its truth file.
 fn rig_with_truth(home: &Path, effects: &str) -> PathBuf {
     let truth = std::fs::read_to_string(here("rigs/truth/thesis-lab.toml")).expect("it is there");
     std::fs::write(home.join("truth.toml"), truth + effects).expect("it is written");
@@ -43,8 +43,8 @@ fn rig_with_truth(home: &Path, effects: &str) -> PathBuf {
     path
 }
 
-/// A virtual rig kept open by a process of its own, and a rig file that knows only its ports.
-fn rig_of_its_own(home: &Path) -> (Child, PathBuf) {
+/// A virtual rig kept open by another process, and a rig file with its ports only.
+fn external_rig(home: &Path) -> (Child, PathBuf) {
     let mut rig = Command::new(env!("CARGO_BIN_EXE_fieldgap"))
         .arg("virtual")
         .arg(here("rigs/virtual.toml"))
@@ -83,9 +83,9 @@ fn end(mut child: Child) {
 }
 
 #[test]
-fn the_beams_axis_is_found_where_it_is_and_the_new_origin_is_right() {
+fn the_beam_axis_is_found_and_the_new_origin_is_correct() {
     let home = tempfile::tempdir().expect("a folder");
-    // The receiver stands 2 mm beside where the robot says, and the array leans by 20 and 10 mrad.
+    // The receiver is offset by 2 mm, and the array is tilted by 20 and 10 mrad.
     let rig = rig_with_truth(
         home.path(),
         "[effects.offset]\nx_mm = 2.0\ny_mm = -7.0\nz_mm = 0.0\n\
@@ -99,7 +99,7 @@ fn the_beams_axis_is_found_where_it_is_and_the_new_origin_is_right() {
     for (found, truth, good) in [
         (&axis["x_m"], -2e-3, 0.2e-3),
         (&axis["y_m"], 7e-3, 0.2e-3),
-        // The normal leans towards y by minus a right-handed turn about x, towards x by one about y.
+        // A right-handed rotation about x tilts the normal towards -y, one about y towards x.
         (&axis["slope"]["x"], 0.01f64.tan(), 2e-3),
         (&axis["slope"]["y"], -(0.02f64.tan()), 2e-3),
     ] {
@@ -114,7 +114,7 @@ fn the_beams_axis_is_found_where_it_is_and_the_new_origin_is_right() {
 }
 
 #[test]
-fn an_axis_out_of_reach_or_not_there_is_said() {
+fn an_unreachable_or_missing_beam_is_reported() {
     let home = tempfile::tempdir().expect("a folder");
     let high = run(&["find-axis", "--heights-mm", "290"], &here("rigs/virtual.toml"));
     assert_eq!(high.status.code(), Some(1));
@@ -130,7 +130,7 @@ fn an_axis_out_of_reach_or_not_there_is_said() {
 }
 
 #[test]
-fn the_robot_goes_where_it_is_told_and_not_where_it_must_not() {
+fn the_robot_goes_to_targets_within_its_limits_only() {
     let rig = here("rigs/virtual.toml");
     let at = json(&run(&["go", "--to-mm", "-5,10,100", "--json"], &rig));
     assert_eq!(at["robot_mm"], serde_json::json!([145.0, 160.0, 80.0]));
@@ -146,9 +146,9 @@ fn the_robot_goes_where_it_is_told_and_not_where_it_must_not() {
 }
 
 #[test]
-fn levels_come_as_lines_and_rise_with_the_focus() {
+fn levels_are_printed_and_rise_with_the_focus() {
     let home = tempfile::tempdir().expect("a folder");
-    let (virtual_rig, rig) = rig_of_its_own(home.path());
+    let (virtual_rig, rig) = external_rig(home.path());
     let level = |arguments: &[&str]| {
         let sampled = run(arguments, &rig);
         assert!(sampled.status.success(), "{}", said(&sampled));
@@ -162,14 +162,14 @@ fn levels_come_as_lines_and_rise_with_the_focus() {
     let loud = level(&["sample", "--count", "2", "--json", "--focus-mm", "0,0,100"]);
     assert!(loud > 20.0 * silent, "{loud} and {silent}");
     let silent_again = level(&["sample", "--count", "1", "--json"]);
-    assert!(loud > 20.0 * silent_again, "the array was left sounding");
+    assert!(loud > 20.0 * silent_again, "the array still emits");
     end(virtual_rig);
 }
 
 #[test]
-fn a_focus_whose_program_is_killed_falls_silent() {
+fn after_a_kill_a_focus_is_silenced() {
     let home = tempfile::tempdir().expect("a folder");
-    let (virtual_rig, rig) = rig_of_its_own(home.path());
+    let (virtual_rig, rig) = external_rig(home.path());
     let gone = run(&["go", "--to-mm", "0,0,100", "--feed-mm-s", "300"], &rig);
     assert!(gone.status.success(), "{}", said(&gone));
     let level = || {
@@ -188,15 +188,15 @@ fn a_focus_whose_program_is_killed_falls_silent() {
     focus.wait().expect("it ends");
     let killed = Instant::now();
     while level() > loud / 20.0 {
-        assert!(killed.elapsed() < Duration::from_secs(20), "the array goes on sounding");
+        assert!(killed.elapsed() < Duration::from_secs(20), "the array still emits");
     }
     end(virtual_rig);
 }
 
 #[test]
-fn a_focus_that_somebody_else_plays_is_stopped_safe() {
+fn a_focus_of_another_program_is_stopped_safely() {
     let home = tempfile::tempdir().expect("a folder");
-    let (virtual_rig, rig) = rig_of_its_own(home.path());
+    let (virtual_rig, rig) = external_rig(home.path());
     let mut focus =
         fieldgap(&["focus", "--at-mm", "0,0,100", "--continuous"], &rig).spawn().expect("starts");
     let mut lines = BufReader::new(focus.stdout.take().expect("it is piped")).lines();
@@ -211,7 +211,7 @@ fn a_focus_that_somebody_else_plays_is_stopped_safe() {
         assert!(stopped.status.success(), "{words}");
         assert!(words.contains("the array is silent") && words.contains("the robot stands still"));
     } else {
-        // A system that does not say who holds a port: the person is told, and ends it there.
+        // A system that does not report who uses a port: the user ends the program there.
         assert!(words.contains("THE ARRAY MAY STILL EMIT"), "{words}");
         let pid = Pid::from_raw(i32::try_from(focus.id()).expect("a number")).expect("not zero");
         kill_process(pid, Signal::INT).expect("it is there");
@@ -225,7 +225,7 @@ fn a_focus_that_somebody_else_plays_is_stopped_safe() {
 #[test]
 fn ctrl_c_ends_a_search_with_the_array_silent() {
     let home = tempfile::tempdir().expect("a folder");
-    let (virtual_rig, rig) = rig_of_its_own(home.path());
+    let (virtual_rig, rig) = external_rig(home.path());
     let mut search = fieldgap(&["find-axis"], &rig).spawn().expect("it starts");
     let mut lines = BufReader::new(search.stderr.take().expect("it is piped")).lines();
     let homed = lines.by_ref().find(|line| line.as_ref().is_ok_and(|line| line.contains("homed;")));
@@ -234,7 +234,7 @@ fn ctrl_c_ends_a_search_with_the_array_silent() {
     kill_process(pid, Signal::INT).expect("it is there");
     let rest: Vec<String> = lines.map_while(Result::ok).collect();
     assert_eq!(search.wait().expect("it ends").code(), Some(1));
-    let last = rest.last().expect("it says how it ended");
+    let last = rest.last().expect("a final line");
     assert!(last.contains("keyboard: the array is silent, the robot stands still"), "{last}");
     end(virtual_rig);
 }

@@ -1,4 +1,4 @@
-//! What displays are said to give, against closed forms, and how it is said.
+//! Computed stimuli of displays compared with closed forms, and their text.
 
 use std::path::Path;
 use std::process::Command;
@@ -18,7 +18,7 @@ fn array() -> Array {
     Array::square(6, 6, 10.5e-3).expect("not empty")
 }
 
-fn sounding(array: &Array) -> RadiatingArray<'_> {
+fn radiating(array: &Array) -> RadiatingArray<'_> {
     RadiatingArray { array, medium: MEDIUM, frequency_hz: 40e3, transducer: &Piston }
 }
 
@@ -31,7 +31,7 @@ fn display(text: &str) -> DisplayFile {
     DisplayFile::parse(TomlSource::new(Path::new("test.toml"), text)).expect("valid")
 }
 
-/// A display behind a controller of so many clock steps in a period.
+/// A display for a controller with a number of clock steps per period.
 fn composed(text: &str, period_steps: u32) -> (ComposedDisplay, Stimulus) {
     let array = array();
     let controller = ArrayIdentity {
@@ -39,8 +39,8 @@ fn composed(text: &str, period_steps: u32) -> (ComposedDisplay, Stimulus) {
         clock_hz: 40e3 * f64::from(period_steps),
         ..ArrayIdentity::of_thesis(36, 40e3)
     };
-    let composed = compose(&display(text), &sounding(&array), &controller).expect("it fits");
-    let playback = Playback::new(&composed.program, sounding(&array), &controller, 120.0);
+    let composed = compose(&display(text), &radiating(&array), &controller).expect("it fits");
+    let playback = Playback::new(&composed.program, radiating(&array), &controller, 120.0);
     let felt = stimulus(&composed, &playback, skin(), 40e3);
     (composed, felt)
 }
@@ -61,7 +61,7 @@ fn in_phase_pa(at_m: Vec3) -> f64 {
 }
 
 #[test]
-fn a_focus_has_the_sum_of_all_elements_and_stands_where_it_was_asked_for() {
+fn a_focus_has_the_sum_of_all_elements_at_the_intended_position() {
     let (_, felt) = composed(
         "[[focus]]\npath.circle = { centre_mm = [0, 0, 100], radius_mm = 12 }\nloops_per_s = 2\n",
         256,
@@ -75,8 +75,8 @@ fn a_focus_has_the_sum_of_all_elements_and_stands_where_it_was_asked_for() {
 }
 
 #[test]
-fn coarse_delays_cost_what_their_rounding_does() {
-    // A phase that is rounded to steps of 2π/n errs evenly by π/n to both sides: the mean of its cosine is sin(π/n)/(π/n).
+fn coarse_delays_reduce_the_pressure_by_their_rounding() {
+    // Rounding to steps of 2π/n gives a uniform phase error of ±π/n: the mean of its cosine is sin(π/n)/(π/n).
     let text = "step_mm = 0.5\n[[focus]]\npath.circle = { centre_mm = [0, 0, 100], radius_mm = 12 }\nloops_per_s = 2\n";
     let (_, fine) = composed(text, 4096);
     for steps in [8, 16, 32] {
@@ -91,7 +91,7 @@ fn coarse_delays_cost_what_their_rounding_does() {
 }
 
 #[test]
-fn modulated_force_has_the_mean_and_the_swing_of_its_closed_form() {
+fn modulated_force_has_the_analytic_mean_and_amplitude() {
     let still = "[[focus]]\npath.point_mm = [5, -8, 110]\n";
     // ((1 + m s)/(1 + m))²: mean (1 + m²/2)/(1 + m)², and 2 m/(1 + m)² at the frequency.
     for depth in [1.0, 0.5] {
@@ -110,7 +110,7 @@ fn modulated_force_has_the_mean_and_the_swing_of_its_closed_form() {
         let swing = focus.swinging_pa.expect("modulated") / focus.radiation_pa;
         assert!((swing - 2.0 * depth / scale).abs() < 5e-3, "{swing}");
     }
-    // On for a share d: mean d, and 2/π sin(π d) at the frequency.
+    // Duty cycle d: mean d, and 2/π sin(π d) at the frequency.
     let (_, felt) =
         composed(&format!("[modulation.pwm]\nfrequency_hz = 100\nduty_percent = 30\n{still}"), 256);
     let focus = &felt.foci[0];
@@ -120,8 +120,8 @@ fn modulated_force_has_the_mean_and_the_swing_of_its_closed_form() {
 }
 
 #[test]
-fn foci_at_once_share_what_one_would_have() {
-    // Two foci far apart, in phase quadrature on average, have the root of a half each at best: the sum of the intensities stays.
+fn simultaneous_foci_share_the_intensity() {
+    // The sum of the intensities is constant: two distant foci have at best 1/√2 of the pressure each.
     let (composed, felt) = composed(
         "[[focus]]\npath.point_mm = [-20, 0, 100]\n[[focus]]\npath.point_mm = [20, 0, 100]\n",
         256,
@@ -136,7 +136,7 @@ fn foci_at_once_share_what_one_would_have() {
 }
 
 #[test]
-fn a_lateral_swing_and_a_run_around_keep_full_drive() {
+fn lateral_and_spatiotemporal_modulation_keep_full_drive() {
     let (lateral, felt) = composed(
         "[modulation.lateral]\nfrequency_hz = 200\namplitude_mm = 4\n[[focus]]\npath.point_mm = [0, 0, 100]\n",
         256,
@@ -152,8 +152,8 @@ fn a_lateral_swing_and_a_run_around_keep_full_drive() {
     assert!((around.modulation_hz.expect("it moves") - 40e3 / 231.0).abs() < 1e-9);
 }
 
-/// What the program says on standard output.
-fn said(arguments: &[&str]) -> String {
+/// Standard output of the program.
+fn stdout(arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_fieldgap"))
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .args(arguments)
@@ -164,11 +164,11 @@ fn said(arguments: &[&str]) -> String {
 }
 
 #[test]
-fn the_displays_that_come_with_it_are_told_in_a_table() {
+fn the_example_displays_are_summarised_in_a_table() {
     for name in ["display-circle", "display-three-foci", "display-alternate"] {
         insta::assert_snapshot!(
             name,
-            said(&["simulate", "--display", &format!("scans/{name}.toml")])
+            stdout(&["simulate", "--display", &format!("scans/{name}.toml")])
         );
     }
 }
@@ -177,7 +177,7 @@ fn the_displays_that_come_with_it_are_told_in_a_table() {
 fn pictures_and_frames_are_written() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().to_str().expect("text");
-    said(&["simulate", "--display", "scans/display-three-foci.toml", "--out", out]);
+    stdout(&["simulate", "--display", "scans/display-three-foci.toml", "--out", out]);
     let moving = std::fs::read(folder.path().join("display-moving.png")).expect("written");
     let reader = png::Decoder::new(std::io::Cursor::new(moving)).read_info().expect("a PNG");
     assert_eq!(reader.info().animation_control().map(|all| all.num_frames), Some(16));

@@ -5,7 +5,7 @@ pub(crate) mod auto;
 mod firmware_table;
 pub mod grbl;
 pub mod guarded;
-mod limits;
+pub(crate) mod limits;
 pub mod marlin;
 pub mod route;
 pub mod travel;

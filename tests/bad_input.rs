@@ -44,6 +44,7 @@ fn scan_of(plan: &str, rig: &Path) -> String {
         rig,
         "--out",
         out.to_str().expect("text"),
+        "--yes",
     ]);
     assert_eq!(code, Some(1), "{message}");
     assert!(!out.join("scan.toml").exists(), "a record was begun: {message}");
@@ -177,4 +178,34 @@ fn a_folder_without_a_scan_is_reported() {
 fn a_wrong_command_line_has_its_own_exit_code() {
     assert_eq!(fieldgap(&["scan"]).0, Some(2));
     assert_eq!(fieldgap(&["no-such-command"]).0, Some(2));
+}
+
+#[test]
+fn a_port_beside_a_virtual_rig_is_refused_at_its_line() {
+    let home = tempfile::tempdir().expect("a folder");
+    let rig = std::fs::read_to_string("rigs/virtual.toml").expect("it is there");
+    let rig = rig.replace("[motion.marlin]", "[motion.marlin]\nport = \"/dev/ttyUSB0\"");
+    let path = home.path().join("rig.toml");
+    std::fs::write(&path, rig).expect("written");
+    let (code, message) = fieldgap(&["rig", "where", path.to_str().expect("text")]);
+    assert_eq!(code, Some(1), "{message}");
+    assert_contains(&message, &["[virtual] simulates all devices", "rig.toml", "/dev/ttyUSB0"]);
+}
+
+#[test]
+fn a_list_that_is_too_long_is_refused() {
+    let home = tempfile::tempdir().expect("a folder");
+    let rig = std::fs::read_to_string("rigs/virtual.toml").expect("it is there");
+    for (from, to, words) in [
+        ("x = [0.0, 300.0]", "x = [0.0, 300.0, 900.0]", "invalid length 3"),
+        ("[150.0, 150.0, -20.0]", "[150.0, 150.0, -20.0, 1.0]", "invalid length 4"),
+        ("[150.0, 150.0, -20.0]", "[150.0, 150.0, -20e6]", "within 100 m"),
+    ] {
+        assert!(rig.contains(from), "{from}");
+        let path = home.path().join("rig.toml");
+        std::fs::write(&path, rig.replace(from, to)).expect("written");
+        let (code, message) = fieldgap(&["rig", "where", path.to_str().expect("text")]);
+        assert_eq!(code, Some(1), "{message}");
+        assert_contains(&message, &[words]);
+    }
 }

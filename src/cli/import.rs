@@ -129,7 +129,7 @@ impl GridArgs {
             let grid = GridCsv::read(file)?;
             let placement = GridPlacement {
                 z_mm,
-                step_mm: [self.step_mm; 2],
+                step_mm: [self.step_mm; 2].into(),
                 anchor: self.corner_mm.map_or(Anchor::Centre([0.0; 2]), Anchor::LeastCorner),
                 first_row: match self.first_row {
                     Row::Top => FirstRow::Top,

@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 use super::random_sequence::RandomSequence;
 use super::survey::Survey;
 use fieldgap_acoustics::{Array, Medium, Simulator, Vec3, delays_s};
-use fieldgap_input::{NonNegative, Positive};
+use fieldgap_input::{Frequency, NonNegative, Positive, SoundSpeed};
 use fieldgap_records::{ArraySection, FocusSection, Layout, MediumSection, Rims, ScanSetup};
 use fieldgap_virtual_rig::drive::Drive;
 
@@ -110,7 +110,7 @@ impl Laboratory {
             recorded: jiff::Timestamp::UNIX_EPOCH,
             unit: "V".to_owned(),
             array: self.array.clone(),
-            medium: MediumSection::SpeedOfSound(positive(SPEED_M_S)),
+            medium: MediumSection::SpeedOfSound(SoundSpeed::new(SPEED_M_S).expect("that of air")),
             simulator: Simulator::Piston,
             foci: self.foci_mm.iter().copied().map(FocusSection::Point).collect(),
         }
@@ -132,7 +132,8 @@ fn rims() -> Rims {
 }
 
 fn built(layout: Layout) -> ArraySection {
-    ArraySection::of_layout(positive(FREQUENCY_HZ), layout).expect("both lattices have elements")
+    ArraySection::of_layout(Frequency::new(FREQUENCY_HZ).expect("ultrasound"), layout)
+        .expect("both lattices have elements")
 }
 
 fn positive(value: f64) -> Positive {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::DisplayError;
 use super::path::Direction;
-use fieldgap_input::{Fraction, Positive};
+use fieldgap_input::{Exact, Finite, Fraction, Positive};
 use fieldgap_rig::config::Percent;
 use fieldgap_rig::focus_array::{Envelope, FULL_LEVEL};
 pub use fm::{Fm, Sweep};
@@ -117,10 +117,8 @@ fn full_depth() -> Fraction {
 }
 
 fn along_x() -> Direction {
-    [1.0, 0.0, 0.0]
-        .map(|part| fieldgap_input::Finite::new(part).expect("a literal"))
-        .try_into()
-        .expect("not zero")
+    let axis = [1.0, 0.0, 0.0].map(|part| Finite::new(part).expect("a literal"));
+    Exact::from(axis).try_into().expect("not zero")
 }
 
 impl Waveform {

@@ -3,14 +3,14 @@
 use serde::Deserialize;
 
 use fieldgap_acoustics::Vec3;
-use fieldgap_input::{Finite, Positive};
+use fieldgap_input::{Exact, Finite, Positive};
 
 /// Segments of a figure of eight: the relative error of its length is below a millionth.
 const FIGURE_OF_EIGHT_SEGMENTS: usize = 4096;
 
 /// A point in front of the array, mm in its frame: z above 0.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "[Finite; 3]")]
+#[serde(try_from = "Exact<Finite, 3>")]
 pub struct FieldPoint([f64; 3]);
 
 impl FieldPoint {
@@ -20,9 +20,9 @@ impl FieldPoint {
     }
 }
 
-impl TryFrom<[Finite; 3]> for FieldPoint {
+impl TryFrom<Exact<Finite, 3>> for FieldPoint {
     type Error = String;
-    fn try_from(point_mm: [Finite; 3]) -> Result<Self, String> {
+    fn try_from(point_mm: Exact<Finite, 3>) -> Result<Self, String> {
         let [x, y, z] = point_mm.map(Finite::get);
         if z > 0.0 {
             Ok(Self([x, y, z]))
@@ -34,7 +34,7 @@ impl TryFrom<[Finite; 3]> for FieldPoint {
 
 /// A direction, of unit length.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "[Finite; 3]")]
+#[serde(try_from = "Exact<Finite, 3>")]
 pub struct Direction(Vec3);
 
 impl Direction {
@@ -52,9 +52,9 @@ impl Direction {
     }
 }
 
-impl TryFrom<[Finite; 3]> for Direction {
+impl TryFrom<Exact<Finite, 3>> for Direction {
     type Error = String;
-    fn try_from(along: [Finite; 3]) -> Result<Self, String> {
+    fn try_from(along: Exact<Finite, 3>) -> Result<Self, String> {
         Vec3::from(along.map(Finite::get))
             .try_normalize(1e-9)
             .map(Self)

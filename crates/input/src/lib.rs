@@ -21,12 +21,16 @@
 //! Begin with [`toml_file`] to read a file, [`TomlSource`] to report errors that are found after reading, and [`Positive`] and its
 //! relatives for the fields of your types. All errors are a [`Fault`].
 
+mod exact;
 mod fault;
 mod file_name;
 mod quantity;
 mod toml_file;
 
+pub use exact::Exact;
 pub use fault::Fault;
 pub use file_name::file_name;
-pub use quantity::{Finite, Fraction, NonNegative, OutOfRange, Positive};
+pub use quantity::{
+    Coordinate, Finite, Fraction, Frequency, NonNegative, OutOfRange, Positive, SoundSpeed,
+};
 pub use toml_file::{TomlSource, toml_file, toml_text};

@@ -10,7 +10,7 @@ use super::elements_csv::read_elements;
 use super::layout::Layout;
 use super::transducer_file::{TransducerFile, transducer_path};
 use fieldgap_acoustics::{Array, Element, LayoutError};
-use fieldgap_input::{Fault, Positive, TomlSource};
+use fieldgap_input::{Fault, Frequency, TomlSource};
 
 /// Most elements an array may have: a hundred times the largest known display, and still quickly computed.
 const MAX_ELEMENTS: u64 = 100_000;
@@ -21,7 +21,7 @@ pub const TRANSDUCER_BESIDE: &str = "transducer.toml";
 /// `[array]`, checked, with the array that it describes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArraySection {
-    frequency_hz: Positive,
+    frequency_hz: Frequency,
     layout: Layout,
     array: Array,
     transducer: Option<NamedTransducer>,
@@ -79,7 +79,7 @@ impl ArraySection {
     /// # Errors
     /// [`LayoutError`] if it cannot be built; [`LayoutError::Empty`] for [`Layout::Elements`], for which there is
     /// [`ArraySection::of_elements`].
-    pub fn of_layout(frequency_hz: Positive, layout: Layout) -> Result<Self, LayoutError> {
+    pub fn of_layout(frequency_hz: Frequency, layout: Layout) -> Result<Self, LayoutError> {
         let array = layout.build()?;
         Ok(Self { frequency_hz, layout, array, transducer: None })
     }
@@ -89,7 +89,7 @@ impl ArraySection {
     /// # Errors
     /// [`LayoutError::Empty`] if there are none.
     pub fn of_elements(
-        frequency_hz: Positive,
+        frequency_hz: Frequency,
         elements: Vec<Element>,
     ) -> Result<Self, LayoutError> {
         let layout = Layout::Elements { file: "elements.csv".to_owned() };

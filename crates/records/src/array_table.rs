@@ -8,13 +8,13 @@ use toml::Spanned;
 
 use super::layout::{Layout, Rims};
 use super::section::{Key, Section, place, written};
-use fieldgap_input::{Fault, NonNegative, Positive, TomlSource};
+use fieldgap_input::{Fault, Frequency, NonNegative, Positive, TomlSource};
 
 /// The keys of an `[array]`; [`ArraySection::read`](super::ArraySection::read) checks them.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArrayTable {
-    frequency_hz: Positive,
+    frequency_hz: Frequency,
     layout: Spanned<LayoutName>,
     columns: Key<NonZeroU32>,
     rows: Key<NonZeroU32>,
@@ -103,7 +103,7 @@ impl ArrayTable {
     }
 
     /// Drive frequency.
-    pub fn frequency_hz(&self) -> Positive {
+    pub fn frequency_hz(&self) -> Frequency {
         self.frequency_hz
     }
 
@@ -118,7 +118,7 @@ impl ArrayTable {
     }
 
     /// The keys of a layout and a transducer's name, for writing.
-    pub fn of(frequency_hz: Positive, layout: &Layout, transducer: Option<&str>) -> Self {
+    pub fn of(frequency_hz: Frequency, layout: &Layout, transducer: Option<&str>) -> Self {
         let blank = |name, rims: Option<Rims>| Self {
             frequency_hz,
             layout: Spanned::new(0..0, name),

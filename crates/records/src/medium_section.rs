@@ -5,7 +5,7 @@ use toml::Spanned;
 
 use super::section::{Key, Section, written};
 use fieldgap_acoustics::Medium;
-use fieldgap_input::{Fault, Finite, Positive, TomlSource};
+use fieldgap_input::{Fault, Finite, SoundSpeed, TomlSource};
 
 /// Temperatures for which the formula for air is used, °C: those of laboratories, somewhat more than the 0 to 30 °C for which its
 /// source states an accuracy.
@@ -17,7 +17,7 @@ const PRESSURES_KPA: std::ops::RangeInclusive<f64> = 60.0..=110.0;
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MediumTable {
-    speed_of_sound_m_s: Key<Positive>,
+    speed_of_sound_m_s: Key<SoundSpeed>,
     temperature_c: Key<Finite>,
     humidity_percent: Key<Finite>,
     pressure_kpa: Key<Finite>,
@@ -27,7 +27,7 @@ pub struct MediumTable {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MediumSection {
     /// The speed of sound, metres per second.
-    SpeedOfSound(Positive),
+    SpeedOfSound(SoundSpeed),
     /// Air, from which the speed of sound follows.
     Air {
         /// Temperature, °C, -20 to 50.
@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn faults_are_placed() {
         let cases = [
-            ("speed_of_sound_m_s = -343.0\n", 2, "above zero"),
+            ("speed_of_sound_m_s = 343000.0\n", 2, "100 to 2000 m/s"),
             ("speed_of_sound_m_s = 343.0\npressure_kpa = 100.0\n", 3, "`pressure_kpa`"),
             ("temperature_c = 20.0\nhumidity_percent = 50.0\n", 1, "`pressure_kpa`"),
             ("temperature_c = 20.0\nhumidity_percent = 50.0\npressure_kpa = 1013.25\n", 4, "kPa"),

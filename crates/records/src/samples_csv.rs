@@ -9,7 +9,7 @@ use std::path::Path;
 use super::sample::{RecordedSample, Spread};
 use super::table::{Row, Table};
 use fieldgap_acoustics::Vec3;
-use fieldgap_input::Fault;
+use fieldgap_input::{Coordinate, Fault, Finite, OutOfRange};
 
 const NAMES: [&str; 8] = ["time_s", "focus", "x_mm", "y_mm", "z_mm", "reading", "std", "count"];
 
@@ -85,13 +85,13 @@ pub enum UnwritableSample {
     /// The sample and the columns do not agree on whether there is a standard deviation and count.
     #[error("in one samples.csv either every row has std and count or none has")]
     SpreadMismatch,
-    /// A number is not finite.
-    #[error("{column} is {value}, which is not a finite number")]
-    NotFinite {
+    /// A number is not finite, or beyond what its quantity can be.
+    #[error("{column}: {refused}")]
+    OutOfRange {
         /// The column.
         column: &'static str,
-        /// The number.
-        value: f64,
+        /// The number and its range.
+        refused: OutOfRange,
     },
     /// A magnitude is negative.
     #[error("{column} is {value}, but a magnitude cannot be negative")]
@@ -117,8 +117,12 @@ fn check(sample: &RecordedSample) -> Result<(), UnwritableSample> {
         ("reading", sample.reading),
         ("std", std),
     ] {
-        if !value.is_finite() {
-            return Err(UnwritableSample::NotFinite { column, value });
+        let checked = match column.ends_with("_mm") {
+            true => Coordinate::new(value).map(Coordinate::get),
+            false => Finite::new(value).map(Finite::get),
+        };
+        if let Err(refused) = checked {
+            return Err(UnwritableSample::OutOfRange { column, refused });
         }
     }
     for (column, value) in [("reading", sample.reading), ("std", std)] {

@@ -8,7 +8,7 @@ use std::str::FromStr;
 
 use csv::StringRecord;
 
-use fieldgap_input::Fault;
+use fieldgap_input::{Coordinate, Fault, Finite};
 
 /// Longest part of a line that a fault shows, characters.
 const SHOWN_CHARACTERS: usize = 160;
@@ -149,13 +149,18 @@ impl Row<'_> {
         (0..self.len()).map(|index| self.cell(index))
     }
 
-    /// A cell as a finite number; `name` is that of the column.
+    /// A cell as a finite number; `name` is that of the column. Lengths (`…_mm`) are within 100 m.
     ///
     /// # Errors
     /// A [`Fault`] at the cell.
     pub fn number(&self, index: usize, name: &str) -> Result<f64, Fault> {
         let value: f64 = self.parse(index, name, "a number")?;
-        if value.is_finite() { Ok(value) } else { Err(self.wrong(index, name, "a finite number")) }
+        // By the column's unit, as for the keys of a file.
+        let checked = match name.ends_with("_mm") {
+            true => Coordinate::new(value).map(Coordinate::get),
+            false => Finite::new(value).map(Finite::get),
+        };
+        checked.map_err(|refused| self.wrong(index, name, refused.wanted()))
     }
 
     /// A cell as any type that parses from text; `wanted` describes what is expected.

@@ -13,7 +13,7 @@ use super::focus_array::Modulation;
 use super::motion::travel::{AxisBox, Envelope, KeepOut};
 use super::space::{Feed, Frame};
 use super::{AirSensor, FocusArray, Motion, Receiver, RigError};
-use fieldgap_input::{Finite, Fraction, NonNegative, Positive};
+use fieldgap_input::{Coordinate, Exact, Fraction, NonNegative, Positive};
 
 /// The three devices of a rig, as its file describes them.
 #[derive(Debug, Clone)]
@@ -107,7 +107,7 @@ section! {
     /// `[motion]`: where the array lies in the robot's axes, where the robot may go, and how fast.
     MotionConfig {
         /// The array's centre in the robot's axes, mm.
-        origin_mm: [Finite; 3],
+        origin_mm: Exact<Coordinate, 3>,
         /// Where the robot may go, robot's axes.
         travel_mm: Travel,
         /// Speed of the moves between points, mm/s.
@@ -124,6 +124,8 @@ section! {
         "marlin" => Marlin(super::motion::marlin::MarlinConfig),
         /// GRBL 1.1 or grblHAL on a serial port.
         "grbl" => Grbl(super::motion::grbl::GrblConfig),
+        /// Klipper's dialect of G-code on the pseudo-terminal of its host software.
+        "klipper" => Klipper(super::motion::klipper::KlipperConfig),
         /// Whichever of them answers on a serial port.
         "auto" => Auto(super::motion::auto::AutoConfig),
     }
@@ -282,13 +284,13 @@ pub struct Travel {
 
 /// From and to, the first below the second.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "[Finite; 2]")]
+#[serde(try_from = "Exact<Coordinate, 2>")]
 pub struct Span([f64; 2]);
 
-impl TryFrom<[Finite; 2]> for Span {
+impl TryFrom<Exact<Coordinate, 2>> for Span {
     type Error = String;
-    fn try_from(span: [Finite; 2]) -> Result<Self, String> {
-        let [from, to] = span.map(Finite::get);
+    fn try_from(span: Exact<Coordinate, 2>) -> Result<Self, String> {
+        let [from, to] = span.map(Coordinate::get);
         if from < to {
             Ok(Self([from, to]))
         } else {
@@ -308,14 +310,14 @@ pub struct KeepOutBox(KeepOut);
 #[serde(deny_unknown_fields)]
 struct KeepOutKeys {
     name: String,
-    min_mm: [Finite; 3],
-    max_mm: [Finite; 3],
+    min_mm: Exact<Coordinate, 3>,
+    max_mm: Exact<Coordinate, 3>,
 }
 
 impl TryFrom<KeepOutKeys> for KeepOutBox {
     type Error = String;
     fn try_from(keys: KeepOutKeys) -> Result<Self, String> {
-        let (least, largest) = (keys.min_mm.map(Finite::get), keys.max_mm.map(Finite::get));
+        let (least, largest) = (keys.min_mm.map(Coordinate::get), keys.max_mm.map(Coordinate::get));
         if (0..3).any(|axis| least[axis] > largest[axis]) {
             return Err(format!("keep-out box `{}`: min_mm lies beyond max_mm", keys.name));
         }

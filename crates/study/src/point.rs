@@ -7,7 +7,7 @@ use toml_edit::Value;
 use super::{Limits, Study, SweptValue};
 use fieldgap_acoustics::metrics::{Convention, THESIS_THRESHOLD};
 use fieldgap_acoustics::{PlaneGrid, Simulation, Simulator};
-use fieldgap_input::{Fault, Finite, Fraction, Positive, TomlSource};
+use fieldgap_input::{Exact, Fault, Finite, Fraction, Positive, TomlSource};
 use fieldgap_records::{
     ArraySection, ArrayTable, FocusSection, FocusTable, Layout, MediumSection, MediumTable,
 };
@@ -43,7 +43,7 @@ struct MapTable {
     z_mm: Option<Positive>,
     size_mm: Option<Spanned<Positive>>,
     step_mm: Option<Spanned<Positive>>,
-    centre_mm: Option<[Finite; 2]>,
+    centre_mm: Option<Exact<Finite, 2>>,
     threshold: Option<Fraction>,
 }
 
@@ -168,7 +168,7 @@ fn grid(table: &MapTable, focus_z_m: Option<f64>, source: &TomlSource) -> Result
         ));
     }
     let mut grid = PlaneGrid::square(steps * step_mm * 1e-3, step_mm * 1e-3, z_m);
-    if let Some([x, y]) = table.centre_mm {
+    if let Some([x, y]) = table.centre_mm.as_deref() {
         grid.x_m.iter_mut().for_each(|along| *along += x.get() * 1e-3);
         grid.y_m.iter_mut().for_each(|along| *along += y.get() * 1e-3);
     }

@@ -6,7 +6,7 @@ use super::MADE_UP_SECONDS_A_POINT;
 use crate::sample::RecordedSample;
 use crate::table::{Row, Table};
 use fieldgap_acoustics::Vec3;
-use fieldgap_input::{Fault, Positive};
+use fieldgap_input::{Exact, Fault, Positive};
 
 /// A grid of readings as in the file.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +40,7 @@ pub struct GridPlacement {
     /// Height, millimetres, array frame.
     pub z_mm: f64,
     /// Steps along x and y, millimetres.
-    pub step_mm: [Positive; 2],
+    pub step_mm: Exact<Positive, 2>,
     /// Position in the plane.
     pub anchor: Anchor,
     /// The side of the first line.
@@ -165,7 +165,7 @@ mod tests {
     }
 
     fn placement(first_row: FirstRow, anchor: Anchor) -> GridPlacement {
-        let step_mm = [2.0, 3.0].map(|step| Positive::new(step).expect("above zero"));
+        let step_mm = [2.0, 3.0].map(|step| Positive::new(step).expect("above zero")).into();
         GridPlacement { z_mm: 160.0, step_mm, anchor, first_row }
     }
 

@@ -13,7 +13,7 @@ use crate::sample::{RecordedSample, millimetres};
 use crate::table::{Row, Table};
 use crate::{ArraySection, FocusSection, Layout, MediumSection, RecordedScan, Rims, ScanSetup};
 use fieldgap_acoustics::{Simulator, Vec3};
-use fieldgap_input::{Fault, NonNegative, Positive};
+use fieldgap_input::{Fault, Frequency, NonNegative, Positive, SoundSpeed};
 
 const CENTIMETRE_M: f64 = 0.01;
 
@@ -63,7 +63,7 @@ impl ThesisLogSetup {
             name: name.to_owned(),
             recorded,
             unit: "V".to_owned(),
-            medium: MediumSection::SpeedOfSound(Positive::new(343.0).expect("343 lies above zero")),
+            medium: MediumSection::SpeedOfSound(SoundSpeed::new(343.0).expect("that of air")),
             simulator: Simulator::Corrected,
             axis: TransducerAxis::UnderLargest,
         }
@@ -138,7 +138,7 @@ fn one_transducer() -> ArraySection {
         diameter_mm: Positive::new(10.5).expect("10.5 lies above zero"),
         spacing_mm: NonNegative::new(0.0).expect("zero is not negative"),
     };
-    let frequency_hz = Positive::new(40_000.0).expect("40000 lies above zero");
+    let frequency_hz = Frequency::new(40_000.0).expect("ultrasound");
     ArraySection::of_layout(frequency_hz, Layout::Linear { count: NonZeroU32::MIN, rims })
         .expect("one element makes an array")
 }

@@ -9,7 +9,7 @@ use toml::Spanned;
 use super::region::Reader;
 use crate::FocusSection;
 use fieldgap_acoustics::Vec3;
-use fieldgap_input::{Fault, Finite, NonNegative, Positive};
+use fieldgap_input::{Coordinate, Exact, Fault, NonNegative, Positive};
 
 /// Default time between measurements of the point, minutes.
 const EVERY_MIN: f64 = 15.0;
@@ -21,7 +21,7 @@ const DRIFT_PERCENT: f64 = 3.0;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ReferenceTable {
-    at_mm: Option<Spanned<[Finite; 3]>>,
+    at_mm: Option<Spanned<Exact<Coordinate, 3>>>,
     every_points: Option<Spanned<NonZeroU32>>,
     every_min: Option<NonNegative>,
     drift_percent: Option<Positive>,
@@ -64,7 +64,7 @@ impl Reference {
         let given = table.and_then(|table| table.at_mm.as_ref());
         let of_focus = || foci.get(focus)?.excitation().focus_m().map(|at_m| at_m * 1e3);
         let at_mm = match given {
-            Some(at_mm) => Some(Vec3::from(at_mm.get_ref().map(Finite::get))),
+            Some(at_mm) => Some(Vec3::from(at_mm.get_ref().map(Coordinate::get))),
             None => of_focus(),
         };
         let every_points = table.and_then(|table| table.every_points.as_ref());

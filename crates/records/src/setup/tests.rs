@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::Rims;
 use fieldgap_acoustics::{Element, Excitation, Vec3};
-use fieldgap_input::{Finite, NonNegative, Positive};
+use fieldgap_input::{Finite, Frequency, NonNegative, Positive, SoundSpeed};
 
 const EXAMPLE: &str = r#"format = 1
 name = "focus-planes"
@@ -85,6 +85,10 @@ fn any_positive() -> impl Strategy<Value = Positive> {
     (1e-6..1e6f64).prop_map(|value| Positive::new(value).expect("above zero"))
 }
 
+fn any_frequency() -> impl Strategy<Value = Frequency> {
+    (1e3..1e7f64).prop_map(|value| Frequency::new(value).expect("in range"))
+}
+
 prop_compose! {
     fn any_rims()(diameter_mm in any_positive(), spacing_mm in 0.0..1e3f64) -> Rims {
         Rims { diameter_mm, spacing_mm: NonNegative::new(spacing_mm).expect("above zero") }
@@ -130,10 +134,10 @@ prop_compose! {
 
 fn any_array() -> impl Strategy<Value = ArraySection> {
     prop_oneof![
-        (any_positive(), any_lattice()).prop_map(|(frequency_hz, layout)| {
+        (any_frequency(), any_lattice()).prop_map(|(frequency_hz, layout)| {
             ArraySection::of_layout(frequency_hz, layout).expect("room for few elements")
         }),
-        (any_positive(), prop::collection::vec(any_element(), 1..5)).prop_map(
+        (any_frequency(), prop::collection::vec(any_element(), 1..5)).prop_map(
             |(frequency_hz, elements)| {
                 ArraySection::of_elements(frequency_hz, elements).expect("some elements")
             }
@@ -146,7 +150,9 @@ fn any_medium() -> impl Strategy<Value = MediumSection> {
         range.prop_map(|value| Finite::new(value).expect("a range of finite numbers"))
     };
     prop_oneof![
-        any_positive().prop_map(MediumSection::SpeedOfSound),
+        (100.0..2e3f64).prop_map(|speed| MediumSection::SpeedOfSound(
+            SoundSpeed::new(speed).expect("in range")
+        )),
         (finite(-20.0..50.0), finite(0.0..100.0), finite(60.0..110.0)).prop_map(
             |(temperature_c, humidity_percent, pressure_kpa)| MediumSection::Air {
                 temperature_c,

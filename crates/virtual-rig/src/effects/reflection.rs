@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use serde::Deserialize;
 
 use super::{Effect, Mirror};
-use fieldgap_input::{Finite, Positive};
+use fieldgap_input::{Exact, Finite, Positive};
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
@@ -16,7 +16,7 @@ pub(super) struct Reflection {
     /// Height of the plane above the array, mm.
     height_mm: Positive,
     /// Reflection coefficient of pressure, real and imaginary part.
-    coefficient: [Finite; 2],
+    coefficient: Exact<Finite, 2>,
 }
 
 impl Effect for Reflection {

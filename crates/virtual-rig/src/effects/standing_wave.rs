@@ -8,14 +8,14 @@ use serde::Deserialize;
 
 use super::Effect;
 use fieldgap_acoustics::Vec3;
-use fieldgap_input::Finite;
+use fieldgap_input::{Exact, Finite};
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct StandingWave {
     /// Γ, real and imaginary part: both reflections and the spreading between them.
-    coefficient: [Finite; 2],
+    coefficient: Exact<Finite, 2>,
 }
 
 impl Effect for StandingWave {

@@ -2,11 +2,11 @@
 
 use serde::Deserialize;
 
-use fieldgap_input::{Fraction, NonNegative, Positive};
+use fieldgap_input::{Exact, Fraction, NonNegative, Positive};
 
 /// Two numbers above zero, the first not above the second.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "[Positive; 2]")]
+#[serde(try_from = "Exact<Positive, 2>")]
 pub struct Range([f64; 2]);
 
 impl Range {
@@ -31,9 +31,9 @@ impl Range {
     }
 }
 
-impl TryFrom<[Positive; 2]> for Range {
+impl TryFrom<Exact<Positive, 2>> for Range {
     type Error = String;
-    fn try_from(pair: [Positive; 2]) -> Result<Self, String> {
+    fn try_from(pair: Exact<Positive, 2>) -> Result<Self, String> {
         let [from, to] = pair.map(Positive::get);
         if from <= to {
             Ok(Self([from, to]))

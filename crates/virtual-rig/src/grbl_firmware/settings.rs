@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use fieldgap_input::{NonNegative, Positive};
+use fieldgap_input::{Exact, NonNegative, Positive};
 
 /// The two dialects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,13 +22,13 @@ pub enum Dialect {
 #[serde(deny_unknown_fields, default)]
 pub struct GrblSettings {
     /// Travel of each axis from its switch (`$130` to `$132`).
-    pub travel_mm: [Positive; 3],
+    pub travel_mm: Exact<Positive, 3>,
     /// Position of the tool head at power-up, from its switches. The firmware does not know it before homing.
-    pub parked_mm: [NonNegative; 3],
+    pub parked_mm: Exact<NonNegative, 3>,
     /// Acceleration along the path (`$120` to `$122`).
     pub acceleration_mm_s2: Positive,
     /// Highest speed of each axis (`$110` to `$112`).
-    pub max_feed_mm_s: [Positive; 3],
+    pub max_feed_mm_s: Exact<Positive, 3>,
     /// Speed towards the switches (`$25`).
     pub homing_feed_mm_s: Positive,
     /// Distance by which it backs off its switches (`$27`).
@@ -62,10 +62,10 @@ impl Default for GrblSettings {
         let positive = |value| Positive::new(value).expect("a literal above zero");
         let non_negative = |value| NonNegative::new(value).expect("a literal not below zero");
         Self {
-            travel_mm: [positive(300.0), positive(300.0), positive(250.0)],
-            parked_mm: [non_negative(42.0), non_negative(61.0), non_negative(180.0)],
+            travel_mm: [positive(300.0), positive(300.0), positive(250.0)].into(),
+            parked_mm: [non_negative(42.0), non_negative(61.0), non_negative(180.0)].into(),
             acceleration_mm_s2: positive(500.0),
-            max_feed_mm_s: [positive(100.0); 3],
+            max_feed_mm_s: [positive(100.0); 3].into(),
             homing_feed_mm_s: positive(50.0),
             pull_off_mm: positive(2.0),
             steps_per_mm: positive(250.0),

@@ -17,8 +17,11 @@ use fieldgap_records::{OFF_LINE_MM, Plane, RecordedScan, SAME_HEIGHT_MM, plane_m
 /// Fewest readings: one more than the parameters of a gain and a shift.
 const FEWEST: usize = 5;
 
+/// Readings below this show nothing, whatever their unit: their squares would be lost beside any other number.
+const LEAST_READING: f64 = 1e-12;
+
 /// Why a scan cannot be compared.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Incomparable {
     /// Every row has focus -1, or there is none.
     #[error(
@@ -35,9 +38,32 @@ pub enum Incomparable {
         /// Number of driven readings.
         readings: usize,
     },
-    /// All driven readings are zero.
-    #[error("every driven reading of the scan `{0}` is zero: was the receiver connected?")]
+    /// All driven readings are zero, or too small to be a reading.
+    #[error(
+        "every driven reading of the scan `{0}` is zero or below 1e-12: was the receiver connected?"
+    )]
     AllZero(String),
+    /// All driven readings are one number.
+    #[error(
+        "every driven reading of the scan `{name}` is {value}: the receiver seems stuck, disconnected or saturated, so there is no field \
+         to compare"
+    )]
+    Stuck {
+        /// Name of the scan.
+        name: String,
+        /// The reading.
+        value: f64,
+    },
+    /// All readings were taken at too few places.
+    #[error(
+        "the scan `{name}` has {different} different pairs of drive and place; a comparison needs at least {FEWEST}"
+    )]
+    OnePlace {
+        /// Name of the scan.
+        name: String,
+        /// Different pairs of drive and place.
+        different: usize,
+    },
     /// The simulated field is zero at every reading.
     #[error(
         "the simulated field is zero at every reading of the scan `{0}`: are all heights above the array \
@@ -124,7 +150,10 @@ pub fn register_scan(
 }
 
 /// Whether there is anything to compare.
-fn comparable(scan: &RecordedScan, readings: &Readings) -> Result<(), Incomparable> {
+///
+/// # Errors
+/// [`Incomparable`] if the readings cannot show a field.
+pub fn comparable(scan: &RecordedScan, readings: &Readings) -> Result<(), Incomparable> {
     let name = || scan.setup.name.clone();
     if readings.is_empty() {
         return Err(Incomparable::NothingDriven(name()));
@@ -132,8 +161,16 @@ fn comparable(scan: &RecordedScan, readings: &Readings) -> Result<(), Incomparab
     if readings.len() < FEWEST {
         return Err(Incomparable::TooFew { name: name(), readings: readings.len() });
     }
-    if readings.values().iter().all(|reading| *reading == 0.0) {
+    if readings.values().iter().all(|reading| *reading < LEAST_READING) {
         return Err(Incomparable::AllZero(name()));
+    }
+    let values = readings.values();
+    if values.iter().all(|reading| *reading == values[0]) {
+        return Err(Incomparable::Stuck { name: name(), value: values[0] });
+    }
+    let different = readings.different();
+    if different < FEWEST {
+        return Err(Incomparable::OnePlace { name: name(), different });
     }
     if readings.simulate(&Pose::default()).iter().all(|magnitude| *magnitude == 0.0) {
         return Err(Incomparable::NothingSimulated(name()));

@@ -1,5 +1,7 @@
 //! The readings of a registration and the simulated field at their positions.
 
+use std::collections::HashSet;
+
 use fieldgap_acoustics::golden_section::even_fraction;
 use fieldgap_acoustics::{Array, Simulation, Simulator, Vec3};
 use fieldgap_records::RecordedScan;
@@ -71,6 +73,14 @@ impl Readings {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// How many different pairs of drive and place there are; places closer than 10 µm are one.
+    pub fn different(&self) -> usize {
+        let key = |at: &Vec3| [at.x, at.y, at.z].map(|m| (m * 1e5).round() as i64);
+        let places =
+            |drive: &Drive| drive.positions_m.iter().map(key).collect::<HashSet<_>>().len();
+        self.drives.iter().map(places).sum()
     }
 
     /// Every reading, drive by drive.

@@ -6,7 +6,7 @@
 
 use super::identifiability::identifiability;
 use super::pose::{Mirror, Pose};
-use super::pose_search::{Found, find_pose};
+use super::pose_search::{Found, determine_a_pose, find_pose};
 use super::readings::Readings;
 use super::receiver_face::{ReceiverFace, find_receiver_face, with_receiver_face};
 use super::refine::{Fit, PoseParameter, Search, refine};
@@ -76,6 +76,11 @@ pub fn register(readings: &Readings, requested: Registering) -> Registered {
 
 fn pose_as_asked(readings: &Readings, gain_only: Fit) -> Choice {
     let tried = vec![tried(Registering::GainOnly, &gain_only)];
+    if let Err(undetermined) = determine_a_pose(readings) {
+        let why = format!("only the gain was estimated: {undetermined}");
+        let chosen = Registering::GainOnly;
+        return Choice { chosen, fit: gain_only, why, found: None, heard: None, tried };
+    }
     match find_pose(readings) {
         Some(found) => {
             let why = format!("the whole pose was estimated, as asked: {}", in_words(&found.best));
@@ -113,6 +118,10 @@ fn choose(readings: &Readings, gain_only: Fit) -> Choice {
              pose was searched",
             small.correlation
         );
+        return Choice { chosen, fit: small, why, found: None, heard: None, tried: all };
+    }
+    if let Err(undetermined) = determine_a_pose(readings) {
+        let why = format!("{shift_words}. No other pose was searched: {undetermined}");
         return Choice { chosen, fit: small, why, found: None, heard: None, tried: all };
     }
     let Some(found) = find_pose(readings) else {

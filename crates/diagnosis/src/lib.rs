@@ -9,7 +9,6 @@
 //! use fieldgap_diagnosis::{EffectId, Remedy};
 //!
 //! let effect: EffectId = "backlash".parse()?;
-//! assert_eq!(effect.facts().mimics, [EffectId::Lag]);
 //! let Remedy::Manual(what_to_do) = effect.remedy(Simulator::Piston) else {
 //!     panic!("no set-up file has a key for play")
 //! };

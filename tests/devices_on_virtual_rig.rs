@@ -226,7 +226,7 @@ async fn an_analog_pin_of_marlin_is_read() {
 async fn a_logger_that_only_prints_numbers_is_read() {
     let logger = "[receiver.free-running]\nlines = \"value\"\nrate_hz = 1000.0\nunit = \"V\"\nfull_scale = 5.0\nlatency_ms = 10.0";
     let told = rig(logger, THESIS, "[virtual.receiver]\nmode = \"numbers\"")
-        .replace("pace = \"lockstep\"", "pace = { times = 4.0 }");
+        .replace("pace = \"lockstep\"", "pace = { times = 1.0 }");
     let told = readings(&told, QUIET).await;
     let stream = readings(&rig(STREAM, THESIS, ""), QUIET).await;
     let peak = stream.iter().copied().fold(0.0, f64::max);

@@ -112,12 +112,12 @@ pub enum VirtualRigError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Truth(#[from] fieldgap_input::Fault),
-    /// A free-running receiver in lockstep.
+    /// A free-running receiver whose time is not the computer's.
     #[error(
-        "a free-running receiver needs time that passes without requests; in lockstep it stands still. Set \
-         `pace = {{ times = 20.0 }}` in [virtual], or `mode = \"stream\"` in [virtual.receiver]"
+        "the samples of a free-running receiver are tied to the computer's time, which must be that of the virtual rig. Set \
+         `pace = {{ times = 1.0 }}` in [virtual], or `mode = \"stream\"` in [virtual.receiver]"
     )]
-    FreeRunningInLockstep,
+    FreeRunningPace,
     /// The system gave no pseudo-terminal.
     #[error(
         "no pseudo-terminal for the virtual {device}: {source}. The system's limit is in \
@@ -187,8 +187,9 @@ impl VirtualRig {
         truth: Truth,
         believed: &Believed,
     ) -> Result<Self, VirtualRigError> {
-        if config.receiver.mode.runs_freely() && config.pace == Pace::Lockstep {
-            return Err(VirtualRigError::FreeRunningInLockstep);
+        let real_time = matches!(config.pace, Pace::Times(times) if times.get() == 1.0);
+        if config.receiver.mode.runs_freely() && !real_time {
+            return Err(VirtualRigError::FreeRunningPace);
         }
         let clock = Arc::new(Clock::new(config.pace));
         let homing_jam = Arc::new(AtomicBool::new(false));

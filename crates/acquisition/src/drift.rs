@@ -89,7 +89,7 @@ impl Drift {
     pub(super) fn due(
         &self,
         now_s: f64,
-        at_m: Option<Vec3>,
+        at_m: Vec3,
         next_m: Vec3,
         (envelope, frame): (&Envelope, &Frame),
     ) -> Option<Visit> {
@@ -99,7 +99,7 @@ impl Drift {
         }
         let place = frame.to_robot(self.visit.position_m);
         let free = |from_m: Vec3| envelope.check_path(frame.to_robot(from_m), place).is_ok();
-        let free = at_m.is_none_or(free)
+        let free = free(at_m)
             && envelope.check_path(place, frame.to_robot(next_m)).is_ok()
             && envelope.check_target(place).is_ok();
         free.then_some(self.visit)
@@ -161,7 +161,7 @@ mod tests {
 
     fn is_due(drift: &Drift, now_s: f64) -> bool {
         let (envelope, frame) = robot();
-        drift.due(now_s, None, Vec3::new(0.0, 0.0, 0.1), (&envelope, &frame)).is_some()
+        drift.due(now_s, Vec3::zeros(), Vec3::new(0.0, 0.0, 0.1), (&envelope, &frame)).is_some()
     }
 
     #[test]
@@ -202,7 +202,7 @@ mod tests {
             name: "post".into(),
             space: AxisBox { least_m: [0.04, -1.0, -1.0], largest_m: [0.05, 1.0, 1.0] },
         });
-        let due = |at_m: Vec3| drift.due(0.0, Some(at_m), Vec3::zeros(), (&envelope, &frame));
+        let due = |at_m: Vec3| drift.due(0.0, at_m, Vec3::zeros(), (&envelope, &frame));
         assert!(due(Vec3::new(0.1, 0.0, 0.1)).is_none());
         assert!(due(Vec3::new(0.03, 0.0, 0.1)).is_some());
     }

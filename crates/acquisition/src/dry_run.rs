@@ -5,12 +5,11 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::fly::Flight;
+use super::itinerary::{Itinerary, Station};
 use super::rig_setup::RigSetup;
-use super::rows::{Leg, Line, legs};
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::Fault;
-use fieldgap_records::{Plan, PlanPart, Visit, VisitKind};
+use fieldgap_records::{Plan, PlanPart, RecordedSample, Visit, VisitKind};
 use fieldgap_rig::{Feed, RobotPosition};
 
 /// Disk space per point in `samples.csv`, the journal and the events, bytes.
@@ -58,14 +57,19 @@ impl DryRun {
     }
 }
 
-/// Checks a plan against a rig set-up.
+/// Checks a plan against a rig set-up, by the very moves that the scan will make after those in `kept`.
 ///
 /// The robot is assumed to start where it homes, at the lower end of each axis.
 ///
 /// # Errors
 /// A [`Fault`] at the part of the plan that is not possible: a focus or point outside the robot's travel, a path through a
 /// keep-out box, or a number of phases other than the number of elements.
-pub fn dry_run(plan: &Plan, rig_setup: &RigSetup, visits: &[Visit]) -> Result<DryRun, Fault> {
+pub(super) fn dry_run(
+    plan: &Plan,
+    rig_setup: &RigSetup,
+    visits: &[Visit],
+    kept: &[RecordedSample],
+) -> Result<DryRun, Fault> {
     plan.fits_array(rig_setup.nominal_array().len())?;
     foci_within_travel(plan, rig_setup)?;
     let (envelope, frame) = (rig_setup.rig.motion.envelope(), rig_setup.rig.motion.frame());
@@ -93,35 +97,31 @@ pub fn dry_run(plan: &Plan, rig_setup: &RigSetup, visits: &[Visit]) -> Result<Dr
         Ok(move_s(distance_m, feed.m_s()))
     };
     let feed = rig_setup.rig.motion.feed();
-    let flight = plan.fly.as_ref().map(|fly| Flight::new(fly, rig_setup));
-    for leg in legs(visits, 0, flight.is_some()) {
-        match (leg, &flight) {
-            (Leg::Row(row), Some(flight)) => {
-                let [begins_m, ends_m] = Line::of(&visits[row.clone()]).ends_m(flight.lead_m());
-                let part = visits[row.start].part;
-                let row_s = go(begins_m, part, feed)? + go(ends_m, part, flight.feed())? + TALK_S;
-                about_s += row_s;
-                slowest_s = slowest_s.max(row_s);
-            }
-            (Leg::Row(row), None) => unreachable!("{row:?} exists only in a plan with [fly]"),
-            (Leg::Stop(visit), _) => {
-                let Visit { position_m, part, .. } = visits[visit];
-                let point_s = go(position_m, part, feed)? + reading_s;
-                about_s += point_s;
-                slowest_s = slowest_s.max(point_s);
-            }
+    let itinerary = Itinerary::of(plan, rig_setup, visits, kept);
+    let flight_feed = itinerary.flight().map_or(feed, |flight| flight.feed());
+    let mut leg_s = 0.0;
+    for Station { to_m, visit, recording, ends_leg } in itinerary.stations(visits) {
+        let part = visits[visit].part;
+        leg_s +=
+            if recording { go(to_m, part, flight_feed)? + TALK_S } else { go(to_m, part, feed)? };
+        if ends_leg {
+            leg_s += if recording { 0.0 } else { reading_s };
+            slowest_s = slowest_s.max(leg_s);
+            about_s += std::mem::take(&mut leg_s);
         }
     }
-    let of_kind = |kind| visits.iter().filter(|visit| visit.kind == kind).count();
+    let checks = itinerary.checks.iter().map(|&row| &visits[row]);
+    let readings: Vec<&Visit> = checks.chain(&visits[kept.len()..]).collect();
+    let of_kind = |kind| readings.iter().filter(|visit| visit.kind == kind).count();
     Ok(DryRun {
-        visits: visits.len(),
+        visits: readings.len(),
         dark: of_kind(VisitKind::Dark),
         references: of_kind(VisitKind::Reference),
         way_m,
         about_s,
         slowest_s,
-        bytes: BYTES_A_ROW * visits.len() as u64
-            + (WIRE_BYTES_A_ROW * visits.len() as u64).min(MOST_WIRE_BYTES),
+        bytes: BYTES_A_ROW * readings.len() as u64
+            + (WIRE_BYTES_A_ROW * readings.len() as u64).min(MOST_WIRE_BYTES),
     })
 }
 

@@ -189,7 +189,7 @@ impl FaultyRig {
                     self.note(&error);
                     let begun = Instant::now();
                     let report = rig.make_safe(error.to_string()).await;
-                    assert!(begun.elapsed() <= Duration::from_millis(500));
+                    assert!(begun.elapsed() <= Duration::from_secs(5));
                     if report.array.is_ok() {
                         let now_s = memory.clock.now_s();
                         assert!(!memory.world.drive_at(now_s).emitting, "{report}");

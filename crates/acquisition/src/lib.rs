@@ -30,6 +30,7 @@ mod event;
 mod fault_injection_tests;
 mod fly;
 mod hook;
+mod itinerary;
 mod monitor;
 mod open;
 mod origin;

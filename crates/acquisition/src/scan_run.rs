@@ -23,10 +23,9 @@ use super::open::{OpenRig, OpenSimulated};
 use super::origin::{self, Origin};
 use super::pause::Pause;
 use super::planned_scan::PlannedScan;
-use super::references::reference_rows;
 use super::rig_setup::RigSetup;
 use fieldgap_input::{TomlSource, toml_file};
-use fieldgap_records::{Columns, Journal, RecordedSample, ScanSetup, ScanState, Visit};
+use fieldgap_records::{Columns, Journal, RecordedSample, ScanSetup, ScanState};
 use fieldgap_rig::ReceiverIdentity;
 
 /// Copies of the plan and the rig file, in the scan's folder.
@@ -70,7 +69,7 @@ impl ScanRun {
         folder: &Path,
         open_simulated: OpenSimulated,
     ) -> Result<Self, AcquisitionError> {
-        let check = dry_run(&scan.plan, &scan.rig_setup, &scan.visits)?;
+        let check = dry_run(&scan.plan, &scan.rig_setup, &scan.visits, &[])?;
         room_for(check.bytes, folder)?;
         let mut open = OpenRig::open(&scan.rig_setup, open_simulated).await?;
         if let Some((air, config)) = open.air().zip(scan.rig_setup.rig.environment.as_ref())
@@ -120,8 +119,7 @@ impl ScanRun {
                 PlannedScan::parse(origin.plan(&copy(PLAN_COPY)?), origin.rig(&copy(RIG_COPY)?)?)?;
             origin.same_truth(&scan.rig_setup)?;
             same_set_up(&scan.rig_setup, &resumed.setup)?;
-            let visits = visits_of_resumed(&scan, &kept);
-            let check = dry_run(&scan.plan, &scan.rig_setup, &visits)?;
+            let check = dry_run(&scan.plan, &scan.rig_setup, &scan.visits, &kept)?;
             room_for(check.bytes, folder)?;
             // The medium measured at the start of the scan, so that one scan has one medium.
             scan.rig_setup.medium = resumed.setup.medium;
@@ -250,13 +248,6 @@ fn end(journal: Journal, reason: Option<&str>) -> Result<(), AcquisitionError> {
         Some(reason) => ScanState::Partial { reason: reason.to_owned() },
     };
     Ok(journal.end(Timestamp::now(), &state)?)
-}
-
-/// The visits of a resumed scan: the repeated ones, then the remaining ones.
-fn visits_of_resumed(scan: &PlannedScan, kept: &[RecordedSample]) -> Vec<Visit> {
-    let again = reference_rows(kept, &scan.visits);
-    let again = again.into_iter().map(|row| scan.visits[row]);
-    again.chain(scan.visits[kept.len()..].iter().copied()).collect()
 }
 
 /// Checks that the array is the one that the scan started with: files named by the rig file may have changed.

@@ -11,7 +11,8 @@ use crate::drift::{Drift, Drifted};
 use crate::event::{Event, EventSink};
 use crate::fly::Flights;
 use crate::sequencer::{Measurement, PointSequencer};
-use fieldgap_records::{EventKind, RecordedSample, Visit};
+use fieldgap_acoustics::Vec3;
+use fieldgap_records::{EventKind, Visit};
 
 impl ScanRun {
     /// Measures a visit. If a pause is requested, the scan waits with the array silent and then measures the point again.
@@ -69,21 +70,20 @@ impl ScanRun {
         Ok(())
     }
 
-    /// Measures the reference point if that is due before `next`.
+    /// Measures the reference point if that is due at scan time `now_s`, and free on the way from where the robot stands to where
+    /// the next leg begins.
     pub(super) async fn revisit(
         &mut self,
         sequencer: &mut PointSequencer,
         drift: Option<&mut Drift>,
-        last: Option<&RecordedSample>,
-        next: &Visit,
+        now_s: f64,
+        [at_m, next_m]: [Vec3; 2],
         watch: EventSink<'_>,
     ) -> Result<(), Stopped> {
         let motion = &self.scan.rig_setup.rig.motion;
         let robot = (&motion.envelope(), &motion.frame());
-        let (now_s, at_m) =
-            (last.map_or(0.0, |last| last.time_s), last.map(RecordedSample::position_m));
         let Some((drift, visit)) = drift.and_then(|drift| {
-            let visit = drift.due(now_s, at_m, next.position_m, robot)?;
+            let visit = drift.due(now_s, at_m, next_m, robot)?;
             Some((drift, visit))
         }) else {
             return Ok(());

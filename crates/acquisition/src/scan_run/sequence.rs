@@ -1,5 +1,7 @@
 //! The sequence of a scan: homing, the check of recorded points, then leg by leg.
 
+use std::ops::Range;
+
 use jiff::Timestamp;
 
 use super::{ScanRun, Stopped};
@@ -7,18 +9,19 @@ use crate::AcquisitionError;
 use crate::clock::{ScanClock, goes_on_at_s};
 use crate::drift::Drift;
 use crate::event::{Event, EventSink};
-use crate::fly::{Flight, Flights};
-use crate::references::{RigChange, compare, reference_rows};
-use crate::rows::{Leg, Line, legs};
+use crate::fly::Flights;
+use crate::itinerary::Itinerary;
+use crate::references::{RigChange, compare};
+use crate::rows::Leg;
 use crate::sequencer::{PointSequencer, distance_mm};
-use fieldgap_records::{EventKind, Visit};
+use fieldgap_records::EventKind;
 
 impl ScanRun {
     /// Runs the rest of the plan.
     pub(super) async fn conduct(&mut self, watch: EventSink<'_>) -> Result<(), Stopped> {
         watch(&self.open.greeting());
         self.open.rig().continuous_wave().await?;
-        self.open.rig().home().await?;
+        let homed = self.open.rig().home().await?;
         self.journal.record(Timestamp::now(), EventKind::Homed, "")?;
         watch(&Event::Homed);
         let clock = match self.kept.last() {
@@ -30,26 +33,35 @@ impl ScanRun {
             )),
         };
         let mut sequencer = PointSequencer::new(&self.scan.rig_setup, &self.scan.plan.foci, clock);
-        self.check_references(&mut sequencer, &mut *watch).await?;
         let (plan, visits) = (&self.scan.plan, &self.scan.visits);
-        let mut flights = plan.fly.map(|fly| Flights::new(Flight::new(&fly, &self.scan.rig_setup)));
-        let legs = legs(visits, self.journal.visits_done(), flights.is_some());
+        let itinerary = Itinerary::of(plan, &self.scan.rig_setup, visits, &self.kept);
         let mut drift = Drift::of(plan, visits, self.check.about_s, &self.kept);
-        let mut last = self.kept.last().copied();
-        if let Some(flights) = flights.as_mut().filter(|flights| flights.want_lag()) {
-            self.find_lag(flights, &mut sequencer, &legs, &mut *watch).await?;
+        let mut flights = itinerary.flight().copied().map(Flights::new);
+        // Where the robot stands; visits to the reference point begin there.
+        let mut at_m = sequencer.frame().to_array(homed);
+        if let Some(&row) = itinerary.checks.last() {
+            at_m = visits[row].position_m;
         }
-        for leg in legs {
+        self.check_references(&mut sequencer, &itinerary.checks, &mut *watch).await?;
+        if let (Some(flights), Some(row)) = (&mut flights, &itinerary.lag_row) {
+            at_m = itinerary.ends_m(&Leg::Row(row.clone()), &self.scan.visits)[0];
+            self.find_lag(flights, &mut sequencer, row, &mut *watch).await?;
+        }
+        let mut now_s = self.kept.last().map_or(0.0, |last| last.time_s);
+        for leg in &itinerary.legs {
             let rows = leg.rows();
             let next = self.scan.visits[rows.start];
-            self.revisit(&mut sequencer, drift.as_mut(), last.as_ref(), &next, &mut *watch).await?;
-            let measured = match (&leg, &mut flights) {
+            let [begins_m, ends_m] = itinerary.ends_m(leg, &self.scan.visits);
+            let way_m = [at_m, begins_m];
+            self.revisit(&mut sequencer, drift.as_mut(), now_s, way_m, &mut *watch).await?;
+            let measured = match (leg, &mut flights) {
                 (Leg::Row(row), Some(flights)) => {
                     self.fly(flights, &mut sequencer, row, &mut *watch).await?
                 }
                 _ => vec![self.measure(&mut sequencer, &next, &mut *watch).await?],
             };
-            last = measured.last().map(|measurement| measurement.sample);
+            at_m = ends_m;
+            now_s = measured.last().map_or(now_s, |measurement| measurement.sample.time_s);
             self.keep_row(rows, &measured, &mut sequencer, drift.as_mut(), &mut *watch).await?;
         }
         if let Some(text) = flights.and_then(|flights| flights.evenness()) {
@@ -58,26 +70,15 @@ impl ScanRun {
         Ok(())
     }
 
-    /// Finds the lag of readings in motion from the row that passes nearest to its focus.
+    /// Finds the lag of readings in motion from a row.
     async fn find_lag(
         &mut self,
         flights: &mut Flights,
         sequencer: &mut PointSequencer,
-        legs: &[Leg],
+        row: &Range<usize>,
         watch: EventSink<'_>,
     ) -> Result<(), Stopped> {
-        let visits = &self.scan.visits;
-        let rows = legs.iter().filter_map(|leg| match leg {
-            Leg::Row(row) => Some(&visits[row.clone()]),
-            Leg::Stop(_) => None,
-        });
-        let from_focus_m = |row: &[Visit]| {
-            let focus = row[0].focus.map(|focus| self.scan.plan.foci[focus].excitation());
-            let focus_m = focus.and_then(|excitation| excitation.focus_m());
-            Line::of(row).distance_m(focus_m.unwrap_or_default())
-        };
-        let nearest = rows.min_by(|a, b| from_focus_m(a).total_cmp(&from_focus_m(b)));
-        let Some(row) = nearest else { return Ok(()) };
+        let row = &self.scan.visits[row.clone()];
         let lag = flights.find_lag(sequencer, self.open.rig(), row).await?;
         let (lag_ms, standard_error_ms) = (lag.lag_s * 1e3, lag.standard_error_s * 1e3);
         let text = format!("readings lag {lag_ms:.3} ± {standard_error_ms:.3} ms behind the robot");
@@ -90,10 +91,11 @@ impl ScanRun {
     async fn check_references(
         &mut self,
         sequencer: &mut PointSequencer,
+        rows: &[usize],
         watch: EventSink<'_>,
     ) -> Result<(), Stopped> {
         let mut found = Vec::new();
-        for row in reference_rows(&self.kept, &self.scan.visits) {
+        for &row in rows {
             let kept = &self.kept[row];
             let now = sequencer.measure(self.open.rig(), &self.scan.visits[row]).await?.sample;
             watch(&Event::ReferenceChecked {

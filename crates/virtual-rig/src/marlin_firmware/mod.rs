@@ -23,6 +23,10 @@ pub use settings::MarlinSettings;
 use super::firmware::{Firmware, Wake};
 use super::trajectory::Trajectory;
 
+/// After a stop the planner discards what is queued for this long, and only then the firmware answers (`cleaning_buffer_counter`;
+/// 1.00 to 1.04 s were measured, idle or moving).
+const CLEANING_S: f64 = 1.0;
+
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
 /// The action when a waiting command can go on.
@@ -32,6 +36,8 @@ enum Then {
     Plan([Option<f64>; 3]),
     /// Motion has ended, or a dwell.
     Acknowledge,
+    /// The planner is clean after a stop that acted on arrival.
+    Clean,
     /// Homing of these axes has ended.
     Homed([bool; 3]),
     /// The position after all motion is reported.
@@ -104,11 +110,15 @@ impl MarlinFirmware {
     fn quick_stop(&mut self, now_s: f64) {
         self.motion.quick_stop(now_s);
         self.hits.clear();
-        if let Some(waiting) = &mut self.waiting {
-            waiting.until_s = now_s;
-            if waiting.then != Then::Report {
-                waiting.then = Then::Acknowledge;
+        let until_s = now_s + CLEANING_S;
+        match &mut self.waiting {
+            Some(waiting) => {
+                waiting.until_s = until_s;
+                if !matches!(waiting.then, Then::Report | Then::Clean) {
+                    waiting.then = Then::Acknowledge;
+                }
             }
+            None => self.wait(None, until_s, Then::Clean, now_s),
         }
     }
 
@@ -140,6 +150,7 @@ impl MarlinFirmware {
         match waiting.then {
             Then::Plan(words_mm) => self.hits.extend(self.motion.plan(words_mm, now_s)),
             Then::Acknowledge => {}
+            Then::Clean => return true,
             Then::Homed(_) if self.homing_jam.load(Ordering::Relaxed) => {
                 say(out, "Error:Homing Failed");
                 self.kill(now_s, out);
@@ -161,7 +172,13 @@ impl MarlinFirmware {
         while self.ring.len() < self.settings.command_ring.max(1) {
             let Some(byte) = self.receive_buffer.pop_front() else { return };
             match self.intake.byte(byte) {
-                Some(Verdict::Accepted(accepted)) => self.ring.push_back(accepted),
+                Some(Verdict::Accepted(accepted)) => {
+                    // Obeyed early, and again in its turn.
+                    if accepted.text.trim() == "M410" && !self.settings.emergency_parser {
+                        self.quick_stop(now_s);
+                    }
+                    self.ring.push_back(accepted);
+                }
                 Some(Verdict::Refused(why)) => self.ask_again(why, now_s, out),
                 Some(Verdict::Dropped) | None => {}
             }
@@ -242,7 +259,13 @@ impl MarlinFirmware {
                 let until_s = self.motion.ends_s().max(now_s);
                 return self.wait(number, until_s, Then::Acknowledge, now_s);
             }
-            ('M', 410) => self.quick_stop(now_s),
+            // With the emergency parser it was obeyed on arrival.
+            ('M', 410) if self.settings.emergency_parser => {}
+            ('M', 410) => {
+                self.motion.quick_stop(now_s);
+                self.hits.clear();
+                return self.wait(number, now_s + CLEANING_S, Then::Acknowledge, now_s);
+            }
             _ => return self.unknown(&accepted, now_s, out),
         }
         self.acknowledge(number, now_s, out);
@@ -353,6 +376,8 @@ impl Firmware for MarlinFirmware {
         loop {
             self.report_hits(now_s, out);
             if !self.continue_waiting(now_s, out) {
+                // Lines are read meanwhile, as far as the ring has room.
+                self.fetch(now_s, out);
                 return;
             }
             self.fetch(now_s, out);

@@ -11,6 +11,10 @@ use crate::trajectory::Trajectory;
 /// Distance by which homing backs off the switch before it approaches again, slowly.
 const HOMING_BUMP_MM: f64 = 5.0;
 
+/// The planner holds the first move behind an empty queue for this long, so that more can come (`BLOCK_DELAY_FOR_1ST_MOVE`;
+/// 109 ms from the line to the first step were measured). The real one lets go as soon as three moves are queued.
+const FIRST_MOVE_HOLD_S: f64 = 0.1;
+
 /// A switch reached by a move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct EndstopHit {
@@ -236,7 +240,8 @@ impl Motion {
         to_mm: Vector3<f64>,
         now_s: f64,
     ) -> Option<EndstopHit> {
-        let mut planned = self.gantry.push(from_mm, to_mm, self.feed_mm_s, now_s);
+        let hold_s = if self.ends_s() <= now_s { FIRST_MOVE_HOLD_S } else { 0.0 };
+        let mut planned = self.gantry.push(from_mm, to_mm, self.feed_mm_s, now_s + hold_s);
         let switch = (0..3)
             .filter(|&axis| to_mm[axis] < -1e-9 && to_mm[axis] < from_mm[axis])
             .map(|axis| (from_mm[axis].max(0.0) / (from_mm[axis] - to_mm[axis]), axis))

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use fieldgap_input::{NonNegative, Positive};
+use fieldgap_input::{Exact, NonNegative, Positive};
 
 /// The robot's mechanics and its firmware's build options, `[virtual.robot]` in a rig file.
 ///
@@ -11,13 +11,13 @@ use fieldgap_input::{NonNegative, Positive};
 #[serde(deny_unknown_fields, default)]
 pub struct MarlinSettings {
     /// Travel of each axis from its switch.
-    pub travel_mm: [Positive; 3],
+    pub travel_mm: Exact<Positive, 3>,
     /// Position of the tool head at power-up. The firmware does not know it before homing.
-    pub parked_mm: [NonNegative; 3],
+    pub parked_mm: Exact<NonNegative, 3>,
     /// Acceleration along the path.
     pub acceleration_mm_s2: Positive,
     /// Highest speed of each axis.
-    pub max_feed_mm_s: [Positive; 3],
+    pub max_feed_mm_s: Exact<Positive, 3>,
     /// Speed towards the switches.
     pub homing_feed_mm_s: Positive,
     /// Motor steps per millimetre. Targets are rounded to a step.
@@ -51,10 +51,10 @@ impl Default for MarlinSettings {
         let positive = |value| Positive::new(value).expect("a literal above zero");
         let non_negative = |value| NonNegative::new(value).expect("a literal not below zero");
         Self {
-            travel_mm: [positive(300.0), positive(300.0), positive(250.0)],
-            parked_mm: [non_negative(42.0), non_negative(61.0), non_negative(180.0)],
+            travel_mm: [positive(300.0), positive(300.0), positive(250.0)].into(),
+            parked_mm: [non_negative(42.0), non_negative(61.0), non_negative(180.0)].into(),
             acceleration_mm_s2: positive(1000.0),
-            max_feed_mm_s: [positive(200.0), positive(200.0), positive(100.0)],
+            max_feed_mm_s: [positive(200.0), positive(200.0), positive(100.0)].into(),
             homing_feed_mm_s: positive(50.0),
             steps_per_mm: positive(80.0),
             planner_moves: 15,

@@ -1,0 +1,112 @@
+//! The moves of a scan, in order. The dry run checks this list, and the scan then makes its moves: nothing moves that was
+//! not checked.
+
+use std::ops::Range;
+
+use super::fly::Flight;
+use super::references::reference_rows;
+use super::rig_setup::RigSetup;
+use super::rows::{Leg, Line, legs};
+use fieldgap_acoustics::Vec3;
+use fieldgap_records::{Plan, RecordedSample, Visit};
+
+/// What a scan does between homing and its end. Visits to the reference point that become due by time are made between
+/// two legs, only where both ways are free; they are not part of this list.
+#[derive(Debug, Clone)]
+pub(super) struct Itinerary {
+    /// Recorded rows that a resumed scan measures again first.
+    pub(super) checks: Vec<usize>,
+    /// The row that is scanned in both directions to find the lag of the readings.
+    pub(super) lag_row: Option<Range<usize>>,
+    /// The legs of the plan.
+    pub(super) legs: Vec<Leg>,
+    flight: Option<Flight>,
+}
+
+/// One move of the list.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Station {
+    /// Where to, array frame, m.
+    pub(super) to_m: Vec3,
+    /// The visit for which it is made.
+    pub(super) visit: usize,
+    /// Whether the receiver records during the move, at the speed of a pass.
+    pub(super) recording: bool,
+    /// Whether a leg of the plan ends here.
+    pub(super) ends_leg: bool,
+}
+
+impl Itinerary {
+    /// The moves of a plan of which `kept` is already measured.
+    pub(super) fn of(
+        plan: &Plan,
+        rig_setup: &RigSetup,
+        visits: &[Visit],
+        kept: &[RecordedSample],
+    ) -> Self {
+        let flight = plan.fly.as_ref().map(|fly| Flight::new(fly, rig_setup));
+        let legs = legs(visits, kept.len(), flight.is_some());
+        let wants_lag = flight.as_ref().is_some_and(Flight::wants_lag);
+        let lag_row = wants_lag.then(|| nearest_to_its_focus(plan, &legs, visits)).flatten();
+        Self { checks: reference_rows(kept, visits), lag_row, legs, flight }
+    }
+
+    /// How rows are scanned in motion.
+    pub(super) fn flight(&self) -> Option<&Flight> {
+        self.flight.as_ref()
+    }
+
+    /// Where the robot stands before and after a leg, array frame, m.
+    pub(super) fn ends_m(&self, leg: &Leg, visits: &[Visit]) -> [Vec3; 2] {
+        match (leg, &self.flight) {
+            (Leg::Row(row), Some(flight)) => Line::of(&visits[row.clone()]).ends_m(flight.lead_m()),
+            _ => [visits[leg.rows().start].position_m; 2],
+        }
+    }
+
+    /// All moves, in order.
+    pub(super) fn stations(&self, visits: &[Visit]) -> Vec<Station> {
+        let stop = |visit: usize| Station {
+            to_m: visits[visit].position_m,
+            visit,
+            recording: false,
+            ends_leg: false,
+        };
+        let mut stations: Vec<Station> = self.checks.iter().map(|&row| stop(row)).collect();
+        if let Some(row) = &self.lag_row {
+            let [begins_m, ends_m] = self.ends_m(&Leg::Row(row.clone()), visits);
+            for (from_m, to_m) in [(begins_m, ends_m), (ends_m, begins_m)] {
+                let pass = stop(row.start);
+                stations.push(Station { to_m: from_m, ..pass });
+                stations.push(Station { to_m, recording: true, ..pass });
+            }
+        }
+        for leg in &self.legs {
+            let [begins_m, ends_m] = self.ends_m(leg, visits);
+            let first = stop(leg.rows().start);
+            match leg {
+                Leg::Stop(_) => stations.push(Station { ends_leg: true, ..first }),
+                Leg::Row(_) => {
+                    stations.push(Station { to_m: begins_m, ..first });
+                    let pass = Station { to_m: ends_m, recording: true, ..first };
+                    stations.push(Station { ends_leg: true, ..pass });
+                }
+            }
+        }
+        stations
+    }
+}
+
+/// The row that passes nearest to the focus with which it is scanned.
+fn nearest_to_its_focus(plan: &Plan, legs: &[Leg], visits: &[Visit]) -> Option<Range<usize>> {
+    let from_focus_m = |row: &Range<usize>| {
+        let focus = visits[row.start].focus.map(|focus| plan.foci[focus].excitation());
+        let focus_m = focus.and_then(|excitation| excitation.focus_m());
+        Line::of(&visits[row.clone()]).distance_m(focus_m.unwrap_or_default())
+    };
+    let rows = legs.iter().filter_map(|leg| match leg {
+        Leg::Row(row) => Some(row.clone()),
+        Leg::Stop(_) => None,
+    });
+    rows.min_by(|a, b| from_focus_m(a).total_cmp(&from_focus_m(b)))
+}

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use tokio::time::Instant;
 
 use super::grbl::{Grbl, GrblConfig, is_grbl, is_marlin};
+use super::klipper::{Klipper, KlipperConfig, is_klipper};
 use super::marlin::{Marlin, MarlinConfig};
 use crate::Motion;
 use crate::config::MotionConfig;
@@ -19,7 +20,7 @@ const FOUND_WITHIN: Duration = Duration::from_secs(20);
 /// How long one round of listening takes. Opening the port restarts many boards, which then greet by themselves.
 const LISTENS: Duration = Duration::from_millis(1500);
 
-/// Both are asked what they are; each takes the other's question for an unknown command.
+/// All are asked what they are; each takes the others' questions for unknown commands.
 const QUESTIONS: &[u8] = b"\n$I\nM115\n";
 
 /// As before, behind a reset: after a limit GRBL answers nothing else.
@@ -45,6 +46,7 @@ fn default_baud() -> u32 {
 enum Firmware {
     Marlin,
     Grbl,
+    Klipper,
 }
 
 impl AutoConfig {
@@ -58,6 +60,7 @@ impl AutoConfig {
         tracing::info!(device = %wire.device(), "identified the firmware as {firmware:?}");
         Ok(match firmware {
             Firmware::Marlin => Box::new(Marlin::begin(wire, &MarlinConfig::default()).await?),
+            Firmware::Klipper => Box::new(Klipper::begin(wire, &KlipperConfig::default()).await?),
             Firmware::Grbl => {
                 let (envelope, feed) = (section.envelope(), section.feed());
                 Box::new(Grbl::begin(wire, &GrblConfig::default(), envelope, feed).await?)
@@ -78,6 +81,9 @@ async fn identify<L: ByteLink>(wire: &mut Wire<L>) -> Result<Firmware, RigError>
         wire.send(questions[round.min(questions.len() - 1)]).await?;
         let next = until.min(Instant::now() + LISTENS);
         while let Some(line) = wire.line(next).await? {
+            if is_klipper(&line) {
+                return Ok(Firmware::Klipper);
+            }
             if is_grbl(&line) {
                 return Ok(Firmware::Grbl);
             }
@@ -125,6 +131,10 @@ mod tests {
     async fn a_board_that_does_not_greet_is_asked() {
         for (answer, firmware) in [
             ("echo:Unknown command: \"$I\"\nok\n", Firmware::Marlin),
+            (
+                "// Unknown command:\"$I\"\nok\nok FIRMWARE_NAME:Klipper FIRMWARE_VERSION:v0.12\n",
+                Firmware::Klipper,
+            ),
             ("ok\n[VER:1.1h.20190830:]\n[OPT:V,15,128]\nok\nerror:20\n", Firmware::Grbl),
         ] {
             let (mut wire, far) = wire();

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-/// How long a stop may take to be confirmed. Motion itself ends within milliseconds; but Marlin discards its queue for a second
-/// after `M410` before it answers (`cleaning_buffer_counter` of its planner), and may have to be asked twice.
-pub(crate) const STOPPED_WITHIN: Duration = Duration::from_millis(2500);
+/// How long a stop may take to be confirmed. Motion itself ends within milliseconds; but Marlin discards its queue for one or
+/// two seconds after `M410` before it answers, and may have to be asked twice.
+pub(crate) const STOPPED_WITHIN: Duration = Duration::from_secs(5);
 
 /// How long a move may take at most, and where its start or its speed is not known.
 pub(super) const LONGEST_MOVE: Duration = Duration::from_secs(600);

@@ -5,6 +5,8 @@ pub(crate) mod auto;
 mod firmware_table;
 pub mod grbl;
 pub mod guarded;
+mod home_line;
+pub mod klipper;
 pub(crate) mod limits;
 pub mod marlin;
 pub mod route;
@@ -12,3 +14,4 @@ pub mod travel;
 
 pub use advice::Advice;
 pub use firmware_table::FirmwareKeys;
+pub use home_line::HomeLine;

@@ -173,7 +173,7 @@ impl<L: ByteLink> Connection<L> {
                         self.greeted(flavour, &line);
                         return Ok(());
                     }
-                    Reply::Marlin => other_firmware = Some(line),
+                    Reply::OtherFirmware => other_firmware = Some(line),
                     _ => {}
                 }
             }
@@ -474,7 +474,7 @@ impl<L: ByteLink> Connection<L> {
                     return Err(self.wire.error(Cause::Reset));
                 }
             }
-            Reply::Marlin => {
+            Reply::OtherFirmware => {
                 return Err(self
                     .wire
                     .error(Cause::OtherFirmware { named: "GRBL", received: line }));

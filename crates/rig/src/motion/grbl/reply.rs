@@ -1,6 +1,7 @@
 //! The firmware's replies, line by line.
 
 use super::status::Status;
+use crate::motion::klipper::is_klipper;
 
 /// One line from the firmware.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,8 +18,8 @@ pub(super) enum Reply {
     Status(Status),
     /// A setting, `$130=200.000`.
     Setting(u32, f64),
-    /// Marlin's dialect: another firmware than this driver's.
-    Marlin,
+    /// A line of Marlin or Klipper.
+    OtherFirmware,
     /// Anything else: messages, build info, garbled lines.
     Other,
 }
@@ -50,8 +51,8 @@ impl Reply {
         if line.starts_with('<') {
             return Status::parse(line).map_or(Self::Other, Self::Status);
         }
-        if is_marlin(line) {
-            return Self::Marlin;
+        if is_marlin(line) || is_klipper(line) {
+            return Self::OtherFirmware;
         }
         setting(line).unwrap_or(Self::Other)
     }
@@ -104,8 +105,8 @@ mod tests {
             ("GrblHAL 1.1f ['$' or '$HELP' for help]", Reply::Greeting(Flavour::GrblHal)),
             ("$130=200.000", Reply::Setting(130, 200.0)),
             ("$22=1 (homing cycle, bool)", Reply::Setting(22, 1.0)),
-            ("start", Reply::Marlin),
-            ("echo:Unknown command: \"\u{18}\"", Reply::Marlin),
+            ("start", Reply::OtherFirmware),
+            ("echo:Unknown command: \"\u{18}\"", Reply::OtherFirmware),
             ("$J=1", Reply::Other),
             ("[MSG:'$H'|'$X' to unlock]", Reply::Other),
             ("okok", Reply::Other),

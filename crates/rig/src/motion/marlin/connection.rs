@@ -14,6 +14,7 @@ use super::reply::Reply;
 use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire};
 use crate::motion::grbl::is_grbl;
+use crate::motion::klipper::is_klipper;
 use crate::space::RobotPosition;
 
 /// How long a firmware may take to start: boot loader, then banner, then settings.
@@ -23,8 +24,8 @@ const START_WITHIN: Duration = Duration::from_secs(20);
 const START_QUIET: Duration = Duration::from_secs(1);
 
 /// How long the answer to a stop may take before the stop is sent once more. Marlin answers after it has discarded its queue
-/// for a second; another `M410` begins that second anew.
-const STOP_AGAIN_AFTER: Duration = Duration::from_millis(1300);
+/// for a second, without the emergency parser for two; another `M410` begins that time anew.
+const STOP_AGAIN_AFTER: Duration = Duration::from_millis(2500);
 
 /// The numbered conversation with one firmware.
 #[derive(Debug)]
@@ -58,7 +59,7 @@ impl<L: ByteLink> Connection<L> {
             while let Some(line) =
                 self.line.wire.line(until.min(Instant::now() + START_QUIET)).await?
             {
-                if is_grbl(&line) {
+                if is_grbl(&line) || is_klipper(&line) {
                     return Err(self
                         .line
                         .wire

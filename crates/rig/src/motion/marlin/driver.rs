@@ -4,13 +4,14 @@ use std::time::Duration;
 
 use async_trait::async_trait;
 
-use super::config::{HomeLine, MarlinConfig};
+use super::config::MarlinConfig;
 use super::connection::Connection;
 use crate::config::MotionConfig;
 use crate::device::Device;
 use crate::error::RigError;
 use crate::link::{ByteLink, Wire};
 use crate::motion::Advice;
+use crate::motion::home_line::HomeLine;
 use crate::motion::limits::{STOPPED_WITHIN, Slack};
 use crate::space::{Feed, RobotPosition};
 use crate::{Emergency, Motion};
@@ -83,12 +84,6 @@ impl<L: ByteLink> Marlin<L> {
         let answer = self.connection.command("M115", TAKEN_WITHIN).await?;
         self.firmware = firmware_name(&answer.lines);
         self.advice.clear();
-        if answer.lines.iter().any(|line| line == "Cap:EMERGENCY_PARSER:0") {
-            self.advice.push(Advice {
-                problem: "this firmware build has no emergency parser: a stop takes effect only after the current move".to_owned(),
-                remedy: "build the firmware with EMERGENCY_PARSER; until then keep the power switch within reach",
-            });
-        }
         for setting in SETTINGS {
             let Some(reply) = self.connection.command(setting, TAKEN_WITHIN).await?.unknown else {
                 continue;

@@ -20,6 +20,7 @@ use super::numbered_line::NumberedLine;
 use super::reply::Reply;
 use crate::error::{Cause, RigError};
 use crate::link::ByteLink;
+use crate::motion::klipper::is_klipper;
 use crate::space::RobotPosition;
 
 /// Silence after which something is taken for lost. The firmware says that it is busy every 2 s.
@@ -170,6 +171,10 @@ impl<L: ByteLink> Exchange<'_, L> {
     }
 
     async fn take_line(&mut self, received: &str) -> Flow {
+        if is_klipper(received) {
+            let received = received.to_owned();
+            return Err(self.error(Cause::OtherFirmware { named: "Marlin", received }));
+        }
         for reply in Reply::all(received) {
             if reply != Reply::Other {
                 // Notes and temperatures come on their own, and show nothing about the line under way.

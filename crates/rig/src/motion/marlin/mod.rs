@@ -24,5 +24,5 @@ mod reply;
 #[cfg(test)]
 mod tests;
 
-pub use config::{HomeLine, MarlinConfig};
+pub use config::MarlinConfig;
 pub use driver::Marlin;

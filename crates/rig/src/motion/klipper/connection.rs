@@ -1,0 +1,202 @@
+//! The conversation with the host software: one line at a time, each to its `ok`.
+
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+use super::reply::{MARK, Reply};
+use crate::error::{Cause, RigError};
+use crate::link::{ByteLink, Wire};
+use crate::motion::grbl::{is_grbl, is_marlin};
+use crate::space::RobotPosition;
+
+/// How long the host software may take to start, and its micro-controllers with it.
+const READY_WITHIN: Duration = Duration::from_secs(30);
+
+/// How often a host software that starts is asked again.
+const ASK_AGAIN_AFTER: Duration = Duration::from_secs(1);
+
+/// Marks of one opening have numbers of their own, more than a session needs.
+const MARKS: u64 = 1_000_000;
+
+/// Stops whatever moves and shuts Klipper down; behind a line that may have been broken off.
+pub(super) const SHUT_DOWN: &[u8] = b"\nM112\n";
+
+/// What a line brought.
+#[derive(Debug, Default)]
+pub(super) struct Answer {
+    /// What stood behind its `ok`.
+    pub(super) behind_ok: String,
+    /// Whether the command is not known.
+    pub(super) unknown: bool,
+    pub(super) position: Option<RobotPosition>,
+}
+
+/// The conversation with one host software.
+#[derive(Debug)]
+pub(super) struct Connection<L> {
+    pub(super) wire: Wire<L>,
+    /// False from the sending of a line until its `ok`, so a cancelled exchange leaves it false.
+    in_step: bool,
+    marks: u64,
+}
+
+impl<L: ByteLink> Connection<L> {
+    pub(super) fn new(wire: Wire<L>) -> Self {
+        Self { wire, in_step: false, marks: 0 }
+    }
+
+    /// Waits until the host software is ready.
+    ///
+    /// # Errors
+    /// That nothing answers, that another firmware does, or that Klipper has shut down.
+    pub(super) async fn begin(&mut self) -> Result<(), RigError> {
+        let until = Instant::now() + READY_WITHIN;
+        let mut not_ready = None;
+        while Instant::now() < until {
+            self.wire.send(b"\nSTATUS\n").await?;
+            while let Some(line) =
+                self.wire.line(until.min(Instant::now() + ASK_AGAIN_AFTER)).await?
+            {
+                match Reply::parse(&line) {
+                    Reply::State(state) if state == "Ready" => {
+                        return self.settle(READY_WITHIN).await;
+                    }
+                    Reply::State(state) if state == "Shutdown" => {
+                        return Err(self.shutdown().await);
+                    }
+                    Reply::Error(reply) | Reply::State(reply) => not_ready = Some(reply),
+                    _ if is_grbl(&line) || is_marlin(&line) => {
+                        let cause = Cause::OtherFirmware { named: "Klipper", received: line };
+                        return Err(self.wire.error(cause));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        Err(self.wire.error(match not_ready {
+            Some(reply) => Cause::Shutdown { reply },
+            None => Cause::Silent { waited: READY_WITHIN },
+        }))
+    }
+
+    /// Sends a line and reads to its `ok`.
+    ///
+    /// # Errors
+    /// [`Cause::Refused`] where the command failed, [`Cause::Shutdown`] where Klipper did, or silence.
+    pub(super) async fn command(
+        &mut self,
+        command: &str,
+        within: Duration,
+    ) -> Result<Answer, RigError> {
+        if !self.in_step {
+            self.settle(within).await?;
+        }
+        self.in_step = false;
+        self.wire.send(format!("{command}\n").as_bytes()).await?;
+        let mut answer = Answer::default();
+        let mut failed = None;
+        let mut shut_down = false;
+        let until = Instant::now() + within;
+        while let Some(line) = self.wire.line(until).await? {
+            match Reply::parse(&line) {
+                Reply::Ok(behind_ok) => {
+                    self.in_step = true;
+                    return match failed {
+                        Some(reply) if shut_down => Err(self.wire.error(Cause::Shutdown { reply })),
+                        Some(reply) => Err(self.wire.error(Cause::Refused { reply })),
+                        None if shut_down => Err(self.shutdown().await),
+                        None => Ok(Answer { behind_ok, ..answer }),
+                    };
+                }
+                Reply::Error(reply) => {
+                    failed.get_or_insert(reply);
+                }
+                Reply::State(state) if state == "Ready" => {
+                    return Err(self.wire.error(Cause::Reset));
+                }
+                Reply::State(_) => shut_down = true,
+                Reply::Unknown(_) => answer.unknown = true,
+                Reply::Position(position) => answer.position = Some(position),
+                Reply::Other => {}
+            }
+        }
+        Err(self.wire.error(Cause::Silent { waited: within }))
+    }
+
+    /// Shuts Klipper down, which stops all motion, and waits for its word.
+    pub(super) async fn shut_down(&mut self, within: Duration) -> Result<(), RigError> {
+        self.in_step = false;
+        self.wire.send(SHUT_DOWN).await?;
+        let until = Instant::now() + within;
+        while let Some(line) = self.wire.line(until).await? {
+            match Reply::parse(&line) {
+                Reply::State(state) if state == "Shutdown" => return Ok(()),
+                // Something before it had shut Klipper down already.
+                Reply::Error(error) if error.to_ascii_lowercase().contains("shutdown") => {
+                    return Ok(());
+                }
+                _ => {}
+            }
+        }
+        Err(self.wire.error(Cause::Silent { waited: within }))
+    }
+
+    /// Restarts firmware and host software after a shutdown.
+    pub(super) async fn restart(&mut self) -> Result<(), RigError> {
+        self.in_step = false;
+        self.wire.send(b"\nFIRMWARE_RESTART\n").await?;
+        let until = Instant::now() + READY_WITHIN;
+        while let Some(line) = self.wire.line(until).await? {
+            if Reply::parse(&line) == Reply::State("Ready".to_owned()) {
+                return self.settle(READY_WITHIN).await;
+            }
+        }
+        Err(self.wire.error(Cause::Silent { waited: READY_WITHIN }))
+    }
+
+    /// Makes sure that no answer to what was asked before is still on its way.
+    async fn settle(&mut self, within: Duration) -> Result<(), RigError> {
+        self.in_step = false;
+        self.marks += 1;
+        // A command is letters and one number; Klipper takes what follows for its parameters.
+        let mark = format!("{MARK}{}", u64::from(self.wire.opening()) * MARKS + self.marks);
+        self.wire.send(format!("\n{mark}\n").as_bytes()).await?;
+        let until = Instant::now() + within;
+        let mut marked = false;
+        while let Some(line) = self.wire.line(until).await? {
+            match Reply::parse(&line) {
+                Reply::Unknown(command) if command == mark => marked = true,
+                Reply::Ok(_) if marked => {
+                    self.in_step = true;
+                    return Ok(());
+                }
+                Reply::State(state) if state == "Shutdown" => {
+                    return Err(self.shutdown().await);
+                }
+                _ => {}
+            }
+        }
+        Err(self.wire.error(Cause::Silent { waited: within }))
+    }
+
+    /// That Klipper has shut down, with its reason.
+    async fn shutdown(&mut self) -> RigError {
+        match self.reason().await {
+            Ok(reply) => self.wire.error(Cause::Shutdown { reply }),
+            Err(error) => error,
+        }
+    }
+
+    /// Why Klipper has shut down: a command that needs the motors is refused with the reason.
+    async fn reason(&mut self) -> Result<String, RigError> {
+        self.wire.send(b"\nM400\n").await?;
+        let until = Instant::now() + ASK_AGAIN_AFTER;
+        while let Some(line) = self.wire.line(until).await? {
+            if let Reply::Error(reason) = Reply::parse(&line) {
+                return Ok(reason);
+            }
+        }
+        Ok("no reason given".to_owned())
+    }
+}

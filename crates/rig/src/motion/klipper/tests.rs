@@ -1,0 +1,182 @@
+//! The driver against a host software that answers as a real one did: the lines are those of a session of Klipper's
+//! host software with its micro-controller code on the same computer.
+
+use std::time::Duration;
+
+use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, DuplexStream, duplex};
+use tokio::time::{sleep, timeout};
+
+use super::*;
+use crate::Motion;
+use crate::device::{Device, Role};
+use crate::error::{Cause, RigError};
+use crate::link::Wire;
+use crate::space::{Feed, RobotPosition};
+use fieldgap_input::Positive;
+
+/// What the host software does beside the usual.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Behaviour {
+    shut_down: bool,
+    homing_fails: bool,
+}
+
+const SHUTDOWN_NOTES: &str = "// Shutdown due to M112 command\n// Once the underlying issue is corrected, use the\n\
+    // \"FIRMWARE_RESTART\" command to reset the firmware, reload the\n// config, and restart the host software.\n\
+    // Printer is shutdown\n!! Shutdown due to M112 command\nok\n";
+
+async fn host(link: DuplexStream, behaviour: Behaviour) {
+    let mut link = BufReader::new(link);
+    let Behaviour { mut shut_down, homing_fails } = behaviour;
+    let (mut homed, mut target) = (false, [0.0; 3]);
+    let mut ends = tokio::time::Instant::now();
+    let mut line = String::new();
+    while link.read_line(&mut line).await.is_ok_and(|count| count > 0) {
+        let command = line.trim().to_owned();
+        line.clear();
+        let number = |letter: char| -> f64 {
+            let word = command.split(' ').find_map(|word| word.strip_prefix(letter));
+            word.and_then(|word| word.parse().ok()).unwrap_or(0.0)
+        };
+        let answer = match command.split(' ').next().unwrap_or("") {
+            "M112" => {
+                (shut_down, homed) = (true, false);
+                "// Klipper state: Shutdown\nok\n".to_owned()
+            }
+            "FIRMWARE_RESTART" => {
+                shut_down = false;
+                let _ = link.get_mut().write_all(b"ok\n// Klipper state: Disconnect\n").await;
+                sleep(Duration::from_millis(1680)).await;
+                "// Klipper state: Ready\n".to_owned()
+            }
+            "STATUS" if shut_down => "// Klipper state: Shutdown\nok\n".to_owned(),
+            "STATUS" => "// Klipper state: Ready\nok\n".to_owned(),
+            "M115" => "ok FIRMWARE_NAME:Klipper FIRMWARE_VERSION:v0.12.0\n".to_owned(),
+            "GET_POSITION" => {
+                let [x, y, z] = target;
+                format!(
+                    "// mcu: stepper_x:0 stepper_y:0 stepper_z:0\n// kinematic: X:{x:.6} Y:{y:.6} Z:{z:.6}\n\
+                     // toolhead: X:{x:.6} Y:{y:.6} Z:{z:.6} E:0.000000\nok\n"
+                )
+            }
+            "" | "G21" | "G90" | "SET_IDLE_TIMEOUT" if !shut_down => "ok\n".to_owned(),
+            _ if shut_down => SHUTDOWN_NOTES.to_owned(),
+            "G28" if homing_fails => "!! No trigger on x after full movement\nok\n".to_owned(),
+            "G28" => {
+                sleep(Duration::from_secs(4)).await;
+                (homed, target) = (true, [0.0; 3]);
+                "ok\n".to_owned()
+            }
+            "G1" if !homed => {
+                "!! Must home axis first: 10.000 0.000 0.000 [0.000]\nok\n".to_owned()
+            }
+            "G1" => {
+                target = [number('X'), number('Y'), number('Z')];
+                ends = tokio::time::Instant::now() + Duration::from_secs(3);
+                "ok\n".to_owned()
+            }
+            "M400" => {
+                // M112 acts at once, also behind it.
+                if timeout(ends - tokio::time::Instant::now(), link.read_line(&mut line))
+                    .await
+                    .is_ok()
+                {
+                    (shut_down, homed) = (true, false);
+                    let _ = link.get_mut().write_all(b"ok\n// Klipper state: Shutdown\n").await;
+                    line.clear();
+                }
+                "ok\n".to_owned()
+            }
+            unknown => format!("// Unknown command:\"{}\"\nok\n", name_of(unknown)),
+        };
+        if link.get_mut().write_all(answer.as_bytes()).await.is_err() {
+            return;
+        }
+    }
+}
+
+/// The name of a command as the host software takes it: letters and underscores, then one number.
+fn name_of(command: &str) -> String {
+    let letters = command.find(|c: char| c.is_ascii_digit()).unwrap_or(command.len());
+    let digits = command[letters..].find(|c: char| !c.is_ascii_digit());
+    command[..digits.map_or(command.len(), |digits| letters + digits)].to_uppercase()
+}
+
+async fn opened(behaviour: Behaviour) -> Result<Klipper<DuplexStream>, RigError> {
+    let (near, far) = duplex(4096);
+    tokio::spawn(host(far, behaviour));
+    let wire = Wire::new(near, Device::new(Role::Robot, "memory"));
+    Klipper::begin(wire, &KlipperConfig::default()).await
+}
+
+fn feed() -> Feed {
+    Feed::from_mm_s(Positive::new(50.0).expect("above zero"))
+}
+
+fn at(x_mm: f64) -> RobotPosition {
+    RobotPosition::from_axes_mm([x_mm, 2.0, 3.0])
+}
+
+#[tokio::test(start_paused = true)]
+async fn it_homes_and_moves() {
+    let mut robot = opened(Behaviour::default()).await.expect("ready");
+    assert_eq!(robot.firmware(), "Klipper v0.12.0");
+    robot.home().await.expect("homed");
+    let begun = tokio::time::Instant::now();
+    let reported = robot.move_to(at(10.0), feed()).await.expect("moved");
+    assert!(reported.is_within(1e-6, at(10.0)));
+    assert!(begun.elapsed() >= Duration::from_secs(3), "it waited for the end of the move");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_failed_homing_is_an_error_though_an_ok_follows() {
+    let behaviour = Behaviour { homing_fails: true, ..Behaviour::default() };
+    let mut robot = opened(behaviour).await.expect("ready");
+    let error = robot.home().await.expect_err("it failed");
+    assert!(
+        matches!(error.cause(), Cause::Refused { reply } if reply.starts_with("No trigger on x")),
+        "{error}"
+    );
+    let error = robot.move_to(at(10.0), feed()).await.expect_err("not homed");
+    assert!(matches!(error.cause(), Cause::Refused { .. }), "{error}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_shut_down_klipper_is_named_with_its_reason() {
+    let behaviour = Behaviour { shut_down: true, ..Behaviour::default() };
+    let error = opened(behaviour).await.expect_err("shut down");
+    assert_eq!(error.cause().to_string(), "Klipper has shut down: Shutdown due to M112 command");
+    assert!(error.remedy().contains("FIRMWARE_RESTART"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_in_mid_move_shuts_klipper_down_and_homing_restarts_it() {
+    let mut robot = opened(Behaviour::default()).await.expect("ready");
+    robot.home().await.expect("homed");
+    let moving = robot.move_to(at(10.0), feed());
+    assert!(timeout(Duration::from_secs(1), moving).await.is_err(), "the move takes longer");
+    robot.stop().await.expect("stopped");
+    let error = robot.move_to(at(10.0), feed()).await.expect_err("shut down");
+    assert!(matches!(error.cause(), Cause::Shutdown { .. }), "{error}");
+    robot.home().await.expect("restarted and homed");
+    robot.move_to(at(10.0), feed()).await.expect("moved");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_at_rest_leaves_klipper_running() {
+    let mut robot = opened(Behaviour::default()).await.expect("ready");
+    robot.home().await.expect("homed");
+    robot.stop().await.expect("at rest");
+    robot.home().await.expect("homed");
+    robot.move_to(at(10.0), feed()).await.expect("moved");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_rig_file_that_names_another_firmware_is_told() {
+    use crate::motion::marlin::{Marlin, MarlinConfig};
+    let (near, far) = duplex(4096);
+    tokio::spawn(host(far, Behaviour::default()));
+    let wire = Wire::new(near, Device::new(Role::Robot, "memory"));
+    let error = Marlin::begin(wire, &MarlinConfig::default()).await.expect_err("not Marlin");
+    assert!(matches!(error.cause(), Cause::OtherFirmware { named: "Marlin", .. }), "{error}");
+}

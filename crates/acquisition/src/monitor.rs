@@ -34,17 +34,14 @@ pub struct Monitor {
 impl Monitor {
     /// For a scan whose record is in `folder` and whose slowest point is expected to take `slowest_s`.
     pub(super) fn new(scan: &PlannedScan, folder: &Path, slowest_s: f64) -> Self {
-        let (plan, rig_setup) = (&scan.plan, &scan.rig_setup);
-        let beside = |path: &Path| path.parent().unwrap_or(Path::new("")).to_owned();
-        let of_plan = plan.hooks.beside(&beside(plan.path()));
-        let hooks = of_plan.or(&rig_setup.hooks.beside(&beside(rig_setup.source().path())));
+        let plan = &scan.plan;
         let derived = || Duration::try_from_secs_f64(slowest_s * TIMES_SLOWEST);
         let no_progress = match plan.alarm.no_progress_s {
             Some(given) => Duration::try_from_secs_f64(given.get()),
             None => derived().map(|derived| derived.max(AT_LEAST)),
         };
         Self {
-            hooks,
+            hooks: scan.hooks(),
             scan: std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned()),
             no_progress: no_progress.unwrap_or(Duration::MAX),
         }

@@ -6,7 +6,7 @@ use super::AcquisitionError;
 use super::dry_run::{DryRun, dry_run};
 use super::rig_setup::RigSetup;
 use fieldgap_input::{Fault, TomlSource};
-use fieldgap_records::{Plan, PlanPart, Visit};
+use fieldgap_records::{Hooks, Plan, PlanPart, Visit};
 
 /// A plan and the rig set-up that will run it.
 #[derive(Debug, Clone)]
@@ -77,11 +77,18 @@ impl PlannedScan {
         &self.visits
     }
 
+    /// The programs that run at events of the scan: those of the plan, and of the rig file where the plan names none.
+    pub fn hooks(&self) -> Hooks {
+        let beside = |path: &Path| path.parent().unwrap_or(Path::new("")).to_owned();
+        let of_rig = self.rig_setup.hooks.beside(&beside(self.rig_setup.source().path()));
+        self.plan.hooks.beside(&beside(self.plan.path())).or(&of_rig)
+    }
+
     /// Checks the plan against the rig set-up. No device is opened.
     ///
     /// # Errors
     /// A [`Fault`] at the part of the plan that the robot cannot carry out.
     pub fn dry_run(&self) -> Result<DryRun, AcquisitionError> {
-        Ok(dry_run(&self.plan, &self.rig_setup, &self.visits)?)
+        Ok(dry_run(&self.plan, &self.rig_setup, &self.visits, &[])?)
     }
 }

@@ -1,9 +1,11 @@
 //! A rig file: array, medium and devices.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 use fieldgap_acoustics::{Array, Medium};
 use fieldgap_input::{Fault, TomlSource};
@@ -68,6 +70,9 @@ impl RigSetup {
     /// As [`RigSetup::read`].
     pub fn parse(source: TomlSource) -> Result<Self, Fault> {
         let mut file: RigFileKeys = source.parse()?;
+        if file.virtual_rig.is_some() {
+            refuse_ports(&source)?;
+        }
         file.focus_array.beside(source.path().parent().unwrap_or(Path::new("")));
         let array = ArraySection::read(&file.array, &source)?;
         if let Some(sensing) = &file.sensing {
@@ -122,4 +127,30 @@ impl RigSetup {
     pub fn nominal_medium(&self) -> Medium {
         self.medium.medium()
     }
+}
+
+/// Refuses a port beside `[virtual]`: all devices are simulated then, and a real one would be ignored.
+fn refuse_ports(source: &TomlSource) -> Result<(), Fault> {
+    let Ok(file) = DeTable::parse(source.text()) else { return Ok(()) };
+    let devices = ["motion", "receiver", "focus_array", "environment"];
+    for (_, table) in
+        file.get_ref().iter().filter(|(key, _)| devices.contains(&key.get_ref().as_ref()))
+    {
+        if let Some(place) = port_in(table.get_ref()) {
+            return Err(source.fault(
+                place,
+                "[virtual] simulates all devices, so this port would not be used",
+                "remove the port, or, to use the real devices, remove [virtual]",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn port_in(value: &DeValue<'_>) -> Option<Range<usize>> {
+    let DeValue::Table(table) = value else { return None };
+    table.iter().find_map(|(key, value)| match key.get_ref().as_ref() {
+        "port" | "address" => Some(value.span()),
+        _ => port_in(value.get_ref()),
+    })
 }

@@ -76,6 +76,12 @@ pub enum Cause {
         /// The firmware's reply.
         reply: String,
     },
+    /// The host software has shut the firmware down.
+    #[error("Klipper has shut down: {reply}")]
+    Shutdown {
+        /// Its reason.
+        reply: String,
+    },
     /// Another firmware answers than the rig file names.
     #[error("the rig file names {named}, but another firmware answered: `{received}`")]
     OtherFirmware {
@@ -214,9 +220,20 @@ pub enum Cause {
     /// A file that stands for a device cannot be written.
     #[error("the file cannot be written: {0}")]
     Unwritable(#[source] std::io::Error),
+    /// A file that stands for a device holds something else.
+    #[error("the file exists and holds something else; nothing is added to it")]
+    ForeignFile,
     /// A record of samples that cannot show the carrier.
     #[error("{0}")]
     Record(#[source] super::receiver::RecordFault),
+    /// Samples arrive ever later than they were taken.
+    #[error(
+        "the samples that arrive are {:.1} s old: this computer does not keep up with the receiver", behind.as_secs_f64()
+    )]
+    FallenBehind {
+        /// The age of the newest sample.
+        behind: Duration,
+    },
     /// A point gave no reading.
     #[error("none of the {asked} requested readings could be used")]
     NoReadings {
@@ -264,8 +281,11 @@ impl Cause {
             Self::Halted { .. } => {
                 "remove the cause, switch the robot off and on, then `resume` the scan"
             }
+            Self::Shutdown { .. } => {
+                "remove the cause, send FIRMWARE_RESTART (by Klipper's web page or `echo FIRMWARE_RESTART > /tmp/printer`), then `resume`, which homes the robot and continues"
+            }
             Self::OtherFirmware { .. } => {
-                "name the firmware that answered ([motion.marlin] or [motion.grbl]), or use [motion.auto], which detects it; check that the port is the robot's"
+                "name the firmware that answered ([motion.marlin], [motion.grbl] or [motion.klipper]), or use [motion.auto], which detects it; check that the port is the robot's"
             }
             Self::Alarm { .. } => {
                 "move any axis off its end switch, compare `travel_mm` with $130 to $132, then `resume`, which homes the robot and continues"
@@ -315,6 +335,12 @@ impl Cause {
             }
             Self::Wiring(_) => "correct [focus_array.….wiring] in the rig file",
             Self::Unwritable(_) => "check the path in the rig file and the free space on the disk",
+            Self::FallenBehind { .. } => {
+                "close other programs on this computer, or lower the receiver's rate; check that `rate_hz` in the rig file is the rate at which it sends"
+            }
+            Self::ForeignFile => {
+                "give `path` in [focus_array.file] the name of a new file, of a named pipe, or of one that this driver has written"
+            }
             Self::NoReadings { .. } => {
                 "check the receiver's cable; `fieldgap rig check` shows its rate and lost samples"
             }

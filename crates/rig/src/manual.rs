@@ -100,7 +100,7 @@ impl ManualRig {
     }
 
     /// Silences the array and stops the robot, both at once, and reports what could not be done. The commands are sent
-    /// immediately; the array's confirmation is awaited for half a second, the robot's for two and a half.
+    /// immediately; the array's confirmation is awaited for half a second, the robot's for five seconds.
     ///
     /// May be called at any time, also when a call to a device was cancelled in its middle. The robot's position
     /// is unknown afterwards.

@@ -308,6 +308,8 @@ impl RecordedSession<'_> {
             if !self.wait(entry.at_s, |progress| progress.reached >= index).await {
                 return None;
             }
+            // Not before its time: a driver that asked earlier would give up waiting for the answer earlier.
+            sleep_until(self.at(entry.at_s)).await;
             self.progress.send_modify(|progress| progress.begun = progress.begun.max(index + 1));
             *calls += 1;
             let later = &self.entries[index + 1..];

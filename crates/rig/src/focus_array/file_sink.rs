@@ -9,7 +9,8 @@
 //! or `{"time":"…","emitting":true,"modulation_hz":0.0,"modulation_duty_percent":100.0,"delays_us":[0.0,null]}`. A delay is counted
 //! from the common trigger, in microseconds; an element without one is silent.
 
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
+use std::os::unix::fs::FileTypeExt as _;
 use std::path::{Path, PathBuf};
 
 use async_trait::async_trait;
@@ -23,6 +24,12 @@ use crate::device::{Device, Role};
 use crate::error::{Cause, RigError};
 use crate::{Emergency, FocusArray};
 use fieldgap_input::Positive;
+
+/// How the first line of a CSV file begins.
+const HEADER: &str = "time,emitting,modulation_hz,modulation_duty_percent";
+
+/// How much of a file is read to recognise it, bytes: a first line of 10,000 elements.
+const LONGEST_FIRST_LINE: u64 = 1 << 18;
 
 /// `[focus_array.file]`: the file, and what stands behind it.
 #[derive(Debug, Clone, Deserialize)]
@@ -85,6 +92,9 @@ impl FileSink {
         let failed = |error| {
             RigError::new(device.clone(), "opening the file", Cause::Unwritable(error), None)
         };
+        if !may_be_added_to(&config.path).map_err(failed)? {
+            return Err(RigError::new(device, "opening the file", Cause::ForeignFile, None));
+        }
         let file = std::fs::OpenOptions::new().append(true).create(true).open(&config.path);
         let file = file.map_err(failed)?;
         let is_new = file.metadata().map_err(failed)?.len() == 0;
@@ -111,7 +121,7 @@ impl FileSink {
             delays: vec![ElementDelay::Silent; elements],
         };
         if is_new && config.format == Format::Csv {
-            let mut header = "time,emitting,modulation_hz,modulation_duty_percent".to_owned();
+            let mut header = HEADER.to_owned();
             header.extend((0..elements).map(|element| format!(",element_{element}_us")));
             sink.add(&header, "writing its first line")?;
         }
@@ -156,6 +166,28 @@ impl FileSink {
             .to_string(),
         }
     }
+}
+
+/// Whether lines may be added to a file: a new or empty one, a named pipe, or one that this driver has begun.
+fn may_be_added_to(path: &Path) -> std::io::Result<bool> {
+    let kind = match std::fs::metadata(path) {
+        Ok(file) if file.file_type().is_fifo() => return Ok(true),
+        Ok(file) => file,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(true),
+        Err(error) => return Err(error),
+    };
+    if !kind.is_file() {
+        return Ok(false);
+    }
+    let mut start = Vec::new();
+    std::fs::File::open(path)?.take(LONGEST_FIRST_LINE).read_to_end(&mut start)?;
+    let first = start.split(|&byte| byte == b'\n').next().unwrap_or_default();
+    let is_state = |line: &serde_json::Value| {
+        line.get("emitting").is_some() && line.get("delays_us").is_some()
+    };
+    Ok(start.is_empty()
+        || first.starts_with(HEADER.as_bytes())
+        || serde_json::from_slice(first).is_ok_and(|line| is_state(&line)))
 }
 
 #[async_trait]

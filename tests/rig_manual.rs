@@ -12,7 +12,18 @@ fn here(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
+/// The command, with the permission that it needs to move or emit.
 fn fieldgap(arguments: &[&str], rig: &Path) -> Command {
+    let mut command = unpermitted(arguments, rig);
+    if ["home", "go", "find-axis", "focus"].contains(&arguments[0])
+        || arguments.contains(&"--focus-mm")
+    {
+        command.arg("--yes");
+    }
+    command
+}
+
+fn unpermitted(arguments: &[&str], rig: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));
     command.arg("rig").arg(arguments[0]).arg(rig).args(&arguments[1..]);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -236,6 +247,27 @@ fn ctrl_c_ends_a_search_with_the_array_silent() {
     assert_eq!(search.wait().expect("it ends").code(), Some(1));
     let last = rest.last().expect("a final line");
     assert!(last.contains("keyboard: the array is silent, the robot stands still"), "{last}");
+    end(virtual_rig);
+}
+
+#[test]
+fn without_a_terminal_nothing_moves_or_emits_unless_it_is_permitted() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (virtual_rig, rig) = external_rig(home.path());
+    let parked = json(&run(&["where", "--json"], &rig));
+    for arguments in [
+        &["home"][..],
+        &["go", "--to-mm", "0,0,100"],
+        &["find-axis"],
+        &["focus", "--at-mm", "0,0,100", "--seconds", "0.1"],
+        &["sample", "--count", "1", "--focus-mm", "0,0,100"],
+    ] {
+        let refused = unpermitted(arguments, &rig).output().expect("the program runs");
+        assert_eq!(refused.status.code(), Some(1), "{arguments:?}: {}", said(&refused));
+        let words = said(&refused);
+        assert!(words.contains("nothing was done") && words.contains("--yes"), "{words}");
+    }
+    assert_eq!(json(&run(&["where", "--json"], &rig)), parked);
     end(virtual_rig);
 }
 

@@ -74,7 +74,7 @@ fn a_scan_with_lost_devices_ends_partial() {
         .arg(&rig_file)
         .arg("--out")
         .arg(&folder)
-        .arg("--json")
+        .args(["--json", "--yes"])
         .spawn()
         .expect("the scan starts");
     let mut lines = BufReader::new(scan.stdout.take().expect("it is piped")).lines();

@@ -122,7 +122,7 @@ fn harmed(home: &Path, rig: &Rig, harm: Signal) -> (String, Duration, PathBuf) {
         .arg(rig.file(home))
         .arg("--out")
         .arg(&folder)
-        .arg("--json")
+        .args(["--json", "--yes"])
         .spawn()
         .expect("the scan starts");
     let mut output = BufReader::new(scan.stdout.take().expect("it is piped"));
@@ -197,6 +197,7 @@ fn a_scan_that_ends_normally_has_no_watchdog_log() {
         .arg(rig.file(home.path()))
         .arg("--out")
         .arg(&folder)
+        .arg("--yes")
         .output()
         .expect("the scan runs");
     assert!(ended.status.success());

@@ -49,7 +49,7 @@ fn plan_and_rig(home: &Path, plan: &str, pace: &str) -> (PathBuf, PathBuf) {
 
 fn scan(plan: &Path, rig: &Path, folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));
-    command.arg("scan").arg(plan).arg("--rig").arg(rig).arg("--out").arg(folder);
+    command.arg("scan").arg(plan).arg("--rig").arg(rig).arg("--out").arg(folder).arg("--trust");
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }
@@ -212,6 +212,39 @@ fn hooks_of_plan_and_rig_run_and_a_missing_one_is_harmless() {
     assert_eq!(failed.status.code(), Some(3), "{}", said(&failed));
     let hook = hook.expect("a word of the hook").expect("text");
     assert!(hook.contains("on_failure") && hook.contains("cannot be started"), "{hook}");
+}
+
+#[test]
+fn programs_of_a_plan_run_only_if_they_are_trusted() {
+    let home = tempfile::tempdir().expect("a folder");
+    let told = home.path().join("told");
+    let hooks = format!("[hooks]\non_finish = [\"touch\", \"{}\"]\n", told.display());
+    let (plan, rig) = plan_and_rig(home.path(), &format!("{PLAN}{hooks}"), "\"lockstep\"");
+    let folder = home.path().join("out");
+    let scan = |arguments: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_fieldgap"))
+            .env("XDG_CONFIG_HOME", home.path())
+            .args(arguments)
+            .stdin(Stdio::null())
+            .output()
+            .expect("it runs")
+    };
+    let [plan, rig, out] = [&plan, &rig, &folder].map(|path| path.to_str().expect("text"));
+    let refused = scan(&["scan", plan, "--rig", rig, "--out", out]);
+    assert_eq!(refused.status.code(), Some(1), "{}", said(&refused));
+    assert!(said(&refused).contains("--trust") && said(&refused).contains("on_finish: \"touch\""));
+    assert!(!folder.exists() && !told.exists());
+    let checked = scan(&["scan", plan, "--rig", rig, "--dry-run"]);
+    assert!(said(&checked).contains("on_finish: \"touch\""), "{}", said(&checked));
+    let done = scan(&["scan", plan, "--rig", rig, "--out", out, "--trust"]);
+    assert!(done.status.success() && told.exists(), "{}", said(&done));
+    // Looking at a record runs nothing.
+    std::fs::remove_file(&told).expect("it is there");
+    for command in ["replay", "compare", "diagnose"] {
+        let looked = scan(&[command, out]);
+        assert!(looked.status.success(), "{command}: {}", said(&looked));
+        assert!(!told.exists(), "{command}");
+    }
 }
 
 #[test]

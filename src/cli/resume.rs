@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use clap::Args;
 
+use super::permission::{Act, Permission};
 use super::scan::{Showing, report_ending, run_scan};
+use super::trust::Trust;
 use crate::rig_file::simulated_devices;
 use fieldgap_acquisition::ScanRun;
 
@@ -15,13 +17,23 @@ pub(super) struct Resume {
     /// Folder of the scan
     folder: PathBuf,
     #[command(flatten)]
+    permission: Permission,
+    #[command(flatten)]
+    trust: Trust,
+    #[command(flatten)]
     showing: Showing,
 }
 
 impl Resume {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         self.showing.is_possible()?;
-        let ending = run_scan(ScanRun::resume(&self.folder, simulated_devices), &self.showing)?;
+        let resuming = async {
+            let scan_run = ScanRun::resume(&self.folder, simulated_devices).await?;
+            self.trust.in_hooks_of(scan_run.scan())?;
+            self.permission.to(Act::Scan, scan_run.scan().rig_setup())?;
+            Ok::<_, miette::Report>(scan_run)
+        };
+        let ending = run_scan(resuming, &self.showing)?;
         Ok(report_ending(&self.folder, &ending))
     }
 }

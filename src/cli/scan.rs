@@ -10,16 +10,16 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 use super::ENDED_PARTIAL;
 use super::output::{fresh_folder, print_json};
+use super::permission::{Act, Permission};
 use super::progress::{Progress, say};
 use super::stop::StopRequests;
+use super::trust::{Trust, listed};
 use super::watch::{Controls, Watching};
 use super::watchdog::watchdog;
 use crate::rig_file::{RigFile, simulated_devices};
 use crate::terminal::Screen;
 use crate::terminal::watch::ScanView;
-use fieldgap_acquisition::{
-    AcquisitionError, DryRun, Ending, Event, PauseSwitch, PlannedScan, ScanRun,
-};
+use fieldgap_acquisition::{DryRun, Ending, Event, PauseSwitch, PlannedScan, ScanRun};
 
 /// Arguments of `scan` and `run`.
 #[derive(Debug, Args)]
@@ -35,6 +35,10 @@ pub(super) struct ScanArgs {
     /// Only check the plan against the rig file and print its size and duration
     #[arg(long)]
     dry_run: bool,
+    #[command(flatten)]
+    permission: Permission,
+    #[command(flatten)]
+    trust: Trust,
     #[command(flatten)]
     showing: Showing,
 }
@@ -87,8 +91,13 @@ impl ScanArgs {
         }
         eprintln!("{}", in_words(&check));
         if self.dry_run {
+            if let Some(commands) = listed(&scan.hooks()) {
+                eprintln!("programs that run at events of the scan:\n{commands}");
+            }
             return Ok(Scanned::Checked);
         }
+        self.trust.in_hooks_of(&scan)?;
+        self.permission.to(Act::Scan, scan.rig_setup())?;
         let folder = self.out.clone().unwrap_or_else(|| fresh_folder(scan.name()));
         let diagnose = scan.plan().diagnose;
         let ending = run_scan(ScanRun::begin(scan, &folder, simulated_devices), &self.showing)?;
@@ -97,10 +106,13 @@ impl ScanArgs {
 }
 
 /// Runs a scan to its end and shows its progress. Ctrl-C, a closed terminal or a request to terminate ends it safely.
-pub(super) fn run_scan(
-    scan_run: impl Future<Output = Result<ScanRun, AcquisitionError>>,
+pub(super) fn run_scan<E>(
+    scan_run: impl Future<Output = Result<ScanRun, E>>,
     showing: &Showing,
-) -> miette::Result<Ending> {
+) -> miette::Result<Ending>
+where
+    miette::Report: From<E>,
+{
     let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
     let ending = runtime.block_on(async {
         let stop = StopRequests::listen().into_diagnostic()?;

@@ -5,8 +5,9 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::RigArg;
-use super::hands_on::{A_TASK, Ended, hands_on, may_home};
+use super::hands_on::{A_TASK, Ended, hands_on};
 use crate::cli::output::{print, print_json};
+use crate::cli::permission::{Act, Permission};
 use crate::cli::simulate::positive;
 use crate::rig_file::RigFile;
 use fieldgap_acquisition::beam_axis::{AxisReport, AxisSearch, find_axis, in_words};
@@ -24,9 +25,8 @@ pub(super) struct FindAxis {
     /// Half width of the search range, mm
     #[arg(long, value_name = "MM", value_parser = positive, default_value = "20")]
     reach_mm: Positive,
-    /// Home without asking
-    #[arg(long)]
-    yes: bool,
+    #[command(flatten)]
+    permission: Permission,
     /// Print the axis as JSON
     #[arg(long)]
     json: bool,
@@ -40,7 +40,7 @@ impl FindAxis {
         heights_m.sort_by(f64::total_cmp);
         heights_m.dedup();
         let search = AxisSearch { heights_m, reach_m: self.reach_mm.get() * 1e-3 };
-        may_home(self.yes)?;
+        self.permission.to(Act::Scan, rig_setup)?;
         let all = DeviceSelection { array: true, robot: true, receiver: true };
         hands_on(&rig_file, all, A_TASK, async |rig| {
             rig.robot().home().await?;

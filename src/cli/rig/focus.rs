@@ -9,6 +9,7 @@ use miette::miette;
 use super::RigArg;
 use super::hands_on::{A_TASK, Ended, UNTIL_STOPPED, hands_on};
 use crate::cli::output::print;
+use crate::cli::permission::{Act, Permission};
 use crate::cli::simulate::{millimetres, positive};
 use crate::rig_file::RigFile;
 use fieldgap_acoustics::{Excitation, Vec3};
@@ -32,6 +33,8 @@ pub(super) struct Focus {
     /// Duration [default: until Ctrl-C]
     #[arg(long, value_name = "S", value_parser = positive)]
     seconds: Option<Positive>,
+    #[command(flatten)]
+    permission: Permission,
 }
 
 /// The `rig silence` command.
@@ -46,6 +49,7 @@ impl Focus {
         let rig_file = RigFile::read(&self.file.rig)?.on_wall_clock();
         let rig_setup = &rig_file.setup;
         let focus = above_the_array(self.at_mm)?;
+        self.permission.to(Act::Emit, rig_setup)?;
         hands_on(&rig_file, ARRAY, UNTIL_STOPPED, async |rig| {
             if self.continuous {
                 rig.array().continuous_wave().await?;

@@ -1,9 +1,8 @@
 //! Operating devices by hand: they are opened, used, and made safe at every kind of end.
 
-use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
-use miette::{IntoDiagnostic, miette};
+use miette::IntoDiagnostic;
 
 use crate::cli::stop::StopRequests;
 use crate::cli::watchdog::guard_devices;
@@ -81,27 +80,5 @@ fn fits(rig_setup: &RigSetup, wanted: DeviceSelection, rig: &mut ManualRig) -> m
         Ok(())
     } else {
         Err(AcquisitionError::OtherArray { believed, controller }.into())
-    }
-}
-
-/// Announces that the robot homes first, and asks for permission on a terminal.
-///
-/// # Errors
-/// Permission was refused.
-pub(super) fn may_home(yes: bool) -> miette::Result<()> {
-    const WHY: &str = "The robot homes first, because its position is unknown after its port was opened. The firmware chooses the \
-path; keep-out boxes are not checked while homing.";
-    if yes || !(std::io::stdin().is_terminal() && std::io::stderr().is_terminal()) {
-        eprintln!("{WHY}");
-        return Ok(());
-    }
-    eprint!("{WHY}\nIs the path free? [y/N] ");
-    std::io::stderr().flush().into_diagnostic()?;
-    let mut answer = String::new();
-    std::io::stdin().read_line(&mut answer).into_diagnostic()?;
-    if matches!(answer.trim().to_ascii_lowercase().as_str(), "y" | "yes") {
-        Ok(())
-    } else {
-        Err(miette!(help = "answer y, or give --yes, when the path is free", "nothing was moved"))
     }
 }

@@ -7,8 +7,9 @@ use miette::miette;
 use serde_json::json;
 
 use super::RigArg;
-use super::hands_on::{A_TASK, Ended, hands_on, may_home};
+use super::hands_on::{A_TASK, Ended, hands_on};
 use crate::cli::output::{print, print_json};
+use crate::cli::permission::{Act, Permission};
 use crate::cli::simulate::{millimetres, positive};
 use crate::rig_file::RigFile;
 use fieldgap_acoustics::Vec3;
@@ -24,6 +25,8 @@ const ROBOT: DeviceSelection = DeviceSelection { robot: true, array: false, rece
 pub(super) struct Home {
     #[command(flatten)]
     file: RigArg,
+    #[command(flatten)]
+    permission: Permission,
     /// Print the final position as JSON
     #[arg(long)]
     json: bool,
@@ -53,9 +56,8 @@ pub(super) struct Go {
     /// Speed, mm/s [default: as in the rig file]
     #[arg(long, value_name = "MM/S", value_parser = positive)]
     feed_mm_s: Option<Positive>,
-    /// Home without asking
-    #[arg(long)]
-    yes: bool,
+    #[command(flatten)]
+    permission: Permission,
     /// Print the final position as JSON
     #[arg(long)]
     json: bool,
@@ -65,6 +67,7 @@ impl Home {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         let rig_file = RigFile::read(&self.file.rig)?;
         let rig_setup = &rig_file.setup;
+        self.permission.to(Act::Move, rig_setup)?;
         hands_on(&rig_file, ROBOT, A_TASK, async |rig| {
             let at = rig.robot().home().await?;
             print_position(rig_setup, at, true, self.json)?;
@@ -96,7 +99,7 @@ impl Go {
         };
         let envelope = motion.envelope();
         envelope.check_target(target).map_err(not_allowed)?;
-        may_home(self.yes)?;
+        self.permission.to(Act::Move, rig_setup)?;
         let feed = self.feed_mm_s.map_or(motion.feed(), Feed::from_mm_s);
         hands_on(&rig_file, ROBOT, A_TASK, async |rig| {
             let mut at = rig.robot().home().await?;

@@ -13,6 +13,7 @@ use tokio::time::Instant;
 use super::RigArg;
 use super::focus::above_the_array;
 use super::hands_on::{Ended, UNTIL_STOPPED, hands_on};
+use crate::cli::permission::{Act, Permission};
 use crate::cli::simulate::{millimetres, positive};
 use crate::rig_file::RigFile;
 use crate::terminal::level::level_line;
@@ -44,6 +45,8 @@ pub(super) struct SampleLevel {
     /// Duration [default: until Ctrl-C]
     #[arg(long, value_name = "S", value_parser = positive)]
     seconds: Option<Positive>,
+    #[command(flatten)]
+    permission: Permission,
     /// Print each level as a line of JSON
     #[arg(long)]
     json: bool,
@@ -54,6 +57,9 @@ impl SampleLevel {
         let rig_file = RigFile::read(&self.file.rig)?.on_wall_clock();
         let rig_setup = &rig_file.setup;
         let focus = self.focus_mm.map(above_the_array).transpose()?;
+        if focus.is_some() {
+            self.permission.to(Act::Emit, rig_setup)?;
+        }
         let wanted = DeviceSelection { receiver: true, array: focus.is_some(), robot: false };
         let readings = self.samples.map_or(rig_setup.rig.receiver.count(), |n| n.get() as usize);
         hands_on(&rig_file, wanted, UNTIL_STOPPED, async |rig| {

@@ -1,0 +1,83 @@
+//! Permission of the person at the rig, before a robot moves or an array emits.
+
+use std::io::{IsTerminal, Write};
+
+use clap::Args;
+use miette::{IntoDiagnostic, miette};
+
+use fieldgap_acquisition::RigSetup;
+
+/// The argument that gives permission in advance.
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct Permission {
+    /// Do not ask before the robot moves or the array emits
+    #[arg(long)]
+    yes: bool,
+}
+
+/// What a command is about to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Act {
+    /// The robot homes and moves.
+    Move,
+    /// The array emits.
+    Emit,
+    /// Both.
+    Scan,
+}
+
+impl Act {
+    fn announcement(self) -> &'static str {
+        match self {
+            Self::Move => {
+                "The robot homes first, because its position is unknown after its port was opened. The firmware chooses the \
+                 path; keep-out boxes are not checked while homing."
+            }
+            Self::Emit => "The array is about to emit ultrasound.",
+            Self::Scan => {
+                "The array is about to emit ultrasound, and the robot homes first, because its position is unknown after its \
+                 port was opened. The firmware chooses the path; keep-out boxes are not checked while homing."
+            }
+        }
+    }
+
+    fn question(self) -> &'static str {
+        match self {
+            Self::Move => "Is the path free?",
+            Self::Emit => "Is everybody out of the way?",
+            Self::Scan => "Is the path free, and everybody out of the way?",
+        }
+    }
+}
+
+impl Permission {
+    /// Announces what a real rig is about to do, and asks whether it may. A virtual rig may always.
+    ///
+    /// # Errors
+    /// Permission was refused, or nobody can be asked.
+    pub(super) fn to(self, act: Act, rig_setup: &RigSetup) -> miette::Result<()> {
+        if rig_setup.is_virtual() {
+            return Ok(());
+        }
+        let announcement = act.announcement();
+        if self.yes {
+            eprintln!("{announcement}");
+            return Ok(());
+        }
+        if !(std::io::stdin().is_terminal() && std::io::stderr().is_terminal()) {
+            return Err(miette!(
+                help = "give --yes where nobody can answer and it is safe to go ahead",
+                "{announcement} Nobody can be asked without a terminal, so nothing was done"
+            ));
+        }
+        eprint!("{announcement}\n{} [y/N] ", act.question());
+        std::io::stderr().flush().into_diagnostic()?;
+        let mut answer = String::new();
+        std::io::stdin().read_line(&mut answer).into_diagnostic()?;
+        if matches!(answer.trim().to_ascii_lowercase().as_str(), "y" | "yes") {
+            Ok(())
+        } else {
+            Err(miette!(help = "answer y, or give --yes, when it is safe", "nothing was done"))
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! Trust in the programs that a plan or a rig file names: files from other people run nothing unasked.
+//!
+//! A hook runs only after a person has seen its command and agreed. The agreement is remembered by a hash of the commands, and of
+//! the programs' contents where they are files beside the plan.
+
+use std::fs;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use miette::{IntoDiagnostic, miette};
+use sha2::{Digest, Sha256};
+
+use fieldgap_acquisition::PlannedScan;
+use fieldgap_records::{HookCommand, HookKind, Hooks};
+
+/// The argument that trusts the programs in advance.
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct Trust {
+    /// Run the programs that [hooks] of the plan or the rig file names, without asking
+    #[arg(long)]
+    trust: bool,
+}
+
+const KINDS: [(HookKind, &str); 3] = [
+    (HookKind::Failure, "on_failure"),
+    (HookKind::Finish, "on_finish"),
+    (HookKind::Question, "on_question"),
+];
+
+/// Largest program whose contents are hashed; of larger ones the length is.
+const LARGEST_HASHED: u64 = 1 << 20;
+
+impl Trust {
+    /// Asks whether the programs of a scan may run, unless that was agreed before.
+    ///
+    /// # Errors
+    /// It was refused, or nobody can be asked.
+    pub(super) fn in_hooks_of(self, scan: &PlannedScan) -> miette::Result<()> {
+        let hooks = scan.hooks();
+        let Some(commands) = listed(&hooks) else { return Ok(()) };
+        let hash = hash_of(&hooks);
+        if self.trust || remembered().is_some_and(|file| has_line(&file, &hash)) {
+            return Ok(());
+        }
+        let what = format!("the plan or the rig file names programs to run:\n{commands}");
+        if !(std::io::stdin().is_terminal() && std::io::stderr().is_terminal()) {
+            return Err(miette!(
+                help = "read the commands; then give --trust, or remove [hooks] from the files",
+                "{what}\nNobody can be asked without a terminal, so nothing was done"
+            ));
+        }
+        eprint!("{what}\nMay they run, now and later? [y/N] ");
+        std::io::stderr().flush().into_diagnostic()?;
+        let mut answer = String::new();
+        std::io::stdin().read_line(&mut answer).into_diagnostic()?;
+        if !matches!(answer.trim().to_ascii_lowercase().as_str(), "y" | "yes") {
+            return Err(miette!(
+                help = "remove [hooks] from the plan and the rig file to scan without them",
+                "nothing was done"
+            ));
+        }
+        if let Some(file) = remembered() {
+            remember(&file, &hash).into_diagnostic()?;
+        }
+        Ok(())
+    }
+}
+
+/// The commands, one a line; `None` if there are none.
+pub(super) fn listed(hooks: &Hooks) -> Option<String> {
+    let line = |(kind, name): (HookKind, &str)| {
+        let command = hooks.command(kind)?;
+        Some(format!("  {name}: {}", shown(command)))
+    };
+    let lines: Vec<String> = KINDS.into_iter().filter_map(line).collect();
+    (!lines.is_empty()).then(|| lines.join("\n"))
+}
+
+/// A command as a shell would take it, with control characters made visible.
+fn shown(command: &HookCommand) -> String {
+    let words = std::iter::once(command.program())
+        .chain(command.arguments().iter().map(String::as_str))
+        .map(|word| format!("{word:?}"));
+    words.collect::<Vec<_>>().join(" ")
+}
+
+fn hash_of(hooks: &Hooks) -> String {
+    let mut hasher = Sha256::new();
+    for (kind, name) in KINDS {
+        let Some(command) = hooks.command(kind) else { continue };
+        hasher.update(format!("{name} {}\n", shown(command)));
+        if command.program().contains('/') {
+            let length = fs::metadata(command.program()).map_or(0, |file| file.len());
+            hasher.update(length.to_le_bytes());
+            if length <= LARGEST_HASHED {
+                hasher.update(fs::read(command.program()).unwrap_or_default());
+            }
+        }
+    }
+    hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The file of the agreed commands, in the user's settings; `None` where there are none.
+fn remembered() -> Option<PathBuf> {
+    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+    let settings = set("XDG_CONFIG_HOME")
+        .map(PathBuf::from)
+        .or_else(|| set("HOME").map(|home| PathBuf::from(home).join(".config")))?;
+    settings.is_absolute().then(|| settings.join("fieldgap").join("trusted-hooks"))
+}
+
+fn has_line(file: &Path, hash: &str) -> bool {
+    fs::read_to_string(file).is_ok_and(|text| text.lines().any(|line| line == hash))
+}
+
+fn remember(file: &Path, hash: &str) -> std::io::Result<()> {
+    if let Some(folder) = file.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    let mut file = fs::OpenOptions::new().append(true).create(true).open(file)?;
+    writeln!(file, "{hash}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fieldgap_input::toml_text;
+
+    fn hooks(text: &str) -> Hooks {
+        toml_text(Path::new("plan.toml"), text).expect("valid")
+    }
+
+    #[test]
+    fn commands_are_shown_with_their_control_characters() {
+        let hooks = hooks("on_finish = [\"sh\", \"-c\", \"\\u001b[2J; rm x\"]\n");
+        assert_eq!(listed(&hooks).expect("one"), "  on_finish: \"sh\" \"-c\" \"\\u{1b}[2J; rm x\"");
+        assert_eq!(listed(&Hooks::default()), None);
+    }
+
+    #[test]
+    fn another_command_and_another_script_have_another_hash() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let script = folder.path().join("tell");
+        let text = format!("on_finish = [\"{}\"]\n", script.display());
+        fs::write(&script, "echo 1").expect("written");
+        let first = hash_of(&hooks(&text));
+        assert_eq!(first, hash_of(&hooks(&text)));
+        fs::write(&script, "echo 2").expect("written");
+        assert_ne!(first, hash_of(&hooks(&text)));
+        assert_ne!(hash_of(&hooks("on_finish = \"a\"\n")), hash_of(&hooks("on_failure = \"a\"\n")));
+    }
+
+    #[test]
+    fn an_agreement_is_remembered() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("fieldgap/trusted-hooks");
+        assert!(!has_line(&file, "ab"));
+        remember(&file, "ab").expect("written");
+        remember(&file, "cd").expect("written");
+        assert!(has_line(&file, "ab") && has_line(&file, "cd") && !has_line(&file, "a"));
+    }
+}

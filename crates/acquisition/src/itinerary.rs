@@ -110,3 +110,78 @@ fn nearest_to_its_focus(plan: &Plan, legs: &[Leg], visits: &[Visit]) -> Option<R
     });
     rows.min_by(|a, b| from_focus_m(a).total_cmp(&from_focus_m(b)))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::PlannedScan;
+    use fieldgap_input::{Fault, TomlSource};
+    use fieldgap_records::VisitKind;
+
+    const PLAN: &str = "name = \"p\"\n[simulator]\nmodel = \"piston\"\n[[focus]]\nx_mm = 0\ny_mm = 0\nz_mm = 100\n\
+                        [[plane]]\nz_mm = 100\nsize_mm = [60, 60]\nstep_mm = 2\n";
+
+    fn scan(more: &str, box_mm: &str) -> PlannedScan {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rigs/virtual.toml");
+        let rig = std::fs::read_to_string(&path).expect("the rig file is there");
+        let rig = rig.replace("[motion.marlin]", &format!("{box_mm}\n[motion.marlin]"));
+        let plan = TomlSource::new(Path::new("plan.toml"), format!("{PLAN}{more}"));
+        PlannedScan::parse(plan, TomlSource::new(&path, rig)).expect("valid")
+    }
+
+    fn checked(scan: &PlannedScan, kept: &[RecordedSample]) -> Result<(), Fault> {
+        crate::dry_run::dry_run(&scan.plan, &scan.rig_setup, &scan.visits, kept).map(drop)
+    }
+
+    /// On the straight way from home to the row through the focus, and beside that to the first row.
+    const POST: &str =
+        "[[motion.keep_out]]\nname = \"post\"\nmin_mm = [58, 70, 38]\nmax_mm = [62, 80, 42]";
+
+    #[test]
+    fn the_way_to_the_row_for_the_lag_is_checked() {
+        checked(&scan("[fly]\nspeed_mm_s = 40\n", ""), &[]).expect("free");
+        checked(&scan("[fly]\nspeed_mm_s = 40\nlag_ms = 3\n", POST), &[]).expect("not on the way");
+        let fault = checked(&scan("[fly]\nspeed_mm_s = 40\n", POST), &[]).expect_err("in the way");
+        assert!(fault.to_string().contains("post"), "{fault}");
+    }
+
+    #[test]
+    fn the_points_that_a_resumed_scan_measures_again_are_checked() {
+        let free = scan("", "");
+        // The strongest of the kept readings is the 16th of the 16th row, at the focus.
+        let kept: Vec<RecordedSample> = free.visits[..500]
+            .iter()
+            .enumerate()
+            .map(|(row, visit)| {
+                let reading = if row == 15 * 31 + 15 { 2.0 } else { 1.0 };
+                RecordedSample::measured(row as f64, visit.focus, visit.position_m, reading, None)
+            })
+            .collect();
+        let itinerary = Itinerary::of(&free.plan, &free.rig_setup, &free.visits, &kept);
+        assert!(itinerary.checks.contains(&(15 * 31 + 15)), "{:?}", itinerary.checks);
+        checked(&free, &kept).expect("free");
+        // At half of the way from home to that point.
+        let on_the_way =
+            "[[motion.keep_out]]\nname = \"post\"\nmin_mm = [73, 73, 38]\nmax_mm = [77, 77, 42]";
+        let blocked = scan("", on_the_way);
+        let ways = itinerary.stations(&free.visits);
+        assert_eq!(ways.len(), itinerary.checks.len() + free.visits.len() - kept.len());
+        let fault = checked(&blocked, &kept).expect_err("in the way");
+        assert!(fault.to_string().contains("post"), "{fault}");
+    }
+
+    #[test]
+    fn every_row_has_a_run_up_and_the_lag_is_found_on_the_row_through_the_focus() {
+        let scan = scan("[fly]\nspeed_mm_s = 40\n", "");
+        let itinerary = Itinerary::of(&scan.plan, &scan.rig_setup, &scan.visits, &[]);
+        let row = itinerary.lag_row.clone().expect("it is wanted");
+        assert!(scan.visits[row.start].position_m.y.abs() < 1e-9);
+        let stations = itinerary.stations(&scan.visits);
+        assert_eq!(stations.len(), 4 + 2 * 31);
+        assert_eq!(stations.iter().filter(|station| station.ends_leg).count(), 31);
+        assert!(stations[0].to_m.x < scan.visits[row.start].position_m.x - 0.5e-3, "a lead");
+        assert!(scan.visits.iter().all(|visit| visit.kind == VisitKind::Point));
+    }
+}

@@ -127,13 +127,8 @@ fn a_missing_port_is_named_with_the_existing_ones() {
     );
 }
 
-#[test]
-fn a_truncated_record_is_shown_at_its_line() {
-    let home = tempfile::tempdir().expect("a folder");
-    let folder = home.path();
-    std::fs::write(
-        folder.join("scan.toml"),
-        r#"format = 1
+/// The set-up of a record of one focus.
+const SETUP: &str = r#"format = 1
 name = "cut"
 recorded = 2026-01-01T00:00:00Z
 reading = "V"
@@ -152,15 +147,56 @@ model = "corrected"
 x_mm = 0.0
 y_mm = 0.0
 z_mm = 100.0
-"#,
-    )
-    .expect("written");
-    let rows = "time_s,focus,x_mm,y_mm,z_mm,reading\n0,0,0,0,100,1.5\n1,0,2,0,10";
-    std::fs::write(folder.join("samples.csv"), rows).expect("written");
+"#;
+
+/// What a command says of a record with these rows; it must refuse them.
+fn refused(command: &str, rows: &str) -> String {
+    let home = tempfile::tempdir().expect("a folder");
+    std::fs::write(home.path().join("scan.toml"), SETUP).expect("written");
+    let header = "time_s,focus,x_mm,y_mm,z_mm,reading\n";
+    std::fs::write(home.path().join("samples.csv"), format!("{header}{rows}")).expect("written");
+    let (code, message) = fieldgap(&[command, home.path().to_str().expect("text")]);
+    assert_eq!(code, Some(1), "{message}");
+    message
+}
+
+#[test]
+fn a_truncated_record_is_shown_at_its_line() {
     for command in ["replay", "compare"] {
-        let (code, message) = fieldgap(&[command, folder.to_str().expect("text")]);
-        assert_eq!(code, Some(1), "{message}");
+        let message = refused(command, "0,0,0,0,100,1.5\n1,0,2,0,10");
         assert_contains(&message, &["samples.csv:3", "help:"]);
+    }
+}
+
+#[test]
+fn numbers_that_no_scan_can_have_are_shown_at_their_line() {
+    let good = "0,0,0,0,100,1.5\n";
+    for (row, words) in [
+        ("1,0,2,0,1e308,1.5", "1e12"),
+        ("1,0,2,0,100,1e160", "1e12"),
+        ("1,0,2000000,0,100,1.5", "within 100 m (in mm, not in µm)"),
+    ] {
+        for command in ["compare", "diagnose", "replay"] {
+            let message = refused(command, &format!("{good}{row}\n"));
+            assert_contains(&message, &["samples.csv:3", words]);
+        }
+    }
+}
+
+#[test]
+fn readings_that_show_no_field_are_refused() {
+    let rows = |reading: &dyn Fn(usize) -> String, place: &dyn Fn(usize) -> usize| -> String {
+        let row = |n: usize| format!("{n},0,{},0,100,{}\n", place(n), reading(n));
+        (0..40).map(row).collect()
+    };
+    let grows = |n: usize| (n + 1).to_string();
+    for command in ["compare", "diagnose", "replay"] {
+        let stuck = refused(command, &rows(&|_| "1.0".to_owned(), &|n| n));
+        assert_contains(&stuck, &["every driven reading", "is 1", "stuck"]);
+        let silent = refused(command, &rows(&|n| format!("{n}e-200"), &|n| n));
+        assert_contains(&silent, &["zero or below 1e-12"]);
+        let one_place = refused(command, &rows(&grows, &|_| 3));
+        assert_contains(&one_place, &["1 different pairs of drive and place"]);
     }
 }
 

@@ -137,7 +137,7 @@ mod tests {
 
     /// On the straight way from home to the row through the focus, and beside that to the first row.
     const POST: &str =
-        "[[motion.keep_out]]\nname = \"post\"\nmin_mm = [58, 70, 38]\nmax_mm = [62, 80, 42]";
+        "[[motion.keep_out]]\nname = \"post\"\nmin_mm = [88, 72, 38]\nmax_mm = [93, 78, 42]";
 
     #[test]
     fn the_way_to_the_row_for_the_lag_is_checked() {
@@ -150,7 +150,6 @@ mod tests {
     #[test]
     fn the_points_that_a_resumed_scan_measures_again_are_checked() {
         let free = scan("", "");
-        // The strongest of the kept readings is the 16th of the 16th row, at the focus.
         let kept: Vec<RecordedSample> = free.visits[..500]
             .iter()
             .enumerate()
@@ -162,10 +161,14 @@ mod tests {
         let itinerary = Itinerary::of(&free.plan, &free.rig_setup, &free.visits, &kept);
         assert!(itinerary.checks.contains(&(15 * 31 + 15)), "{:?}", itinerary.checks);
         checked(&free, &kept).expect("free");
-        // At half of the way from home to that point.
-        let on_the_way =
-            "[[motion.keep_out]]\nname = \"post\"\nmin_mm = [73, 73, 38]\nmax_mm = [77, 77, 42]";
-        let blocked = scan("", on_the_way);
+        // At half of the way from home to the first of them.
+        let first = free.visits[itinerary.checks[0]].position_m * 1e3;
+        let half_mm = [(150.0 + first.x) / 2.0, (150.0 + first.y) / 2.0, (first.z - 20.0) / 2.0];
+        let [low, high] = [-2.0, 2.0].map(|by| half_mm.map(|mm| mm + by));
+        let post =
+            format!("[[motion.keep_out]]\nname = \"post\"\nmin_mm = {low:?}\nmax_mm = {high:?}");
+        let blocked = scan("", &post);
+        checked(&blocked, &[]).expect("not on the way of the whole plan");
         let ways = itinerary.stations(&free.visits);
         assert_eq!(ways.len(), itinerary.checks.len() + free.visits.len() - kept.len());
         let fault = checked(&blocked, &kept).expect_err("in the way");
@@ -181,7 +184,8 @@ mod tests {
         let stations = itinerary.stations(&scan.visits);
         assert_eq!(stations.len(), 4 + 2 * 31);
         assert_eq!(stations.iter().filter(|station| station.ends_leg).count(), 31);
-        assert!(stations[0].to_m.x < scan.visits[row.start].position_m.x - 0.5e-3, "a lead");
+        let lead_m = (stations[0].to_m - scan.visits[row.start].position_m).norm();
+        assert!(lead_m > 0.5e-3, "{lead_m}");
         assert!(scan.visits.iter().all(|visit| visit.kind == VisitKind::Point));
     }
 }

@@ -136,7 +136,9 @@ fn impossible_rows_are_reported_at_the_latest_at_the_first_row() {
     let wide = bench.scan("wide", "z_mm = 100\nsize_mm = [270, 2]\nstep_mm = 1", FLY);
     assert!(said(&wide).contains("outside its travel"), "{}", said(&wide));
     let fast = bench.scan("fast", plane, "[fly]\nspeed_mm_s = 600.0\nlead_mm = 20.0");
-    assert!(said(&fast).contains("samples per point; at least 5 are needed"), "{}", said(&fast));
+    assert!(said(&fast).contains("samples per point; at least 6 are needed"), "{}", said(&fast));
+    let events = read_events(&bench.path("fast")).expect("they are kept");
+    assert!(events.iter().all(|event| event.kind != EventKind::Homed), "nothing has moved");
     let short = bench.scan("short", plane, "[fly]\nspeed_mm_s = 180.0\nlead_mm = 1.0");
     assert!(said(&short).contains("the robot took"), "{}", said(&short));
     let even = bench.scan(

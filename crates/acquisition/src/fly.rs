@@ -35,7 +35,7 @@ const PLACED_WITHIN_M: f64 = 0.05e-3;
 pub enum FlightFault {
     /// Too few samples per point.
     #[error(
-        "at {speed_mm_s} mm/s a receiver of {rate_hz} Hz gives {samples:.1} samples per point; at least {LEAST_SAMPLES} are needed"
+        "at {speed_mm_s} mm/s a receiver of {rate_hz} Hz gives {samples:.1} samples per point; at least {least} are needed"
     )]
     #[diagnostic(help("lower `speed_mm_s` in [fly] of the plan to {most_mm_s:.0} at most"))]
     TooFast {
@@ -45,6 +45,8 @@ pub enum FlightFault {
         rate_hz: f64,
         /// Samples per point.
         samples: f64,
+        /// Samples per point that are needed.
+        least: usize,
         /// The largest possible speed, mm/s.
         most_mm_s: f64,
     },
@@ -149,8 +151,9 @@ impl Flight {
     /// [`FlightFault::TooFast`].
     pub fn fits(&self, line: &Line, rate_hz: f64) -> Result<(), FlightFault> {
         let samples = self.timing(line).samples_at(rate_hz);
-        let least = LEAST_SAMPLES as f64 + 1.0;
-        if samples >= least {
+        // One more, since the first may fall just outside the window.
+        let least = LEAST_SAMPLES + 1;
+        if samples >= least as f64 {
             return Ok(());
         }
         let speed_mm_s = self.feed.m_s() * 1e3;
@@ -158,7 +161,8 @@ impl Flight {
             speed_mm_s,
             rate_hz,
             samples,
-            most_mm_s: speed_mm_s * samples / least,
+            least,
+            most_mm_s: speed_mm_s * samples / least as f64,
         })
     }
 

@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use super::error::AcquisitionError;
 use super::fly::Flight;
 use super::references::reference_rows;
 use super::rig_setup::RigSetup;
@@ -49,6 +50,20 @@ impl Itinerary {
         let wants_lag = flight.as_ref().is_some_and(Flight::wants_lag);
         let lag_row = wants_lag.then(|| nearest_to_its_focus(plan, &legs, visits)).flatten();
         Self { checks: reference_rows(kept, visits), lag_row, legs, flight }
+    }
+
+    /// Checks that a receiver is fast enough for every row.
+    ///
+    /// # Errors
+    /// [`FlightFault::TooFast`](super::fly::FlightFault::TooFast).
+    pub(super) fn fits(&self, visits: &[Visit], rate_hz: f64) -> Result<(), AcquisitionError> {
+        let Some(flight) = &self.flight else { return Ok(()) };
+        for leg in &self.legs {
+            if let Leg::Row(row) = leg {
+                flight.fits(&Line::of(&visits[row.clone()]), rate_hz)?;
+            }
+        }
+        Ok(())
     }
 
     /// How rows are scanned in motion.

@@ -20,6 +20,9 @@ impl ScanRun {
     /// Runs the rest of the plan.
     pub(super) async fn conduct(&mut self, watch: EventSink<'_>) -> Result<(), Stopped> {
         watch(&self.open.greeting());
+        let (plan, visits) = (&self.scan.plan, &self.scan.visits);
+        let itinerary = Itinerary::of(plan, &self.scan.rig_setup, visits, &self.kept);
+        itinerary.fits(visits, self.open.rig().receiver().identity().rate_hz)?;
         self.open.rig().continuous_wave().await?;
         let homed = self.open.rig().home().await?;
         self.journal.record(Timestamp::now(), EventKind::Homed, "")?;
@@ -34,7 +37,6 @@ impl ScanRun {
         };
         let mut sequencer = PointSequencer::new(&self.scan.rig_setup, &self.scan.plan.foci, clock);
         let (plan, visits) = (&self.scan.plan, &self.scan.visits);
-        let itinerary = Itinerary::of(plan, &self.scan.rig_setup, visits, &self.kept);
         let mut drift = Drift::of(plan, visits, self.check.about_s, &self.kept);
         let mut flights = itinerary.flight().copied().map(Flights::new);
         // Where the robot stands; visits to the reference point begin there.

@@ -92,6 +92,30 @@ fn a_scan_with_lost_devices_ends_partial() {
     }
     let kept = RecordedScan::open(&folder).expect("the record is whole").samples.len();
     assert_eq!(kept, acknowledged);
+    // Without permission nothing is opened, and the record stays as it is.
+    let before = files(&folder);
+    let refused = fieldgap().arg("resume").arg(&folder).output().expect("the program runs");
+    assert_eq!(refused.status.code(), Some(1));
+    let words = String::from_utf8_lossy(&refused.stderr);
+    assert!(words.contains("nothing was done") && words.contains("--yes"), "{words}");
+    assert_eq!(files(&folder), before);
+}
+
+#[test]
+fn a_scan_on_a_real_rig_needs_permission() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
+    std::fs::write(&plan, PLAN).expect("the plan is written");
+    let (mut rig, rig_file) = external_rig(home.path());
+    let mut scan = fieldgap();
+    scan.arg("scan").arg(&plan).arg("--rig").arg(&rig_file).arg("--out").arg(&folder);
+    let refused = scan.output().expect("the program runs");
+    assert_eq!(refused.status.code(), Some(1));
+    let words = String::from_utf8_lossy(&refused.stderr);
+    assert!(words.contains("nothing was done") && words.contains("--yes"), "{words}");
+    assert!(!folder.exists(), "no record is begun");
+    rig.kill().expect("it can be ended");
+    rig.wait().expect("it ends");
 }
 
 /// A scan with a file-size limit of 16 KiB (32 blocks of 512 bytes) that has measured some rows and reports that it waits.

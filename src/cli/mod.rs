@@ -14,6 +14,7 @@ mod import;
 mod output;
 mod permission;
 mod progress;
+mod question;
 mod replay;
 mod resume;
 mod rig;

@@ -1,10 +1,8 @@
 //! Permission of the person at the rig, before a robot moves or an array emits.
 
-use std::io::{IsTerminal, Write};
-
 use clap::Args;
-use miette::{IntoDiagnostic, miette};
 
+use super::question::agree;
 use fieldgap_acquisition::RigSetup;
 
 /// The argument that gives permission in advance.
@@ -64,20 +62,6 @@ impl Permission {
             eprintln!("{announcement}");
             return Ok(());
         }
-        if !(std::io::stdin().is_terminal() && std::io::stderr().is_terminal()) {
-            return Err(miette!(
-                help = "give --yes where nobody can answer and it is safe to go ahead",
-                "{announcement} Nobody can be asked without a terminal, so nothing was done"
-            ));
-        }
-        eprint!("{announcement}\n{} [y/N] ", act.question());
-        std::io::stderr().flush().into_diagnostic()?;
-        let mut answer = String::new();
-        std::io::stdin().read_line(&mut answer).into_diagnostic()?;
-        if matches!(answer.trim().to_ascii_lowercase().as_str(), "y" | "yes") {
-            Ok(())
-        } else {
-            Err(miette!(help = "answer y, or give --yes, when it is safe", "nothing was done"))
-        }
+        agree(announcement, act.question(), "answer y, or give --yes, where it is safe to go ahead")
     }
 }

@@ -9,7 +9,7 @@ use super::permission::{Act, Permission};
 use super::scan::{Showing, report_ending, run_scan};
 use super::trust::Trust;
 use crate::rig_file::simulated_devices;
-use fieldgap_acquisition::ScanRun;
+use fieldgap_acquisition::{PlannedScan, ScanRun};
 
 /// The `resume` command.
 #[derive(Debug, Args)]
@@ -27,13 +27,10 @@ pub(super) struct Resume {
 impl Resume {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         self.showing.is_possible()?;
-        let resuming = async {
-            let scan_run = ScanRun::resume(&self.folder, simulated_devices).await?;
-            self.trust.in_hooks_of(scan_run.scan())?;
-            self.permission.to(Act::Scan, scan_run.scan().rig_setup())?;
-            Ok::<_, miette::Report>(scan_run)
-        };
-        let ending = run_scan(resuming, &self.showing)?;
+        let scan = PlannedScan::of_record(&self.folder)?;
+        self.trust.in_hooks_of(&scan)?;
+        self.permission.to(Act::Scan, scan.rig_setup())?;
+        let ending = run_scan(ScanRun::resume(&self.folder, simulated_devices), &self.showing)?;
         Ok(report_ending(&self.folder, &ending))
     }
 }

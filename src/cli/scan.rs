@@ -19,7 +19,9 @@ use super::watchdog::watchdog;
 use crate::rig_file::{RigFile, simulated_devices};
 use crate::terminal::Screen;
 use crate::terminal::watch::ScanView;
-use fieldgap_acquisition::{DryRun, Ending, Event, PauseSwitch, PlannedScan, ScanRun};
+use fieldgap_acquisition::{
+    AcquisitionError, DryRun, Ending, Event, PauseSwitch, PlannedScan, ScanRun,
+};
 
 /// Arguments of `scan` and `run`.
 #[derive(Debug, Args)]
@@ -106,13 +108,10 @@ impl ScanArgs {
 }
 
 /// Runs a scan to its end and shows its progress. Ctrl-C, a closed terminal or a request to terminate ends it safely.
-pub(super) fn run_scan<E>(
-    scan_run: impl Future<Output = Result<ScanRun, E>>,
+pub(super) fn run_scan(
+    scan_run: impl Future<Output = Result<ScanRun, AcquisitionError>>,
     showing: &Showing,
-) -> miette::Result<Ending>
-where
-    miette::Report: From<E>,
-{
+) -> miette::Result<Ending> {
     let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
     let ending = runtime.block_on(async {
         let stop = StopRequests::listen().into_diagnostic()?;

@@ -4,13 +4,14 @@
 //! the programs' contents where they are files beside the plan.
 
 use std::fs;
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use miette::{IntoDiagnostic, miette};
+use miette::IntoDiagnostic;
 use sha2::{Digest, Sha256};
 
+use super::question::agree;
 use fieldgap_acquisition::PlannedScan;
 use fieldgap_records::{HookCommand, HookKind, Hooks};
 
@@ -44,22 +45,11 @@ impl Trust {
             return Ok(());
         }
         let what = format!("the plan or the rig file names programs to run:\n{commands}");
-        if !(std::io::stdin().is_terminal() && std::io::stderr().is_terminal()) {
-            return Err(miette!(
-                help = "read the commands; then give --trust, or remove [hooks] from the files",
-                "{what}\nNobody can be asked without a terminal, so nothing was done"
-            ));
-        }
-        eprint!("{what}\nMay they run, now and later? [y/N] ");
-        std::io::stderr().flush().into_diagnostic()?;
-        let mut answer = String::new();
-        std::io::stdin().read_line(&mut answer).into_diagnostic()?;
-        if !matches!(answer.trim().to_ascii_lowercase().as_str(), "y" | "yes") {
-            return Err(miette!(
-                help = "remove [hooks] from the plan and the rig file to scan without them",
-                "nothing was done"
-            ));
-        }
+        agree(
+            &what,
+            "May they run, now and later?",
+            "read the commands; then answer y, give --trust, or remove [hooks] from the files",
+        )?;
         if let Some(file) = remembered() {
             remember(&file, &hash).into_diagnostic()?;
         }

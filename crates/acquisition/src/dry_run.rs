@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::itinerary::{Itinerary, Station};
+use super::itinerary::{Itinerary, Purpose, Station};
 use super::rig_setup::RigSetup;
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::Fault;
@@ -99,16 +99,20 @@ pub(super) fn dry_run(
     let feed = rig_setup.rig.motion.feed();
     let itinerary = Itinerary::of(plan, rig_setup, visits, kept);
     let flight_feed = itinerary.flight().map_or(feed, |flight| flight.feed());
-    let mut leg_s = 0.0;
-    for Station { to_m, visit, recording, ends_leg } in itinerary.stations(visits) {
+    // A row takes its run-up and its pass.
+    let mut run_up_s = 0.0;
+    for Station { to_m, visit, purpose } in itinerary.stations(visits) {
         let part = visits[visit].part;
-        leg_s +=
-            if recording { go(to_m, part, flight_feed)? + TALK_S } else { go(to_m, part, feed)? };
-        if ends_leg {
-            leg_s += if recording { 0.0 } else { reading_s };
-            slowest_s = slowest_s.max(leg_s);
-            about_s += std::mem::take(&mut leg_s);
-        }
+        let took_s = match purpose {
+            Purpose::Approach => {
+                run_up_s = go(to_m, part, feed)?;
+                continue;
+            }
+            Purpose::Pass => std::mem::take(&mut run_up_s) + go(to_m, part, flight_feed)? + TALK_S,
+            Purpose::Point => go(to_m, part, feed)? + reading_s,
+        };
+        about_s += took_s;
+        slowest_s = slowest_s.max(took_s);
     }
     let checks = itinerary.checks.iter().map(|&row| &visits[row]);
     let readings: Vec<&Visit> = checks.chain(&visits[kept.len()..]).collect();

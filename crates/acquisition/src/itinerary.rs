@@ -31,10 +31,19 @@ pub(super) struct Station {
     pub(super) to_m: Vec3,
     /// The visit for which it is made.
     pub(super) visit: usize,
-    /// Whether the receiver records during the move, at the speed of a pass.
-    pub(super) recording: bool,
-    /// Whether a leg of the plan ends here.
-    pub(super) ends_leg: bool,
+    /// What it is for.
+    pub(super) purpose: Purpose,
+}
+
+/// What a move is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// A reading at standstill.
+    Point,
+    /// The run-up of a pass.
+    Approach,
+    /// A pass over a row, recorded on the way.
+    Pass,
 }
 
 impl Itinerary {
@@ -81,31 +90,24 @@ impl Itinerary {
 
     /// All moves, in order.
     pub(super) fn stations(&self, visits: &[Visit]) -> Vec<Station> {
-        let stop = |visit: usize| Station {
-            to_m: visits[visit].position_m,
-            visit,
-            recording: false,
-            ends_leg: false,
+        let point = |visit: usize| {
+            let to_m = visits[visit].position_m;
+            Station { to_m, visit, purpose: Purpose::Point }
         };
-        let mut stations: Vec<Station> = self.checks.iter().map(|&row| stop(row)).collect();
+        let pass = |visit: usize, [begins_m, ends_m]: [Vec3; 2]| {
+            [(begins_m, Purpose::Approach), (ends_m, Purpose::Pass)]
+                .map(|(to_m, purpose)| Station { to_m, visit, purpose })
+        };
+        let mut stations: Vec<Station> = self.checks.iter().map(|&row| point(row)).collect();
         if let Some(row) = &self.lag_row {
             let [begins_m, ends_m] = self.ends_m(&Leg::Row(row.clone()), visits);
-            for (from_m, to_m) in [(begins_m, ends_m), (ends_m, begins_m)] {
-                let pass = stop(row.start);
-                stations.push(Station { to_m: from_m, ..pass });
-                stations.push(Station { to_m, recording: true, ..pass });
-            }
+            stations.extend(pass(row.start, [begins_m, ends_m]));
+            stations.extend(pass(row.start, [ends_m, begins_m]));
         }
         for leg in &self.legs {
-            let [begins_m, ends_m] = self.ends_m(leg, visits);
-            let first = stop(leg.rows().start);
             match leg {
-                Leg::Stop(_) => stations.push(Station { ends_leg: true, ..first }),
-                Leg::Row(_) => {
-                    stations.push(Station { to_m: begins_m, ..first });
-                    let pass = Station { to_m: ends_m, recording: true, ..first };
-                    stations.push(Station { ends_leg: true, ..pass });
-                }
+                Leg::Stop(visit) => stations.push(point(*visit)),
+                Leg::Row(row) => stations.extend(pass(row.start, self.ends_m(leg, visits))),
             }
         }
         stations
@@ -198,7 +200,8 @@ mod tests {
         assert!(scan.visits[row.start].position_m.y.abs() < 1e-9);
         let stations = itinerary.stations(&scan.visits);
         assert_eq!(stations.len(), 4 + 2 * 31);
-        assert_eq!(stations.iter().filter(|station| station.ends_leg).count(), 31);
+        let passes = stations.iter().filter(|station| station.purpose == Purpose::Pass);
+        assert_eq!(passes.count(), 2 + 31);
         let lead_m = (stations[0].to_m - scan.visits[row.start].position_m).norm();
         assert!(lead_m > 0.5e-3, "{lead_m}");
         assert!(scan.visits.iter().all(|visit| visit.kind == VisitKind::Point));

@@ -13,6 +13,10 @@ use fieldgap_records::Plan;
 
 pub(super) const FILE: &str = "origin.toml";
 
+/// Copies of the plan and the rig file, in the scan's folder.
+pub(super) const PLAN_COPY: &str = "plan.toml";
+pub(super) const RIG_COPY: &str = "rig.toml";
+
 /// Keys of a rig file that may change before a scan is resumed: a device may be plugged in elsewhere.
 const MAY_CHANGE: [&str; 2] = ["port", "baud"];
 

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use super::AcquisitionError;
 use super::dry_run::{DryRun, dry_run};
+use super::origin::{self, Origin, PLAN_COPY, RIG_COPY};
 use super::rig_setup::RigSetup;
-use fieldgap_input::{Fault, TomlSource};
-use fieldgap_records::{Hooks, Plan, PlanPart, Visit};
+use fieldgap_input::{Fault, TomlSource, toml_file};
+use fieldgap_records::{Hooks, Journal, Plan, PlanPart, Visit};
 
 /// A plan and the rig set-up that will run it.
 #[derive(Debug, Clone)]
@@ -45,6 +46,21 @@ impl PlannedScan {
             }
         };
         Ok(Self::new(plan, rig_setup))
+    }
+
+    /// Reads the plan and the rig file of a recorded scan that is not complete, as `resume` will use them. Nothing is opened or
+    /// written.
+    ///
+    /// # Errors
+    /// The folder holds no scan or a complete one; its files are wrong; or the rig file or the virtual rig's truth has changed.
+    pub fn of_record(folder: &Path) -> Result<Self, AcquisitionError> {
+        Journal::resumable(folder)?;
+        let origin: Origin = toml_file(&folder.join(origin::FILE))?;
+        let copy = |name: &str| TomlSource::read(&folder.join(name));
+        let rig = origin.rig(&copy(RIG_COPY)?)?;
+        let scan = Self::parse(origin.plan(&copy(PLAN_COPY)?), rig)?;
+        origin.same_truth(&scan.rig_setup)?;
+        Ok(scan)
     }
 
     /// Reads a plan and a rig file from copies of their texts.

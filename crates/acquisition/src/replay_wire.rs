@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::AcquisitionError;
 use super::open::WIRE_LOGS;
+use super::origin::RIG_COPY;
 use super::rig_setup::RigSetup;
-use super::scan_run::RIG_COPY;
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_rig::Role;
 use fieldgap_rig::link::read_wire_log;

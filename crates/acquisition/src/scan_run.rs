@@ -20,17 +20,12 @@ use super::dry_run::{DryRun, dry_run, room_for};
 use super::event::{Event, EventSink};
 use super::monitor::Monitor;
 use super::open::{OpenRig, OpenSimulated};
-use super::origin::{self, Origin};
+use super::origin::{self, Origin, PLAN_COPY, RIG_COPY};
 use super::pause::Pause;
 use super::planned_scan::PlannedScan;
 use super::rig_setup::RigSetup;
-use fieldgap_input::{TomlSource, toml_file};
 use fieldgap_records::{Columns, Journal, RecordedSample, ScanSetup, ScanState};
 use fieldgap_rig::ReceiverIdentity;
-
-/// Copies of the plan and the rig file, in the scan's folder.
-const PLAN_COPY: &str = "plan.toml";
-pub(super) const RIG_COPY: &str = "rig.toml";
 
 /// Log of the watchdog; it exists only if the watchdog had to act.
 const WATCHDOG_LOG: &str = "watchdog.log";
@@ -112,12 +107,8 @@ impl ScanRun {
         let resumed = Journal::resume(folder, Timestamp::now())?;
         let kept: Vec<RecordedSample> =
             resumed.records.iter().map(|record| record.sample).collect();
-        let copy = |name: &str| TomlSource::read(&folder.join(name));
         let opened = async {
-            let origin: Origin = toml_file(&folder.join(origin::FILE))?;
-            let mut scan =
-                PlannedScan::parse(origin.plan(&copy(PLAN_COPY)?), origin.rig(&copy(RIG_COPY)?)?)?;
-            origin.same_truth(&scan.rig_setup)?;
+            let mut scan = PlannedScan::of_record(folder)?;
             same_set_up(&scan.rig_setup, &resumed.setup)?;
             let check = dry_run(&scan.plan, &scan.rig_setup, &scan.visits, &kept)?;
             room_for(check.bytes, folder)?;

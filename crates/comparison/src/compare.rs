@@ -150,10 +150,7 @@ pub fn register_scan(
 }
 
 /// Whether there is anything to compare.
-///
-/// # Errors
-/// [`Incomparable`] if the readings cannot show a field.
-pub fn comparable(scan: &RecordedScan, readings: &Readings) -> Result<(), Incomparable> {
+fn comparable(scan: &RecordedScan, readings: &Readings) -> Result<(), Incomparable> {
     let name = || scan.setup.name.clone();
     if readings.is_empty() {
         return Err(Incomparable::NothingDriven(name()));
@@ -161,10 +158,10 @@ pub fn comparable(scan: &RecordedScan, readings: &Readings) -> Result<(), Incomp
     if readings.len() < FEWEST {
         return Err(Incomparable::TooFew { name: name(), readings: readings.len() });
     }
-    if readings.values().iter().all(|reading| *reading < LEAST_READING) {
+    let values = readings.values();
+    if values.iter().all(|reading| *reading < LEAST_READING) {
         return Err(Incomparable::AllZero(name()));
     }
-    let values = readings.values();
     if values.iter().all(|reading| *reading == values[0]) {
         return Err(Incomparable::Stuck { name: name(), value: values[0] });
     }

@@ -1,7 +1,6 @@
 //! The search for a pose without a start value: a coarse search, then refinement of fewer and fewer candidates on more and more
 //! readings.
 
-use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
 
 use fieldgap_acoustics::Vec3;
@@ -9,7 +8,7 @@ use rayon::prelude::*;
 
 use super::coarse::candidates;
 use super::pose::{Mirror, Pose};
-use super::readings::Readings;
+use super::readings::{Readings, places};
 use super::refine::{Fit, PoseParameter, Search, refine};
 
 /// Standard deviations of the priors of a pose: height and turn are set by hand, a step has the tolerance of a belt or a screw. They are
@@ -17,9 +16,6 @@ use super::refine::{Fit, PoseParameter, Search, refine};
 const HEIGHT_SD_M: f64 = 10e-3;
 const TURN_SD_RAD: f64 = 0.09;
 const STEP_SD: f64 = 0.05;
-
-/// Places closer than this are one, m.
-const SAME_PLACE_M: f64 = 1e-5;
 
 /// A round of refinement.
 struct Round {
@@ -87,12 +83,9 @@ pub enum Undetermined {
 /// [`Undetermined`].
 pub fn determine_a_pose(readings: &Readings) -> Result<(), Undetermined> {
     let positions_m = readings.positions_m();
-    let places: HashSet<[i64; 3]> = positions_m
-        .iter()
-        .map(|at| [at.x, at.y, at.z].map(|m| (m / SAME_PLACE_M).round() as i64))
-        .collect();
-    if places.len() < FEWEST_PLACES {
-        return Err(Undetermined::TooFew { places: places.len() });
+    let places = places(&positions_m);
+    if places < FEWEST_PLACES {
+        return Err(Undetermined::TooFew { places });
     }
     let extent_m = |axis: usize| {
         let along = || positions_m.iter().map(|at| at[axis]);

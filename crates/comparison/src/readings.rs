@@ -18,6 +18,15 @@ pub struct Readings {
     drives: Vec<Drive>,
 }
 
+/// Places closer than this are one, m.
+const SAME_PLACE_M: f64 = 1e-5;
+
+/// How many different places there are.
+pub(super) fn places(positions_m: &[Vec3]) -> usize {
+    let place = |at: &Vec3| [at.x, at.y, at.z].map(|m| (m / SAME_PLACE_M).round() as i64);
+    positions_m.iter().map(place).collect::<HashSet<_>>().len()
+}
+
 /// The readings of one drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
@@ -75,12 +84,9 @@ impl Readings {
         self.len() == 0
     }
 
-    /// How many different pairs of drive and place there are; places closer than 10 µm are one.
+    /// How many different pairs of drive and place there are.
     pub fn different(&self) -> usize {
-        let key = |at: &Vec3| [at.x, at.y, at.z].map(|m| (m * 1e5).round() as i64);
-        let places =
-            |drive: &Drive| drive.positions_m.iter().map(key).collect::<HashSet<_>>().len();
-        self.drives.iter().map(places).sum()
+        self.drives.iter().map(|drive| places(&drive.positions_m)).sum()
     }
 
     /// Every reading, drive by drive.

@@ -29,13 +29,6 @@ use serde::{Deserialize, Deserializer};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exact<T, const N: usize>([T; N]);
 
-impl<T, const N: usize> Exact<T, N> {
-    /// The values.
-    pub fn into_inner(self) -> [T; N] {
-        self.0
-    }
-}
-
 impl<T, const N: usize> From<[T; N]> for Exact<T, N> {
     fn from(values: [T; N]) -> Self {
         Self(values)

@@ -125,6 +125,20 @@ impl Journal {
         Ok(journal)
     }
 
+    /// Whether a folder holds a scan that is not complete.
+    ///
+    /// # Errors
+    /// [`JournalError::NoScan`], [`JournalError::AlreadyComplete`].
+    pub fn resumable(folder: &Path) -> Result<(), JournalError> {
+        if !folder.join(SETUP).exists() {
+            return Err(JournalError::NoScan(folder.to_owned()));
+        }
+        match ScanState::of(folder).map_err(Box::new)? {
+            Some(ScanState::Complete) => Err(JournalError::AlreadyComplete(folder.to_owned())),
+            _ => Ok(()),
+        }
+    }
+
     /// Resumes an interrupted scan, for whatever reason it ended.
     ///
     /// An incomplete last line of the journal is cut off, and its text kept in `events.jsonl`. `samples.csv` is made equal to the
@@ -134,13 +148,10 @@ impl Journal {
     /// [`JournalError::NoScan`], [`JournalError::AlreadyComplete`], [`JournalError::Busy`]; [`JournalError::Fault`] if a file has
     /// errors other than an incomplete end.
     pub fn resume(folder: &Path, at: Timestamp) -> Result<Resumed, JournalError> {
-        if !folder.join(SETUP).exists() {
-            return Err(JournalError::NoScan(folder.to_owned()));
-        }
+        Self::resumable(folder)?;
         let events = open_locked(folder)?;
-        if ScanState::of(folder).map_err(Box::new)? == Some(ScanState::Complete) {
-            return Err(JournalError::AlreadyComplete(folder.to_owned()));
-        }
+        // Another process may have completed it before the lock was free.
+        Self::resumable(folder)?;
         let setup = ScanSetup::read(&folder.join(SETUP)).map_err(Box::new)?;
         if !folder.join(record::FILE).exists() {
             begin_records(folder, setup.foci.len())?;

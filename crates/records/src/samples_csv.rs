@@ -7,9 +7,9 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::sample::{RecordedSample, Spread};
-use super::table::{Row, Table};
+use super::table::{Row, Table, in_range};
 use fieldgap_acoustics::Vec3;
-use fieldgap_input::{Coordinate, Fault, Finite, OutOfRange};
+use fieldgap_input::{Fault, OutOfRange};
 
 const NAMES: [&str; 8] = ["time_s", "focus", "x_mm", "y_mm", "z_mm", "reading", "std", "count"];
 
@@ -117,13 +117,8 @@ fn check(sample: &RecordedSample) -> Result<(), UnwritableSample> {
         ("reading", sample.reading),
         ("std", std),
     ] {
-        let checked = match column.ends_with("_mm") {
-            true => Coordinate::new(value).map(Coordinate::get),
-            false => Finite::new(value).map(Finite::get),
-        };
-        if let Err(refused) = checked {
-            return Err(UnwritableSample::OutOfRange { column, refused });
-        }
+        in_range(column, value)
+            .map_err(|refused| UnwritableSample::OutOfRange { column, refused })?;
     }
     for (column, value) in [("reading", sample.reading), ("std", std)] {
         if value < 0.0 {

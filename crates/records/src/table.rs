@@ -8,7 +8,7 @@ use std::str::FromStr;
 
 use csv::StringRecord;
 
-use fieldgap_input::{Coordinate, Fault, Finite};
+use fieldgap_input::{Coordinate, Fault, Finite, OutOfRange};
 
 /// Longest part of a line that a fault shows, characters.
 const SHOWN_CHARACTERS: usize = 160;
@@ -98,6 +98,17 @@ impl Table {
 
 const NOT_TEXT: &str = "write the table as plain text with numbers and commas";
 
+/// A number of a column, if its quantity can have it: a length (`…_mm`) is within 100 m.
+///
+/// # Errors
+/// [`OutOfRange`].
+pub(super) fn in_range(column: &str, value: f64) -> Result<f64, OutOfRange> {
+    match column.ends_with("_mm") {
+        true => Coordinate::new(value).map(Coordinate::get),
+        false => Finite::new(value).map(Finite::get),
+    }
+}
+
 /// The rows of a [`Table`].
 pub struct Rows<'t> {
     table: &'t Table,
@@ -155,12 +166,7 @@ impl Row<'_> {
     /// A [`Fault`] at the cell.
     pub fn number(&self, index: usize, name: &str) -> Result<f64, Fault> {
         let value: f64 = self.parse(index, name, "a number")?;
-        // By the column's unit, as for the keys of a file.
-        let checked = match name.ends_with("_mm") {
-            true => Coordinate::new(value).map(Coordinate::get),
-            false => Finite::new(value).map(Finite::get),
-        };
-        checked.map_err(|refused| self.wrong(index, name, refused.wanted()))
+        in_range(name, value).map_err(|refused| self.wrong(index, name, refused.wanted()))
     }
 
     /// A cell as any type that parses from text; `wanted` describes what is expected.

@@ -314,4 +314,27 @@ mod tests {
         let error = FileSink::begin(&nowhere, Modulation::NONE).expect_err("no such folder");
         assert!(error.to_string().contains("cannot be written"), "{error}");
     }
+
+    #[tokio::test]
+    async fn nothing_is_added_to_a_file_that_holds_something_else() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let modulation = || Modulation { frequency_hz: 0.0, duty_percent: 100.0 };
+        for format in ["", "format = \"json-lines\"\n"] {
+            let config = config(folder.path(), format);
+            std::fs::write(&config.path, "precious\n").expect("written");
+            let error = FileSink::begin(&config, modulation()).expect_err("it is not ours");
+            assert!(matches!(error.cause(), Cause::ForeignFile), "{error}");
+            assert_eq!(told(&config), ["precious"]);
+            std::fs::remove_file(&config.path).expect("it is there");
+            focus_and_end(&config).await;
+            let begun = told(&config).len();
+            focus_and_end(&config).await;
+            assert!(told(&config).len() > begun, "its own file is gone on with");
+            std::fs::remove_file(&config.path).expect("it is there");
+        }
+        let mut config = config(folder.path(), "");
+        config.path = folder.path().to_owned();
+        let error = FileSink::begin(&config, modulation()).expect_err("a folder");
+        assert!(matches!(error.cause(), Cause::ForeignFile), "{error}");
+    }
 }

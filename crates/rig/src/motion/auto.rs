@@ -5,8 +5,9 @@ use std::time::Duration;
 use serde::Deserialize;
 use tokio::time::Instant;
 
-use super::grbl::{Grbl, GrblConfig, is_grbl, is_marlin};
-use super::klipper::{Klipper, KlipperConfig, is_klipper};
+use super::firmware::Firmware;
+use super::grbl::{Grbl, GrblConfig};
+use super::klipper::{Klipper, KlipperConfig};
 use super::marlin::{Marlin, MarlinConfig};
 use crate::Motion;
 use crate::config::MotionConfig;
@@ -41,14 +42,6 @@ fn default_baud() -> u32 {
     115_200
 }
 
-/// The firmwares that can be distinguished.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Firmware {
-    Marlin,
-    Grbl,
-    Klipper,
-}
-
 impl AutoConfig {
     pub(crate) async fn open(
         &self,
@@ -81,14 +74,8 @@ async fn identify<L: ByteLink>(wire: &mut Wire<L>) -> Result<Firmware, RigError>
         wire.send(questions[round.min(questions.len() - 1)]).await?;
         let next = until.min(Instant::now() + LISTENS);
         while let Some(line) = wire.line(next).await? {
-            if is_klipper(&line) {
-                return Ok(Firmware::Klipper);
-            }
-            if is_grbl(&line) {
-                return Ok(Firmware::Grbl);
-            }
-            if is_marlin(&line) {
-                return Ok(Firmware::Marlin);
+            if let Some(firmware) = Firmware::of_line(&line) {
+                return Ok(firmware);
             }
         }
     }

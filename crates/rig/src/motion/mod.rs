@@ -2,10 +2,11 @@
 
 mod advice;
 pub(crate) mod auto;
+mod firmware;
 mod firmware_table;
+mod g_code;
 pub mod grbl;
 pub mod guarded;
-mod home_line;
 pub mod klipper;
 pub(crate) mod limits;
 pub mod marlin;
@@ -14,4 +15,4 @@ pub mod travel;
 
 pub use advice::Advice;
 pub use firmware_table::FirmwareKeys;
-pub use home_line::HomeLine;
+pub use g_code::HomeLine;

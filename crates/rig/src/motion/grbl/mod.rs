@@ -37,4 +37,3 @@ mod window;
 
 pub use config::{GrblConfig, HomingCommand};
 pub use driver::Grbl;
-pub(in crate::motion) use reply::{is_grbl, is_marlin};

@@ -1,7 +1,7 @@
 //! The firmware's replies, line by line.
 
 use super::status::Status;
-use crate::motion::klipper::is_klipper;
+use crate::motion::firmware::Firmware;
 
 /// One line from the firmware.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,7 +51,7 @@ impl Reply {
         if line.starts_with('<') {
             return Status::parse(line).map_or(Self::Other, Self::Status);
         }
-        if is_marlin(line) || is_klipper(line) {
+        if Firmware::of_line(line).is_some_and(|firmware| firmware != Firmware::Grbl) {
             return Self::OtherFirmware;
         }
         setting(line).unwrap_or(Self::Other)
@@ -67,19 +67,6 @@ fn greeting(line: &str) -> Option<Flavour> {
         "GrblHAL" if is_greeting => Some(Flavour::GrblHal),
         _ => None,
     }
-}
-
-/// Whether the line is one that GRBL sends and Marlin never does.
-pub(in crate::motion) fn is_grbl(line: &str) -> bool {
-    let is_version = line.starts_with("[VER:") || line.starts_with("FIRMWARE_NAME:grbl");
-    is_version
-        || matches!(Reply::parse(line), Reply::Greeting(_) | Reply::Error(_) | Reply::Alarm(_))
-}
-
-/// Whether the line is one that Marlin sends and GRBL never does.
-pub(in crate::motion) fn is_marlin(line: &str) -> bool {
-    line == "start"
-        || ["echo:", "Marlin ", "FIRMWARE_NAME:"].iter().any(|begin| line.starts_with(begin))
 }
 
 fn setting(line: &str) -> Option<Reply> {

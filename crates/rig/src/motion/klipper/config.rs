@@ -1,7 +1,7 @@
 //! `[motion.klipper]`
 
 use crate::motion::firmware_table::{FirmwareKeys, firmware_table};
-use crate::motion::home_line::HomeLine;
+use crate::motion::g_code::HomeLine;
 
 firmware_table! {
     /// `[motion.klipper]`: where the host software is reached (`port = "/tmp/printer"`) and how the robot homes.

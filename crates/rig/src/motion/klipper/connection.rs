@@ -7,7 +7,7 @@ use tokio::time::Instant;
 use super::reply::{MARK, Reply};
 use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire};
-use crate::motion::grbl::{is_grbl, is_marlin};
+use crate::motion::firmware::Firmware;
 use crate::space::RobotPosition;
 
 /// How long the host software may take to start, and its micro-controllers with it.
@@ -66,7 +66,9 @@ impl<L: ByteLink> Connection<L> {
                         return Err(self.shutdown().await);
                     }
                     Reply::Error(reply) | Reply::State(reply) => not_ready = Some(reply),
-                    _ if is_grbl(&line) || is_marlin(&line) => {
+                    _ if Firmware::of_line(&line)
+                        .is_some_and(|firmware| firmware != Firmware::Klipper) =>
+                    {
                         let cause = Cause::OtherFirmware { named: "Klipper", received: line };
                         return Err(self.wire.error(cause));
                     }

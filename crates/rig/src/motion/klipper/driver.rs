@@ -11,16 +11,13 @@ use crate::device::Device;
 use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire};
 use crate::motion::Advice;
-use crate::motion::home_line::HomeLine;
-use crate::motion::limits::{STOPPED_WITHIN, Slack};
+use crate::motion::g_code::{HomeLine, MOVE_SLACK, straight_to};
+use crate::motion::limits::STOPPED_WITHIN;
 use crate::space::{Feed, RobotPosition};
 use crate::{Emergency, Motion};
 
 /// How long the host software may take to plan one command: it holds moves back while a second of motion is planned.
 const TAKEN_WITHIN: Duration = Duration::from_secs(20);
-
-/// Beyond its length over its feed: axes may have lower limits of their own, and accelerate.
-const MOVE_SLACK: Slack = Slack { factor: 20.0, extra: Duration::from_secs(60) };
 
 /// Lengths are millimetres, coordinates absolute.
 const SETTINGS: [&str; 2] = ["G21", "G90"];
@@ -156,9 +153,7 @@ impl<L: ByteLink> Motion for Klipper<L> {
     ) -> Result<RobotPosition, RigError> {
         self.connection.wire.attempting(format!("moving to {target}"));
         let within = MOVE_SLACK.longest(self.at.map(|at| at.distance_m(target) / feed.m_s()));
-        let [x, y, z] = target.axes_mm();
-        let g1 = format!("G1 X{x:.3} Y{y:.3} Z{z:.3} F{:.1}", feed.mm_min());
-        self.perform(&[g1], within).await
+        self.perform(&[straight_to(target, feed)], within).await
     }
 
     async fn position(&mut self) -> Result<RobotPosition, RigError> {

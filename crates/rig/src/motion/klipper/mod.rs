@@ -25,4 +25,3 @@ mod tests;
 
 pub use config::KlipperConfig;
 pub use driver::Klipper;
-pub(in crate::motion) use reply::is_klipper;

@@ -56,13 +56,6 @@ fn parse_position(coordinates: &str) -> Option<RobotPosition> {
     Some(RobotPosition::from_axes_mm([axis("X:")?, axis("Y:")?, axis("Z:")?]))
 }
 
-/// Whether the line is one that Klipper sends, and neither Marlin nor GRBL ever does.
-pub(in crate::motion) fn is_klipper(line: &str) -> bool {
-    line.starts_with("!!")
-        || line.contains("FIRMWARE_NAME:Klipper")
-        || matches!(Reply::parse(line), Reply::State(_) | Reply::Unknown(_))
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -97,8 +90,6 @@ mod tests {
         for (line, reply) in known {
             assert_eq!(Reply::parse(line), reply, "{line}");
         }
-        assert!(!is_klipper("ok") && !is_klipper("//action:pause") && !is_klipper("echo:busy"));
-        assert!(is_klipper("!! Printer is not ready") && is_klipper("// Unknown command:\"M410\""));
     }
 
     proptest! {

@@ -32,7 +32,7 @@ async fn host(link: DuplexStream, behaviour: Behaviour) {
     let mut ends = tokio::time::Instant::now();
     let mut line = String::new();
     while link.read_line(&mut line).await.is_ok_and(|count| count > 0) {
-        let command = line.trim().to_owned();
+        let command = unnumbered(line.trim()).to_owned();
         line.clear();
         let number = |letter: char| -> f64 {
             let word = command.split(' ').find_map(|word| word.strip_prefix(letter));
@@ -59,7 +59,8 @@ async fn host(link: DuplexStream, behaviour: Behaviour) {
                      // toolhead: X:{x:.6} Y:{y:.6} Z:{z:.6} E:0.000000\nok\n"
                 )
             }
-            "" | "G21" | "G90" | "SET_IDLE_TIMEOUT" if !shut_down => "ok\n".to_owned(),
+            "M118" => format!("echo: {}\nok\n", command[4..].trim()),
+            "" | "G21" | "G90" | "M110" | "SET_IDLE_TIMEOUT" if !shut_down => "ok\n".to_owned(),
             _ if shut_down => SHUTDOWN_NOTES.to_owned(),
             "G28" if homing_fails => "!! No trigger on x after full movement\nok\n".to_owned(),
             "G28" => {
@@ -92,6 +93,15 @@ async fn host(link: DuplexStream, behaviour: Behaviour) {
         if link.get_mut().write_all(answer.as_bytes()).await.is_err() {
             return;
         }
+    }
+}
+
+/// A line without number and checksum, which the host software ignores.
+fn unnumbered(line: &str) -> &str {
+    let line = line.split('*').next().unwrap_or(line);
+    match line.strip_prefix('N').and_then(|rest| rest.split_once(' ')) {
+        Some((number, command)) if number.bytes().all(|byte| byte.is_ascii_digit()) => command,
+        _ => line,
     }
 }
 

@@ -1,7 +1,7 @@
 //! `[motion.marlin]`
 
 use crate::motion::firmware_table::{FirmwareKeys, firmware_table};
-use crate::motion::home_line::HomeLine;
+use crate::motion::g_code::HomeLine;
 
 firmware_table! {
     /// `[motion.marlin]`: where the firmware is reached and how it homes.

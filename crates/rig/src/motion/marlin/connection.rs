@@ -13,8 +13,7 @@ use super::numbered_line::NumberedLine;
 use super::reply::Reply;
 use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire};
-use crate::motion::grbl::is_grbl;
-use crate::motion::klipper::is_klipper;
+use crate::motion::firmware::Firmware;
 use crate::space::RobotPosition;
 
 /// How long a firmware may take to start: boot loader, then banner, then settings.
@@ -59,7 +58,7 @@ impl<L: ByteLink> Connection<L> {
             while let Some(line) =
                 self.line.wire.line(until.min(Instant::now() + START_QUIET)).await?
             {
-                if is_grbl(&line) || is_klipper(&line) {
+                if Firmware::of_line(&line).is_some_and(|firmware| firmware != Firmware::Marlin) {
                     return Err(self
                         .line
                         .wire
@@ -119,7 +118,7 @@ impl<L: ByteLink> Connection<L> {
         let stop = format!("\nM410\n{}\n", self.line.probe());
         self.line.wire.send(stop.as_bytes()).await?;
         if self.line.halted {
-            // It has switched its motors off and will not answer.
+            // It switches its motors off and will not answer.
             return Ok(());
         }
         let again = until.min(Instant::now() + STOP_AGAIN_AFTER);

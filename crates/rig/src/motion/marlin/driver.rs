@@ -11,17 +11,13 @@ use crate::device::Device;
 use crate::error::RigError;
 use crate::link::{ByteLink, Wire};
 use crate::motion::Advice;
-use crate::motion::home_line::HomeLine;
-use crate::motion::limits::{STOPPED_WITHIN, Slack};
+use crate::motion::g_code::{HomeLine, MOVE_SLACK, straight_to};
+use crate::motion::limits::STOPPED_WITHIN;
 use crate::space::{Feed, RobotPosition};
 use crate::{Emergency, Motion};
 
 /// How long the firmware may take to put one command into its queue.
 const TAKEN_WITHIN: Duration = Duration::from_secs(20);
-
-/// Beyond its length over its feed: axes may have a lower limit of their own, accelerate, and wait for other work of the
-/// firmware.
-const MOVE_SLACK: Slack = Slack { factor: 20.0, extra: Duration::from_secs(60) };
 
 /// Stops whatever moves, unnumbered and behind a line that may have been broken off.
 const STOP: &[u8] = b"\nM410\n";
@@ -146,9 +142,7 @@ impl<L: ByteLink> Motion for Marlin<L> {
         self.connection.line.wire.attempting(format!("moving to {target}"));
         let within = self.longest_for(target, feed);
         self.at = None;
-        let [x, y, z] = target.axes_mm();
-        let g1 = format!("G1 X{x:.3} Y{y:.3} Z{z:.3} F{:.1}", feed.mm_min());
-        self.connection.required(&g1, TAKEN_WITHIN).await?;
+        self.connection.required(&straight_to(target, feed), TAKEN_WITHIN).await?;
         self.arrive(within).await
     }
 

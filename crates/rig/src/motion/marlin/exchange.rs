@@ -20,7 +20,7 @@ use super::numbered_line::NumberedLine;
 use super::reply::Reply;
 use crate::error::{Cause, RigError};
 use crate::link::ByteLink;
-use crate::motion::klipper::is_klipper;
+use crate::motion::firmware::Firmware;
 use crate::space::RobotPosition;
 
 /// Silence after which something is taken for lost. The firmware says that it is busy every 2 s.
@@ -171,7 +171,8 @@ impl<L: ByteLink> Exchange<'_, L> {
     }
 
     async fn take_line(&mut self, received: &str) -> Flow {
-        if is_klipper(received) {
+        // Its `ok` would be taken for one.
+        if Firmware::of_line(received) == Some(Firmware::Klipper) {
             let received = received.to_owned();
             return Err(self.error(Cause::OtherFirmware { named: "Marlin", received }));
         }

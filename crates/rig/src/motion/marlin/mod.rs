@@ -10,9 +10,11 @@
 //!   asked for behind it: commands are executed in order.
 //! - One command is under way at a time: a firmware whose receive buffer overruns loses lines without an error.
 //! - `start` in mid-session is a reset: the position is gone. `kill()` is the end until the power is cycled.
-//! - `M410` stops quickly and loses the position. Without the emergency parser it waits behind the queue, and some builds
-//!   that name it among their capabilities do not have it on their port: a stop counts when a mark behind it came. `M112`
-//!   is not sent: it halts the firmware until the power is cycled, and belongs to the button on the machine.
+//! - `M410` stops quickly and loses the position. It is answered after one second, in which the queue is discarded. Without the
+//!   emergency parser it is obeyed when it is read, which waits while the command ring is full, and again in its turn: two
+//!   seconds. A stop counts when a mark behind it came. `M112` is not sent: it halts the firmware until the power is cycled,
+//!   and belongs to the button on the machine.
+//! - A halted firmware switches its motors off within a second and answers nothing more.
 
 mod config;
 mod connection;

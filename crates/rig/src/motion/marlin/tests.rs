@@ -187,7 +187,6 @@ impl Firmware {
             }
             "M115" => {
                 says.push("FIRMWARE_NAME:Marlin 2.1.2.1 PROTOCOL_VERSION:1.0".to_owned());
-                says.push("Cap:EMERGENCY_PARSER:0".to_owned());
             }
             "M84" if self.build.knows_no_m84 => {
                 says.push(format!("echo:Unknown command: \"{command}\""));
@@ -487,7 +486,7 @@ async fn a_cancelled_move_leaves_a_session_that_can_stop_and_home() {
     bench.robot.home().await.expect("homes");
     let cancelled = tokio::time::timeout(Duration::from_secs(1), bench.go(10.0)).await;
     assert!(cancelled.is_err(), "the move takes longer");
-    // This firmware has no emergency parser: it answers when the move is over.
+    // This firmware obeys a stop in its turn only, and the move takes longer than a stop may.
     let _ = bench.robot.stop().await;
     bench.robot.home().await.expect("homes");
     bench.go(20.0).await.expect("goes on");

@@ -69,7 +69,7 @@ impl FreeRunningReceiver {
         };
         let device = wire.device().clone();
         let decoder = SampleDecoder::new(config);
-        let mut receiver = Self {
+        let receiver = Self {
             reader: Reader::start(wire, decoder, identity.rate_hz, identity.own_clock),
             device,
             attempt: "waiting for the first sample",
@@ -86,7 +86,6 @@ impl FreeRunningReceiver {
             }
             receiver.more(until).await?;
         }
-        receiver.attempt = "reading a point";
         Ok(receiver)
     }
 
@@ -102,14 +101,13 @@ impl FreeRunningReceiver {
 
     /// Why no sample young enough came by now.
     fn too_late(&self, asked: usize) -> RigError {
-        let now = Instant::now();
+        let now_s = self.reader.seconds(Instant::now());
         let newest = {
             let stream = self.reader.stream();
-            let now_s = stream.tie.receiver_s(self.reader.seconds(now));
-            stream.newest.map(|(arrived, t_s)| (arrived, now_s - t_s))
+            stream.newest.map(|(arrived_s, t_s)| (arrived_s, stream.tie.receiver_s(now_s) - t_s))
         };
-        let Some((arrived, age_s)) = newest else { return self.error(silent()) };
-        if arrived.elapsed() >= QUIET {
+        let Some((arrived_s, age_s)) = newest else { return self.error(silent()) };
+        if now_s - arrived_s >= QUIET.as_secs_f64() {
             self.error(silent())
         } else if age_s > QUIET.as_secs_f64() / 2.0 {
             self.error(Cause::FallenBehind { behind: duration(age_s) })

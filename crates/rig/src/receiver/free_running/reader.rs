@@ -32,8 +32,8 @@ pub(super) struct Stream {
     wanted: bool,
     /// How often the receiver's clock has jumped.
     pub(super) jumps: u32,
-    /// When the newest sample arrived.
-    pub(super) newest: Option<(Instant, f64)>,
+    /// When the newest sample arrived, on this computer's clock, and its time on the receiver's, s.
+    pub(super) newest: Option<(f64, f64)>,
     /// The last bytes that are no sample.
     pub(super) unreadable: Option<String>,
     failure: Option<RigError>,
@@ -120,7 +120,7 @@ impl Stream {
         std::mem::take(&mut self.samples)
     }
 
-    fn take(&mut self, sample: Sample, arrived: Instant, arrived_s: f64) {
+    fn take(&mut self, sample: Sample, arrived_s: f64) {
         let t_s = match self.unwrapped.stamp(sample) {
             Stamp::Damaged => return,
             Stamp::Time(t_s) => t_s,
@@ -132,7 +132,7 @@ impl Stream {
             }
         };
         self.tie.take(t_s, arrived_s);
-        self.newest = Some((arrived, t_s));
+        self.newest = Some((arrived_s, t_s));
         if self.wanted {
             self.samples.push(Placed { sample, t_s });
         }
@@ -149,12 +149,12 @@ async fn read<L: ByteLink>(
     wire.attempting("reading samples");
     loop {
         let bytes = wire.bytes(Instant::now() + QUIET).await;
-        let arrived = Instant::now();
+        let arrived_s = origin.elapsed().as_secs_f64();
         let mut stream = locked(&stream);
         match bytes {
             Ok(bytes) => {
                 for sample in decoder.push(&bytes) {
-                    stream.take(sample, arrived, (arrived - origin).as_secs_f64());
+                    stream.take(sample, arrived_s);
                 }
                 stream.unreadable.clone_from(&decoder.unreadable);
             }

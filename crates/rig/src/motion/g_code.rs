@@ -1,6 +1,21 @@
-//! The lines that home a robot by `G28`.
+//! The lines of G-code that Marlin and Klipper share, and how long their moves may take.
+
+use std::time::Duration;
 
 use serde::Deserialize;
+
+use super::limits::Slack;
+use crate::space::{Feed, RobotPosition};
+
+/// Beyond its length over its feed: axes may have a lower limit of their own, accelerate, and wait for other work of the
+/// firmware.
+pub(super) const MOVE_SLACK: Slack = Slack { factor: 20.0, extra: Duration::from_secs(60) };
+
+/// A straight move at a speed.
+pub(super) fn straight_to(target: RobotPosition, feed: Feed) -> String {
+    let [x, y, z] = target.axes_mm();
+    format!("G1 X{x:.3} Y{y:.3} Z{z:.3} F{:.1}", feed.mm_min())
+}
 
 /// A `G28` line: homing and nothing else.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]

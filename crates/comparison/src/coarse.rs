@@ -47,6 +47,33 @@ pub struct Candidate {
     pub orientation: usize,
 }
 
+/// Shifts handed on where nothing else is searched.
+const KEPT_SHIFTS: usize = 3;
+
+/// The most promising shifts at the recorded height, in the recorded axes, the best first; the same ones each time.
+pub fn shifts(readings: &Readings) -> Vec<Vec3> {
+    let levels = levels(readings);
+    let reach_m = levels
+        .iter()
+        .flat_map(|level| &level.positions_m)
+        .map(|point| point.xy().norm())
+        .fold(0.0, f64::max);
+    let images: Vec<FieldImage> = levels
+        .par_iter()
+        .map(|level| FieldImage::of(level.simulation, level.z_m, reach_m + SHIFT_RANGE_M))
+        .collect();
+    let mut found: Vec<(f64, Vec3)> = correlations(&levels, &images, &Pose::default(), 1).collect();
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut kept: Vec<Vec3> = Vec::new();
+    for (_, shift_m) in found {
+        if kept.len() < KEPT_SHIFTS && kept.iter().all(|other| (other - shift_m).norm() >= APART_M)
+        {
+            kept.push(shift_m);
+        }
+    }
+    kept
+}
+
 /// The most promising poses, the best first; the same ones each time.
 pub fn candidates(readings: &Readings) -> Vec<Candidate> {
     let levels = levels(readings);
@@ -156,6 +183,18 @@ fn best_shift(
     pose: &Pose,
     one_in: usize,
 ) -> (f64, Vec3) {
+    let lowest = (f64::NEG_INFINITY, Vec3::zeros());
+    correlations(levels, images, pose, one_in)
+        .fold(lowest, |best, other| if other.0 > best.0 { other } else { best })
+}
+
+/// The correlation of one reading in so many with the images, for every shift, row by row.
+fn correlations(
+    levels: &[Level<'_>],
+    images: &[FieldImage],
+    pose: &Pose,
+    one_in: usize,
+) -> impl Iterator<Item = (f64, Vec3)> {
     let mut sums = Sums::default();
     let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
     for (level, image) in levels.iter().zip(images) {
@@ -167,20 +206,15 @@ fn best_shift(
         }
     }
     let spread = squares - sum * sum / count;
-    let mut best = (f64::NEG_INFINITY, Vec3::zeros());
-    for row in 0..SHIFTS {
-        for column in 0..SHIFTS {
-            let (s, ss, sr) =
-                (sums.simulated[row][column], sums.squares[row][column], sums.both[row][column]);
-            let scale = ((ss - s * s / count) * spread).sqrt();
-            let correlation = if scale > 0.0 { (sr - s * sum / count) / scale } else { -1.0 };
-            if correlation > best.0 {
-                let shift_m = |step: usize| step as f64 * SHIFT_STEP_M - SHIFT_RANGE_M;
-                best = (correlation, Vec3::new(shift_m(column), shift_m(row), 0.0));
-            }
-        }
-    }
-    best
+    (0..SHIFTS * SHIFTS).map(move |n| {
+        let (row, column) = (n / SHIFTS, n % SHIFTS);
+        let (s, ss, sr) =
+            (sums.simulated[row][column], sums.squares[row][column], sums.both[row][column]);
+        let scale = ((ss - s * s / count) * spread).sqrt();
+        let correlation = if scale > 0.0 { (sr - s * sum / count) / scale } else { -1.0 };
+        let shift_m = |step: usize| step as f64 * SHIFT_STEP_M - SHIFT_RANGE_M;
+        (correlation, Vec3::new(shift_m(column), shift_m(row), 0.0))
+    })
 }
 
 /// What is summed for every shift, by row and column.

@@ -36,6 +36,7 @@
 //! | `readings` | the driven readings and the simulated field at their positions |
 //! | `register` | the choice between the recorded coordinates and another pose |
 //! | `coarse`, `pose_search` | the search for a pose without a start value: a coarse grid, then rounds of refinement |
+//! | `shift_search` | the search for a shift of any size, which is reported and left in the gap |
 //! | `refine` | the least-squares fit of a [`Pose`], with the gain solved for at each step |
 //! | `receiver_face` | a gain that falls with the angle of arrival, where this explains what a pose cannot |
 //! | `identifiability`, `standard_errors` | which parameters the readings determine, and how well |
@@ -58,6 +59,7 @@ mod receiver_face;
 mod refine;
 mod register;
 mod registration;
+mod shift_search;
 mod standard_errors;
 mod table;
 

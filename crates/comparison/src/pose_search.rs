@@ -13,7 +13,7 @@ use super::refine::{Fit, PoseParameter, Search, refine};
 
 /// Standard deviations of the priors of a pose: height and turn are set by hand, a step has the tolerance of a belt or a screw. They are
 /// weak, so that they matter only for what the readings do not determine.
-const HEIGHT_SD_M: f64 = 10e-3;
+pub(super) const HEIGHT_SD_M: f64 = 10e-3;
 const TURN_SD_RAD: f64 = 0.09;
 const STEP_SD: f64 = 0.05;
 

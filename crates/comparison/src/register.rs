@@ -2,7 +2,8 @@
 //!
 //! A registration with enough free parameters explains any gap. The recorded coordinates are therefore trusted to a fraction of a
 //! millimetre. Another pose replaces them only if the scan does not correlate with the simulation as recorded and does in that pose. A
-//! difference that a small shift or a pose explains only in part stays in the gap.
+//! difference that a small shift or a pose explains only in part stays in the gap. A large shift is searched for, reported, and left
+//! in the gap.
 
 use super::identifiability::identifiability;
 use super::pose::{Mirror, Pose};
@@ -13,6 +14,7 @@ use super::refine::{Fit, PoseParameter, Search, refine};
 use super::registration::{
     Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,
 };
+use super::shift_search::{FoundShift, find_shift};
 
 /// Standard deviation of the position of the robot's origin after a careful set-up, along each axis, metres.
 pub const SHIFT_SD_M: f64 = 0.2e-3;
@@ -20,13 +22,19 @@ pub const SHIFT_SD_M: f64 = 0.2e-3;
 /// A shift of more standard deviations than this is not taken as an error of the set-up, but reported as a gap.
 const MAX_SHIFT_SD: f64 = 3.0;
 
-/// Correlation from which a scan agrees with its simulation as recorded.
-const AGREES: f64 = 0.85;
+/// A larger shift is reported if it leaves at most this share of the squared residual, beside whatever else the gap consists of.
+const SHIFT_LEAVES: f64 = 0.8;
+
+/// Standard errors by which a reported shift exceeds an error of the set-up.
+const SHIFT_SIGMA: f64 = 3.0;
+
+/// Correlation from which no other pose is searched: a scan that resembles its simulation is in its coordinates.
+const RESEMBLES: f64 = 0.85;
 
 /// Correlation from which a scan agrees with its simulation in another pose; it may have a gap besides.
 const AGREES_IN_POSE: f64 = 0.6;
 
-/// Correlation below which a scan is unrelated to its simulation as recorded.
+/// Correlation below which a scan is unrelated to its simulation as recorded: it has coordinates of its own.
 const UNRELATED: f64 = 0.3;
 
 /// A pose explains the gap if it leaves at most this share of the squared residual. (For an unrelated scan the share means little: even
@@ -68,10 +76,26 @@ pub fn register(readings: &Readings, requested: Registering) -> Registered {
             let tried = vec![tried(Registering::GainOnly, &gain_only)];
             Choice { chosen: requested, fit, why, found: None, heard: None, tried }
         }
+        Registering::Shift => shift_as_asked(readings, gain_only),
         Registering::Pose => pose_as_asked(readings, gain_only),
         Registering::Auto => choose(readings, gain_only),
     }
     .report(readings, requested)
+}
+
+fn shift_as_asked(readings: &Readings, gain_only: Fit) -> Choice {
+    let all = vec![tried(Registering::GainOnly, &gain_only)];
+    let (chosen, fit, why) = match find_shift(readings) {
+        Ok(found) => {
+            let why = format!("gain and shift were estimated, as asked: {found}");
+            (Registering::Shift, found.fit, why)
+        }
+        Err(too_few) => {
+            let why = format!("only the gain was estimated: {too_few}");
+            (Registering::GainOnly, gain_only, why)
+        }
+    };
+    Choice { chosen, fit, why, found: None, heard: None, tried: all }
 }
 
 fn pose_as_asked(readings: &Readings, gain_only: Fit) -> Choice {
@@ -100,23 +124,41 @@ fn pose_as_asked(readings: &Readings, gain_only: Fit) -> Choice {
 /// The automatic choice.
 fn choose(readings: &Readings, gain_only: Fit) -> Choice {
     let mut all = vec![tried(Registering::GainOnly, &gain_only)];
-    let shifted = with_small_shift(readings);
-    all.push(tried(Registering::GainAndShift, &shifted));
-    let asked_m = shifted.pose.shift_m.amax();
-    let (chosen, small, shift_words) = if asked_m <= MAX_SHIFT_SD * SHIFT_SD_M {
-        (Registering::GainAndShift, shifted, "gain and a small shift were estimated".to_owned())
-    } else {
-        let words = format!(
-            "only the gain was estimated: the best shift is {}, more than an error of the set-up explains, so it is left in the gap",
-            millimetres(&shifted.pose)
-        );
-        (Registering::GainOnly, gain_only, words)
+    let small_shift = with_small_shift(readings);
+    all.push(tried(Registering::GainAndShift, &small_shift));
+    let any_shift = find_shift(readings).ok();
+    all.extend(any_shift.as_ref().map(|found| tried(Registering::Shift, &found.fit)));
+    let large = any_shift.filter(|found| is_large(found, &gain_only));
+    let displaced = large.as_ref().map_or(0.0, |found| found.fit.correlation);
+    let (chosen, small, shift_words) = match large {
+        Some(found) => {
+            let words = format!(
+                "only the gain was estimated: the best shift is {found}; an error of the set-up is at most {:.1} mm, so this shift is left \
+                 in the gap, of which it leaves {:.0} % of the square",
+                MAX_SHIFT_SD * SHIFT_SD_M * 1e3,
+                100.0 * (found.fit.residual_ratio / gain_only.residual_ratio).powi(2)
+            );
+            (Registering::GainOnly, gain_only, words)
+        }
+        None if small_shift.pose.shift_m.amax() <= MAX_SHIFT_SD * SHIFT_SD_M => {
+            let words = "gain and a small shift were estimated".to_owned();
+            (Registering::GainAndShift, small_shift, words)
+        }
+        None => {
+            let words = "only the gain was estimated: no shift explains the gap".to_owned();
+            (Registering::GainOnly, gain_only, words)
+        }
     };
-    if small.correlation >= AGREES {
+    if small.correlation >= RESEMBLES {
         let why = format!(
-            "{shift_words}; with a correlation of {:.3} the scan agrees with the simulation in the recorded coordinates, and no other \
-             pose was searched",
+            "{shift_words}; in the recorded coordinates the correlation with the simulation is {:.3}, so no other pose was searched",
             small.correlation
+        );
+        return Choice { chosen, fit: small, why, found: None, heard: None, tried: all };
+    }
+    if displaced >= RESEMBLES && small.correlation >= UNRELATED {
+        let why = format!(
+            "{shift_words}; with this shift the correlation with the simulation is {displaced:.3}, so no other pose was searched"
         );
         return Choice { chosen, fit: small, why, found: None, heard: None, tried: all };
     }
@@ -155,6 +197,12 @@ fn choose(readings: &Readings, gain_only: Fit) -> Choice {
         );
         Choice { chosen, fit: small, why, found: None, heard: None, tried: all }
     }
+}
+
+/// Whether a shift is larger than an error of the set-up, by more than its own error, and explains part of the gap.
+fn is_large(found: &FoundShift, gain_only: &Fit) -> bool {
+    let explains = (found.fit.residual_ratio / gain_only.residual_ratio).powi(2) <= SHIFT_LEAVES;
+    explains && found.exceeds(MAX_SHIFT_SD * SHIFT_SD_M, SHIFT_SIGMA)
 }
 
 /// A pose that was found, and the receiver's own directivity where it explains what the pose cannot.
@@ -215,7 +263,7 @@ impl Choice {
     fn report(self, readings: &Readings, requested: Registering) -> Registered {
         let free: &[PoseParameter] = match self.chosen {
             Registering::Pose => &PoseParameter::ALL,
-            Registering::GainAndShift => &PoseParameter::SHIFT,
+            Registering::GainAndShift | Registering::Shift => &PoseParameter::SHIFT,
             _ => &[],
         };
         let simulation_with_receiver_face =
@@ -246,7 +294,7 @@ impl Choice {
             estimated: gain_estimated,
         };
         let mut undetermined = match self.chosen {
-            Registering::Pose => known.undetermined,
+            Registering::Pose | Registering::Shift => known.undetermined,
             // Here the prior determines every combination; the standard errors show how well.
             _ => Vec::new(),
         };

@@ -14,6 +14,8 @@ pub enum Registering {
     GainOnly,
     /// The gain and a small shift, with a prior of a fraction of a millimetre.
     GainAndShift,
+    /// The gain and a shift of any size. It is tried and reported, and never chosen without being requested.
+    Shift,
     /// The gain and the pose: mirror, turn, step, shift in x, y and z.
     Pose,
     /// The gain and a small shift, or the pose if it explains the gap.

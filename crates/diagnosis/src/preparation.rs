@@ -48,14 +48,13 @@ impl Prepared {
 /// Whether a scan has coordinates of its own; only then a pose is applied first. A scan that resembles the believed field is in the lab's
 /// coordinates, and a pose would absorb the effects to be found.
 fn is_in_other_coordinates(registration: &Registration) -> bool {
-    let correlation = |with_pose: bool| {
-        let tried = registration.tried.iter();
-        let of = tried.filter(|t| (t.registering == Registering::Pose) == with_pose);
-        of.map(|tried| tried.correlation).fold(f64::NEG_INFINITY, f64::max)
+    let correlation = |of: &[Registering]| {
+        let tried = registration.tried.iter().filter(|one| of.contains(&one.registering));
+        tried.map(|one| one.correlation).fold(f64::NEG_INFINITY, f64::max)
     };
     registration.chosen == Registering::Pose
-        && correlation(false) < UNLIKE
-        && correlation(true) > ALIKE
+        && correlation(&[Registering::GainOnly, Registering::GainAndShift]) < UNLIKE
+        && correlation(&[Registering::Pose]) > ALIKE
 }
 
 fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {

@@ -119,6 +119,7 @@ fn name(registering: Registering) -> &'static str {
         Registering::None => "none",
         Registering::GainOnly => "gain only",
         Registering::GainAndShift => "gain and a small shift",
+        Registering::Shift => "gain and any shift",
         Registering::Pose => "gain and full pose",
         Registering::Auto => "chosen by the data",
     }

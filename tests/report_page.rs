@@ -176,9 +176,24 @@ fn another_maximum_is_distinguished_from_a_moved_peak() {
 #[test]
 fn a_difference_in_shape_alone_is_reported() {
     let mut all = without_maps(comparisons(&[Simulator::Corrected], &[100.0], 5.0));
-    all[0].planes[0].agreement.correlation = 0.71;
+    let agreement = &mut all[0].planes[0].agreement;
+    agreement.correlation = 0.71;
+    agreement.residual_rms_ratio = 0.38;
+    agreement.residual_rms_ratio_own_gain = 0.37;
     let words = words(&page(&context(), &all));
     assert!(words.contains("but the fields differ in shape (correlation 0.710)"), "{words}");
+}
+
+#[test]
+fn a_difference_in_level_alone_is_no_agreement() {
+    let mut all = without_maps(comparisons(&[Simulator::Corrected], &[100.0], 5.0));
+    let agreement = &mut all[0].planes[0].agreement;
+    agreement.gain_ratio = 1.7;
+    agreement.residual_rms_ratio = 0.42;
+    agreement.residual_rms_ratio_own_gain = 0.06;
+    let words = words(&page(&context(), &all));
+    assert!(words.contains("peaks and shapes agree (correlation 0.998), but the level differs"));
+    assert!(!words.contains("scan and simulation agree:"), "{words}");
 }
 
 #[test]

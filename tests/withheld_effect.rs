@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 use fieldgap::comparison::{GapReduction, Registering, compare};
 use fieldgap::records::RecordedScan;
 use fieldgap::virtual_rig::Truth;
+use fieldgap_text::percent;
 
 fn here(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
@@ -45,12 +46,21 @@ fn the_withheld_effect_is_named_and_the_gap_reduced_to_the_noise() {
         .collect();
     let truth = Truth::read(&here("rigs/truth/withheld.sealed")).expect("its key lies beside it");
     let [(withheld, _)] = truth.effects.as_slice() else { panic!("one effect is withheld") };
-    let largest = diagnosis["waterfall"][0]["effect"].as_str().expect("the largest step");
-    assert_eq!(largest, *withheld, "{named:?}");
+    let steps = diagnosis["waterfall"].as_array().expect("steps");
+    let largest = steps.iter().find(|step| step["part"] == "effect").expect("the largest effect");
+    assert_eq!(largest["effect"], *withheld, "{named:?}");
     // The controller has 256 steps per period, which no set-up states; this is visible, too.
     assert_eq!(named, [*withheld, "phase-quantisation"]);
     assert_eq!(diagnosis["ranked"][0]["parameters"]["phase-quantisation.steps"]["value"], 256.0);
-    assert!(diagnosis["waterfall"][0]["share"].as_f64().expect("a share") > 0.9);
+    assert!(largest["share"].as_f64().expect("a share") > 0.9, "{steps:?}");
+    let alone = diagnosis["noise_floor"].as_f64().expect("a noise");
+    assert!(
+        said.contains(&format!("noise alone: {}", percent(alone).replace('\u{a0}', " "))),
+        "{said}"
+    );
+    let gaps = said.lines().find(|line| line.trim_start().starts_with("all readings"));
+    let gaps = gaps.expect("a table of gaps").trim_end();
+    assert!(gaps.ends_with(&percent(alone).replace('\u{a0}', " ")), "{gaps}: one noise, one value");
 
     // The printed figures are those of the library for the two folders.
     let open = |folder: &Path| RecordedScan::open(folder).expect("a recorded scan");
@@ -59,7 +69,12 @@ fn the_withheld_effect_is_named_and_the_gap_reduced_to_the_noise() {
     let gap = |scan: &RecordedScan| {
         compare(scan, scan.setup.simulator, Registering::Auto).expect("comparable")
     };
-    let reduction = GapReduction::between(&scan, &gap(&scan), &gap(&corrected));
+    let planes = diagnosis["where"]["planes"].as_array().expect("a list");
+    let noise_at = |_: usize, z_mm: f64| {
+        planes.iter().find(|plane| plane["z_mm"] == z_mm).and_then(|plane| plane["noise"].as_f64())
+    };
+    let reduction =
+        GapReduction::between(&scan, &gap(&scan), &gap(&corrected)).with_noise(alone, noise_at);
     assert!(said.contains(&reduction.to_text()), "{said}");
     let kept = std::fs::read_to_string(folder.join("corrected/gaps.txt")).expect("it is kept");
     assert_eq!(kept, reduction.to_text());

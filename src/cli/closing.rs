@@ -10,8 +10,8 @@ use super::diagnose::{tell, write_page};
 use super::replay::write_report;
 use fieldgap_comparison::GapReduction;
 use fieldgap_correction::{CorrectionError, correct_recorded_scan};
-use fieldgap_diagnosis::diagnose;
-use fieldgap_records::RecordedScan;
+use fieldgap_diagnosis::{PlaneShare, diagnose};
+use fieldgap_records::{RecordedScan, SAME_HEIGHT_MM};
 use fieldgap_report::ReportError;
 
 /// The page that says why, in the report's folder.
@@ -58,7 +58,16 @@ pub(super) fn close_gap(
     let after = [comparison.compare_with(&again, again.setup.simulator)?];
     let files = write_report(&out, &again, &after, &out.join("report"))?;
     eprintln!("report of the corrected set-up: {}", files.index.display());
-    let gaps = GapReduction::between(scan, &before, &after[0]).to_text();
+    let noise_at = |focus: usize, z_mm: f64| {
+        let mut planes = diagnosis.r#where.planes.iter();
+        let same = |plane: &&PlaneShare| {
+            plane.focus == focus && (plane.z_mm - z_mm).abs() < SAME_HEIGHT_MM
+        };
+        planes.find(same).map(|plane| plane.noise)
+    };
+    let gaps = GapReduction::between(scan, &before, &after[0])
+        .with_noise(diagnosis.noise_floor, noise_at)
+        .to_text();
     let path = out.join(GAPS);
     std::fs::write(&path, &gaps)
         .map_err(|source| ReportError::Write { path, source })

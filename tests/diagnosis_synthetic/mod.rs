@@ -9,7 +9,7 @@ use fieldgap::comparison::{
 };
 use fieldgap::diagnosis::{
     Candidate, DiagnosedPlane, Diagnosis, EffectId, FittedParameter, KindShares, NextMeasurement,
-    PlaneShare, Region, RegionShare, ResidualTest, Verdict, WaterfallStep, Where,
+    PlaneShare, Region, RegionShare, ResidualTest, Verdict, WaterfallPart, WaterfallStep, Where,
 };
 
 use crate::report_synthetic::{FOCUS_M, figured, noise};
@@ -42,6 +42,7 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
         share: (before[index] - noise[index]) / (whole(&before) - whole(&noise)),
         gap: (before[index] / scan[index]).sqrt(),
         gap_after: (after[index] / scan[index]).sqrt(),
+        noise: (noise[index] / scan[index]).sqrt(),
     });
     let shares: Vec<PlaneShare> = shares.collect();
     let points = planes.iter().map(|plane| plane.measured.len()).sum();
@@ -60,6 +61,7 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
         points,
         verdict: Verdict::Explained,
         effects: vec![EffectId::SoundSpeed],
+        remainder: None,
         alternatives: Vec::new(),
         ranked,
         gap_before: gap(&before),
@@ -85,8 +87,8 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
             residual_test("a screw that is out of true", 5.2, None, Some("of x, 8.0 mm a turn")),
         ],
         waterfall: vec![
-            WaterfallStep { effect: Some(EffectId::SoundSpeed), share: 0.9982 },
-            WaterfallStep { effect: None, share: 0.0018 },
+            added(EffectId::SoundSpeed, 0.9982),
+            residual(0.0018),
         ],
         undetermined: vec![
             "The height of the scan and the speed of sound are known together only: 0.5 mm higher and 0.4 m/s faster \
@@ -98,6 +100,14 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
             .to_owned(),
         planes,
     }
+}
+
+fn added(effect: EffectId, share: f64) -> WaterfallStep {
+    WaterfallStep { part: WaterfallPart::Effect, effect: Some(effect), share }
+}
+
+fn residual(share: f64) -> WaterfallStep {
+    WaterfallStep { part: WaterfallPart::Residual, effect: None, share }
 }
 
 /// The same scan at one height, where a larger array looks like faster air.
@@ -152,9 +162,9 @@ pub fn two_causes(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
     };
     diagnosis.ranked[0] = both;
     diagnosis.waterfall = vec![
-        WaterfallStep { effect: Some(EffectId::DeadElements), share: 0.83 },
-        WaterfallStep { effect: Some(EffectId::Reflection), share: 0.14 },
-        WaterfallStep { effect: None, share: 0.03 },
+        added(EffectId::DeadElements, 0.83),
+        added(EffectId::Reflection, 0.14),
+        residual(0.03),
     ];
     diagnosis.sentence =
         "Elements 3 and 17 are silent, and a surface 412 mm above the array reflects (probability 0.993).".to_owned();

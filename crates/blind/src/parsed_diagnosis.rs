@@ -15,6 +15,8 @@ use super::error::BlindError;
 pub enum ParsedVerdict {
     /// One set of effects explains the gap.
     Explained,
+    /// One set explains nearly all of the gap.
+    MostlyExplained,
     /// Two or three sets explain it equally well.
     Ambiguous,
     /// No cause of the catalogue explains it.
@@ -96,7 +98,7 @@ impl ParsedDiagnosis {
     /// A short label: the named effects, alternatives separated by a bar, or the verdict itself.
     pub fn named(&self) -> String {
         match self.verdict {
-            ParsedVerdict::Explained => label(&self.effects),
+            ParsedVerdict::Explained | ParsedVerdict::MostlyExplained => label(&self.effects),
             ParsedVerdict::Ambiguous => {
                 let alternatives: Vec<String> =
                     self.alternatives.iter().map(|set| label(set)).collect();

@@ -74,6 +74,20 @@ impl GapReduction {
         Self { planes: planes.collect(), overall }
     }
 
+    /// The same with the noise known from elsewhere: over all readings, and by drive and height in mm. Where a diagnosis names the
+    /// noise, this states the same number.
+    pub fn with_noise(
+        mut self,
+        overall: f64,
+        of_plane: impl Fn(usize, f64) -> Option<f64>,
+    ) -> Self {
+        self.overall.noise = overall;
+        for plane in &mut self.planes {
+            plane.gaps.noise = of_plane(plane.focus, plane.z_mm).unwrap_or(plane.gaps.noise);
+        }
+        self
+    }
+
     /// A table with one line for each height (and drive, if there are several) and one for all readings, and a sentence.
     pub fn to_text(&self) -> String {
         let headings = ["gap, relative to the scan's rms", "before", "after", "noise alone"];

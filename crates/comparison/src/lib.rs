@@ -40,6 +40,7 @@
 //! | `refine` | the least-squares fit of a [`Pose`], with the gain solved for at each step |
 //! | `receiver_face` | a gain that falls with the angle of arrival, where this explains what a pose cannot |
 //! | `identifiability`, `standard_errors` | which parameters the readings determine, and how well |
+//! | `dark_readings` | quadrature noise and detector floor from readings with the array silent |
 //! | `noise`, `figures`, `agreement` | noise, figures of each height with errors, correlation and residual |
 //! | `comparison`, `registration`, `table` | the result as data, text and CSV |
 //! | `gap_reduction` | the gap before and after the correction of a set-up |
@@ -48,6 +49,7 @@ mod agreement;
 mod coarse;
 mod compare;
 mod comparison;
+mod dark_readings;
 mod figures;
 mod gap_reduction;
 mod identifiability;
@@ -67,6 +69,9 @@ pub use compare::{Incomparable, compare, register_scan};
 pub use comparison::{
     Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, FocalRadiusFigure, Noise,
     NoiseSource, PlaneComparison, Uncertain,
+};
+pub use dark_readings::{
+    DarkNoise, DarkReadings, OF_NOISE_ALONE, USUAL_PROPORTIONAL_NOISE, averaged,
 };
 pub use gap_reduction::{GapReduction, Gaps, PlaneGaps};
 pub use pose::{Mirror, Pose};

@@ -1,13 +1,11 @@
 //! The noise of one reading: from repeats, else from silent readings, else from the roughness of the residual.
 
 use super::comparison::{Noise, NoiseSource};
+use super::dark_readings::{DarkReadings, USUAL_PROPORTIONAL_NOISE, averaged};
 use fieldgap_records::{RecordedScan, Repeat, SAME_POINT_MM};
 
 /// Fewest repeated visits from which noise is estimated.
 const ENOUGH_REPEATS: usize = 5;
-
-/// Fewest silent readings from which noise is estimated.
-const ENOUGH_SILENT: usize = 5;
 
 impl Noise {
     /// Standard deviation of a reading at a level, both in the reading's unit.
@@ -18,7 +16,8 @@ impl Noise {
     /// Estimates the noise of a scan; `of_residual` is used if it has neither repeats nor silent readings.
     pub fn of(scan: &RecordedScan, of_residual: Self) -> Self {
         let silent: Vec<f64> = scan.silent().map(|sample| sample.reading).collect();
-        let floor = (silent.len() >= ENOUGH_SILENT).then(|| spread(&silent));
+        let dark = DarkReadings::of(&silent, averaged(scan));
+        let floor = dark.map(|dark| dark.noise(USUAL_PROPORTIONAL_NOISE).additive);
         let repeats: Vec<Repeat<'_>> = scan
             .repeats(SAME_POINT_MM)
             .into_iter()
@@ -36,7 +35,7 @@ impl Noise {
     }
 }
 
-/// The floor is that of the silent readings; scatter of the repeats beyond it is taken as proportional to their level. Without a floor,
+/// The constant part is that of the silent readings; scatter of the repeats beyond it is taken as proportional to their level. Without a floor,
 /// all scatter is taken as independent of the level.
 fn from_repeats(repeats: &[Repeat<'_>], floor: Option<f64>) -> Option<Noise> {
     let freedom: usize = repeats.iter().map(|repeat| repeat.samples.len() - 1).sum();
@@ -59,12 +58,6 @@ fn from_repeats(repeats: &[Repeat<'_>], floor: Option<f64>) -> Option<Noise> {
         }
         _ => Noise { additive: variance.sqrt(), multiplicative: 0.0, source: NoiseSource::Repeats },
     })
-}
-
-fn spread(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
 }
 
 /// Points above this share of the largest level determine the part of the noise that is proportional to the level, the others the

@@ -15,6 +15,7 @@ use super::registration::{
     Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,
 };
 use super::shift_search::{FoundShift, find_shift};
+use fieldgap_text::percent;
 
 /// Standard deviation of the position of the robot's origin after a careful set-up, along each axis, metres.
 pub const SHIFT_SD_M: f64 = 0.2e-3;
@@ -133,10 +134,11 @@ fn choose(readings: &Readings, gain_only: Fit) -> Choice {
     let (chosen, small, shift_words) = match large {
         Some(found) => {
             let words = format!(
-                "only the gain was estimated: the best shift is {found}; an error of the set-up is at most {:.1} mm, so this shift is left \
-                 in the gap, of which it leaves {:.0} % of the square",
+                "only the gain was estimated: the best shift is {found}. It lowers the residual from {} to {} of the scan's rms. An error \
+                 of the set-up is at most {:.1} mm, so this shift is left in the gap",
+                percent(gain_only.residual_ratio),
+                percent(found.fit.residual_ratio),
                 MAX_SHIFT_SD * SHIFT_SD_M * 1e3,
-                100.0 * (found.fit.residual_ratio / gain_only.residual_ratio).powi(2)
             );
             (Registering::GainOnly, gain_only, words)
         }

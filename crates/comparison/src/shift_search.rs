@@ -5,6 +5,7 @@
 //! places of a coarse grid.
 
 use fieldgap_acoustics::Vec3;
+use fieldgap_text::{Uncertain, uncertain};
 use rayon::prelude::*;
 
 use super::coarse::shifts;
@@ -108,7 +109,9 @@ impl std::fmt::Display for FoundShift {
         let words: Vec<String> = of_axis
             .map(|((shift_m, error_m), axis)| match shift_m {
                 Some(shift_m) => {
-                    format!("{:.2} \u{b1} {:.2} mm along {axis}", shift_m * 1e3, error_m * 1e3)
+                    let shift_mm =
+                        Uncertain { value: shift_m * 1e3, standard_error: error_m * 1e3 };
+                    format!("{} mm along {axis}", uncertain(shift_mm))
                 }
                 None => format!("not determined along {axis}"),
             })

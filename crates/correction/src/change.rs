@@ -3,9 +3,7 @@
 use super::error::CorrectionError;
 use super::not_correctable::Unwritten;
 use fieldgap_acoustics::{Simulator, Vec3};
-use fieldgap_diagnosis::{
-    Candidate, Diagnosis, EffectId, FittedParameter, Remedy, SetupKey, Verdict,
-};
+use fieldgap_diagnosis::{Candidate, Diagnosis, EffectId, FittedParameter, Remedy, SetupKey};
 
 /// A change of the nominal set-up.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,7 +56,7 @@ pub(super) fn corrections(
 ) -> Result<(Vec<Correction>, Vec<Unwritten>), CorrectionError> {
     let named = diagnosis
         .best()
-        .filter(|best| diagnosis.verdict == Verdict::Explained && best.effects == diagnosis.effects)
+        .filter(|best| diagnosis.verdict.names_a_cause() && best.effects == diagnosis.effects)
         .ok_or(CorrectionError::NothingNamed(diagnosis.verdict))?;
     let (mut corrections, mut unwritten) = (Vec::new(), Vec::new());
     for &effect in &named.effects {

@@ -72,7 +72,9 @@ impl CorrectionError {
 
 fn found(verdict: &Verdict) -> &'static str {
     match verdict {
-        Verdict::Explained => "the named cause is not the best candidate",
+        Verdict::Explained | Verdict::MostlyExplained => {
+            "the named cause is not the best candidate"
+        }
         Verdict::Ambiguous => "several causes explain the scan equally well",
         Verdict::Unexplained => "nothing in the catalogue explains the gap",
         Verdict::None => "scan and simulation differ by noise only",
@@ -85,7 +87,9 @@ fn remedy(verdict: &Verdict) -> &'static str {
             "make the next measurement that the diagnosis proposes, and diagnose both scans together"
         }
         Verdict::None => "this scan shows no error of the set-up",
-        Verdict::Explained | Verdict::Unexplained => "the report shows where the gap is",
+        Verdict::Explained | Verdict::MostlyExplained | Verdict::Unexplained => {
+            "the report shows where the gap is"
+        }
     }
 }
 

@@ -72,6 +72,6 @@ pub use fitted_parameter::FittedParameter;
 pub use remedy::{Remedy, SetupKey};
 pub use result::{
     Candidate, DiagnosedPlane, Diagnosis, KindShares, NextMeasurement, PlaneShare, Region,
-    RegionShare, ResidualTest, Verdict, WaterfallStep, Where,
+    RegionShare, Remainder, ResidualTest, Verdict, WaterfallPart, WaterfallStep, Where,
 };
 pub use text::Standing;

@@ -46,12 +46,6 @@ pub(crate) const LEAST_ADDITIVE_NOISE: f64 = 1e-4;
 /// Pairs of repeats below which they say nothing: eight tell a standard deviation to 25 %.
 pub(crate) const FEWEST_REPEATS: usize = 8;
 
-/// Dark readings below which they say nothing: eight tell a standard deviation to 25 %.
-pub(crate) const FEWEST_DARK_READINGS: usize = 8;
-
-/// Noise in proportion to the level before repeats show it: some percent, as receivers have. Set by judgement.
-pub(crate) const USUAL_PROPORTIONAL_NOISE: f64 = 0.02;
-
 /// Factor by which the fine structure of the residual along rows may underestimate the proportional noise. Set by judgement.
 pub(crate) const ROUGHNESS_FACTOR: f64 = 2.0;
 
@@ -67,9 +61,6 @@ pub(crate) const FLUCTUATION_BY_REPEATS: f64 = 8.0;
 
 /// The same for all readings together, which also hold what the model leaves out. Set by judgement.
 pub(crate) const FLUCTUATION_BY_ALL_READINGS: f64 = 10.0;
-
-/// Nats by which dark readings must prefer a floor: one number is fitted, over some decades. Set by judgement.
-pub(crate) const FLOOR_BY_DARK_READINGS: f64 = 7.0;
 
 /// Nats by which repeats and dark readings may contradict the noise that all readings show, which may be a gap. Set by judgement.
 pub(crate) const NOISE_AGAINST_REPEATS: f64 = 3.0;

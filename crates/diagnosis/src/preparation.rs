@@ -1,13 +1,15 @@
 //! The input of a diagnosis: the readings of all scans in the array's coordinates, and the set-up as believed.
 
 use fieldgap_acoustics::Simulator;
-use fieldgap_comparison::{Incomparable, Pose, Registering, Registration, register_scan};
+use fieldgap_comparison::{
+    DarkReadings, Incomparable, Pose, Registering, Registration, USUAL_PROPORTIONAL_NOISE,
+    register_scan,
+};
 use fieldgap_records::RecordedScan;
 
-use crate::limits::{ALIKE, UNLIKE, USUAL_PROPORTIONAL_NOISE};
+use crate::limits::{ALIKE, UNLIKE};
 use crate::model::effect::Context;
 use crate::model::observations::Observations;
-use crate::statistics::dark_readings::DarkReadings;
 
 /// The input of a diagnosis.
 pub(crate) struct Prepared {

@@ -29,8 +29,10 @@ pub struct Diagnosis {
     pub points: usize,
     /// The judgement.
     pub verdict: Verdict,
-    /// The named cause, one id or several; empty unless the verdict is `explained`.
+    /// The named cause, one id or several; empty unless the verdict is `explained` or `mostly-explained`.
     pub effects: Vec<EffectId>,
+    /// What the best candidate leaves that is not noise; `None` where it leaves noise alone.
+    pub remainder: Option<Remainder>,
     /// The rival sets of causes, best first, where the verdict is `ambiguous`.
     pub alternatives: Vec<Vec<EffectId>>,
     /// Every cause or set of causes worth a mention, the most probable first. An empty set is "no effect".
@@ -53,8 +55,9 @@ pub struct Diagnosis {
     pub registration: Registration,
     /// Tests for structure in what the best candidate leaves, as z-scores.
     pub residual_tests: Vec<ResidualTest>,
-    /// How the squared gap shrinks as the named effects are added one after another, the largest first; the last
-    /// entry is what remains beyond noise. Shares sum to one.
+    /// How the squared gap shrinks as the effects of the best candidate are added one after another: defects of the simulator first, then
+    /// the largest first. It begins with
+    /// [`gap_before`](Self::gap_before); the last step is what remains beyond noise. Shares sum to one.
     pub waterfall: Vec<WaterfallStep>,
     /// What these data cannot tell, with numbers, in sentences.
     pub undetermined: Vec<String>,
@@ -68,14 +71,34 @@ pub struct Diagnosis {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// One set of effects explains the gap and its rivals do not.
+    /// One set of effects explains the gap and its rivals do not; what is left is noise.
     Explained,
+    /// One set of effects explains nearly all of the gap and its rivals do not; a small share is left that is not noise.
+    MostlyExplained,
     /// Two or three sets explain it equally well.
     Ambiguous,
     /// There is a gap, and nothing in the catalogue explains it.
     Unexplained,
     /// There is no gap beyond noise.
     None,
+}
+
+impl Verdict {
+    /// Whether one set of effects is named.
+    pub fn names_a_cause(self) -> bool {
+        matches!(self, Self::Explained | Self::MostlyExplained)
+    }
+}
+
+/// What the best candidate leaves beyond noise, where it has structure.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Remainder {
+    /// Share of the squared gap beyond noise, over all readings.
+    pub share: f64,
+    /// Its rms relative to the scan's, noise subtracted.
+    pub gap: f64,
+    /// What it looks like: the tests that find structure in it, with their results, the clearest first.
+    pub looks_like: Vec<String>,
 }
 
 /// A set of effects fitted to the readings.
@@ -123,6 +146,8 @@ pub struct PlaneShare {
     pub gap: f64,
     /// The same with the best candidate added.
     pub gap_after: f64,
+    /// What noise alone leaves of it.
+    pub noise: f64,
 }
 
 /// One region's share.
@@ -186,13 +211,38 @@ impl ResidualTest {
     }
 }
 
+/// What a step of the waterfall stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WaterfallPart {
+    /// A shift within the tolerance of a careful set-up, and the near field of the elements, which every candidate leaves free.
+    Alignment,
+    /// An effect.
+    Effect,
+    /// What remains beyond noise.
+    Residual,
+}
+
 /// A step of the waterfall.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WaterfallStep {
-    /// The effect that is added here; `None` for what remains.
+    /// What it stands for.
+    pub part: WaterfallPart,
+    /// The effect that is added here; `None` for the alignment and the residual.
     pub effect: Option<EffectId>,
     /// Share of the squared gap beyond noise.
     pub share: f64,
+}
+
+impl WaterfallStep {
+    /// Its name in a chart or a list.
+    pub fn name(&self) -> &'static str {
+        match (self.effect, self.part) {
+            (Some(effect), _) => effect.as_str(),
+            (None, WaterfallPart::Alignment) => "alignment",
+            (None, _) => "residual",
+        }
+    }
 }
 
 /// The scan that tells rivals apart best.

@@ -3,7 +3,10 @@
 use fieldgap_comparison::{Comparison, FieldFigures, PlaneComparison};
 
 /// Maps have the same shape from this correlation on.
-pub(super) const LEAST_CORRELATION: f64 = 0.9;
+const LEAST_CORRELATION: f64 = 0.9;
+/// Scan and simulation agree up to this residual, relative to the scan's rms: an error of the level of 1.6 dB, about what a measurement
+/// microphone and its position are good for at 40 kHz. Set by judgement.
+pub(super) const MOST_RESIDUAL: f64 = 0.2;
 /// Peaks coincide if they are at most this share of the focal radius apart.
 pub(super) const SAME_PLACE_SHARE: f64 = 0.5;
 /// A plane farther than this from the focus, metres, is not at the focal height, even if no other is nearer.
@@ -12,8 +15,10 @@ const FOCAL_HEIGHT_REACH_M: f64 = 5e-3;
 /// How scan and simulation compare at a plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Judgement {
-    /// Peak and shape agree.
+    /// Peak, shape and level agree.
     Agrees,
+    /// Peak and shape agree, the level does not.
+    LevelDiffers,
     /// The peaks do not coincide.
     PeakApart,
     /// The shapes agree, but there are several maxima, and the largest is not the same one.
@@ -24,7 +29,7 @@ pub(super) enum Judgement {
     Unknown,
 }
 
-/// Judges a plane by the two limits that the page states.
+/// Judges a plane by the limits that the page states.
 pub(super) fn judge(plane: &PlaneComparison) -> Judgement {
     let correlation = plane.agreement.correlation;
     if !correlation.is_finite() {
@@ -34,11 +39,13 @@ pub(super) fn judge(plane: &PlaneComparison) -> Judgement {
     let radius_m = radius_m(&plane.scan).or_else(|| radius_m(&plane.simulation));
     let same_place = radius_m.is_none_or(|radius_m| apart_m <= SAME_PLACE_SHARE * radius_m);
     let several = [&plane.scan, &plane.simulation].iter().any(|f| f.sub_peaks.unwrap_or(0) > 0);
-    match (same_place, correlation >= LEAST_CORRELATION) {
-        (true, true) => Judgement::Agrees,
-        (true, false) => Judgement::ShapeDiffers,
-        (false, true) if several => Judgement::OtherMaximum,
-        (false, _) => Judgement::PeakApart,
+    let PlaneComparison { agreement, .. } = plane;
+    match same_place {
+        true if agreement.residual_rms_ratio <= MOST_RESIDUAL => Judgement::Agrees,
+        true if agreement.residual_rms_ratio_own_gain <= MOST_RESIDUAL => Judgement::LevelDiffers,
+        true => Judgement::ShapeDiffers,
+        false if several && correlation >= LEAST_CORRELATION => Judgement::OtherMaximum,
+        false => Judgement::PeakApart,
     }
 }
 

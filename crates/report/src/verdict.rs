@@ -61,6 +61,7 @@ impl<'a> Drive<'a> {
     fn sentences(&self) -> impl Iterator<Item = String> {
         [
             self.agreement(),
+            self.other_level(),
             self.distances(),
             self.other_maximum(),
             self.shapes(),
@@ -109,18 +110,28 @@ impl<'a> Drive<'a> {
 
     fn agreement(&self) -> Option<String> {
         let planes = self.judged(Judgement::Agrees);
-        let correlation = fixed(least_correlation(&planes)?, 3);
+        let residuals = planes.iter().map(|plane| plane.agreement.residual_rms_ratio);
+        let residual = percent(residuals.reduce(f64::max)?);
         let figures = match planes.as_slice() {
             [plane] => format!(
-                "their peaks are {} mm apart and the correlation of the maps is {correlation}",
+                "their peaks are {} mm apart and the residual is {residual}",
                 millimetres(plane.discrepancy.peak_distance_m)
             ),
             _ => format!(
-                "their peaks are at most {} mm apart and the correlation of the maps is at least {correlation}",
+                "their peaks are at most {} mm apart and the residual is at most {residual}",
                 significant(farthest_mm(&planes)?, 2)
             ),
         };
         Some(format!("At {}, scan and simulation agree: {figures}.", self.heights(&planes)))
+    }
+
+    fn other_level(&self) -> Option<String> {
+        let planes = self.judged(Judgement::LevelDiffers);
+        Some(format!(
+            "At {}, peaks and shapes agree ({}), but the level differs.",
+            self.heights(&planes),
+            correlation(&planes)?
+        ))
     }
 
     fn distances(&self) -> Option<String> {

@@ -35,7 +35,7 @@ impl<'a> Judged<'a> {
 
     /// Whether one set was named.
     pub fn is_explained(&self) -> bool {
-        self.diagnosis.verdict == ParsedVerdict::Explained
+        matches!(self.diagnosis.verdict, ParsedVerdict::Explained | ParsedVerdict::MostlyExplained)
     }
 
     /// Whether one set was named and is not the true one.

@@ -31,13 +31,17 @@ impl Score {
     }
 
     fn verdicts_to(&self, text: &mut String) {
-        use ParsedVerdict::{Ambiguous, Explained, None, Unexplained};
-        let verdicts = [Explained, Ambiguous, Unexplained, None];
-        *text += "\ntruth      explained  ambiguous  unexplained  none\n";
+        use ParsedVerdict::{Ambiguous, Explained, MostlyExplained, None, Unexplained};
+        let verdicts = [Explained, MostlyExplained, Ambiguous, Unexplained, None];
+        *text += "\ntruth      explained  mostly-explained  ambiguous  unexplained  none\n";
         for row in &self.verdicts {
-            let [a, b, c, d] =
+            let [explained, mostly, ambiguous, unexplained, none] =
                 verdicts.map(|verdict| row.verdicts.get(&verdict).copied().unwrap_or_default());
-            let _ = writeln!(text, "{:<9}  {a:>9}  {b:>9}  {c:>11}  {d:>4}", name(&row.category));
+            let _ = writeln!(
+                text,
+                "{:<9}  {explained:>9}  {mostly:>16}  {ambiguous:>9}  {unexplained:>11}  {none:>4}",
+                name(&row.category)
+            );
         }
     }
 

@@ -1,7 +1,7 @@
 //! The readings of a diagnosis, each with position, motion and time.
 
 use fieldgap_acoustics::{Simulation, Simulator, Vec3, golden_section};
-use fieldgap_comparison::Pose;
+use fieldgap_comparison::{Pose, averaged};
 use fieldgap_records::RecordedScan;
 
 use crate::statistics::noise_scale::NoiseScale;
@@ -183,14 +183,6 @@ impl ObservedScan {
     pub fn len(&self) -> usize {
         self.drives.iter().map(|drive| drive.readings.len()).sum()
     }
-}
-
-/// How many magnitudes a reading of a scan is the mean of, the median of the recorded counts; one if there are none.
-fn averaged(scan: &RecordedScan) -> f64 {
-    let counts = scan.samples.iter().filter_map(|sample| sample.spread.map(|spread| spread.count));
-    let mut counts: Vec<_> = counts.collect();
-    counts.sort_unstable();
-    counts.get(counts.len() / 2).map_or(1.0, |&count| f64::from(count))
 }
 
 /// For each visit not reached in even steps, the same visit with an even arrival from either side.

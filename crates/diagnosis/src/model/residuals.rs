@@ -7,6 +7,7 @@
 
 use nalgebra::Vector3;
 
+use super::effect::Expected;
 use super::forward_model::{ForwardModel, Pressures};
 use super::nuisance::Nuisance;
 use super::observations::{Observations, ObservedScan, Visit};
@@ -89,6 +90,15 @@ impl ForwardModel<'_> {
         observations: &Observations,
         nuisance: &[Nuisance],
     ) -> Vec<f64> {
+        self.expected_with_scatter(observations, nuisance).iter().map(|e| e.reading).collect()
+    }
+
+    /// The expected readings and their scatter, in the order of the observations.
+    pub fn expected_with_scatter(
+        &self,
+        observations: &Observations,
+        nuisance: &[Nuisance],
+    ) -> Vec<Expected> {
         let pressures = self.pressures(observations, nuisance);
         let mut expected = Vec::with_capacity(observations.len());
         for ((scan, pressures), nuisance) in observations.scans.iter().zip(&pressures).zip(nuisance)
@@ -96,16 +106,15 @@ impl ForwardModel<'_> {
             let gain = nuisance.log_gain.exp();
             for (drive, pressures) in scan.drives.iter().zip(pressures) {
                 let first = expected.len();
-                let of = |visit: &Visit, pressure| {
-                    self.expected(pressure, gain, visit.progress, scan).reading
-                };
+                let of =
+                    |visit: &Visit, pressure| self.expected(pressure, gain, visit.progress, scan);
                 let (visits, others) = pressures.split_at(drive.visits.len());
                 expected.extend(drive.visits.iter().zip(visits).map(|(visit, p)| of(visit, p)));
                 // Where it is not known how the robot arrived, the way that fits best.
                 for ((index, visit), pressure) in drive.otherwise.iter().zip(others) {
                     let (other, reading) = (of(visit, pressure), drive.readings[*index]);
                     let taken = &mut expected[first + index];
-                    if (other - reading).abs() < (*taken - reading).abs() {
+                    if (other.reading - reading).abs() < (taken.reading - reading).abs() {
                         *taken = other;
                     }
                 }
@@ -117,11 +126,22 @@ impl ForwardModel<'_> {
     /// No shift, and the gain of each scan that fits best.
     pub fn best_gain(&self, observations: &Observations) -> Vec<Nuisance> {
         let none = Nuisance { log_gain: 0.0, shift_m: Vector3::zeros(), near_field: 0.0 };
-        let at_rest = vec![none; observations.scans.len()];
-        let pressures = self.pressures(observations, &at_rest);
-        let scans = observations.scans.iter().zip(&pressures);
+        self.best_gain_beside(observations, &vec![none; observations.scans.len()])
+    }
+
+    /// The gain of each scan that fits best beside this shift and near field.
+    pub fn best_gain_beside(
+        &self,
+        observations: &Observations,
+        nuisance: &[Nuisance],
+    ) -> Vec<Nuisance> {
+        let pressures = self.pressures(observations, nuisance);
+        let scans = observations.scans.iter().zip(&pressures).zip(nuisance);
         scans
-            .map(|(scan, pressures)| Nuisance { log_gain: best_log_gain(scan, pressures), ..none })
+            .map(|((scan, pressures), nuisance)| Nuisance {
+                log_gain: best_log_gain(scan, pressures),
+                ..*nuisance
+            })
             .collect()
     }
 }

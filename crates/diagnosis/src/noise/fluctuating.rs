@@ -8,8 +8,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use fieldgap_comparison::DarkReadings;
+
 use crate::limits::FLUCTUATION_BY_ALL_READINGS;
-use crate::statistics::dark_readings::DarkReadings;
 use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::reading_pairs::Pair;
 use crate::statistics::scatter::Scatter;

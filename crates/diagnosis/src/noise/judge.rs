@@ -2,16 +2,17 @@
 //!
 //! The model of a reading stands in [`Scatter`]'s module.
 
+use fieldgap_acoustics::golden_section::least_positive;
+use fieldgap_comparison::{DarkNoise, DarkReadings, USUAL_PROPORTIONAL_NOISE};
+
 use crate::limits::{
     DARK_NOISE_FACTOR, FEWEST_REPEATS, FLOOR_MARGIN, FLUCTUATION_BY_REPEATS, LEAST_ADDITIVE_NOISE,
-    NOISE_AGAINST_REPEATS, NOISE_SEARCH_FACTOR, ROUGHNESS_FACTOR, USUAL_PROPORTIONAL_NOISE,
+    NOISE_AGAINST_REPEATS, NOISE_SEARCH_FACTOR, ROUGHNESS_FACTOR,
 };
 use crate::model::observations::ObservedScan;
 use crate::noise::fluctuating::fluctuating;
 use crate::noise::repeats::{full_scale, pairs_beside};
-use crate::statistics::dark_readings::{DarkNoise, DarkReadings};
 use crate::statistics::fluctuation::Fluctuation;
-use crate::statistics::golden_section::least;
 use crate::statistics::noise_scale::LEAST_SHARE;
 use crate::statistics::reading_pairs::{Level, Pair, cost};
 use crate::statistics::scatter::Scatter;
@@ -44,14 +45,14 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         // Beside a floor, dark readings have proportional noise too, so both parts are found from dark readings and repeats together.
         let most_share = (ROUGHNESS_FACTOR * rough.0).max(10.0 * LEAST_SHARE);
         let of = |additive: f64| {
-            least(LEAST_SHARE, most_share, |share| {
+            least_positive(LEAST_SHARE, most_share, |share| {
                 cost(&pairs, share, additive, 0.0, Fluctuation::OfPaths)
                     + dark.cost(additive, share)
                     + against_share(share)
             })
         };
         let most = dark.floor_beside(0.0);
-        let (additive, _) = least(1e-3 * most, 0.7 * most, |additive| of(additive).1);
+        let (additive, _) = least_positive(1e-3 * most, 0.7 * most, |additive| of(additive).1);
         let evidence = dark.noise(of(additive).0).evidence;
         known = DarkNoise { additive, floor: dark.floor_beside(additive), evidence };
         pairs = pairs_beside(scan, levels, known.floor);
@@ -76,7 +77,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         return scatter;
     }
     let best_share = |additive: f64, fluctuation: f64, cause: Fluctuation| {
-        least(LEAST_SHARE, 1.0, |share| {
+        least_positive(LEAST_SHARE, 1.0, |share| {
             cost(pairs, share, additive, fluctuation, cause) + against_share(share)
         })
     };
@@ -86,13 +87,18 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     };
     let steady = |additive: f64| best_share(additive, 0.0, Fluctuation::OfPaths);
     let (steady_additive, steady_cost) = match dark.is_some() && known.floor == 0.0 {
-        true => least(additive / DARK_NOISE_FACTOR, additive * DARK_NOISE_FACTOR, |additive| {
-            steady(additive).1 + of_silence(additive)
-        }),
+        true => {
+            least_positive(additive / DARK_NOISE_FACTOR, additive * DARK_NOISE_FACTOR, |additive| {
+                steady(additive).1 + of_silence(additive)
+            })
+        }
         false => (additive, steady(additive).1),
     };
     let fluctuating = Fluctuation::ALL.map(|cause| {
-        (least(0.01, 10.0, |fluctuation| best_share(additive, fluctuation, cause).1), cause)
+        (
+            least_positive(0.01, 10.0, |fluctuation| best_share(additive, fluctuation, cause).1),
+            cause,
+        )
     });
     let [first, others @ ..] = fluctuating;
     let ((fluctuation, fluctuating_cost), cause) = others
@@ -142,7 +148,7 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     let least_against = against(judged.share, judged.additive);
     // The two limits depend on each other: beside a floor dark readings give a sum of both.
     let either = |at: f64, against: &dyn Fn(f64) -> f64| {
-        least(at / NOISE_SEARCH_FACTOR, at * NOISE_SEARCH_FACTOR, against).1
+        least_positive(at / NOISE_SEARCH_FACTOR, at * NOISE_SEARCH_FACTOR, against).1
     };
     let limit = |factor: f64, against: &dyn Fn(f64) -> f64| {
         let mut limit = 1.0;
@@ -161,8 +167,10 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     let shares = [1.0 / FINER, FINER].map(|factor| judged.share * limit(factor, &of_share));
     let additives =
         [1.0 / FINER, FINER].map(|factor| judged.additive * limit(factor, &of_additive));
-    let best_share = |additive: f64| least(shares[0], shares[1], |share| of(share, additive));
-    let (additive, _) = least(additives[0], additives[1], |additive| best_share(additive).1);
+    let best_share =
+        |additive: f64| least_positive(shares[0], shares[1], |share| of(share, additive));
+    let (additive, _) =
+        least_positive(additives[0], additives[1], |additive| best_share(additive).1);
     let steady = Scatter { share: best_share(additive).0, additive, ..judged };
     let fluctuating = match steady.floor == 0.0 {
         true => fluctuating(&known, &dark, &steady),

@@ -18,11 +18,14 @@ use crate::report::maps::{Plotted, maps};
 use crate::report::sentence::{Basis, Gaps};
 use crate::residual_structure::ResidualStructure;
 use crate::residual_structure::test::Test;
-use crate::result::{Candidate, Diagnosis, NextMeasurement, ResidualTest, Verdict, WaterfallStep};
+use crate::result::{
+    Candidate, Diagnosis, NextMeasurement, Remainder, ResidualTest, Verdict, WaterfallStep,
+};
 use crate::selection::scored_model::ScoredModel;
 use crate::verdict::gap_budget::gap_budget;
-use crate::verdict::gap_size::{HeldOut, as_believed, gap, noise_floor};
+use crate::verdict::gap_size::{HeldOut, as_believed, gap, noise_floor, scatter_beside};
 use crate::verdict::judgement::Judgement;
+use crate::verdict::waterfall::waterfall;
 
 /// What the phases found, to be put together.
 pub(crate) struct ReportBuilder<'s> {
@@ -57,9 +60,15 @@ impl ReportBuilder<'_> {
         let gaps = Gaps {
             before: gap(observations, &before),
             before_held_out: held_out.before(),
-            after_held_out: ranked[0].gap_after_held_out,
             noise: noise_floor(observations),
         };
+        let noise_beside: Vec<f64> = ranked
+            .iter()
+            .zip(&self.scored)
+            .map(|(_, scored)| scatter_beside(observations, &scored.fit, context))
+            .collect();
+        let waterfall = waterfall(observations, context, &self.scored, gaps.before);
+        let remainder = self.remainder(&waterfall, ranked[0].gap_after, noise_beside[0]);
         let structure_before = ResidualStructure::patterns_only(&base.fit, observations, context);
         let plotted = Plotted {
             before: &before,
@@ -78,20 +87,28 @@ impl ReportBuilder<'_> {
             reading_unit: scans[0].setup.unit.clone(),
             points: observations.len(),
             verdict: judgement.verdict,
-            sentence: Basis { judgement, structure: &self.structure, ranked: &ranked, gaps: &gaps }
-                .sentence(),
+            sentence: Basis {
+                judgement,
+                structure: &self.structure,
+                ranked: &ranked,
+                noise_beside: &noise_beside,
+                gaps: &gaps,
+                remainder: remainder.as_ref(),
+            }
+            .sentence(),
+            remainder,
             effects,
             alternatives,
             gap_before: gaps.before,
             gap_before_held_out: gaps.before_held_out,
             noise_floor: gaps.noise,
-            explained_fraction: gaps.explained_fraction(),
+            explained_fraction: gaps.explained_fraction(ranked[0].gap_after_held_out),
             r#where: gap_budget(observations, &nuisance, &before, &after),
             next_measurement: self.advice(),
             noise: self.noise(),
             planes: maps(observations, &registration, &plotted),
             residual_tests: self.residual_tests(&structure_before),
-            waterfall: self.waterfall(),
+            waterfall,
             undetermined: undetermined.collect(),
             registration,
             ranked,
@@ -119,7 +136,9 @@ impl ReportBuilder<'_> {
     fn named(&self) -> (Vec<EffectId>, Vec<Vec<EffectId>>) {
         let mut named = self.judgement.named.iter().map(|number| self.scored[*number].fit.ids());
         match self.judgement.verdict {
-            Verdict::Explained => (named.next().unwrap_or_default(), Vec::new()),
+            Verdict::Explained | Verdict::MostlyExplained => {
+                (named.next().unwrap_or_default(), Vec::new())
+            }
             Verdict::Ambiguous => (Vec::new(), named.collect()),
             Verdict::Unexplained | Verdict::None => (Vec::new(), Vec::new()),
         }
@@ -184,33 +203,19 @@ impl ReportBuilder<'_> {
         }
     }
 
-    /// The decrease of the excess chi-square as the effects of the best set are added, in their order.
-    fn waterfall(&self) -> Vec<WaterfallStep> {
-        let n = self.observations.len() as f64;
-        let excess = |scored: &ScoredModel| (scored.fit.cost - n).max(0.0);
-        let whole = excess(&self.base);
-        if whole <= 0.0 {
-            return vec![WaterfallStep { effect: None, share: 1.0 }];
-        }
-        let mut steps = Vec::new();
-        let mut rest = whole;
-        let mut added: Vec<EffectId> = Vec::new();
-        for id in self.scored[0].fit.ids() {
-            added.push(id);
-            let mut set = added.clone();
-            set.sort_unstable();
-            let same = |scored: &&ScoredModel| {
-                let mut ids = scored.fit.ids();
-                ids.sort_unstable();
-                ids == set
-            };
-            // (The search fitted each of these sets.)
-            let now = self.scored.iter().find(same).map_or(rest, excess).min(rest);
-            steps.push(WaterfallStep { effect: Some(id), share: (rest - now) / whole });
-            rest = now;
-        }
-        steps.push(WaterfallStep { effect: None, share: rest / whole });
-        steps
+    /// What the best set leaves beyond noise, if it has structure.
+    fn remainder(
+        &self,
+        waterfall: &[WaterfallStep],
+        gap_after: f64,
+        noise: f64,
+    ) -> Option<Remainder> {
+        let mut failed: Vec<&Test> = self.structure.tests.iter().filter(|t| t.fails()).collect();
+        failed.sort_by(|one, other| other.over_limit().total_cmp(&one.over_limit()));
+        let looks_like: Vec<String> = failed.into_iter().map(Test::in_words).collect();
+        let share = waterfall.last().map_or(1.0, |step| step.share);
+        let gap = (gap_after * gap_after - noise * noise).max(0.0).sqrt();
+        (!looks_like.is_empty()).then_some(Remainder { share, gap, looks_like })
     }
 }
 

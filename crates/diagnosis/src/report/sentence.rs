@@ -1,8 +1,11 @@
 //! The verdict in one sentence, and the gaps that it states.
 
+use fieldgap_text::percent;
+
 use crate::effect_id::{EffectId, joined};
 use crate::residual_structure::ResidualStructure;
-use crate::result::{Candidate, Verdict};
+use crate::residual_structure::test::Test;
+use crate::result::{Candidate, Remainder, Verdict};
 use crate::verdict::judgement::Judgement;
 
 /// Gaps relative to the scan's root mean square.
@@ -11,23 +14,31 @@ pub(crate) struct Gaps {
     pub before: f64,
     /// The same over readings kept out of the fit.
     pub before_held_out: f64,
-    /// With the best candidate added, over readings kept out of the fit.
-    pub after_held_out: f64,
     /// Of noise alone.
     pub noise: f64,
 }
 
 impl Gaps {
-    /// Share of the squared gap beyond noise that the best candidate explains, 0 to 1, over readings kept out of the fit.
-    pub fn explained_fraction(&self) -> f64 {
+    /// Share of the squared gap beyond noise that a candidate explains, 0 to 1, over readings kept out of the fit; `after_held_out` is
+    /// the gap that it leaves there.
+    pub fn explained_fraction(&self, after_held_out: f64) -> f64 {
         let beyond_noise = |gap: f64| gap * gap - self.noise * self.noise;
         let before = beyond_noise(self.before_held_out);
         match before > 0.0 {
-            true => (1.0 - beyond_noise(self.after_held_out) / before).clamp(0.0, 1.0),
+            true => (1.0 - beyond_noise(after_held_out) / before).clamp(0.0, 1.0),
             false => 0.0,
         }
     }
+
+    /// Whether the gap is hardly larger than noise alone, so that it does not tell how much of it an effect explains.
+    fn is_faint(&self) -> bool {
+        self.before < FAINT_GAP * self.noise
+    }
 }
+
+/// Gaps below this, relative to noise alone, are faint: their square exceeds the noise's by a fifth, about what the noise itself is
+/// uncertain by.
+const FAINT_GAP: f64 = 1.1;
 
 /// What the sentence rests on.
 pub(crate) struct Basis<'b> {
@@ -37,27 +48,43 @@ pub(crate) struct Basis<'b> {
     pub structure: &'b ResidualStructure,
     /// The candidates, the best first; those that are named among them.
     pub ranked: &'b [Candidate],
+    /// What noise and the scatter of each candidate's own effects leave.
+    pub noise_beside: &'b [f64],
     /// The gaps.
     pub gaps: &'b Gaps,
+    /// What the best candidate leaves beyond noise.
+    pub remainder: Option<&'b Remainder>,
 }
 
 impl Basis<'_> {
-    /// The verdict in one sentence.
+    /// The verdict in one sentence, or two where not all is explained.
     pub fn sentence(&self) -> String {
         let Self { judgement, ranked, gaps, .. } = self;
-        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         let gap =
             format!("The gap of {} (noise alone: {})", percent(gaps.before), percent(gaps.noise));
         match judgement.verdict {
             Verdict::Explained => {
-                let best = &ranked[judgement.named[0]];
-                format!(
-                    "{gap} is explained by {}, which {} {} of it beyond noise: {}.",
-                    names(&best.effects),
-                    if best.effects.len() == 1 { "explains" } else { "explain" },
-                    percent(gaps.explained_fraction()),
-                    best.readings.join("; ")
-                )
+                let number = judgement.named[0];
+                let meaning = ranked[number].readings.join("; ");
+                if gaps.is_faint() {
+                    let names = names(&ranked[number].effects);
+                    return format!(
+                        "{gap} is hardly larger than noise. What exceeds noise is explained by {names}: {meaning}."
+                    );
+                }
+                format!("{gap} is explained by {}: {meaning}.", self.reduced(number))
+            }
+            Verdict::MostlyExplained => {
+                let number = judgement.named[0];
+                let meaning = ranked[number].readings.join("; ");
+                let rest = self.remainder.map_or(String::new(), |remainder| {
+                    format!(
+                        " The remaining {} is not noise ({}).",
+                        percent(remainder.gap),
+                        first_few(&remainder.looks_like)
+                    )
+                });
+                format!("{gap} is mostly explained by {}: {meaning}.{rest}", self.reduced(number))
             }
             Verdict::Ambiguous => {
                 let rivals = judgement.named.iter().map(|&n| names(&ranked[n].effects));
@@ -73,15 +100,22 @@ impl Basis<'_> {
         }
     }
 
+    /// The effects of a candidate, and what they reduce the gap to. Effects that scatter the readings do not predict them, so that what
+    /// they leave is compared with their own scatter.
+    fn reduced(&self, number: usize) -> String {
+        let Candidate { effects, gap_after, .. } = &self.ranked[number];
+        let verb = if effects.len() == 1 { "reduces" } else { "reduce" };
+        let reduced = format!("{}, which {verb} it to {}", names(effects), percent(*gap_after));
+        let scatter = self.noise_beside[number];
+        match scatter > FAINT_GAP * self.gaps.noise {
+            true => format!("{reduced} (noise and their scatter: {})", percent(scatter)),
+            false => reduced,
+        }
+    }
+
     fn unexplained(&self, gap: &str, best: &Candidate) -> String {
-        let tests = self.structure.tests.iter().filter(|test| test.fails());
-        let failed: Vec<String> = tests
-            .map(|test| {
-                let sign = test.sign_of.as_ref().map(|sign| format!(", {sign}"));
-                let digits = if test.z < 1.0 { 1 } else { 0 };
-                format!("{}: {:.digits$} σ{}", test.name, test.z, sign.unwrap_or_default())
-            })
-            .collect();
+        let failed = self.structure.tests.iter().filter(|test| test.fails());
+        let failed: Vec<String> = failed.map(Test::in_words).collect();
         let why = match failed.is_empty() {
             false => format!("the residual is not noise ({})", failed.join("; ")),
             true if self.judgement.too_faint => {
@@ -95,6 +129,15 @@ impl Basis<'_> {
             several => format!("{} come nearest", names(several)),
         };
         format!("{gap} is not explained by the catalogue: {nearest} and {why}.")
+    }
+}
+
+/// The first of a list, with how many more there are; a sentence has room for three.
+fn first_few(all: &[String]) -> String {
+    const FEW: usize = 3;
+    match all.len() {
+        0..=FEW => all.join("; "),
+        more => format!("{}; and {} more tests", all[..FEW].join("; "), more - FEW),
     }
 }
 

@@ -34,6 +34,18 @@ impl Test {
         Self { name, z, limit: SINGLE_CAUSE_LIMIT, sign_of, kind: Kind::Pattern }
     }
 
+    /// Its result over its limit.
+    pub fn over_limit(&self) -> f64 {
+        self.z / self.limit
+    }
+
+    /// What it found, for a list: its name, its interpretation if there is one, its result.
+    pub fn in_words(&self) -> String {
+        let sign = self.sign_of.as_ref().map(|sign| format!(", {sign}"));
+        let digits = if self.z < 1.0 { 1 } else { 0 };
+        format!("{}: {:.digits$} σ{}", self.name, self.z, sign.unwrap_or_default())
+    }
+
     /// Whether there is structure.
     pub fn fails(&self) -> bool {
         self.z > self.limit

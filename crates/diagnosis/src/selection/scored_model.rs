@@ -32,7 +32,8 @@ pub(crate) fn believed(observations: &Observations, context: &Context) -> Scored
 }
 
 impl ScoredModel {
-    /// The same set, its effects ordered so that each explains the most after those before it, by the fitted parts of the set.
+    /// The same set, its effects ordered so that each explains the most after those before it, by the fitted parts of the set. The
+    /// free shift of the parts counts as unexplained: it would take up an offset.
     pub fn by_what_each_explains(self, all: &[Self]) -> Self {
         let mut order: Vec<usize> = Vec::new();
         let ids = self.fit.ids();
@@ -43,7 +44,7 @@ impl ScoredModel {
                     let others = scored.fit.ids();
                     others.len() == part.len() && part.iter().all(|id| others.contains(id))
                 };
-                all.iter().find(is_part).map_or(f64::INFINITY, |scored| scored.fit.cost)
+                all.iter().find(is_part).map_or(f64::INFINITY, |part| part.fit.cost_with_shifts())
             };
             let left = (0..ids.len()).filter(|n| !order.contains(n));
             let next = left.min_by(|&a, &b| cost_with(a).total_cmp(&cost_with(b)));

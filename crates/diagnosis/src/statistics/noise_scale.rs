@@ -3,6 +3,8 @@
 //! For proportional and quadrature noise the integral is asinh(a r / b) / a. Where the level is below the noise the magnitude scatters
 //! less than its quadratures do; the difference of the integral is tabulated.
 
+use fieldgap_comparison::OF_NOISE_ALONE;
+
 use crate::statistics::detector::{lost_in_noise, rice_mean};
 
 /// Least proportional noise: below it the transform loses digits.
@@ -18,9 +20,6 @@ const OCTAVES: u64 = 16;
 
 /// Bits of a number below those that tell its cell.
 const WITHIN_CELL: u32 = f64::MANTISSA_DIGITS - 1 - CELLS_IN_OCTAVE.trailing_zeros();
-
-/// Mean reading of noise alone, in quadratures' standard deviations: √(π/2).
-pub(crate) const OF_NOISE_ALONE: f64 = 1.253_314_137_315_500_1;
 
 /// A scale for one share and one quadrature's standard deviation.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,8 +7,8 @@ use fieldgap_comparison::{Noise, NoiseSource};
 use fieldgap_text::{fixed, paragraph, percent, significant, table};
 pub use standing::Standing;
 
-use crate::effect_id::{EffectId, joined};
-use crate::result::{Candidate, Diagnosis, PlaneShare, Region, Verdict};
+use crate::effect_id::joined;
+use crate::result::{Candidate, Diagnosis, PlaneShare, Region, Remainder, Verdict};
 
 /// More heights than these are not listed; those with the largest shares are.
 const MOST_HEIGHTS: usize = 12;
@@ -47,6 +47,9 @@ impl Diagnosis {
     fn what_was_diagnosed(&self) -> String {
         let verdict = match self.verdict {
             Verdict::Explained => format!("explained by {}", joined(&self.effects, " + ")),
+            Verdict::MostlyExplained => {
+                format!("mostly explained by {}", joined(&self.effects, " + "))
+            }
             Verdict::Ambiguous => {
                 let sets: Vec<String> =
                     self.alternatives.iter().map(|set| joined(set, " + ")).collect();
@@ -90,18 +93,21 @@ impl Diagnosis {
             percent(self.explained_fraction),
         ));
         let mut text = "Gap, relative to the scan's rms\n".to_owned() + &table(&rows);
-        // A single effect's share is the explained fraction once more.
+        if let Some(Remainder { share, gap, looks_like }) = &self.remainder {
+            let rest = format!(
+                "left beyond noise: {}, which is {} of the squared gap; tests that find structure in it: {}",
+                percent(*gap),
+                percent(*share),
+                looks_like.len()
+            );
+            text += &paragraph(&rest, 2, 2);
+        }
+        // With a single effect the waterfall says no more than the table.
         if self.waterfall.len() > 2 {
             let steps: Vec<String> = self
                 .waterfall
                 .iter()
-                .map(|step| {
-                    format!(
-                        "{} {}",
-                        step.effect.map_or("residual", EffectId::as_str),
-                        percent(step.share)
-                    )
-                })
+                .map(|step| format!("{} {}", step.name(), percent(step.share)))
                 .collect();
             text += &paragraph(&format!("one after another: {}", steps.join(", ")), 2, 2);
         }
@@ -226,7 +232,7 @@ impl Diagnosis {
                     candidate.name(),
                     standing.to_string(),
                     odds,
-                    format!("leaves {}", percent(candidate.gap_after_held_out)),
+                    format!("leaves {}", percent(candidate.gap_after)),
                 ]
             })
             .collect();

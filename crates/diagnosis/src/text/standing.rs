@@ -3,7 +3,7 @@
 use fieldgap_text::significant;
 
 use crate::effect_id::joined;
-use crate::result::{Candidate, Diagnosis, Verdict};
+use crate::result::{Candidate, Diagnosis};
 
 /// How far a candidate is behind the best, by its odds; the limits and what they are worth are those of R. E. Kass and
 /// A. E. Raftery, "Bayes factors", J. Am. Stat. Assoc. 90, 773 (1995), sec. 3.2.
@@ -55,7 +55,7 @@ impl Diagnosis {
     /// The candidate that the diagnosis stands for: the named one, else the most probable.
     pub fn best(&self) -> Option<&Candidate> {
         let named = || self.ranked.iter().find(|candidate| candidate.effects == self.effects);
-        let named = if self.verdict == Verdict::Explained { named() } else { None };
+        let named = if self.verdict.names_a_cause() { named() } else { None };
         named.or_else(|| self.ranked.first())
     }
 

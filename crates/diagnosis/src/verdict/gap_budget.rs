@@ -60,6 +60,7 @@ pub(crate) fn gap_budget(
                 share,
                 gap: (squares(part, before, &part.own) / power).sqrt(),
                 gap_after: (squares(part, after, &part.own) / power).sqrt(),
+                noise: (part.own.iter().map(|&i| noise(part, i)).sum::<f64>() / power).sqrt(),
             }
         })
         .collect();

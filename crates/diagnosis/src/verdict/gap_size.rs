@@ -28,6 +28,26 @@ pub(crate) fn gap(observations: &Observations, expected: &[f64]) -> f64 {
     (squares / readings.iter().map(|r| r * r).sum::<f64>()).sqrt()
 }
 
+/// What noise and the scatter of a fit's own effects leave, in the same unit: turbulence explains a residual without predicting it.
+pub(crate) fn scatter_beside(observations: &Observations, fit: &Fit, context: &Context) -> f64 {
+    let model = fit.model(context);
+    if !model.changes_scatter() {
+        return noise_floor(observations);
+    }
+    let expected = model.expected_with_scatter(observations, &fit.nuisance);
+    let mut expected = expected.iter();
+    let (mut scatter, mut power) = (0.0, 0.0);
+    for scan in &observations.scans {
+        let readings = scan.drives.iter().flat_map(|drive| &drive.readings);
+        for (reading, expected) in readings.zip(&mut expected) {
+            let deviation = scan.scale.deviation(expected.reading);
+            scatter += expected.variance_ratio * deviation * deviation;
+            power += reading * reading;
+        }
+    }
+    (scatter / power).sqrt()
+}
+
 /// What noise alone leaves, in the same unit.
 pub(crate) fn noise_floor(observations: &Observations) -> f64 {
     let (mut noise, mut power) = (0.0, 0.0);

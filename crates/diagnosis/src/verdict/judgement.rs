@@ -52,18 +52,23 @@ pub(crate) fn judge(
         }
         judgement(verdict, named)
     };
+    // A small share of a large gap may be left with structure: no formula is exact.
+    let explained = match of_best.tests.iter().any(Test::fails) {
+        true => Verdict::MostlyExplained,
+        false => Verdict::Explained,
+    };
     if let Some(number) = certain_set(scored, &probabilities) {
-        return named(Verdict::Explained, vec![number]);
+        return named(explained, vec![number]);
     }
     let rivals = rivals(scored, &probabilities);
     if rivals.iter().any(|&rival| scored[rival].fit.instances.is_empty()) {
         return judgement(Verdict::None, Vec::new());
     }
     if let Some(common) = common_part(scored, &rivals, gap) {
-        return named(Verdict::Explained, vec![common]);
+        return named(explained, vec![common]);
     }
     match rivals.len() {
-        1 => named(Verdict::Explained, rivals),
+        1 => named(explained, rivals),
         2..=MOST_RIVALS => named(Verdict::Ambiguous, rivals),
         _ => judgement(Verdict::Unexplained, Vec::new()),
     }

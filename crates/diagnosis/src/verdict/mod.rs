@@ -2,8 +2,10 @@
 //!
 //! - [`judgement`]: which set, if any, is named.
 //! - [`gap_size`]: the gap over all readings and over readings kept out of the fit.
+//! - [`waterfall`]: how the gap shrinks as the effects are added one after another.
 //! - [`gap_budget`]: the gap shared out over heights, regions and kinds.
 
 pub mod gap_budget;
 pub mod gap_size;
 pub mod judgement;
+pub mod waterfall;

@@ -77,7 +77,7 @@ fn rows(diagnosis: &Diagnosis, candidate: &Candidate) -> Markup {
                 @if place == 0 {
                     th scope="rowgroup" class="name" rowspan=(span) { (candidate.name()) }
                     td rowspan=(span) { (fixed(candidate.probability, 3)) }
-                    td rowspan=(span) { (percent(candidate.gap_after_held_out)) }
+                    td rowspan=(span) { (percent(candidate.gap_after)) }
                 }
                 td class="name" { (name) }
                 td class="value" { (value) }
@@ -130,11 +130,11 @@ pub(super) fn ruled_out(diagnosis: &Diagnosis) -> Option<Markup> {
             standing.to_string(),
             raised(&odds),
             fixed(candidate.log_evidence, 1),
-            percent(candidate.gap_after_held_out),
+            percent(candidate.gap_after),
         ]
     });
     let caption = "Unlikely: odds of 1 : 20 or worse. Ruled out: odds worse than 1 : 150. The residual gap is that of the best \
-                   parameters, over readings that the fit did not use.";
+                   parameters.";
     let columns = [
         "Cause",
         "Status",

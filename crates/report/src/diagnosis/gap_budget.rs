@@ -12,7 +12,8 @@ pub(super) fn waterfall(figures: &DiagnosisFigures) -> Option<Markup> {
     let figure = figures.waterfall.as_ref()?;
     Some(figure.markup(&html! {
         p {
-            "The squared gap beyond noise as the named effects are added one after another, the largest first."
+            "The squared gap beyond noise as the effects of the best candidate are added one after another: defects of the \
+             simulator first, then the effect that explains most of the rest."
         }
     }))
 }

@@ -83,6 +83,10 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
             "Explained by {}. The alternatives do not explain the gap.",
             joined(&diagnosis.effects, " + ")
         ),
+        Verdict::MostlyExplained => format!(
+            "Mostly explained by {}. The alternatives do not explain the gap. A small part of it is left that is not noise.",
+            joined(&diagnosis.effects, " + ")
+        ),
         Verdict::Ambiguous => format!(
             "Ambiguous. These causes explain the readings equally well: {}.",
             sets(&diagnosis.alternatives)
@@ -95,16 +99,9 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
     let best = diagnosis.best().filter(|best| !best.effects.is_empty());
     let with = best.map_or("after correction".to_owned(), |best| format!("with {}", best.name()));
     let tiles = [
-        (percent(diagnosis.gap_before_held_out), "gap of the nominal simulation".to_owned()),
-        (
-            best.map_or(ABSENT.to_owned(), |best| percent(best.gap_after_held_out)),
-            format!("gap {with}"),
-        ),
+        (percent(diagnosis.gap_before), "gap of the nominal simulation".to_owned()),
+        (best.map_or(ABSENT.to_owned(), |best| percent(best.gap_after)), format!("gap {with}")),
         (percent(diagnosis.noise_floor), "gap from noise alone".to_owned()),
-        (
-            percent(diagnosis.explained_fraction),
-            "explained share of the squared gap beyond noise".to_owned(),
-        ),
     ];
     html! {
         div class="verdict" { p { (words) } }
@@ -113,11 +110,31 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
         }
         div class="notes" {
             p {
-                "A gap is the rms of scan minus simulation, divided by the rms of the scan. Only readings that no fit used \
-                 are counted."
+                "A gap is the rms of scan minus simulation, divided by the rms of the scan, over all readings. "
+                (held_out(diagnosis))
+            }
+            @if let Some(rest) = &diagnosis.remainder {
+                p {
+                    "Left beyond noise: " (percent(rest.gap)) ", which is " (percent(rest.share))
+                    " of the squared gap beyond noise. It has structure: " (rest.looks_like.join("; ")) "."
+                }
             }
         }
     }
+}
+
+/// The check on readings that no fit used.
+fn held_out(diagnosis: &Diagnosis) -> String {
+    let before = percent(diagnosis.gap_before_held_out);
+    let Some(best) = diagnosis.best().filter(|best| !best.effects.is_empty()) else {
+        return format!("Over a fifth of the readings, kept out of every fit, it is {before}.");
+    };
+    format!(
+        "Check: over a fifth of the readings, kept out of the fit, it falls from {before} to {}, which explains {} of its square \
+         beyond noise.",
+        percent(best.gap_after_held_out),
+        percent(diagnosis.explained_fraction)
+    )
 }
 
 /// How the scan was registered to the simulation, and its noise.

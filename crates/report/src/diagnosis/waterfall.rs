@@ -2,11 +2,8 @@
 
 use super::super::picture::{Bar, BarChart, Weight};
 use super::super::words::listed;
-use fieldgap_diagnosis::{Diagnosis, EffectId};
+use fieldgap_diagnosis::{Diagnosis, WaterfallPart};
 use fieldgap_text::percent;
-
-/// The name of the last step.
-const RESIDUAL: &str = "residual";
 
 /// The squared gap beyond noise, effect by effect; `None` where nothing was added.
 pub(super) fn chart(diagnosis: &Diagnosis) -> Option<BarChart> {
@@ -23,26 +20,22 @@ pub(super) fn chart(diagnosis: &Diagnosis) -> Option<BarChart> {
     let mut bars = vec![bar("nominal simulation", (0.0, 1.0), percent(1.0), Weight::Faint)];
     let mut remaining = 1.0;
     for step in &diagnosis.waterfall {
-        bars.push(match step.effect {
-            Some(effect) => {
+        bars.push(match step.part {
+            WaterfallPart::Alignment | WaterfallPart::Effect => {
                 let span = (remaining, remaining - step.share);
                 remaining -= step.share;
-                bar(
-                    effect.as_str(),
-                    span,
-                    format!("\u{2212}{}", percent(step.share)),
-                    Weight::Strong,
-                )
+                let share = format!("\u{2212}{}", percent(step.share));
+                bar(step.name(), span, share, Weight::Strong)
             }
-            None => bar(RESIDUAL, (0.0, step.share), percent(step.share), Weight::Plain),
+            WaterfallPart::Residual => {
+                bar(step.name(), (0.0, step.share), percent(step.share), Weight::Plain)
+            }
         });
     }
     let parts: Vec<String> = diagnosis
         .waterfall
         .iter()
-        .map(|step| {
-            format!("{} {}", step.effect.map_or(RESIDUAL, EffectId::as_str), percent(step.share))
-        })
+        .map(|step| format!("{} {}", step.name(), percent(step.share)))
         .collect();
     Some(BarChart {
         bars,

@@ -1,8 +1,9 @@
 //! How to read the page, for a first reader.
 
+use fieldgap_text::percent;
 use maud::{Markup, html};
 
-use super::super::judgement::{LEAST_CORRELATION, SAME_PLACE_SHARE};
+use super::super::judgement::{MOST_RESIDUAL, SAME_PLACE_SHARE};
 use super::super::picture::LEAST_SIGNED_SHARE;
 use super::html::{glossary, section};
 
@@ -60,8 +61,9 @@ pub(super) fn guide() -> Markup {
         (
             "Agree",
             format!(
-                "Scan and simulation agree at a height if their peaks are at most {same_place} apart and the correlation \
-                 of the maps is at least {LEAST_CORRELATION}."
+                "Scan and simulation agree at a height if their peaks are at most {same_place} apart and the residual is at \
+                 most {}. If only another gain for this height would bring the residual below that, the level differs.",
+                percent(MOST_RESIDUAL)
             ),
         ),
         (

@@ -5,9 +5,20 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-use crate::limits::{FEWEST_DARK_READINGS, FLOOR_BY_DARK_READINGS};
-use crate::statistics::golden_section;
-use crate::statistics::noise_scale::OF_NOISE_ALONE;
+use fieldgap_acoustics::golden_section;
+use fieldgap_records::RecordedScan;
+
+/// Dark readings below which they say nothing: eight tell a standard deviation to 25 %.
+const FEWEST_DARK_READINGS: usize = 8;
+
+/// Nats by which dark readings must prefer a floor: one number is fitted, over some decades. Set by judgement.
+const FLOOR_BY_DARK_READINGS: f64 = 7.0;
+
+/// Noise in proportion to the level before repeats show it: some percent, as receivers have. Set by judgement.
+pub const USUAL_PROPORTIONAL_NOISE: f64 = 0.02;
+
+/// Mean reading of noise alone, in quadratures' standard deviations: √(π/2).
+pub const OF_NOISE_ALONE: f64 = 1.253_314_137_315_500_1;
 
 /// Least share of the dark power that is attributed to noise.
 const LEAST_NOISE: f64 = 1e-5;
@@ -15,8 +26,17 @@ const LEAST_NOISE: f64 = 1e-5;
 /// Variance of a magnitude of noise alone, in quadratures' variances.
 const RAYLEIGH_VARIANCE: f64 = 2.0 - 0.5 * PI;
 
+/// How many magnitudes a reading of a scan is the mean of, the median of the recorded counts; one if there are none.
+pub fn averaged(scan: &RecordedScan) -> f64 {
+    let counts = scan.samples.iter().filter_map(|sample| sample.spread.map(|spread| spread.count));
+    let mut counts: Vec<_> = counts.collect();
+    counts.sort_unstable();
+    counts.get(counts.len() / 2).map_or(1.0, |&count| f64::from(count))
+}
+
 /// Dark readings, squared.
-pub(crate) struct DarkReadings {
+#[derive(Debug, Clone, PartialEq)]
+pub struct DarkReadings {
     powers: Vec<f64>,
     mean: f64,
     /// Of the readings themselves.
@@ -27,7 +47,7 @@ pub(crate) struct DarkReadings {
 
 /// The noise that dark readings show.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct DarkNoise {
+pub struct DarkNoise {
     /// Each quadrature's standard deviation.
     pub additive: f64,
     /// The floor; zero for none.
@@ -57,7 +77,7 @@ impl DarkReadings {
         }
         let of = |noise: f64| self.cost((0.5 * noise * self.mean).sqrt(), share);
         let none = DarkNoise { additive: (0.5 * self.mean).sqrt(), floor: 0.0, evidence: 0.0 };
-        let (noise, cost) = golden_section::least(LEAST_NOISE, 1.0, of);
+        let (noise, cost) = golden_section::least_positive(LEAST_NOISE, 1.0, of);
         let evidence = self.cost(none.additive, share) - cost - 1.0;
         if evidence < FLOOR_BY_DARK_READINGS {
             return none;

@@ -1,0 +1,126 @@
+//! The figures of a diagnosis agree with each other, whatever the cause: one number has one value.
+
+use std::path::Path;
+use std::process::Command;
+
+use fieldgap::acoustics::{Simulator, Vec3};
+use fieldgap::diagnosis::{Diagnosis, EffectId, Verdict, WaterfallPart, diagnose};
+use fieldgap::records::RecordedScan;
+use fieldgap_text::percent;
+
+mod scanned_pistons;
+use scanned_pistons::{Truth, scan};
+
+/// What holds of every diagnosis.
+fn check(diagnosis: &Diagnosis) {
+    let Diagnosis { sentence, waterfall, ranked, .. } = diagnosis;
+    assert!(sentence.contains(&format!("gap of {}", percent(diagnosis.gap_before))), "{sentence}");
+    assert!(sentence.contains(&percent(diagnosis.noise_floor)), "{sentence}");
+    let sum: f64 = waterfall.iter().map(|step| step.share).sum();
+    assert!((sum - 1.0).abs() < 1e-9, "{waterfall:?}");
+    assert!(waterfall.iter().all(|step| (0.0..=1.0).contains(&step.share)), "{waterfall:?}");
+    let left = waterfall.last().filter(|step| step.part == WaterfallPart::Residual);
+    let left = left.expect("the residual comes last").share;
+    let beyond = |gap: f64| gap.powi(2) - diagnosis.noise_floor.powi(2);
+    let expected = (beyond(ranked[0].gap_after) / beyond(diagnosis.gap_before)).max(0.0);
+    assert!((left - expected).abs() < 0.02, "{left} {expected} {sentence}");
+    let planes = &diagnosis.r#where.planes;
+    let least = planes.iter().map(|plane| plane.noise).fold(f64::INFINITY, f64::min);
+    let most = planes.iter().map(|plane| plane.noise).fold(0.0, f64::max);
+    assert!((least..=most).contains(&diagnosis.noise_floor), "{least} {most}");
+    let failed = diagnosis.residual_tests.iter().any(|test| test.is_structure());
+    assert_eq!(diagnosis.remainder.is_some(), failed);
+    assert!(!(failed && diagnosis.verdict == Verdict::Explained), "{sentence}");
+    if diagnosis.verdict.names_a_cause() {
+        assert!(sentence.contains(&percent(ranked[0].gap_after)), "{sentence}");
+    }
+}
+
+/// The free shift of each fit takes up an offset; the share of the gap is the offset's all the same.
+#[test]
+fn an_offset_has_its_share_of_the_gap() {
+    let truth = Truth {
+        stands_mm: |_, at_mm| at_mm + Vec3::new(2.0, 0.0, 0.0),
+        gain: |n| 1.0 + 0.1 * (2.4 * n as f64 * n as f64).sin(),
+        ..Truth::default()
+    };
+    let diagnosis =
+        diagnose(&[scan(&[80.0, 120.0, 160.0], &truth)], None).expect("readings enough");
+    check(&diagnosis);
+    let mut named = diagnosis.effects.clone();
+    named.sort_unstable();
+    assert_eq!(named, [EffectId::ElementGain, EffectId::Offset]);
+    let share = diagnosis.waterfall.iter().find(|step| step.effect == Some(EffectId::Offset));
+    assert!(share.expect("a step of its own").share > 0.8, "{:?}", diagnosis.waterfall);
+    let plane = &diagnosis.planes[0];
+    let apart = plane.before.iter().zip(&plane.after).map(|(a, b)| (a - b).abs());
+    assert!(apart.fold(0.0, f64::max) > 0.1, "the nominal and the corrected map differ");
+}
+
+/// A gap a hundred times the noise shows that the formula for a face is not exact near the array, which is said.
+#[test]
+fn a_share_with_structure_is_not_called_noise() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
+    let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/virtual.toml");
+    let text = format!("rig = {rig:?}\n{THESIS_SCAN}");
+    std::fs::write(&plan, text).expect("written");
+    let scan = Command::new(env!("CARGO_BIN_EXE_fieldgap"))
+        .arg("scan")
+        .args([&plan, Path::new("--out"), &folder])
+        .output()
+        .expect("it runs");
+    assert!(scan.status.success(), "{}", String::from_utf8_lossy(&scan.stderr));
+    let scanned = RecordedScan::open(&folder).expect("a recorded scan");
+    let diagnosis = diagnose(&[scanned], Some(Simulator::AsWritten)).expect("readings enough");
+    check(&diagnosis);
+    assert_eq!(diagnosis.verdict, Verdict::MostlyExplained, "{}", diagnosis.sentence);
+    assert!(diagnosis.effects.contains(&EffectId::PhasePlane), "{}", diagnosis.sentence);
+    let rest = diagnosis.remainder.expect("a remainder");
+    assert!(rest.share < 3e-3 && !rest.looks_like.is_empty(), "{rest:?}");
+    assert!(diagnosis.sentence.contains(&percent(rest.gap)), "{}", diagnosis.sentence);
+}
+
+/// The planes of the thesis, coarser.
+const THESIS_SCAN: &str = r#"
+name = "thesis-planes"
+
+[simulator]
+model = "as-written"
+
+[[focus]]
+x_mm = 17.5
+y_mm = -22.5
+z_mm = 100.0
+
+[dark]
+before = 8
+after = 8
+
+[reference]
+at_mm = [17.5, -22.5, 100.0]
+every_points = 100
+
+[[plane]]
+z_mm = [50.0, 100.0, 150.0, 200.0]
+size_mm = [71.0, 71.0]
+step_mm = 4.0
+"#;
+
+/// Readings that fluctuate cannot be predicted one by one; the scatter accounts for the gap.
+#[test]
+fn scatter_accounts_for_a_gap_that_it_does_not_close() {
+    let truth = Truth {
+        stands_mm: |n, at_mm| {
+            let turn = 2.4 * (n as f64) * (n as f64);
+            at_mm + 1.2 * Vec3::new(turn.sin(), turn.cos(), 0.0)
+        },
+        ..Truth::default()
+    };
+    let diagnosis =
+        diagnose(&[scan(&[80.0, 120.0, 160.0], &truth)], None).expect("readings enough");
+    assert_eq!(diagnosis.effects, [EffectId::PositionJitter], "{}", diagnosis.sentence);
+    let step = &diagnosis.waterfall[diagnosis.waterfall.len() - 2];
+    assert!(step.share > 0.5, "{:?}", diagnosis.waterfall);
+    assert!(diagnosis.sentence.contains("scatter"), "{}", diagnosis.sentence);
+}

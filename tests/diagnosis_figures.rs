@@ -55,6 +55,9 @@ fn an_offset_has_its_share_of_the_gap() {
     let plane = &diagnosis.planes[0];
     let apart = plane.before.iter().zip(&plane.after).map(|(a, b)| (a - b).abs());
     assert!(apart.fold(0.0, f64::max) > 0.1, "the nominal and the corrected map differ");
+    let largest = |sigma: &[f64]| sigma.iter().fold(0.0f64, |largest, s| largest.max(s.abs()));
+    assert!(largest(&plane.residual_before) > 10.0, "{}", largest(&plane.residual_before));
+    assert!(largest(&plane.residual_after) < 5.0, "{}", largest(&plane.residual_after));
 }
 
 /// A gap a hundred times the noise shows that the formula for a face is not exact near the array, which is said.

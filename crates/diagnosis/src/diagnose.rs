@@ -46,16 +46,8 @@ pub fn diagnose(
     let structure = ResidualStructure::of(&scored[0].fit, &observations, &context);
     let judgement = judge(&observations, &scored, &base, &structure);
     let registration = registrations.swap_remove(0);
-    let report = ReportBuilder {
-        scans,
-        simulator,
-        observations,
-        context,
-        scored,
-        base,
-        structure,
-        judgement,
-    };
+    let report =
+        ReportBuilder { scans, simulator, observations, context, scored, structure, judgement };
     Ok(report.build(registration))
 }
 

@@ -47,7 +47,6 @@ pub(crate) struct Fit {
 
 impl Fit {
     /// No effect, not fitted.
-    #[cfg(test)]
     pub fn of_nothing(nuisance: Vec<Nuisance>) -> Self {
         Self {
             instances: Vec::new(),

@@ -39,8 +39,6 @@ pub(crate) struct ReportBuilder<'s> {
     pub context: Context,
     /// Every set that was fitted, the best first.
     pub scored: Vec<ScoredModel>,
-    /// The believed set-up.
-    pub base: ScoredModel,
     /// What the best set leaves.
     pub structure: ResidualStructure,
     /// Which set is named.
@@ -50,7 +48,7 @@ pub(crate) struct ReportBuilder<'s> {
 impl ReportBuilder<'_> {
     /// The diagnosis; `registration` is that of the first scan.
     pub fn build(self, registration: Registration) -> Diagnosis {
-        let Self { scans, simulator, observations, context, base, judgement, .. } = &self;
+        let Self { scans, simulator, observations, context, judgement, .. } = &self;
         let nuisance = as_believed(observations);
         let before = ForwardModel::believed().expected_readings(observations, &nuisance);
         let best = &self.scored[0].fit;
@@ -69,7 +67,9 @@ impl ReportBuilder<'_> {
             .collect();
         let waterfall = waterfall(observations, context, &self.scored, gaps.before);
         let remainder = self.remainder(&waterfall, ranked[0].gap_after, noise_beside[0]);
-        let structure_before = ResidualStructure::patterns_only(&base.fit, observations, context);
+        // A fit of the nominal set-up would take up an offset by its free shift.
+        let nominal = Fit::of_nothing(nuisance.clone());
+        let structure_before = ResidualStructure::patterns_only(&nominal, observations, context);
         let plotted = Plotted {
             before: &before,
             after: &after,

@@ -379,7 +379,7 @@ async fn a_check_reports_the_identity_of_each_device() {
     );
     text.insert_str(text.find("[virtual]").expect("it has a virtual part"), ASKED);
     let (_folder, rig_setup, firmware) = opened_rig(&text);
-    let report = check(&rig_setup.rig, &firmware.ports(), 36).await;
+    let report = check(&rig_setup.rig, &firmware.ports(), 36, None).await;
     assert!(report.can_scan(), "{report}");
     let said = report.to_string();
     for words in ["21.3 °C, 45 %", "this controller never answers", "a file, 36 elements"] {

@@ -43,6 +43,7 @@ mod rig_setup;
 mod rows;
 mod scan_run;
 mod sequencer;
+mod transcript;
 
 pub use air_log::FILE as AIR_FILE;
 pub use dry_run::DryRun;
@@ -58,3 +59,4 @@ pub use replay_wire::replay_wire;
 pub use rig_setup::RigSetup;
 pub use scan_run::{Ending, ScanRun};
 pub use sequencer::element_delays;
+pub use transcript::check_with_transcript;

@@ -25,6 +25,8 @@ pub(super) enum Call {
     },
     /// [`Motion::stop`](crate::Motion::stop)
     Stop,
+    /// [`Motion::position`](crate::Motion::position)
+    Position,
     /// [`Receiver::read_point`](crate::Receiver::read_point)
     ReadPoint {
         /// How long to settle.
@@ -84,7 +86,7 @@ impl Call {
     /// The device that is called.
     pub(super) fn role(&self) -> Role {
         match self {
-            Self::Home | Self::MoveTo { .. } | Self::Stop => Role::Robot,
+            Self::Home | Self::MoveTo { .. } | Self::Stop | Self::Position => Role::Robot,
             Self::ReadPoint { .. } => Role::Receiver,
             _ => Role::FocusArray,
         }

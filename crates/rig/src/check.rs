@@ -10,11 +10,13 @@ use std::time::Duration;
 use serde::Serialize;
 use tokio::time::Instant;
 
+use super::call::Call;
 use super::config::RigConfig;
 use super::device::Role;
 use super::error::RigError;
+use super::link::WireLogs;
 use super::receiver::Reading;
-use super::safety::{Ports, open_air_sensor, open_motion};
+use super::safety::{Ports, open_air_sensor, open_motion, recorded};
 use super::{AirReading, AirSensor, ArrayIdentity, FocusArray, Motion, Receiver, ReceiverIdentity};
 pub use distribution::{BINS, Distribution};
 pub use latency::Latency;
@@ -129,8 +131,13 @@ pub enum Severity {
 
 /// Checks the three devices, one after the other, each also when another fails.
 ///
-/// `elements` is how many elements the lab believes its array to have.
-pub async fn check(config: &RigConfig, ports: &Ports, elements: usize) -> CheckReport {
+/// `elements` is how many elements the lab believes its array to have. `logs` records the calls beside the bytes, for a replay.
+pub async fn check(
+    config: &RigConfig,
+    ports: &Ports,
+    elements: usize,
+    logs: Option<&WireLogs>,
+) -> CheckReport {
     let mut findings = Vec::new();
     // The array is opened first and kept, so that it is silent while the receiver's noise is taken.
     let mut array = match config.focus_array.open(ports.focus_array.as_deref()).await {
@@ -142,7 +149,7 @@ pub async fn check(config: &RigConfig, ports: &Ports, elements: usize) -> CheckR
     };
     let focus_array = match &mut array {
         Some(array) => note(
-            check_array(&mut **array, elements, &mut findings).await,
+            check_array(&mut **array, elements, logs, &mut findings).await,
             Role::FocusArray,
             &mut findings,
         ),
@@ -150,13 +157,13 @@ pub async fn check(config: &RigConfig, ports: &Ports, elements: usize) -> CheckR
     };
     let receiver = match config.receiver.open(ports.receiver.as_deref()).await {
         Ok(mut receiver) => {
-            check_receiver(&mut *receiver, config.receiver.count(), &mut findings).await
+            check_receiver(&mut *receiver, config.receiver.count(), logs, &mut findings).await
         }
         Err(error) => Err(error),
     };
     let receiver = note(receiver, Role::Receiver, &mut findings);
     let motion = match open_motion(&config.motion, ports).await {
-        Ok(mut motion) => check_motion(&mut *motion, &mut findings).await,
+        Ok(mut motion) => check_motion(&mut *motion, logs, &mut findings).await,
         Err(error) => Err(error),
     };
     let motion = note(motion, Role::Robot, &mut findings);
@@ -182,12 +189,13 @@ fn note<T>(result: Result<T, RigError>, role: Role, findings: &mut Vec<Finding>)
 async fn check_array(
     array: &mut dyn FocusArray,
     elements: usize,
+    logs: Option<&WireLogs>,
     findings: &mut Vec<Finding>,
 ) -> Result<ArrayCheck, RigError> {
     let mut times = Vec::with_capacity(QUERIES);
     for _ in 0..QUERIES {
         let start = Instant::now();
-        array.silence().await?;
+        recorded(logs, &Call::Silence, array.silence()).await?;
         times.push(start.elapsed());
     }
     let identity = array.identity().clone();
@@ -220,22 +228,27 @@ async fn check_array(
 async fn check_receiver(
     receiver: &mut dyn Receiver,
     count: usize,
+    logs: Option<&WireLogs>,
     findings: &mut Vec<Finding>,
 ) -> Result<ReceiverCheck, RigError> {
+    let mut read = async |count: usize| {
+        let call = Call::ReadPoint { settle: Duration::ZERO, count };
+        recorded(logs, &call, receiver.read_point(Duration::ZERO, count)).await
+    };
     let mut times = Vec::with_capacity(QUERIES);
     let mut singles = Vec::with_capacity(QUERIES);
     for _ in 0..QUERIES {
         let start = Instant::now();
-        let reading = receiver.read_point(Duration::ZERO, 1).await?;
+        let reading = read(1).await?;
         times.push(start.elapsed());
         singles.push(TimedValue { t_s: reading.first_t_s, value: reading.mean });
     }
     let mut means = Vec::with_capacity(MEANS);
     for _ in 0..MEANS {
-        let reading = receiver.read_point(Duration::ZERO, count).await?;
+        let reading = read(count).await?;
         means.push(TimedValue { t_s: reading.first_t_s, value: reading.mean });
     }
-    let silent = receiver.read_point(Duration::ZERO, NOISE_READINGS).await?;
+    let silent = read(NOISE_READINGS).await?;
     let identity = receiver.identity().clone();
     let measured_rate_hz = measured_rate_hz(&silent).filter(|_| identity.own_clock);
     findings.extend(receiver_findings(&identity, &silent, measured_rate_hz));
@@ -254,15 +267,16 @@ async fn check_receiver(
 
 async fn check_motion(
     motion: &mut dyn Motion,
+    logs: Option<&WireLogs>,
     findings: &mut Vec<Finding>,
 ) -> Result<MotionCheck, RigError> {
     let mut times = Vec::with_capacity(QUERIES);
-    let first = motion.position().await?;
+    let first = recorded(logs, &Call::Position, motion.position()).await?;
     let mut position = first;
     let mut wanders_m = 0.0_f64;
     for _ in 0..QUERIES {
         let start = Instant::now();
-        position = motion.position().await?;
+        position = recorded(logs, &Call::Position, motion.position()).await?;
         times.push(start.elapsed());
         wanders_m = wanders_m.max(first.largest_axis_difference_m(position));
     }

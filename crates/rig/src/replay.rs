@@ -177,6 +177,7 @@ impl Driver {
                 result_text(&robot.move_to(target, Feed::from_mm_s(*feed_mm_s)).await)
             }
             (Self::Motion(robot), Call::Stop) => result_text(&robot.stop().await),
+            (Self::Motion(robot), Call::Position) => result_text(&robot.position().await),
             (Self::Receiver(receiver), Call::ReadPoint { settle, count }) => {
                 result_text(&receiver.read_point(*settle, *count).await)
             }

@@ -251,7 +251,7 @@ impl SafeRig {
 }
 
 /// Makes a call, and records it and its outcome in the log of the device's wire.
-async fn recorded<T: Into<CallOutcome> + Clone>(
+pub(crate) async fn recorded<T: Into<CallOutcome> + Clone>(
     logs: Option<&WireLogs>,
     call: &Call,
     calling: impl Future<Output = Result<T, RigError>>,

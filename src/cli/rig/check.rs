@@ -1,5 +1,6 @@
 //! `fieldgap rig check`: test each device.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
@@ -8,6 +9,7 @@ use miette::IntoDiagnostic;
 use super::RigArg;
 use crate::cli::output::{print, print_json};
 use crate::rig_file::RigFile;
+use fieldgap_acquisition::check_with_transcript;
 use fieldgap_rig::check::check;
 use fieldgap_virtual_rig::VirtualRig;
 
@@ -16,6 +18,10 @@ use fieldgap_virtual_rig::VirtualRig;
 pub(super) struct Check {
     #[command(flatten)]
     file: RigArg,
+    /// Also write a transcript to a new folder: the rig file, all that passed over the wires, and the result. It can be sent to the
+    /// developers; `fieldgap replay DIR --wire` runs the drivers against it
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -29,7 +35,13 @@ impl Check {
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         let elements = rig_setup.nominal_array().len();
-        let report = runtime.block_on(check(&rig_setup.rig, &ports, elements));
+        let report = match &self.record {
+            Some(folder) => runtime.block_on(check_with_transcript(rig_setup, &ports, folder))?,
+            None => runtime.block_on(check(&rig_setup.rig, &ports, elements, None)),
+        };
+        if let Some(folder) = &self.record {
+            eprintln!("transcript: {}", folder.display());
+        }
         if self.json {
             print_json(&report)?;
         } else {

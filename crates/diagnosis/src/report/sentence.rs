@@ -78,11 +78,17 @@ impl Basis<'_> {
                 let number = judgement.named[0];
                 let meaning = ranked[number].readings.join("; ");
                 let rest = self.remainder.map_or(String::new(), |remainder| {
-                    format!(
-                        " The remaining {} is not noise ({}).",
-                        percent(remainder.gap),
-                        first_few(&remainder.looks_like)
-                    )
+                    let looks_like = first_few(&remainder.looks_like);
+                    match remainder.gap > 0.0 {
+                        true => format!(
+                            " The remaining {} is not noise ({looks_like}).",
+                            percent(remainder.gap)
+                        ),
+                        // The noise is known to some percent, and tests find patterns far below it.
+                        false => format!(
+                            " What is left is no larger than noise, but has structure ({looks_like})."
+                        ),
+                    }
                 });
                 format!("{gap} is mostly explained by {}: {meaning}.{rest}", self.reduced(number))
             }

@@ -74,6 +74,8 @@ pub(super) enum Origin {
 pub(super) enum Code {
     /// 0 to 255.
     Unsigned,
+    /// 2 to 254. Keysight's guides reserve 0 for a sample that was not taken, 1 for one clipped low, 255 for one clipped high.
+    UnsignedWithMarks,
     /// -128 to 127.
     Signed,
 }
@@ -164,7 +166,7 @@ impl Dialect {
                     origin: Origin::Volts,
                 },
                 error: ":SYST:ERR?".to_owned(),
-                code: Code::Unsigned,
+                code: Code::UnsignedWithMarks,
             },
         }
     }
@@ -213,19 +215,22 @@ impl Scale {
         })
     }
 
-    /// The volts of a sample, and whether it lies at the end of the converter's range.
-    pub(super) fn volts(&self, byte: u8, code: Code) -> (f64, bool) {
+    /// The volts of a sample, and whether it lies at the end of the converter's range; `None` for a sample that was not taken.
+    pub(super) fn volts(&self, byte: u8, code: Code) -> Option<(f64, bool)> {
         let clipped = match code {
             Code::Unsigned => byte == 0 || byte == u8::MAX,
+            Code::UnsignedWithMarks if byte == 0 => return None,
+            Code::UnsignedWithMarks => byte == 1 || byte == u8::MAX,
             Code::Signed => byte.cast_signed() == i8::MIN || byte.cast_signed() == i8::MAX,
         };
-        (self.at(code.steps(byte)), clipped)
+        Some((self.at(code.steps(byte)), clipped))
     }
 
     /// The amplitude that can be shown whole, V.
     pub(super) fn full_scale_v(&self, code: Code) -> f64 {
         let (least, most) = match code {
             Code::Unsigned => (0.0, 255.0),
+            Code::UnsignedWithMarks => (1.0, 255.0),
             Code::Signed => (-128.0, 127.0),
         };
         self.at(least).abs().min(self.at(most).abs())
@@ -239,7 +244,7 @@ impl Scale {
 impl Code {
     fn steps(self, byte: u8) -> f64 {
         match self {
-            Self::Unsigned => f64::from(byte),
+            Self::Unsigned | Self::UnsignedWithMarks => f64::from(byte),
             Self::Signed => f64::from(byte.cast_signed()),
         }
     }
@@ -275,6 +280,11 @@ mod tests {
 
     use super::*;
 
+    /// The volts of a sample that was taken, and whether it is clipped.
+    fn taken(scale: &Scale, byte: u8, code: Code) -> (f64, bool) {
+        scale.volts(byte, code).expect("a sample")
+    }
+
     #[test]
     fn a_preamble_in_steps_means_what_its_maker_says() {
         // Of a programming guide's example: step 0.008 V, origin 50, reference 127.
@@ -282,9 +292,9 @@ mod tests {
             Scale::of_preamble("0,2,600,2,1.000000e-06,-0.000006,0,0.008000,50,127", Origin::Steps)
                 .expect("a preamble");
         assert_eq!(scale.interval_s, 1e-6);
-        assert_eq!(scale.volts(177, Code::Unsigned), (0.0, false));
-        assert!((scale.volts(178, Code::Unsigned).0 - 0.008).abs() < 1e-12);
-        assert!(scale.volts(255, Code::Unsigned).1 && scale.volts(0, Code::Unsigned).1);
+        assert_eq!(scale.volts(177, Code::Unsigned), Some((0.0, false)));
+        assert!((taken(&scale, 178, Code::Unsigned).0 - 0.008).abs() < 1e-12);
+        assert!(taken(&scale, 255, Code::Unsigned).1 && taken(&scale, 0, Code::Unsigned).1);
         assert!((scale.full_scale_v(Code::Unsigned) - 78.0 * 0.008).abs() < 1e-12);
     }
 
@@ -295,8 +305,13 @@ mod tests {
             Origin::Volts,
         )
         .expect("a preamble");
-        assert!((scale.volts(128, Code::Unsigned).0 - 0.5).abs() < 1e-12);
-        assert!((scale.volts(138, Code::Unsigned).0 - 0.6).abs() < 1e-12);
+        let code = Code::UnsignedWithMarks;
+        assert!((taken(&scale, 128, code).0 - 0.5).abs() < 1e-12);
+        assert!((taken(&scale, 138, code).0 - 0.6).abs() < 1e-12);
+        // The guide's special values: a hole, clipped low, clipped high.
+        assert_eq!(scale.volts(0, code), None);
+        assert!(taken(&scale, 1, code).1 && taken(&scale, 255, code).1);
+        assert!(!taken(&scale, 2, code).1 && !taken(&scale, 254, code).1);
     }
 
     #[test]
@@ -305,9 +320,16 @@ mod tests {
             .expect("numbers");
         assert!((scale.interval_s - 1e-9).abs() < 1e-24);
         // 25 steps a division of half a volt; the offset is taken off.
-        assert!((scale.volts(25, Code::Signed).0 - 1.5).abs() < 1e-12);
-        assert!((scale.volts(231, Code::Signed).0 - 0.5).abs() < 1e-12, "231 is -25");
-        assert!(scale.volts(0x80, Code::Signed).1 && scale.volts(0x7f, Code::Signed).1);
+        let code = Code::Signed;
+        assert!((taken(&scale, 25, code).0 - 1.5).abs() < 1e-12);
+        assert!((taken(&scale, 231, code).0 - 0.5).abs() < 1e-12, "231 is -25");
+        assert!(taken(&scale, 0x80, code).1 && taken(&scale, 0x7f, code).1);
+        // The example of the programming guide: the first sample, 2, is 0.54 V.
+        let scale =
+            Scale::of_settings("C1:VDIV 5.00E-01V", "C1:OFST -5.00E-01V", "SARA 500.0kSa/s")
+                .expect("numbers");
+        assert!((taken(&scale, 2, code).0 - 0.54).abs() < 1e-12);
+        assert!((scale.interval_s - 2e-6).abs() < 1e-18);
     }
 
     #[test]

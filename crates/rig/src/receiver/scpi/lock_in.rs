@@ -24,6 +24,11 @@ pub enum RecordFault {
         /// Cycles of the carrier in it.
         cycles: f64,
     },
+    /// Some samples were not taken.
+    #[error(
+        "the record has samples that were not taken (value 0): it was read before it was complete"
+    )]
+    Hole,
     /// Too coarse.
     #[error(
         "the record has {samples_a_cycle:.1} samples per cycle of the carrier; at least {FEWEST_SAMPLES_A_CYCLE} are needed"

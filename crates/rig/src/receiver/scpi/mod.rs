@@ -260,7 +260,9 @@ impl<L: ByteLink> ScpiReceiver<L> {
         let samples = self.block().await?;
         self.in_step = true;
         let code = self.dialect.code;
-        let volts: Vec<(f64, bool)> = samples.iter().map(|&byte| scale.volts(byte, code)).collect();
+        let taken: Option<Vec<(f64, bool)>> =
+            samples.iter().map(|&byte| scale.volts(byte, code)).collect();
+        let volts = taken.ok_or_else(|| self.wire.error(Cause::Record(RecordFault::Hole)))?;
         let values: Vec<f64> = volts.iter().map(|(volts, _)| *volts).collect();
         let amplitude_v = lock_in::lock_in(&values, scale.interval_s, self.carrier_hz)
             .map_err(|fault| self.wire.error(Cause::Record(fault)))?;

@@ -1,5 +1,7 @@
 //! A robot that refuses what it must not do.
 
+use std::time::Duration;
+
 use async_trait::async_trait;
 
 use super::Advice;
@@ -106,6 +108,10 @@ impl Motion for Guarded {
 
     async fn position(&mut self) -> Result<RobotPosition, RigError> {
         self.robot.position().await
+    }
+
+    fn query_pause(&self) -> Duration {
+        self.robot.query_pause()
     }
 
     async fn stop(&mut self) -> Result<(), RigError> {

@@ -18,7 +18,7 @@ use crate::link::{ByteLink, Wire};
 use crate::space::RobotPosition;
 
 /// The least time between two status queries: a board at 8 bits has to find the time for the answer.
-const BETWEEN_QUERIES: Duration = Duration::from_millis(200);
+pub(super) const BETWEEN_QUERIES: Duration = Duration::from_millis(200);
 
 /// Silence in which a report is lost. It is answered between two segments of a move, not behind them.
 const REPORT_WITHIN: Duration = Duration::from_secs(1);

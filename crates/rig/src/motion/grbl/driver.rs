@@ -8,7 +8,7 @@ use tokio::time::Instant;
 use super::advice::advice;
 use super::build_info::BuildInfo;
 use super::config::{GrblConfig, HomingCommand};
-use super::connection::{Connection, LineOutcome, homing_is_off};
+use super::connection::{BETWEEN_QUERIES, Connection, LineOutcome, homing_is_off};
 use super::error_code;
 use super::line::{Line, SOFT_RESET, SYNC};
 use super::settings::{Settings, SettingsReadings};
@@ -410,6 +410,10 @@ impl<L: ByteLink> Motion for Grbl<L> {
     async fn position(&mut self) -> Result<RobotPosition, RigError> {
         self.connection.wire.attempting("reading the position");
         Ok(self.connection.status().await?.at)
+    }
+
+    fn query_pause(&self) -> Duration {
+        BETWEEN_QUERIES
     }
 
     async fn stop(&mut self) -> Result<(), RigError> {

@@ -35,9 +35,10 @@ const PLACED_WITHIN_M: f64 = 0.05e-3;
 pub enum FlightFault {
     /// Too few samples per point.
     #[error(
-        "at {speed_mm_s} mm/s a receiver of {rate_hz} Hz gives {samples:.1} samples per point; at least {least} are needed"
+        "at {speed_mm_s} mm/s a receiver of {rate_hz} Hz gives {:.1} samples per point; at least {least} are needed",
+        (samples * 10.0 + 1e-9).floor() / 10.0
     )]
-    #[diagnostic(help("lower `speed_mm_s` in [fly] of the plan to {most_mm_s:.0} at most"))]
+    #[diagnostic(help("lower `speed_mm_s` in [fly] of the plan to {:.1} at most", (most_mm_s * 10.0 + 1e-9).floor() / 10.0))]
     TooFast {
         /// Speed in the plan, mm/s.
         speed_mm_s: f64,

@@ -8,7 +8,7 @@ use std::fmt;
 use std::time::Duration;
 
 use serde::Serialize;
-use tokio::time::Instant;
+use tokio::time::{Instant, sleep};
 
 use super::call::Call;
 use super::config::RigConfig;
@@ -275,6 +275,8 @@ async fn check_motion(
     let mut position = first;
     let mut wanders_m = 0.0_f64;
     for _ in 0..QUERIES {
+        // The driver's own pause is no latency of the link.
+        sleep(motion.query_pause()).await;
         let start = Instant::now();
         position = recorded(logs, &Call::Position, motion.position()).await?;
         times.push(start.elapsed());

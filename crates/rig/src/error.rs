@@ -267,7 +267,7 @@ impl Cause {
             }
             Self::Io(_) => "check the device's cable and power",
             Self::Silent { .. } => {
-                "check cable and power, and that port and baud rate in the rig file belong to this device"
+                "check cable and power, and that port and baud rate in the rig file belong to this device. A robot that has halted answers nothing: reset it"
             }
             Self::Unreadable { .. } => {
                 "check that port and baud rate in the rig file belong to this device"
@@ -279,7 +279,7 @@ impl Cause {
                 "look for a loose plug or a supply voltage that drops; `resume` homes the robot and continues"
             }
             Self::Halted { .. } => {
-                "remove the cause, switch the robot off and on, then `resume` the scan"
+                "remove the cause (an emergency stop, a temperature, an end switch), reset the board or switch the robot off and on, then `resume` the scan"
             }
             Self::Shutdown { .. } => {
                 "remove the cause, send FIRMWARE_RESTART (by Klipper's web page or `echo FIRMWARE_RESTART > /tmp/printer`), then `resume`, which homes the robot and continues"
@@ -291,7 +291,7 @@ impl Cause {
                 "move any axis off its end switch, compare `travel_mm` with $130 to $132, then `resume`, which homes the robot and continues"
             }
             Self::Paused { .. } => {
-                "close the door or release the hold button, then `resume`, which homes the robot and continues"
+                "close the door or release the hold button, then `resume`, which homes the robot and continues. Noise on the line of a robot under GRBL can hold it as well (a digit 1 becomes `!`)"
             }
             Self::StillMoving => {
                 "compare the speed and acceleration limits in the firmware with `feed_mm_s`"
@@ -314,7 +314,7 @@ impl Cause {
                 "change the plan, or, if the machine allows it, `travel_mm` and `[[motion.keep_out]]` in the rig file"
             }
             Self::WrongPosition { .. } => {
-                "check the firmware's soft limits and look for lost steps; `position_tolerance_mm` must not be below the resolution of the firmware's reports"
+                "check the firmware's soft limits and look for lost steps; `position_tolerance_mm` must not be below the resolution of the firmware's reports. GRBL and Klipper check no checksum, so noise on the line can send the robot elsewhere as well: use a shorter or shielded cable"
             }
             Self::ElementCount { .. } => {
                 "describe the connected array under [array] in the rig file"

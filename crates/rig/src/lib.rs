@@ -115,6 +115,11 @@ pub trait Motion: Send {
     /// The reported position. Also answers before homing, when the position is not yet defined.
     async fn position(&mut self) -> Result<RobotPosition, RigError>;
 
+    /// How long the driver waits between two queries of the position, so as not to burden the firmware.
+    fn query_pause(&self) -> Duration {
+        Duration::ZERO
+    }
+
     /// Stops at once. The position is unknown afterwards.
     async fn stop(&mut self) -> Result<(), RigError>;
 

@@ -1,12 +1,15 @@
 //! The virtual rig's time, shared by its three devices.
 
 use std::sync::Mutex;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde::Deserialize;
 use tokio::sync::Notify;
+use tokio::time::Instant;
 
 use fieldgap_input::Positive;
+
+const NANOSECOND: Duration = Duration::from_nanos(1);
 
 /// How virtual time passes.
 ///
@@ -18,7 +21,7 @@ pub enum Pace {
     /// `M400`, by `n / rate` for `n` readings. Waiting takes no wall time, and nothing depends on the computer's speed: the same
     /// commands give the same bytes.
     Lockstep,
-    /// Virtual time is wall time multiplied by this factor.
+    /// Virtual time is wall time multiplied by this factor. In a test with paused time it is the time of the test.
     Times(Positive),
 }
 
@@ -83,7 +86,8 @@ impl Clock {
                 Pace::Lockstep => jumped.await,
                 Pace::Times(factor) => {
                     let wall_s = (remaining_s / factor.get()).min(3600.0);
-                    tokio::time::sleep(Duration::from_secs_f64(wall_s)).await;
+                    // What is below a nanosecond is rounded off, and would be waited for without end in paused time.
+                    tokio::time::sleep(Duration::from_secs_f64(wall_s) + NANOSECOND).await;
                 }
             }
         }

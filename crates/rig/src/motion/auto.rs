@@ -53,7 +53,10 @@ impl AutoConfig {
         tracing::info!(device = %wire.device(), "identified the firmware as {firmware:?}");
         Ok(match firmware {
             Firmware::Marlin => Box::new(Marlin::begin(wire, &MarlinConfig::default()).await?),
-            Firmware::Klipper => Box::new(Klipper::begin(wire, &KlipperConfig::default()).await?),
+            Firmware::Klipper => {
+                let config = KlipperConfig::default();
+                Box::new(Klipper::begin(wire, &config, section.envelope()).await?)
+            }
             Firmware::Grbl => {
                 let (envelope, feed) = (section.envelope(), section.feed());
                 Box::new(Grbl::begin(wire, &GrblConfig::default(), envelope, feed).await?)

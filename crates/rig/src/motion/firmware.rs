@@ -32,7 +32,8 @@ impl Firmware {
         {
             return Some(Self::Grbl);
         }
-        (line == "start" || begins(&["echo:", "Marlin ", "FIRMWARE_NAME:"])).then_some(Self::Marlin)
+        let is_marlin = begins(&["echo:", "Marlin ", "FIRMWARE_NAME:", "Error:Printer halted"]);
+        (line == "start" || is_marlin).then_some(Self::Marlin)
     }
 }
 
@@ -49,6 +50,7 @@ mod tests {
             ("Marlin 2.1.2.1", Some(Firmware::Marlin)),
             ("echo:Unknown command: \"$I\"", Some(Firmware::Marlin)),
             ("FIRMWARE_NAME:Marlin 2.1.2.1 (x) SOURCE_CODE_URL:y", Some(Firmware::Marlin)),
+            ("Error:Printer halted. kill() called!", Some(Firmware::Marlin)),
             ("Grbl 1.1h ['$' for help]", Some(Firmware::Grbl)),
             ("GrblHAL 1.1f ['$' or '$HELP' for help]", Some(Firmware::Grbl)),
             ("FIRMWARE_NAME:grblHAL x", Some(Firmware::Grbl)),

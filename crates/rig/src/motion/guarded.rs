@@ -1,5 +1,7 @@
 //! A robot that refuses what it must not do.
 
+use std::time::Duration;
+
 use async_trait::async_trait;
 
 use super::Advice;
@@ -8,6 +10,12 @@ use crate::device::Device;
 use crate::error::{Cause, RigError};
 use crate::space::{Feed, RobotPosition};
 use crate::{Emergency, Motion};
+
+/// Two reports of one place differ by less, m: the finest resolution of a report is coarser.
+const SAME_PLACE_M: f64 = 1e-6;
+
+/// Reports asked for until two in a row agree. One of them is damaged only where the line is noisy.
+const MOST_REPORTS: u32 = 6;
 
 /// Any robot, held to homing, travel, keep-out boxes and to arriving where it was sent.
 ///
@@ -24,6 +32,24 @@ impl Guarded {
     /// Guards `robot`: it stays within `envelope` and arrives within `tolerance_m` along each axis.
     pub fn new(robot: Box<dyn Motion>, envelope: Envelope, tolerance_m: f64) -> Self {
         Self { robot, envelope, tolerance_m, at: None }
+    }
+
+    /// Where the robot stands, given one report that may be damaged: what two reports in a row say, or one that `is_expected`.
+    async fn confirmed(
+        &mut self,
+        first: RobotPosition,
+        attempt: String,
+        is_expected: impl Fn(RobotPosition) -> bool + Send,
+    ) -> Result<RobotPosition, RigError> {
+        let mut before = first;
+        for _ in 1..MOST_REPORTS {
+            let reported = self.robot.position().await?;
+            if is_expected(reported) || reported.is_within(SAME_PLACE_M, before) {
+                return Ok(reported);
+            }
+            before = reported;
+        }
+        Err(self.error(attempt, Cause::RepeatedlyDamaged { times: MOST_REPORTS }))
     }
 
     fn error(&self, attempt: String, cause: Cause) -> RigError {
@@ -47,7 +73,9 @@ impl Motion for Guarded {
 
     async fn home(&mut self) -> Result<RobotPosition, RigError> {
         self.at = None;
-        let position = self.robot.home().await?;
+        let reported = self.robot.home().await?;
+        // The paths of all moves begin here, so one report is not enough.
+        let position = self.confirmed(reported, "homing".to_owned(), |_| false).await?;
         self.at = Some(position);
         Ok(position)
     }
@@ -64,12 +92,13 @@ impl Motion for Guarded {
             .map_err(|fault| self.error(attempt(), Cause::Forbidden(fault)))?;
         self.at = None;
         let mut reported = self.robot.move_to(target, feed).await?;
-        if !reported.is_within(self.tolerance_m, target) {
+        let tolerance_m = self.tolerance_m;
+        let has_arrived = |reported: RobotPosition| reported.is_within(tolerance_m, target);
+        if !has_arrived(reported) {
             // A digit may have been damaged on its way; a robot at another position reports it twice.
-            reported = self.robot.position().await?;
+            reported = self.confirmed(reported, attempt(), has_arrived).await?;
         }
-        if !reported.is_within(self.tolerance_m, target) {
-            let tolerance_m = self.tolerance_m;
+        if !has_arrived(reported) {
             let cause = Cause::WrongPosition { commanded: target, reported, tolerance_m };
             return Err(self.error(attempt(), cause));
         }
@@ -79,6 +108,10 @@ impl Motion for Guarded {
 
     async fn position(&mut self) -> Result<RobotPosition, RigError> {
         self.robot.position().await
+    }
+
+    fn query_pause(&self) -> Duration {
+        self.robot.query_pause()
     }
 
     async fn stop(&mut self) -> Result<(), RigError> {
@@ -195,7 +228,7 @@ mod tests {
     #[tokio::test]
     async fn a_robot_at_another_position_is_detected() {
         let clamped = mm(9.94, 0.0, 0.0);
-        let (mut robot, _) = guarded(&[clamped, clamped]);
+        let (mut robot, _) = guarded(&[mm(0.0, 0.0, 0.0), clamped, clamped]);
         robot.home().await.expect("homes");
         let error = robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect_err("elsewhere");
         assert!(error.to_string().contains("0.060 mm off, where 0.050 mm is allowed"), "{error}");
@@ -204,10 +237,23 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn one_damaged_report_is_asked_for_again() {
-        let (mut robot, _) = guarded(&[mm(100.0, 0.0, 0.0)]);
+    async fn damaged_reports_are_asked_for_again() {
+        let damaged =
+            [mm(0.0, 0.0, 0.0), mm(100.0, 0.0, 0.0), mm(18.0, 0.0, 0.0), mm(10.0, 4.0, 0.0)];
+        let (mut robot, _) = guarded(&damaged);
         robot.home().await.expect("homes");
         let reported = robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect("arrives");
         assert_eq!(reported, mm(10.0, 0.0, 0.0));
+    }
+
+    #[tokio::test]
+    async fn the_place_after_homing_is_what_two_reports_say() {
+        let (mut robot, _) = guarded(&[mm(40.0, 0.0, 0.0), mm(0.0, 8.0, 0.0)]);
+        assert_eq!(robot.home().await.expect("homes"), mm(0.0, 0.0, 0.0));
+        let never_alike: Vec<_> = (1..9).map(|x| mm(f64::from(x), 0.0, 0.0)).collect();
+        let (mut robot, _) = guarded(&never_alike);
+        let error = robot.home().await.expect_err("no two agree");
+        assert!(matches!(error.cause(), Cause::RepeatedlyDamaged { .. }), "{error}");
+        assert!(robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.is_err(), "the place is not known");
     }
 }

@@ -25,8 +25,8 @@ const ANSWER_WITHIN: Duration = Duration::from_secs(2);
 /// How often a starting board is asked: opening its port resets many.
 const TRIES_AT_START: u32 = 6;
 
-/// Silence after which nothing of an earlier answer is left.
-const QUIET: Duration = Duration::from_millis(50);
+/// What marks begin with. The firmware echoes them (`M118`), or repeats them as an unknown command.
+const MARK: &str = "fieldgap-pin-";
 
 /// `[receiver.marlin_pin]`: which pin, and what its counts mean.
 #[derive(Debug, Clone, Deserialize)]
@@ -102,6 +102,10 @@ pub struct MarlinPinReceiver<L> {
     began: Instant,
     /// False while a late answer to an earlier query may still arrive.
     in_step: bool,
+    /// The last mark; no two of a session are alike.
+    mark: u64,
+    /// Whether this board echoes marks; not known before the first.
+    echoes_marks: Option<bool>,
 }
 
 impl<L: ByteLink> MarlinPinReceiver<L> {
@@ -110,6 +114,8 @@ impl<L: ByteLink> MarlinPinReceiver<L> {
     /// # Errors
     /// That nothing answers, or that the firmware does not report the pin's value.
     pub async fn begin(wire: Wire<L>, config: &MarlinPinConfig) -> Result<Self, RigError> {
+        // The openings before this one may have left answers on their way.
+        let mark = u64::from(wire.opening()) << 32;
         let mut receiver = Self {
             wire,
             identity: ReceiverIdentity {
@@ -123,6 +129,8 @@ impl<L: ByteLink> MarlinPinReceiver<L> {
             full_scale_counts: config.full_scale_counts.get(),
             began: Instant::now(),
             in_step: false,
+            mark,
+            echoes_marks: None,
         };
         receiver.wire.attempting("reading the pin");
         let mut tries = 1;
@@ -143,13 +151,41 @@ impl<L: ByteLink> MarlinPinReceiver<L> {
         Ok(receiver)
     }
 
+    /// Lets all answers to earlier queries pass: behind an echoed mark none is left. A board that echoes no mark is waited for
+    /// until it has been silent as long as one answer may take.
+    async fn get_in_step(&mut self) -> Result<(), RigError> {
+        if self.echoes_marks != Some(false) {
+            self.mark += 1;
+            let mark = format!("{MARK}{}", self.mark);
+            self.wire.send(format!("M118 {mark}\n").as_bytes()).await?;
+            let (mut marked, mut answered) = (false, false);
+            while let Some(line) = self.wire.line(Instant::now() + ANSWER_WITHIN).await? {
+                marked |= line.trim_end_matches('"').ends_with(&mark);
+                answered |= is_ok(&line);
+                if marked && is_ok(&line) {
+                    self.echoes_marks = Some(true);
+                    return Ok(());
+                }
+            }
+            match self.echoes_marks {
+                Some(_) => return Err(self.wire.error(Cause::Silent { waited: ANSWER_WITHIN })),
+                None if answered => self.echoes_marks = Some(false),
+                // A board that has not started yet.
+                None => {}
+            }
+            return Ok(());
+        }
+        let until = Instant::now() + 2 * ANSWER_WITHIN;
+        while Instant::now() < until
+            && !self.wire.bytes(Instant::now() + ANSWER_WITHIN).await?.is_empty()
+        {}
+        Ok(())
+    }
+
     /// The pin's value now, in counts.
     async fn value(&mut self) -> Result<f64, RigError> {
         if !self.in_step {
-            let until = Instant::now() + ANSWER_WITHIN;
-            while Instant::now() < until
-                && !self.wire.bytes(Instant::now() + QUIET).await?.is_empty()
-            {}
+            self.get_in_step().await?;
         }
         self.in_step = false;
         self.wire.send(format!("{}\n", self.query).as_bytes()).await?;
@@ -160,7 +196,7 @@ impl<L: ByteLink> MarlinPinReceiver<L> {
             if line.contains("nknown command") || line.contains("protected") {
                 refusal = Some(line.clone());
             }
-            if line == "ok" || line.starts_with("ok ") {
+            if is_ok(&line) {
                 self.in_step = true;
                 let cause = match refusal {
                     Some(reply) => Cause::Refused { reply },
@@ -171,6 +207,11 @@ impl<L: ByteLink> MarlinPinReceiver<L> {
         }
         Err(self.wire.error(Cause::Silent { waited: ANSWER_WITHIN }))
     }
+}
+
+/// Whether a line acknowledges a command.
+fn is_ok(line: &str) -> bool {
+    line == "ok" || line.starts_with("ok ")
 }
 
 /// The number after a mark in a line.
@@ -208,9 +249,13 @@ impl<L: ByteLink> Receiver for MarlinPinReceiver<L> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
     use proptest::prelude::*;
     use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, DuplexStream, duplex};
 
+    use super::super::held_link::held_link;
     use super::*;
     use fieldgap_input::toml_text;
 
@@ -271,6 +316,56 @@ mod tests {
         assert!(error.to_string().contains("M43 P57"), "{error}");
         let error = opened("pin = 57", "echo:busy\n").await.expect_err("no ok");
         assert!(matches!(error.cause(), Cause::Silent { .. }), "{error}");
+    }
+
+    /// A board that counts its answers, one a query, whose answers are held back and then come in slices.
+    #[tokio::test(start_paused = true)]
+    async fn a_late_answer_is_not_taken_for_the_next_ones() {
+        for echoes in [true, false] {
+            for pause_ms in [5, 100, 900] {
+                let (near, far) = duplex(4096);
+                let asked = Arc::new(AtomicU32::new(0));
+                let board = Arc::clone(&asked);
+                tokio::spawn(async move {
+                    let mut far = BufReader::new(far);
+                    let mut line = String::new();
+                    while far.read_line(&mut line).await.is_ok_and(|count| count > 0) {
+                        let said = match line.trim().strip_prefix("M118 ") {
+                            Some(mark) if echoes => format!("{mark}\nok\n"),
+                            Some(_) => "ok\n".to_owned(),
+                            None => {
+                                let number = board.fetch_add(1, Ordering::Relaxed) + 1;
+                                format!("Analog in = {number:5}\nok\n")
+                            }
+                        };
+                        line.clear();
+                        if far.get_mut().write_all(said.as_bytes()).await.is_err() {
+                            return;
+                        }
+                    }
+                });
+                let (near, hold) = held_link(near, 20, Duration::from_millis(pause_ms));
+                let config: MarlinPinConfig =
+                    toml_text(std::path::Path::new("rig.toml"), "pin = 57").expect("a valid table");
+                let wire = Wire::new(near, Device::new(Role::Receiver, "memory"));
+                let mut receiver = MarlinPinReceiver::begin(wire, &config).await.expect("opens");
+                hold.send_replace(true);
+                let given_up = receiver.read_point(Duration::ZERO, 4).await;
+                assert!(given_up.is_err(), "nothing came");
+                hold.send_replace(false);
+                for _ in 0..6 {
+                    // Here the robot moves.
+                    let before = asked.load(Ordering::Relaxed);
+                    if let Ok(counts) = receiver.value().await {
+                        assert!(
+                            counts > f64::from(before),
+                            "{echoes} {pause_ms}: it is {counts}, of before the query {before}"
+                        );
+                    }
+                }
+                assert!(receiver.value().await.is_ok(), "it catches up in the end");
+            }
+        }
     }
 
     proptest! {

@@ -6,6 +6,8 @@
 mod binary;
 mod config;
 mod free_running;
+#[cfg(test)]
+mod held_link;
 mod marlin_pin;
 pub mod protocol;
 mod reading;

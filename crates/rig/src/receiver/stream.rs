@@ -299,9 +299,13 @@ impl Decoder {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
     use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, DuplexStream, duplex};
 
     use super::super::binary::tests::frame;
+    use super::super::held_link::held_link;
     use super::*;
 
     /// What goes wrong with one run of samples.
@@ -329,9 +333,23 @@ mod tests {
         seq: u32,
         faults: Vec<Fault>,
         endless: bool,
+        /// Its clock, for the tests to look at.
+        clock: Arc<AtomicU64>,
     }
 
     impl Firmware {
+        fn on(link: DuplexStream) -> Self {
+            Self {
+                link: BufReader::new(link),
+                binary: false,
+                t_us: 3_000_000,
+                seq: 100,
+                faults: Vec::new(),
+                endless: false,
+                clock: Arc::default(),
+            }
+        }
+
         async fn run(mut self, greeting: &[u8]) {
             if self.link.get_mut().write_all(greeting).await.is_err() {
                 return;
@@ -363,6 +381,7 @@ mod tests {
                     unknown => format!("error unknown {unknown}\n").into_bytes(),
                 };
                 line.clear();
+                self.clock.store(self.t_us, Ordering::Relaxed);
                 if self.link.get_mut().write_all(&answer).await.is_err() {
                     return;
                 }
@@ -419,14 +438,7 @@ mod tests {
         faults: &[Fault],
     ) -> StreamReceiver<DuplexStream> {
         let (near, far) = duplex(64 * 1024);
-        let firmware = Firmware {
-            link: BufReader::new(far),
-            binary: false,
-            t_us: 3_000_000,
-            seq: 100,
-            faults: faults.to_vec(),
-            endless: false,
-        };
+        let firmware = Firmware { faults: faults.to_vec(), ..Firmware::on(far) };
         let greeting = greeting.to_vec();
         tokio::spawn(async move { firmware.run(&greeting).await });
         let wire = Wire::new(near, Device::new(Role::Receiver, "memory"));
@@ -547,5 +559,49 @@ mod tests {
         receiver.read_point(SETTLE, 16).await.expect("the first run was sent whole");
         let error = receiver.read_point(SETTLE, 16).await.expect_err("pulled");
         assert!(matches!(error.cause(), Cause::Disconnected), "{error}");
+    }
+
+    /// The robot moves while answers are held back, a reading is given up, and the answers then come in slices.
+    async fn reads_only_what_is_new(held: Duration, pause: Duration) {
+        for encoding in [Encoding::Text, Encoding::Binary] {
+            let (near, far) = duplex(64 * 1024);
+            let firmware = Firmware::on(far);
+            let clock = Arc::clone(&firmware.clock);
+            tokio::spawn(async move { firmware.run(b"").await });
+            let (near, hold) = held_link(near, 400, pause);
+            let wire = Wire::new(near, Device::new(Role::Receiver, "memory"));
+            let mut receiver = StreamReceiver::begin(wire, encoding).await.expect("opens");
+            receiver.read_point(SETTLE, 16).await.expect("reads");
+            hold.send_replace(true);
+            let given_up = tokio::time::timeout(held, receiver.read_point(SETTLE, 16)).await;
+            assert!(!matches!(given_up, Ok(Ok(_))), "nothing came");
+            hold.send_replace(false);
+            for _ in 0..20 {
+                // Here the robot moves.
+                let asked_at_s = clock.load(Ordering::Relaxed) as f64 * 1e-6;
+                if let Ok(reading) = receiver.read_point(SETTLE, 16).await {
+                    assert!(
+                        reading.first_t_s >= asked_at_s + SETTLE.as_secs_f64(),
+                        "{encoding:?}: taken {:.4} s before it was asked for",
+                        asked_at_s - reading.first_t_s
+                    );
+                }
+            }
+            let soon = pause < Duration::from_secs(1);
+            assert!(
+                !soon || receiver.read_point(SETTLE, 16).await.is_ok(),
+                "it catches up in the end"
+            );
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn no_sample_from_before_the_question_is_taken_however_late_the_answers_come() {
+        for held_s in [1, 3, 5, 9, 60] {
+            for pause_ms in [10, 300, 2500, 7000] {
+                let (held, pause) = (Duration::from_secs(held_s), Duration::from_millis(pause_ms));
+                reads_only_what_is_new(held, pause).await;
+            }
+        }
     }
 }

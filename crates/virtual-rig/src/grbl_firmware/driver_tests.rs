@@ -253,13 +253,14 @@ async fn fails_in_a_move(damage: Damage) -> (Bench, RigError) {
 #[tokio::test(start_paused = true)]
 async fn a_session_opens_without_moving_and_keeps_the_motors_on() {
     let bench = Bench::with(Dialect::Grbl, GrblSettings::default(), &[]).await.expect("it opens");
-    assert_eq!(bench.received_lines(), ["$I", "$$", "$1=255"]);
+    // The settings are read twice, and again behind the one that was written.
+    assert_eq!(bench.received_lines(), ["$I", "$$", "$$", "$1=255", "$$", "$$"]);
     assert_eq!(bench.robot.firmware(), "Grbl 1.1h");
     assert_eq!(bench.head_mm(), Vector3::new(42.0, 61.0, 180.0));
     assert!(bench.robot.advice().is_empty(), "{:?}", bench.robot.advice());
     let held = GrblSettings { idle_ms: 255, ..GrblSettings::default() };
     let bench = Bench::with(Dialect::GrblHal, held, &[]).await.expect("it opens");
-    assert_eq!(bench.received_lines(), ["$I", "$$"], "nothing is written that is so already");
+    assert_eq!(bench.received_lines(), ["$I", "$$", "$$"], "nothing is written that is so already");
     assert_eq!(bench.robot.firmware(), "GrblHAL 1.1f");
 }
 
@@ -428,6 +429,16 @@ async fn a_dead_board_is_given_up_in_bounded_time() {
     let error = error.expect_err("nobody answers");
     assert!(matches!(error.cause(), Cause::Silent { .. }), "{error}");
     assert!(begun.elapsed() < Duration::from_secs(30));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_query_behind_the_drivers_own_pause_takes_as_long_as_the_firmware() {
+    let mut bench = Bench::new(Dialect::Grbl, &[]).await;
+    bench.robot.position().await.expect("it answers");
+    tokio::time::sleep(bench.robot.query_pause()).await;
+    let asked = Instant::now();
+    bench.robot.position().await.expect("it answers");
+    assert!(asked.elapsed() < Duration::from_millis(10), "{:?}", asked.elapsed());
 }
 
 proptest! {

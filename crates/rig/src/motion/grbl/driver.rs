@@ -8,10 +8,10 @@ use tokio::time::Instant;
 use super::advice::advice;
 use super::build_info::BuildInfo;
 use super::config::{GrblConfig, HomingCommand};
-use super::connection::{Connection, LineOutcome, homing_is_off};
+use super::connection::{BETWEEN_QUERIES, Connection, LineOutcome, homing_is_off};
 use super::error_code;
 use super::line::{Line, SOFT_RESET, SYNC};
-use super::settings::Settings;
+use super::settings::{Settings, SettingsReadings};
 use super::status::State;
 use crate::config::MotionConfig;
 use crate::device::Device;
@@ -27,10 +27,13 @@ use crate::{Emergency, Motion};
 const MOVE_SLACK: Slack = Slack { factor: 2.0, extra: Duration::from_secs(10) };
 
 /// How often a move that was not executed is sent again.
-const MOST_REPEATS: u32 = 5;
+const MOST_REPEATS: u32 = 8;
 
-/// Homing takes longer than this, at any speed.
-const SHORTEST_HOMING: Duration = Duration::from_secs(1);
+/// Readings of the settings until each was read twice alike: a damaged digit would be taken for a travel or a resolution.
+const MOST_READINGS: u32 = 12;
+
+/// How the firmware says that a line would have left its travel: it refuses such a line before any step.
+const SOFT_LIMIT: &str = "ALARM:2";
 
 /// So many reports of a standstill elsewhere, and that is where the robot stands.
 const ELSEWHERE_REPORTS: u32 = 3;
@@ -112,9 +115,7 @@ impl<L: ByteLink> Grbl<L> {
         if self.hold_motors
             && let Some(idle_ms) = self.settings.motors_release_after_ms()
         {
-            self.connection.ask("$1=255", |_| true).await?;
-            tracing::warn!(device = %self.connection.wire.device(), "the motors switched off {idle_ms} ms after each move; `$1=255` was set, so that they hold");
-            self.settings.motors_hold();
+            self.hold_motors(idle_ms, build).await?;
         }
         self.firmware = self.connection.name().to_owned();
         self.advice = advice(&self.settings, self.feed);
@@ -128,13 +129,36 @@ impl<L: ByteLink> Grbl<L> {
         Ok(())
     }
 
+    /// Reads the settings until each was read twice alike.
     async fn read_settings(&mut self, build: BuildInfo) -> Result<(), RigError> {
         let flavour = self.connection.flavour();
-        let whole = |answer: &[String]| Settings::from_lines(answer, build, flavour).is_complete();
-        let answer = self.connection.ask("$$", whole).await?;
-        self.settings = Settings::from_lines(&answer, build, flavour);
-        self.connection.set_reports_inches(self.settings.reports_inches());
-        Ok(())
+        let mut readings = SettingsReadings::default();
+        for _ in 0..MOST_READINGS {
+            readings.add(&self.connection.ask("$$", |_| true).await?);
+            if let Some(settings) = readings.settings(build, flavour) {
+                self.connection.set_reports_inches(settings.reports_inches());
+                self.settings = settings;
+                return Ok(());
+            }
+        }
+        Err(self.connection.wire.error(Cause::RepeatedlyDamaged { times: MOST_READINGS }))
+    }
+
+    /// Keeps the motors on. A damaged line may have written another setting, so all are read again.
+    async fn hold_motors(&mut self, idle_ms: f64, build: BuildInfo) -> Result<(), RigError> {
+        let before = self.settings.clone();
+        for _ in 0..MOST_REPEATS {
+            self.connection.ask("$1=255", |_| true).await?;
+            self.read_settings(build).await?;
+            if let Some(cause) = self.settings.changed_beside_the_motors(&before) {
+                return Err(self.connection.wire.error(cause));
+            }
+            if self.settings.motors_release_after_ms().is_none() {
+                tracing::warn!(device = %self.connection.wire.device(), "the motors switched off {idle_ms} ms after each move; `$1=255` was set, so that they hold");
+                return Ok(());
+            }
+        }
+        Err(self.connection.wire.error(Cause::RepeatedlyDamaged { times: MOST_REPEATS }))
     }
 
     /// Homes by one command, and takes it for done where that shows.
@@ -143,10 +167,8 @@ impl<L: ByteLink> Grbl<L> {
     /// machine must stand where homing ends, or have taken its time.
     async fn home_by(&mut self, command: &str, within: Duration) -> Result<(), RigError> {
         for _ in 0..MOST_REPEATS {
-            let begun = Instant::now();
-            let answered = self.connection.home(command, within).await?;
-            let took_its_time = answered && begun.elapsed() > SHORTEST_HOMING;
-            if took_its_time || self.stands_where_homing_ends(command).await? {
+            let took_its_time = self.connection.home(command, within).await?;
+            if took_its_time || self.stands_where_homing_ends(command, within).await? {
                 return Ok(());
             }
             // What is left of a damaged command goes with it.
@@ -155,8 +177,12 @@ impl<L: ByteLink> Grbl<L> {
         Err(self.connection.wire.error(Cause::RepeatedlyDamaged { times: MOST_REPEATS }))
     }
 
-    async fn stands_where_homing_ends(&mut self, command: &str) -> Result<bool, RigError> {
-        let seen = self.connection.status().await?;
+    async fn stands_where_homing_ends(
+        &mut self,
+        command: &str,
+        within: Duration,
+    ) -> Result<bool, RigError> {
+        let seen = self.connection.status_after_homing(within).await?;
         let axes = match command {
             "$HX" => 0..1,
             "$HY" => 1..2,
@@ -169,6 +195,65 @@ impl<L: ByteLink> Grbl<L> {
             && axes.into_iter().all(|axis| (at_mm[axis] - home_mm[axis]).abs() <= tolerance_mm))
     }
 
+    /// Sends a move and its end once; returns where the machine then stands.
+    async fn try_move(
+        &mut self,
+        lines: &[Line],
+        target: RobotPosition,
+        within: Duration,
+    ) -> Result<RobotPosition, RigError> {
+        let deadline = Instant::now() + within;
+        match self.connection.run(lines, within).await? {
+            LineOutcome::Taken => {}
+            LineOutcome::Unanswered => self.connection.begin().await?,
+            // Locked it is not: the connection has asked.
+            LineOutcome::Refused(code)
+                if code == error_code::LOCKED || error_code::may_be_damage(code) =>
+            {
+                self.connection.clear_error().await?;
+            }
+            LineOutcome::Refused(code) => return Err(self.connection.refused(code)),
+        }
+        self.stand_still(target, deadline).await
+    }
+
+    /// Goes on behind an error that a damaged line can cause without a step: a digit that became a reset, or a target out of
+    /// the firmware's travel. The machine must report that it still stands at `start`.
+    ///
+    /// # Errors
+    /// `error`, where something may have moved or the position may be lost.
+    async fn resume_at(
+        &mut self,
+        start: Option<RobotPosition>,
+        error: RigError,
+    ) -> Result<(), RigError> {
+        let locked = matches!(error.cause(), Cause::Alarm { reply, .. } if reply == SOFT_LIMIT);
+        if !locked && !matches!(error.cause(), Cause::Reset) {
+            return Err(error);
+        }
+        // A board whose power was off reports zero, and is locked or takes zero for its place.
+        let power_up = RobotPosition::from_axes_mm([0.0; 3]);
+        let Some(start) = start.filter(|&start| !self.is_at(start, power_up)) else {
+            return Err(error);
+        };
+        self.connection.begin().await?;
+        let expected = if locked { State::Alarm } else { State::Idle };
+        for _ in 0..ELSEWHERE_REPORTS {
+            let seen = self.connection.status().await?;
+            if seen.state != expected {
+                break;
+            }
+            if self.is_at(seen.at, start) {
+                if locked {
+                    self.connection.unlock().await?;
+                }
+                tracing::warn!(device = %self.connection.wire.device(), "{error}; the robot still stands at {start}, and the move is sent again");
+                return Ok(());
+            }
+        }
+        Err(error)
+    }
+
     /// Waits until the machine stands still and returns its position: at `target`, or several times elsewhere.
     ///
     /// Called after the dwell was answered. The report is asked for behind it, so it is of the time after the move.
@@ -177,18 +262,21 @@ impl<L: ByteLink> Grbl<L> {
         target: RobotPosition,
         deadline: Instant,
     ) -> Result<RobotPosition, RigError> {
-        let mut elsewhere = 0;
+        let (mut elsewhere, mut before) = (0, target);
         loop {
             let seen = self.connection.status().await?;
             match seen.state {
                 State::Idle if self.is_at(seen.at, target) => return Ok(seen.at),
-                State::Idle if elsewhere == ELSEWHERE_REPORTS => return Ok(seen.at),
-                State::Idle => elsewhere += 1,
+                // One report may be damaged.
+                State::Idle if elsewhere >= ELSEWHERE_REPORTS && self.is_at(seen.at, before) => {
+                    return Ok(seen.at);
+                }
+                State::Idle => (elsewhere, before) = (elsewhere + 1, seen.at),
                 State::Run | State::Jog | State::Home => elsewhere = 0,
                 State::Alarm => return Err(self.connection.alarm_state()),
                 state => return Err(self.connection.paused(state)),
             }
-            if Instant::now() >= deadline {
+            if Instant::now() >= deadline && seen.state != State::Idle {
                 return Err(self.connection.wire.error(Cause::StillMoving));
             }
         }
@@ -202,6 +290,29 @@ impl<L: ByteLink> Grbl<L> {
     fn is_between(&self, at: RobotPosition, start: RobotPosition, target: RobotPosition) -> bool {
         let detour_m = start.distance_m(at) + at.distance_m(target) - start.distance_m(target);
         detour_m <= self.settings.resolution_mm() * 1e-3
+    }
+
+    /// Whether a move that ended at another place than its target may be sent again.
+    ///
+    /// Where it was not executed, or ended in its middle as where the firmware's steps ran out, what is left is on the way that
+    /// was found free. Where a damaged digit has sent the machine elsewhere, the way there must have been free, and the way
+    /// from there to the target.
+    fn may_go_on(
+        &self,
+        at: RobotPosition,
+        start: Option<RobotPosition>,
+        target: RobotPosition,
+    ) -> bool {
+        let Some(start) = start else { return false };
+        if self.is_between(at, start, target) {
+            return true;
+        }
+        let free = self.envelope.check_path(start, at).is_ok()
+            && self.envelope.check_path(at, target).is_ok();
+        if free {
+            tracing::warn!(device = %self.connection.wire.device(), "the robot went to {at} instead of {target}: a line was damaged on its way, and GRBL's lines have no checksum. The way was free, and the move is sent again");
+        }
+        free
     }
 
     /// The distance over the slowest speed, and the time to reach it and to stop.
@@ -251,7 +362,7 @@ impl<L: ByteLink> Motion for Grbl<L> {
         for command in self.home.clone() {
             self.home_by(command.as_str(), within).await?;
         }
-        let seen = self.connection.status().await?;
+        let seen = self.connection.status_after_homing(within).await?;
         match seen.state {
             State::Idle => {}
             State::Alarm => return Err(self.connection.alarm_state()),
@@ -268,29 +379,30 @@ impl<L: ByteLink> Motion for Grbl<L> {
     ) -> Result<RobotPosition, RigError> {
         self.connection.wire.attempting(format!("moving to {target}"));
         let within = self.longest_for(target, feed);
-        let start = self.at.take();
+        let mut start = self.at.take();
         let lines = [Line::straight_to(target, feed), Line::new(SYNC)]
             .into_iter()
             .collect::<Result<Vec<_>, _>>()
             .map_err(|cause| self.connection.wire.error(cause))?;
+        let mut soft_limit_hit = false;
         for _ in 0..MOST_REPEATS {
-            let deadline = Instant::now() + within;
-            match self.connection.run(&lines, within).await? {
-                LineOutcome::Taken => {}
-                LineOutcome::Unanswered => self.connection.begin().await?,
-                LineOutcome::Refused(code) if error_code::may_be_damage(code) => {
-                    self.connection.clear_error().await?;
+            let at = match self.try_move(&lines, target, within).await {
+                Ok(at) => at,
+                Err(error) => {
+                    let refused = matches!(error.cause(), Cause::Alarm { .. });
+                    if refused && std::mem::replace(&mut soft_limit_hit, true) {
+                        // Twice, so that the target is out of the travel, and no digit was damaged.
+                        return Err(error);
+                    }
+                    self.resume_at(start, error).await?;
+                    continue;
                 }
-                LineOutcome::Refused(code) => return Err(self.connection.refused(code)),
-            }
-            let at = self.stand_still(target, deadline).await?;
-            // Not executed, or ended in its middle, as where the firmware's steps ran out: what is left is on the way
-            // that was found free, and may be gone.
-            let is_on_its_way = start.is_some_and(|start| self.is_between(at, start, target));
-            if self.is_at(at, target) || !is_on_its_way {
+            };
+            if self.is_at(at, target) || !self.may_go_on(at, start, target) {
                 self.at = Some(at);
                 return Ok(at);
             }
+            start = Some(at);
         }
         Err(self.connection.wire.error(Cause::RepeatedlyDamaged { times: MOST_REPEATS }))
     }
@@ -298,6 +410,10 @@ impl<L: ByteLink> Motion for Grbl<L> {
     async fn position(&mut self) -> Result<RobotPosition, RigError> {
         self.connection.wire.attempting("reading the position");
         Ok(self.connection.status().await?.at)
+    }
+
+    fn query_pause(&self) -> Duration {
+        BETWEEN_QUERIES
     }
 
     async fn stop(&mut self) -> Result<(), RigError> {

@@ -32,7 +32,7 @@ pub(super) fn meaning(code: u32) -> &'static str {
 }
 
 /// Whether the same line, sent again, may be taken: damage on its way can make any of the parser's errors, and none
-/// that concerns the machine's state.
+/// that concerns the machine's state. A damaged code can be that of a setting, which refuses no move.
 pub(super) fn may_be_damage(code: u32) -> bool {
-    !matches!(code, HOMING_OFF | 7 | NOT_IDLE | LOCKED | 10 | 12..=19 | 45..=47 | 79)
+    !matches!(code, 7 | NOT_IDLE | LOCKED | 12..=19 | 45..=47 | 79)
 }

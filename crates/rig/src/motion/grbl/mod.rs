@@ -16,7 +16,10 @@
 //! - A greeting that was not asked for is a reset, and the position is unknown. So it is after every opening of the
 //!   port, which resets most boards in silence: `Idle` and zero then mean nothing.
 //! - After a hard or soft limit GRBL answers nothing, not even `?` or `$X`, until `0x18`. grblHAL answers `?`.
-//! - `$X` declares a lost position for good. It is never sent: only `$H` unlocks.
+//! - `$X` declares a position for good, lost or not. It is sent in one case: a soft limit (`ALARM:2`), by which the firmware
+//!   refuses a line before any step, and behind the reset the place is the one before. Otherwise only `$H` unlocks.
+//! - One inverted bit makes a digit another one, `1` a hold (`!`), `8` a reset (`0x18`), a full stop the letter `N`; a byte below
+//!   the blank or above `0x7f` is dropped. So a damaged move may go elsewhere, be held, or be refused.
 //! - grblHAL repeats its first error to all G-code until a blank line.
 //! - `?`, `!`, `~`, `0x18` and all bytes from `0x80` on act at once wherever they stand, so no line may hold one (`line.rs`).
 //! - Coordinates are the machine's (`MPos`, `G53`): work offsets of other programs do not matter. They are usually

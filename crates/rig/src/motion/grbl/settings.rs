@@ -8,6 +8,9 @@ use super::reply::{Flavour, Reply};
 use crate::error::Cause;
 use crate::motion::travel::Envelope;
 
+/// The time after which the motors switch off.
+const MOTORS_RELEASE: u32 = 1;
+
 /// At this value of `$1` the motors never switch off.
 const HOLDS_FOR_EVER: f64 = 255.0;
 
@@ -18,22 +21,55 @@ const EDGE_MM: f64 = 0.0005;
 const HOMING_SLACK: f64 = 1.5;
 
 /// The settings, and what follows from them.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Settings {
     values: BTreeMap<u32, f64>,
     origin_at_switches: bool,
 }
 
+/// The numbered values in the answer to `$$`.
+fn values_in(lines: &[String]) -> BTreeMap<u32, f64> {
+    let values = lines.iter().filter_map(|line| match Reply::parse(line) {
+        Reply::Setting(number, value) => Some((number, value)),
+        _ => None,
+    });
+    values.collect()
+}
+
+/// Several answers to `$$`, of which some lines may be lost or damaged: what two of them say alike is true.
+#[derive(Debug, Default)]
+pub(super) struct SettingsReadings {
+    seen: BTreeMap<u32, Vec<f64>>,
+    confirmed: BTreeMap<u32, f64>,
+}
+
+impl SettingsReadings {
+    /// Adds an answer.
+    pub(super) fn add(&mut self, lines: &[String]) {
+        for (number, value) in values_in(lines) {
+            let seen = self.seen.entry(number).or_default();
+            if seen.contains(&value) {
+                self.confirmed.insert(number, value);
+            }
+            seen.push(value);
+        }
+    }
+
+    /// The settings, once all that every build has are confirmed.
+    pub(super) fn settings(&self, build: BuildInfo, flavour: Flavour) -> Option<Settings> {
+        let settings = Settings::from_values(self.confirmed.clone(), build, flavour);
+        settings.is_complete().then_some(settings)
+    }
+}
+
 impl Settings {
-    /// Reads the answer to `$$`; what a build lacks is taken as off.
-    pub(super) fn from_lines(lines: &[String], build: BuildInfo, flavour: Flavour) -> Self {
-        let values: BTreeMap<u32, f64> = lines
-            .iter()
-            .filter_map(|line| match Reply::parse(line) {
-                Reply::Setting(number, value) => Some((number, value)),
-                _ => None,
-            })
-            .collect();
+    /// Reads one answer to `$$`; what a build lacks is taken as off.
+    #[cfg(test)]
+    fn from_lines(lines: &[String], build: BuildInfo, flavour: Flavour) -> Self {
+        Self::from_values(values_in(lines), build, flavour)
+    }
+
+    fn from_values(values: BTreeMap<u32, f64>, build: BuildInfo, flavour: Flavour) -> Self {
         let homing_flags = values.get(&22).copied().unwrap_or(0.0) as u32;
         let origin_at_switches = match flavour {
             Flavour::Grbl => build.origin_at_switches,
@@ -42,12 +78,13 @@ impl Settings {
         Self { values, origin_at_switches }
     }
 
-    /// Whether the answer held what every build has: otherwise it was damaged on its way.
+    /// Whether it holds what every build has.
     pub(super) fn is_complete(&self) -> bool {
         [1, 13, 20, 21, 22, 23, 24, 25, 27]
             .iter()
             .chain(&[100, 101, 102])
             .chain(&[110, 111, 112])
+            .chain(&[120, 121, 122])
             .chain(&[130, 131, 132])
             .all(|number| self.values.contains_key(number))
     }
@@ -80,14 +117,25 @@ impl Settings {
         self.flag(13)
     }
 
-    /// The motors hold from now on.
-    pub(super) fn motors_hold(&mut self) {
-        self.values.insert(1, HOLDS_FOR_EVER);
+    /// What differs from the settings before the motors were told to hold: a damaged line has written it.
+    pub(super) fn changed_beside_the_motors(&self, before: &Self) -> Option<Cause> {
+        let changed = |(number, value): &(&u32, &f64)| {
+            let was = before.values.get(number);
+            **number != MOTORS_RELEASE && was.is_some_and(|was| was != *value)
+        };
+        let (number, value) = self.values.iter().find(changed)?;
+        let was = before.value(*number);
+        Some(Cause::Setting {
+            name: format!("${number}={value}"),
+            problem: format!(
+                "it was {was} before `$1=255` was sent, and a line damaged on its way has changed it. Set `${number}={was}`"
+            ),
+        })
     }
 
     /// How long after a move the motors switch off, ms, if they do.
     pub(super) fn motors_release_after_ms(&self) -> Option<f64> {
-        Some(self.value(1)).filter(|&idle_ms| idle_ms < HOLDS_FOR_EVER)
+        Some(self.value(MOTORS_RELEASE)).filter(|&idle_ms| idle_ms < HOLDS_FOR_EVER)
     }
 
     /// The largest speed of the slowest axis, mm/s.
@@ -220,6 +268,31 @@ mod tests {
         assert_eq!(settings.slowest_axis_mm_s(), Some(50.0));
         assert!((settings.resolution_mm() - 0.014).abs() < 1e-12);
         assert!(!self::settings(("$22=1\n", ""), false, Flavour::Grbl).is_complete());
+    }
+
+    #[test]
+    fn what_two_readings_say_alike_is_taken_line_by_line() {
+        let answer = |lost: &str, damaged: (&str, &str)| -> Vec<String> {
+            let lines = DUMP.lines().filter(|line| *line != lost);
+            lines.map(|line| line.replace(damaged.0, damaged.1)).collect()
+        };
+        let build = BuildInfo { receive_buffer: None, origin_at_switches: false };
+        let mut readings = SettingsReadings::default();
+        readings.add(&answer("$22=1", ("$130=300", "$130=100")));
+        assert_eq!(readings.settings(build, Flavour::Grbl), None, "one reading says nothing");
+        readings.add(&answer("$1=25", ("$100", "$180")));
+        assert_eq!(readings.settings(build, Flavour::Grbl), None, "$22 was read once");
+        readings.add(&answer("", ("", "")));
+        assert_eq!(readings.settings(build, Flavour::Grbl), Some(stock()));
+    }
+
+    #[test]
+    fn a_setting_that_a_damaged_line_has_written_is_told_with_its_old_value() {
+        let changed = settings(("$21=0", "$21=255"), false, Flavour::Grbl);
+        let cause = changed.changed_beside_the_motors(&stock()).expect("changed");
+        assert!(cause.to_string().contains("$21=255: it was 0 before"), "{cause}");
+        let held = settings(("$1=25", "$1=255"), false, Flavour::Grbl);
+        assert!(held.changed_beside_the_motors(&stock()).is_none());
     }
 
     #[test]

@@ -1,4 +1,7 @@
 //! The conversation with the host software: one line at a time, each to its `ok`.
+//!
+//! An `ok` may be one too many, or be lost. Lines are answered in order, so behind an answered mark no earlier line is open. Every
+//! command may be sent again: targets are absolute.
 
 use std::time::Duration;
 
@@ -15,6 +18,12 @@ const READY_WITHIN: Duration = Duration::from_secs(30);
 
 /// How often a host software that starts is asked again.
 const ASK_AGAIN_AFTER: Duration = Duration::from_secs(1);
+
+/// Silence after which a mark is sent: line or answer may be lost. It is answered behind the line, however long that takes.
+const QUIET: Duration = Duration::from_secs(5);
+
+/// How often a command whose answer was lost or damaged is repeated.
+const MOST_REPEATS: u32 = 8;
 
 /// Marks of one opening have numbers of their own, more than a session needs.
 const MARKS: u64 = 1_000_000;
@@ -82,7 +91,7 @@ impl<L: ByteLink> Connection<L> {
         }))
     }
 
-    /// Sends a line and reads to its `ok`.
+    /// Sends a line and reads to its `ok`; again where line or answer were lost.
     ///
     /// # Errors
     /// [`Cause::Refused`] where the command failed, [`Cause::Shutdown`] where Klipper did, or silence.
@@ -91,24 +100,77 @@ impl<L: ByteLink> Connection<L> {
         command: &str,
         within: Duration,
     ) -> Result<Answer, RigError> {
-        if !self.in_step {
-            self.settle(within).await?;
+        let until = Instant::now() + within;
+        for _ in 0..MOST_REPEATS {
+            if !self.in_step {
+                self.settle(until.saturating_duration_since(Instant::now())).await?;
+            }
+            if let Some(answer) = self.exchange(command, until).await? {
+                return Ok(answer);
+            }
+            if Instant::now() >= until {
+                return Err(self.wire.error(Cause::Silent { waited: within }));
+            }
         }
+        Err(self.wire.error(Cause::RepeatedlyDamaged { times: MOST_REPEATS }))
+    }
+
+    /// As [`Connection::command`], for one that every Klipper knows: where it is not known, or is refused for another reason
+    /// than before, it was damaged on its way and is sent again.
+    pub(super) async fn required(
+        &mut self,
+        command: &str,
+        within: Duration,
+    ) -> Result<Answer, RigError> {
+        let mut refused_before = None;
+        for _ in 0..MOST_REPEATS {
+            match self.command(command, within).await {
+                Ok(answer) if !answer.unknown => return Ok(answer),
+                Ok(_) => {}
+                Err(error) => match error.cause() {
+                    // Homing that failed is not tried again by itself: an axis may stand at its end.
+                    Cause::Refused { reply }
+                        if !command.starts_with("G28")
+                            && refused_before.as_ref() != Some(reply) =>
+                    {
+                        refused_before = Some(reply.clone());
+                    }
+                    _ => return Err(error),
+                },
+            }
+        }
+        Err(self.wire.error(Cause::RepeatedlyDamaged { times: MOST_REPEATS }))
+    }
+
+    /// Sends a line once. `None` where a mark sent behind it into the silence was answered and the line was not.
+    async fn exchange(
+        &mut self,
+        command: &str,
+        until: Instant,
+    ) -> Result<Option<Answer>, RigError> {
         self.in_step = false;
         self.wire.send(format!("{command}\n").as_bytes()).await?;
         let mut answer = Answer::default();
         let mut failed = None;
         let mut shut_down = false;
-        let until = Instant::now() + within;
-        while let Some(line) = self.wire.line(until).await? {
+        let mut mark = None;
+        loop {
+            let Some(line) = self.wire.line(until.min(Instant::now() + QUIET)).await? else {
+                if Instant::now() >= until {
+                    return Ok(None);
+                }
+                mark = Some(self.send_mark().await?);
+                continue;
+            };
             match Reply::parse(&line) {
                 Reply::Ok(behind_ok) => {
-                    self.in_step = true;
+                    // With a mark under way, more answers come.
+                    self.in_step = mark.is_none();
                     return match failed {
                         Some(reply) if shut_down => Err(self.wire.error(Cause::Shutdown { reply })),
                         Some(reply) => Err(self.wire.error(Cause::Refused { reply })),
                         None if shut_down => Err(self.shutdown().await),
-                        None => Ok(Answer { behind_ok, ..answer }),
+                        None => Ok(Some(Answer { behind_ok, ..answer })),
                     };
                 }
                 Reply::Error(reply) => {
@@ -118,12 +180,12 @@ impl<L: ByteLink> Connection<L> {
                     return Err(self.wire.error(Cause::Reset));
                 }
                 Reply::State(_) => shut_down = true,
+                Reply::Unknown(command) if Some(&command) == mark.as_ref() => return Ok(None),
                 Reply::Unknown(_) => answer.unknown = true,
                 Reply::Position(position) => answer.position = Some(position),
                 Reply::Other => {}
             }
         }
-        Err(self.wire.error(Cause::Silent { waited: within }))
     }
 
     /// Shuts Klipper down, which stops all motion, and waits for its word.
@@ -157,26 +219,38 @@ impl<L: ByteLink> Connection<L> {
         Err(self.wire.error(Cause::Silent { waited: READY_WITHIN }))
     }
 
-    /// Makes sure that no answer to what was asked before is still on its way.
-    async fn settle(&mut self, within: Duration) -> Result<(), RigError> {
-        self.in_step = false;
+    /// Sends a command that nobody knows, which Klipper repeats.
+    async fn send_mark(&mut self) -> Result<String, RigError> {
         self.marks += 1;
         // A command is letters and one number; Klipper takes what follows for its parameters.
         let mark = format!("{MARK}{}", u64::from(self.wire.opening()) * MARKS + self.marks);
         self.wire.send(format!("\n{mark}\n").as_bytes()).await?;
+        Ok(mark)
+    }
+
+    /// Makes sure that all that was sent before was done, and that no answer to it is still on its way.
+    pub(super) async fn settle(&mut self, within: Duration) -> Result<(), RigError> {
+        self.in_step = false;
         let until = Instant::now() + within;
-        let mut marked = false;
-        while let Some(line) = self.wire.line(until).await? {
-            match Reply::parse(&line) {
-                Reply::Unknown(command) if command == mark => marked = true,
-                Reply::Ok(_) if marked => {
-                    self.in_step = true;
-                    return Ok(());
+        while Instant::now() < until {
+            let mark = self.send_mark().await?;
+            let mut marked = false;
+            while let Some(line) = self.wire.line(until.min(Instant::now() + QUIET)).await? {
+                match Reply::parse(&line) {
+                    Reply::Unknown(command) if command == mark => marked = true,
+                    Reply::Ok(_) if marked => {
+                        self.in_step = true;
+                        return Ok(());
+                    }
+                    Reply::State(state) if state == "Shutdown" => {
+                        return Err(self.shutdown().await);
+                    }
+                    // A host software that has shut down knows no command, and says so of each.
+                    Reply::Error(reply) if reply.to_ascii_lowercase().contains("shutdown") => {
+                        return Err(self.wire.error(Cause::Shutdown { reply }));
+                    }
+                    _ => {}
                 }
-                Reply::State(state) if state == "Shutdown" => {
-                    return Err(self.shutdown().await);
-                }
-                _ => {}
             }
         }
         Err(self.wire.error(Cause::Silent { waited: within }))

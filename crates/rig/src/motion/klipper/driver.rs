@@ -13,11 +13,21 @@ use crate::link::{ByteLink, Wire};
 use crate::motion::Advice;
 use crate::motion::g_code::{HomeLine, MOVE_SLACK, straight_to};
 use crate::motion::limits::STOPPED_WITHIN;
+use crate::motion::travel::Envelope;
 use crate::space::{Feed, RobotPosition};
 use crate::{Emergency, Motion};
 
 /// How long the host software may take to plan one command: it holds moves back while a second of motion is planned.
 const TAKEN_WITHIN: Duration = Duration::from_secs(20);
+
+/// Reports asked for where the line with the position is lost.
+const MOST_REPORTS: u32 = 5;
+
+/// How often a move whose line was lost is sent again.
+const MOST_REPEATS: u32 = 5;
+
+/// Reports of one place differ by less, m: they have six decimals of a millimetre, of a place in whole steps.
+const SAME_PLACE_M: f64 = 1e-6;
 
 /// Lengths are millimetres, coordinates absolute.
 const SETTINGS: [&str; 2] = ["G21", "G90"];
@@ -36,6 +46,7 @@ pub struct Klipper<L: ByteLink> {
     home: Vec<HomeLine>,
     home_within: Duration,
     advice: Vec<Advice>,
+    envelope: Envelope,
     at: Option<RobotPosition>,
     /// From the sending of a move until its end was confirmed.
     moving: bool,
@@ -46,26 +57,33 @@ pub struct Klipper<L: ByteLink> {
 impl KlipperConfig {
     pub(crate) async fn open(
         &self,
-        _: &MotionConfig,
+        section: &MotionConfig,
         port: Option<&str>,
     ) -> Result<Box<dyn Motion>, RigError> {
         let wire = self.firmware.open_port(port)?;
-        Ok(Box::new(Klipper::begin(wire, self).await?))
+        Ok(Box::new(Klipper::begin(wire, self, section.envelope()).await?))
     }
 }
 
 impl<L: ByteLink> Klipper<L> {
     /// Begins a session with the host software at the other end of `wire`. Nothing moves.
     ///
+    /// `envelope` is where a damaged line may have sent the robot without harm.
+    ///
     /// # Errors
     /// That nothing answers, or not as Klipper does, or that it has shut down.
-    pub async fn begin(wire: Wire<L>, config: &KlipperConfig) -> Result<Self, RigError> {
+    pub async fn begin(
+        wire: Wire<L>,
+        config: &KlipperConfig,
+        envelope: Envelope,
+    ) -> Result<Self, RigError> {
         let mut robot = Self {
             connection: Connection::new(wire),
             firmware: String::new(),
             home: config.firmware.home.clone(),
             home_within: config.firmware.home_within(),
             advice: Vec::new(),
+            envelope,
             at: None,
             moving: false,
             shut_down: false,
@@ -104,21 +122,43 @@ impl<L: ByteLink> Klipper<L> {
         self.at = None;
         self.moving = true;
         for line in lines {
-            self.connection.command(line, within).await?;
+            self.connection.required(line, within).await?;
         }
-        self.connection.command("M400", within).await?;
+        // The first `ok` may be that of another line while this one is lost. Behind a mark, and twice, that is not so.
+        for _ in 0..2 {
+            self.connection.required("M400", within).await?;
+            self.connection.settle(within).await?;
+        }
         self.moving = false;
         let position = self.reported().await?;
         self.at = Some(position);
         Ok(position)
     }
 
-    async fn reported(&mut self) -> Result<RobotPosition, RigError> {
-        let answer = self.connection.command("GET_POSITION", TAKEN_WITHIN).await?;
-        answer.position.ok_or_else(|| {
-            let seen = "no line `kinematic` in the answer to GET_POSITION".to_owned();
-            self.connection.wire.error(Cause::Unreadable { seen })
+    /// Whether a move that ended at another place than its target may be sent again: where its line was lost, so that nothing
+    /// moved, or where a damaged digit has sent the robot elsewhere by a free way, and the way from there is free.
+    fn may_go_on(
+        &self,
+        at: RobotPosition,
+        start: Option<RobotPosition>,
+        target: RobotPosition,
+    ) -> bool {
+        start.is_some_and(|start| {
+            at.is_within(SAME_PLACE_M, start)
+                || (self.envelope.check_path(start, at).is_ok()
+                    && self.envelope.check_path(at, target).is_ok())
         })
+    }
+
+    async fn reported(&mut self) -> Result<RobotPosition, RigError> {
+        for _ in 0..MOST_REPORTS {
+            let answer = self.connection.command("GET_POSITION", TAKEN_WITHIN).await?;
+            if let Some(position) = answer.position {
+                return Ok(position);
+            }
+        }
+        let seen = "no line `kinematic` in the answer to GET_POSITION".to_owned();
+        Err(self.connection.wire.error(Cause::Unreadable { seen }))
     }
 }
 
@@ -153,7 +193,23 @@ impl<L: ByteLink> Motion for Klipper<L> {
     ) -> Result<RobotPosition, RigError> {
         self.connection.wire.attempting(format!("moving to {target}"));
         let within = MOVE_SLACK.longest(self.at.map(|at| at.distance_m(target) / feed.m_s()));
-        self.perform(&[straight_to(target, feed)], within).await
+        let mut start = self.at;
+        for _ in 0..MOST_REPEATS {
+            let mut at = self.perform(&[straight_to(target, feed)], within).await?;
+            if at.is_within(SAME_PLACE_M, target) {
+                return Ok(at);
+            }
+            // One report may be damaged.
+            let again = self.reported().await?;
+            if !again.is_within(SAME_PLACE_M, at) {
+                at = self.reported().await?;
+            }
+            if !self.may_go_on(at, start, target) {
+                return Ok(at);
+            }
+            start = Some(at);
+        }
+        Err(self.connection.wire.error(Cause::RepeatedlyDamaged { times: MOST_REPEATS }))
     }
 
     async fn position(&mut self) -> Result<RobotPosition, RigError> {

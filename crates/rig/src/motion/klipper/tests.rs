@@ -1,16 +1,21 @@
 //! The driver against a host software that answers as a real one did: the lines are those of a session of Klipper's
 //! host software with its micro-controller code on the same computer.
 
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, DuplexStream, duplex};
-use tokio::time::{sleep, timeout};
+use tokio::time::{sleep, timeout, timeout_at};
 
 use super::*;
-use crate::Motion;
+use crate::Motion as _;
 use crate::device::{Device, Role};
 use crate::error::{Cause, RigError};
 use crate::link::Wire;
+use crate::link::fault_injection::with_faults;
+use crate::motion::guarded::Guarded;
+use crate::motion::travel::{AxisBox, Envelope};
 use crate::space::{Feed, RobotPosition};
 use fieldgap_input::Positive;
 
@@ -25,15 +30,35 @@ const SHUTDOWN_NOTES: &str = "// Shutdown due to M112 command\n// Once the under
     // \"FIRMWARE_RESTART\" command to reset the firmware, reload the\n// config, and restart the host software.\n\
     // Printer is shutdown\n!! Shutdown due to M112 command\nok\n";
 
-async fn host(link: DuplexStream, behaviour: Behaviour) {
+/// Where the tool head goes, and when it is there.
+#[derive(Debug, Clone, Copy)]
+struct Motion {
+    target: [f64; 3],
+    ends: tokio::time::Instant,
+}
+
+type Machine = Arc<Mutex<Motion>>;
+
+fn machine() -> Machine {
+    Arc::new(Mutex::new(Motion { target: [0.0; 3], ends: tokio::time::Instant::now() }))
+}
+
+async fn host(link: DuplexStream, behaviour: Behaviour, machine: Machine) {
     let mut link = BufReader::new(link);
     let Behaviour { mut shut_down, homing_fails } = behaviour;
-    let (mut homed, mut target) = (false, [0.0; 3]);
-    let mut ends = tokio::time::Instant::now();
-    let mut line = String::new();
-    while link.read_line(&mut line).await.is_ok_and(|count| count > 0) {
+    let mut homed = false;
+    let mut line;
+    let mut waiting = VecDeque::new();
+    loop {
+        match waiting.pop_front() {
+            Some(next) => line = next,
+            None => match read_line(&mut link).await {
+                Some(next) => line = next,
+                None => return,
+            },
+        }
+        let Motion { mut target, mut ends } = *machine.lock().expect("not poisoned");
         let command = unnumbered(line.trim()).to_owned();
-        line.clear();
         let number = |letter: char| -> f64 {
             let word = command.split(' ').find_map(|word| word.strip_prefix(letter));
             word.and_then(|word| word.parse().ok()).unwrap_or(0.0)
@@ -77,23 +102,32 @@ async fn host(link: DuplexStream, behaviour: Behaviour) {
                 "ok\n".to_owned()
             }
             "M400" => {
-                // M112 acts at once, also behind it.
-                if timeout(ends - tokio::time::Instant::now(), link.read_line(&mut line))
-                    .await
-                    .is_ok()
-                {
-                    (shut_down, homed) = (true, false);
-                    let _ = link.get_mut().write_all(b"ok\n// Klipper state: Shutdown\n").await;
-                    line.clear();
+                // M112 acts at once, also behind it; other lines wait.
+                while let Ok(Some(next)) = timeout_at(ends, read_line(&mut link)).await {
+                    if next.trim() == "M112" {
+                        (shut_down, homed) = (true, false);
+                        let shutdown = b"ok\n// Klipper state: Shutdown\n";
+                        let _ = link.get_mut().write_all(shutdown).await;
+                        break;
+                    }
+                    waiting.push_back(next);
                 }
                 "ok\n".to_owned()
             }
             unknown => format!("// Unknown command:\"{}\"\nok\n", name_of(unknown)),
         };
+        *machine.lock().expect("not poisoned") = Motion { target, ends };
         if link.get_mut().write_all(answer.as_bytes()).await.is_err() {
             return;
         }
     }
+}
+
+/// The next line, whatever its bytes.
+async fn read_line(link: &mut BufReader<DuplexStream>) -> Option<String> {
+    let mut line = Vec::new();
+    let read = link.read_until(b'\n', &mut line).await;
+    read.is_ok_and(|count| count > 0).then(|| String::from_utf8_lossy(&line).into_owned())
 }
 
 /// A line without number and checksum, which the host software ignores.
@@ -114,9 +148,14 @@ fn name_of(command: &str) -> String {
 
 async fn opened(behaviour: Behaviour) -> Result<Klipper<DuplexStream>, RigError> {
     let (near, far) = duplex(4096);
-    tokio::spawn(host(far, behaviour));
+    tokio::spawn(host(far, behaviour, machine()));
     let wire = Wire::new(near, Device::new(Role::Robot, "memory"));
-    Klipper::begin(wire, &KlipperConfig::default()).await
+    Klipper::begin(wire, &KlipperConfig::default(), envelope()).await
+}
+
+fn envelope() -> Envelope {
+    let travel = AxisBox { least_m: [0.0; 3], largest_m: [0.3; 3] };
+    Envelope { travel, keep_out: Vec::new() }
 }
 
 fn feed() -> Feed {
@@ -185,8 +224,56 @@ async fn a_stop_at_rest_leaves_klipper_running() {
 async fn a_rig_file_that_names_another_firmware_is_told() {
     use crate::motion::marlin::{Marlin, MarlinConfig};
     let (near, far) = duplex(4096);
-    tokio::spawn(host(far, Behaviour::default()));
+    tokio::spawn(host(far, Behaviour::default(), machine()));
     let wire = Wire::new(near, Device::new(Role::Robot, "memory"));
     let error = Marlin::begin(wire, &MarlinConfig::default()).await.expect_err("not Marlin");
     assert!(matches!(error.cause(), Cause::OtherFirmware { named: "Marlin", .. }), "{error}");
+}
+
+/// Scans 500 points with lines lost, damaged and doubled in both directions; the error that ended it.
+async fn scan_with_noise(seed: u64, share: f64) -> Option<RigError> {
+    let (near, far) = duplex(4096);
+    let machine = machine();
+    tokio::spawn(host(far, Behaviour::default(), Arc::clone(&machine)));
+    let each = share / 3.0;
+    let rates = serde_json::json!({ "lose": each, "flip": each, "double": each });
+    let link = with_faults(near, serde_json::from_value(rates).expect("rates"), seed);
+    let wire = Wire::new(link, Device::new(Role::Robot, "memory"));
+    let scanning = async {
+        let robot = Klipper::begin(wire, &KlipperConfig::default(), envelope()).await?;
+        let mut robot = Guarded::new(Box::new(robot), envelope(), 0.05e-3);
+        robot.home().await?;
+        for point in 0..500 {
+            let target_mm = [f64::from(point % 10) * 7.3, f64::from(point / 10) * 4.15, 100.0];
+            robot.move_to(RobotPosition::from_axes_mm(target_mm), feed()).await?;
+            let stands = *machine.lock().expect("not poisoned");
+            assert!(stands.ends <= tokio::time::Instant::now(), "it still moves");
+            let off_mm = (0..3).map(|axis| (stands.target[axis] - target_mm[axis]).abs());
+            assert!(
+                off_mm.fold(0.0, f64::max) < 0.05,
+                "{target_mm:?} is told, and it is at {stands:?}"
+            );
+        }
+        Ok(())
+    };
+    scanning.await.err()
+}
+
+/// A damaged digit can send the robot out of its travel, which ends the scan: nothing else may.
+#[tokio::test(start_paused = true)]
+async fn noise_on_the_line_gives_no_wrong_place_and_ends_a_scan_only_where_a_digit_was_damaged() {
+    for (share, least) in [(0.01, 17), (0.05, 10)] {
+        let mut completed = 0;
+        for seed in 0..20 {
+            match scan_with_noise(seed, share).await {
+                None => completed += 1,
+                Some(error) => assert!(
+                    matches!(error.cause(), Cause::WrongPosition { .. }),
+                    "seed {seed}: {error}"
+                ),
+            }
+        }
+        println!("{share} of all lines: {completed} of 20 scans completed");
+        assert!(completed >= least, "{share}: {completed} of 20");
+    }
 }

@@ -48,34 +48,50 @@ impl<L: ByteLink> Connection<L> {
 
     /// Agrees on line numbers with a firmware that may just be starting.
     pub(super) async fn begin(&mut self) -> Result<(), RigError> {
-        self.in_step = false;
-        self.in_doubt = true;
-        self.line.restart();
-        let opening = numbered(0, "M110 N0").map_err(|cause| self.line.wire.error(cause))?;
         let until = Instant::now() + START_WITHIN;
         while Instant::now() < until {
-            self.line.wire.send(opening.as_bytes()).await?;
-            while let Some(line) =
-                self.line.wire.line(until.min(Instant::now() + START_QUIET)).await?
-            {
-                if Firmware::of_line(&line).is_some_and(|firmware| firmware != Firmware::Marlin) {
-                    return Err(self
-                        .line
-                        .wire
-                        .error(Cause::OtherFirmware { named: "Marlin", received: line }));
+            self.in_step = false;
+            self.in_doubt = true;
+            self.line.restart();
+            if !self.opened(until).await? {
+                continue;
+            }
+            // Several openings may have been answered; the mark settles every `ok` of theirs.
+            match self.position(START_WITHIN).await {
+                // The opening was damaged on its way, or the board has only now started. Nothing moves yet.
+                Err(error) if matches!(error.cause(), Cause::LineNotKept { .. } | Cause::Reset) => {
                 }
-                match Reply::parse(&line) {
-                    Reply::Ok { .. } => {
-                        self.line.halted = false;
-                        // Several openings may have been answered; the mark settles every `ok` of theirs.
-                        return self.position(START_WITHIN).await.map(drop);
-                    }
-                    Reply::Halted => return Err(self.line.halted(line)),
-                    _ => {}
-                }
+                position => return position.map(drop),
             }
         }
-        Err(self.line.wire.error(Cause::Silent { waited: START_WITHIN }))
+        Err(self.line.silent(START_WITHIN))
+    }
+
+    /// Sends the opening line; whether it was acknowledged.
+    async fn opened(&mut self, until: Instant) -> Result<bool, RigError> {
+        let opening = numbered(0, "M110 N0").map_err(|cause| self.line.wire.error(cause))?;
+        self.line.wire.send(opening.as_bytes()).await?;
+        let mut damaged = false;
+        while let Some(line) = self.line.wire.line(until.min(Instant::now() + START_QUIET)).await? {
+            if Firmware::of_line(&line).is_some_and(|firmware| firmware != Firmware::Marlin) {
+                let cause = Cause::OtherFirmware { named: "Marlin", received: line };
+                return Err(self.line.wire.error(cause));
+            }
+            match Reply::parse(&line) {
+                // The `ok` behind a complaint acknowledges nothing.
+                Reply::Ok { .. } if std::mem::take(&mut damaged) => return Ok(false),
+                Reply::Ok { .. } => {
+                    self.line.halted = None;
+                    return Ok(true);
+                }
+                Reply::Resend(_) | Reply::TransmissionError | Reply::UnknownCommand => {
+                    damaged = true
+                }
+                Reply::Halted => return Err(self.line.halted(line)),
+                _ => {}
+            }
+        }
+        Ok(false)
     }
 
     /// Sends a command and waits until the firmware has taken it.
@@ -117,7 +133,7 @@ impl<L: ByteLink> Connection<L> {
         let until = Instant::now() + within;
         let stop = format!("\nM410\n{}\n", self.line.probe());
         self.line.wire.send(stop.as_bytes()).await?;
-        if self.line.halted {
+        if self.line.halted.is_some() {
             // It switches its motors off and will not answer.
             return Ok(());
         }
@@ -139,7 +155,7 @@ impl<L: ByteLink> Connection<L> {
                 Reply::Position(_) if self.line.echoes_marks == Some(false) => return Ok(true),
                 Reply::Started => return Ok(true),
                 Reply::Halted => {
-                    self.line.halted = true;
+                    self.line.halted = Some(line);
                     return Ok(true);
                 }
                 _ => {}

@@ -22,6 +22,10 @@ const TAKEN_WITHIN: Duration = Duration::from_secs(20);
 /// Stops whatever moves, unnumbered and behind a line that may have been broken off.
 const STOP: &[u8] = b"\nM410\n";
 
+/// Waits for all motion, as `M400` does. One inverted bit makes that `M410`, which the emergency parser obeys before the
+/// checksum is looked at.
+const FINISH_MOVES: &str = "G4 P0";
+
 /// Idle motors would switch off after two minutes in most builds.
 const KEEP_MOTORS_ON: &str = "M84 S0";
 
@@ -97,7 +101,7 @@ impl<L: ByteLink> Marlin<L> {
 
     /// Waits until the robot stands still and asks where.
     async fn arrive(&mut self, within: Duration) -> Result<RobotPosition, RigError> {
-        self.connection.required("M400", within).await?;
+        self.connection.required(FINISH_MOVES, within).await?;
         let position = self.connection.position(within).await?;
         self.at = Some(position);
         Ok(position)

@@ -8,6 +8,10 @@
 //!   If the line before was lost, the answer is a `Resend` of it. If only its `ok` was lost, the answer is the mark. A
 //!   build without `M118` echoes it too, as an unknown command. A build that takes the mark and echoes nothing is
 //!   recognised when the session begins. There a pause ends what may be late, and a position report is the proof.
+//! - A line whose `N` is damaged has no number for the firmware, which takes it for an unknown command. So a complaint that
+//!   repeats other words than were sent is damage, and the line is sent again: where it was taken after all, the firmware
+//!   drops the repeat. Any other error counts once a mark has shown that the line was taken.
+//! - A `Resend` of a line that is not kept may be damaged itself. It counts when the same is asked for twice.
 //! - An `ok` may be one too many (after a `Resend`, after silence). So an `ok` allows the next line and proves nothing.
 //!   An echoed mark proves that all before it was executed, however late it comes.
 
@@ -29,7 +33,7 @@ pub(super) const QUIET: Duration = Duration::from_secs(3);
 /// How long after a `Resend` its empty `ok` may come; builds that omit it cost this much a resend.
 const EMPTY_OK_WITHIN: Duration = Duration::from_millis(250);
 
-/// Marks sent into one silence; the firmware's command ring holds four lines.
+/// Marks sent without any answer; the firmware's command ring holds four lines.
 const MOST_PROBES: u32 = 3;
 
 /// Marks taken and not echoed before any ever was, after which a build is known not to echo them.
@@ -83,6 +87,10 @@ struct Exchange<'a, L> {
     /// The number of the last line that it has to answer.
     last: u32,
     resend: Option<Resend>,
+    /// An error whose cause is not known: noise on the line, or a refusal of the command.
+    complaint: Option<String>,
+    /// The last number asked for that no line has which is kept.
+    not_kept: Option<u32>,
     /// Whether the last mark was echoed, if one is waited for.
     marked: Option<bool>,
     probes: u32,
@@ -114,6 +122,8 @@ pub(super) async fn exchange<L: ByteLink>(
         current: number,
         last: number,
         resend: None,
+        complaint: None,
+        not_kept: None,
         marked: (proof == Proof::Mark).then_some(false),
         probes: 0,
         resends: 0,
@@ -127,7 +137,10 @@ pub(super) async fn exchange<L: ByteLink>(
             None => exchange.take_silence().await?,
         };
         if flow.is_break() {
-            return Ok(exchange.answer);
+            return match exchange.complaint.take() {
+                Some(reply) => Err(exchange.error(Cause::Refused { reply })),
+                None => Ok(exchange.answer),
+            };
         }
     }
 }
@@ -158,13 +171,9 @@ impl<L: ByteLink> Exchange<'_, L> {
         } else if Instant::now() >= self.deadline
             || (self.probes == MOST_PROBES && self.line.reports_busy)
         {
-            return Err(self.error(Cause::Silent { waited: self.within }));
+            return Err(self.line.silent(self.within));
         } else if self.probes < MOST_PROBES {
-            self.probes += 1;
-            self.answer.in_doubt = true;
-            self.marked = Some(false);
-            let probe = self.line.probe();
-            self.send_new(&probe).await?;
+            self.send_mark().await?;
         }
         self.silent_since = Instant::now();
         GO_ON
@@ -180,6 +189,7 @@ impl<L: ByteLink> Exchange<'_, L> {
             if reply != Reply::Other {
                 // Notes and temperatures come on their own, and show nothing about the line under way.
                 self.silent_since = Instant::now();
+                self.probes = 0;
             }
             if self.take_reply(reply, received).await?.is_break() {
                 return DONE;
@@ -200,6 +210,9 @@ impl<L: ByteLink> Exchange<'_, L> {
             }
             // Late, from an earlier silence.
             Reply::Mark(_) => {}
+            Reply::UnknownCommand if !self.line.repeats(self.current, received) => {
+                self.ask_for_again(self.current)?;
+            }
             Reply::UnknownCommand if received.contains("M114") => {
                 self.take_unknown_query(received).await?
             }
@@ -208,8 +221,8 @@ impl<L: ByteLink> Exchange<'_, L> {
             Reply::Started => return Err(self.error(Cause::Reset)),
             Reply::Halted => return Err(self.line.halted(words())),
             Reply::EndstopHit => return Err(self.error(Cause::EndstopHit { reply: words() })),
-            Reply::Error => return Err(self.error(Cause::Refused { reply: words() })),
-            Reply::TransmissionError => {}
+            Reply::Error => self.complaint = Some(words()),
+            Reply::TransmissionError => self.complaint = None,
             Reply::Other => self.answer.lines.push(words()),
         }
         GO_ON
@@ -222,6 +235,8 @@ impl<L: ByteLink> Exchange<'_, L> {
             // An `ok` that names another line is one too many.
         } else if self.current < self.last {
             self.send(self.current + 1).await?;
+        } else if self.complaint.is_some() && self.marked.is_none() {
+            self.send_mark().await?;
         } else if self.answer.position.is_some() {
             return DONE;
         } else if self.proof == Proof::Report && self.marked == Some(true) {
@@ -241,17 +256,40 @@ impl<L: ByteLink> Exchange<'_, L> {
     }
 
     fn take_resend(&mut self, number: u32) -> Result<(), RigError> {
+        self.complaint = None;
+        // One line too far: noise was taken for a line after the last. The last was taken, and its `ok` is due.
+        if number == self.last + 1 {
+            return Ok(());
+        }
+        if self.line.keeps(number) {
+            return self.ask_for_again(number);
+        }
+        match self.not_kept.replace(number) {
+            Some(before) if before == number => {
+                Err(self.error(NumberedLine::<L>::not_kept(number)))
+            }
+            _ => self.ask_for_again(self.current),
+        }
+    }
+
+    /// Has a line sent again, behind the `ok` that acknowledges nothing.
+    fn ask_for_again(&mut self, number: u32) -> Result<(), RigError> {
         self.resends += 1;
         if self.resends > MOST_RESENDS {
             return Err(self.error(Cause::RepeatedlyDamaged { times: self.resends }));
         }
-        // One line too far: noise was taken for a line after the last. The last was taken, and its `ok` is due.
-        if number != self.last + 1 {
-            self.line.must_have_sent(number)?;
-            let empty_ok_until = Instant::now() + EMPTY_OK_WITHIN;
-            self.resend = Some(Resend { number, empty_ok_until });
-        }
+        let empty_ok_until = Instant::now() + EMPTY_OK_WITHIN;
+        self.resend = Some(Resend { number, empty_ok_until });
         Ok(())
+    }
+
+    /// Sends a mark, whose answer shows that all lines before it were taken.
+    async fn send_mark(&mut self) -> Result<(), RigError> {
+        self.probes += 1;
+        self.answer.in_doubt = true;
+        self.marked = Some(false);
+        let probe = self.line.probe();
+        self.send_new(&probe).await
     }
 
     fn take_position(&mut self, position: RobotPosition) {

@@ -6,7 +6,7 @@
 //!   `ok` that acknowledges nothing, which some builds omit.
 //! - A repeat of either of the last two accepted numbers is dropped **without** an `ok`. So after silence nothing is
 //!   sent again: a numbered mark, which the firmware echoes, shows whether the line before it was taken (`exchange.rs`).
-//! - `ok` means planned, not arrived. Arrived means that `M400` came back, and the proof of that is a position report
+//! - `ok` means planned, not arrived. Arrived means that `G4 P0` came back, and the proof of that is a position report
 //!   asked for behind it: commands are executed in order.
 //! - One command is under way at a time: a firmware whose receive buffer overruns loses lines without an error.
 //! - `start` in mid-session is a reset: the position is gone. `kill()` is the end until the power is cycled.

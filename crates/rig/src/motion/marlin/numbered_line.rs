@@ -1,6 +1,7 @@
 //! Numbered lines to one firmware, and what is known of its build.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use super::line::numbered;
 use super::reply::MARK;
@@ -23,8 +24,8 @@ pub(super) struct NumberedLine<L> {
     pub(super) mark: u32,
     /// Whether this build echoes marks; not known before the first exchange.
     pub(super) echoes_marks: Option<bool>,
-    /// Whether the firmware has halted: it stands still and answers nothing until its power is cycled.
-    pub(super) halted: bool,
+    /// The words with which the firmware has halted: it stands still and answers nothing until its power is cycled.
+    pub(super) halted: Option<String>,
 }
 
 impl<L: ByteLink> NumberedLine<L> {
@@ -38,14 +39,22 @@ impl<L: ByteLink> NumberedLine<L> {
             position_query: "M114 R",
             mark: 0,
             echoes_marks: None,
-            halted: false,
+            halted: None,
         }
     }
 
     /// That the firmware has halted, with its words.
     pub(super) fn halted(&mut self, reply: String) -> RigError {
-        self.halted = true;
+        self.halted = Some(reply.clone());
         self.wire.error(Cause::Halted { reply })
+    }
+
+    /// That nothing was answered: by a firmware that was seen to halt, for that reason.
+    pub(super) fn silent(&self, waited: Duration) -> RigError {
+        self.wire.error(match self.halted.clone() {
+            Some(reply) => Cause::Halted { reply },
+            None => Cause::Silent { waited },
+        })
     }
 
     /// Counts from 1 again, as a firmware does that was told `M110 N0`.
@@ -85,13 +94,26 @@ impl<L: ByteLink> NumberedLine<L> {
         }
     }
 
-    /// Whether the line that the firmware asks for can be sent again.
-    pub(super) fn must_have_sent(&self, wanted: u32) -> Result<(), RigError> {
-        if self.sent.iter().any(|(sent, _)| *sent == wanted) {
-            return Ok(());
-        }
+    /// Whether the line with a number can be sent again.
+    pub(super) fn keeps(&self, number: u32) -> bool {
+        self.sent.iter().any(|(sent, _)| *sent == number)
+    }
+
+    /// Whether the firmware's complaint of an unknown command repeats the line with a number, with or without the number.
+    pub(super) fn repeats(&self, number: u32, complaint: &str) -> bool {
+        let line =
+            self.sent.iter().find(|(sent, _)| *sent == number).map(|(_, line)| line.as_str());
+        let numbered =
+            line.and_then(|line| line.rsplit_once('*')).map_or("", |(numbered, _)| numbered);
+        let command = numbered.split_once(' ').map_or("", |(_, command)| command);
+        let repeated =
+            complaint.split_once('"').map_or("", |(_, repeated)| repeated.trim_end_matches('"'));
+        !repeated.is_empty() && (repeated == command || repeated == numbered)
+    }
+
+    /// That the firmware asks for a line that is not kept.
+    pub(super) fn not_kept(wanted: u32) -> Cause {
         // A firmware that restarted counts from the beginning, even if its `start` was lost.
-        let cause = if wanted <= 1 { Cause::Reset } else { Cause::LineNotKept { wanted } };
-        Err(self.wire.error(cause))
+        if wanted <= 1 { Cause::Reset } else { Cause::LineNotKept { wanted } }
     }
 }

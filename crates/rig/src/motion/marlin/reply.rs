@@ -78,7 +78,7 @@ impl Reply {
         let error = error.to_ascii_lowercase();
         if error.contains("kill() called") || error.contains("printer halted") {
             Self::Halted
-        } else if ["checksum", "line number", "expected line"]
+        } else if ["checksum", "line number", "expected line", "last line"]
             .iter()
             .any(|words| error.contains(words))
         {
@@ -136,6 +136,7 @@ mod tests {
             ("Error:Line Number is not Last Line Number+1, Last Line: 4", Reply::TransmissionError),
             ("Error:No Checksum with line number, Last Line: 4", Reply::TransmissionError),
             ("Error: expected line 5 got 7", Reply::TransmissionError),
+            ("Error:cjecksum mismatch, Last Line: 4", Reply::TransmissionError),
             ("Error:MINTEMP triggered, system stopped!", Reply::Error),
             ("echo:endstops hit:  X:-30.00", Reply::EndstopHit),
             ("echo:Unknown command: \"M114 R\"", Reply::UnknownCommand),

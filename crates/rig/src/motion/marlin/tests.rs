@@ -176,7 +176,7 @@ impl Firmware {
                 sleep(MOVE_TAKES).await;
                 self.target = [0.0; 3];
             }
-            "M400" => self.finish_moves().await,
+            "G4" => self.finish_moves().await,
             "M410" => self.done.lock().expect("not poisoned").arrival = None,
             "M114" if command == "M114 R" && self.build.knows_no_m114_r => {
                 says.push("echo:Unknown command: \"M114 R\"".to_owned());
@@ -350,7 +350,7 @@ async fn a_build_that_says_no_mark_back_is_driven_too() {
     let build = Build { keeps_marks_to_itself: true, ..Build::default() };
     survives(build, &[]).await;
     survives(Build { chatters: true, ..build }, &[("G1", Fault::LoseOk)]).await;
-    for command in ["G28", "G1", "M400", "M114"] {
+    for command in ["G28", "G1", "G4", "M114"] {
         survives(build, &[(command, Fault::LoseLine)]).await;
         survives(build, &[(command, Fault::LoseOk)]).await;
         survives(build, &[(command, Fault::GarbleLine)]).await;
@@ -359,7 +359,7 @@ async fn a_build_that_says_no_mark_back_is_driven_too() {
 
 #[tokio::test(start_paused = true)]
 async fn a_garbled_line_is_sent_again_and_obeyed_once() {
-    for command in ["G28", "G1", "M400", "M114"] {
+    for command in ["G28", "G1", "G4", "M114"] {
         survives(Build::default(), &[(command, Fault::GarbleLine)]).await;
         survives(Build::default(), &[(command, Fault::GarbleLine); 3]).await;
     }
@@ -367,14 +367,14 @@ async fn a_garbled_line_is_sent_again_and_obeyed_once() {
 
 #[tokio::test(start_paused = true)]
 async fn a_lost_line_is_found_by_the_query_behind_it() {
-    for command in ["G28", "G1", "M400", "M114"] {
+    for command in ["G28", "G1", "G4", "M114"] {
         survives(Build::default(), &[(command, Fault::LoseLine)]).await;
     }
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_lost_ok_does_not_repeat_the_move() {
-    for command in ["G28", "G1", "M400", "M114"] {
+    for command in ["G28", "G1", "G4", "M114"] {
         for fault in [Fault::LoseOk, Fault::LoseAnswer, Fault::GarbleAnswer] {
             survives(Build::default(), &[(command, fault)]).await;
         }
@@ -386,13 +386,13 @@ async fn a_firmware_that_freezes_and_goes_on_is_not_believed_too_early() {
     // Long enough for several queries to wait in its buffer and be answered late, all at once.
     for seconds in [6, 11, 16, 19] {
         survives(Build::default(), &[("G1", Fault::Freeze(seconds))]).await;
-        survives(Build::default(), &[("M400", Fault::Freeze(seconds))]).await;
+        survives(Build::default(), &[("G4", Fault::Freeze(seconds))]).await;
     }
 }
 
 #[tokio::test(start_paused = true)]
 async fn noise_on_the_line_does_not_shift_the_acknowledgements() {
-    for command in ["G1", "M400", "M114"] {
+    for command in ["G1", "G4", "M114"] {
         survives(Build::default(), &[(command, Fault::NoiseBefore)]).await;
     }
 }
@@ -423,7 +423,11 @@ async fn a_halt_is_told_in_the_firmwares_words() {
     let (mut bench, error) = fails_in_a_move(Fault::Kill).await;
     assert!(matches!(error.cause(), Cause::Halted { .. }), "{error}");
     let error = bench.robot.home().await.expect_err("halted");
-    assert!(matches!(error.cause(), Cause::Silent { .. }), "{error}");
+    assert!(
+        matches!(error.cause(), Cause::Halted { .. }),
+        "it answers nothing, and why is known: {error}"
+    );
+    assert!(error.remedy().contains("reset"), "{}", error.remedy());
 }
 
 #[tokio::test(start_paused = true)]
@@ -502,7 +506,7 @@ proptest! {
         build in (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>()),
         faults in proptest::collection::vec(
             (
-                prop::sample::select(vec!["", "G1", "M400", "M114"]),
+                prop::sample::select(vec!["", "G1", "G4", "M114"]),
                 prop::sample::select(vec![
                     Fault::LoseLine, Fault::GarbleLine, Fault::LoseOk, Fault::LoseAnswer,
                     Fault::GarbleAnswer, Fault::NoiseBefore,
@@ -513,7 +517,7 @@ proptest! {
         freezes in proptest::collection::vec(
             (
                 any::<prop::sample::Index>(),
-                prop::sample::select(vec!["", "G1", "M400", "M114", "M118"]),
+                prop::sample::select(vec!["", "G1", "G4", "M114", "M118"]),
                 prop::sample::select(vec![Fault::Freeze(6), Fault::Freeze(12), Fault::Freeze(19)]),
             ),
             0..4,

@@ -15,8 +15,8 @@ const FEWEST_SAMPLES_A_CYCLE: f64 = 2.5;
 pub enum RecordFault {
     /// Too short.
     #[error(
-        "the record of {:.1} µs holds {cycles:.1} cycles of the carrier; at least {FEWEST_CYCLES} are needed",
-        span_s * 1e6
+        "the record of {:.1} µs holds {:.1} cycles of the carrier; at least {FEWEST_CYCLES} are needed",
+        span_s * 1e6, rounded_down(*cycles)
     )]
     TooShort {
         /// Length of the record, s.
@@ -31,12 +31,19 @@ pub enum RecordFault {
     Hole,
     /// Too coarse.
     #[error(
-        "the record has {samples_a_cycle:.1} samples per cycle of the carrier; at least {FEWEST_SAMPLES_A_CYCLE} are needed"
+        "the record has {:.1} samples per cycle of the carrier; at least {FEWEST_SAMPLES_A_CYCLE} are needed",
+        rounded_down(*samples_a_cycle)
     )]
     TooCoarse {
         /// Samples in one cycle.
         samples_a_cycle: f64,
     },
+}
+
+/// To one decimal, so that a number too small does not read like the one that is needed.
+fn rounded_down(number: f64) -> f64 {
+    // A whole number of tenths may lie below itself by rounding.
+    (number * 10.0 + 1e-9).floor() / 10.0
 }
 
 /// The peak amplitude at `frequency_hz` in samples `interval_s` apart.
@@ -144,5 +151,11 @@ mod tests {
         assert!(lock_in(&[], 1e-6, 40e3).is_err());
         assert!(lock_in(&[0.0; 100], f64::NAN, 40e3).is_err());
         assert!(lock_in(&[0.0; 100], 0.0, 40e3).is_err());
+    }
+
+    #[test]
+    fn a_number_that_is_too_small_does_not_read_like_the_one_that_is_needed() {
+        let fault = RecordFault::TooShort { span_s: 74e-6, cycles: 2.97 };
+        assert!(fault.to_string().contains("holds 2.9 cycles"), "{fault}");
     }
 }

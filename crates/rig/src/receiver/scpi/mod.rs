@@ -31,6 +31,13 @@ const MOST_ERRORS: usize = 30;
 /// Pause between two questions whether a record was taken.
 const ASK_AGAIN: Duration = Duration::from_millis(5);
 
+/// How long an instrument may go on reporting the end of its previous record after it was told to take one. Some report it
+/// until they are armed; an assumption, since none was at hand.
+const ARMED_WITHIN: Duration = Duration::from_millis(50);
+
+/// How often a record that equals the one before it byte by byte is taken again.
+const MOST_EQUAL: u32 = 3;
+
 /// `[receiver.scpi]`: where the instrument is reached, and which command set it uses.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -119,6 +126,8 @@ pub struct ScpiReceiver<L> {
     began: Instant,
     /// False while a late answer to an earlier query may still arrive.
     in_step: bool,
+    /// The samples of the record before.
+    before: Vec<u8>,
 }
 
 /// One record.
@@ -153,6 +162,7 @@ impl<L: ByteLink> ScpiReceiver<L> {
             within: within.unwrap_or(Duration::MAX),
             began: Instant::now(),
             in_step: false,
+            before: Vec::new(),
         };
         receiver.wire.attempting("identifying the instrument");
         receiver.drain().await?;
@@ -249,16 +259,30 @@ impl<L: ByteLink> ScpiReceiver<L> {
     async fn shot(&mut self) -> Result<Shot, RigError> {
         self.get_in_step().await?;
         self.in_step = false;
-        for command in self.dialect.arm.clone() {
-            self.send(&command).await?;
+        for _ in 0..MOST_EQUAL {
+            for command in self.dialect.arm.clone() {
+                self.send(&command).await?;
+            }
+            let was_armed = self.wait_until_taken().await?;
+            let taken_s = self.began.elapsed().as_secs_f64();
+            let scale = self.scale().await?;
+            let question = self.dialect.data.clone();
+            self.send(&question).await?;
+            let samples = self.block().await?;
+            // Two records differ by their noise and by their phase. An instrument that was never seen to wait or to take one
+            // may still hand out the last.
+            let is_new = was_armed || samples != self.before;
+            self.before.clone_from(&samples);
+            if is_new {
+                self.in_step = true;
+                return self.evaluate(&samples, scale, taken_s);
+            }
         }
-        self.wait_until_taken().await?;
-        let taken_s = self.began.elapsed().as_secs_f64();
-        let scale = self.scale().await?;
-        let question = self.dialect.data.clone();
-        self.send(&question).await?;
-        let samples = self.block().await?;
-        self.in_step = true;
+        let seen = format!("the same record {MOST_EQUAL} times: the instrument takes no new one");
+        Err(self.wire.error(Cause::Unreadable { seen }))
+    }
+
+    fn evaluate(&self, samples: &[u8], scale: Scale, taken_s: f64) -> Result<Shot, RigError> {
         let code = self.dialect.code;
         let taken: Option<Vec<(f64, bool)>> =
             samples.iter().map(|&byte| scale.volts(byte, code)).collect();
@@ -274,20 +298,27 @@ impl<L: ByteLink> ScpiReceiver<L> {
         })
     }
 
-    async fn wait_until_taken(&mut self) -> Result<(), RigError> {
+    /// Waits for the end of the record. Returns whether the instrument was seen to wait for it or to take it, so that the end is
+    /// not that of the record before. Where the instrument answers only at the end (`*OPC?`), it is always its own.
+    async fn wait_until_taken(&mut self) -> Result<bool, RigError> {
         let (question, force) = (self.dialect.state.clone(), self.dialect.force.clone());
-        let until = Instant::now() + self.within;
+        let begun = Instant::now();
+        let until = begun + self.within;
+        let mut was_armed = force.is_empty();
         loop {
             let state = self.ask(&question).await?;
             // Some repeat the question before the answer.
             let answer = state.split_ascii_whitespace().last().unwrap_or_default();
-            if self.dialect.taken.iter().any(|taken| taken.eq_ignore_ascii_case(answer)) {
-                return Ok(());
+            let is_taken =
+                self.dialect.taken.iter().any(|taken| taken.eq_ignore_ascii_case(answer));
+            if is_taken && (was_armed || begun.elapsed() >= ARMED_WITHIN) {
+                return Ok(was_armed);
             }
+            was_armed |= !is_taken;
             if Instant::now() >= until {
                 return Err(self.complaint().await);
             }
-            if !force.is_empty() {
+            if was_armed && !force.is_empty() {
                 self.send(&force).await?;
             }
             sleep(ASK_AGAIN).await;

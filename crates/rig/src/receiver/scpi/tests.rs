@@ -27,6 +27,12 @@ enum Fault {
     Overdriven,
     /// The record is shorter than three cycles.
     ShortRecord,
+    /// It is armed this long after it was told to; until then it reports the end of the record before.
+    ArmsAfter(Duration),
+    /// It takes no new record, and reports an end.
+    NeverArms,
+    /// Its signal triggers at once, so that it is never seen to wait.
+    TriggersAtOnce,
 }
 
 /// An oscilloscope with 25 steps a division of 0.1 V, 1 µs apart, which sees a carrier of 0.8 V on 0.05 V.
@@ -34,11 +40,30 @@ struct Instrument {
     link: BufReader<DuplexStream>,
     fault: Fault,
     armed: bool,
+    told_to_arm: Option<Instant>,
+    /// Records that were taken.
+    taken: u32,
     records: u32,
     errors: Vec<String>,
 }
 
 impl Instrument {
+    /// What follows from the time since it was told to take a record.
+    fn arm_if_due(&mut self) {
+        let delay = match self.fault {
+            Fault::ArmsAfter(delay) => delay,
+            _ => Duration::ZERO,
+        };
+        if self.told_to_arm.is_some_and(|told| told.elapsed() >= delay) {
+            self.told_to_arm = None;
+            match self.fault {
+                Fault::NeverArms => {}
+                Fault::TriggersAtOnce => self.taken += 1,
+                _ => self.armed = true,
+            }
+        }
+    }
+
     async fn run(mut self) {
         let mut line = String::new();
         while self.link.read_line(&mut line).await.is_ok_and(|count| count > 0) {
@@ -64,6 +89,7 @@ impl Instrument {
             self.errors.push("-113,\"Undefined header\"".to_owned());
             return None;
         }
+        self.arm_if_due();
         match command {
             "*IDN?" => text("ACME,SCOPE,1,1.0"),
             "*CLS" => {
@@ -73,12 +99,13 @@ impl Instrument {
             ":SYST:ERR?" => text(&self.errors.pop().unwrap_or("0,\"No error\"".to_owned())),
             "CMR?" => text(if self.errors.pop().is_some() { "CMR 1" } else { "CMR 0" }),
             ":SING" | "ARM" | ":DIG CHAN1" => {
-                self.armed = true;
+                self.told_to_arm = Some(Instant::now());
+                self.arm_if_due();
                 None
             }
             // Without a signal nothing triggers.
             ":TFOR" | "FRTR" if self.fault != Fault::NeverTriggers => {
-                self.armed = false;
+                self.taken += u32::from(std::mem::take(&mut self.armed));
                 None
             }
             ":TRIG:STAT?" => text(if self.armed { "WAIT" } else { "STOP" }),
@@ -103,7 +130,9 @@ impl Instrument {
         self.records += 1;
         let amplitude_v = if self.fault == Fault::Overdriven { 3.0 } else { 0.4 };
         let sample = |n: usize| {
-            let volts = 0.02 + amplitude_v * (TAU * 40e3 * 1e-6 * n as f64 + 0.7).sin();
+            // The phase of each record is another.
+            let phase = 0.7 + f64::from(self.taken);
+            let volts = 0.02 + amplitude_v * (TAU * 40e3 * 1e-6 * n as f64 + phase).sin();
             let steps = (volts / 0.004 + zero).round();
             if zero > 100.0 {
                 steps.clamp(0.0, 255.0) as u8
@@ -128,6 +157,8 @@ async fn opened(fault: Fault, keys: &str) -> Result<ScpiReceiver<DuplexStream>, 
         link: BufReader::new(far),
         fault,
         armed: false,
+        told_to_arm: None,
+        taken: 0,
         records: 0,
         errors: Vec::new(),
     };
@@ -151,6 +182,26 @@ async fn the_carrier_is_read_in_every_makers_words() {
         assert!((reading.mean - 0.4).abs() < 1e-3, "{dialect}: {reading:?}");
         assert_eq!((reading.count, reading.clipped, reading.gaps), (3, false, 0));
         assert!(!receiver.identity().own_clock);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_record_before_is_not_taken_for_a_new_one() {
+    for dialect in ["rigol", "siglent"] {
+        let keys = format!("dialect = \"{dialect}\"");
+        let fault = Fault::ArmsAfter(Duration::from_millis(30));
+        let mut receiver = opened(fault, &keys).await.expect(dialect);
+        for _ in 0..5 {
+            let before = receiver.before.clone();
+            receiver.read_point(SETTLE, 1).await.expect("it answers");
+            assert_ne!(receiver.before, before, "{dialect}: the record before was read again");
+        }
+        // An instrument that was not seen to wait, and has a new record.
+        let mut receiver = opened(Fault::TriggersAtOnce, &keys).await.expect(dialect);
+        receiver.read_point(SETTLE, 3).await.expect("it answers");
+        let mut receiver = opened(Fault::NeverArms, &keys).await.expect("the first may be any");
+        let error = receiver.read_point(SETTLE, 1).await.expect_err("always the same");
+        assert!(error.to_string().contains("the same record 3 times"), "{error}");
     }
 }
 

@@ -1,0 +1,242 @@
+//! Scans with noise on the robot's line: whole lines are lost, damaged or doubled in both directions, and each place that a
+//! driver reports is compared with the true place of the nozzle.
+
+use std::path::Path;
+use std::time::Duration;
+
+use fieldgap_acoustics::{Array, Medium, Vec3};
+use fieldgap_input::{Positive, TomlSource};
+use fieldgap_rig::link::Wire;
+use fieldgap_rig::link::fault_injection::{FaultRates, with_faults};
+use fieldgap_rig::motion::grbl::{Grbl, GrblConfig};
+use fieldgap_rig::motion::guarded::Guarded;
+use fieldgap_rig::motion::marlin::{Marlin, MarlinConfig};
+use fieldgap_rig::motion::travel::AxisBox;
+use fieldgap_rig::{Cause, Device, Envelope, Feed, Motion, RigError, RobotPosition, Role};
+use fieldgap_virtual_rig::memory::MemoryRig;
+use fieldgap_virtual_rig::{Believed, Truth, VirtualConfig};
+
+/// What a rig file allows by default, m.
+const TOLERANCE_M: f64 = 0.05e-3;
+
+/// How long a reading takes.
+const READING: Duration = Duration::from_millis(50);
+
+/// The robots, by their firmware.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Robot {
+    Marlin,
+    Grbl,
+    GrblHal,
+}
+
+impl Robot {
+    const ALL: [Self; 3] = [Self::Marlin, Self::Grbl, Self::GrblHal];
+
+    fn firmware(self) -> &'static str {
+        match self {
+            Self::Marlin => "marlin",
+            Self::Grbl => "grbl",
+            Self::GrblHal => "grblhal",
+        }
+    }
+
+    /// The robot's zero, from its switches, mm.
+    fn zero_mm(self) -> Vec3 {
+        match self {
+            Self::Marlin => Vec3::zeros(),
+            Self::Grbl | Self::GrblHal => Vec3::new(300.0, 300.0, 250.0),
+        }
+    }
+
+    fn envelope(self) -> Envelope {
+        let travel_m = Vec3::new(0.3, 0.3, 0.25);
+        let least_m = -self.zero_mm() * 1e-3;
+        let largest_m = least_m + travel_m;
+        let travel = AxisBox { least_m: least_m.into(), largest_m: largest_m.into() };
+        Envelope { travel, keep_out: Vec::new() }
+    }
+
+    async fn open(
+        self,
+        wire: Wire<impl fieldgap_rig::link::ByteLink>,
+    ) -> Result<Guarded, RigError> {
+        let robot: Box<dyn Motion> = match self {
+            Self::Marlin => Box::new(Marlin::begin(wire, &MarlinConfig::default()).await?),
+            Self::Grbl | Self::GrblHal => {
+                Box::new(Grbl::begin(wire, &GrblConfig::default(), self.envelope(), feed()).await?)
+            }
+        };
+        Ok(Guarded::new(robot, self.envelope(), TOLERANCE_M))
+    }
+}
+
+fn feed() -> Feed {
+    Feed::from_mm_s(Positive::new(80.0).expect("above zero"))
+}
+
+/// A share of all lines is damaged: a third of them is lost, a third has one bit inverted, a third comes twice.
+fn noise(share: f64) -> FaultRates {
+    let each = share / 3.0;
+    toml::from_str(&format!("lose = {each}\nflip = {each}\ndouble = {each}")).expect("rates")
+}
+
+fn power_up(robot: Robot) -> MemoryRig {
+    let text = format!(
+        "seed = 1\npace = {{ times = 1.0 }}\ntruth = \"t\"\n[robot]\nfirmware = \"{}\"\nacceleration_mm_s2 = 1000.0\n",
+        robot.firmware()
+    );
+    let config: VirtualConfig = toml::from_str(&text).expect("a virtual rig");
+    let believed = Believed {
+        array: Array::square(2, 2, 10.5e-3).expect("not empty"),
+        medium: Medium { speed_of_sound_m_s: 343.0 },
+        frequency_hz: 40e3,
+        array_origin_m: Vec3::zeros(),
+    };
+    let truth = Truth::from_source(&TomlSource::new(Path::new("truth.toml"), ""));
+    MemoryRig::power_up(&config, truth.expect("no effect"), &believed).expect("it powers up")
+}
+
+/// Where a scan goes, from the switches, mm: rows there and back, on planes.
+fn places_mm(points: usize) -> impl Iterator<Item = Vec3> {
+    (0..points).map(|point| {
+        let (along, row, plane) = (point % 10, point / 10 % 10, point / 100);
+        let along = if row % 2 == 0 { along } else { 9 - along };
+        Vec3::new(120.0 + 7.3 * along as f64, 110.0 + 8.15 * row as f64, 60.0 + 21.7 * plane as f64)
+    })
+}
+
+/// Scans so many points; the points that were reached, and the error that ended it.
+async fn scan(
+    robot: Robot,
+    seed: u64,
+    rates: FaultRates,
+    points: usize,
+) -> (usize, Option<RigError>) {
+    let memory = power_up(robot);
+    let [plug, ..] = memory.plugs();
+    let wire = Wire::new(with_faults(plug, rates, seed), Device::new(Role::Robot, "memory"));
+    let mut reached = 0;
+    let error = match robot.open(wire).await {
+        Ok(mut motion) => scan_on(robot, &memory, &mut motion, points, &mut reached).await.err(),
+        Err(error) => Some(error),
+    };
+    (reached, error)
+}
+
+async fn scan_on(
+    robot: Robot,
+    memory: &MemoryRig,
+    motion: &mut Guarded,
+    points: usize,
+    reached: &mut usize,
+) -> Result<(), RigError> {
+    motion.home().await?;
+    // Over the plane, then across.
+    let high_mm = Vec3::new(5.0, 5.0, 240.0);
+    for place_mm in std::iter::once(high_mm).chain(places_mm(points)) {
+        let target_mm = place_mm - robot.zero_mm();
+        motion.move_to(RobotPosition::from_axes_mm(target_mm.into()), feed()).await?;
+        let true_place_is_right = || {
+            let true_mm = memory.world.nozzle_m(memory.clock.now_s()) * 1e3;
+            let off_mm = (true_mm - target_mm).norm();
+            assert!(off_mm < 0.1, "{robot:?}: reported at {target_mm:?}, and it is at {true_mm:?}");
+        };
+        true_place_is_right();
+        tokio::time::sleep(READING).await;
+        true_place_is_right();
+        *reached += 1;
+    }
+    Ok(())
+}
+
+/// How scans ended.
+#[derive(Debug, Default)]
+struct Ends {
+    scans: usize,
+    completed: usize,
+    /// What ended the others: the messages, with the points before.
+    errors: Vec<(usize, RigError)>,
+}
+
+/// Makes scans one after the other.
+async fn scans(robot: Robot, scans: u64, rates: FaultRates, points: usize) -> Ends {
+    let mut ends = Ends::default();
+    for seed in 0..scans {
+        let (reached, error) = scan(robot, seed, rates, points).await;
+        ends.scans += 1;
+        match error {
+            None => ends.completed += 1,
+            Some(error) => ends.errors.push((reached, error)),
+        }
+    }
+    ends
+}
+
+/// Whether an error is of those that a protocol without checksums cannot prevent: a digit 1 became the command to hold, a feed
+/// became too slow, or an alarm was lost or came without its reason.
+fn is_unavoidable(error: &RigError) -> bool {
+    match error.cause() {
+        Cause::Paused { state } => state == "hold",
+        Cause::StillMoving | Cause::Silent { .. } => true,
+        Cause::Alarm { reply, .. } => reply == "Alarm",
+        _ => false,
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn without_noise_every_scan_is_completed() {
+    for robot in Robot::ALL {
+        let ends = scans(robot, 1, noise(0.0), 500).await;
+        assert_eq!(ends.completed, 1, "{robot:?}: {:?}", ends.errors);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn scans_under_marlin_are_completed_with_one_line_in_twenty_damaged() {
+    for share in [0.01, 0.05] {
+        let ends = scans(Robot::Marlin, 20, noise(share), 500).await;
+        assert!(ends.completed >= 19, "{share}: {:?}", ends.errors);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn scans_under_grbl_are_completed_or_end_by_damage_that_is_named() {
+    for robot in [Robot::Grbl, Robot::GrblHal] {
+        for (share, least) in [(0.01, 19), (0.05, 15)] {
+            let ends = scans(robot, 20, noise(share), 500).await;
+            assert!(ends.completed >= least, "{robot:?}, {share}: {:?}", ends.errors);
+            let unexplained = ends.errors.iter().find(|(_, error)| !is_unavoidable(error));
+            assert!(unexplained.is_none(), "{robot:?}, {share}: {unexplained:?}");
+        }
+    }
+}
+
+/// Bursts replace the rest of a line and its end by random bytes; lines come late, and answers that nobody sent.
+#[tokio::test(start_paused = true)]
+async fn bursts_and_late_lines_cause_no_wrong_place() {
+    for robot in Robot::ALL {
+        let rates =
+            toml::from_str("garble = 0.004\ndelay = 0.004\nwrong_ok = 0.004").expect("rates");
+        let ends = scans(robot, 20, rates, 200).await;
+        assert!(ends.completed >= 10, "{robot:?}: {:?}", ends.errors);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+#[ignore = "prints figures; run: cargo test --release --workspace --test line_noise -- --ignored --nocapture"]
+async fn figures_of_a_hundred_scans() {
+    for share in [0.01, 0.05, 0.15] {
+        for robot in Robot::ALL {
+            let ends = scans(robot, 100, noise(share), 500).await;
+            let unavoidable = ends.errors.iter().filter(|(_, error)| is_unavoidable(error)).count();
+            println!(
+                "{robot:?}, {share} of all lines: {} of {} completed, {unavoidable} ended by damage that cannot be told from a command",
+                ends.completed, ends.scans
+            );
+            for (reached, error) in &ends.errors {
+                println!("    after {reached} points: {error}");
+            }
+        }
+    }
+}

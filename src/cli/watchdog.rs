@@ -1,11 +1,13 @@
 //! `fieldgap watchdog`: the second process of a program that has a rig open, started by that program.
 
+use std::os::fd::AsFd;
 use std::process::{Command, ExitCode};
 
 use clap::Args;
 use miette::IntoDiagnostic;
 
-use fieldgap_rig::watchdog::{self, guard};
+use fieldgap_acquisition::watchdog::guard;
+use fieldgap_rig::watchdog;
 use fieldgap_rig::{Emergency, FocusArray};
 
 /// The `watchdog` command.
@@ -24,23 +26,36 @@ pub(super) fn guard_array(
     array: &dyn FocusArray,
     is_virtual: bool,
 ) -> miette::Result<Option<watchdog::Watchdog>> {
-    guard_devices(&array.emergency().into_iter().collect::<Vec<_>>(), is_virtual)
+    guard_devices(array.emergency().into_iter().collect(), is_virtual)
 }
 
 /// As [`guard_array`], for several devices.
 pub(super) fn guard_devices(
-    emergencies: &[Emergency],
+    emergencies: Vec<Emergency>,
     is_virtual: bool,
 ) -> miette::Result<Option<watchdog::Watchdog>> {
     if is_virtual {
         return Ok(None);
     }
-    watchdog::Watchdog::start(watchdog()?, emergencies, None).into_diagnostic()
+    let duties = watchdog::Duties { emergencies, ..watchdog::Duties::default() };
+    watchdog::Watchdog::start(watchdog()?, duties).into_diagnostic()
+}
+
+/// Does `work`, and shows the watchdog, where there is one, that it responds.
+pub(super) async fn followed<T>(
+    watchdog: Option<&watchdog::Watchdog>,
+    work: impl Future<Output = T>,
+) -> T {
+    match watchdog {
+        Some(watchdog) => watchdog.follower().follow(work).await,
+        None => work.await,
+    }
 }
 
 impl Watchdog {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        guard(std::io::stdin()).into_diagnostic()?;
+        let pipe = std::io::stdin().as_fd().try_clone_to_owned().into_diagnostic()?;
+        guard(pipe, std::io::stdout()).into_diagnostic()?;
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -22,6 +22,7 @@
 mod air_log;
 pub mod beam_axis;
 mod clock;
+mod difference;
 mod drift;
 mod dry_run;
 mod error;
@@ -37,12 +38,15 @@ mod origin;
 mod pause;
 mod placement;
 mod planned_scan;
+mod recorded_setup;
 mod references;
 mod replay_wire;
 mod rig_setup;
 mod rows;
 mod scan_run;
 mod sequencer;
+mod suspension;
+pub mod watchdog;
 
 pub use air_log::FILE as AIR_FILE;
 pub use dry_run::DryRun;
@@ -58,3 +62,4 @@ pub use replay_wire::replay_wire;
 pub use rig_setup::RigSetup;
 pub use scan_run::{Ending, ScanRun};
 pub use sequencer::element_delays;
+pub use suspension::SuspensionClock;

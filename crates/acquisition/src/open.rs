@@ -3,13 +3,15 @@
 use std::path::Path;
 use std::process::Command;
 
+use tokio::sync::watch;
+
 use super::AcquisitionError;
 use super::air_log::AirLog;
 use super::event::Event;
 use super::rig_setup::RigSetup;
 use fieldgap_records::JournalError;
 use fieldgap_rig::link::WireLogs;
-use fieldgap_rig::watchdog::Watchdog;
+use fieldgap_rig::watchdog::{Duties, Follower, Standing, Watchdog};
 use fieldgap_rig::{Ports, SafeRig};
 
 /// Simulated devices that take the place of those in a rig file.
@@ -84,17 +86,33 @@ impl OpenRig {
         }
     }
 
-    /// Starts a watchdog process for the rig: `program`, which calls [`fieldgap_rig::watchdog::guard`]. It writes what it
-    /// does to `log`. A simulated rig ends with this process and needs no watchdog.
+    /// Starts a watchdog process for the rig: `program`, which calls [`guard`](super::watchdog::guard). If it has to act, it
+    /// writes what it does to `log`, and `note` tells it whom to notify. A simulated rig ends with this process and needs no
+    /// watchdog to be safe.
     ///
     /// # Errors
     /// [`AcquisitionError::Watchdog`] if it does not start.
-    pub fn guard(&mut self, program: Command, log: Option<&Path>) -> Result<(), AcquisitionError> {
-        if self.simulated.is_none() {
-            let started = Watchdog::start(program, &self.rig.emergencies(), log);
-            self.watchdog = started.map_err(AcquisitionError::Watchdog)?;
-        }
+    pub fn guard(
+        &mut self,
+        program: Command,
+        log: Option<&Path>,
+        note: Option<String>,
+    ) -> Result<(), AcquisitionError> {
+        let emergencies =
+            if self.simulated.is_none() { self.rig.emergencies() } else { Vec::new() };
+        let duties = Duties { emergencies, log: log.map(Path::to_owned), note };
+        self.watchdog = Watchdog::start(program, duties).map_err(AcquisitionError::Watchdog)?;
         Ok(())
+    }
+
+    /// Tells whether the watchdog is there; `None` without one.
+    pub(super) fn standing(&self) -> Option<watch::Receiver<Standing>> {
+        self.watchdog.as_ref().map(Watchdog::standing)
+    }
+
+    /// Shows the watchdog that work responds; `None` without one.
+    pub(super) fn follower(&self) -> Option<Follower> {
+        self.watchdog.as_ref().map(Watchdog::follower)
     }
 
     /// The devices.

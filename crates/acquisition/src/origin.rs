@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use toml::{Table, Value};
+use toml::Table;
 
 use super::AcquisitionError;
+use super::difference::{Difference, differences};
 use super::rig_setup::RigSetup;
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::Plan;
@@ -62,8 +63,14 @@ impl Origin {
             return as_begun();
         }
         let [then_is, now_is] = [copy, &now].map(TomlSource::parse::<Table>);
-        let mut changes = Vec::new();
-        differences("", &Value::Table(then_is?), &Value::Table(now_is?), &mut changes);
+        let changes: Vec<String> = differences(then_is?, now_is?, &MAY_CHANGE)
+            .into_iter()
+            .map(|Difference { key, then, now }| match (then, now) {
+                (Some(then), Some(now)) => format!("`{key}` was {then} and is {now}"),
+                (Some(_), None) => format!("`{key}` was removed"),
+                _ => format!("`{key}` was added"),
+            })
+            .collect();
         if changes.is_empty() {
             Ok(now)
         } else {
@@ -89,25 +96,6 @@ fn sha256_of(path: &Path) -> Result<String, Fault> {
         Fault::of_file(path, format!("cannot be read: {error}"), remedy)
     })?;
     Ok(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect())
-}
-
-/// Collects the keys in which two values differ, with both values.
-fn differences(key: &str, then: &Value, now: &Value, changes: &mut Vec<String>) {
-    let (Value::Table(before), Value::Table(after)) = (then, now) else {
-        if then != now {
-            changes.push(format!("`{key}` was {then} and is {now}"));
-        }
-        return;
-    };
-    let new = after.keys().filter(|name| !before.contains_key(*name));
-    for name in before.keys().chain(new).filter(|name| !MAY_CHANGE.contains(&name.as_str())) {
-        let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
-        match (before.get(name), after.get(name)) {
-            (Some(then), Some(now)) => differences(&key, then, now, changes),
-            (Some(_), None) => changes.push(format!("`{key}` was removed")),
-            _ => changes.push(format!("`{key}` was added")),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -115,6 +115,11 @@ pub trait Motion: Send {
     /// The reported position. Also answers before homing, when the position is not yet defined.
     async fn position(&mut self) -> Result<RobotPosition, RigError>;
 
+    /// Confirms that it still reports the position of its last move, within its tolerance; that position.
+    async fn confirm_place(&mut self) -> Result<RobotPosition, RigError> {
+        self.position().await
+    }
+
     /// Stops at once. The position is unknown afterwards.
     async fn stop(&mut self) -> Result<(), RigError>;
 

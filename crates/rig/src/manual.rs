@@ -5,7 +5,7 @@ use std::fmt;
 use super::config::RigConfig;
 use super::emergency::Emergency;
 use super::error::RigError;
-use super::safety::{Ports, open_motion, silence, stop};
+use super::safety::{Ports, open_array, open_motion, silence, stop};
 use super::{FocusArray, Motion, Receiver};
 
 /// Which devices to open.
@@ -38,7 +38,7 @@ impl ManualRig {
         wanted: DeviceSelection,
     ) -> Result<Self, RigError> {
         let array = match wanted.array {
-            true => Some(config.focus_array.open(ports.focus_array.as_deref()).await?),
+            true => Some(open_array(config, ports).await?),
             false => None,
         };
         let receiver = match wanted.receiver {

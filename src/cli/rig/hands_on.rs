@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use miette::IntoDiagnostic;
 
 use crate::cli::stop::StopRequests;
-use crate::cli::watchdog::guard_devices;
+use crate::cli::watchdog::{followed, guard_devices};
 use crate::rig_file::RigFile;
 use fieldgap_acquisition::{AcquisitionError, RigSetup};
 use fieldgap_rig::{DeviceSelection, ManualRig};
@@ -45,11 +45,11 @@ pub(super) fn hands_on(
         let stop = StopRequests::listen().into_diagnostic()?;
         let mut rig = ManualRig::open(&rig_setup.rig, &ports, wanted).await?;
         fits(rig_setup, wanted, &mut rig)?;
-        let _watchdog = guard_devices(&rig.emergencies(), firmware.is_some())?;
+        let watchdog = guard_devices(rig.emergencies(), firmware.is_some())?;
         let ended = tokio::select! {
             biased;
             who = stop.first() => Err(who),
-            ended = body(&mut rig) => Ok(ended),
+            ended = followed(watchdog.as_ref(), body(&mut rig)) => Ok(ended),
         };
         match ended {
             Ok(Ok(Ended::Done)) => Ok(ExitCode::SUCCESS),

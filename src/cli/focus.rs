@@ -46,7 +46,7 @@ impl Focus {
         runtime.block_on(async {
             let stop = StopRequests::listen().into_diagnostic()?;
             let mut array = open_array(&rig_setup.rig, &ports).await?;
-            let watchdog = guard_array(&*array, firmware.is_some())?;
+            let watchdog = guard_array(&*array, rig_setup)?;
             let identity = array.identity().clone();
             let believed = rig_setup.nominal_array().len();
             if believed != identity.elements {

@@ -48,7 +48,7 @@ impl Sense {
             let stop = StopRequests::listen().into_diagnostic()?.first();
             tokio::pin!(stop);
             let mut array = open_array(&rig_setup.rig, &ports).await?;
-            let watchdog = guard_array(&*array, firmware.is_some())?;
+            let watchdog = guard_array(&*array, rig_setup)?;
             let [a, b, c, d] = section.elements();
             if !self.json {
                 print(&format!(

@@ -6,6 +6,7 @@ use std::process::{Command, ExitCode};
 use clap::Args;
 use miette::IntoDiagnostic;
 
+use fieldgap_acquisition::RigSetup;
 use fieldgap_acquisition::watchdog::guard;
 use fieldgap_rig::watchdog;
 use fieldgap_rig::{Emergency, FocusArray};
@@ -21,22 +22,21 @@ pub(super) fn watchdog() -> miette::Result<Command> {
     Ok(program)
 }
 
-/// Starts a watchdog for an open array. A virtual rig of this process ends with it and needs none.
+/// Starts a watchdog for an open array. The virtual devices of this process end with it and need none.
 pub(super) fn guard_array(
     array: &dyn FocusArray,
-    is_virtual: bool,
+    rig_setup: &RigSetup,
 ) -> miette::Result<Option<watchdog::Watchdog>> {
-    guard_devices(array.emergency().into_iter().collect(), is_virtual)
+    guard_devices(array.emergency().into_iter().collect(), rig_setup)
 }
 
 /// As [`guard_array`], for several devices.
 pub(super) fn guard_devices(
     emergencies: Vec<Emergency>,
-    is_virtual: bool,
+    rig_setup: &RigSetup,
 ) -> miette::Result<Option<watchdog::Watchdog>> {
-    if is_virtual {
-        return Ok(None);
-    }
+    let is_real = |one: &Emergency| rig_setup.real_devices().contains(&one.device.role);
+    let emergencies = emergencies.into_iter().filter(is_real).collect();
     let duties = watchdog::Duties { emergencies, ..watchdog::Duties::default() };
     watchdog::Watchdog::start(watchdog()?, duties).into_diagnostic()
 }

@@ -12,18 +12,24 @@ use super::rig_setup::RigSetup;
 use fieldgap_records::JournalError;
 use fieldgap_rig::link::WireLogs;
 use fieldgap_rig::watchdog::{Duties, Follower, Standing, Watchdog};
-use fieldgap_rig::{Ports, SafeRig};
+use fieldgap_rig::{Emergency, Ports, RobotObserver, Role, SafeRig};
 
 /// Simulated devices that take the place of those in a rig file.
 pub struct SimulatedDevices {
     ports: Ports,
+    follows: Option<Box<dyn RobotObserver>>,
     _simulator: Box<dyn Send>,
 }
 
 impl SimulatedDevices {
     /// Devices that answer at `ports` for as long as `simulator` lives.
     pub fn new(ports: Ports, simulator: impl Send + 'static) -> Self {
-        Self { ports, _simulator: Box::new(simulator) }
+        Self { ports, follows: None, _simulator: Box::new(simulator) }
+    }
+
+    /// The same, with an observer that follows a real robot.
+    pub fn following(self, follows: Option<Box<dyn RobotObserver>>) -> Self {
+        Self { follows, ..self }
     }
 }
 
@@ -40,7 +46,9 @@ pub struct OpenRig {
     logs: WireLogs,
     watchdog: Option<Watchdog>,
     air: Option<AirLog>,
-    simulated: Option<SimulatedDevices>,
+    /// The devices that are not simulated.
+    real: Vec<Role>,
+    _simulated: Option<SimulatedDevices>,
 }
 
 impl OpenRig {
@@ -53,11 +61,14 @@ impl OpenRig {
         rig_setup: &RigSetup,
         open_simulated: OpenSimulated,
     ) -> Result<Self, AcquisitionError> {
-        let simulated = open_simulated(rig_setup)?;
+        let mut simulated = open_simulated(rig_setup)?;
         let ports = simulated.as_ref().map(|devices| devices.ports.clone()).unwrap_or_default();
         let logs = WireLogs::default();
         let rig = logs.around(fieldgap_rig::open(&rig_setup.rig, &ports)).await?;
         let mut rig = rig.recording_calls(logs.clone());
+        if let Some(follows) = simulated.as_mut().and_then(|devices| devices.follows.take()) {
+            rig = rig.observed_by(follows);
+        }
         let (believed, controller) =
             (rig_setup.nominal_array().len(), rig.array().identity().elements);
         if believed != controller {
@@ -67,7 +78,8 @@ impl OpenRig {
         let air = sensor
             .zip(rig_setup.rig.environment.as_ref())
             .map(|(sensor, config)| AirLog::new(sensor, config));
-        Ok(Self { rig, logs, watchdog: None, air, simulated })
+        let real = rig_setup.real_devices().to_vec();
+        Ok(Self { rig, logs, watchdog: None, air, real, _simulated: simulated })
     }
 
     /// Writes the wire logs and the air readings of the scan in `folder` from now on. The wire logs include what was sent
@@ -86,8 +98,8 @@ impl OpenRig {
         }
     }
 
-    /// Starts a watchdog process for the rig: `program`, which calls [`guard`](super::watchdog::guard). If it has to act, it
-    /// writes what it does to `log`, and `note` tells it whom to notify. A simulated rig ends with this process and needs no
+    /// Starts a watchdog process for the real devices: `program`, which calls [`guard`](super::watchdog::guard). If it has to act,
+    /// it writes what it does to `log`, and `note` tells it whom to notify. Simulated devices end with this process and need no
     /// watchdog to be safe.
     ///
     /// # Errors
@@ -98,8 +110,8 @@ impl OpenRig {
         log: Option<&Path>,
         note: Option<String>,
     ) -> Result<(), AcquisitionError> {
-        let emergencies =
-            if self.simulated.is_none() { self.rig.emergencies() } else { Vec::new() };
+        let is_real = |emergency: &Emergency| self.real.contains(&emergency.device.role);
+        let emergencies = self.rig.emergencies().into_iter().filter(is_real).collect();
         let duties = Duties { emergencies, log: log.map(Path::to_owned), note };
         self.watchdog = Watchdog::start(program, duties).map_err(AcquisitionError::Watchdog)?;
         Ok(())

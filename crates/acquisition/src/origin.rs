@@ -8,9 +8,10 @@ use toml::Table;
 
 use super::AcquisitionError;
 use super::difference::{Difference, differences};
-use super::rig_setup::RigSetup;
+use super::rig_setup::{RigSetup, real_devices};
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::Plan;
+use fieldgap_rig::Role;
 
 pub(super) const FILE: &str = "origin.toml";
 
@@ -63,7 +64,7 @@ impl Origin {
             return as_begun();
         }
         let [then_is, now_is] = [copy, &now].map(TomlSource::parse::<Table>);
-        let changes: Vec<String> = differences(then_is?, now_is?, &MAY_CHANGE)
+        let mut changes: Vec<String> = differences(then_is?, now_is?, &MAY_CHANGE)
             .into_iter()
             .map(|Difference { key, then, now }| match (then, now) {
                 (Some(then), Some(now)) => format!("`{key}` was {then} and is {now}"),
@@ -71,6 +72,13 @@ impl Origin {
                 _ => format!("`{key}` was added"),
             })
             .collect();
+        // A port that is added or removed makes a virtual device real or a real one virtual.
+        let [then, there] = [copy, &now].map(real_devices);
+        for role in Role::ALL.iter().filter(|role| then.contains(role) != there.contains(role)) {
+            let (was, is) =
+                if then.contains(role) { ("real", "virtual") } else { ("virtual", "real") };
+            changes.push(format!("the {role} was {was} and is {is}"));
+        }
         if changes.is_empty() {
             Ok(now)
         } else {
@@ -124,6 +132,17 @@ mod tests {
             error.to_string().contains("`motion.marlin` was removed; `motion.other` was added"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn a_device_that_became_virtual_is_refused() {
+        let mixed = format!("{THEN}[virtual]\ntruth = \"t.toml\"\n");
+        let folder = tempfile::tempdir().expect("a folder");
+        let rig = folder.path().join("rig.toml");
+        std::fs::write(&rig, mixed.replace("port = \"/dev/ttyUSB0\"\n", "")).expect("written");
+        let origin = Origin { plan: "plan.toml".into(), rig: rig.clone(), truth_sha256: None };
+        let error = origin.rig(&TomlSource::new(&rig, &mixed)).expect_err("another rig");
+        assert!(error.to_string().contains("the robot was real and is virtual"), "{error}");
     }
 
     #[test]

@@ -81,6 +81,7 @@ pub use error::{Cause, RigError};
 pub use focus_array::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
 pub use manual::{DeviceSelection, ManualRig, ManualSafetyReport};
 pub use motion::Advice;
+pub use motion::observed::RobotObserver;
 pub use motion::travel::{Envelope, PathFault};
 pub use receiver::{DuringRecording, Reading, ReceiverIdentity, Recording, TimedSample};
 pub use safety::{Ports, SafeRig, SafetyReport, open, open_air_sensor, open_array};

@@ -5,6 +5,7 @@ use std::fmt;
 use super::config::RigConfig;
 use super::emergency::Emergency;
 use super::error::RigError;
+use super::motion::observed::{Observed, RobotObserver};
 use super::safety::{Ports, open_array, open_motion, silence, stop};
 use super::{FocusArray, Motion, Receiver};
 
@@ -59,6 +60,12 @@ impl ManualRig {
         receiver: Option<Box<dyn Receiver>>,
     ) -> Self {
         Self { array, robot, receiver }
+    }
+
+    /// Lets `observer` follow the robot, if it was selected, from now on.
+    pub fn observed_by(self, observer: Box<dyn RobotObserver>) -> Self {
+        let observed = |robot| Box::new(Observed::new(robot, observer)) as Box<dyn Motion>;
+        Self { robot: self.robot.map(observed), ..self }
     }
 
     /// The focus array.

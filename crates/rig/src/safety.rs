@@ -12,6 +12,7 @@ use super::error::{Cause, RigError};
 use super::link::WireLogs;
 use super::motion::guarded::Guarded;
 use super::motion::limits::STOPPED_WITHIN;
+use super::motion::observed::{Observed, RobotObserver};
 use super::watchdog::once_released;
 use super::{
     AirSensor, ElementDelay, Emergency, Feed, FocusArray, Motion, Reading, Receiver, Recording,
@@ -99,6 +100,11 @@ impl SafeRig {
         array: Box<dyn FocusArray>,
     ) -> Self {
         Self { array, motion, receiver, logs: None }
+    }
+
+    /// Lets `observer` follow the robot from now on.
+    pub fn observed_by(self, observer: Box<dyn RobotObserver>) -> Self {
+        Self { motion: Box::new(Observed::new(self.motion, observer)), ..self }
     }
 
     /// Records calls of the devices in the logs of their wires, from now on.

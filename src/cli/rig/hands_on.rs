@@ -44,8 +44,11 @@ pub(super) fn hands_on(
     runtime.block_on(async {
         let stop = StopRequests::listen().into_diagnostic()?;
         let mut rig = ManualRig::open(&rig_setup.rig, &ports, wanted).await?;
+        if let Some(shadow) = firmware.as_ref().and_then(VirtualRig::robot_shadow) {
+            rig = rig.observed_by(Box::new(shadow));
+        }
         fits(rig_setup, wanted, &mut rig)?;
-        let watchdog = guard_devices(rig.emergencies(), firmware.is_some())?;
+        let watchdog = guard_devices(rig.emergencies(), rig_setup)?;
         let ended = tokio::select! {
             biased;
             who = stop.first() => Err(who),

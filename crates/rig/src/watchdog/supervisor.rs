@@ -77,7 +77,9 @@ impl Supervisor {
         let unresponsive = self.pulse.unresponsive_for();
         let beat = |guard: &mut Guard| guard.beat(unresponsive);
         if let Some(Err(reason)) = self.guard.as_mut().map(beat) {
-            tracing::warn!("the watchdog {reason}; another is started");
+            // A log that cannot be written, as on a blocked terminal, must not stop the beat.
+            let text = format!("the watchdog {reason}; another is started");
+            std::thread::spawn(move || tracing::warn!("{text}"));
             if let Some(guard) = self.guard.take() {
                 guard.end();
             }

@@ -1,4 +1,4 @@
-//! A rig file with its `[virtual]` section: where there is one, a virtual rig takes the place of the devices.
+//! A rig file with its `[virtual]` section: where there is one, a virtual rig takes the place of the devices without a port.
 //!
 //! The acquisition knows no virtual rig. It asks [`simulated_devices`] for the ports to open.
 
@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use fieldgap_acquisition::{AcquisitionError, RigSetup, SimulatedDevices};
 use fieldgap_input::{Fault, TomlSource};
+use fieldgap_rig::{RobotObserver, Role};
 use fieldgap_virtual_rig::{Truth, VirtualConfig, VirtualRig, VirtualRigError};
 
 /// A rig file as it was read.
@@ -49,6 +50,9 @@ impl RigFile {
     /// A [`Fault`] at the line of the section that is wrong.
     pub fn of(setup: RigSetup) -> Result<Self, Fault> {
         let VirtualSection { virtual_rig } = setup.source().parse()?;
+        if let Some(config) = &virtual_rig {
+            can_be_mixed(&setup, config)?;
+        }
         Ok(Self { setup, virtual_rig })
     }
 
@@ -86,11 +90,33 @@ impl RigFile {
             setup.array.frequency_hz(),
             setup.rig.motion.frame(),
         )?;
-        Ok(Some(opened))
+        Ok(Some(opened.beside_real(setup.real_devices())))
     }
 
     fn folder(&self) -> &Path {
         self.setup.source().path().parent().unwrap_or(Path::new(""))
+    }
+}
+
+/// Checks that the real devices of a rig file, if any, can work with the virtual ones.
+fn can_be_mixed(setup: &RigSetup, config: &VirtualConfig) -> Result<(), Fault> {
+    let real = setup.real_devices();
+    let fault = |role: Role, problem: &str, remedy: &str| {
+        let place = setup.port_place(role).unwrap_or_default();
+        Err(setup.source().fault(place, problem, remedy))
+    };
+    match real.first() {
+        Some(&role) if !config.runs_in_real_time() => fault(
+            role,
+            "a device with a port is real, and beside real devices virtual time must pass as the computer's does",
+            "set `pace = { times = 1.0 }` in [virtual], or remove the port to simulate this device too",
+        ),
+        Some(_) if real.contains(&Role::FocusArray) && !real.contains(&Role::Receiver) => fault(
+            Role::FocusArray,
+            "this array is real, and a virtual receiver measures the field of the virtual array alone",
+            "remove this port, or give the table in [receiver] a port",
+        ),
+        _ => Ok(()),
     }
 }
 
@@ -103,5 +129,8 @@ pub fn simulated_devices(setup: &RigSetup) -> Result<Option<SimulatedDevices>, A
         VirtualRigError::Truth(fault) => AcquisitionError::File(fault),
         other => AcquisitionError::SimulatedDevices(Box::new(other)),
     })?;
-    Ok(opened.map(|rig| SimulatedDevices::new(rig.ports(), rig)))
+    Ok(opened.map(|rig| {
+        let follows = rig.robot_shadow().map(|shadow| Box::new(shadow) as Box<dyn RobotObserver>);
+        SimulatedDevices::new(rig.ports(), rig).following(follows)
+    }))
 }

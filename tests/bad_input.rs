@@ -217,7 +217,7 @@ fn a_wrong_command_line_has_its_own_exit_code() {
 }
 
 #[test]
-fn a_port_beside_a_virtual_rig_is_refused_at_its_line() {
+fn a_port_beside_a_virtual_rig_in_lockstep_is_refused_at_its_line() {
     let home = tempfile::tempdir().expect("a folder");
     let rig = std::fs::read_to_string("rigs/virtual.toml").expect("it is there");
     let rig = rig.replace("[motion.marlin]", "[motion.marlin]\nport = \"/dev/ttyUSB0\"");
@@ -225,7 +225,7 @@ fn a_port_beside_a_virtual_rig_is_refused_at_its_line() {
     std::fs::write(&path, rig).expect("written");
     let (code, message) = fieldgap(&["rig", "where", path.to_str().expect("text")]);
     assert_eq!(code, Some(1), "{message}");
-    assert_contains(&message, &["[virtual] simulates all devices", "rig.toml", "/dev/ttyUSB0"]);
+    assert_contains(&message, &["pace = { times = 1.0 }", "rig.toml", "/dev/ttyUSB0"]);
 }
 
 #[test]

@@ -291,3 +291,27 @@ fn records_and_reports_are_reproducible() {
     assert!(one.iter().any(|(name, _)| name == "index.html"));
     assert_eq!(one, other);
 }
+
+#[test]
+fn a_scan_whose_folder_is_deleted_ends_at_the_next_point() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
+    std::fs::write(&plan, PLAN.replace("step_mm = 2.0", "step_mm = 0.5")).expect("written");
+    let mut scan = fieldgap();
+    scan.arg("scan").arg(&plan).arg("--rig").arg(here("rigs/virtual.toml"));
+    let mut scan = scan.arg("--out").arg(&folder).arg("--json").spawn().expect("the scan starts");
+    let mut lines = BufReader::new(scan.stdout.take().expect("it is piped")).lines();
+    let measured = |line: &std::io::Result<String>| {
+        line.as_ref().is_ok_and(|line| line.contains("\"measured\""))
+    };
+    assert_eq!(lines.by_ref().filter(measured).take(5).count(), 5);
+    std::fs::remove_dir_all(&folder).expect("deleted");
+    let further = lines.filter(measured).count();
+    let ended = scan.wait_with_output().expect("it ends");
+    assert_eq!(ended.status.code(), Some(1));
+    let words = String::from_utf8_lossy(&ended.stderr);
+    assert!(words.contains("was deleted, moved or replaced"), "{words}");
+    assert!(!words.contains("record: "), "{words}");
+    // Points that were measured before the deletion and reported after it; 6,400 were to come.
+    assert!(further < 200, "{further} further readings");
+}

@@ -3,7 +3,7 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use fieldgap::records::RecordedScan;
@@ -110,42 +110,97 @@ impl Drop for Rig {
     }
 }
 
-/// Starts a scan and sends it the signal `harm` on the move to its third point; returns the log of the watchdog, the time
-/// until it was written, and the scan's folder.
-fn harmed(home: &Path, rig: &Rig, harm: Signal) -> (String, Duration, PathBuf) {
-    let (plan, folder) = (home.join("plan.toml"), home.join("scan"));
-    std::fs::write(&plan, PLAN).expect("the plan is written");
-    let mut scan = fieldgap()
-        .arg("scan")
-        .arg(&plan)
-        .arg("--rig")
-        .arg(rig.file(home))
-        .arg("--out")
-        .arg(&folder)
-        .args(["--json", "--yes"])
-        .spawn()
-        .expect("the scan starts");
-    let mut output = BufReader::new(scan.stdout.take().expect("it is piped"));
-    let mut line = String::new();
-    while !line.contains("\"row\":1,") {
-        line.clear();
-        assert!(output.read_line(&mut line).expect("text") > 0, "the scan ended early");
+/// A scan in a process of its own.
+struct Scan {
+    process: Child,
+    output: BufReader<ChildStdout>,
+    folder: PathBuf,
+}
+
+impl Scan {
+    /// Starts the scan of a plan.
+    fn begin(home: &Path, rig_file: &Path, plan_text: &str) -> Self {
+        let (plan, folder) = (home.join("plan.toml"), home.join("scan"));
+        std::fs::write(&plan, plan_text).expect("the plan is written");
+        let mut command = fieldgap();
+        command.arg("scan").arg(&plan).arg("--rig").arg(rig_file).arg("--out").arg(&folder);
+        Self::spawn(&mut command, folder)
     }
-    // During the move of 4 s to the third point.
-    std::thread::sleep(Duration::from_millis(300));
-    kill_process(Pid::from_child(&scan), harm).expect("the signal is sent");
-    let harmed = Instant::now();
-    let log = folder.join("watchdog.log");
-    // The log is written at once, when all is done.
-    while std::fs::metadata(&log).map_or(0, |log| log.len()) == 0 {
-        assert!(harmed.elapsed() < Duration::from_secs(20), "no watchdog acted");
+
+    fn spawn(command: &mut Command, folder: PathBuf) -> Self {
+        let mut process =
+            command.args(["--json", "--yes", "--trust"]).spawn().expect("the scan starts");
+        let output = BufReader::new(process.stdout.take().expect("it is piped"));
+        Self { process, output, folder }
+    }
+
+    /// Reads its events up to the first that contains `words`.
+    fn until(&mut self, words: &str) -> String {
+        let mut line = String::new();
+        while !line.contains(words) {
+            line.clear();
+            let length = self.output.read_line(&mut line).expect("text");
+            assert!(length > 0, "the scan ended without `{words}`");
+        }
+        line
+    }
+
+    fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.process), signal).expect("the signal is sent");
+    }
+
+    /// The process of its watchdog.
+    fn watchdog(&self) -> Pid {
+        let mut children = String::new();
+        for thread in
+            std::fs::read_dir(format!("/proc/{}/task", self.process.id())).expect("it runs")
+        {
+            let path = thread.expect("a thread").path().join("children");
+            children += &std::fs::read_to_string(path).unwrap_or_default();
+        }
+        let is_watchdog = |pid: &&str| {
+            std::fs::read(format!("/proc/{pid}/cmdline"))
+                .is_ok_and(|words| words.ends_with(b"\0watchdog\0"))
+        };
+        let found = children.split_whitespace().find(is_watchdog).expect("it has a watchdog");
+        Pid::from_raw(found.parse().expect("a number")).expect("a process")
+    }
+}
+
+/// Waits until a file has contents, which are written at once; the text.
+fn awaited(file: &Path, within: Duration) -> String {
+    let begun = Instant::now();
+    loop {
+        match std::fs::read_to_string(file) {
+            Ok(text) if !text.is_empty() => return text,
+            _ => assert!(begun.elapsed() < within, "no {}", file.display()),
+        }
         std::thread::sleep(Duration::from_millis(5));
     }
+}
+
+/// Starts a scan and sends it the signal `harm` on the move to its third point; returns the log of the watchdog, the time
+/// until it was written, and the scan's folder.
+fn harmed(home: &Path, rig: &Rig, harm: Signal, plan: &str) -> (String, Duration, PathBuf) {
+    let mut scan = Scan::begin(home, &rig.file(home), plan);
+    scan.until("\"row\":1,");
+    // During the move of 4 s to the third point.
+    std::thread::sleep(Duration::from_millis(300));
+    scan.signal(harm);
+    let harmed = Instant::now();
+    let log = awaited(&scan.folder.join("watchdog.log"), Duration::from_secs(20));
     let took = harmed.elapsed();
     let mut rest = String::new();
-    output.read_to_string(&mut rest).expect("the scan's process is gone");
-    scan.wait().expect("it ends");
-    (std::fs::read_to_string(&log).expect("text"), took, folder)
+    scan.output.read_to_string(&mut rest).expect("the scan's process is gone");
+    scan.process.wait().expect("it ends");
+    (log, took, scan.folder)
+}
+
+/// A plan whose failure hook writes event, folder and message to a file.
+fn with_hook(plan: &str, told: &Path) -> String {
+    let script = r#"printf "%s|%s|%s" "$FIELDGAP_EVENT" "$FIELDGAP_SCAN" "$FIELDGAP_MESSAGE" > "$0.new"; mv "$0.new" "$0""#;
+    let command = format!("[\"sh\", \"-c\", '''{script}''', \"{}\"]", told.display());
+    format!("{plan}\n[hooks]\non_failure = {command}\n")
 }
 
 fn is_safe(rig: &Rig) {
@@ -159,7 +214,7 @@ fn is_safe(rig: &Rig) {
 fn after_a_kill_the_rig_is_safe_within_three_seconds() {
     let home = tempfile::tempdir().expect("a folder");
     let rig = Rig::open(home.path());
-    let (log, took, folder) = harmed(home.path(), &rig, Signal::KILL);
+    let (log, took, folder) = harmed(home.path(), &rig, Signal::KILL, PLAN);
     assert!(took < SAFE_WITHIN, "{took:?}");
     is_safe(&rig);
     for words in ["ended without closing the rig", "focus array on", "robot on", "it answered"] {
@@ -173,7 +228,7 @@ fn after_a_kill_the_rig_is_safe_within_three_seconds() {
 fn a_suspended_scan_is_ended_and_the_rig_made_safe() {
     let home = tempfile::tempdir().expect("a folder");
     let rig = Rig::open(home.path());
-    let (log, took, _) = harmed(home.path(), &rig, Signal::STOP);
+    let (log, took, _) = harmed(home.path(), &rig, Signal::STOP, PLAN);
     assert!(took < SAFE_WITHIN + Duration::from_secs(1), "{took:?}");
     is_safe(&rig);
     assert!(
@@ -203,4 +258,101 @@ fn a_scan_that_ends_normally_has_no_watchdog_log() {
     assert!(ended.status.success());
     assert!(!folder.join("watchdog.log").exists());
     assert_eq!(rig.array_state().split('*').next(), Some("77 ok off"));
+}
+
+#[test]
+fn the_failure_hook_is_called_after_a_kill_and_after_a_lasting_stop() {
+    for (harm, words) in
+        [(Signal::KILL, "ended without closing the rig"), (Signal::STOP, "stopped")]
+    {
+        let home = tempfile::tempdir().expect("a folder");
+        let rig = Rig::open(home.path());
+        let told = home.path().join("told");
+        let (_, _, folder) = harmed(home.path(), &rig, harm, &with_hook(PLAN, &told));
+        let said = awaited(&told, Duration::from_secs(10));
+        assert!(said.starts_with(&format!("failure|{}|", folder.display())), "{said}");
+        assert!(said.contains(words) && said.contains("focus array on"), "{said}");
+    }
+}
+
+#[test]
+fn the_failure_hook_of_a_scan_on_a_virtual_rig_is_called_too() {
+    let home = tempfile::tempdir().expect("a folder");
+    let told = home.path().join("told");
+    let many = vec!["[0.0, 1.0, 100.0], [1.0, 0.0, 100.0]"; 500].join(", ");
+    let plan = with_hook(&PLAN.replace("[0.0, 1.0, 100.0]", &many), &told);
+    let mut scan = Scan::begin(home.path(), &here("rigs/virtual.toml"), &plan);
+    scan.until("\"row\":1,");
+    scan.signal(Signal::KILL);
+    scan.process.wait().expect("it ends");
+    let said = awaited(&told, Duration::from_secs(10));
+    assert!(said.starts_with("failure|") && said.contains("ended without closing"), "{said}");
+}
+
+#[test]
+fn a_watchdog_that_dies_or_stops_is_started_again_and_the_scan_goes_on() {
+    let home = tempfile::tempdir().expect("a folder");
+    let rig = Rig::open(home.path());
+    for harm in [Signal::KILL, Signal::STOP] {
+        let mut scan = Scan::begin(home.path(), &rig.file(home.path()), PLAN);
+        scan.until("\"row\":1,");
+        let first = scan.watchdog();
+        kill_process(first, harm).expect("the signal is sent");
+        scan.until("\"watchdog-lost\"");
+        scan.until("\"watchdog-restarted\"");
+        assert_ne!(scan.watchdog(), first);
+        scan.until("\"ended\"");
+        assert!(scan.process.wait().expect("it ends").success());
+        let events = std::fs::read_to_string(scan.folder.join("events.jsonl")).expect("events");
+        assert!(events.contains("\"watchdog\"") && events.contains("started again"), "{events}");
+        assert_eq!(RecordedScan::open(&scan.folder).expect("whole").samples.len(), 4);
+        assert!(!scan.folder.join("watchdog.log").exists());
+        std::fs::remove_dir_all(&scan.folder).expect("removed");
+    }
+}
+
+#[test]
+fn a_watchdog_that_was_started_again_makes_the_rig_safe() {
+    let home = tempfile::tempdir().expect("a folder");
+    let rig = Rig::open(home.path());
+    let mut scan = Scan::begin(home.path(), &rig.file(home.path()), PLAN);
+    scan.until("\"homed\"");
+    kill_process(scan.watchdog(), Signal::KILL).expect("the signal is sent");
+    scan.until("\"watchdog-restarted\"");
+    scan.until("\"row\":1,");
+    // During the move of 4 s to the third point.
+    std::thread::sleep(Duration::from_millis(300));
+    scan.signal(Signal::KILL);
+    scan.process.wait().expect("it ends");
+    awaited(&scan.folder.join("watchdog.log"), SAFE_WITHIN);
+    is_safe(&rig);
+}
+
+#[test]
+fn a_resume_right_after_a_kill_waits_for_the_watchdog_to_let_go() {
+    let home = tempfile::tempdir().expect("a folder");
+    let rig = Rig::open(home.path());
+    let mut scan = Scan::begin(home.path(), &rig.file(home.path()), PLAN);
+    scan.until("\"row\":1,");
+    let watchdog = scan.watchdog();
+    // It holds the ports until it is continued below.
+    kill_process(watchdog, Signal::STOP).expect("the signal is sent");
+    scan.signal(Signal::KILL);
+    scan.process.wait().expect("it ends");
+    let mut command = fieldgap();
+    command.arg("resume").arg(&scan.folder).stderr(Stdio::piped());
+    let mut resumed = Scan::spawn(&mut command, scan.folder);
+    let stderr = BufReader::new(resumed.process.stderr.take().expect("it is piped"));
+    let mut said = Vec::new();
+    for line in stderr.lines() {
+        said.push(line.expect("text"));
+        if said.iter().any(|line| line.contains("watchdog") && line.contains("waiting")) {
+            break;
+        }
+    }
+    assert!(said.last().is_some_and(|line| line.contains("waiting")), "{said:#?}");
+    kill_process(watchdog, Signal::CONT).expect("the signal is sent");
+    resumed.until("\"ended\"");
+    assert!(resumed.process.wait().expect("it ends").success());
+    assert_eq!(RecordedScan::open(&resumed.folder).expect("whole").samples.len(), 4);
 }

@@ -274,3 +274,42 @@ fn the_reference_is_revisited_by_time_and_a_drift_is_reported() {
     let told = std::fs::read_to_string(home.path().join("told")).expect("somebody was told");
     assert!(told.contains("the level at the reference point is"), "{told}");
 }
+
+#[test]
+fn a_terminal_that_takes_no_more_text_does_not_hold_up_a_scan() {
+    let home = tempfile::tempdir().expect("a folder");
+    let plan = PLAN.replace("step_mm = 2.0", "step_mm = 0.5");
+    let (plan, rig) = plan_and_rig(home.path(), &plan, "\"lockstep\"");
+    let folder = home.path().join("out");
+    let terminal = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
+    grantpt(&terminal).expect("it is ours");
+    unlockpt(&terminal).expect("it opens");
+    let size = Winsize { ws_row: 24, ws_col: 200, ws_xpixel: 0, ws_ypixel: 0 };
+    tcsetwinsize(&terminal, size).expect("it has a size");
+    let name = ptsname(&terminal, Vec::new()).expect("it has a name");
+    let end = File::options().write(true).open(name.to_str().expect("plain")).expect("it opens");
+    let mut command = scan(&plan, &rig, &folder);
+    command.stdout(Stdio::null()).stderr(end).env("TERM", "xterm-256color");
+    let mut child = command.spawn().expect("it starts");
+    let mut screen = File::from(terminal);
+    let mut shown = Vec::new();
+    let mut bytes = [0; 256];
+    while !String::from_utf8_lossy(&shown).contains("points") {
+        let count = screen.read(&mut bytes).expect("it writes");
+        shown.extend_from_slice(&bytes[..count]);
+    }
+    // From here on nobody reads: after some pages the terminal takes no more.
+    let begun = Instant::now();
+    let complete = || {
+        std::fs::read_to_string(folder.join("state.toml"))
+            .is_ok_and(|state| state.contains("complete"))
+    };
+    while !complete() {
+        let rows =
+            std::fs::read_to_string(folder.join("samples.csv")).map_or(0, |s| s.lines().count());
+        assert!(begun.elapsed() < PATIENCE, "it stands still behind {rows} rows");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    child.kill().expect("it can be ended, whether or not it waits for the terminal");
+    child.wait().expect("it ends");
+}

@@ -9,7 +9,7 @@ use miette::{IntoDiagnostic, miette};
 use super::output::{print, print_json};
 use super::simulate::positive;
 use super::stop::StopRequests;
-use super::watchdog::guard_array;
+use super::watchdog::{followed, guard_array};
 use crate::rig_file::RigFile;
 use fieldgap_acquisition::RigSetup;
 use fieldgap_display::{ComposedDisplay, DisplayFile, PlaybackEnd, RadiatingArray, compose, play};
@@ -46,7 +46,7 @@ impl Focus {
         runtime.block_on(async {
             let stop = StopRequests::listen().into_diagnostic()?;
             let mut array = open_array(&rig_setup.rig, &ports).await?;
-            let _watchdog = guard_array(&*array, firmware.is_some())?;
+            let watchdog = guard_array(&*array, rig_setup)?;
             let identity = array.identity().clone();
             let believed = rig_setup.nominal_array().len();
             if believed != identity.elements {
@@ -70,7 +70,8 @@ impl Focus {
                     array.device()
                 ))?;
             }
-            let ended = play(array.as_mut(), &composed.program, seconds, stop.first()).await?;
+            let playing = play(array.as_mut(), &composed.program, seconds, stop.first());
+            let ended = followed(watchdog.as_ref(), playing).await?;
             let how = match ended {
                 PlaybackEnd::Played => "played",
                 PlaybackEnd::Stopped(who) => who,

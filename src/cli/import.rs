@@ -114,7 +114,7 @@ impl GridArgs {
                 self.z_mm.len()
             ));
         }
-        let setup = ScanSetup::read(&self.setup)?;
+        let setup = ScanSetup::read_own(&self.setup)?;
         if self.focus >= setup.foci.len() {
             return Err(miette!(
                 help = "[[focus]] entries are numbered from 0",

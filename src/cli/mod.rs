@@ -106,7 +106,10 @@ pub fn main() -> ExitCode {
     let log = std::env::var("FIELDGAP_LOG")
         .ok()
         .and_then(|levels| levels.parse::<Targets>().ok())
-        .unwrap_or_else(|| Targets::new().with_default(LevelFilter::ERROR));
+        .unwrap_or_else(|| {
+            let watchdog = ("fieldgap_rig::watchdog", LevelFilter::WARN);
+            Targets::new().with_default(LevelFilter::ERROR).with_targets([watchdog])
+        });
     let lines = tracing_subscriber::fmt::layer()
         .with_ansi(std::io::stderr().is_terminal())
         .with_writer(std::io::stderr);

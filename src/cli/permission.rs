@@ -4,6 +4,7 @@ use clap::Args;
 
 use super::question::agree;
 use fieldgap_acquisition::RigSetup;
+use fieldgap_rig::Role;
 
 /// The argument that gives permission in advance.
 #[derive(Debug, Clone, Copy, Args)]
@@ -25,6 +26,15 @@ pub(super) enum Act {
 }
 
 impl Act {
+    /// The devices that act.
+    fn of(self) -> &'static [Role] {
+        match self {
+            Self::Move => &[Role::Robot],
+            Self::Emit => &[Role::FocusArray],
+            Self::Scan => &[Role::Robot, Role::FocusArray],
+        }
+    }
+
     fn announcement(self) -> &'static str {
         match self {
             Self::Move => {
@@ -49,12 +59,12 @@ impl Act {
 }
 
 impl Permission {
-    /// Announces what a real rig is about to do, and asks whether it may. A virtual rig may always.
+    /// Announces what a real rig is about to do, and asks whether it may. Virtual devices may always.
     ///
     /// # Errors
     /// Permission was refused, or nobody can be asked.
     pub(super) fn to(self, act: Act, rig_setup: &RigSetup) -> miette::Result<()> {
-        if rig_setup.is_virtual() {
+        if !rig_setup.real_devices().iter().any(|role| act.of().contains(role)) {
             return Ok(());
         }
         let announcement = act.announcement();

@@ -1,8 +1,9 @@
 //! Progress of a running scan: a bar on a terminal, or one line of JSON per event.
 
 use std::io::Write;
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -12,11 +13,54 @@ use fieldgap_acquisition::Event;
 /// A progress display.
 pub(super) enum Progress {
     /// A bar with the remaining time and the current point, on standard error.
-    Bar(ProgressBar),
+    Bar(Bar),
     /// One JSON object per line, on standard output.
     Json(JsonLines),
     /// The full-screen view.
     Screen(Watching),
+}
+
+/// A bar on standard error, drawn by a thread of its own, so that a terminal that takes no more text cannot stall the scan.
+pub(super) struct Bar {
+    tell: Option<Sender<Event>>,
+    /// Closed by the thread when it ends.
+    over: Receiver<()>,
+}
+
+/// Time limit for the last text of the bar. If the terminal is blocked, its thread never ends.
+const DRAWN_WITHIN: Duration = Duration::from_secs(1);
+
+impl Bar {
+    fn new(rows: usize, done: usize) -> Self {
+        let (tell, told) = channel::<Event>();
+        let (lives, over) = channel();
+        std::thread::spawn(move || {
+            let _lives: Sender<()> = lives;
+            let bar = drawn_bar(rows, done);
+            for event in told {
+                show_on_bar(&bar, &event);
+            }
+        });
+        Self { tell: Some(tell), over }
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        drop(self.tell.take());
+        let _ = self.over.recv_timeout(DRAWN_WITHIN);
+    }
+}
+
+fn drawn_bar(rows: usize, done: usize) -> ProgressBar {
+    let bar = ProgressBar::new(rows as u64).with_position(done as u64);
+    let style = ProgressStyle::with_template(
+        "{elapsed_precise} [{bar:30}] {pos}/{len} points, {eta} left  {msg}",
+    )
+    .expect("the template is well formed");
+    bar.set_style(style.progress_chars("=> "));
+    bar.reset_eta();
+    bar
 }
 
 /// Lines on standard output, written by a thread of their own, so that a stalled reader cannot stall the scan.
@@ -58,20 +102,17 @@ impl Progress {
 
     /// A bar with `done` of `rows` points completed.
     pub(super) fn bar(rows: usize, done: usize) -> Self {
-        let bar = ProgressBar::new(rows as u64).with_position(done as u64);
-        let style = ProgressStyle::with_template(
-            "{elapsed_precise} [{bar:30}] {pos}/{len} points, {eta} left  {msg}",
-        )
-        .expect("the template is well formed");
-        bar.set_style(style.progress_chars("=> "));
-        bar.reset_eta();
-        Self::Bar(bar)
+        Self::Bar(Bar::new(rows, done))
     }
 
     /// Shows an event.
     pub(super) fn show(&mut self, event: &Event) {
         match self {
-            Self::Bar(bar) => show_on_bar(bar, event),
+            Self::Bar(bar) => {
+                if let Some(tell) = &bar.tell {
+                    let _ = tell.send(event.clone());
+                }
+            }
             Self::Screen(watching) => {
                 watching.tell(event);
                 if let Event::Ended { rows, of, reason } = event {
@@ -133,6 +174,20 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
         Event::DiskFull { reason } => {
             bar.suspend(|| say(&format!("waiting, the array is silent: {reason}")));
             bar.set_message("waiting for disk space");
+        }
+        Event::WatchdogLost { reason } => {
+            bar.suspend(|| say(&format!("waiting, the array is silent: the watchdog {reason}")));
+        }
+        Event::WatchdogRestarted { waited_s } => {
+            bar.suspend(|| say(&format!("the watchdog was started again after {waited_s:.1} s")));
+        }
+        Event::Suspended { suspended_s } => {
+            bar.suspend(|| {
+                say(&format!(
+                    "ATTENTION: the computer was suspended for {suspended_s:.0} s; the robot reports the same place, and the \
+                     point is measured again"
+                ))
+            });
         }
         Event::DiskSpaceFreed { waited_s } => {
             bar.suspend(|| say(&format!("continued after {waited_s:.0} s")));

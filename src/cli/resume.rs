@@ -28,9 +28,10 @@ impl Resume {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         self.showing.is_possible()?;
         let scan = PlannedScan::of_record(&self.folder)?;
-        self.trust.in_hooks_of(&scan)?;
+        let hooks = self.trust.in_hooks_of(&scan)?;
         self.permission.to(Act::Scan, scan.rig_setup())?;
-        let ending = run_scan(ScanRun::resume(&self.folder, simulated_devices), &self.showing)?;
+        let scan_run = ScanRun::resume(&self.folder, simulated_devices);
+        let ending = run_scan(scan_run, &hooks, &self.showing)?;
         Ok(report_ending(&self.folder, &ending))
     }
 }

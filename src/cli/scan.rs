@@ -13,7 +13,7 @@ use super::output::{fresh_folder, print_json};
 use super::permission::{Act, Permission};
 use super::progress::{Progress, say};
 use super::stop::StopRequests;
-use super::trust::{Trust, listed};
+use super::trust::{AgreedHooks, Trust, listed};
 use super::watch::{Controls, Watching};
 use super::watchdog::watchdog;
 use crate::rig_file::{RigFile, simulated_devices};
@@ -98,11 +98,12 @@ impl ScanArgs {
             }
             return Ok(Scanned::Checked);
         }
-        self.trust.in_hooks_of(&scan)?;
+        let hooks = self.trust.in_hooks_of(&scan)?;
         self.permission.to(Act::Scan, scan.rig_setup())?;
         let folder = self.out.clone().unwrap_or_else(|| fresh_folder(scan.name()));
         let diagnose = scan.plan().diagnose;
-        let ending = run_scan(ScanRun::begin(scan, &folder, simulated_devices), &self.showing)?;
+        let scan_run = ScanRun::begin(scan, &folder, simulated_devices);
+        let ending = run_scan(scan_run, &hooks, &self.showing)?;
         Ok(Scanned::Done { folder, ending, diagnose })
     }
 }
@@ -110,13 +111,14 @@ impl ScanArgs {
 /// Runs a scan to its end and shows its progress. Ctrl-C, a closed terminal or a request to terminate ends it safely.
 pub(super) fn run_scan(
     scan_run: impl Future<Output = Result<ScanRun, AcquisitionError>>,
+    hooks: &AgreedHooks,
     showing: &Showing,
 ) -> miette::Result<Ending> {
     let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
     let ending = runtime.block_on(async {
         let stop = StopRequests::listen().into_diagnostic()?;
         let mut scan_run = scan_run.await?;
-        scan_run.guard(watchdog()?)?;
+        scan_run.guard(watchdog()?, hooks.hooks())?;
         let (abort, mut aborted) = unbounded_channel();
         let progress = Arc::new(Mutex::new(showing.begin(&mut scan_run, abort.clone())?));
         let show = {
@@ -126,7 +128,8 @@ pub(super) fn run_scan(
             }
         };
         let (tell, told) = unbounded_channel();
-        let monitor = tokio::spawn(scan_run.monitor().follow(told, show.clone()));
+        let monitor = scan_run.monitor(hooks.hooks().clone());
+        let monitor = tokio::spawn(monitor.follow(told, show.clone()));
         let asked = async {
             tokio::select! {
                 who = stop.first() => who,

@@ -9,7 +9,7 @@ use miette::{IntoDiagnostic, miette};
 use super::output::print;
 use super::simulate::positive;
 use super::stop::StopRequests;
-use super::watchdog::guard_array;
+use super::watchdog::{followed, guard_array};
 use crate::rig_file::RigFile;
 use fieldgap_input::Positive;
 use fieldgap_rig::open_array;
@@ -48,7 +48,7 @@ impl Sense {
             let stop = StopRequests::listen().into_diagnostic()?.first();
             tokio::pin!(stop);
             let mut array = open_array(&rig_setup.rig, &ports).await?;
-            let _watchdog = guard_array(&*array, firmware.is_some())?;
+            let watchdog = guard_array(&*array, rig_setup)?;
             let [a, b, c, d] = section.elements();
             if !self.json {
                 print(&format!(
@@ -58,20 +58,23 @@ impl Sense {
                 ))?;
             }
             let mut session = SwipeListener::begin(array.as_mut(), section).await?;
-            let mut begun_s = None;
-            loop {
-                let heard = tokio::select! {
-                    _ = &mut stop => break,
-                    heard = session.next() => heard?,
-                };
-                if let Some(swipe) = heard.swipe {
-                    print(&self.line(&swipe)?)?;
+            let listening = async {
+                let mut begun_s = None;
+                loop {
+                    let heard = tokio::select! {
+                        _ = &mut stop => return Ok::<_, miette::Report>(()),
+                        heard = session.next() => heard?,
+                    };
+                    if let Some(swipe) = heard.swipe {
+                        print(&self.line(&swipe)?)?;
+                    }
+                    let begun_s = *begun_s.get_or_insert(heard.time_s);
+                    if self.seconds.is_some_and(|seconds| heard.time_s - begun_s >= seconds.get()) {
+                        return Ok(());
+                    }
                 }
-                let begun_s = *begun_s.get_or_insert(heard.time_s);
-                if self.seconds.is_some_and(|seconds| heard.time_s - begun_s >= seconds.get()) {
-                    break;
-                }
-            }
+            };
+            followed(watchdog.as_ref(), listening).await?;
             let (samples, lost) = session.tally();
             session.end().await?;
             if !self.json {

@@ -23,6 +23,17 @@ pub(super) struct Trust {
     trust: bool,
 }
 
+/// The programs that may run at events of a scan: what was shown and agreed to, also if the files have changed since.
+#[derive(Debug, Clone)]
+pub(super) struct AgreedHooks(Hooks);
+
+impl AgreedHooks {
+    /// The programs.
+    pub(super) fn hooks(&self) -> &Hooks {
+        &self.0
+    }
+}
+
 const KINDS: [(HookKind, &str); 3] = [
     (HookKind::Failure, "on_failure"),
     (HookKind::Finish, "on_finish"),
@@ -37,12 +48,12 @@ impl Trust {
     ///
     /// # Errors
     /// It was refused, or nobody can be asked.
-    pub(super) fn in_hooks_of(self, scan: &PlannedScan) -> miette::Result<()> {
+    pub(super) fn in_hooks_of(self, scan: &PlannedScan) -> miette::Result<AgreedHooks> {
         let hooks = scan.hooks();
-        let Some(commands) = listed(&hooks) else { return Ok(()) };
+        let Some(commands) = listed(&hooks) else { return Ok(AgreedHooks(hooks)) };
         let hash = hash_of(&hooks);
         if self.trust || remembered().is_some_and(|file| has_line(&file, &hash)) {
-            return Ok(());
+            return Ok(AgreedHooks(hooks));
         }
         let what = format!("the plan or the rig file names programs to run:\n{commands}");
         agree(
@@ -53,7 +64,7 @@ impl Trust {
         if let Some(file) = remembered() {
             remember(&file, &hash).into_diagnostic()?;
         }
-        Ok(())
+        Ok(AgreedHooks(hooks))
     }
 }
 

@@ -32,6 +32,15 @@ pub enum AcquisitionError {
         "the watchdog silences the array if this program is killed. It is the same program in a second process; check that the program file can be executed"
     ))]
     Watchdog(#[source] std::io::Error),
+    /// The watchdog process was lost during a scan.
+    #[error("the watchdog {reason}, and no other could be started within {} s", waited.as_secs())]
+    #[diagnostic(help("find what ended it, such as a lack of memory; then resume the scan"))]
+    Unguarded {
+        /// Why it was lost, or why another does not start.
+        reason: String,
+        /// How long another was tried.
+        waited: std::time::Duration,
+    },
     /// The array controller drives another number of elements than the rig file describes.
     #[error(
         "the array controller drives {controller} elements, but the rig file describes {believed}"
@@ -62,6 +71,17 @@ pub enum AcquisitionError {
     #[error("the array is not the one that the scan started with")]
     #[diagnostic(help("restore the elements file that the rig file names, or start a new scan"))]
     OtherSetUp,
+    /// On resuming: the set-up in the record is not that of its plan and rig file.
+    #[error("{} contradicts the plan and the rig file beside it: {}", path.display(), differences.join("; "))]
+    #[diagnostic(help(
+        "restore scan.toml from a copy: plan.toml and rig.toml in the same folder are what the scan was started with"
+    ))]
+    OtherRecord {
+        /// The `scan.toml`.
+        path: std::path::PathBuf,
+        /// Each key that differs, with both values.
+        differences: Vec<String>,
+    },
     /// A row cannot be scanned in motion as the plan says.
     #[error(transparent)]
     #[diagnostic(transparent)]

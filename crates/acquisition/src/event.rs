@@ -98,6 +98,21 @@ pub enum Event {
         /// Duration of the wait, s.
         waited_s: f64,
     },
+    /// The watchdog process was lost. The array is silent, and the scan waits for another.
+    WatchdogLost {
+        /// Why.
+        reason: String,
+    },
+    /// The watchdog was started again, and the scan continues.
+    WatchdogRestarted {
+        /// Duration of the wait, s.
+        waited_s: f64,
+    },
+    /// The computer was suspended and has woken. The array is silent, and the interrupted point is measured again.
+    Suspended {
+        /// For how long, s.
+        suspended_s: f64,
+    },
     /// The scan ended.
     Ended {
         /// Rows on disk.

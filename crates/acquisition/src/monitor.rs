@@ -32,8 +32,8 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// For a scan whose record is in `folder` and whose slowest point is expected to take `slowest_s`.
-    pub(super) fn new(scan: &PlannedScan, folder: &Path, slowest_s: f64) -> Self {
+    /// For a scan whose record is in `folder` and whose slowest point is expected to take `slowest_s`; it starts `hooks`.
+    pub(super) fn new(scan: &PlannedScan, hooks: Hooks, folder: &Path, slowest_s: f64) -> Self {
         let plan = &scan.plan;
         let derived = || Duration::try_from_secs_f64(slowest_s * TIMES_SLOWEST);
         let no_progress = match plan.alarm.no_progress_s {
@@ -41,7 +41,7 @@ impl Monitor {
             None => derived().map(|derived| derived.max(AT_LEAST)),
         };
         Self {
-            hooks: scan.hooks(),
+            hooks,
             scan: std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned()),
             no_progress: no_progress.unwrap_or(Duration::MAX),
         }
@@ -70,6 +70,11 @@ impl Monitor {
                     match event {
                         Event::Paused => alarm = None,
                         Event::Question { text } => {
+                            self.start(HookKind::Question, text, &mut hooks, &mut tell);
+                        }
+                        Event::Suspended { suspended_s } => {
+                            alarm = Instant::now().checked_add(self.no_progress);
+                            let text = suspended(suspended_s);
                             self.start(HookKind::Question, text, &mut hooks, &mut tell);
                         }
                         Event::DiskFull { reason } => {
@@ -125,6 +130,12 @@ impl Monitor {
             Some(Event::HookFailed { text })
         });
     }
+}
+
+fn suspended(suspended_s: f64) -> String {
+    format!(
+        "the computer was suspended for {suspended_s:.0} s; keep it from that during a scan, for example with systemd-inhibit"
+    )
 }
 
 fn ending(rows: usize, of: usize, reason: Option<String>) -> (HookKind, String) {

@@ -3,25 +3,33 @@
 use std::path::Path;
 use std::process::Command;
 
+use tokio::sync::watch;
+
 use super::AcquisitionError;
 use super::air_log::AirLog;
 use super::event::Event;
 use super::rig_setup::RigSetup;
 use fieldgap_records::JournalError;
 use fieldgap_rig::link::WireLogs;
-use fieldgap_rig::watchdog::Watchdog;
-use fieldgap_rig::{Ports, SafeRig};
+use fieldgap_rig::watchdog::{Duties, Follower, Standing, Watchdog};
+use fieldgap_rig::{Emergency, Ports, RobotObserver, Role, SafeRig};
 
 /// Simulated devices that take the place of those in a rig file.
 pub struct SimulatedDevices {
     ports: Ports,
+    follows: Option<Box<dyn RobotObserver>>,
     _simulator: Box<dyn Send>,
 }
 
 impl SimulatedDevices {
     /// Devices that answer at `ports` for as long as `simulator` lives.
     pub fn new(ports: Ports, simulator: impl Send + 'static) -> Self {
-        Self { ports, _simulator: Box::new(simulator) }
+        Self { ports, follows: None, _simulator: Box::new(simulator) }
+    }
+
+    /// The same, with an observer that follows a real robot.
+    pub fn following(self, follows: Option<Box<dyn RobotObserver>>) -> Self {
+        Self { follows, ..self }
     }
 }
 
@@ -38,7 +46,9 @@ pub struct OpenRig {
     logs: WireLogs,
     watchdog: Option<Watchdog>,
     air: Option<AirLog>,
-    simulated: Option<SimulatedDevices>,
+    /// The devices that are not simulated.
+    real: Vec<Role>,
+    _simulated: Option<SimulatedDevices>,
 }
 
 impl OpenRig {
@@ -51,11 +61,14 @@ impl OpenRig {
         rig_setup: &RigSetup,
         open_simulated: OpenSimulated,
     ) -> Result<Self, AcquisitionError> {
-        let simulated = open_simulated(rig_setup)?;
+        let mut simulated = open_simulated(rig_setup)?;
         let ports = simulated.as_ref().map(|devices| devices.ports.clone()).unwrap_or_default();
         let logs = WireLogs::default();
         let rig = logs.around(fieldgap_rig::open(&rig_setup.rig, &ports)).await?;
         let mut rig = rig.recording_calls(logs.clone());
+        if let Some(follows) = simulated.as_mut().and_then(|devices| devices.follows.take()) {
+            rig = rig.observed_by(follows);
+        }
         let (believed, controller) =
             (rig_setup.nominal_array().len(), rig.array().identity().elements);
         if believed != controller {
@@ -65,7 +78,8 @@ impl OpenRig {
         let air = sensor
             .zip(rig_setup.rig.environment.as_ref())
             .map(|(sensor, config)| AirLog::new(sensor, config));
-        Ok(Self { rig, logs, watchdog: None, air, simulated })
+        let real = rig_setup.real_devices().to_vec();
+        Ok(Self { rig, logs, watchdog: None, air, real, _simulated: simulated })
     }
 
     /// Writes the wire logs and the air readings of the scan in `folder` from now on. The wire logs include what was sent
@@ -84,17 +98,33 @@ impl OpenRig {
         }
     }
 
-    /// Starts a watchdog process for the rig: `program`, which calls [`fieldgap_rig::watchdog::guard`]. It writes what it
-    /// does to `log`. A simulated rig ends with this process and needs no watchdog.
+    /// Starts a watchdog process for the real devices: `program`, which calls [`guard`](super::watchdog::guard). If it has to act,
+    /// it writes what it does to `log`, and `note` tells it whom to notify. Simulated devices end with this process and need no
+    /// watchdog to be safe.
     ///
     /// # Errors
     /// [`AcquisitionError::Watchdog`] if it does not start.
-    pub fn guard(&mut self, program: Command, log: Option<&Path>) -> Result<(), AcquisitionError> {
-        if self.simulated.is_none() {
-            let started = Watchdog::start(program, &self.rig.emergencies(), log);
-            self.watchdog = started.map_err(AcquisitionError::Watchdog)?;
-        }
+    pub fn guard(
+        &mut self,
+        program: Command,
+        log: Option<&Path>,
+        note: Option<String>,
+    ) -> Result<(), AcquisitionError> {
+        let is_real = |emergency: &Emergency| self.real.contains(&emergency.device.role);
+        let emergencies = self.rig.emergencies().into_iter().filter(is_real).collect();
+        let duties = Duties { emergencies, log: log.map(Path::to_owned), note };
+        self.watchdog = Watchdog::start(program, duties).map_err(AcquisitionError::Watchdog)?;
         Ok(())
+    }
+
+    /// Tells whether the watchdog is there; `None` without one.
+    pub(super) fn standing(&self) -> Option<watch::Receiver<Standing>> {
+        self.watchdog.as_ref().map(Watchdog::standing)
+    }
+
+    /// Shows the watchdog that work responds; `None` without one.
+    pub(super) fn follower(&self) -> Option<Follower> {
+        self.watchdog.as_ref().map(Watchdog::follower)
     }
 
     /// The devices.

@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use toml::{Table, Value};
+use toml::Table;
 
 use super::AcquisitionError;
-use super::rig_setup::RigSetup;
+use super::difference::{Difference, differences};
+use super::rig_setup::{RigSetup, real_devices};
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::Plan;
+use fieldgap_rig::Role;
 
 pub(super) const FILE: &str = "origin.toml";
 
@@ -62,8 +64,21 @@ impl Origin {
             return as_begun();
         }
         let [then_is, now_is] = [copy, &now].map(TomlSource::parse::<Table>);
-        let mut changes = Vec::new();
-        differences("", &Value::Table(then_is?), &Value::Table(now_is?), &mut changes);
+        let mut changes: Vec<String> = differences(then_is?, now_is?, &MAY_CHANGE)
+            .into_iter()
+            .map(|Difference { key, then, now }| match (then, now) {
+                (Some(then), Some(now)) => format!("`{key}` was {then} and is {now}"),
+                (Some(_), None) => format!("`{key}` was removed"),
+                _ => format!("`{key}` was added"),
+            })
+            .collect();
+        // A port that is added or removed makes a virtual device real or a real one virtual.
+        let [then, there] = [copy, &now].map(real_devices);
+        for role in Role::ALL.iter().filter(|role| then.contains(role) != there.contains(role)) {
+            let (was, is) =
+                if then.contains(role) { ("real", "virtual") } else { ("virtual", "real") };
+            changes.push(format!("the {role} was {was} and is {is}"));
+        }
         if changes.is_empty() {
             Ok(now)
         } else {
@@ -89,25 +104,6 @@ fn sha256_of(path: &Path) -> Result<String, Fault> {
         Fault::of_file(path, format!("cannot be read: {error}"), remedy)
     })?;
     Ok(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect())
-}
-
-/// Collects the keys in which two values differ, with both values.
-fn differences(key: &str, then: &Value, now: &Value, changes: &mut Vec<String>) {
-    let (Value::Table(before), Value::Table(after)) = (then, now) else {
-        if then != now {
-            changes.push(format!("`{key}` was {then} and is {now}"));
-        }
-        return;
-    };
-    let new = after.keys().filter(|name| !before.contains_key(*name));
-    for name in before.keys().chain(new).filter(|name| !MAY_CHANGE.contains(&name.as_str())) {
-        let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
-        match (before.get(name), after.get(name)) {
-            (Some(then), Some(now)) => differences(&key, then, now, changes),
-            (Some(_), None) => changes.push(format!("`{key}` was removed")),
-            _ => changes.push(format!("`{key}` was added")),
-        }
-    }
 }
 
 #[cfg(test)]
@@ -136,6 +132,17 @@ mod tests {
             error.to_string().contains("`motion.marlin` was removed; `motion.other` was added"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn a_device_that_became_virtual_is_refused() {
+        let mixed = format!("{THEN}[virtual]\ntruth = \"t.toml\"\n");
+        let folder = tempfile::tempdir().expect("a folder");
+        let rig = folder.path().join("rig.toml");
+        std::fs::write(&rig, mixed.replace("port = \"/dev/ttyUSB0\"\n", "")).expect("written");
+        let origin = Origin { plan: "plan.toml".into(), rig: rig.clone(), truth_sha256: None };
+        let error = origin.rig(&TomlSource::new(&rig, &mixed)).expect_err("another rig");
+        assert!(error.to_string().contains("the robot was real and is virtual"), "{error}");
     }
 
     #[test]

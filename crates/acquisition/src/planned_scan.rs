@@ -5,9 +5,10 @@ use std::path::Path;
 use super::AcquisitionError;
 use super::dry_run::{DryRun, dry_run};
 use super::origin::{self, Origin, PLAN_COPY, RIG_COPY};
+use super::recorded_setup::same_record;
 use super::rig_setup::RigSetup;
 use fieldgap_input::{Fault, TomlSource, toml_file};
-use fieldgap_records::{Hooks, Journal, Plan, PlanPart, Visit};
+use fieldgap_records::{Hooks, Journal, Plan, PlanPart, Visit, without_ways_out};
 
 /// A plan and the rig set-up that will run it.
 #[derive(Debug, Clone)]
@@ -52,14 +53,17 @@ impl PlannedScan {
     /// written.
     ///
     /// # Errors
-    /// The folder holds no scan or a complete one; its files are wrong; or the rig file or the virtual rig's truth has changed.
+    /// The folder holds no scan or a complete one; its files are wrong or contradict each other; or the rig file or the virtual
+    /// rig's truth has changed.
     pub fn of_record(folder: &Path) -> Result<Self, AcquisitionError> {
         Journal::resumable(folder)?;
+        without_ways_out(folder)?;
         let origin: Origin = toml_file(&folder.join(origin::FILE))?;
         let copy = |name: &str| TomlSource::read(&folder.join(name));
         let rig = origin.rig(&copy(RIG_COPY)?)?;
         let scan = Self::parse(origin.plan(&copy(PLAN_COPY)?), rig)?;
         origin.same_truth(&scan.rig_setup)?;
+        same_record(&scan, folder)?;
         Ok(scan)
     }
 

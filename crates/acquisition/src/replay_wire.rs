@@ -3,14 +3,23 @@
 use std::io;
 use std::path::Path;
 
+use serde::Deserialize;
+
 use super::AcquisitionError;
 use super::open::WIRE_LOGS;
 use super::origin::RIG_COPY;
 use super::rig_setup::RigSetup;
 use fieldgap_input::{Fault, TomlSource};
+use fieldgap_records::{ArrayTable, without_ways_out};
 use fieldgap_rig::Role;
 use fieldgap_rig::link::read_wire_log;
 use fieldgap_rig::replay::{Replayed, replay};
+
+/// The section of a rig file that names files to read.
+#[derive(Deserialize)]
+struct ArrayOfRig {
+    array: ArrayTable,
+}
 
 /// Runs the drivers again against the wire logs of a recorded scan. Each driver gets the same calls and the same replies as
 /// then; what it sends is compared with what it sent then.
@@ -18,7 +27,10 @@ use fieldgap_rig::replay::{Replayed, replay};
 /// # Errors
 /// [`AcquisitionError`] if the folder has no rig file or no logs, or if a log is damaged.
 pub fn replay_wire(folder: &Path) -> Result<Vec<Replayed>, AcquisitionError> {
-    let rig_setup = RigSetup::parse(TomlSource::read(&folder.join(RIG_COPY))?)?;
+    without_ways_out(folder)?;
+    let source = TomlSource::read(&folder.join(RIG_COPY))?;
+    source.parse::<ArrayOfRig>()?.array.stays_in_record(&source)?;
+    let rig_setup = RigSetup::parse(source)?;
     let logs = folder.join(WIRE_LOGS);
     let unreadable = |error: io::Error| {
         let remedy = "give the folder of a scan; scans of early versions have no wire logs";

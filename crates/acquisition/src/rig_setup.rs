@@ -10,7 +10,9 @@ use toml::de::{DeTable, DeValue};
 use fieldgap_acoustics::{Array, Medium};
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{ArraySection, ArrayTable, Hooks, MediumSection, MediumTable};
-use fieldgap_rig::{EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig};
+use fieldgap_rig::{
+    EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig, Role,
+};
 use fieldgap_sensing::SensingSection;
 
 #[derive(Debug, Deserialize)]
@@ -52,6 +54,7 @@ pub struct RigSetup {
     /// Programs to start on events of a scan, if the plan names none.
     pub hooks: Hooks,
     virtual_section: Option<VirtualSection>,
+    real: Vec<Role>,
     source: TomlSource,
 }
 
@@ -70,9 +73,7 @@ impl RigSetup {
     /// As [`RigSetup::read`].
     pub fn parse(source: TomlSource) -> Result<Self, Fault> {
         let mut file: RigFileKeys = source.parse()?;
-        if file.virtual_rig.is_some() {
-            refuse_ports(&source)?;
-        }
+        let real = real_devices(&source);
         file.focus_array.beside(source.path().parent().unwrap_or(Path::new("")));
         let array = ArraySection::read(&file.array, &source)?;
         if let Some(sensing) = &file.sensing {
@@ -98,16 +99,29 @@ impl RigSetup {
             sensing: file.sensing.map(Spanned::into_inner),
             hooks: file.hooks,
             virtual_section: file.virtual_rig,
+            real,
             source,
         })
     }
 
-    /// Whether the file has a section `[virtual]`: its devices are then simulated.
+    /// Whether all devices are simulated: the file has a section `[virtual]`, and no device has a port.
     pub fn is_virtual(&self) -> bool {
-        self.virtual_section.is_some()
+        self.real.is_empty()
     }
 
-    /// Path of the truth file of a virtual rig; `None` for a real rig.
+    /// The devices that are real: all without a section `[virtual]`, and those with a port beside it.
+    pub fn real_devices(&self) -> &[Role] {
+        &self.real
+    }
+
+    /// Where the port of a device stands in the file, if it has one.
+    pub fn port_place(&self, role: Role) -> Option<Range<usize>> {
+        let file = DeTable::parse(self.source.text()).ok()?;
+        let (name, _) = SECTIONS.into_iter().find(|(_, section)| *section == role)?;
+        port_of(&file, name)
+    }
+
+    /// Path of the truth file of the virtual devices; `None` for a real rig.
     pub fn truth_path(&self) -> Option<PathBuf> {
         let folder = self.source.path().parent().unwrap_or(Path::new(""));
         self.virtual_section.as_ref().map(|section| folder.join(&section.truth))
@@ -129,22 +143,27 @@ impl RigSetup {
     }
 }
 
-/// Refuses a port beside `[virtual]`: all devices are simulated then, and a real one would be ignored.
-fn refuse_ports(source: &TomlSource) -> Result<(), Fault> {
-    let Ok(file) = DeTable::parse(source.text()) else { return Ok(()) };
-    let devices = ["motion", "receiver", "focus_array", "environment"];
-    for (_, table) in
-        file.get_ref().iter().filter(|(key, _)| devices.contains(&key.get_ref().as_ref()))
-    {
-        if let Some(place) = port_in(table.get_ref()) {
-            return Err(source.fault(
-                place,
-                "[virtual] simulates all devices, so this port would not be used",
-                "remove the port, or, to use the real devices, remove [virtual]",
-            ));
-        }
-    }
-    Ok(())
+/// The sections of the devices.
+const SECTIONS: [(&str, Role); 4] = [
+    ("motion", Role::Robot),
+    ("receiver", Role::Receiver),
+    ("focus_array", Role::FocusArray),
+    ("environment", Role::Environment),
+];
+
+/// The devices of a rig file that are real: with a section `[virtual]` those with a port.
+pub(super) fn real_devices(source: &TomlSource) -> Vec<Role> {
+    let Ok(file) = DeTable::parse(source.text()) else { return Vec::new() };
+    let is_real = |name: &str| match file.get_ref().get("virtual") {
+        Some(_) => port_of(&file, name).is_some(),
+        None => true,
+    };
+    SECTIONS.into_iter().filter(|(name, _)| is_real(name)).map(|(_, role)| role).collect()
+}
+
+/// Where the port of a section stands.
+fn port_of(file: &Spanned<DeTable<'_>>, section: &str) -> Option<Range<usize>> {
+    port_in(file.get_ref().get(section)?.get_ref())
 }
 
 fn port_in(value: &DeValue<'_>) -> Option<Range<usize>> {

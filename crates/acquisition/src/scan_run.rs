@@ -3,6 +3,8 @@
 mod pausing;
 mod recording;
 mod sequence;
+mod unguarded;
+mod waking;
 
 use std::any::Any;
 use std::future::{Future, poll_fn};
@@ -23,8 +25,13 @@ use super::open::{OpenRig, OpenSimulated};
 use super::origin::{self, Origin, PLAN_COPY, RIG_COPY};
 use super::pause::Pause;
 use super::planned_scan::PlannedScan;
+use super::recorded_setup::{same_unit, setup_of};
 use super::rig_setup::RigSetup;
-use fieldgap_records::{Columns, Journal, RecordedSample, ScanSetup, ScanState};
+use super::suspension::{SuspensionClock, Suspensions};
+use super::watchdog::Notice;
+use fieldgap_records::{
+    Columns, Hooks, Journal, JournalError, RecordedSample, ScanSetup, ScanState,
+};
 use fieldgap_rig::ReceiverIdentity;
 
 /// Log of the watchdog; it exists only if the watchdog had to act.
@@ -39,6 +46,8 @@ pub struct ScanRun {
     kept: Vec<RecordedSample>,
     check: DryRun,
     pause: Pause,
+    suspensions: Suspensions,
+    losses: u32,
 }
 
 /// How a scan ended. In either case the record is on disk and the rig is safe.
@@ -72,16 +81,9 @@ impl ScanRun {
         {
             scan.rig_setup.medium = air.medium(config).await?;
         }
+        let unit = open.rig().receiver().identity().unit.clone();
+        let setup = setup_of(&scan, begins(scan.rig_setup.is_virtual()), unit);
         let (plan, rig_setup) = (&scan.plan, &scan.rig_setup);
-        let setup = ScanSetup {
-            name: plan.name.clone(),
-            recorded: begins(rig_setup.is_virtual()),
-            unit: open.rig().receiver().identity().unit.clone(),
-            array: rig_setup.array.clone(),
-            medium: rig_setup.medium,
-            simulator: plan.simulator,
-            foci: plan.foci.clone(),
-        };
         let origin = Origin::of(plan, rig_setup)?.to_toml();
         let copies = [
             (PLAN_COPY, plan.text().as_bytes()),
@@ -91,7 +93,17 @@ impl ScanRun {
         let columns = Columns::WithSpread;
         let journal = Journal::create(folder, &setup, columns, &copies, Timestamp::now())?;
         open.log_to(folder)?;
-        Ok(Self { scan, open, journal, setup, kept: Vec::new(), check, pause: Pause::never() })
+        Ok(Self {
+            scan,
+            open,
+            journal,
+            setup,
+            kept: Vec::new(),
+            check,
+            pause: Pause::never(),
+            suspensions: Suspensions::default(),
+            losses: 0,
+        })
     }
 
     /// Resumes a scan that ended early, with its plan and rig file, and opens the rig. Ports may have changed; they are taken
@@ -115,6 +127,7 @@ impl ScanRun {
             // The medium measured at the start of the scan, so that one scan has one medium.
             scan.rig_setup.medium = resumed.setup.medium;
             let mut open = OpenRig::open(&scan.rig_setup, open_simulated).await?;
+            same_unit(&resumed.setup, &open.rig().receiver().identity().unit, folder)?;
             open.log_to(folder)?;
             Ok((scan, open, check))
         };
@@ -127,6 +140,8 @@ impl ScanRun {
                 kept,
                 check,
                 pause: Pause::never(),
+                suspensions: Suspensions::default(),
+                losses: 0,
             }),
             Err(error) => {
                 end(resumed.journal, Some(&AcquisitionError::to_string(&error)))?;
@@ -160,9 +175,9 @@ impl ScanRun {
         self.open.rig().receiver().identity()
     }
 
-    /// A monitor for this scan.
-    pub fn monitor(&self) -> Monitor {
-        Monitor::new(&self.scan, self.journal.folder(), self.check.slowest_s)
+    /// A monitor for this scan, which starts `hooks`: those of [`PlannedScan::hooks`] that were agreed to.
+    pub fn monitor(&self, hooks: Hooks) -> Monitor {
+        Monitor::new(&self.scan, hooks, self.journal.folder(), self.check.slowest_s)
     }
 
     /// Lets `pause` control when the scan waits.
@@ -170,15 +185,21 @@ impl ScanRun {
         self.pause = pause;
     }
 
-    /// Starts a watchdog process, which makes the rig safe if this process dies. `program` calls
-    /// [`fieldgap_rig::watchdog::guard`]. If it has to act it writes `watchdog.log` in the scan's folder. A simulated rig
-    /// needs none.
+    /// Takes `clock` for the one that tells suspensions of the computer.
+    pub fn suspended_by(&mut self, clock: SuspensionClock) {
+        self.suspensions = Suspensions::new(clock);
+    }
+
+    /// Starts a watchdog process, which makes the rig safe if this process dies, and then starts the failure hook of `hooks`:
+    /// those of [`PlannedScan::hooks`] that were agreed to. `program` calls [`guard`](super::watchdog::guard). If it has to act
+    /// it writes `watchdog.log` in the scan's folder. A simulated rig without a hook needs none.
     ///
     /// # Errors
     /// [`AcquisitionError::Watchdog`] if it does not start.
-    pub fn guard(&mut self, program: Command) -> Result<(), AcquisitionError> {
-        let log = self.journal.folder().join(WATCHDOG_LOG);
-        self.open.guard(program, Some(&log))
+    pub fn guard(&mut self, program: Command, hooks: &Hooks) -> Result<(), AcquisitionError> {
+        let folder = self.journal.folder();
+        let note = Notice::of_failure(hooks, folder).map(|notice| notice.encode());
+        self.open.guard(program, Some(&folder.join(WATCHDOG_LOG)), note)
     }
 
     /// Runs the scan to its end. Each reading is on disk, and synced, before the next move.
@@ -190,8 +211,21 @@ impl ScanRun {
     ///
     /// # Errors
     /// [`AcquisitionError::RigChange`] if, on resuming, the rig is not as it was; [`AcquisitionError::Journal`] if the end could not be
-    /// recorded. All readings are on disk.
+    /// recorded, or if the record was deleted or moved. Otherwise all readings are on disk.
     pub async fn run(
+        self,
+        watch: EventSink<'_>,
+        stop: impl Future<Output = &'static str>,
+    ) -> Result<Ending, AcquisitionError> {
+        let follower = self.open.follower();
+        let work = self.run_to_end(watch, stop);
+        match follower {
+            Some(follower) => follower.follow(work).await,
+            None => work.await,
+        }
+    }
+
+    async fn run_to_end(
         mut self,
         watch: EventSink<'_>,
         stop: impl Future<Output = &'static str>,
@@ -227,7 +261,10 @@ impl ScanRun {
             watch(&ended);
         }
         match stopped {
-            Err(Stopped::Failed(error @ AcquisitionError::RigChange(_))) => Err(error),
+            Err(Stopped::Failed(
+                error @ (AcquisitionError::RigChange(_)
+                | AcquisitionError::Journal(JournalError::Displaced { .. })),
+            )) => Err(error),
             _ => Ok(reason.map_or(Ending::Complete, |reason| Ending::Partial { reason })),
         }
     }

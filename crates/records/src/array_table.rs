@@ -2,12 +2,15 @@
 
 use std::num::NonZeroU32;
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
+use super::inside::{is_inside, leads_out};
 use super::layout::{Layout, Rims};
 use super::section::{Key, Section, place, written};
+use super::transducer_file::transducer_path;
 use fieldgap_input::{Fault, Frequency, NonNegative, Positive, TomlSource};
 
 /// The keys of an `[array]`; [`ArraySection::read`](super::ArraySection::read) checks them.
@@ -110,6 +113,24 @@ impl ArrayTable {
     /// The position of the layout's name.
     pub fn layout_place(&self) -> Range<usize> {
         self.layout.span()
+    }
+
+    /// Checks that the files that it names lie in the folder of `source`, which is a record's.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the first name that leads out.
+    pub fn stays_in_record(&self, source: &TomlSource) -> Result<(), Fault> {
+        let folder = source.path().parent().unwrap_or(Path::new(""));
+        let elements = self.file.as_ref().map(|name| (name, PathBuf::from(name.get_ref())));
+        let transducer =
+            self.transducer.as_ref().map(|name| (name, transducer_path(name.get_ref())));
+        for (name, path) in [elements, transducer].into_iter().flatten() {
+            if !is_inside(folder, &path) {
+                let (problem, remedy) = leads_out(name.get_ref());
+                return Err(source.fault(name.span(), problem, remedy));
+            }
+        }
+        Ok(())
     }
 
     /// The name of the transducer, if given.

@@ -83,8 +83,8 @@ impl Hooks {
 /// A program and its arguments. It is started without a shell: nothing is expanded or piped.
 ///
 /// Written as a list of words, or as one line that is split at spaces outside quotes.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "Written")]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "Written", into = "Vec<String>")]
 pub struct HookCommand {
     program: String,
     arguments: Vec<String>,
@@ -113,6 +113,12 @@ impl TryFrom<Written> for HookCommand {
             Some(program) => Ok(Self { program, arguments: words.collect() }),
             None => Err("the command is empty: name a program".to_owned()),
         }
+    }
+}
+
+impl From<HookCommand> for Vec<String> {
+    fn from(command: HookCommand) -> Self {
+        std::iter::once(command.program).chain(command.arguments).collect()
     }
 }
 

@@ -15,6 +15,7 @@
 
 mod error;
 mod event;
+mod presence;
 mod record;
 mod state;
 
@@ -26,9 +27,11 @@ use jiff::Timestamp;
 
 pub use self::error::{BadSample, JournalError};
 pub use self::event::{Event, EventKind, read_events};
+use self::presence::Presence;
 pub use self::record::Record;
 pub use self::state::ScanState;
 use super::durable::{self, Lines};
+use super::inside::without_ways_out;
 use super::sample::RecordedSample;
 use super::samples_csv::{Columns, samples_of};
 use super::setup::ScanSetup;
@@ -54,6 +57,8 @@ pub struct Journal {
     samples: Lines<File>,
     /// Locked as long as the journal exists; the lock ends with the process.
     events: Lines<File>,
+    /// The files that must stay where they are.
+    files: Vec<Presence>,
     visits_done: usize,
 }
 
@@ -119,6 +124,7 @@ impl Journal {
             ),
             samples: Lines::after(samples, header.len() as u64),
             events,
+            files: files_of(folder)?,
             visits_done: 0,
         };
         journal.record(at, EventKind::Started, &setup.name)?;
@@ -149,6 +155,8 @@ impl Journal {
     /// errors other than an incomplete end.
     pub fn resume(folder: &Path, at: Timestamp) -> Result<Resumed, JournalError> {
         Self::resumable(folder)?;
+        // Resuming writes to the files of the record.
+        without_ways_out(folder).map_err(Box::new)?;
         let events = open_locked(folder)?;
         // Another process may have completed it before the lock was free.
         Self::resumable(folder)?;
@@ -168,6 +176,7 @@ impl Journal {
             records: Lines::after(open_for_append(&path)?, whole as u64),
             samples: Lines::after(open_for_append(&folder.join(SAMPLES))?, 0),
             events,
+            files: files_of(folder)?,
             visits_done: records.len(),
         };
         let cut = (!torn.is_empty()).then(|| {
@@ -223,7 +232,8 @@ impl Journal {
     ///
     /// # Errors
     /// [`JournalError::Sample`] if one of them could not be read back, [`JournalError::Append`] if they were not written. In both
-    /// cases all points before them are safe, none of these is recorded, and they may be tried again.
+    /// cases all points before them are safe, none of these is recorded, and they may be tried again. [`JournalError::Displaced`] if
+    /// the record is no longer in its folder.
     pub fn append_row(&mut self, points: &[(RecordedSample, Vec3)]) -> Result<(), JournalError> {
         let (mut records, mut lines) = (String::new(), String::new());
         for (n, &(sample, commanded_m)) in points.iter().enumerate() {
@@ -244,8 +254,21 @@ impl Journal {
                 kept: self.visits_done,
                 source,
             })?;
+        self.in_place()?;
         self.visits_done += points.len();
         Ok(())
+    }
+
+    /// Checks that the files are still in the folder: a deleted file takes lines without an error.
+    fn in_place(&self) -> Result<(), JournalError> {
+        match self.files.iter().find(|file| !file.is_there()) {
+            None => Ok(()),
+            Some(file) => Err(JournalError::Displaced {
+                folder: self.folder.clone(),
+                file: file.path().to_owned(),
+                kept: self.visits_done,
+            }),
+        }
     }
 
     /// Records an event; it is on disk when this returns.
@@ -340,6 +363,15 @@ fn differs(path: &Path, there: &[u8], wanted: &str, same: usize) -> Fault {
         format!("the row was changed: {} has `{}`", record::FILE, line(&wanted[same..])),
         "restore the file from a copy; or move journal.csv away: the scan then continues from this file",
     )
+}
+
+/// The files without which a record is lost.
+fn files_of(folder: &Path) -> Result<Vec<Presence>, JournalError> {
+    let of = |name: &str| {
+        let path = folder.join(name);
+        Presence::of(&path).map_err(write_error(&path))
+    };
+    [record::FILE, SAMPLES, EVENTS, SETUP].into_iter().map(of).collect()
 }
 
 fn make_folder(folder: &Path) -> Result<(), JournalError> {

@@ -61,6 +61,7 @@ mod elements_csv;
 mod focus_section;
 mod hooks;
 pub mod import;
+mod inside;
 mod journal;
 mod layout;
 mod medium_section;
@@ -83,6 +84,7 @@ pub use array_table::ArrayTable;
 pub use elements_csv::write_elements;
 pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};
 pub use hooks::{Alarm, HookCommand, HookKind, Hooks};
+pub use inside::without_ways_out;
 pub use journal::{
     BadSample, Event, EventKind, Journal, JournalError, Record, Resumed, ScanState, read_events,
 };

@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::durable;
+use super::inside::without_ways_out;
 use super::planes::{Plane, planes};
 use super::repeats::{Repeat, repeats};
 use super::sample::RecordedSample;
@@ -43,8 +44,9 @@ impl RecordedScan {
     /// Reads the scan in a folder. Other files in the folder are ignored.
     ///
     /// # Errors
-    /// A [`Fault`] at the first invalid key, value or row.
+    /// A [`Fault`] at the first invalid key, value or row, or at a link that leads out of the folder.
     pub fn open(folder: &Path) -> Result<Self, Fault> {
+        without_ways_out(folder)?;
         let setup = ScanSetup::read(&folder.join("scan.toml"))?;
         let (_, samples) = read_samples(&folder.join("samples.csv"), setup.foci.len())?;
         Ok(Self { setup, samples })

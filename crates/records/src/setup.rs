@@ -65,20 +65,35 @@ pub struct ScanSetup {
 pub struct UnwritableSetup(String);
 
 impl ScanSetup {
-    /// Reads a `scan.toml`, and the file of elements if it names one.
+    /// Reads the `scan.toml` of a record, and the files that it names.
     ///
     /// # Errors
-    /// A [`Fault`] at the first key or value that does not fit the format, or at a row of the file of elements.
+    /// A [`Fault`] at the first key or value that does not fit the format, at a name that leads out of the record, or in a
+    /// file that is named.
     pub fn read(path: &Path) -> Result<Self, Fault> {
         Self::parse(&TomlSource::read(path)?)
     }
 
-    /// Reads a text as a `scan.toml`; a file of elements is searched beside it.
+    /// Reads a text as a `scan.toml`; the files that it names are searched beside it.
     ///
     /// # Errors
     /// As [`ScanSetup::read`].
     pub fn parse(source: &TomlSource) -> Result<Self, Fault> {
         let file: ScanFile = source.parse()?;
+        file.array.get_ref().stays_in_record(source)?;
+        Self::of_file(&file, source)
+    }
+
+    /// Reads a file of the form of a `scan.toml` that the user wrote: it may name files anywhere.
+    ///
+    /// # Errors
+    /// As [`ScanSetup::read`], but for names that lead elsewhere.
+    pub fn read_own(path: &Path) -> Result<Self, Fault> {
+        let source = TomlSource::read(path)?;
+        Self::of_file(&source.parse()?, &source)
+    }
+
+    fn of_file(file: &ScanFile, source: &TomlSource) -> Result<Self, Fault> {
         if *file.format.get_ref() != FORMAT {
             return Err(source.fault(
                 file.format.span(),
@@ -94,9 +109,9 @@ impl ScanSetup {
             })?;
         }
         Ok(Self {
-            name: file.name,
+            name: file.name.clone(),
             recorded: instant(&file.recorded, source)?,
-            unit: file.reading,
+            unit: file.reading.clone(),
             array,
             medium: MediumSection::read(&file.medium, source)?,
             simulator: file.simulator.model,

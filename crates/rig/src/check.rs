@@ -16,7 +16,7 @@ use super::device::Role;
 use super::error::RigError;
 use super::link::WireLogs;
 use super::receiver::Reading;
-use super::safety::{Ports, open_air_sensor, open_motion, recorded};
+use super::safety::{Ports, open_air_sensor, open_array, open_motion, recorded};
 use super::{AirReading, AirSensor, ArrayIdentity, FocusArray, Motion, Receiver, ReceiverIdentity};
 pub use distribution::{BINS, Distribution};
 pub use latency::Latency;
@@ -140,7 +140,7 @@ pub async fn check(
 ) -> CheckReport {
     let mut findings = Vec::new();
     // The array is opened first and kept, so that it is silent while the receiver's noise is taken.
-    let mut array = match config.focus_array.open(ports.focus_array.as_deref()).await {
+    let mut array = match open_array(config, ports).await {
         Ok(array) => Some(array),
         Err(error) => {
             findings.push(Finding::fault(Role::FocusArray, &error));

@@ -81,6 +81,7 @@ pub use error::{Cause, RigError};
 pub use focus_array::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
 pub use manual::{DeviceSelection, ManualRig, ManualSafetyReport};
 pub use motion::Advice;
+pub use motion::observed::RobotObserver;
 pub use motion::travel::{Envelope, PathFault};
 pub use receiver::{DuringRecording, Reading, ReceiverIdentity, Recording, TimedSample};
 pub use safety::{Ports, SafeRig, SafetyReport, open, open_air_sensor, open_array};
@@ -118,6 +119,11 @@ pub trait Motion: Send {
     /// How long the driver waits between two queries of the position, so as not to burden the firmware.
     fn query_pause(&self) -> Duration {
         Duration::ZERO
+    }
+
+    /// Confirms that it still reports the position of its last move, within its tolerance; that position.
+    async fn confirm_place(&mut self) -> Result<RobotPosition, RigError> {
+        self.position().await
     }
 
     /// Stops at once. The position is unknown afterwards.

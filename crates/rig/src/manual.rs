@@ -5,7 +5,8 @@ use std::fmt;
 use super::config::RigConfig;
 use super::emergency::Emergency;
 use super::error::RigError;
-use super::safety::{Ports, open_motion, silence, stop};
+use super::motion::observed::{Observed, RobotObserver};
+use super::safety::{Ports, open_array, open_motion, silence, stop};
 use super::{FocusArray, Motion, Receiver};
 
 /// Which devices to open.
@@ -38,7 +39,7 @@ impl ManualRig {
         wanted: DeviceSelection,
     ) -> Result<Self, RigError> {
         let array = match wanted.array {
-            true => Some(config.focus_array.open(ports.focus_array.as_deref()).await?),
+            true => Some(open_array(config, ports).await?),
             false => None,
         };
         let receiver = match wanted.receiver {
@@ -59,6 +60,12 @@ impl ManualRig {
         receiver: Option<Box<dyn Receiver>>,
     ) -> Self {
         Self { array, robot, receiver }
+    }
+
+    /// Lets `observer` follow the robot, if it was selected, from now on.
+    pub fn observed_by(self, observer: Box<dyn RobotObserver>) -> Self {
+        let observed = |robot| Box::new(Observed::new(robot, observer)) as Box<dyn Motion>;
+        Self { robot: self.robot.map(observed), ..self }
     }
 
     /// The focus array.

@@ -12,6 +12,8 @@ use super::error::{Cause, RigError};
 use super::link::WireLogs;
 use super::motion::guarded::Guarded;
 use super::motion::limits::STOPPED_WITHIN;
+use super::motion::observed::{Observed, RobotObserver};
+use super::watchdog::once_released;
 use super::{
     AirSensor, ElementDelay, Emergency, Feed, FocusArray, Motion, Reading, Receiver, Recording,
     RobotPosition,
@@ -47,12 +49,13 @@ pub async fn open_air_sensor(
     }
 }
 
-/// Opens the three devices: the array first, which is silent from then on. Nothing moves.
+/// Opens the three devices: the array first, which is silent from then on. Nothing moves. A port that the watchdog of a killed
+/// program still makes safe is waited for, 15 s at most.
 ///
 /// # Errors
 /// The first device that cannot be opened; those already open are left safe.
 pub async fn open(config: &RigConfig, ports: &Ports) -> Result<SafeRig, RigError> {
-    let array = config.focus_array.open(ports.focus_array.as_deref()).await?;
+    let array = open_array(config, ports).await?;
     let receiver = config.receiver.open(ports.receiver.as_deref()).await?;
     let motion = open_motion(&config.motion, ports).await?;
     Ok(SafeRig::new(motion, receiver, array))
@@ -66,7 +69,7 @@ pub async fn open_array(
     config: &RigConfig,
     ports: &Ports,
 ) -> Result<Box<dyn FocusArray>, RigError> {
-    config.focus_array.open(ports.focus_array.as_deref()).await
+    once_released(async || config.focus_array.open(ports.focus_array.as_deref()).await).await
 }
 
 /// Opens the robot, behind its guard.
@@ -74,7 +77,7 @@ pub(super) async fn open_motion(
     config: &MotionConfig,
     ports: &Ports,
 ) -> Result<Box<dyn Motion>, RigError> {
-    let robot = config.open(ports.motion.as_deref()).await?;
+    let robot = once_released(async || config.open(ports.motion.as_deref()).await).await?;
     Ok(Box::new(Guarded::new(robot, config.envelope(), config.position_tolerance_m())))
 }
 
@@ -97,6 +100,11 @@ impl SafeRig {
         array: Box<dyn FocusArray>,
     ) -> Self {
         Self { array, motion, receiver, logs: None }
+    }
+
+    /// Lets `observer` follow the robot from now on.
+    pub fn observed_by(self, observer: Box<dyn RobotObserver>) -> Self {
+        Self { motion: Box::new(Observed::new(self.motion, observer)), ..self }
     }
 
     /// Records calls of the devices in the logs of their wires, from now on.
@@ -185,6 +193,17 @@ impl SafeRig {
     /// The array's.
     pub async fn confirm(&mut self, emits: bool) -> Result<(), RigError> {
         recorded(self.logs.as_ref(), &Call::Confirm { emits }, self.array.confirm(emits)).await
+    }
+
+    /// [`Motion::confirm_place`]
+    ///
+    /// # Errors
+    /// The robot's; it stands elsewhere, or was not homed.
+    pub async fn confirm_place(&mut self) -> Result<RobotPosition, RigError> {
+        if let Some(logs) = &self.logs {
+            logs.note(Role::Robot, '~', "the place is confirmed");
+        }
+        self.motion.confirm_place().await
     }
 
     /// The robot.

@@ -44,6 +44,11 @@ impl VirtualConfig {
         folder.join(&self.truth)
     }
 
+    /// Whether virtual time is the computer's.
+    pub fn runs_in_real_time(&self) -> bool {
+        matches!(self.pace, Pace::Times(times) if times.get() == 1.0)
+    }
+
     /// Makes virtual time pass like wall time if it would stand still, for interactive use and for programs that wait.
     pub fn keep_wall_clock(&mut self) {
         if self.pace == Pace::Lockstep {

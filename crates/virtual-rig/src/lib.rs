@@ -69,6 +69,7 @@ mod receiver_firmware;
 mod robot;
 mod scope_firmware;
 pub mod sealed_truth;
+mod shadow;
 mod tcp_bridge;
 #[cfg(test)]
 mod testing;
@@ -93,11 +94,13 @@ pub use clock::{Clock, Pace};
 pub use config::VirtualConfig;
 pub use faults::{Fault, LineFault};
 use fieldgap_acoustics::{Array, Medium};
-use fieldgap_rig::{Frame, Ports};
+use fieldgap_rig::{Frame, Ports, Role};
 use firmware::Firmware;
 pub use noise_free::{Visit, elements_with, noise_free_readings};
 use pty::PseudoTerminal;
 use receiver_firmware::Mode;
+use robot::RobotSettings;
+pub use shadow::RobotShadow;
 use trajectory::Trajectory;
 pub use truth::Truth;
 pub use world::{Believed, World};
@@ -152,6 +155,7 @@ pub struct VirtualRig {
     clock: Arc<Clock>,
     orders: [UnboundedSender<Order>; 3],
     homing_jam: Arc<AtomicBool>,
+    robot: RobotSettings,
     stop: CancellationToken,
     thread: Option<JoinHandle<()>>,
 }
@@ -187,8 +191,7 @@ impl VirtualRig {
         truth: Truth,
         believed: &Believed,
     ) -> Result<Self, VirtualRigError> {
-        let real_time = matches!(config.pace, Pace::Times(times) if times.get() == 1.0);
-        if config.receiver.mode.runs_freely() && !real_time {
+        if config.receiver.mode.runs_freely() && !config.runs_in_real_time() {
             return Err(VirtualRigError::FreeRunningPace);
         }
         let clock = Arc::new(Clock::new(config.pace));
@@ -216,6 +219,7 @@ impl VirtualRig {
             clock,
             orders: [robot_orders, receiver_orders, array_orders],
             homing_jam,
+            robot: config.robot,
             stop,
             thread: Some(thread),
         })
@@ -224,6 +228,30 @@ impl VirtualRig {
     /// The paths to open.
     pub fn ports(&self) -> Ports {
         self.ports.clone()
+    }
+
+    /// Leaves the devices of these roles to real ones: their ports are not given. Virtual time must then be the computer's
+    /// ([`VirtualConfig::runs_in_real_time`]), and a virtual receiver needs the virtual array.
+    pub fn beside_real(mut self, roles: &[Role]) -> Self {
+        for role in roles {
+            match role {
+                Role::Robot => self.ports.motion = None,
+                Role::Receiver => self.ports.receiver = None,
+                Role::FocusArray => self.ports.focus_array = None,
+                Role::Environment => self.ports.environment = None,
+            }
+        }
+        self
+    }
+
+    /// Follows a real robot, so that the virtual receiver is where that reports to be; `None` if the robot is virtual.
+    pub fn robot_shadow(&self) -> Option<RobotShadow> {
+        self.ports.motion.is_none().then(|| RobotShadow {
+            trajectory: self.world.trajectory(),
+            clock: self.clock.clone(),
+            acceleration_mm_s2: self.robot.acceleration_mm_s2(),
+            zero_mm: Vector3::from(self.robot.zero_mm()),
+        })
     }
 
     /// The rig's time.

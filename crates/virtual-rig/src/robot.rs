@@ -72,6 +72,14 @@ impl RobotSettings {
         }
     }
 
+    /// Acceleration of every axis, mm/s².
+    pub fn acceleration_mm_s2(&self) -> Positive {
+        match self {
+            Self::Marlin(settings) => settings.acceleration_mm_s2,
+            Self::Grbl(_, settings) => settings.acceleration_mm_s2,
+        }
+    }
+
     /// Position of the robot's zero after homing, from the switches, mm.
     pub fn zero_mm(&self) -> [f64; 3] {
         match self {

@@ -99,6 +99,11 @@ impl World {
         })
     }
 
+    /// The motion of the robot that carries the nozzle.
+    pub(super) fn trajectory(&self) -> Arc<Mutex<Trajectory>> {
+        self.trajectory.clone()
+    }
+
     /// Whether virtual time stands still until an answer needs it.
     pub fn is_lockstep(&self) -> bool {
         self.clock.is_lockstep()

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use miette::IntoDiagnostic;
 
 use crate::cli::stop::StopRequests;
-use crate::cli::watchdog::guard_devices;
+use crate::cli::watchdog::{followed, guard_devices};
 use crate::rig_file::RigFile;
 use fieldgap_acquisition::{AcquisitionError, RigSetup};
 use fieldgap_rig::{DeviceSelection, ManualRig};
@@ -44,12 +44,15 @@ pub(super) fn hands_on(
     runtime.block_on(async {
         let stop = StopRequests::listen().into_diagnostic()?;
         let mut rig = ManualRig::open(&rig_setup.rig, &ports, wanted).await?;
+        if let Some(shadow) = firmware.as_ref().and_then(VirtualRig::robot_shadow) {
+            rig = rig.observed_by(Box::new(shadow));
+        }
         fits(rig_setup, wanted, &mut rig)?;
-        let _watchdog = guard_devices(&rig.emergencies(), firmware.is_some())?;
+        let watchdog = guard_devices(rig.emergencies(), rig_setup)?;
         let ended = tokio::select! {
             biased;
             who = stop.first() => Err(who),
-            ended = body(&mut rig) => Ok(ended),
+            ended = followed(watchdog.as_ref(), body(&mut rig)) => Ok(ended),
         };
         match ended {
             Ok(Ok(Ended::Done)) => Ok(ExitCode::SUCCESS),

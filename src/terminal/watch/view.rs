@@ -176,7 +176,15 @@ impl ScanView {
                 self.faults += 1;
                 self.note(at, format!("waiting, the array is silent: {reason}"), true);
             }
-            Event::DiskSpaceFreed { waited_s } => {
+            Event::WatchdogLost { reason } => {
+                self.faults += 1;
+                self.note(at, format!("waiting, the array is silent: the watchdog {reason}"), true);
+            }
+            Event::Suspended { suspended_s } => {
+                self.faults += 1;
+                self.note(at, format!("the computer was suspended for {suspended_s:.0} s"), true);
+            }
+            Event::DiskSpaceFreed { waited_s } | Event::WatchdogRestarted { waited_s } => {
                 self.note(at, format!("continued after {waited_s:.0} s"), false);
             }
             Event::Measured { row, focus, at_mm, reading, .. } => {

@@ -26,8 +26,13 @@ impl ScanRun {
             if self.pause.is_asked() {
                 self.wait(sequencer, &mut *watch).await?;
             }
-            let measurement = sequencer.measure(self.open.rig(), visit).await?;
-            if !self.pause.is_asked() {
+            self.wait_for_watchdog(sequencer, &mut *watch).await?;
+            let measured = sequencer.measure(self.open.rig(), visit).await;
+            let suspended = self.was_suspended(&mut *watch)?;
+            let measurement = measured?;
+            if suspended {
+                self.after_suspension(sequencer).await?;
+            } else if !self.pause.is_asked() {
                 return Ok(measurement);
             }
         }
@@ -45,9 +50,14 @@ impl ScanRun {
             if self.pause.is_asked() {
                 self.wait(sequencer, &mut *watch).await?;
             }
+            self.wait_for_watchdog(sequencer, &mut *watch).await?;
             let visits = &self.scan.visits[row.clone()];
-            let measured = flights.measure(sequencer, self.open.rig(), visits).await?;
-            if !self.pause.is_asked() {
+            let measured = flights.measure(sequencer, self.open.rig(), visits).await;
+            let suspended = self.was_suspended(&mut *watch)?;
+            let measured = measured?;
+            if suspended {
+                self.after_suspension(sequencer).await?;
+            } else if !self.pause.is_asked() {
                 return Ok(measured);
             }
         }

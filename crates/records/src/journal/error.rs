@@ -62,6 +62,23 @@ pub enum JournalError {
         /// The reason.
         source: io::Error,
     },
+    /// The record is no longer in its folder.
+    #[error(
+        "the record was deleted, moved or replaced during the scan: {} is no longer the file that the scan writes; {kept} \
+         readings were recorded in {}",
+        file.display(), folder.display()
+    )]
+    #[diagnostic(help(
+        "if the folder was moved, `fieldgap resume` with its new path completes the scan; a deleted record is lost"
+    ))]
+    Displaced {
+        /// The folder.
+        folder: PathBuf,
+        /// The first file that is not there.
+        file: PathBuf,
+        /// Number of readings recorded before.
+        kept: usize,
+    },
     /// Another file was not written.
     #[error("cannot write {}: {source}. {}", path.display(), remedy(source))]
     Write {

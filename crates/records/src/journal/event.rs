@@ -43,6 +43,10 @@ pub enum EventKind {
     DeviceFault,
     /// The disk was full; the scan waited for space.
     Waited,
+    /// The computer was suspended; the text has for how long, and where the robot is.
+    Suspended,
+    /// The watchdog was lost, or started again.
+    Watchdog,
     /// The scan was resumed.
     Resumed,
     /// A line that an earlier run left incomplete was removed from `journal.csv`; the text is what there was of it.

@@ -361,3 +361,36 @@ fn a_full_disk_asks_for_space() {
     assert!(said.contains("812") && said.contains("Free some space"), "{said}");
     assert!(said.contains("fieldgap resume scans/today"), "{said}");
 }
+
+#[test]
+fn a_record_that_was_deleted_moved_or_replaced_takes_no_further_reading() {
+    type Harm = fn(&Path);
+    let harms: [(Harm, &str); 5] = [
+        (|folder| fs::remove_dir_all(folder).expect("deleted"), "journal.csv"),
+        (
+            |folder| fs::rename(folder, folder.with_file_name("moved")).expect("moved"),
+            "journal.csv",
+        ),
+        (|folder| fs::remove_file(folder.join(SAMPLES)).expect("deleted"), "samples.csv"),
+        (|folder| fs::remove_file(folder.join(SETUP)).expect("deleted"), "scan.toml"),
+        (
+            |folder| {
+                let path = folder.join(record::FILE);
+                fs::copy(&path, folder.join("copy")).expect("copied");
+                fs::rename(folder.join("copy"), &path).expect("replaced");
+            },
+            "journal.csv",
+        ),
+    ];
+    for (harm, file) in harms {
+        let home = tempfile::tempdir().expect("a folder");
+        let folder = home.path().join("scan");
+        let mut journal = create(&folder).expect("a new folder");
+        append(&mut journal, 0);
+        harm(&folder);
+        let error = keep(&mut journal, &sample(1)).expect_err("it is gone");
+        assert!(matches!(&error, JournalError::Displaced { kept: 1, .. }), "{error}");
+        assert!(error.to_string().contains(file), "{error}");
+        assert_eq!(journal.visits_done(), 1);
+    }
+}

@@ -52,6 +52,27 @@ impl Guarded {
         Err(self.error(attempt, Cause::RepeatedlyDamaged { times: MOST_REPORTS }))
     }
 
+    /// Checks that the robot stands where it should; where it reported that it stands.
+    async fn stands(
+        &mut self,
+        expected: RobotPosition,
+        mut reported: RobotPosition,
+        attempt: String,
+    ) -> Result<RobotPosition, RigError> {
+        let tolerance_m = self.tolerance_m;
+        let has_arrived = |reported: RobotPosition| reported.is_within(tolerance_m, expected);
+        if !has_arrived(reported) {
+            // A digit may have been damaged on its way; a robot at another position reports it twice.
+            reported = self.confirmed(reported, attempt.clone(), has_arrived).await?;
+        }
+        if !has_arrived(reported) {
+            let cause = Cause::WrongPosition { commanded: expected, reported, tolerance_m };
+            return Err(self.error(attempt, cause));
+        }
+        self.at = Some(reported);
+        Ok(reported)
+    }
+
     fn error(&self, attempt: String, cause: Cause) -> RigError {
         RigError::new(self.robot.device().clone(), attempt, cause, None)
     }
@@ -91,19 +112,15 @@ impl Motion for Guarded {
             .check_path(from, target)
             .map_err(|fault| self.error(attempt(), Cause::Forbidden(fault)))?;
         self.at = None;
-        let mut reported = self.robot.move_to(target, feed).await?;
-        let tolerance_m = self.tolerance_m;
-        let has_arrived = |reported: RobotPosition| reported.is_within(tolerance_m, target);
-        if !has_arrived(reported) {
-            // A digit may have been damaged on its way; a robot at another position reports it twice.
-            reported = self.confirmed(reported, attempt(), has_arrived).await?;
-        }
-        if !has_arrived(reported) {
-            let cause = Cause::WrongPosition { commanded: target, reported, tolerance_m };
-            return Err(self.error(attempt(), cause));
-        }
-        self.at = Some(reported);
-        Ok(reported)
+        let reported = self.robot.move_to(target, feed).await?;
+        self.stands(target, reported, attempt()).await
+    }
+
+    async fn confirm_place(&mut self) -> Result<RobotPosition, RigError> {
+        let attempt = || "confirming its place".to_owned();
+        let expected = self.at.take().ok_or_else(|| self.error(attempt(), Cause::NotHomed))?;
+        let reported = self.robot.position().await?;
+        self.stands(expected, reported, attempt()).await
     }
 
     async fn position(&mut self) -> Result<RobotPosition, RigError> {
@@ -232,6 +249,26 @@ mod tests {
         robot.home().await.expect("homes");
         let error = robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect_err("elsewhere");
         assert!(error.to_string().contains("0.060 mm off, where 0.050 mm is allowed"), "{error}");
+        let error = robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect_err("lost");
+        assert!(matches!(error.cause(), Cause::NotHomed));
+    }
+
+    #[tokio::test]
+    async fn a_robot_that_was_moved_since_does_not_confirm_its_place() {
+        let moved = mm(10.0, 3.0, 0.0);
+        let (mut robot, _) = guarded(&[]);
+        assert!(matches!(
+            robot.confirm_place().await.expect_err("not homed").cause(),
+            Cause::NotHomed
+        ));
+        robot.home().await.expect("homes");
+        robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect("arrives");
+        assert_eq!(robot.confirm_place().await.expect("it stands"), mm(10.0, 0.0, 0.0));
+        let (mut robot, _) = guarded(&[mm(10.0, 0.0, 0.0), moved, moved]);
+        robot.home().await.expect("homes");
+        robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect("arrives");
+        let error = robot.confirm_place().await.expect_err("elsewhere");
+        assert!(matches!(error.cause(), Cause::WrongPosition { .. }), "{error}");
         let error = robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect_err("lost");
         assert!(matches!(error.cause(), Cause::NotHomed));
     }

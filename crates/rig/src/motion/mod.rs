@@ -10,6 +10,7 @@ pub mod guarded;
 pub mod klipper;
 pub(crate) mod limits;
 pub mod marlin;
+pub(crate) mod observed;
 pub mod route;
 pub mod travel;
 

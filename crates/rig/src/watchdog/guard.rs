@@ -1,17 +1,20 @@
 //! The guard's own process.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, BufRead, Read, Write};
+use std::io::{self, Read, Write};
 use std::os::fd::{FromRawFd, OwnedFd};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use jiff::Timestamp;
 use rustix::process::{Pid, Signal, kill_process};
 use serialport::TTYPort;
 
+use super::activity::Activity;
 use super::orders::{Order, Orders};
-use super::{BEAT, BEAT_LOST_AFTER, GOODBYE};
+use super::pipe::{Heard, LinePipe};
+use super::vigil::{Lost, STEP, Vigil};
+use super::{BEAT, GOODBYE, GUARDING};
 
 /// How often the command is sent to a device that does not answer.
 const TIMES: usize = 4;
@@ -28,72 +31,95 @@ const TAKEN_WITHIN: Duration = Duration::from_millis(300);
 /// Silence after which an answer is over.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Time for a beat that waits in the pipe to be read, where this process itself was held up.
-const CATCH_UP: Duration = Duration::from_millis(100);
+/// How long the orders may take to come.
+const ORDERS_WITHIN: Duration = Duration::from_secs(10);
 
-/// Why the guard acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Lost {
-    /// The pipe closed: the program has ended.
-    Gone,
-    /// The beat stopped: the program does not respond.
-    Still,
+/// Longest time for which the guard holds the ports after the program is lost: the command is sent twice to a program that has
+/// to be ended, each time also by the port opened again.
+pub(super) const ACTS_WITHIN: Duration = Duration::from_secs(10);
+
+/// What the guard did about a lost program.
+#[derive(Debug)]
+pub struct Acted {
+    /// What it saw and did, one thing a line.
+    pub done: Vec<String>,
+    /// The note in its [`Duties`](super::Duties).
+    pub note: Option<String>,
+    /// Where it wrote that; `None` if nowhere.
+    log: Option<PathBuf>,
+    /// Whether that could be written.
+    pub logged: io::Result<()>,
 }
 
-/// Guards a rig until the program at the other end of `pipe` says goodbye. Makes the rig safe if the program ends or stops
-/// responding without one.
+impl Acted {
+    /// Adds lines to the log.
+    ///
+    /// # Errors
+    /// That they cannot be written.
+    pub fn log(&self, lines: &[String]) -> io::Result<()> {
+        let Some(log) = &self.log else { return Ok(()) };
+        let mut log = OpenOptions::new().create(true).append(true).open(log)?;
+        let now = Timestamp::now();
+        let text: String = lines.iter().map(|line| format!("{now} {line}\n")).collect();
+        log.write_all(text.as_bytes())?;
+        log.sync_all()
+    }
+}
+
+/// Guards a rig until the program at the other end of `pipe` says goodbye: then `None`. Makes the rig safe if that program is
+/// lost. `answer` goes to the program, which waits for the guard to be ready.
 ///
 /// # Errors
-/// That the pipe brought no orders, or that the log cannot be written.
-pub fn guard(pipe: impl Read + Send + 'static) -> io::Result<()> {
-    let mut lines = io::BufReader::new(pipe).lines();
-    let orders = lines.next().transpose()?.as_deref().and_then(Orders::decode);
+/// That the pipe brought no orders, or that the system refused to read it.
+pub fn guard(pipe: OwnedFd, mut answer: impl Write) -> io::Result<Option<Acted>> {
+    let mut pipe = LinePipe::new(pipe);
+    let orders = match pipe.next_within(ORDERS_WITHIN)? {
+        Heard::Line(line) => Orders::decode(&line),
+        Heard::Quiet | Heard::Closed => None,
+    };
     let orders = orders.ok_or_else(|| {
         io::Error::new(io::ErrorKind::InvalidData, "the watchdog is started by fieldgap itself")
     })?;
-    let (send, received) = channel();
-    std::thread::spawn(move || {
-        for line in lines.map_while(Result::ok) {
-            if send.send(line).is_err() {
-                return;
-            }
-        }
-    });
-    match watch(&received) {
-        None => Ok(()),
-        Some(lost) => act(orders, lost),
-    }
+    // A program that does not listen has ended, which the pipe tells next.
+    let _ = writeln!(answer, "{GUARDING}").and_then(|()| answer.flush());
+    let activity = || Activity::of(orders.program, orders.thread);
+    let lost = watch(&mut pipe, activity)?;
+    Ok(lost.map(|lost| act(orders, lost)))
 }
 
 /// Listens to the beat; `None` after a goodbye.
-fn watch(received: &Receiver<String>) -> Option<Lost> {
+fn watch(pipe: &mut LinePipe, activity: impl Fn() -> Activity) -> io::Result<Option<Lost>> {
+    let mut vigil = Vigil::default();
     loop {
-        let mut next = received.recv_timeout(BEAT_LOST_AFTER);
-        if next == Err(RecvTimeoutError::Timeout) {
-            next = received.recv_timeout(CATCH_UP);
-        }
-        match next {
-            Ok(line) if line == GOODBYE => return None,
-            Ok(line) if line == BEAT => {}
-            Ok(_) | Err(RecvTimeoutError::Disconnected) => return Some(Lost::Gone),
-            Err(RecvTimeoutError::Timeout) => return Some(Lost::Still),
+        let begun = Instant::now();
+        let lost = match pipe.next_within(STEP)? {
+            Heard::Line(line) if line == GOODBYE => return Ok(None),
+            Heard::Line(line) => match unresponsive(&line) {
+                Some(unresponsive) => vigil.beat(unresponsive),
+                None => Some(Lost::Gone),
+            },
+            Heard::Closed => Some(Lost::Gone),
+            Heard::Quiet => vigil.quiet(begun.elapsed(), &activity),
+        };
+        if lost.is_some() {
+            return Ok(lost);
         }
     }
 }
 
-fn act(orders: Orders, lost: Lost) -> io::Result<()> {
+/// For how long the work has not responded, as a beat says.
+fn unresponsive(line: &str) -> Option<Duration> {
+    let milliseconds = line.strip_prefix(BEAT)?.trim_start().parse().ok()?;
+    Some(Duration::from_millis(milliseconds))
+}
+
+fn act(orders: Orders, lost: Lost) -> Acted {
     let mut devices: Vec<GuardedDevice> =
         orders.devices.into_iter().map(GuardedDevice::new).collect();
     let program = orders.program;
-    let mut done = vec![match lost {
-        Lost::Gone => format!("the program (process {program}) ended without closing the rig"),
-        Lost::Still => format!(
-            "the program (process {program}) has not responded for {} s",
-            BEAT_LOST_AFTER.as_secs()
-        ),
-    }];
+    let mut done = vec![format!("the program (process {program}) {}", lost.text())];
     let mut results = send_to_all(&mut devices);
-    if lost == Lost::Still {
+    if lost != Lost::Gone {
         // It would go on to record a field that is no longer there.
         done.push(end_program(program));
         results.extend(send_to_all(&mut devices));
@@ -101,12 +127,9 @@ fn act(orders: Orders, lost: Lost) -> io::Result<()> {
     done.extend(results);
     // Whoever reads the log may open the ports again.
     drop(devices);
-    let Some(log) = &orders.log else { return Ok(()) };
-    let mut log = OpenOptions::new().create(true).append(true).open(log)?;
-    let now = Timestamp::now();
-    let text: String = done.iter().map(|line| format!("{now} {line}\n")).collect();
-    log.write_all(text.as_bytes())?;
-    log.sync_all()
+    let mut acted = Acted { done, note: orders.note, log: orders.log, logged: Ok(()) };
+    acted.logged = acted.log(&acted.done);
+    acted
 }
 
 fn send_to_all(devices: &mut [GuardedDevice]) -> Vec<String> {
@@ -230,29 +253,37 @@ fn waits(error: &io::Error) -> bool {
 mod tests {
     use super::*;
 
+    fn watched(said: &str, activity: Activity) -> Option<Lost> {
+        let (reader, mut writer) = io::pipe().expect("a pipe");
+        writer.write_all(said.as_bytes()).expect("it takes it");
+        watch(&mut LinePipe::new(reader.into()), || activity).expect("it reads")
+    }
+
     #[test]
     fn a_goodbye_ends_the_watch_and_a_closed_pipe_does_not() {
-        let (send, received) = channel();
-        for line in [BEAT, BEAT, GOODBYE] {
-            send.send(line.to_owned()).expect("it listens");
-        }
-        assert_eq!(watch(&received), None);
-        send.send(BEAT.to_owned()).expect("it listens");
-        drop(send);
-        assert_eq!(watch(&received), Some(Lost::Gone));
+        assert_eq!(watched("beat 0\nbeat 3\ngoodbye\n", Activity::Asleep), None);
+        assert_eq!(watched("beat 0\n", Activity::Asleep), Some(Lost::Gone));
+        assert_eq!(watched("beat 0\nbe", Activity::Asleep), Some(Lost::Gone));
+        assert_eq!(watched("beat 0\nbeat 30000\nbeat 0\n", Activity::Asleep), Some(Lost::Stuck));
     }
 
     #[test]
     fn a_beat_that_stops_is_noticed_in_time() {
-        let (_tell, received) = channel();
+        let (reader, writer) = io::pipe().expect("a pipe");
         let begun = Instant::now();
-        assert_eq!(watch(&received), Some(Lost::Still));
-        assert!(begun.elapsed() >= BEAT_LOST_AFTER);
+        let lost = watch(&mut LinePipe::new(reader.into()), || Activity::Stopped);
+        assert_eq!(lost.expect("it reads"), Some(Lost::Stopped));
+        assert!(begun.elapsed() >= super::super::BEAT_LOST_AFTER - STEP);
+        drop(writer);
     }
 
     #[test]
     fn without_orders_it_does_nothing() {
-        assert!(guard(&b""[..]).is_err());
-        assert!(guard(&b"hello\n"[..]).is_err());
+        for said in ["", "hello\n"] {
+            let (reader, mut writer) = io::pipe().expect("a pipe");
+            writer.write_all(said.as_bytes()).expect("it takes it");
+            drop(writer);
+            assert!(guard(reader.into(), io::sink()).is_err());
+        }
     }
 }

@@ -1,10 +1,11 @@
 //! The guard's orders, which it gets at its start as one line of JSON.
 
 use std::os::fd::{AsFd, AsRawFd, RawFd};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use super::Duties;
 use crate::emergency::Emergency;
 
 /// What to do when the guarded program has ended.
@@ -12,8 +13,12 @@ use crate::emergency::Emergency;
 pub(super) struct Orders {
     /// The guarded process.
     pub program: u32,
+    /// Its thread that beats.
+    pub thread: i32,
     /// Where to write what was done.
     pub log: Option<PathBuf>,
+    /// What is returned to whoever called the guard, if it had to act.
+    pub note: Option<String>,
     /// The devices, the one first that matters most.
     pub devices: Vec<Order>,
 }
@@ -34,8 +39,8 @@ pub(super) struct Order {
 }
 
 impl Orders {
-    /// For this process as the guarded one.
-    pub fn new(emergencies: &[Emergency], log: Option<&Path>) -> Self {
+    /// For this process as the guarded one; this thread beats.
+    pub fn new(duties: &Duties) -> Self {
         let order = |emergency: &Emergency| Order {
             device: emergency.device.to_string(),
             port: emergency.device.port.clone(),
@@ -45,8 +50,13 @@ impl Orders {
         };
         Self {
             program: std::process::id(),
-            log: log.map(|log| std::path::absolute(log).unwrap_or_else(|_| log.to_owned())),
-            devices: emergencies.iter().map(order).collect(),
+            thread: rustix::thread::gettid().as_raw_pid(),
+            log: duties
+                .log
+                .as_ref()
+                .map(|log| std::path::absolute(log).unwrap_or_else(|_| log.clone())),
+            note: duties.note.clone(),
+            devices: duties.emergencies.iter().map(order).collect(),
         }
     }
 

@@ -1,0 +1,87 @@
+//! The set-up that a scan records in `scan.toml`, and whether a record still has it.
+
+use std::path::{Path, PathBuf};
+
+use jiff::Timestamp;
+use toml::{Table, Value};
+
+use super::AcquisitionError;
+use super::difference::{Difference, differences};
+use super::planned_scan::PlannedScan;
+use fieldgap_records::{JournalError, ScanSetup};
+
+/// The file.
+const FILE: &str = "scan.toml";
+
+/// The set-up of a scan that was started at `recorded`, with a receiver that reads in `unit`.
+pub(super) fn setup_of(scan: &PlannedScan, recorded: Timestamp, unit: String) -> ScanSetup {
+    ScanSetup {
+        name: scan.plan.name.clone(),
+        recorded,
+        unit,
+        array: scan.rig_setup.array.clone(),
+        medium: scan.rig_setup.medium,
+        simulator: scan.plan.simulator,
+        foci: scan.plan.foci.clone(),
+    }
+}
+
+/// Checks that the `scan.toml` of a record is that of its plan and rig file. The elements of the array are compared elsewhere.
+///
+/// # Errors
+/// [`AcquisitionError::OtherRecord`] with each key that differs.
+pub(super) fn same_record(scan: &PlannedScan, folder: &Path) -> Result<(), AcquisitionError> {
+    let path = folder.join(FILE);
+    let is = ScanSetup::read(&path)?;
+    let mut wanted = setup_of(scan, is.recorded, is.unit.clone());
+    let measured = scan.rig_setup.rig.environment.as_ref().is_some_and(|air| air.sound_speed);
+    if measured {
+        // The medium was measured at the start of the scan.
+        wanted.medium = is.medium;
+    }
+    let mut found = differences(table_of(wanted.clone())?, table_of(is.clone())?, &[]);
+    let text = |setup: &ScanSetup| {
+        let file = setup.array.transducer_file();
+        file.map(|file| Value::String(file.text().to_owned()))
+    };
+    if text(&wanted) != text(&is) && found.is_empty() {
+        let key = "array.transducer".to_owned();
+        found.push(Difference { key, then: text(&wanted), now: text(&is) });
+    }
+    refuse(path, found)
+}
+
+/// Checks that a receiver reads in the unit of a record.
+///
+/// # Errors
+/// As [`same_record`].
+pub(super) fn same_unit(
+    setup: &ScanSetup,
+    unit: &str,
+    folder: &Path,
+) -> Result<(), AcquisitionError> {
+    let value = |text: &str| Some(Value::String(text.to_owned()));
+    let (then, now) = (value(unit), value(&setup.unit));
+    let key = "reading".to_owned();
+    let found = if then == now { Vec::new() } else { vec![Difference { key, then, now }] };
+    refuse(folder.join(FILE), found)
+}
+
+fn refuse(path: PathBuf, found: Vec<Difference>) -> Result<(), AcquisitionError> {
+    if found.is_empty() {
+        return Ok(());
+    }
+    let shown =
+        |value: Option<Value>| value.map_or("missing".to_owned(), |value| value.to_string());
+    let said = |Difference { key, then, now }| {
+        format!("`{key}` is {} and should be {}", shown(now), shown(then))
+    };
+    Err(AcquisitionError::OtherRecord { path, differences: found.into_iter().map(said).collect() })
+}
+
+/// As it is written to the file.
+fn table_of(setup: ScanSetup) -> Result<Table, AcquisitionError> {
+    let beside = ScanSetup { array: setup.array.clone().with_file_beside(), ..setup };
+    let text = beside.to_toml().map_err(JournalError::Setup)?;
+    Ok(text.parse().expect("it was written as TOML"))
+}

@@ -8,7 +8,7 @@ use toml::{Table, Value};
 
 use super::AcquisitionError;
 use super::rig_setup::RigSetup;
-use fieldgap_input::{Fault, TomlSource};
+use fieldgap_input::{Fault, MOST_TEXT, TomlSource, read_bytes};
 use fieldgap_records::Plan;
 
 pub(super) const FILE: &str = "origin.toml";
@@ -83,7 +83,7 @@ impl Origin {
 }
 
 fn sha256_of(path: &Path) -> Result<String, Fault> {
-    let bytes = std::fs::read(path).map_err(|error| {
+    let bytes = read_bytes(path, MOST_TEXT).map_err(|error| {
         let remedy =
             "check `truth` in [virtual] of the rig file; the path is relative to that file";
         Fault::of_file(path, format!("cannot be read: {error}"), remedy)

@@ -8,7 +8,7 @@ use toml::Spanned;
 
 use super::layout::{Layout, Rims};
 use super::section::{Key, Section, place, written};
-use fieldgap_input::{Fault, Frequency, NonNegative, Positive, TomlSource};
+use fieldgap_input::{Fault, Frequency, Gap, Length, TomlSource};
 
 /// The keys of an `[array]`; [`ArraySection::read`](super::ArraySection::read) checks them.
 #[derive(Debug, Serialize, Deserialize)]
@@ -22,8 +22,8 @@ pub struct ArrayTable {
     rings: Key<u32>,
     seed: Key<u32>,
     file: Key<String>,
-    element_diameter_mm: Key<Positive>,
-    spacing_mm: Key<NonNegative>,
+    element_diameter_mm: Key<Length>,
+    spacing_mm: Key<Gap>,
     transducer: Key<String>,
 }
 

@@ -23,6 +23,9 @@
 //!
 //! Two pages beside: [the thesis's tables and figures](thesis), and [when to trust which transducer model](transducer_models).
 
+// Output goes through `cli::output`, which makes control characters visible and does not panic.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 pub use fieldgap_acoustics as acoustics;
 pub use fieldgap_acquisition as acquisition;
 pub use fieldgap_blind as blind;

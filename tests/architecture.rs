@@ -23,7 +23,7 @@ fn in_manifests() -> Dependencies {
             .filter(|dependency| dependency["kind"].is_null())
             .filter_map(|dependency| dependency["name"].as_str()?.strip_prefix("fieldgap-"))
             .map(str::to_owned);
-        (name != "benches").then(|| (name.to_owned(), own.collect()))
+        (!["benches", "fuzz"].contains(&name)).then(|| (name.to_owned(), own.collect()))
     });
     library.collect()
 }

@@ -71,7 +71,7 @@ fn a_negative_step_is_shown_at_its_line() {
         scan_of(&PLAN.replace("step_mm = 2.0", "step_mm = -2.0"), &here("rigs/virtual.toml"));
     assert_contains(
         &message,
-        &["plan.toml:12:11", "-2 is not a number above zero", "step_mm = -2.0"],
+        &["plan.toml:12:11", "-2 is not a length above zero", "step_mm = -2.0"],
     );
 }
 
@@ -172,9 +172,9 @@ fn a_truncated_record_is_shown_at_its_line() {
 fn numbers_that_no_scan_can_have_are_shown_at_their_line() {
     let good = "0,0,0,0,100,1.5\n";
     for (row, words) in [
-        ("1,0,2,0,1e308,1.5", "1e12"),
+        ("1,0,2,0,1e308,1.5", "within 10 m of the array"),
         ("1,0,2,0,100,1e160", "1e12"),
-        ("1,0,2000000,0,100,1.5", "within 100 m (in mm, not in µm)"),
+        ("1,0,2000000,0,100,1.5", "within 10 m of the array (in mm, not in µm)"),
     ] {
         for command in ["compare", "diagnose", "replay"] {
             let message = refused(command, &format!("{good}{row}\n"));

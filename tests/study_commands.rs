@@ -122,7 +122,7 @@ fn errors_name_place_and_remedy() {
         (&["study", "colour"], &["shape, height, count, spacing and comparison", "my-study.toml"]),
         (&["study", "none.toml"], &["none.toml", "cannot be read"]),
         (&["study", "count", "--set", "array.colums=3"], &["colums", "columns"]),
-        (&["study", "count", "--set", "map.step_mm=0"], &["0 is not a number above zero"]),
+        (&["study", "count", "--set", "map.step_mm=0"], &["0 is not a length above zero"]),
         (&["characterize", "none.csv"], &["none.csv", "cannot be read"]),
         (&["characterize", "noise.csv"], &["no model explains half", "at least four heights"]),
         (&["characterize", "noise.csv", "--from-mm", "90"], &["only 1 heights", "--from-mm"]),

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::output::{print, print_json};
+use super::output::{print, print_json, report_error, say};
 use fieldgap_acoustics::Simulator;
 use fieldgap_blind::{Run, Score, Seal, SetToMake, Shares, fresh_seed, seal_truth};
 use fieldgap_diagnosis::diagnose;
@@ -168,7 +168,7 @@ impl RunSet {
                     Ok(diagnosed) => drop(print(&format!("{diagnosed}\n"))),
                     Err(error) => {
                         failures.fetch_add(1, Ordering::Relaxed);
-                        eprintln!("{:?}", miette::Report::new(error));
+                        report_error(&miette::Report::new(error));
                     }
                 });
                 bar.inc(1);
@@ -204,7 +204,7 @@ impl Open {
 impl SealTruth {
     fn run(self) -> miette::Result<ExitCode> {
         let key = seal_truth(&self.plain, &self.out)?;
-        eprintln!("sealed: {}\nits key: {}", self.out.display(), key.display());
+        say(format!("sealed: {}\nits key: {}", self.out.display(), key.display()));
         Ok(ExitCode::SUCCESS)
     }
 }

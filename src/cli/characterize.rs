@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use miette::{IntoDiagnostic, WrapErr, miette};
 
-use super::output::{fresh_folder, print, print_json};
+use super::output::{fresh_folder, print, print_json, say};
 use super::simulate::positive;
 use super::study::ConventionName;
 use fieldgap_characterization::{
@@ -91,11 +91,11 @@ impl Characterize {
         let folder =
             self.out.clone().unwrap_or_else(|| fresh_folder(&format!("transducer-{name}")));
         let files = write_transducer(&folder, &found, &readings, &file, &text).into_diagnostic()?;
-        eprintln!("transducer file: {}", files.transducer.display());
+        say(format!("transducer file: {}", files.transducer.display()));
         if let Some(path) = &self.transducer {
             let cannot = || format!("cannot write {}", path.display());
             std::fs::write(path, file.text()).into_diagnostic().wrap_err_with(cannot)?;
-            eprintln!("transducer file: {}", path.display());
+            say(format!("transducer file: {}", path.display()));
         }
         Ok(ExitCode::SUCCESS)
     }

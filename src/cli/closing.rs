@@ -8,6 +8,7 @@ use miette::{Diagnostic, IntoDiagnostic};
 use super::compare::ComparisonArgs;
 use super::diagnose::{tell, write_page};
 use super::replay::write_report;
+use crate::cli::output::say;
 use fieldgap_comparison::GapReduction;
 use fieldgap_correction::{CorrectionError, correct_recorded_scan};
 use fieldgap_diagnosis::{PlaneShare, diagnose};
@@ -34,7 +35,7 @@ pub(super) fn close_gap(
     let [scan] = &scans;
     let diagnosis = diagnose(&scans, None).into_diagnostic()?;
     let page = write_page(&report_folder.join(WHY), &[folder.to_owned()], &scans, &diagnosis)?;
-    eprintln!("\n{}\nwhy: {}", diagnosis.sentence.replace('\u{a0}', " "), page.display());
+    say(format!("\n{}\nwhy: {}", diagnosis.sentence.replace('\u{a0}', " "), page.display()));
 
     let out = folder.join(CORRECTED);
     let corrected = match correct_recorded_scan(&diagnosis, &scan.setup, folder, &out) {
@@ -44,9 +45,9 @@ pub(super) fn close_gap(
             | CorrectionError::NoKey { .. }
             | CorrectionError::NoSuchElement { .. }),
         ) => {
-            eprintln!("not corrected: {nothing}");
+            say(format!("not corrected: {nothing}"));
             if let Some(help) = nothing.help() {
-                eprintln!("  {help}");
+                say(format!("  {help}"));
             }
             return Ok(());
         }
@@ -57,7 +58,7 @@ pub(super) fn close_gap(
     let before = comparison.compare_with(scan, scan.setup.simulator)?;
     let after = [comparison.compare_with(&again, again.setup.simulator)?];
     let files = write_report(&out, &again, &after, &out.join("report"))?;
-    eprintln!("report of the corrected set-up: {}", files.index.display());
+    say(format!("report of the corrected set-up: {}", files.index.display()));
     let noise_at = |focus: usize, z_mm: f64| {
         let mut planes = diagnosis.r#where.planes.iter();
         let same = |plane: &&PlaneShare| {
@@ -72,6 +73,6 @@ pub(super) fn close_gap(
     std::fs::write(&path, &gaps)
         .map_err(|source| ReportError::Write { path, source })
         .into_diagnostic()?;
-    eprintln!("\n{gaps}");
+    say(format!("\n{gaps}"));
     Ok(())
 }

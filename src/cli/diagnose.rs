@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use miette::IntoDiagnostic;
 
-use super::output::{print, print_json};
+use super::output::{print, print_json, say};
 use super::replay::context;
 use fieldgap_acoustics::Simulator;
 use fieldgap_correction::{Corrected, correct_recorded_scan, correct_rig_file};
@@ -57,7 +57,7 @@ impl Diagnose {
         }
         if let Some(out) = &self.report {
             let page = write_page(out, &self.folders, &scans, &diagnosis)?;
-            eprintln!("report: {}", page.display());
+            say(format!("report: {}", page.display()));
         }
         if let (Some(set_up), Some(out)) = (&self.apply, &self.out) {
             let scanned = &scans[0].setup;
@@ -82,7 +82,7 @@ pub(super) fn write_page(
     let context = context_of_all(folders, scans)?;
     let files = fieldgap_report::write_diagnosis(out, &context, diagnosis).into_diagnostic()?;
     for warning in &context.warnings {
-        eprintln!("{warning}");
+        say(warning);
     }
     Ok(files.index)
 }
@@ -90,13 +90,13 @@ pub(super) fn write_page(
 /// Says what a corrected set-up holds, what it does not, and where it is.
 pub(super) fn tell(corrected: &Corrected) {
     for found in &corrected.written {
-        eprintln!("corrected for {found}");
+        say(format!("corrected for {found}"));
     }
     for effect in &corrected.unwritten {
-        eprintln!("not corrected for {effect}");
+        say(format!("not corrected for {effect}"));
     }
     for file in &corrected.files {
-        eprintln!("written: {}", file.display());
+        say(format!("written: {}", file.display()));
     }
 }
 

@@ -42,7 +42,7 @@ impl Focus {
         let firmware = rig_file.open_virtual()?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
-        let seconds = self.seconds.or(display.seconds).map(Positive::get);
+        let seconds = self.seconds.or(display.seconds.map(Positive::from)).map(Positive::get);
         runtime.block_on(async {
             let stop = StopRequests::listen().into_diagnostic()?;
             let mut array = open_array(&rig_setup.rig, &ports).await?;

@@ -7,9 +7,9 @@ use clap::{Args, Subcommand, ValueEnum};
 use miette::{IntoDiagnostic, miette};
 
 use super::output::print;
-use super::simulate::{finite, positive};
+use super::simulate::{length, place};
 use fieldgap_acoustics::Simulator;
-use fieldgap_input::Positive;
+use fieldgap_input::{Place, Positive};
 use fieldgap_records::import::{
     Anchor, FirstRow, GridCsv, GridPlacement, MADE_UP_SECONDS_A_POINT, ThesisLog, ThesisLogSetup,
     TransducerAxis,
@@ -55,10 +55,10 @@ struct GridArgs {
     #[arg(long, value_name = "FILE")]
     setup: PathBuf,
     /// Height of the plane of each file, mm
-    #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = finite, required = true)]
+    #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = place, required = true)]
     z_mm: Vec<f64>,
     /// Step between neighbouring points, mm
-    #[arg(long, value_name = "MM", value_parser = positive)]
+    #[arg(long, value_name = "MM", value_parser = length)]
     step_mm: Positive,
     /// Corner of smallest x and y, mm [default: the grid is centred on the axis]
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
@@ -160,7 +160,12 @@ fn modified(file: &Path) -> miette::Result<jiff::Timestamp> {
 fn pair(text: &str) -> Result<[f64; 2], String> {
     let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
     match numbers[..] {
-        [x, y] if x.is_finite() && y.is_finite() && text.matches(',').count() == 1 => Ok([x, y]),
+        [x, y] if text.matches(',').count() == 1 => {
+            for number in [x, y] {
+                Place::new(number).map_err(|refused| refused.to_string())?;
+            }
+            Ok([x, y])
+        }
         _ => Err("expected two numbers, as x,y".to_owned()),
     }
 }

@@ -1,7 +1,7 @@
 //! The commands, one file each.
 //!
 //! Exit codes: 0 success; 1 error of a file or device; 2 invalid command line; 3 the scan ended early, and `resume` can
-//! complete it; 130 ended immediately by a second signal.
+//! complete it; 70 a fault of the program itself; 130 ended immediately by a second signal.
 
 mod blind;
 mod characterize;
@@ -9,8 +9,10 @@ mod closing;
 mod compare;
 mod diagnose;
 mod distinguish;
+mod error_message;
 mod focus;
 mod import;
+mod internal_error;
 mod output;
 mod permission;
 mod progress;
@@ -32,12 +34,13 @@ mod virtual_ports;
 mod watch;
 mod watchdog;
 
-use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::prelude::*;
+
+use self::output::{VisibleLog, print, report_error};
 
 /// Exit code of a scan that ended early.
 const ENDED_PARTIAL: u8 = 3;
@@ -51,7 +54,7 @@ struct Cli {
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 success; 1 error of a file or device; 2 invalid command line; \
-3 the scan ended early (`fieldgap resume` completes it).\n\
+3 the scan ended early (`fieldgap resume` completes it); 70 an internal error of fieldgap.\n\
 FIELDGAP_LOG=debug logs all traffic with the devices.";
 
 #[derive(Debug, Subcommand)]
@@ -102,6 +105,11 @@ enum Command {
 
 /// Runs the program with the arguments of the process.
 pub fn main() -> ExitCode {
+    internal_error::report_panics();
+    internal_error::guarded(run)
+}
+
+fn run() -> ExitCode {
     let cli = Cli::parse();
     let log = std::env::var("FIELDGAP_LOG")
         .ok()
@@ -111,19 +119,14 @@ pub fn main() -> ExitCode {
             Targets::new().with_default(LevelFilter::ERROR).with_targets([watchdog])
         });
     let lines = tracing_subscriber::fmt::layer()
-        .with_ansi(std::io::stderr().is_terminal())
-        .with_writer(std::io::stderr);
+        // Without colours, so that no escape sequence of a device's answer can be taken for one of them.
+        .with_ansi(false)
+        .with_writer(VisibleLog::default);
     tracing_subscriber::registry().with(lines.with_filter(log)).init();
-    // Lines are not wrapped, so that paths and messages can be searched for and copied.
-    let whole_lines = |_: &_| {
-        let handler = miette::MietteHandlerOpts::new().wrap_lines(false).terminal_links(false);
-        Box::new(handler.build()) as Box<dyn miette::ReportHandler>
-    };
-    let _ = miette::set_hook(Box::new(whole_lines));
     match cli.command.run() {
         Ok(code) => code,
         Err(report) => {
-            eprintln!("{report:?}");
+            report_error(&report);
             ExitCode::FAILURE
         }
     }
@@ -151,12 +154,9 @@ impl Command {
             Self::Rig(command) => command.run(),
             Self::Watchdog(command) => command.run(),
             Self::Completions { shell } => {
-                clap_complete::generate(
-                    shell,
-                    &mut Cli::command(),
-                    "fieldgap",
-                    &mut std::io::stdout(),
-                );
+                let mut script = Vec::new();
+                clap_complete::generate(shell, &mut Cli::command(), "fieldgap", &mut script);
+                print(&String::from_utf8_lossy(&script))?;
                 Ok(ExitCode::SUCCESS)
             }
         }

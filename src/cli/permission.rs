@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::question::agree;
+use crate::cli::output::say;
 use fieldgap_acquisition::RigSetup;
 use fieldgap_rig::Role;
 
@@ -69,7 +70,7 @@ impl Permission {
         }
         let announcement = act.announcement();
         if self.yes {
-            eprintln!("{announcement}");
+            say(announcement);
             return Ok(());
         }
         agree(announcement, act.question(), "answer y, or give --yes, where it is safe to go ahead")

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::output::{json_line, say};
 use super::watch::Watching;
 use fieldgap_acquisition::Event;
 
@@ -121,9 +122,9 @@ impl Progress {
                 }
             }
             Self::Json(json) => {
-                let line = serde_json::to_string(event).expect("an event is plain data");
+                let line = json_line(event).expect("an event is plain data");
                 if let Some(lines) = &json.lines {
-                    let _ = lines.send(line + "\n");
+                    let _ = lines.send(line);
                 }
             }
         }
@@ -147,7 +148,7 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
         }
         Event::LagFound { lag_ms, standard_error_ms } => {
             bar.suspend(|| {
-                say(&format!(
+                say(format!(
                     "lag of the readings behind the robot: {lag_ms:.2} ± {standard_error_ms:.2} ms"
                 ))
             });
@@ -155,15 +156,15 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
         Event::ReferenceRevisited { first, now, .. } => {
             let drift = (now / first - 1.0) * 100.0;
             bar.suspend(|| {
-                say(&format!("reference point: {now:.5}, {drift:+.2} % since the first"))
+                say(format!("reference point: {now:.5}, {drift:+.2} % since the first"))
             });
         }
         Event::ImpairedReading { text, .. } => bar.suspend(|| say(text)),
         Event::Paused => bar.set_message("paused, the array is silent"),
         Event::Continued { waited_s } => {
-            bar.suspend(|| say(&format!("continued after {waited_s:.0} s")));
+            bar.suspend(|| say(format!("continued after {waited_s:.0} s")));
         }
-        Event::Question { text } => bar.suspend(|| say(&format!("ATTENTION: {text}"))),
+        Event::Question { text } => bar.suspend(|| say(format!("ATTENTION: {text}"))),
         Event::HookFailed { text } => bar.suspend(|| say(text)),
         Event::Measured { row, focus, at_mm: [x, y, z], reading, clipped, .. } => {
             bar.set_position(*row as u64 + 1);
@@ -172,7 +173,7 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
             bar.set_message(format!("{what} at ({x:.1}, {y:.1}, {z:.1}) mm: {reading:.4}{clip}"));
         }
         Event::DiskFull { reason } => {
-            bar.suspend(|| say(&format!("waiting, the array is silent: {reason}")));
+            bar.suspend(|| say(format!("waiting, the array is silent: {reason}")));
             bar.set_message("waiting for disk space");
         }
         Event::WatchdogLost { reason } => {
@@ -190,7 +191,7 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
             });
         }
         Event::DiskSpaceFreed { waited_s } => {
-            bar.suspend(|| say(&format!("continued after {waited_s:.0} s")));
+            bar.suspend(|| say(format!("continued after {waited_s:.0} s")));
         }
         Event::Ended { rows, of, reason } => {
             bar.finish_and_clear();
@@ -201,12 +202,7 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
 
 fn say_end(rows: usize, of: usize, reason: Option<&str>) {
     match reason {
-        None => say(&format!("complete: {rows} points")),
-        Some(reason) => say(&format!("ended with {rows} of {of} points: {reason}")),
+        None => say(format!("complete: {rows} points")),
+        Some(reason) => say(format!("ended with {rows} of {of} points: {reason}")),
     }
-}
-
-/// Prints a line on standard error. A closed terminal must not end a scan in a panic, so errors are ignored.
-pub(super) fn say(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
 }

@@ -1,8 +1,10 @@
 //! Questions to the person at the terminal.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 
 use miette::{IntoDiagnostic, miette};
+
+use super::output::ask;
 
 /// Shows a text and asks for agreement.
 ///
@@ -15,8 +17,7 @@ pub(super) fn agree(text: &str, question: &str, remedy: &'static str) -> miette:
             "{text}\nNobody can be asked without a terminal, so nothing was done"
         ));
     }
-    eprint!("{text}\n{question} [y/N] ");
-    std::io::stderr().flush().into_diagnostic()?;
+    ask(format!("{text}\n{question} [y/N] "));
     let mut answer = String::new();
     std::io::stdin().read_line(&mut answer).into_diagnostic()?;
     match answer.trim().to_ascii_lowercase().as_str() {

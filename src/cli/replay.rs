@@ -8,9 +8,10 @@ use miette::IntoDiagnostic;
 use sha2::{Digest, Sha256};
 
 use super::compare::ComparisonArgs;
-use super::output::{print, print_json};
+use super::output::{print, print_json, say};
 use fieldgap_acquisition::replay_wire;
 use fieldgap_comparison::Comparison;
+use fieldgap_input::{MOST_TABLE, read_bytes};
 use fieldgap_records::{EventKind, Layout, RecordedScan, SAME_HEIGHT_MM, ScanState, read_events};
 use fieldgap_report::{InputFile, ReportContext, ReportFiles};
 
@@ -68,9 +69,9 @@ pub(super) fn report_on(
     let comparisons = comparison.compare(folder, &scan)?;
     let files = write_report(folder, &scan, &comparisons, out)?;
     for comparison in &comparisons {
-        eprintln!("\n{}", comparison.to_text());
+        say(format!("\n{}", comparison.to_text()));
     }
-    eprintln!("report: {}", files.index.display());
+    say(format!("report: {}", files.index.display()));
     Ok(comparisons)
 }
 
@@ -84,7 +85,7 @@ pub(super) fn write_report(
     let context = context(folder, scan)?;
     let files = fieldgap_report::write(out, &context, comparisons).into_diagnostic()?;
     for warning in &context.warnings {
-        eprintln!("{warning}");
+        say(warning);
     }
     Ok(files)
 }
@@ -140,7 +141,7 @@ fn inputs(folder: &Path, scan: &RecordedScan) -> miette::Result<Vec<InputFile>> 
         .chain(elements)
         .filter(|name| folder.join(name).is_file())
         .map(|name| {
-            let bytes = std::fs::read(folder.join(name)).into_diagnostic()?;
+            let bytes = read_bytes(&folder.join(name), MOST_TABLE).into_diagnostic()?;
             let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
             Ok(InputFile { name: name.to_owned(), sha256 })
         })

@@ -8,6 +8,7 @@ use super::closing::close_gap;
 use super::compare::ComparisonArgs;
 use super::replay::report_on;
 use super::scan::{ScanArgs, Scanned, report_ending};
+use crate::cli::output::say;
 use fieldgap_acquisition::Ending;
 
 /// The `run` command.
@@ -30,7 +31,7 @@ impl Run {
             match ending {
                 Ending::Complete => close_gap(&folder, &self.comparison, &report)?,
                 Ending::Partial { .. } => {
-                    eprintln!("not diagnosed: the scan ended early");
+                    say("not diagnosed: the scan ended early");
                 }
             }
         }

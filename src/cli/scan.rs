@@ -9,9 +9,10 @@ use miette::{IntoDiagnostic, miette};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 use super::ENDED_PARTIAL;
+use super::output::say;
 use super::output::{fresh_folder, print_json};
 use super::permission::{Act, Permission};
-use super::progress::{Progress, say};
+use super::progress::Progress;
 use super::stop::StopRequests;
 use super::trust::{AgreedHooks, Trust, listed};
 use super::watch::{Controls, Watching};
@@ -91,10 +92,10 @@ impl ScanArgs {
             print_json(&check)?;
             return Ok(Scanned::Checked);
         }
-        eprintln!("{}", in_words(&check));
+        say(in_words(&check));
         if self.dry_run {
             if let Some(commands) = listed(&scan.hooks()) {
-                eprintln!("programs that run at events of the scan:\n{commands}");
+                say(format!("programs that run at events of the scan:\n{commands}"));
             }
             return Ok(Scanned::Checked);
         }
@@ -192,11 +193,11 @@ impl Showing {
 
 /// Prints where the record is and how to complete it.
 pub(super) fn report_ending(folder: &Path, ending: &Ending) -> ExitCode {
-    say(&format!("record: {}", folder.display()));
+    say(format!("record: {}", folder.display()));
     match ending {
         Ending::Complete => ExitCode::SUCCESS,
         Ending::Partial { .. } => {
-            say(&format!("`fieldgap resume {}` completes the scan", folder.display()));
+            say(format!("`fieldgap resume {}` completes the scan", folder.display()));
             ExitCode::from(ENDED_PARTIAL)
         }
     }

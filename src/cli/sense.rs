@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use miette::{IntoDiagnostic, miette};
 
-use super::output::print;
+use super::output::{json_line, print};
 use super::simulate::positive;
 use super::stop::StopRequests;
 use super::watchdog::{followed, guard_array};
@@ -87,7 +87,7 @@ impl Sense {
 
     fn line(&self, swipe: &Swipe) -> miette::Result<String> {
         if self.json {
-            return Ok(serde_json::to_string(swipe).into_diagnostic()? + "\n");
+            return Ok(json_line(swipe).into_diagnostic()?);
         }
         Ok(format!(
             "{:>9.2} s  {:<5}  present for {:.2} s, {:.0} ms between the two sides\n",

@@ -7,7 +7,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
-use super::output::{print, print_json};
+use super::output::{print, print_json, say};
 use super::simulate_display::SimulateDisplay;
 use super::simulate_volume::{Heights, simulate_volume};
 use fieldgap_acoustics::metrics::{
@@ -15,7 +15,7 @@ use fieldgap_acoustics::metrics::{
 };
 use fieldgap_acoustics::{Excitation, PlaneGrid, Simulation, Simulator, Vec3};
 use fieldgap_acquisition::{PlannedScan, RigSetup};
-use fieldgap_input::Positive;
+use fieldgap_input::{Coordinate, Length, Place, Positive};
 use fieldgap_records::{Axis, Region, Shape};
 
 /// Most points of all planes together, so that they fit in memory.
@@ -40,13 +40,13 @@ pub(super) struct Simulate {
     #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
     focus_mm: Option<Vec3>,
     /// Heights of the planes, mm
-    #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = positive, conflicts_with = "plan")]
+    #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = length, conflicts_with = "plan")]
     z_mm: Vec<Positive>,
     /// Side length of the planes, centred on the axis, mm
-    #[arg(long, value_name = "MM", default_value = "100", value_parser = positive, conflicts_with = "plan")]
+    #[arg(long, value_name = "MM", default_value = "100", value_parser = length, conflicts_with = "plan")]
     size_mm: Positive,
     /// Grid step of the planes, mm
-    #[arg(long, value_name = "MM", default_value = "1", value_parser = positive, conflicts_with = "plan")]
+    #[arg(long, value_name = "MM", default_value = "1", value_parser = length, conflicts_with = "plan")]
     step_mm: Positive,
     /// Simulate a volume between two heights, mm, with a plane every --step-mm. It is written to the folder --out plane by
     /// plane; if the command was interrupted, the same command continues it
@@ -98,7 +98,7 @@ impl Simulate {
         let planes = self.planes()?;
         if let Some(folder) = &self.out {
             write_field(folder, &planes).into_diagnostic()?;
-            eprintln!("field: {}", folder.join("simulation.csv").display());
+            say(format!("field: {}", folder.join("simulation.csv").display()));
         }
         if self.json {
             print_json(&planes)?;
@@ -111,6 +111,8 @@ impl Simulate {
     fn volume(&self, heights: Heights, folder: &Path) -> miette::Result<()> {
         let rig_setup = self.rig_setup()?;
         let simulation = self.simulation_of_flags(&rig_setup)?;
+        // Before the grid is made, which may be larger than memory.
+        small_enough(self.points_of_a_plane())?;
         let grid = PlaneGrid::square(self.half_m(), self.step_mm.get() * 1e-3, 0.0);
         simulate_volume(&rig_setup, &simulation, &grid, heights, self.step_mm.get(), folder)
     }
@@ -123,6 +125,11 @@ impl Simulate {
     fn half_m(&self) -> f64 {
         let steps = (0.5 * self.size_mm.get() / self.step_mm.get()).floor();
         steps * self.step_mm.get() * 1e-3
+    }
+
+    /// Points of one of the planes.
+    fn points_of_a_plane(&self) -> f64 {
+        (2.0 * self.half_m() / (self.step_mm.get() * 1e-3) + 1.0).powi(2)
     }
 
     fn simulation_of_flags(&self, rig_setup: &RigSetup) -> miette::Result<Simulation> {
@@ -145,6 +152,11 @@ impl Simulate {
             Some(focus_mm) => vec![Excitation::Focus(focus_mm * 1e-3)],
             None => scan.plan().foci.iter().map(|focus| focus.excitation()).collect(),
         };
+        for region in &scan.plan().regions {
+            if let Shape::Planes(layers) | Shape::Volume(layers) = &region.shape {
+                small_enough(layers.x.count as f64 * layers.y.count as f64)?;
+            }
+        }
         let grids: Vec<PlaneGrid> = scan.plan().regions.iter().flat_map(grids).collect();
         if grids.is_empty() {
             return Err(miette!(
@@ -176,8 +188,8 @@ impl Simulate {
             ));
         }
         let half_m = self.half_m();
-        let steps = half_m / (self.step_mm.get() * 1e-3);
-        if (2.0 * steps + 1.0).powi(2) * self.z_mm.len() as f64 > MOST_POINTS {
+        small_enough(self.points_of_a_plane())?;
+        if self.points_of_a_plane() * self.z_mm.len() as f64 > MOST_POINTS {
             return Err(miette!(
                 help = "choose a larger --step-mm or a smaller --size-mm; or use --volume-mm, which writes to disk",
                 "the planes have more than {MOST_POINTS:e} points"
@@ -190,6 +202,20 @@ impl Simulate {
             .map(|grid| simulate(&simulation, 0, &grid))
             .collect())
     }
+}
+
+/// Most points of a plane. A plane takes at most 400 bytes per point, so memory stays below 2 GiB.
+const MOST_POINTS_OF_A_PLANE: f64 = 4e6;
+
+/// Refuses a plane that is larger than memory.
+fn small_enough(points: f64) -> miette::Result<()> {
+    if points <= MOST_POINTS_OF_A_PLANE {
+        return Ok(());
+    }
+    Err(miette!(
+        help = "take a larger step or a smaller plane",
+        "a plane of {points:.2e} points is too large: at most {MOST_POINTS_OF_A_PLANE:.0e} points are possible"
+    ))
 }
 
 fn simulation(rig_setup: &RigSetup, simulator: Simulator, excitation: Excitation) -> Simulation {
@@ -299,14 +325,26 @@ pub(super) fn millimetres(text: &str) -> Result<Vec3, String> {
         .map(|part| part.trim().parse::<f64>().map_err(|_| format!("`{part}` is not a number")))
         .collect::<Result<Vec<f64>, String>>()?;
     match numbers[..] {
-        [x, y, z] if numbers.iter().all(|number| number.is_finite()) => Ok(Vec3::new(x, y, z)),
+        [x, y, z] => {
+            for number in numbers {
+                Coordinate::new(number).map_err(|refused| refused.to_string())?;
+            }
+            Ok(Vec3::new(x, y, z))
+        }
         _ => Err("expected three numbers, as x,y,z".to_owned()),
     }
 }
 
-pub(super) fn finite(text: &str) -> Result<f64, String> {
+/// A place along an axis, mm.
+pub(super) fn place(text: &str) -> Result<f64, String> {
+    let number: f64 = text.trim().parse().map_err(|_| format!("`{text}` is not a number"))?;
+    Place::new(number).map(Place::get).map_err(|refused| refused.to_string())
+}
+
+/// A length above zero, mm.
+pub(super) fn length(text: &str) -> Result<Positive, String> {
     let number: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
-    if number.is_finite() { Ok(number) } else { Err(format!("{number} is not finite")) }
+    Length::new(number).map(Positive::from).map_err(|refused| refused.to_string())
 }
 
 pub(super) fn positive(text: &str) -> Result<Positive, String> {

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use miette::IntoDiagnostic;
 
 use super::focus::{radiating, summary};
-use super::output::{print, print_json};
+use super::output::{print, print_json, say};
 use fieldgap_acoustics::Simulator;
 use fieldgap_acoustics::radiation::SkinInAir;
 use fieldgap_acquisition::RigSetup;
@@ -48,7 +48,7 @@ impl SimulateDisplay<'_> {
             };
             let files = write_display(folder, &shown).into_diagnostic()?;
             for file in [files.animation, files.still, files.frames] {
-                eprintln!("{}", file.display());
+                say(file.display());
             }
         }
         if self.json {

@@ -6,12 +6,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
+use crate::cli::output::say;
 use fieldgap_acoustics::{Excitation, PlaneGrid, Simulation};
 use fieldgap_acquisition::RigSetup;
+use fieldgap_input::Place;
 use fieldgap_records::{ArrayTable, VolumeFile};
 
-/// Most points of a plane. A plane takes at most 400 bytes per point, so memory stays below 2 GiB.
-const MOST_POINTS_OF_A_PLANE: usize = 4_000_000;
+/// Most planes of a volume: several a wavelength over the largest heights.
+const MOST_PLANES: f64 = 100_000.0;
 
 /// Heights of a volume, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +29,8 @@ impl std::str::FromStr for Heights {
         let numbers: Option<Vec<f64>> =
             text.split(',').map(|part| part.trim().parse().ok()).collect();
         match numbers.as_deref() {
-            Some(&[from_mm, to_mm]) if 0.0 < from_mm && from_mm <= to_mm && to_mm.is_finite() => {
+            Some(&[from_mm, to_mm]) if 0.0 < from_mm && from_mm <= to_mm => {
+                Place::new(to_mm).map_err(|refused| refused.to_string())?;
                 Ok(Self { from_mm, to_mm })
             }
             _ => Err("expected two heights above zero, the lower one first, as from,to".into()),
@@ -60,13 +63,14 @@ pub(super) fn simulate_volume(
     folder: &Path,
 ) -> miette::Result<()> {
     let (columns, rows) = (grid.x_m.len(), grid.y_m.len());
-    if columns * rows > MOST_POINTS_OF_A_PLANE {
+    let planes = ((heights.to_mm - heights.from_mm) / step_mm + 1e-9).floor() + 1.0;
+    if planes > MOST_PLANES {
         return Err(miette!(
-            help = "take a larger --step-mm or a smaller --size-mm",
-            "a plane of {columns} x {rows} points is too large: at most {MOST_POINTS_OF_A_PLANE} points are possible"
+            help = "take a larger --step-mm or a smaller --volume-mm",
+            "a volume of {planes:.0} planes is too large: at most {MOST_PLANES:.0} planes are possible"
         ));
     }
-    let planes = ((heights.to_mm - heights.from_mm) / step_mm + 1e-9).floor() as usize + 1;
+    let planes = planes as usize;
     let shape = [planes, rows, columns];
     let focus_m = match simulation.excitation {
         Excitation::Focus(focus_m) => Some(focus_m),
@@ -103,10 +107,10 @@ pub(super) fn simulate_volume(
         bar.inc(1);
     }
     bar.finish_and_clear();
-    eprintln!(
+    say(format!(
         "volume: {} ({planes} planes of {rows} rows of {columns} values, float32)",
         volume.path().display()
-    );
+    ));
     Ok(())
 }
 

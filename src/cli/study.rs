@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
-use super::output::{fresh_folder, print, print_json};
+use super::output::{fresh_folder, print, print_json, say};
 use fieldgap_acoustics::Simulator;
 use fieldgap_input::TomlSource;
 use fieldgap_report::write_study;
@@ -90,7 +90,7 @@ impl StudyCommand {
         print(&text)?;
         let folder = self.out.unwrap_or_else(|| fresh_folder(&format!("study-{}", study.name)));
         let files = write_study(&folder, &study, &result, &text).into_diagnostic()?;
-        eprintln!("tables and {} pictures: {}", files.pictures.len(), folder.display());
+        say(format!("tables and {} pictures: {}", files.pictures.len(), folder.display()));
         Ok(ExitCode::SUCCESS)
     }
 

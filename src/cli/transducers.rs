@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use miette::IntoDiagnostic;
+use miette::{IntoDiagnostic, miette};
 
-use super::output::{print, print_json};
-use super::simulate::positive;
+use super::output::{print, print_json, say};
+use super::simulate::length;
 use fieldgap_acoustics::Medium;
-use fieldgap_input::Positive;
+use fieldgap_input::{Frequency, Positive, SoundSpeed};
 use fieldgap_report::write_transducer_models;
 use fieldgap_study::{LOBE_DISTANCES_M, ModelAgainstIntegral, models_against_integral};
 
@@ -18,14 +18,14 @@ use fieldgap_study::{LOBE_DISTANCES_M, ModelAgainstIntegral, models_against_inte
 #[derive(Debug, Args)]
 pub(super) struct Transducers {
     /// Radius of the piston, mm
-    #[arg(long, value_name = "MM", default_value = "4.5", value_parser = positive)]
+    #[arg(long, value_name = "MM", default_value = "4.5", value_parser = length)]
     radius_mm: Positive,
     /// Frequency, Hz
-    #[arg(long, value_name = "HZ", default_value = "40000", value_parser = positive)]
-    frequency_hz: Positive,
+    #[arg(long, value_name = "HZ", default_value = "40000", value_parser = frequency)]
+    frequency_hz: Frequency,
     /// Speed of sound, m/s
-    #[arg(long, value_name = "M/S", default_value = "343", value_parser = positive)]
-    speed_of_sound_m_s: Positive,
+    #[arg(long, value_name = "M/S", default_value = "343", value_parser = speed)]
+    speed_of_sound_m_s: SoundSpeed,
     /// Write a picture of each model to this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -34,10 +34,30 @@ pub(super) struct Transducers {
     json: bool,
 }
 
+/// Largest radius of a piston, in wavelengths: a hundred times that of the thesis's transducer.
+const MOST_WAVELENGTHS: f64 = 50.0;
+
+fn frequency(text: &str) -> Result<Frequency, String> {
+    let number: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    Frequency::new(number).map_err(|refused| refused.to_string())
+}
+
+fn speed(text: &str) -> Result<SoundSpeed, String> {
+    let number: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    SoundSpeed::new(number).map_err(|refused| refused.to_string())
+}
+
 impl Transducers {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         let medium = Medium { speed_of_sound_m_s: self.speed_of_sound_m_s.get() };
         let radius_m = self.radius_mm.get() * 1e-3;
+        let wavelengths = radius_m / medium.wavelength_m(self.frequency_hz.get());
+        if wavelengths > MOST_WAVELENGTHS {
+            return Err(miette!(
+                help = "choose a smaller radius or a lower frequency",
+                "a piston of {wavelengths:.0} wavelengths in radius is too large: at most {MOST_WAVELENGTHS} are integrated"
+            ));
+        }
         let models = models_against_integral(radius_m, medium, self.frequency_hz.get());
         if self.json {
             print_json(&models)?;
@@ -46,7 +66,7 @@ impl Transducers {
         }
         if let Some(folder) = &self.out {
             let pictures = write_transducer_models(folder, &models).into_diagnostic()?;
-            eprintln!("{} pictures: {}", pictures.len(), folder.display());
+            say(format!("{} pictures: {}", pictures.len(), folder.display()));
         }
         Ok(ExitCode::SUCCESS)
     }

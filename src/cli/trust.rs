@@ -13,6 +13,7 @@ use sha2::{Digest, Sha256};
 
 use super::question::agree;
 use fieldgap_acquisition::PlannedScan;
+use fieldgap_input::{MOST_TEXT, read_bytes, read_text};
 use fieldgap_records::{HookCommand, HookKind, Hooks};
 
 /// The argument that trusts the programs in advance.
@@ -95,7 +96,9 @@ fn hash_of(hooks: &Hooks) -> String {
             let length = fs::metadata(command.program()).map_or(0, |file| file.len());
             hasher.update(length.to_le_bytes());
             if length <= LARGEST_HASHED {
-                hasher.update(fs::read(command.program()).unwrap_or_default());
+                hasher.update(
+                    read_bytes(Path::new(command.program()), LARGEST_HASHED).unwrap_or_default(),
+                );
             }
         }
     }
@@ -112,7 +115,7 @@ fn remembered() -> Option<PathBuf> {
 }
 
 fn has_line(file: &Path, hash: &str) -> bool {
-    fs::read_to_string(file).is_ok_and(|text| text.lines().any(|line| line == hash))
+    read_text(file, MOST_TEXT).is_ok_and(|text| text.lines().any(|line| line == hash))
 }
 
 fn remember(file: &Path, hash: &str) -> std::io::Result<()> {

@@ -119,7 +119,7 @@ pub(super) struct Flight {
 impl Flight {
     /// From the section `[fly]` of a plan and the rig set-up.
     pub fn new(fly: &Fly, rig_setup: &RigSetup) -> Self {
-        let feed = Feed::from_mm_s(fly.speed_mm_s);
+        let feed = Feed::from_mm_s(fly.speed_mm_s.into());
         let wavelength_m =
             rig_setup.nominal_medium().speed_of_sound_m_s / rig_setup.array.frequency_hz();
         let usual_m = feed.m_s().powi(2) / (2.0 * USUAL_ACCELERATION_M_S2) * SPARE + SPARE_M;

@@ -9,7 +9,7 @@ use toml::Table;
 use super::AcquisitionError;
 use super::difference::{Difference, differences};
 use super::rig_setup::{RigSetup, real_devices};
-use fieldgap_input::{Fault, TomlSource};
+use fieldgap_input::{Fault, MOST_TEXT, TomlSource, read_bytes};
 use fieldgap_records::Plan;
 use fieldgap_rig::Role;
 
@@ -98,7 +98,7 @@ impl Origin {
 }
 
 fn sha256_of(path: &Path) -> Result<String, Fault> {
-    let bytes = std::fs::read(path).map_err(|error| {
+    let bytes = read_bytes(path, MOST_TEXT).map_err(|error| {
         let remedy =
             "check `truth` in [virtual] of the rig file; the path is relative to that file";
         Fault::of_file(path, format!("cannot be read: {error}"), remedy)

@@ -132,7 +132,7 @@ pub(super) fn standard_error(sample: &RecordedSample) -> f64 {
 mod tests {
     use super::*;
     use fieldgap_acoustics::Vec3;
-    use fieldgap_input::Positive;
+    use fieldgap_input::{Positive, literal};
     use fieldgap_records::{PlanPart, Spread};
 
     fn sample(focus: Option<usize>, x_mm: f64, reading: f64) -> RecordedSample {
@@ -180,7 +180,7 @@ mod tests {
             Err(RigChange::Level { row: 7, .. })
         ));
         let wide = Tolerances {
-            place_mm: Positive::new(0.2).expect("above zero"),
+            place_mm: literal(0.2),
             level_percent: Positive::new(6.0).expect("above zero"),
         };
         assert_eq!(compare(7, &kept, &sample(Some(0), 1.1, 2.1), wide), Ok(()));

@@ -47,7 +47,7 @@ pub fn replay_wire(folder: &Path) -> Result<Vec<Replayed>, AcquisitionError> {
         .map(|role| {
             let text = read_wire_log(&logs, role).map_err(unreadable)?;
             runtime.block_on(replay(&rig_setup.rig, role, &text)).map_err(|line| {
-                let problem = format!("line {line} of the {role}'s wire log is not valid");
+                let problem = format!("line {line} of the {role}'s wire log is not valid, or beyond the 10,000,000 that are replayed");
                 Fault::of_file(&logs, problem, "restore the file from a copy").into()
             })
         })

@@ -8,7 +8,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use fieldgap_acoustics::{Array, Medium};
-use fieldgap_input::{Fault, TomlSource};
+use fieldgap_input::{Fault, Label, TomlSource};
 use fieldgap_records::{ArraySection, ArrayTable, Hooks, MediumSection, MediumTable};
 use fieldgap_rig::{
     EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig, Role,
@@ -18,7 +18,7 @@ use fieldgap_sensing::SensingSection;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RigFileKeys {
-    name: String,
+    name: Label,
     array: Spanned<ArrayTable>,
     medium: Spanned<MediumTable>,
     motion: MotionConfig,
@@ -87,7 +87,7 @@ impl RigSetup {
             }
         }
         Ok(Self {
-            name: file.name,
+            name: file.name.into(),
             array,
             medium: MediumSection::read(&file.medium, &source)?,
             rig: RigConfig {

@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 use super::random_sequence::RandomSequence;
 use super::survey::Survey;
 use fieldgap_acoustics::{Array, Medium, Simulator, Vec3, delays_s};
-use fieldgap_input::{Frequency, NonNegative, Positive, SoundSpeed};
+use fieldgap_input::{Frequency, SoundSpeed, literal};
 use fieldgap_records::{ArraySection, FocusSection, Layout, MediumSection, Rims, ScanSetup};
 use fieldgap_virtual_rig::drive::Drive;
 
@@ -127,17 +127,12 @@ fn hexagon() -> ArraySection {
 }
 
 fn rims() -> Rims {
-    let spacing_mm = NonNegative::new(0.0).expect("zero is not below zero");
-    Rims { diameter_mm: positive(10.5), spacing_mm }
+    Rims { diameter_mm: literal(10.5), spacing_mm: literal(0.0) }
 }
 
 fn built(layout: Layout) -> ArraySection {
     ArraySection::of_layout(Frequency::new(FREQUENCY_HZ).expect("ultrasound"), layout)
         .expect("both lattices have elements")
-}
-
-fn positive(value: f64) -> Positive {
-    Positive::new(value).expect("a number above zero")
 }
 
 fn tenths_of_micrometre(mm: f64) -> f64 {

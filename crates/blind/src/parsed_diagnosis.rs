@@ -5,6 +5,8 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use fieldgap_input::{MOST_TABLE, read_bytes};
+
 use super::error::BlindError;
 
 /// A verdict.
@@ -88,7 +90,7 @@ impl ParsedDiagnosis {
     /// [`BlindError`] if the file cannot be read, or is no diagnosis.
     pub fn read(path: &Path) -> Result<Self, BlindError> {
         let help = "run `fieldgap blind run` on this scan again";
-        let bytes = std::fs::read(path).map_err(BlindError::reading(path, help))?;
+        let bytes = read_bytes(path, MOST_TABLE).map_err(BlindError::reading(path, help))?;
         serde_json::from_slice(&bytes).map_err(|source| {
             let path = path.to_owned();
             BlindError::Json { path, source, help }

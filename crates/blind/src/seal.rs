@@ -17,6 +17,7 @@ use sha2::{Digest, Sha256};
 
 use super::answer::Answers;
 use super::error::BlindError;
+use fieldgap_input::{MOST_TABLE, read_bytes};
 use fieldgap_virtual_rig::cipher::{Key, NoRandomness, fresh_number, hex};
 
 const LIST: &str = "scans.sha256";
@@ -95,7 +96,8 @@ impl Seal {
         for line in list.lines() {
             let (digest, file) = line.split_once("  ").unwrap_or((line, ""));
             let path = self.set.join(file);
-            let same = std::fs::read(&path).is_ok_and(|bytes| sha256_hex(&bytes) == digest);
+            let same =
+                read_bytes(&path, MOST_TABLE).is_ok_and(|bytes| sha256_hex(&bytes) == digest);
             if !same {
                 return Err(BlindError::ScanChanged(path));
             }
@@ -129,7 +131,7 @@ impl Seal {
     }
 
     fn read(&self, path: &Path) -> Result<Vec<u8>, BlindError> {
-        std::fs::read(path).map_err(BlindError::reading(path, NOT_A_SET))
+        read_bytes(path, MOST_TABLE).map_err(BlindError::reading(path, NOT_A_SET))
     }
 
     fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), BlindError> {
@@ -150,7 +152,8 @@ fn list(set: &Path, names: &[&str]) -> Result<String, BlindError> {
             .map_err(failed)?;
         for file in files {
             let path = folder.join(&file);
-            let bytes = std::fs::read(&path).map_err(BlindError::reading(&path, NOT_A_SET))?;
+            let bytes =
+                read_bytes(&path, MOST_TABLE).map_err(BlindError::reading(&path, NOT_A_SET))?;
             lines += &format!("{}  {name}/{file}\n", sha256_hex(&bytes));
         }
     }

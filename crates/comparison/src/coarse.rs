@@ -74,6 +74,26 @@ pub fn shifts(readings: &Readings) -> Vec<Vec3> {
     kept
 }
 
+/// Points of the grid on which the field is computed at each height.
+pub fn grid_points(readings: &Readings) -> f64 {
+    let positions_m = readings.positions_m();
+    let widest_m = GRID_STEP * readings.wavelength_m();
+    let step_m = SHIFT_STEP_M / (SHIFT_STEP_M / widest_m).ceil();
+    (2.0 * half_width_m(&positions_m, &centre(&positions_m)) / step_m).powi(2)
+}
+
+/// The mean place, at the height of the array.
+fn centre(points: &[Vec3]) -> Vec3 {
+    let centre = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
+    Vec3::new(centre.x, centre.y, 0.0)
+}
+
+/// Half the side of the square about the array's axis that every pose leaves the places in.
+fn half_width_m(points: &[Vec3], centre: &Vec3) -> f64 {
+    let reach_m = points.iter().map(|point| point.xy().norm()).fold(0.0, f64::max);
+    reach_m * STEP_RATIOS[STEP_RATIOS.len() - 1] + 2.0 * centre.norm() + SHIFT_RANGE_M
+}
+
 /// The most promising poses, the best first; the same ones each time.
 pub fn candidates(readings: &Readings) -> Vec<Candidate> {
     let levels = levels(readings);
@@ -81,11 +101,8 @@ pub fn candidates(readings: &Readings) -> Vec<Candidate> {
     if points.is_empty() {
         return Vec::new();
     }
-    let centre = points.iter().sum::<Vec3>() / points.len() as f64;
-    let centre = Vec3::new(centre.x, centre.y, 0.0);
-    let reach_m = points.iter().map(|point| point.xy().norm()).fold(0.0, f64::max);
-    let half_width_m =
-        reach_m * STEP_RATIOS[STEP_RATIOS.len() - 1] + 2.0 * centre.norm() + SHIFT_RANGE_M;
+    let centre = centre(&points);
+    let half_width_m = half_width_m(&points, &centre);
 
     let images: Vec<Vec<FieldImage>> = HEIGHTS_M
         .par_iter()

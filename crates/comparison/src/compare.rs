@@ -20,6 +20,9 @@ const FEWEST: usize = 5;
 /// Readings below this show nothing, whatever their unit: their squares would be lost beside any other number.
 const LEAST_READING: f64 = 1e-12;
 
+/// Largest extent of places and elements, in wavelengths: nine metres at 40 kHz. Searches over a finer field take minutes and gigabytes.
+const MOST_WAVELENGTHS: f64 = 1000.0;
+
 /// Why a scan cannot be compared.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Incomparable {
@@ -63,6 +66,17 @@ pub enum Incomparable {
         name: String,
         /// Different pairs of drive and place.
         different: usize,
+    },
+    /// The places extend over too many wavelengths.
+    #[error(
+        "the places of the scan `{name}` and the array extend over {wavelengths:.0} wavelengths; fields are compared over at most \
+         {MOST_WAVELENGTHS}: is `frequency_hz` right?"
+    )]
+    TooFine {
+        /// Name of the scan.
+        name: String,
+        /// The extent, in wavelengths.
+        wavelengths: f64,
     },
     /// The simulated field is zero at every reading.
     #[error(
@@ -149,6 +163,21 @@ pub fn register_scan(
     Ok(register(&readings, registering).registration)
 }
 
+/// The largest extent of places and elements along an axis, m.
+fn extent_m(readings: &Readings) -> f64 {
+    let drives = readings.drives();
+    let places = || drives.iter().flat_map(|drive| drive.positions_m.iter().copied());
+    let elements =
+        || drives.iter().flat_map(|drive| drive.simulation.array.elements()).map(|e| e.centre_m);
+    let extent_m = |axis: usize| {
+        let ends = places().chain(elements()).map(|at| at[axis]);
+        let (least, most) =
+            ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), m| (a.min(m), b.max(m)));
+        most - least
+    };
+    (0..3).map(extent_m).fold(0.0, f64::max)
+}
+
 /// Whether there is anything to compare.
 fn comparable(scan: &RecordedScan, readings: &Readings) -> Result<(), Incomparable> {
     let name = || scan.setup.name.clone();
@@ -168,6 +197,10 @@ fn comparable(scan: &RecordedScan, readings: &Readings) -> Result<(), Incomparab
     let different = readings.different();
     if different < FEWEST {
         return Err(Incomparable::OnePlace { name: name(), different });
+    }
+    let wavelengths = extent_m(readings) / readings.wavelength_m();
+    if wavelengths > MOST_WAVELENGTHS {
+        return Err(Incomparable::TooFine { name: name(), wavelengths });
     }
     if readings.simulate(&Pose::default()).iter().all(|magnitude| *magnitude == 0.0) {
         return Err(Incomparable::NothingSimulated(name()));

@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use fieldgap_acoustics::Vec3;
 use rayon::prelude::*;
 
-use super::coarse::candidates;
+use super::coarse::{candidates, grid_points};
 use super::pose::{Mirror, Pose};
 use super::readings::{Readings, places};
 use super::refine::{Fit, PoseParameter, Search, refine};
@@ -49,6 +49,9 @@ const NARROWEST: f64 = 1.0;
 /// Largest extent along x and y, m: that of the largest scanning robots. The search computes the field over the whole area.
 const WIDEST_M: f64 = 2.0;
 
+/// Most points of the field at one height that a search computes: at 40 kHz those of the largest extent.
+const MOST_POINTS: f64 = 4e6;
+
 /// Why no pose is searched.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Undetermined {
@@ -63,6 +66,15 @@ pub enum Undetermined {
     TooWide {
         /// The larger extent along x and y, m.
         extent_m: f64,
+    },
+    /// The places extend over too many wavelengths, or lie too far from the array's axis.
+    #[error(
+        "within the reach of the places the field has {points:.1e} points a quarter of a wavelength apart; a pose is searched over at most \
+         {MOST_POINTS:.0e}"
+    )]
+    TooFine {
+        /// Points at each height.
+        points: f64,
     },
     /// The places lie along a line.
     #[error(
@@ -94,6 +106,10 @@ pub fn determine_a_pose(readings: &Readings) -> Result<(), Undetermined> {
     let extent_m = extent_m(0).max(extent_m(1));
     if extent_m > WIDEST_M {
         return Err(Undetermined::TooWide { extent_m });
+    }
+    let points = grid_points(readings);
+    if points > MOST_POINTS {
+        return Err(Undetermined::TooFine { points });
     }
     let n = positions_m.len() as f64;
     let mean = positions_m.iter().sum::<Vec3>() / n;

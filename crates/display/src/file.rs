@@ -13,7 +13,10 @@ use super::track::{Pace, Swing, Track};
 use fieldgap_acoustics::Simulator;
 use fieldgap_acoustics::foci::Solver;
 use fieldgap_acoustics::radiation::AIR_DENSITY_KG_M3;
-use fieldgap_input::{Fault, Finite, NonNegative, Positive, TomlSource};
+use fieldgap_input::{
+    Delay, Fault, Finite, Label, Length, OutOfRange, Positive, Rate, Speed, Time, TomlSource,
+    literal,
+};
 
 /// A display file.
 #[derive(Debug, Clone)]
@@ -23,11 +26,11 @@ pub struct DisplayFile {
     /// The rig file, relative to this one.
     pub rig: PathBuf,
     /// Duration, s; `None`: until it is stopped.
-    pub seconds: Option<Positive>,
+    pub seconds: Option<Time>,
     /// When several foci are driven.
     pub foci: Foci,
     /// Largest step of a focus from frame to frame, mm.
-    pub step_mm: Positive,
+    pub step_mm: Length,
     /// Solver for several simultaneous foci.
     pub solver: Solver,
     /// Most iterations of the solver.
@@ -88,6 +91,15 @@ impl Default for Output {
     }
 }
 
+/// Most steps of one focus: several times the frames of any controller.
+const MOST_STEPS: f64 = 20_000.0;
+
+/// Most foci of a display; with more than the elements of an array nothing is gained.
+const MOST_FOCI: usize = 1000;
+
+/// Most iterations of the solver, which converges within tens.
+const MOST_ROUNDS: u32 = 10_000;
+
 /// Most points of the plane of a picture: about its number of pixels.
 const MOST_POINTS: f64 = 500_000.0;
 
@@ -99,11 +111,11 @@ const MOST_PICTURES: u32 = 400;
 #[serde(try_from = "PictureKeys")]
 pub struct Picture {
     /// Height of the plane, mm; `None`: initial height of the first focus.
-    pub z_mm: Option<Positive>,
+    pub z_mm: Option<Length>,
     /// Side length of the plane, centred on the axis, mm.
-    pub size_mm: Positive,
+    pub size_mm: Length,
     /// Step of the plane, mm.
-    pub step_mm: Positive,
+    pub step_mm: Length,
     /// Most pictures of one loop.
     pub frames: NonZeroU32,
 }
@@ -111,19 +123,18 @@ pub struct Picture {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct PictureKeys {
-    z_mm: Option<Positive>,
-    size_mm: Positive,
-    step_mm: Positive,
+    z_mm: Option<Length>,
+    size_mm: Length,
+    step_mm: Length,
     frames: NonZeroU32,
 }
 
 impl Default for PictureKeys {
     fn default() -> Self {
-        let positive = |value| Positive::new(value).expect("a literal above zero");
         Self {
             z_mm: None,
-            size_mm: positive(80.0),
-            step_mm: positive(1.0),
+            size_mm: literal(80.0),
+            step_mm: literal(1.0),
             frames: NonZeroU32::new(40).expect("above zero"),
         }
     }
@@ -157,17 +168,17 @@ impl TryFrom<PictureKeys> for Picture {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct DisplayKeys {
-    name: String,
+    name: Label,
     rig: PathBuf,
-    seconds: Option<Positive>,
+    seconds: Option<Time>,
     #[serde(default)]
     foci: Foci,
     #[serde(default = "one")]
-    step_mm: Positive,
+    step_mm: Length,
     #[serde(default = "weighted")]
     solver: Solver,
     #[serde(default = "fifty")]
-    rounds: NonZeroU32,
+    rounds: Spanned<NonZeroU32>,
     modulation: Option<Spanned<Modulation>>,
     focus: Vec<Spanned<FocusKeys>>,
     #[serde(default)]
@@ -180,24 +191,24 @@ struct DisplayKeys {
 #[serde(deny_unknown_fields)]
 struct FocusKeys {
     path: Path,
-    speed_mm_s: Option<Positive>,
-    loops_per_s: Option<Positive>,
-    dwell_ms: Option<NonNegative>,
+    speed_mm_s: Option<Speed>,
+    loops_per_s: Option<Rate>,
+    dwell_ms: Option<Delay>,
     #[serde(default = "one")]
     level: Positive,
 }
 
 /// Default of 1: step in mm, or relative level.
-fn one() -> Positive {
-    Positive::new(1.0).expect("one is above zero")
+fn one<T: TryFrom<f64, Error = OutOfRange>>() -> T {
+    literal(1.0)
 }
 
 fn weighted() -> Solver {
     Solver::Weighted
 }
 
-fn fifty() -> NonZeroU32 {
-    NonZeroU32::new(50).expect("above zero")
+fn fifty() -> Spanned<NonZeroU32> {
+    Spanned::new(0..0, NonZeroU32::new(50).expect("above zero"))
 }
 
 impl DisplayFile {
@@ -223,16 +234,40 @@ impl DisplayFile {
                 remedy,
             ));
         }
+        if keys.focus.len() > MOST_FOCI {
+            let problem = format!("has {} foci; at most {MOST_FOCI} are allowed", keys.focus.len());
+            return Err(Fault::of_file(
+                source.path(),
+                problem,
+                "remove some of the tables [[focus]]",
+            ));
+        }
+        if keys.rounds.get_ref().get() > MOST_ROUNDS {
+            let problem = format!("{} is more than {MOST_ROUNDS} rounds", keys.rounds.get_ref());
+            return Err(source.fault(
+                keys.rounds.span(),
+                problem,
+                "50 are enough for most displays",
+            ));
+        }
         let modulation = keys.modulation.as_ref().map(|modulation| *modulation.get_ref());
         let focus = keys
             .focus
             .into_iter()
             .map(|focus| {
                 let span = focus.span();
-                focus
+                let focus = focus
                     .into_inner()
                     .section(modulation)
-                    .map_err(|(problem, remedy)| source.fault(span, problem, remedy))
+                    .map_err(|(problem, remedy)| source.fault(span.clone(), problem, remedy))?;
+                let steps = focus.steps(modulation, keys.step_mm.get() * 1e-3);
+                if steps > MOST_STEPS {
+                    let problem = format!(
+                        "a focus has {steps:.1e} steps in a loop; at most {MOST_STEPS:.0} are possible"
+                    );
+                    return Err(source.fault(span, problem, "make `step_mm` larger, or the path shorter"));
+                }
+                Ok(focus)
             })
             .collect::<Result<Vec<_>, Fault>>()?;
         let moves = |section: &DisplayFocus| !section.path.is_still();
@@ -246,13 +281,13 @@ impl DisplayFile {
             ));
         }
         Ok(Self {
-            name: keys.name,
+            name: keys.name.into(),
             rig: keys.rig,
             seconds: keys.seconds,
             foci: keys.foci,
             step_mm: keys.step_mm,
             solver: keys.solver,
-            rounds: keys.rounds,
+            rounds: keys.rounds.into_inner(),
             modulation,
             focus,
             output: keys.output,
@@ -278,16 +313,9 @@ impl DisplayFile {
             .iter()
             .map(|focus| {
                 let track = Track::new(&focus.path, focus.pace, step_m);
-                match self.modulation {
-                    Some(Modulation::Lateral(lateral)) => track.swinging(
-                        Swing {
-                            frequency_hz: lateral.frequency_hz.get(),
-                            amplitude_m: lateral.amplitude_mm.get() * 1e-3,
-                            along: lateral.along.unit(),
-                        },
-                        step_m,
-                    ),
-                    _ => track,
+                match swing(self.modulation) {
+                    Some(swing) => track.swinging(swing, step_m),
+                    None => track,
                 }
             })
             .collect()
@@ -299,6 +327,23 @@ impl DisplayFile {
             Foci::Together => FocusSchedule::Together,
             Foci::AlternateMs(alternate_ms) => FocusSchedule::Alternate(alternate_ms.get() * 1e-3),
         }
+    }
+}
+
+/// The oscillation that a modulation gives each focus.
+fn swing(modulation: Option<Modulation>) -> Option<Swing> {
+    let Some(Modulation::Lateral(lateral)) = modulation else { return None };
+    Some(Swing {
+        frequency_hz: lateral.frequency_hz.get(),
+        amplitude_m: lateral.amplitude_mm.get() * 1e-3,
+        along: lateral.along.unit(),
+    })
+}
+
+impl DisplayFocus {
+    /// How many steps its track has in a loop.
+    fn steps(&self, modulation: Option<Modulation>, step_m: f64) -> f64 {
+        Track::count(&self.path, self.pace, swing(modulation), step_m)
     }
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::DisplayError;
 use super::path::Direction;
-use fieldgap_input::{Exact, Finite, Fraction, Positive};
+use fieldgap_input::{Exact, Finite, Fraction, Length, Rate};
 use fieldgap_rig::config::Percent;
 use fieldgap_rig::focus_array::{Envelope, FULL_LEVEL};
 pub use fm::{Fm, Sweep};
@@ -43,7 +43,7 @@ pub enum Modulation {
 #[serde(deny_unknown_fields)]
 pub struct Am {
     /// Frequency, Hz.
-    pub frequency_hz: Positive,
+    pub frequency_hz: Rate,
     /// Depth, 0 (no modulation) to 1 (down to zero).
     #[serde(default = "full_depth")]
     pub depth: Fraction,
@@ -60,7 +60,7 @@ pub struct Am {
 #[serde(deny_unknown_fields)]
 pub struct Pwm {
     /// Frequency, Hz.
-    pub frequency_hz: Positive,
+    pub frequency_hz: Rate,
     /// Duty cycle, percent.
     pub duty_percent: Percent,
 }
@@ -70,9 +70,9 @@ pub struct Pwm {
 #[serde(deny_unknown_fields)]
 pub struct Lateral {
     /// Frequency of the oscillation, Hz.
-    pub frequency_hz: Positive,
+    pub frequency_hz: Rate,
     /// Amplitude, mm.
-    pub amplitude_mm: Positive,
+    pub amplitude_mm: Length,
     /// Direction of the oscillation.
     #[serde(default = "along_x")]
     pub along: Direction,
@@ -83,7 +83,7 @@ pub struct Lateral {
 #[serde(deny_unknown_fields)]
 pub struct Spatiotemporal {
     /// Loops per second, Hz.
-    pub frequency_hz: Positive,
+    pub frequency_hz: Rate,
 }
 
 /// The shape of a cycle.

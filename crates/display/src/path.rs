@@ -3,14 +3,14 @@
 use serde::Deserialize;
 
 use fieldgap_acoustics::Vec3;
-use fieldgap_input::{Exact, Finite, Positive};
+use fieldgap_input::{Exact, Finite, Length, Place};
 
 /// Segments of a figure of eight: the relative error of its length is below a millionth.
 const FIGURE_OF_EIGHT_SEGMENTS: usize = 4096;
 
 /// A point in front of the array, mm in its frame: z above 0.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "Exact<Finite, 3>")]
+#[serde(try_from = "Exact<Place, 3>")]
 pub struct FieldPoint([f64; 3]);
 
 impl FieldPoint {
@@ -20,10 +20,10 @@ impl FieldPoint {
     }
 }
 
-impl TryFrom<Exact<Finite, 3>> for FieldPoint {
+impl TryFrom<Exact<Place, 3>> for FieldPoint {
     type Error = String;
-    fn try_from(point_mm: Exact<Finite, 3>) -> Result<Self, String> {
-        let [x, y, z] = point_mm.map(Finite::get);
+    fn try_from(point_mm: Exact<Place, 3>) -> Result<Self, String> {
+        let [x, y, z] = point_mm.map(Place::get);
         if z > 0.0 {
             Ok(Self([x, y, z]))
         } else {
@@ -111,7 +111,7 @@ impl TryFrom<LineKeys> for Line {
 #[serde(deny_unknown_fields)]
 pub struct Circle {
     centre_mm: FieldPoint,
-    radius_mm: Positive,
+    radius_mm: Length,
     #[serde(default = "Direction::along_z")]
     normal: Direction,
 }
@@ -153,7 +153,7 @@ impl TryFrom<CornersKeys> for Corners {
 pub struct FigureOfEight {
     centre_mm: FieldPoint,
     /// Distance between the outermost points of its two loops, mm.
-    width_mm: Positive,
+    width_mm: Length,
     /// Direction of its width.
     #[serde(default = "Direction::along_x")]
     along: Direction,

@@ -116,7 +116,7 @@ fn changes(
     let lasting = tracks.iter().filter(|track| !track.is_still());
     for track in lasting {
         let times = (loop_s / track.loop_s()).round() as usize;
-        count += times * track.pieces().len();
+        count = times.saturating_mul(track.pieces().len()).saturating_add(count);
         if count > 2 * most {
             return Err(DisplayError::TooLong { frames: count, most });
         }
@@ -128,6 +128,9 @@ fn changes(
     }
     if let Some(turn_s) = turn_s {
         let turns = (loop_s / turn_s).round();
+        if turns > 2.0 * most as f64 {
+            return Err(DisplayError::TooLong { frames: turns as usize, most });
+        }
         changes.extend((1..turns as u64).map(|n| (n as f64 / turns * whole).round() as u64));
     }
     changes.retain(|&period| period < whole as u64);

@@ -50,6 +50,38 @@ pub struct Track {
 }
 
 impl Track {
+    /// How many pieces a track would have, without making them.
+    pub(super) fn count(path: &Path, pace: Pace, swing: Option<Swing>, step_m: f64) -> f64 {
+        let (pieces, loop_s) = match path.geometry() {
+            PathGeometry::Still(_) => (1.0, swing.map_or(1.0, |swing| 1.0 / swing.frequency_hz)),
+            PathGeometry::Jumps(places) => {
+                let pieces = places.len() as f64;
+                let loop_s = match pace {
+                    Pace::Dwell(dwell_s) | Pace::Speed { dwell_s, .. } => dwell_s * pieces,
+                    Pace::Rate(rate_hz) => 1.0 / rate_hz,
+                };
+                (pieces, loop_s)
+            }
+            PathGeometry::Legs(legs) => {
+                let whole_m: f64 = legs.iter().map(|leg| leg.length_m).sum();
+                let loop_s = match pace {
+                    Pace::Speed { speed_m_s, dwell_s } => {
+                        whole_m / speed_m_s + dwell_s * legs.len() as f64
+                    }
+                    Pace::Rate(rate_hz) => 1.0 / rate_hz,
+                    Pace::Dwell(loop_s) => loop_s,
+                };
+                (whole_m / step_m + 2.0 * legs.len() as f64, loop_s)
+            }
+        };
+        let oscillating = swing.map_or(0.0, |swing| {
+            let places =
+                (4.0 * swing.amplitude_m / step_m).max(MIN_POSITIONS_PER_OSCILLATION as f64);
+            (loop_s * swing.frequency_hz).max(1.0) * places
+        });
+        pieces.max(oscillating)
+    }
+
     /// Divides a path into pieces no longer than `step_m`. Each piece is represented by its centre.
     pub fn new(path: &Path, pace: Pace, step_m: f64) -> Self {
         let legs = match path.geometry() {

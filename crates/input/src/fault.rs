@@ -4,11 +4,18 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use miette::{NamedSource, SourceSpan};
+use miette::SourceSpan;
+
+use super::excerpt::Excerpt;
+use super::visible::{visible, visible_line};
+
+/// Most characters of a problem: it may quote a word of the file.
+const MOST_OF_PROBLEM: usize = 1000;
 
 /// An error in a file: where it is, what is wrong, and how to correct it.
 ///
-/// `Display` gives one line, `file:line:column: problem`. As a [`miette::Diagnostic`] it also shows the line and the remedy.
+/// `Display` gives one line, `file:line:column: problem`. As a [`miette::Diagnostic`] it also shows the line and the remedy. Control
+/// characters of the file are made visible, and long lines are shown in part.
 #[derive(Debug, Clone, thiserror::Error, miette::Diagnostic)]
 #[error("{}{problem}", self.place())]
 pub struct Fault {
@@ -18,7 +25,7 @@ pub struct Fault {
     #[help]
     remedy: Option<String>,
     #[source_code]
-    source_code: Option<Arc<NamedSource<String>>>,
+    source_code: Option<Arc<Excerpt>>,
     #[label("here")]
     span: Option<SourceSpan>,
 }
@@ -29,8 +36,8 @@ impl Fault {
         Self {
             path: path.into(),
             line_column: None,
-            problem: problem.into(),
-            remedy: Some(remedy.into()),
+            problem: bounded(&visible(&problem.into())),
+            remedy: Some(visible(&remedy.into()).into_owned()),
             source_code: None,
             span: None,
         }
@@ -48,13 +55,12 @@ impl Fault {
     ) -> Self {
         let start = floor_char_boundary(text, range.start);
         let end = floor_char_boundary(text, range.end).max(start);
+        let (line, column) = line_and_column(text, start);
+        let excerpt = Excerpt::of(path, text, start..end, line - 1, column - 1);
         Self {
-            line_column: Some(line_and_column(text, start)),
-            source_code: Some(Arc::new(NamedSource::new(
-                path.display().to_string(),
-                text.to_owned(),
-            ))),
-            span: Some((start, end - start).into()),
+            line_column: Some((line, column)),
+            span: Some(excerpt.span()),
+            source_code: Some(Arc::new(excerpt)),
             ..Self::of_file(path, problem, remedy)
         }
     }
@@ -70,10 +76,10 @@ impl Fault {
         problem: impl Into<String>,
         remedy: impl Into<String>,
     ) -> Self {
-        let problem = problem.into();
+        let line_text = bounded(&visible_line(line_text));
         Self {
             line_column: Some((line, column)),
-            problem: format!("{problem}\n  in the line: {line_text}"),
+            problem: format!("{}\n  in the line: {line_text}", bounded(&visible(&problem.into()))),
             ..Self::of_file(path, String::new(), remedy)
         }
     }
@@ -94,10 +100,19 @@ impl Fault {
     }
 
     fn place(&self) -> String {
+        let path = self.path.display().to_string();
+        let path = visible_line(&path);
         match self.line_column {
-            Some((line, column)) => format!("{}:{line}:{column}: ", self.path.display()),
-            None => format!("{}: ", self.path.display()),
+            Some((line, column)) => format!("{path}:{line}:{column}: "),
+            None => format!("{path}: "),
         }
+    }
+}
+
+fn bounded(text: &str) -> String {
+    match text.char_indices().nth(MOST_OF_PROBLEM) {
+        Some((end, _)) => format!("{} …", &text[..end]),
+        None => text.to_owned(),
     }
 }
 

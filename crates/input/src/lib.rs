@@ -20,17 +20,26 @@
 //!
 //! Begin with [`toml_file`] to read a file, [`TomlSource`] to report errors that are found after reading, and [`Positive`] and its
 //! relatives for the fields of your types. All errors are a [`Fault`].
+//! [`read_bytes`] reads regular files of a bounded size; [`visible`] is for text from outside that is shown on a terminal.
 
 mod exact;
+mod excerpt;
 mod fault;
 mod file_name;
+mod label;
 mod quantity;
+mod regular_file;
 mod toml_file;
+mod visible;
 
 pub use exact::Exact;
 pub use fault::Fault;
 pub use file_name::file_name;
+pub use label::{Label, NoLabel};
 pub use quantity::{
-    Coordinate, Finite, Fraction, Frequency, NonNegative, OutOfRange, Positive, SoundSpeed,
+    Coordinate, Delay, Finite, Fraction, Frequency, Gap, Length, NonNegative, OutOfRange, Place,
+    Positive, Rate, SoundSpeed, Speed, Time, as_narrow, literal,
 };
+pub use regular_file::{MOST_TABLE, MOST_TEXT, read_bytes, read_text, regular};
 pub use toml_file::{TomlSource, toml_file, toml_text};
+pub use visible::{is_hidden, visible, visible_json, visible_line};

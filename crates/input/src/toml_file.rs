@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 
 use super::Fault;
+use super::regular_file::{MOST_TEXT, read_text};
 
 /// The text of a TOML file, kept so that an error found after parsing (two keys that contradict each other, a point outside travel) can
 /// show its line.
@@ -19,9 +20,9 @@ impl TomlSource {
     /// Reads a file.
     ///
     /// # Errors
-    /// A [`Fault`] if the file cannot be read or is not UTF-8.
+    /// A [`Fault`] if the file cannot be read, is not a regular file, has more than 8 MiB or is not UTF-8.
     pub fn read(path: &Path) -> Result<Self, Fault> {
-        let text = std::fs::read_to_string(path).map_err(|error| {
+        let text = read_text(path, MOST_TEXT).map_err(|error| {
             Fault::of_file(
                 path,
                 format!("cannot be read: {error}"),

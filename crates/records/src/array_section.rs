@@ -12,8 +12,8 @@ use super::transducer_file::{TransducerFile, transducer_path};
 use fieldgap_acoustics::{Array, Element, LayoutError};
 use fieldgap_input::{Fault, Frequency, TomlSource};
 
-/// Most elements an array may have: a hundred times the largest known display, and still quickly computed.
-const MAX_ELEMENTS: u64 = 100_000;
+/// Most elements of an array: twice those of the largest display known, twenty units of 249, and still computed in seconds.
+const MAX_ELEMENTS: u64 = 10_000;
 
 /// The name of a transducer file beside a record.
 pub const TRANSDUCER_BESIDE: &str = "transducer.toml";
@@ -54,7 +54,16 @@ impl ArraySection {
         }
         let folder = source.path().parent().unwrap_or(Path::new(""));
         let array = match &layout {
-            Layout::Elements { file } => Array::from_elements(read_elements(&folder.join(file))?),
+            Layout::Elements { file } => {
+                let elements = read_elements(&folder.join(file))?;
+                if elements.len() as u64 > MAX_ELEMENTS {
+                    return Err(at_layout(format!(
+                        "the file has {} elements; at most {MAX_ELEMENTS} are allowed",
+                        elements.len()
+                    )));
+                }
+                Array::from_elements(elements)
+            }
             lattice => lattice.build(),
         };
         let array = array.map_err(|error| at_layout(error.to_string()))?;

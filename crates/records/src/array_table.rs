@@ -11,7 +11,7 @@ use super::inside::{is_inside, leads_out};
 use super::layout::{Layout, Rims};
 use super::section::{Key, Section, place, written};
 use super::transducer_file::transducer_path;
-use fieldgap_input::{Fault, Frequency, NonNegative, Positive, TomlSource};
+use fieldgap_input::{Fault, Frequency, Gap, Length, TomlSource};
 
 /// The keys of an `[array]`; [`ArraySection::read`](super::ArraySection::read) checks them.
 #[derive(Debug, Serialize, Deserialize)]
@@ -25,8 +25,8 @@ pub struct ArrayTable {
     rings: Key<u32>,
     seed: Key<u32>,
     file: Key<String>,
-    element_diameter_mm: Key<Positive>,
-    spacing_mm: Key<NonNegative>,
+    element_diameter_mm: Key<Length>,
+    spacing_mm: Key<Gap>,
     transducer: Key<String>,
 }
 

@@ -5,15 +5,15 @@ use toml::Spanned;
 
 use super::section::{Key, Section, written};
 use fieldgap_acoustics::{Excitation, Vec3};
-use fieldgap_input::{Coordinate, Fault, Finite, TomlSource};
+use fieldgap_input::{Fault, Finite, Place, TomlSource};
 
 /// The keys of a `[[focus]]`; [`FocusSection::read`] checks them.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FocusTable {
-    x_mm: Key<Coordinate>,
-    y_mm: Key<Coordinate>,
-    z_mm: Key<Coordinate>,
+    x_mm: Key<Place>,
+    y_mm: Key<Place>,
+    z_mm: Key<Place>,
     phases: Key<NamedPhases>,
     phases_rad: Key<Vec<Finite>>,
 }
@@ -127,7 +127,7 @@ impl FocusSection {
     /// The section for writing. Numbers out of range, which a file cannot contain, are left out.
     pub fn table(&self) -> FocusTable {
         let finite = |value: f64| Finite::new(value).ok();
-        let coordinate = |value: f64| Coordinate::new(value).ok();
+        let coordinate = |value: f64| Place::new(value).ok();
         match self {
             Self::Point(at_mm) => FocusTable {
                 x_mm: coordinate(at_mm.x).and_then(written),
@@ -194,7 +194,7 @@ mod tests {
             ("[[focus]]\nphases = \"all-zero\"\nx_mm = 1.0\n", 3, "`x_mm`"),
             ("[[focus]]\nphases_rad = [1.0]\nphases = \"all-zero\"\n", 2, "`phases_rad`"),
             ("[[focus]]\nphases = \"none\"\n", 2, "all-zero"),
-            ("[[focus]]\nx_mm = nan\n", 2, "within 100 m"),
+            ("[[focus]]\nx_mm = nan\n", 2, "within 10 m"),
             ("[[focus]]\nradius = 1\n", 2, "radius"),
         ];
         for (text, line, said) in cases {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use fieldgap_input::Positive;
+use fieldgap_input::Time;
 
 /// `[hooks]`: programs that are started at events of a scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
@@ -139,7 +139,7 @@ impl HookCommand {
 #[serde(deny_unknown_fields)]
 pub struct Alarm {
     /// Seconds without a new point before the alarm; by default estimated from the plan's slowest point.
-    pub no_progress_s: Option<Positive>,
+    pub no_progress_s: Option<Time>,
 }
 
 #[cfg(test)]

@@ -37,7 +37,7 @@ use super::samples_csv::{Columns, samples_of};
 use super::setup::ScanSetup;
 use super::table::Table;
 use fieldgap_acoustics::Vec3;
-use fieldgap_input::Fault;
+use fieldgap_input::{Fault, MOST_TABLE, read_bytes, read_text, regular};
 
 const SAMPLES: &str = "samples.csv";
 const EVENTS: &str = "events.jsonl";
@@ -339,7 +339,7 @@ fn begin_records(folder: &Path, foci: usize) -> Result<(), JournalError> {
 }
 
 fn read_back(path: &Path) -> Result<Vec<u8>, JournalError> {
-    let bytes = fs::read(path).map_err(|error| {
+    let bytes = read_bytes(path, MOST_TABLE).map_err(|error| {
         let remedy = "restore the file from a copy";
         Box::new(Fault::of_file(path, format!("cannot be read: {error}"), remedy))
     })?;
@@ -383,6 +383,12 @@ fn make_folder(folder: &Path) -> Result<(), JournalError> {
 /// Opens `events.jsonl`, locks it against other processes, and cuts off an incomplete last line.
 fn open_locked(folder: &Path) -> Result<Lines<File>, JournalError> {
     let path = folder.join(EVENTS);
+    match regular(&path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            return Err(write_error(&path)(error));
+        }
+        _ => {}
+    }
     let open = OpenOptions::new().create(true).append(true).open(&path);
     let file = open.map_err(write_error(&path))?;
     match file.try_lock() {
@@ -390,7 +396,9 @@ fn open_locked(folder: &Path) -> Result<Lines<File>, JournalError> {
         Err(TryLockError::WouldBlock) => return Err(JournalError::Busy(folder.to_owned())),
         Err(TryLockError::Error(source)) => return Err(JournalError::Write { path, source }),
     }
-    let whole = fs::read(&path).map_err(write_error(&path)).map(|bytes| whole_lines(&bytes))?;
+    let whole = read_bytes(&path, MOST_TABLE)
+        .map_err(write_error(&path))
+        .map(|bytes| whole_lines(&bytes))?;
     let mut events = Lines::after(file, whole as u64);
     events.cut_torn_end().map_err(write_error(&path))?;
     Ok(events)
@@ -398,7 +406,8 @@ fn open_locked(folder: &Path) -> Result<Lines<File>, JournalError> {
 
 fn refuse_occupied(folder: &Path) -> Result<(), JournalError> {
     // A scan killed before its scan.toml was written leaves only the header.
-    let rows = fs::read_to_string(folder.join(SAMPLES)).map_or(0, |text| text.lines().count());
+    let rows = read_text(&folder.join(SAMPLES), MOST_TABLE).map_or(2, |text| text.lines().count());
+    let rows = if folder.join(SAMPLES).exists() { rows } else { 0 };
     if !folder.join(SETUP).exists() && rows <= 1 {
         return Ok(());
     }
@@ -407,7 +416,9 @@ fn refuse_occupied(folder: &Path) -> Result<(), JournalError> {
 }
 
 fn open_for_append(path: &Path) -> Result<File, JournalError> {
-    OpenOptions::new().append(true).open(path).map_err(write_error(path))
+    regular(path)
+        .and_then(|_| OpenOptions::new().append(true).open(path))
+        .map_err(write_error(path))
 }
 
 /// Bytes up to the end of the last complete line.

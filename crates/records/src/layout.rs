@@ -3,7 +3,7 @@
 use std::num::NonZeroU32;
 
 use fieldgap_acoustics::{Array, LayoutError};
-use fieldgap_input::{NonNegative, Positive};
+use fieldgap_input::{Gap, Length};
 
 /// How the elements are arranged. See [`Array`] for the order in which they are numbered.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,9 +75,9 @@ impl std::fmt::Display for Layout {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rims {
     /// Diameter of an element's housing.
-    pub diameter_mm: Positive,
+    pub diameter_mm: Length,
     /// Gap between the rims of neighbours.
-    pub spacing_mm: NonNegative,
+    pub spacing_mm: Gap,
 }
 
 impl std::fmt::Display for Rims {

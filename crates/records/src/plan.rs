@@ -21,10 +21,10 @@ pub use self::visits::{Visit, VisitKind};
 use super::focus_section::{FocusSection, FocusTable};
 use super::hooks::{Alarm, Hooks};
 use fieldgap_acoustics::Simulator;
-use fieldgap_input::{Fault, Positive, TomlSource, file_name};
+use fieldgap_input::{Fault, Length, Positive, TomlSource, file_name};
 
 /// Most visits of a plan: at ten per second, two weeks.
-const MAX_VISITS: usize = 10_000_000;
+pub(super) const MAX_VISITS: usize = 10_000_000;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -94,15 +94,17 @@ pub struct Dark {
 #[serde(deny_unknown_fields, default)]
 pub struct Tolerances {
     /// Of the position, mm.
-    pub place_mm: Positive,
+    pub place_mm: Length,
     /// Of the level, in addition to its noise, percent.
     pub level_percent: Positive,
 }
 
 impl Default for Tolerances {
     fn default() -> Self {
-        let positive = |value| Positive::new(value).expect("a literal above zero");
-        Self { place_mm: positive(0.05), level_percent: positive(3.0) }
+        Self {
+            place_mm: Length::new(0.05).expect("a literal above zero"),
+            level_percent: Positive::new(3.0).expect("a literal above zero"),
+        }
     }
 }
 

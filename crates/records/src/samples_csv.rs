@@ -6,6 +6,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use super::plan::MAX_VISITS;
 use super::sample::{RecordedSample, Spread};
 use super::table::{Row, Table, in_range};
 use fieldgap_acoustics::Vec3;
@@ -147,9 +148,16 @@ pub fn samples_of(table: &Table, foci: usize) -> Result<(Columns, Vec<RecordedSa
         )
     })?;
     let columns = Columns::of_header(&header)?;
-    let mut samples = Vec::with_capacity(table.text().len() / 32);
+    let mut samples = Vec::new();
     let mut last = header;
     for row in rows {
+        if samples.len() == MAX_VISITS {
+            return Err(row.fault(
+                0,
+                format!("a record has at most {MAX_VISITS} readings"),
+                "split the record into several",
+            ));
+        }
         samples.push(sample_of(&row, columns, foci)?);
         last = row;
     }

@@ -15,7 +15,7 @@ use super::focus_section::{FocusSection, FocusTable};
 use super::layout::Layout;
 use super::medium_section::{MediumSection, MediumTable};
 use fieldgap_acoustics::{Simulation, Simulator};
-use fieldgap_input::{Fault, TomlSource};
+use fieldgap_input::{Fault, Label, TomlSource};
 
 /// The format of recorded scans that this program reads and writes.
 const FORMAT: i64 = 1;
@@ -24,9 +24,9 @@ const FORMAT: i64 = 1;
 #[serde(deny_unknown_fields)]
 struct ScanFile {
     format: Spanned<i64>,
-    name: String,
+    name: Label,
     recorded: Spanned<Datetime>,
-    reading: String,
+    reading: Label,
     array: Spanned<ArrayTable>,
     medium: Spanned<MediumTable>,
     simulator: SimulatorTable,
@@ -109,9 +109,9 @@ impl ScanSetup {
             })?;
         }
         Ok(Self {
-            name: file.name.clone(),
+            name: file.name.clone().into(),
             recorded: instant(&file.recorded, source)?,
-            unit: file.reading.clone(),
+            unit: file.reading.clone().into(),
             array,
             medium: MediumSection::read(&file.medium, source)?,
             simulator: file.simulator.model,
@@ -126,12 +126,15 @@ impl ScanSetup {
     pub fn to_toml(&self) -> Result<String, UnwritableSetup> {
         let recorded = Datetime::from_str(&self.recorded.to_string())
             .map_err(|_| UnwritableSetup(format!("{} is not a date of TOML", self.recorded)))?;
+        let label = |text: &str| {
+            Label::try_from(text.to_owned()).map_err(|wrong| UnwritableSetup(wrong.to_string()))
+        };
         let spanless = |value| Spanned::new(0..0, value);
         let file = ScanFile {
             format: Spanned::new(0..0, FORMAT),
-            name: self.name.clone(),
+            name: label(&self.name)?,
             recorded: spanless(recorded),
-            reading: self.unit.clone(),
+            reading: label(&self.unit)?,
             array: Spanned::new(0..0, self.array.table()),
             medium: Spanned::new(0..0, self.medium.table()),
             simulator: SimulatorTable { model: self.simulator },

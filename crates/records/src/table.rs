@@ -8,7 +8,7 @@ use std::str::FromStr;
 
 use csv::StringRecord;
 
-use fieldgap_input::{Coordinate, Fault, Finite, OutOfRange};
+use fieldgap_input::{Fault, Finite, MOST_TABLE, OutOfRange, Place, read_bytes};
 
 /// Longest part of a line that a fault shows, characters.
 const SHOWN_CHARACTERS: usize = 160;
@@ -26,7 +26,7 @@ impl Table {
     /// # Errors
     /// A [`Fault`] if it cannot be read, or at the first byte that is not UTF-8.
     pub fn read(path: &Path) -> Result<Self, Fault> {
-        let bytes = std::fs::read(path).map_err(|error| {
+        let bytes = read_bytes(path, MOST_TABLE).map_err(|error| {
             Fault::of_file(
                 path,
                 format!("cannot be read: {error}"),
@@ -98,13 +98,13 @@ impl Table {
 
 const NOT_TEXT: &str = "write the table as plain text with numbers and commas";
 
-/// A number of a column, if its quantity can have it: a length (`…_mm`) is within 100 m.
+/// A number of a column, if its quantity can have it: a length (`…_mm`) is within 10 m.
 ///
 /// # Errors
 /// [`OutOfRange`].
 pub(super) fn in_range(column: &str, value: f64) -> Result<f64, OutOfRange> {
     match column.ends_with("_mm") {
-        true => Coordinate::new(value).map(Coordinate::get),
+        true => Place::new(value).map(Place::get),
         false => Finite::new(value).map(Finite::get),
     }
 }
@@ -160,7 +160,7 @@ impl Row<'_> {
         (0..self.len()).map(|index| self.cell(index))
     }
 
-    /// A cell as a finite number; `name` is that of the column. Lengths (`…_mm`) are within 100 m.
+    /// A cell as a finite number; `name` is that of the column. Lengths (`…_mm`) are within 10 m.
     ///
     /// # Errors
     /// A [`Fault`] at the cell.

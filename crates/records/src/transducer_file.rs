@@ -8,7 +8,7 @@ use toml::Spanned;
 
 use super::section::{Key, Section, written};
 use fieldgap_acoustics::transducer::{DescribedTransducer, Directivity, MeasuredTable, OnAxis};
-use fieldgap_input::{Fault, Finite, NonNegative, Positive, TomlSource};
+use fieldgap_input::{Fault, Finite, Length, NonNegative, Positive, TomlSource};
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -16,7 +16,7 @@ struct File {
     name: String,
     /// Where the numbers come from.
     source: Option<String>,
-    radius_mm: Option<Positive>,
+    radius_mm: Option<Length>,
     on_axis: Option<Spanned<OnAxisTable>>,
     directivity: Spanned<DirectivityTable>,
 }
@@ -133,7 +133,7 @@ impl TransducerFile {
         face_radius_m: Option<Positive>,
         transducer: DescribedTransducer,
     ) -> Self {
-        let radius_mm = face_radius_m.and_then(|radius_m| Positive::new(radius_m.get() * 1e3).ok());
+        let radius_mm = face_radius_m.and_then(|radius_m| Length::new(radius_m.get() * 1e3).ok());
         let file = File {
             name: name.to_owned(),
             source: Some(source.to_owned()),

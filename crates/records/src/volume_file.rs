@@ -5,6 +5,8 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use fieldgap_input::{MOST_TEXT, read_text, regular};
+
 use super::durable;
 
 /// Bytes of a value (`<f4`).
@@ -53,11 +55,12 @@ impl VolumeFile {
         };
         let header = header(shape);
         if described.exists() {
-            if fs::read_to_string(&described).map_err(refused(&described))? != description {
+            if read_text(&described, MOST_TEXT).map_err(refused(&described))? != description {
                 return Err(VolumeError::Another(described));
             }
-            let mut file =
-                OpenOptions::new().read(true).write(true).open(&path).map_err(refused(&path))?;
+            let mut file = regular(&path)
+                .and_then(|_| OpenOptions::new().read(true).write(true).open(&path))
+                .map_err(refused(&path))?;
             let mut found = vec![0; header.len()];
             if file.read_exact(&mut found).is_err() || found != header {
                 return Err(VolumeError::Damaged(path, described));

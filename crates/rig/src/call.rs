@@ -63,7 +63,19 @@ pub(super) enum CallOutcome {
     Read(Reading),
 }
 
+/// Longest settling and most readings of a call of a log.
+const LONGEST: Duration = Duration::from_secs(1_000_000);
+const MOST_READINGS: usize = 10_000_000;
+
 impl Call {
+    /// Whether a program can have made the call; a log may be damaged.
+    pub(super) fn can_be(&self) -> bool {
+        match self {
+            Self::ReadPoint { settle, count } => *settle <= LONGEST && *count <= MOST_READINGS,
+            _ => true,
+        }
+    }
+
     /// A move.
     pub(super) fn move_to(target: RobotPosition, feed: Feed) -> Self {
         Self::MoveTo { target_m: target.axes_m(), feed_mm_s: feed.mm_s() }

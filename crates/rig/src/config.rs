@@ -13,7 +13,9 @@ use super::focus_array::Modulation;
 use super::motion::travel::{AxisBox, Envelope, KeepOut};
 use super::space::{Feed, Frame};
 use super::{AirSensor, FocusArray, Motion, Receiver, RigError};
-use fieldgap_input::{Coordinate, Exact, Fraction, NonNegative, Positive};
+use fieldgap_input::{
+    Coordinate, Delay, Exact, Fraction, Label, Length, NonNegative, Positive, Speed, Time,
+};
 
 /// The three devices of a rig, as its file describes them.
 #[derive(Debug, Clone)]
@@ -111,9 +113,9 @@ section! {
         /// Where the robot may go, robot's axes.
         travel_mm: Travel,
         /// Speed of the moves between points, mm/s.
-        feed_mm_s: Positive,
+        feed_mm_s: Speed,
         /// How far the reported position may be from the commanded one along any axis, mm.
-        position_tolerance_mm: Positive,
+        position_tolerance_mm: Length,
         /// What stands within the travel, robot's axes.
         [default = "Vec::new"]
         keep_out: Vec<KeepOutBox>,
@@ -135,7 +137,7 @@ section! {
     /// `[receiver]`: how a point is read.
     ReceiverConfig {
         /// How long to wait after standstill, on the receiver's clock, ms.
-        settle_ms: NonNegative,
+        settle_ms: Delay,
         /// Readings averaged at a point.
         samples: std::num::NonZeroU32,
     }
@@ -178,7 +180,7 @@ section! {
     EnvironmentConfig {
         /// Time between two rows of `environment.csv`, s.
         [default = "ten_seconds"]
-        every_s: Positive,
+        every_s: Time,
         /// Whether the sensor's first reading sets a scan's medium, in place of `[medium]`.
         [default = "bool::default"]
         sound_speed: bool,
@@ -196,8 +198,8 @@ section! {
     }
 }
 
-fn ten_seconds() -> Positive {
-    Positive::new(10.0).expect("a literal above zero")
+fn ten_seconds() -> Time {
+    Time::new(10.0).expect("a literal above zero")
 }
 
 fn usual_humidity() -> Percent {
@@ -249,7 +251,7 @@ impl MotionConfig {
 
     /// Speed of the moves between points.
     pub fn feed(&self) -> Feed {
-        Feed::from_mm_s(self.feed_mm_s)
+        Feed::from_mm_s(self.feed_mm_s.into())
     }
 
     /// How far the reported position may be from the commanded one along any axis, m.
@@ -309,7 +311,7 @@ pub struct KeepOutBox(KeepOut);
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct KeepOutKeys {
-    name: String,
+    name: Label,
     min_mm: Exact<Coordinate, 3>,
     max_mm: Exact<Coordinate, 3>,
 }
@@ -319,11 +321,14 @@ impl TryFrom<KeepOutKeys> for KeepOutBox {
     fn try_from(keys: KeepOutKeys) -> Result<Self, String> {
         let (least, largest) = (keys.min_mm.map(Coordinate::get), keys.max_mm.map(Coordinate::get));
         if (0..3).any(|axis| least[axis] > largest[axis]) {
-            return Err(format!("keep-out box `{}`: min_mm lies beyond max_mm", keys.name));
+            return Err(format!(
+                "keep-out box `{}`: min_mm lies beyond max_mm",
+                keys.name.as_str()
+            ));
         }
         let space =
             AxisBox { least_m: least.map(|mm| mm * 1e-3), largest_m: largest.map(|mm| mm * 1e-3) };
-        Ok(Self(KeepOut { name: keys.name, space }))
+        Ok(Self(KeepOut { name: keys.name.into(), space }))
     }
 }
 

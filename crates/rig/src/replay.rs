@@ -4,12 +4,13 @@
 //! Time is virtual, so a night's log takes seconds. Call it within a Tokio runtime whose time is paused.
 
 use std::fmt;
+use std::pin::pin;
 use std::time::Duration;
 
 use serde::Serialize;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 use tokio::sync::watch;
-use tokio::time::{Instant, sleep_until, timeout_at};
+use tokio::time::{Instant, sleep_until, timeout, timeout_at};
 
 use super::call::{Call, result_text};
 use super::config::RigConfig;
@@ -23,6 +24,12 @@ const CAPACITY: usize = 1 << 20;
 
 /// How much later than then a driver may come to its end.
 const LATER: Duration = Duration::from_secs(60);
+
+/// Latest entry of a log, seconds: a hundred days.
+const LATEST_S: f64 = 1e7;
+
+/// Most entries of a log: those of all the parts that are kept.
+const MOST_ENTRIES: usize = 10_000_000;
 
 /// The result of a call that does not end.
 const NOTHING: &str = "no result";
@@ -111,12 +118,15 @@ enum Kind {
 /// Runs the log of robot, receiver or array again, with the drivers that `config` names.
 ///
 /// # Errors
-/// The number of the first line that is no entry of a log, from 1.
+/// The number, from 1, of the first line that is no entry of a log, or is beyond the ten million that are replayed.
 pub async fn replay(config: &RigConfig, role: Role, log: &str) -> Result<Replayed, usize> {
     let mut entries = Vec::new();
     for (number, line) in log.split_inclusive('\n').enumerate() {
         // A program that was killed leaves its last line torn.
         let Some(line) = line.strip_suffix('\n') else { break };
+        if number == MOST_ENTRIES {
+            return Err(number + 1);
+        }
         entries.push(parse(line).ok_or(number + 1)?);
     }
     let opened = |entry: &Entry| matches!(entry.kind, Kind::Opened { .. });
@@ -249,7 +259,13 @@ async fn run_session(
             .send_modify(|progress| (progress.begun, progress.ended) = (usize::MAX, usize::MAX));
         found
     };
-    let ((matched, of_bytes), of_outcome) = tokio::join!(session.play(far), calling);
+    let (mut playing, mut calling) = (pin!(session.play(far)), pin!(calling));
+    let ((matched, of_bytes), of_outcome) = tokio::select! {
+        biased;
+        // Where the bytes differ, the calls are awaited no longer than an answer would be.
+        played = &mut playing => (played, timeout(LATER, &mut calling).await.unwrap_or_default()),
+        outcome = &mut calling => (playing.await, outcome),
+    };
     replayed.bytes += matched;
     // What came first is the cause of the other.
     let (at_s, then, now) = [of_bytes, of_outcome]
@@ -403,7 +419,7 @@ fn shown(bytes: &[u8]) -> String {
 
 fn parse(line: &str) -> Option<Entry> {
     let (seconds, rest) = line.split_once(' ')?;
-    let at_s: f64 = seconds.parse().ok().filter(|at_s: &f64| at_s.is_finite())?;
+    let at_s: f64 = seconds.parse().ok().filter(|at_s| (0.0..=LATEST_S).contains(at_s))?;
     let (mark, text) = rest.split_once(' ')?;
     let kind = match mark {
         "@" => {
@@ -411,7 +427,7 @@ fn parse(line: &str) -> Option<Entry> {
             let opening = words.next()?.parse().ok()?;
             Kind::Opened { port: words.nth(1)?.to_owned(), opening }
         }
-        "=" => Kind::Call { call: serde_json::from_str(text).ok()? },
+        "=" => Kind::Call { call: serde_json::from_str(text).ok().filter(Call::can_be)? },
         ">" => Kind::Sent(unescape(text)?),
         "<" => Kind::Received(unescape(text)?),
         ":" => Kind::Outcome(text.to_owned()),

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use fieldgap_input::Positive;
+use fieldgap_input::{Exact, Rate, literal};
 
 /// `[sensing]`: the receiving elements and their sampling rate.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -15,15 +15,15 @@ pub struct SensingSection {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SensingKeys {
-    left: [usize; 2],
-    right: [usize; 2],
+    left: Exact<usize, 2>,
+    right: Exact<usize, 2>,
     #[serde(default = "default_rate")]
-    rate_hz: Positive,
+    rate_hz: Rate,
 }
 
 /// Enough for nine samples between the sides of a two-ring display at 1 m/s.
-fn default_rate() -> Positive {
-    Positive::new(250.0).expect("a literal above zero")
+fn default_rate() -> Rate {
+    literal(250.0)
 }
 
 impl TryFrom<SensingKeys> for SensingSection {

@@ -7,7 +7,7 @@ use toml_edit::Value;
 use super::{Limits, Study, SweptValue};
 use fieldgap_acoustics::metrics::{Convention, THESIS_THRESHOLD};
 use fieldgap_acoustics::{PlaneGrid, Simulation, Simulator};
-use fieldgap_input::{Exact, Fault, Finite, Fraction, Positive, TomlSource};
+use fieldgap_input::{Exact, Fault, Fraction, Length, Place, TomlSource};
 use fieldgap_records::{
     ArraySection, ArrayTable, FocusSection, FocusTable, Layout, MediumSection, MediumTable,
 };
@@ -40,10 +40,10 @@ struct SimulatorTable {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct MapTable {
-    z_mm: Option<Positive>,
-    size_mm: Option<Spanned<Positive>>,
-    step_mm: Option<Spanned<Positive>>,
-    centre_mm: Option<Exact<Finite, 2>>,
+    z_mm: Option<Length>,
+    size_mm: Option<Spanned<Length>>,
+    step_mm: Option<Spanned<Length>>,
+    centre_mm: Option<Exact<Place, 2>>,
     threshold: Option<Fraction>,
 }
 
@@ -152,7 +152,7 @@ fn grid(table: &MapTable, focus_z_m: Option<f64>, source: &TomlSource) -> Result
             "give `z_mm` in [map]",
         )
     })?;
-    let get = |key: &Option<Spanned<Positive>>, default: f64| {
+    let get = |key: &Option<Spanned<Length>>, default: f64| {
         key.as_ref().map_or(default, |value| value.get_ref().get())
     };
     let (size_mm, step_mm) = (get(&table.size_mm, 100.0), get(&table.step_mm, 1.0));

@@ -6,7 +6,7 @@
 use serde::Deserialize;
 
 use super::firmware::{Firmware, Wake};
-use fieldgap_input::{Finite, NonNegative, Positive};
+use fieldgap_input::{Finite, NonNegative, Positive, Time};
 
 /// `[virtual.environment]`: the sensor's values.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -23,7 +23,7 @@ pub struct AirSettings {
     #[serde(default)]
     warms_c_per_h: Finite,
     /// Interval of unrequested lines, s; absent: it answers requests alone.
-    every_s: Option<Positive>,
+    every_s: Option<Time>,
 }
 
 fn standard_pressure() -> Positive {
@@ -88,6 +88,7 @@ impl Firmware for AirFirmware {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fieldgap_input::literal;
 
     fn firmware(every_s: Option<f64>) -> AirFirmware {
         let number = |value| Finite::new(value).expect("finite");
@@ -96,7 +97,7 @@ mod tests {
             humidity_percent: NonNegative::new(45.0).expect("not below zero"),
             pressure_kpa: standard_pressure(),
             warms_c_per_h: number(2.0),
-            every_s: every_s.map(|s| Positive::new(s).expect("above zero")),
+            every_s: every_s.map(literal),
         });
         firmware.power_up(0.0, &mut Vec::new());
         firmware

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::planner::{PlannedMove, feed_within};
 use super::trajectory::Trajectory;
-use fieldgap_input::{Exact, Positive};
+use fieldgap_input::{Exact, Length, Positive, Speed};
 
 /// Acceleration and speed of motion without motors: a falling axis, or a tool head that coasts after the step pulses ended.
 const FREE_ACCELERATION_MM_S2: f64 = 1e4;
@@ -18,16 +18,16 @@ pub(super) struct Gantry {
     trajectory: Arc<Mutex<Trajectory>>,
     travel_mm: Vector3<f64>,
     acceleration_mm_s2: f64,
-    max_feed_mm_s: Exact<Positive, 3>,
+    max_feed_mm_s: Exact<Speed, 3>,
 }
 
 impl Gantry {
     /// A gantry of these limits on each axis.
     pub fn new(
         trajectory: Arc<Mutex<Trajectory>>,
-        travel_mm: Exact<Positive, 3>,
+        travel_mm: Exact<Length, 3>,
         acceleration_mm_s2: Positive,
-        max_feed_mm_s: Exact<Positive, 3>,
+        max_feed_mm_s: Exact<Speed, 3>,
     ) -> Self {
         let travel_mm = Vector3::from(travel_mm.map(f64::from));
         let acceleration_mm_s2 = acceleration_mm_s2.get();
@@ -98,14 +98,14 @@ impl Gantry {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fieldgap_input::literal;
 
     fn gantry() -> Gantry {
-        let positive = |value| Positive::new(value).expect("above zero");
         let travel_mm = Vector3::new(300.0, 300.0, 250.0);
         let trajectory = Trajectory::new(Vector3::new(100.0, 100.0, 0.4), travel_mm);
-        let travel_mm = [300.0, 300.0, 250.0].map(positive).into();
-        let feeds_mm_s = [50.0; 3].map(positive).into();
-        Gantry::new(Arc::new(Mutex::new(trajectory)), travel_mm, positive(500.0), feeds_mm_s)
+        let travel_mm = [300.0, 300.0, 250.0].map(literal).into();
+        let feeds_mm_s = [50.0; 3].map(literal).into();
+        Gantry::new(Arc::new(Mutex::new(trajectory)), travel_mm, literal(500.0), feeds_mm_s)
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use fieldgap_input::{Exact, Positive};
+use fieldgap_input::{Exact, Speed};
 
 /// Speed against time over a given distance, from rest to rest: constant acceleration, constant speed,
 /// constant deceleration; without the middle part if the distance is too short to reach full speed.
@@ -74,11 +74,7 @@ impl Profile {
 }
 
 /// The speed along a path at which no axis goes faster than it can, mm/s.
-pub fn feed_within(
-    path_mm: Vector3<f64>,
-    feed_mm_s: f64,
-    max_feed_mm_s: Exact<Positive, 3>,
-) -> f64 {
+pub fn feed_within(path_mm: Vector3<f64>, feed_mm_s: f64, max_feed_mm_s: Exact<Speed, 3>) -> f64 {
     let distance_mm = path_mm.norm();
     (0..3).fold(feed_mm_s, |feed_mm_s, axis| {
         let share = path_mm[axis].abs() / distance_mm;
@@ -184,7 +180,7 @@ mod tests {
 
     #[test]
     fn the_slowest_axis_sets_the_speed_of_a_path() {
-        let max = [100.0, 100.0, 10.0].map(|mm_s| Positive::new(mm_s).expect("positive"));
+        let max = [100.0, 100.0, 10.0].map(|mm_s| Speed::new(mm_s).expect("a speed"));
         assert_eq!(feed_within(Vector3::new(5.0, 0.0, 0.0), 80.0, max.into()), 80.0);
         let diagonal = feed_within(Vector3::new(3.0, 0.0, 4.0), 80.0, max.into());
         assert!((diagonal - 12.5).abs() < 1e-12, "z does 10 mm/s: {diagonal}");

@@ -16,7 +16,7 @@ use super::firmware::{Firmware, Wake};
 use super::pin_firmware::PinFirmware;
 use super::scope_firmware::ScopeFirmware;
 use super::world::World;
-use fieldgap_input::Positive;
+use fieldgap_input::{Positive, Rate, literal};
 
 /// Longer lines are refused.
 const LINE_LENGTH: usize = 64;
@@ -29,7 +29,7 @@ const MOST_BEHIND: u64 = 200;
 #[serde(deny_unknown_fields, default)]
 pub struct ReceiverSettings {
     /// Readings per second.
-    pub rate_hz: Positive,
+    pub rate_hz: Rate,
     /// The reading at which the converter clips.
     pub full_scale_v: Positive,
     /// Bits of the converter, 1 to 24.
@@ -41,7 +41,7 @@ pub struct ReceiverSettings {
 impl Default for ReceiverSettings {
     fn default() -> Self {
         Self {
-            rate_hz: Positive::new(1000.0).expect("a literal above zero"),
+            rate_hz: literal(1000.0),
             full_scale_v: Positive::new(5.0).expect("a literal above zero"),
             resolution_bits: Bits(14),
             mode: Mode::Stream,

@@ -9,7 +9,7 @@ use super::firmware::Firmware;
 use super::grbl_firmware::{Dialect, GrblFirmware, GrblSettings};
 use super::marlin_firmware::{MarlinFirmware, MarlinSettings};
 use super::trajectory::Trajectory;
-use fieldgap_input::{Exact, NonNegative, Positive};
+use fieldgap_input::{Exact, Gap, Length, Positive};
 
 /// `[virtual.robot]`: `firmware = "marlin"` (the default), `"grbl"` or `"grblhal"`, and the keys of that firmware.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -57,7 +57,7 @@ impl Default for RobotSettings {
 
 impl RobotSettings {
     /// Travel of each axis from its switch.
-    pub fn travel_mm(&self) -> Exact<Positive, 3> {
+    pub fn travel_mm(&self) -> Exact<Length, 3> {
         match self {
             Self::Marlin(settings) => settings.travel_mm,
             Self::Grbl(_, settings) => settings.travel_mm,
@@ -65,7 +65,7 @@ impl RobotSettings {
     }
 
     /// Position of the tool head at power-up, from its switches.
-    pub fn parked_mm(&self) -> Exact<NonNegative, 3> {
+    pub fn parked_mm(&self) -> Exact<Gap, 3> {
         match self {
             Self::Marlin(settings) => settings.parked_mm,
             Self::Grbl(_, settings) => settings.parked_mm,

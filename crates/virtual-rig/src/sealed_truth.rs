@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::cipher::{Key, NoRandomness};
-use fieldgap_input::Fault;
+use fieldgap_input::{Fault, MOST_TEXT, read_bytes};
 
 /// What the name of a sealed file ends in.
 const SEALED: &str = "sealed";
@@ -36,7 +36,7 @@ pub fn sealed_bytes(key: &Key, text: &str) -> Result<Vec<u8>, NoRandomness> {
 /// The text sealed in a file.
 pub(super) fn open(path: &Path) -> Result<String, Fault> {
     let read = |path: &Path, remedy: &str| {
-        std::fs::read(path)
+        read_bytes(path, MOST_TEXT)
             .map_err(|error| Fault::of_file(path, format!("cannot be read: {error}"), remedy))
     };
     let sealed = read(path, "check the `truth` of the rig file; it is looked for from there")?;

@@ -10,7 +10,7 @@ use super::effects::{Effect, EffectTables};
 use super::gestures::HandTruth;
 use super::sealed_truth;
 use fieldgap_acoustics::transducer::DescribedTransducer;
-use fieldgap_input::{Fault, NonNegative, Positive, TomlSource};
+use fieldgap_input::{Fault, Length, NonNegative, Positive, TomlSource};
 use fieldgap_records::TransducerFile;
 
 /// The physical world of a virtual rig.
@@ -49,7 +49,7 @@ struct SourceTable {
     /// The thesis's transducer: 120 dB at 0.3 m and 10 V rms by its data sheet, which is 6 Pa at 1 m; less at the
     /// thesis's drive.
     pressure_pa_at_1_m: Positive,
-    face_radius_mm: Option<Positive>,
+    face_radius_mm: Option<Length>,
     transducer: Option<Spanned<String>>,
 }
 

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::RigArg;
 use super::hands_on::{A_TASK, Ended, hands_on};
-use crate::cli::output::{print, print_json};
+use crate::cli::output::{print, print_json, say};
 use crate::cli::permission::{Act, Permission};
 use crate::cli::simulate::positive;
 use crate::rig_file::RigFile;
@@ -44,14 +44,14 @@ impl FindAxis {
         let all = DeviceSelection { array: true, robot: true, receiver: true };
         hands_on(&rig_file, all, A_TASK, async |rig| {
             rig.robot().home().await?;
-            eprintln!("homed; searching for the beam");
+            say("homed; searching for the beam");
             let axis = find_axis(rig, rig_setup, &search, |cross| {
-                eprintln!(
+                say(format!(
                     "z = {:.1} mm: x {:+.3} mm, y {:+.3} mm",
                     cross.z_m * 1e3,
                     cross.x_m.value * 1e3,
                     cross.y_m.value * 1e3
-                );
+                ));
             })
             .await?;
             let report = AxisReport::new(axis, rig_setup.rig.motion.frame());

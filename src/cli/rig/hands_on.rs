@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use miette::IntoDiagnostic;
 
+use crate::cli::output::say;
 use crate::cli::stop::StopRequests;
 use crate::cli::watchdog::{followed, guard_devices};
 use crate::rig_file::RigFile;
@@ -58,16 +59,16 @@ pub(super) fn hands_on(
             Ok(Ok(Ended::Done)) => Ok(ExitCode::SUCCESS),
             Ok(Ok(Ended::Enough)) => {
                 let made = rig.make_safe("ended").await;
-                eprintln!("{made}");
+                say(&made);
                 Ok(if made.is_safe() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
             }
             Ok(Err(failed)) => {
-                eprintln!("{}", rig.make_safe("it failed").await);
+                say(rig.make_safe("it failed").await);
                 Err(failed)
             }
             Err(who) => {
                 let made = rig.make_safe(who).await;
-                eprintln!("{made}");
+                say(&made);
                 Ok(if meant && made.is_safe() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
             }
         }

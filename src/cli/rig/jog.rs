@@ -10,6 +10,7 @@ use super::RigArg;
 use super::focus::above_the_array;
 use super::hands_on::{Ended, UNTIL_STOPPED, hands_on};
 use super::motion::in_both_frames;
+use crate::cli::output::say;
 use crate::cli::simulate::millimetres;
 use crate::rig_file::RigFile;
 use crate::terminal::jog::{Act, Doing, Jog as View, draw};
@@ -79,7 +80,7 @@ impl Jog {
             ended.map(|()| Ended::Enough)
         });
         if let Some(at) = left_at {
-            eprintln!("robot left at {}", in_both_frames(at, &rig_setup.rig.motion.frame()));
+            say(format!("robot left at {}", in_both_frames(at, &rig_setup.rig.motion.frame())));
         }
         ended
     }

@@ -8,6 +8,7 @@ use std::time::Duration;
 use clap::Args;
 use miette::IntoDiagnostic;
 use serde_json::json;
+
 use tokio::time::Instant;
 
 use super::RigArg;
@@ -20,6 +21,7 @@ use crate::terminal::level::level_line;
 use fieldgap_acoustics::Vec3;
 use fieldgap_acquisition::element_delays;
 use fieldgap_input::Positive;
+use fieldgap_input::{visible_json, visible_line};
 use fieldgap_rig::{DeviceSelection, Reading, ReceiverIdentity};
 
 /// Cells of the bar.
@@ -113,9 +115,10 @@ impl LevelDisplay {
         let line = if self.json {
             let unit = &self.identity.unit;
             let level = json!({ "reading": reading, "unit": unit, "highest": self.highest });
-            format!("{level}\n")
+            visible_json(&level.to_string()).into_owned() + "\n"
         } else {
             let line = level_line(reading, &self.identity, BAR);
+            let line = visible_line(&line);
             let highest = format!("{:.5}", self.highest);
             match self.in_place {
                 true => format!("\r\x1b[K{line}  highest {highest}"),

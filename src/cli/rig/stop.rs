@@ -9,6 +9,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use tokio::time::Instant;
 
 use super::RigArg;
+use crate::cli::output::print;
 use crate::rig_file::RigFile;
 use fieldgap_rig::link::holder_of;
 use fieldgap_rig::{Cause, DeviceSelection, ManualRig, Ports, RigConfig, RigError};
@@ -108,8 +109,7 @@ fn ask_to_end(port: &str) -> bool {
     Pid::from_raw(holder.pid).is_some_and(|pid| kill_process(pid, Signal::TERM).is_ok())
 }
 
-/// Prints a line and ignores errors: stopping must not end in a panic if the reader has gone.
+/// Prints a line and ignores errors: stopping must not end because the reader has gone.
 fn print_line(line: &str) {
-    use std::io::Write;
-    let _ = writeln!(std::io::stdout(), "{line}");
+    let _ = print(&format!("{line}\n"));
 }

@@ -2,6 +2,7 @@
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
+use fieldgap_input::visible_line;
 use fieldgap_rig::motion::travel::Axis;
 use fieldgap_rig::{Envelope, Frame, PathFault, Reading, ReceiverIdentity, RobotPosition};
 
@@ -74,7 +75,7 @@ impl Jog {
         has_focus: bool,
     ) -> Self {
         Self {
-            title: title.into(),
+            title: visible_line(&title.into()).into_owned(),
             envelope,
             frame,
             doing: Doing::NotHomed,
@@ -128,7 +129,7 @@ impl Jog {
     /// The robot was stopped or failed; its position is unknown.
     pub fn lost(&mut self, why: impl Into<String>) {
         self.doing = Doing::NotHomed;
-        self.said = format!("{}; h homes the robot", why.into());
+        self.said = format!("{}; h homes the robot", visible_line(&why.into()));
     }
 
     /// The array was switched on or off.
@@ -145,7 +146,7 @@ impl Jog {
             }
             Err(fault) => {
                 self.level = None;
-                self.said = fault;
+                self.said = visible_line(&fault).into_owned();
             }
         }
     }

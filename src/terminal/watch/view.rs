@@ -7,6 +7,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::sheet::Sheets;
 use fieldgap_acquisition::Event;
+use fieldgap_input::visible_line;
 use fieldgap_records::{Plan, RecordedSample, Visit, VisitKind};
 
 /// Notes that are kept; all of them are in `events.jsonl`.
@@ -216,6 +217,8 @@ impl ScanView {
         if self.notes.len() == NOTES {
             self.notes.pop_front();
         }
+        // A device's answer may be in it.
+        let text = visible_line(&text).into_owned();
         self.notes.push_back(Note { at, text, alarming });
     }
 

@@ -16,6 +16,21 @@ pub(crate) fn is_held_out(visit: &Visit) -> bool {
     (x + 2 * y + block(visit.at_m.z, 1e-3)).rem_euclid(5) == 0
 }
 
+/// Whether a reading is kept out of the fit where the places do not fall into blocks: one reading in five.
+fn is_held_out_by_number(visit: &Visit) -> bool {
+    visit.number % 5 == 4
+}
+
+/// Whether the blocks keep out some readings of each scan, and not most of them. Places whose step is a multiple of five blocks are all
+/// kept out, or none is.
+fn in_both_parts(observations: &Observations) -> bool {
+    observations.scans.iter().all(|scan| {
+        let visits = || scan.drives.iter().flat_map(|drive| &drive.visits);
+        let held_out = visits().filter(|visit| is_held_out(visit)).count();
+        held_out > 0 && 2 * held_out < visits().count()
+    })
+}
+
 /// The believed set-up at the gain that fits best, and no shift.
 pub(crate) fn as_believed(observations: &Observations) -> Vec<Nuisance> {
     ForwardModel::believed().best_gain(observations)
@@ -68,9 +83,11 @@ pub(crate) struct HeldOut {
 
 impl HeldOut {
     pub fn of(observations: &Observations) -> Self {
+        let held_out =
+            if in_both_parts(observations) { is_held_out } else { is_held_out_by_number };
         Self {
-            training: observations.only(|_, visit| !is_held_out(visit)),
-            kept_out: observations.only(|_, visit| is_held_out(visit)),
+            training: observations.only(|_, visit| !held_out(visit)),
+            kept_out: observations.only(|_, visit| held_out(visit)),
         }
     }
 

@@ -11,18 +11,18 @@ use serde::Deserialize;
 
 use super::{LEAST_LEVELS, Waveform, full_depth};
 use crate::error::DisplayError;
-use fieldgap_input::{Fraction, Positive};
+use fieldgap_input::{Fraction, Rate};
 
 /// `[modulation.fm]`
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fm {
     /// Mean frequency, Hz.
-    pub frequency_hz: Positive,
+    pub frequency_hz: Rate,
     /// Deviation of the frequency, Hz.
-    pub deviation_hz: Positive,
+    pub deviation_hz: Rate,
     /// Sweep frequency, Hz. It is rounded so that a sweep has a whole number of cycles.
-    pub sweep_hz: Positive,
+    pub sweep_hz: Rate,
     /// Depth, 0 (no modulation) to 1 (down to zero).
     #[serde(default = "full_depth")]
     pub depth: Fraction,

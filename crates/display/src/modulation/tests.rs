@@ -7,7 +7,7 @@ use super::*;
 
 fn am(frequency_hz: f64, depth: f64, waveform: Waveform, of: Of) -> Modulation {
     Modulation::Am(Am {
-        frequency_hz: Positive::new(frequency_hz).expect("above zero"),
+        frequency_hz: Rate::new(frequency_hz).expect("above zero"),
         depth: Fraction::new(depth).expect("in range"),
         waveform,
         of,
@@ -70,7 +70,7 @@ proptest! {
     fn pwm_has_the_analytic_spectrum(percent in 1u32..100) {
         let duty = f64::from(percent) / 100.0;
         let pwm = Modulation::Pwm(Pwm {
-            frequency_hz: Positive::new(200.0).expect("above zero"),
+            frequency_hz: Rate::new(200.0).expect("above zero"),
             duty_percent: Percent::try_from(f64::from(percent)).expect("in range"),
         });
         let envelope = pwm.envelope(40e3, 4096).expect("slow");
@@ -107,17 +107,17 @@ fn too_fast_modulations_are_refused() {
 
 #[test]
 fn movements_have_a_constant_amplitude() {
-    let frequency_hz = Positive::new(200.0).expect("above zero");
+    let frequency_hz = Rate::new(200.0).expect("above zero");
     let modulation = Modulation::Spatiotemporal(Spatiotemporal { frequency_hz });
     assert_eq!(modulation.envelope(40e3, 4096), Ok(Envelope::continuous()));
 }
 
 fn fm(frequency_hz: f64, deviation_hz: f64, sweep_hz: f64) -> Modulation {
-    let positive = |value| Positive::new(value).expect("above zero");
+    let rate = |value| Rate::new(value).expect("above zero");
     Modulation::Fm(Fm {
-        frequency_hz: positive(frequency_hz),
-        deviation_hz: positive(deviation_hz),
-        sweep_hz: positive(sweep_hz),
+        frequency_hz: rate(frequency_hz),
+        deviation_hz: rate(deviation_hz),
+        sweep_hz: rate(sweep_hz),
         depth: Fraction::new(1.0).expect("in range"),
         waveform: Waveform::Sine,
     })

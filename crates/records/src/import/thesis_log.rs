@@ -13,7 +13,7 @@ use crate::sample::{RecordedSample, millimetres};
 use crate::table::{Row, Table};
 use crate::{ArraySection, FocusSection, Layout, MediumSection, RecordedScan, Rims, ScanSetup};
 use fieldgap_acoustics::{Simulator, Vec3};
-use fieldgap_input::{Fault, Frequency, NonNegative, Positive, SoundSpeed};
+use fieldgap_input::{Fault, Frequency, Gap, Length, SoundSpeed};
 
 const CENTIMETRE_M: f64 = 0.01;
 
@@ -135,8 +135,8 @@ impl ThesisLog {
 /// The thesis's transducer (Murata MA40S4S), alone, at its frequency.
 fn one_transducer() -> ArraySection {
     let rims = Rims {
-        diameter_mm: Positive::new(10.5).expect("10.5 lies above zero"),
-        spacing_mm: NonNegative::new(0.0).expect("zero is not negative"),
+        diameter_mm: Length::new(10.5).expect("10.5 lies above zero"),
+        spacing_mm: Gap::new(0.0).expect("zero is not negative"),
     };
     let frequency_hz = Frequency::new(40_000.0).expect("ultrasound");
     ArraySection::of_layout(frequency_hz, Layout::Linear { count: NonZeroU32::MIN, rims })

@@ -6,6 +6,8 @@ use std::path::Path;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
+use fieldgap_input::{MOST_TABLE, read_text};
+
 /// An event of a scan: one line of JSON in `events.jsonl`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Event {
@@ -61,7 +63,7 @@ pub enum EventKind {
 /// # Errors
 /// An error of the file system, or the first line that is not an event.
 pub fn read_events(folder: &Path) -> io::Result<Vec<Event>> {
-    let text = match std::fs::read_to_string(folder.join(super::EVENTS)) {
+    let text = match read_text(&folder.join(super::EVENTS), MOST_TABLE) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         Err(error) => return Err(error),

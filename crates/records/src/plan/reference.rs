@@ -9,7 +9,7 @@ use toml::Spanned;
 use super::region::Reader;
 use crate::FocusSection;
 use fieldgap_acoustics::Vec3;
-use fieldgap_input::{Coordinate, Exact, Fault, NonNegative, Positive};
+use fieldgap_input::{Delay, Exact, Fault, Place, Positive};
 
 /// Default time between measurements of the point, minutes.
 const EVERY_MIN: f64 = 15.0;
@@ -21,9 +21,9 @@ const DRIFT_PERCENT: f64 = 3.0;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ReferenceTable {
-    at_mm: Option<Spanned<Exact<Coordinate, 3>>>,
+    at_mm: Option<Spanned<Exact<Place, 3>>>,
     every_points: Option<Spanned<NonZeroU32>>,
-    every_min: Option<NonNegative>,
+    every_min: Option<Delay>,
     drift_percent: Option<Positive>,
     focus: Option<Spanned<usize>>,
 }
@@ -36,7 +36,7 @@ pub struct Reference {
     /// Number of points between its visits as a part of the plan. It is then also the first point and the last.
     pub every_points: Option<NonZeroU32>,
     /// Minutes between its visits in addition to the plan; 0: never.
-    pub every_min: NonNegative,
+    pub every_min: Delay,
     /// Drift of its level at which a person is notified, percent.
     pub drift_percent: Positive,
     /// Number of the focus with which it is measured.
@@ -64,7 +64,7 @@ impl Reference {
         let given = table.and_then(|table| table.at_mm.as_ref());
         let of_focus = || foci.get(focus)?.excitation().focus_m().map(|at_m| at_m * 1e3);
         let at_mm = match given {
-            Some(at_mm) => Some(Vec3::from(at_mm.get_ref().map(Coordinate::get))),
+            Some(at_mm) => Some(Vec3::from(at_mm.get_ref().map(Place::get))),
             None => of_focus(),
         };
         let every_points = table.and_then(|table| table.every_points.as_ref());
@@ -80,7 +80,7 @@ impl Reference {
         Ok(Self {
             at_mm,
             every_points: every_points.map(|every| *every.get_ref()),
-            every_min: minutes.unwrap_or(NonNegative::new(EVERY_MIN).expect("above zero")),
+            every_min: minutes.unwrap_or(Delay::new(EVERY_MIN).expect("above zero")),
             drift_percent: percent.unwrap_or(Positive::new(DRIFT_PERCENT).expect("above zero")),
             focus,
             place: given.map(Spanned::span),

@@ -7,7 +7,7 @@ use toml::Spanned;
 
 use super::one_or_many::OneOrMany;
 use fieldgap_acoustics::Vec3;
-use fieldgap_input::{Coordinate, Exact, Fault, Positive, TomlSource};
+use fieldgap_input::{Exact, Fault, Length, Place, TomlSource};
 
 /// Deviation of a length from a whole number of steps that is taken as rounding, in steps.
 const ROUNDING: f64 = 1e-9;
@@ -19,12 +19,12 @@ const MAX_POINTS_ALONG: f64 = 1e6;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PlaneTable {
-    z_mm: Spanned<OneOrMany<Coordinate>>,
+    z_mm: Spanned<OneOrMany<Place>>,
     /// By default above the array's centre.
     #[serde(default)]
-    centre_mm: Exact<Coordinate, 2>,
-    size_mm: Spanned<Exact<Positive, 2>>,
-    step_mm: Spanned<Positive>,
+    centre_mm: Exact<Place, 2>,
+    size_mm: Spanned<Exact<Length, 2>>,
+    step_mm: Spanned<Length>,
     foci: Option<Spanned<Vec<usize>>>,
 }
 
@@ -32,9 +32,9 @@ pub(super) struct PlaneTable {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct VolumeTable {
-    min_mm: Exact<Coordinate, 3>,
-    max_mm: Spanned<Exact<Coordinate, 3>>,
-    step_mm: Spanned<OneOrMany<Positive>>,
+    min_mm: Exact<Place, 3>,
+    max_mm: Spanned<Exact<Place, 3>>,
+    step_mm: Spanned<OneOrMany<Length>>,
     foci: Option<Spanned<Vec<usize>>>,
 }
 
@@ -42,9 +42,9 @@ pub(super) struct VolumeTable {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct LineTable {
-    from_mm: Exact<Coordinate, 3>,
-    to_mm: Spanned<Exact<Coordinate, 3>>,
-    step_mm: Spanned<Positive>,
+    from_mm: Exact<Place, 3>,
+    to_mm: Spanned<Exact<Place, 3>>,
+    step_mm: Spanned<Length>,
     foci: Option<Spanned<Vec<usize>>>,
 }
 
@@ -52,7 +52,7 @@ pub(super) struct LineTable {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PointsTable {
-    at_mm: Spanned<Vec<Exact<Coordinate, 3>>>,
+    at_mm: Spanned<Vec<Exact<Place, 3>>>,
     foci: Option<Spanned<Vec<usize>>>,
 }
 
@@ -140,7 +140,7 @@ impl Reader<'_> {
     pub fn plane(&self, table: &Spanned<PlaneTable>) -> Result<Region, Fault> {
         let keys = table.get_ref();
         let step_mm = keys.step_mm.get_ref().get();
-        let size_mm = keys.size_mm.get_ref().map(Positive::get);
+        let size_mm = keys.size_mm.get_ref().map(Length::get);
         if size_mm.iter().any(|&size_mm| size_mm < step_mm) {
             return Err(self.source.fault(
                 keys.size_mm.span(),
@@ -203,8 +203,8 @@ impl Reader<'_> {
     /// A `[[line]]`: whole steps from its start, up to its end.
     pub fn line(&self, table: &Spanned<LineTable>) -> Result<Region, Fault> {
         let keys = table.get_ref();
-        let from_mm = Vec3::from(keys.from_mm.map(Coordinate::get));
-        let along_mm = Vec3::from(keys.to_mm.get_ref().map(Coordinate::get)) - from_mm;
+        let from_mm = Vec3::from(keys.from_mm.map(Place::get));
+        let along_mm = Vec3::from(keys.to_mm.get_ref().map(Place::get)) - from_mm;
         let step_mm = keys.step_mm.get_ref().get();
         let steps = self.whole_steps(along_mm.norm(), step_mm, &keys.step_mm.span())?;
         if steps == 0 {
@@ -222,7 +222,7 @@ impl Reader<'_> {
     pub fn points(&self, table: &Spanned<PointsTable>) -> Result<Region, Fault> {
         let keys = table.get_ref();
         let points: Vec<Vec3> =
-            keys.at_mm.get_ref().iter().map(|at| Vec3::from(at.map(Coordinate::get))).collect();
+            keys.at_mm.get_ref().iter().map(|at| Vec3::from(at.map(Place::get))).collect();
         if points.is_empty() {
             return Err(self.source.fault(
                 keys.at_mm.span(),

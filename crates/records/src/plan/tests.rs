@@ -136,7 +136,7 @@ fn faults_are_placed_at_their_key() {
         (with_plane("step_mm = 2.0", "step_mm = 1e-5"), 9, "points"),
         (with_plane("step_mm", "stepp_mm"), 13, "stepp_mm"),
         (with_plane("[100, 50.0]", "[]"), 10, "no height"),
-        (with_plane("[100, 50.0]", "[100, nan]"), 10, "within 100 m"),
+        (with_plane("[100, 50.0]", "[100, nan]"), 10, "within 10 m"),
         (with_plane("[100, 50.0]", "\"low\""), 10, "a number or a list of numbers"),
         (with_plane("step_mm = 2.0", "step_mm = 2.0\nfoci = [0, 1]"), 14, "no focus 1"),
         (with_plane("step_mm = 2.0", "step_mm = 2.0\nfoci = []"), 14, "empty"),

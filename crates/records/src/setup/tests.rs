@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::Rims;
 use fieldgap_acoustics::{Element, Excitation, Vec3};
-use fieldgap_input::{Finite, Frequency, NonNegative, Positive, SoundSpeed};
+use fieldgap_input::{Finite, Frequency, Gap, Length, SoundSpeed};
 
 const EXAMPLE: &str = r#"format = 1
 name = "focus-planes"
@@ -81,8 +81,8 @@ fn a_year_that_toml_cannot_write_is_refused() {
     assert!(setup.to_toml().is_err());
 }
 
-fn any_positive() -> impl Strategy<Value = Positive> {
-    (1e-6..1e6f64).prop_map(|value| Positive::new(value).expect("above zero"))
+fn any_length() -> impl Strategy<Value = Length> {
+    (1e-6..1e5f64).prop_map(|value| Length::new(value).expect("above zero"))
 }
 
 fn any_frequency() -> impl Strategy<Value = Frequency> {
@@ -90,8 +90,8 @@ fn any_frequency() -> impl Strategy<Value = Frequency> {
 }
 
 prop_compose! {
-    fn any_rims()(diameter_mm in any_positive(), spacing_mm in 0.0..1e3f64) -> Rims {
-        Rims { diameter_mm, spacing_mm: NonNegative::new(spacing_mm).expect("above zero") }
+    fn any_rims()(diameter_mm in any_length(), spacing_mm in 0.0..1e3f64) -> Rims {
+        Rims { diameter_mm, spacing_mm: Gap::new(spacing_mm).expect("above zero") }
     }
 }
 

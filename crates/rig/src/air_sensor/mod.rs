@@ -13,7 +13,7 @@ use super::config::EnvironmentConfig;
 use super::device::{Device, Role};
 use super::error::{Cause, RigError};
 use super::link::{ByteLink, Wire, open_serial};
-use fieldgap_input::Positive;
+use fieldgap_input::Time;
 pub use pattern::LinePattern;
 
 /// The state of the air, as a sensor reports it.
@@ -42,15 +42,15 @@ pub struct AirLinesConfig {
     ask: Option<String>,
     /// How long a line may take, s.
     #[serde(default = "five_seconds")]
-    line_within_s: Positive,
+    line_within_s: Time,
 }
 
 fn default_baud() -> u32 {
     9600
 }
 
-fn five_seconds() -> Positive {
-    Positive::new(5.0).expect("a literal above zero")
+fn five_seconds() -> Time {
+    Time::new(5.0).expect("a literal above zero")
 }
 
 impl AirLinesConfig {

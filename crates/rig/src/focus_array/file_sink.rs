@@ -23,7 +23,7 @@ use crate::config::FocusArrayConfig;
 use crate::device::{Device, Role};
 use crate::error::{Cause, RigError};
 use crate::{Emergency, FocusArray};
-use fieldgap_input::Positive;
+use fieldgap_input::Frequency;
 
 /// How the first line of a CSV file begins.
 const HEADER: &str = "time,emitting,modulation_hz,modulation_duty_percent";
@@ -44,7 +44,7 @@ pub struct FileSinkConfig {
     elements: std::num::NonZeroUsize,
     /// The carrier that the array makes, Hz.
     #[serde(default = "forty_kilohertz")]
-    carrier_hz: Positive,
+    carrier_hz: Frequency,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -55,8 +55,8 @@ enum Format {
     JsonLines,
 }
 
-fn forty_kilohertz() -> Positive {
-    Positive::new(40e3).expect("a literal above zero")
+fn forty_kilohertz() -> Frequency {
+    Frequency::new(40e3).expect("a literal in range")
 }
 
 impl FileSinkConfig {

@@ -20,7 +20,7 @@ use crate::config::FocusArrayConfig;
 use crate::device::Role;
 use crate::error::{Cause, RigError};
 use crate::link::open_serial;
-use fieldgap_input::NonNegative;
+use fieldgap_input::Delay;
 
 const SHOW: u8 = 0x00;
 
@@ -124,7 +124,7 @@ struct Keys {
     boards: Option<usize>,
     #[serde(default)]
     expects_echo: bool,
-    starts_within_s: Option<NonNegative>,
+    starts_within_s: Option<Delay>,
     #[serde(default)]
     wiring: WiringConfig,
 }
@@ -143,7 +143,7 @@ impl TryFrom<Keys> for UltrainoConfig {
                 "`baud` is {baud}; it must be 1 to {FASTEST_BAUD}, because a board accepts one byte per 25 µs"
             ));
         }
-        let starts_within_s = keys.starts_within_s.map_or(2.5, NonNegative::get);
+        let starts_within_s = keys.starts_within_s.map_or(2.5, Delay::get);
         Ok(Self {
             port: keys.port,
             baud,

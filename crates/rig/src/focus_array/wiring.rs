@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use super::ElementDelay;
 use crate::error::Cause;
-use fieldgap_input::Finite;
+use fieldgap_input::{Finite, MOST_TEXT, read_text};
 
 /// `[focus_array.<board>.wiring]`: what the board itself does not know of the array that hangs on it.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -134,7 +134,7 @@ impl WiringConfig {
 }
 
 fn read_channels(path: &Path) -> Result<Vec<usize>, WiringFault> {
-    let text = std::fs::read_to_string(path)
+    let text = read_text(path, MOST_TEXT)
         .map_err(|source| WiringFault::Unreadable { path: path.to_owned(), source })?;
     text.lines()
         .filter_map(|line| line.split('#').next())

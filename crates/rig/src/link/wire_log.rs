@@ -21,6 +21,7 @@ use std::time::Instant;
 use jiff::Timestamp;
 
 use crate::device::{Device, Role};
+use fieldgap_input::{MOST_TABLE, read_text};
 
 /// Bytes after which a part is full.
 const PART: u64 = 16 << 20;
@@ -217,7 +218,7 @@ pub fn read_wire_log(folder: &Path, role: Role) -> io::Result<String> {
     parts.push(folder.join(format!("{name}.log")));
     let mut text = String::new();
     for path in parts {
-        match fs::read_to_string(&path) {
+        match read_text(&path, MOST_TABLE - text.len() as u64) {
             Ok(part) => text += &part,
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
             Err(error) => return Err(error),

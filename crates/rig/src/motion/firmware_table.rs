@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use fieldgap_input::Positive;
+use fieldgap_input::Time;
 
 use super::limits::LONGEST_MOVE;
 use crate::device::Role;
@@ -20,7 +20,7 @@ pub struct FirmwareKeys<H> {
     /// checked on it.
     pub home: Vec<H>,
     /// How long homing may take in all, s.
-    pub home_within_s: Positive,
+    pub home_within_s: Time,
 }
 
 impl<H: Default> Default for FirmwareKeys<H> {
@@ -29,7 +29,7 @@ impl<H: Default> Default for FirmwareKeys<H> {
             port: None,
             baud: 115_200,
             home: vec![H::default()],
-            home_within_s: Positive::new(180.0).expect("180 is above zero"),
+            home_within_s: Time::new(180.0).expect("180 is above zero"),
         }
     }
 }
@@ -81,7 +81,7 @@ macro_rules! firmware_table {
                 port: Option<String>,
                 baud: u32,
                 home: Vec<$home>,
-                home_within_s: fieldgap_input::Positive,
+                home_within_s: fieldgap_input::Time,
                 $( $key: $type, )*
             }
 

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use fieldgap_input::{NonNegative, Positive};
+use fieldgap_input::{Delay, NonNegative, Positive, Rate, as_narrow};
 
 /// `[receiver.stream]`: a receiver that samples when it is asked (see [`super::protocol`]).
 #[derive(Debug, Clone, Deserialize)]
@@ -59,6 +59,7 @@ pub struct FreeRunningConfig {
     #[serde(default = "first_column")]
     pub column: std::num::NonZeroUsize,
     /// Samples a second, Hz.
+    #[serde(deserialize_with = "as_narrow::<Rate, _, _>")]
     pub rate_hz: Positive,
     /// Unit of its values, for instance `V`.
     pub unit: String,
@@ -66,6 +67,7 @@ pub struct FreeRunningConfig {
     pub full_scale: Positive,
     /// The longest time between a sample's instant and its arrival here (buffers in the receiver,
     /// in the USB bridge and in this machine), ms. Readings that young are not trusted.
+    #[serde(deserialize_with = "as_narrow::<Delay, _, _>")]
     pub latency_ms: NonNegative,
 }
 

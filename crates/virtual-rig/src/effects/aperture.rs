@@ -3,14 +3,14 @@
 use serde::Deserialize;
 
 use super::Effect;
-use fieldgap_input::NonNegative;
+use fieldgap_input::Gap;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Aperture {
     /// Radius of the face, mm.
-    radius_mm: NonNegative,
+    radius_mm: Gap,
 }
 
 impl Effect for Aperture {

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::Effect;
-use fieldgap_input::{Finite, Positive};
+use fieldgap_input::{Finite, Time};
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
@@ -12,7 +12,7 @@ pub(super) struct GainDrift {
     /// Last over first, minus one.
     relative: Finite,
     /// Time from power-up to the end of the drift (the length of the scan), s.
-    over_s: Positive,
+    over_s: Time,
 }
 
 impl Effect for GainDrift {

@@ -5,18 +5,18 @@ use serde::Deserialize;
 use super::Effect;
 use crate::trajectory::Kinematics;
 use fieldgap_acoustics::Vec3;
-use fieldgap_input::Finite;
+use fieldgap_input::Coordinate;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Offset {
     /// Along x, mm.
-    x_mm: Finite,
+    x_mm: Coordinate,
     /// Along y, mm.
-    y_mm: Finite,
+    y_mm: Coordinate,
     /// Along z, mm.
-    z_mm: Finite,
+    z_mm: Coordinate,
 }
 
 impl Effect for Offset {

@@ -15,18 +15,18 @@ use super::Effect;
 use crate::counter_rng::CounterRng;
 use crate::trajectory::Kinematics;
 use fieldgap_acoustics::Vec3;
-use fieldgap_input::NonNegative;
+use fieldgap_input::Gap;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PositionJitter {
     /// Standard deviation along x, mm.
-    x_mm: NonNegative,
+    x_mm: Gap,
     /// Standard deviation along y, mm.
-    y_mm: NonNegative,
+    y_mm: Gap,
     /// Standard deviation along z, mm.
-    z_mm: NonNegative,
+    z_mm: Gap,
 }
 
 /// Travel from one independent draw to the next, mm. Neighbours of any scan are further apart than twice this.

@@ -7,14 +7,14 @@ use num_complex::Complex64;
 use serde::Deserialize;
 
 use super::{Effect, Mirror};
-use fieldgap_input::{Exact, Finite, Positive};
+use fieldgap_input::{Exact, Finite, Length};
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Reflection {
     /// Height of the plane above the array, mm.
-    height_mm: Positive,
+    height_mm: Length,
     /// Reflection coefficient of pressure, real and imaginary part.
     coefficient: Exact<Finite, 2>,
 }

@@ -6,14 +6,14 @@ use serde::Deserialize;
 
 use super::Effect;
 use fieldgap_acoustics::Medium;
-use fieldgap_input::Positive;
+use fieldgap_input::SoundSpeed as Speed;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SoundSpeed {
     /// True speed of sound, m/s.
-    c_m_s: Positive,
+    c_m_s: Speed,
 }
 
 impl Effect for SoundSpeed {

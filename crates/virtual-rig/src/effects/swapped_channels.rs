@@ -4,22 +4,23 @@ use serde::Deserialize;
 
 use super::{Effect, TrueArray, all_exist};
 use crate::counter_rng::CounterRng;
+use fieldgap_input::Exact;
 
 /// Its parameters.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SwappedChannels {
     /// Their numbers, from 0.
-    elements: [usize; 2],
+    elements: Exact<usize, 2>,
 }
 
 impl Effect for SwappedChannels {
     fn check(&self, elements: usize) -> Result<(), String> {
-        all_exist(&self.elements, elements)
+        all_exist(&*self.elements, elements)
     }
 
     fn array(&self, array: &mut TrueArray, _rng: CounterRng) {
-        let [a, b] = self.elements;
+        let [a, b] = *self.elements;
         array.channels.swap(a, b);
     }
 }

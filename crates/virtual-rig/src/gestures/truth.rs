@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use fieldgap_input::{Exact, Fraction, NonNegative, Positive};
+use fieldgap_input::{Exact, Fraction, Gap, NonNegative, Positive, literal};
 
 /// Two numbers above zero, the first not above the second.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -60,11 +60,11 @@ pub struct HandTruth {
     /// Length of the hand across its path, mm.
     pub length_mm: Range,
     /// Largest lateral offset from the array's centre, mm.
-    pub aside_mm: NonNegative,
+    pub aside_mm: Gap,
     /// Largest tilt about either axis, degrees.
     pub tilt_deg: NonNegative,
     /// Amplitude of the tremor of its height at 8 to 12 Hz, mm.
-    pub tremor_mm: NonNegative,
+    pub tremor_mm: Gap,
     /// Reflected share of the amplitude. Skin reflects nearly all, but a hand is not flat.
     pub reflection: Range,
     /// Share of gestures that are pushes: down from above and up again.
@@ -75,7 +75,6 @@ pub struct HandTruth {
 
 impl Default for HandTruth {
     fn default() -> Self {
-        let not_below_zero = |value| NonNegative::new(value).expect("a literal");
         let share = |value| Fraction::new(value).expect("a literal");
         Self {
             speed_m_s: Range([0.1, 1.0]),
@@ -83,9 +82,9 @@ impl Default for HandTruth {
             height_mm: Range([50.0, 120.0]),
             width_mm: Range([70.0, 100.0]),
             length_mm: Range([120.0, 190.0]),
-            aside_mm: not_below_zero(30.0),
-            tilt_deg: not_below_zero(8.0),
-            tremor_mm: not_below_zero(0.3),
+            aside_mm: literal(30.0),
+            tilt_deg: literal(8.0),
+            tremor_mm: literal(0.3),
             reflection: Range([0.3, 0.9]),
             pushes: share(0.0),
             drift: share(0.05),

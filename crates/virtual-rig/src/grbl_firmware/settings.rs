@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use fieldgap_input::{Exact, NonNegative, Positive};
+use fieldgap_input::{Exact, Gap, Length, Positive, Speed, literal};
 
 /// The two dialects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,17 +22,17 @@ pub enum Dialect {
 #[serde(deny_unknown_fields, default)]
 pub struct GrblSettings {
     /// Travel of each axis from its switch (`$130` to `$132`).
-    pub travel_mm: Exact<Positive, 3>,
+    pub travel_mm: Exact<Length, 3>,
     /// Position of the tool head at power-up, from its switches. The firmware does not know it before homing.
-    pub parked_mm: Exact<NonNegative, 3>,
+    pub parked_mm: Exact<Gap, 3>,
     /// Acceleration along the path (`$120` to `$122`).
     pub acceleration_mm_s2: Positive,
     /// Highest speed of each axis (`$110` to `$112`).
-    pub max_feed_mm_s: Exact<Positive, 3>,
+    pub max_feed_mm_s: Exact<Speed, 3>,
     /// Speed towards the switches (`$25`).
-    pub homing_feed_mm_s: Positive,
+    pub homing_feed_mm_s: Speed,
     /// Distance by which it backs off its switches (`$27`).
-    pub pull_off_mm: Positive,
+    pub pull_off_mm: Length,
     /// Motor steps per millimetre (`$100` to `$102`).
     pub steps_per_mm: Positive,
     /// Moves that the planner holds before `ok` has to wait: 15, or 100 for grblHAL.
@@ -42,7 +42,7 @@ pub struct GrblSettings {
     /// Idle time after which the motors are switched off, ms (`$1`; 255: never).
     pub idle_ms: u8,
     /// Distance by which the z axis falls when the motors are switched off.
-    pub sag_mm: NonNegative,
+    pub sag_mm: Gap,
     /// Content of reports (`$10`): bit 0, machine position instead of work position; bit 1, free places of the buffers.
     pub report_mask: u8,
     /// Whether positions are reported in inches (`$13`).
@@ -59,20 +59,18 @@ pub struct GrblSettings {
 
 impl Default for GrblSettings {
     fn default() -> Self {
-        let positive = |value| Positive::new(value).expect("a literal above zero");
-        let non_negative = |value| NonNegative::new(value).expect("a literal not below zero");
         Self {
-            travel_mm: [positive(300.0), positive(300.0), positive(250.0)].into(),
-            parked_mm: [non_negative(42.0), non_negative(61.0), non_negative(180.0)].into(),
-            acceleration_mm_s2: positive(500.0),
-            max_feed_mm_s: [positive(100.0); 3].into(),
-            homing_feed_mm_s: positive(50.0),
-            pull_off_mm: positive(2.0),
-            steps_per_mm: positive(250.0),
+            travel_mm: [literal(300.0), literal(300.0), literal(250.0)].into(),
+            parked_mm: [literal(42.0), literal(61.0), literal(180.0)].into(),
+            acceleration_mm_s2: literal(500.0),
+            max_feed_mm_s: [literal(100.0); 3].into(),
+            homing_feed_mm_s: literal(50.0),
+            pull_off_mm: literal(2.0),
+            steps_per_mm: literal(250.0),
             planner_moves: None,
             receive_buffer: None,
             idle_ms: 25,
-            sag_mm: non_negative(1.0),
+            sag_mm: literal(1.0),
             report_mask: 1,
             report_inches: false,
             soft_limits: true,

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use fieldgap_input::NonNegative;
+use fieldgap_input::literal;
 
 /// A robot on the bench: input goes to its firmware, and time passes on demand.
 struct Bench {
@@ -325,8 +325,7 @@ fn while_a_setting_is_written_nothing_is_received() {
 
 #[test]
 fn motors_let_go_between_moves_unless_told_not_to() {
-    let settings =
-        GrblSettings { sag_mm: NonNegative::new(0.5).expect("positive"), ..Default::default() };
+    let settings = GrblSettings { sag_mm: literal(0.5), ..Default::default() };
     let (mut bench, _) = Bench::with(Dialect::Grbl, settings);
     bench.send("$H\n");
     bench.wait(120.0);

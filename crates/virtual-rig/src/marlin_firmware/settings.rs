@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use fieldgap_input::{Exact, NonNegative, Positive};
+use fieldgap_input::{Delay, Exact, Gap, Length, Positive, Speed, Time, literal};
 
 /// The robot's mechanics and its firmware's build options, `[virtual.robot]` in a rig file.
 ///
@@ -11,15 +11,15 @@ use fieldgap_input::{Exact, NonNegative, Positive};
 #[serde(deny_unknown_fields, default)]
 pub struct MarlinSettings {
     /// Travel of each axis from its switch.
-    pub travel_mm: Exact<Positive, 3>,
+    pub travel_mm: Exact<Length, 3>,
     /// Position of the tool head at power-up. The firmware does not know it before homing.
-    pub parked_mm: Exact<NonNegative, 3>,
+    pub parked_mm: Exact<Gap, 3>,
     /// Acceleration along the path.
     pub acceleration_mm_s2: Positive,
     /// Highest speed of each axis.
-    pub max_feed_mm_s: Exact<Positive, 3>,
+    pub max_feed_mm_s: Exact<Speed, 3>,
     /// Speed towards the switches.
-    pub homing_feed_mm_s: Positive,
+    pub homing_feed_mm_s: Speed,
     /// Motor steps per millimetre. Targets are rounded to a step.
     pub steps_per_mm: Positive,
     /// Moves that the planner holds before `ok` has to wait.
@@ -31,7 +31,7 @@ pub struct MarlinSettings {
     /// Length at which lines are cut (the last character is the terminator's).
     pub line_length: usize,
     /// `echo:busy: processing` comes at this interval while a command is in execution.
-    pub busy_interval_s: Positive,
+    pub busy_interval_s: Time,
     /// Whether `M112` and `M410` act at once, also while other commands wait.
     pub emergency_parser: bool,
     /// Whether `Resend:` is followed by an `ok` that acknowledges nothing.
@@ -41,33 +41,31 @@ pub struct MarlinSettings {
     /// Whether the build has `M114 R` and `M114 D`.
     pub true_position: bool,
     /// Idle time after which the motors are switched off (0: never); `M84 S` changes it.
-    pub stepper_timeout_s: NonNegative,
+    pub stepper_timeout_s: Delay,
     /// Distance by which the z axis then falls.
-    pub sag_mm: NonNegative,
+    pub sag_mm: Gap,
 }
 
 impl Default for MarlinSettings {
     fn default() -> Self {
-        let positive = |value| Positive::new(value).expect("a literal above zero");
-        let non_negative = |value| NonNegative::new(value).expect("a literal not below zero");
         Self {
-            travel_mm: [positive(300.0), positive(300.0), positive(250.0)].into(),
-            parked_mm: [non_negative(42.0), non_negative(61.0), non_negative(180.0)].into(),
-            acceleration_mm_s2: positive(1000.0),
-            max_feed_mm_s: [positive(200.0), positive(200.0), positive(100.0)].into(),
-            homing_feed_mm_s: positive(50.0),
-            steps_per_mm: positive(80.0),
+            travel_mm: [literal(300.0), literal(300.0), literal(250.0)].into(),
+            parked_mm: [literal(42.0), literal(61.0), literal(180.0)].into(),
+            acceleration_mm_s2: literal(1000.0),
+            max_feed_mm_s: [literal(200.0), literal(200.0), literal(100.0)].into(),
+            homing_feed_mm_s: literal(50.0),
+            steps_per_mm: literal(80.0),
             planner_moves: 15,
             command_ring: 4,
             receive_buffer: 128,
             line_length: 96,
-            busy_interval_s: positive(2.0),
+            busy_interval_s: literal(2.0),
             emergency_parser: true,
             resend_ok: true,
             advanced_ok: false,
             true_position: true,
-            stepper_timeout_s: non_negative(120.0),
-            sag_mm: non_negative(1.0),
+            stepper_timeout_s: literal(120.0),
+            sag_mm: literal(1.0),
         }
     }
 }

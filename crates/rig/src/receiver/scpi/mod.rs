@@ -19,7 +19,7 @@ use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire, open_serial, open_tcp};
 use block::{Block, read_block};
 use dialect::{Commands, Dialect, Preset, Scale, ScaleQueries};
-use fieldgap_input::Positive;
+use fieldgap_input::{Frequency, Time};
 pub use lock_in::RecordFault;
 
 /// Silence after which a message without a stated length has ended.
@@ -57,13 +57,13 @@ pub struct ScpiConfig {
     channel: u8,
     /// The carrier, Hz.
     #[serde(default = "forty_kilohertz")]
-    carrier_hz: Positive,
+    carrier_hz: Frequency,
     /// Said after the dialect's own set-up, for instance time base and volts a division.
     #[serde(default)]
     setup: Vec<String>,
     /// How long one answer, or one record, may take, s.
     #[serde(default = "five_seconds")]
-    answer_within_s: Positive,
+    answer_within_s: Time,
     /// Commands that replace those of the dialect.
     #[serde(default)]
     commands: Commands,
@@ -77,12 +77,12 @@ fn first_channel() -> u8 {
     1
 }
 
-fn forty_kilohertz() -> Positive {
-    Positive::new(40e3).expect("a literal above zero")
+fn forty_kilohertz() -> Frequency {
+    Frequency::new(40e3).expect("a literal above zero")
 }
 
-fn five_seconds() -> Positive {
-    Positive::new(5.0).expect("a literal above zero")
+fn five_seconds() -> Time {
+    Time::new(5.0).expect("a literal above zero")
 }
 
 impl ScpiConfig {

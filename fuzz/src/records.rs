@@ -1,0 +1,112 @@
+//! Files that programs write: records, journals, events, imports, single elements.
+
+use std::path::Path;
+
+use fieldgap::acoustics::Vec3;
+use fieldgap::comparison::{Registering, compare};
+use fieldgap::input::{Fault, Positive};
+use fieldgap::records::import::{
+    Anchor, FirstRow, GridCsv, GridPlacement, ThesisLog, ThesisLogSetup,
+};
+use fieldgap::records::{Journal, JournalError, RecordedScan, ScanState, read_events};
+
+use super::files::shown;
+
+/// Between the files of one case.
+const NEXT_FILE: &[u8] = b"\n=====\n";
+
+/// Most readings of a record that are also compared.
+const COMPARED: usize = 200;
+
+/// The set-up of records whose other files are under test.
+const SETUP: &str = include_str!("../corpus/setup.toml");
+
+fn with_folder(files: &[(&str, &[u8])], read: impl FnOnce(&Path)) {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, bytes) in files {
+        std::fs::write(folder.path().join(name), bytes).expect("written");
+    }
+    read(folder.path());
+}
+
+fn check<T>(result: Result<T, Fault>) {
+    if let Err(fault) = result {
+        shown(&fault);
+    }
+}
+
+/// `scan.toml` and `samples.csv`; a small record is also compared with its simulation.
+pub fn record(case: &[u8]) {
+    let at = case.windows(NEXT_FILE.len()).position(|window| window == NEXT_FILE);
+    let (setup, samples) =
+        at.map_or((case, &b""[..]), |at| (&case[..at], &case[at + NEXT_FILE.len()..]));
+    with_folder(&[("scan.toml", setup), ("samples.csv", samples)], |folder| {
+        let scan = match RecordedScan::open(folder) {
+            Ok(scan) => scan,
+            Err(fault) => return shown(&fault),
+        };
+        if scan.samples.len() * scan.setup.array.array().len() <= COMPARED * 36
+            && let Ok(comparison) = compare(&scan, scan.setup.simulator, Registering::GainOnly)
+        {
+            let text = comparison.to_text();
+            assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        }
+    });
+}
+
+/// A file of single elements.
+pub fn elements(case: &[u8]) {
+    let regular =
+        "layout = \"square\"\ncolumns = 6\nrows = 6\nelement_diameter_mm = 10.5\nspacing_mm = 0.0";
+    let setup = SETUP.replace(regular, "layout = \"elements\"\nfile = \"elements.csv\"");
+    assert_ne!(setup, SETUP);
+    let files = [("scan.toml", setup.as_bytes()), ("elements.csv", case), ("samples.csv", b"")];
+    with_folder(&files, |folder| check(RecordedScan::open(folder)));
+}
+
+/// The journal of a scan that is resumed.
+pub fn journal(case: &[u8]) {
+    let files = [("scan.toml", SETUP.as_bytes()), ("journal.csv", case), ("samples.csv", b"")];
+    with_folder(&files, |folder| match Journal::resume(folder, jiff::Timestamp::UNIX_EPOCH) {
+        Ok(resumed) => {
+            let finite = |at: Vec3| at.iter().all(|mm| mm.is_finite());
+            let kept = |record: &fieldgap::records::Record| record.commanded_mm.is_none_or(finite);
+            assert!(resumed.records.iter().all(kept));
+        }
+        Err(JournalError::Fault(fault)) => shown(&fault),
+        Err(_) => {}
+    });
+}
+
+/// The events and the state of a scan.
+pub fn events(case: &[u8]) {
+    with_folder(&[("events.jsonl", case), ("state.toml", case)], |folder| {
+        let _ = read_events(folder);
+        check(ScanState::of(folder));
+    });
+}
+
+/// A log of the thesis's robot.
+pub fn thesis_log(case: &[u8]) {
+    with_folder(&[("log.csv", case)], |folder| match ThesisLog::read(&folder.join("log.csv")) {
+        Ok(log) => {
+            let setup = ThesisLogSetup::of_thesis("log", jiff::Timestamp::UNIX_EPOCH);
+            let _ = log.into_scan(setup).write(&folder.join("scan"));
+        }
+        Err(fault) => shown(&fault),
+    });
+}
+
+/// A grid of numbers.
+pub fn grid(case: &[u8]) {
+    with_folder(&[("grid.csv", case)], |folder| match GridCsv::read(&folder.join("grid.csv")) {
+        Ok(grid) => {
+            let step_mm = [1.0, 2.0].map(|mm| Positive::new(mm).expect("above zero")).into();
+            let anchor = Anchor::Centre([0.0, 0.0]);
+            let placement =
+                GridPlacement { z_mm: 100.0, step_mm, anchor, first_row: FirstRow::Top };
+            assert!(grid.samples(&placement, 0, 0.0).len() <= grid.rows() * grid.columns());
+        }
+        Err(fault) => shown(&fault),
+    });
+}

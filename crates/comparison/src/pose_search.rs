@@ -50,7 +50,7 @@ const NARROWEST: f64 = 1.0;
 const WIDEST_M: f64 = 2.0;
 
 /// Most points of the field at one height that a search computes: at 40 kHz those of the largest extent.
-const MOST_POINTS: f64 = 4e6;
+pub(super) const MOST_POINTS: f64 = 4e6;
 
 /// Why no pose is searched.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

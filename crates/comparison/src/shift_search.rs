@@ -8,10 +8,10 @@ use fieldgap_acoustics::Vec3;
 use fieldgap_text::{Uncertain, uncertain};
 use rayon::prelude::*;
 
-use super::coarse::shifts;
+use super::coarse::{grid_points, shifts};
 use super::identifiability::identifiability;
 use super::pose::Pose;
-use super::pose_search::HEIGHT_SD_M;
+use super::pose_search::{HEIGHT_SD_M, MOST_POINTS};
 use super::readings::{Readings, places};
 use super::refine::{Fit, PoseParameter, Search, refine};
 
@@ -47,6 +47,11 @@ pub enum NoShift {
         /// Different places.
         places: usize,
     },
+    /// The places extend too far for the wavelength.
+    #[error(
+        "the places extend too far: a shift is searched over at most {MOST_POINTS:.0e} points of the field"
+    )]
+    TooWide,
 }
 
 /// The shift with the smallest residual.
@@ -57,6 +62,9 @@ pub fn find_shift(readings: &Readings) -> Result<FoundShift, NoShift> {
     let places = places(&readings.positions_m());
     if places < FEWEST_PLACES {
         return Err(NoShift::TooFew { places });
+    }
+    if grid_points(readings) > MOST_POINTS {
+        return Err(NoShift::TooWide);
     }
     let starts: Vec<Vec3> = [Vec3::zeros()].into_iter().chain(shifts(readings)).collect();
     let some = readings.thinned(FIRST);

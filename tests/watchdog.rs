@@ -339,20 +339,21 @@ fn a_resume_right_after_a_kill_waits_for_the_watchdog_to_let_go() {
     kill_process(watchdog, Signal::STOP).expect("the signal is sent");
     scan.signal(Signal::KILL);
     scan.process.wait().expect("it ends");
+    let errors = home.path().join("errors");
     let mut command = fieldgap();
-    command.arg("resume").arg(&scan.folder).stderr(Stdio::piped());
+    command.arg("resume").arg(&scan.folder);
+    command.stderr(std::fs::File::create(&errors).expect("created"));
     let mut resumed = Scan::spawn(&mut command, scan.folder);
-    let stderr = BufReader::new(resumed.process.stderr.take().expect("it is piped"));
-    let mut said = Vec::new();
-    for line in stderr.lines() {
-        said.push(line.expect("text"));
-        if said.iter().any(|line| line.contains("watchdog") && line.contains("waiting")) {
-            break;
-        }
+    let said = || std::fs::read_to_string(&errors).expect("text");
+    let begun = Instant::now();
+    while !said().contains("waiting for it") {
+        assert!(begun.elapsed() < Duration::from_secs(20), "it does not wait: {}", said());
+        std::thread::sleep(Duration::from_millis(5));
     }
-    assert!(said.last().is_some_and(|line| line.contains("waiting")), "{said:#?}");
     kill_process(watchdog, Signal::CONT).expect("the signal is sent");
-    resumed.until("\"ended\"");
-    assert!(resumed.process.wait().expect("it ends").success());
+    let mut events = String::new();
+    resumed.output.read_to_string(&mut events).expect("text");
+    let ended = resumed.process.wait().expect("it ends");
+    assert!(ended.success() && events.contains("\"ended\""), "{}", said());
     assert_eq!(RecordedScan::open(&resumed.folder).expect("whole").samples.len(), 4);
 }

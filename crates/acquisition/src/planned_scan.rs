@@ -63,7 +63,7 @@ impl PlannedScan {
         let rig = origin.rig(&copy(RIG_COPY)?)?;
         let scan = Self::parse(origin.plan(&copy(PLAN_COPY)?), rig)?;
         origin.same_truth(&scan.rig_setup)?;
-        same_record(&scan, folder)?;
+        same_record(&scan.plan, &scan.rig_setup, folder)?;
         Ok(scan)
     }
 

@@ -7,22 +7,27 @@ use toml::{Table, Value};
 
 use super::AcquisitionError;
 use super::difference::{Difference, differences};
-use super::planned_scan::PlannedScan;
-use fieldgap_records::{JournalError, ScanSetup};
+use super::rig_setup::RigSetup;
+use fieldgap_records::{JournalError, Plan, ScanSetup};
 
 /// The file.
 const FILE: &str = "scan.toml";
 
 /// The set-up of a scan that was started at `recorded`, with a receiver that reads in `unit`.
-pub(super) fn setup_of(scan: &PlannedScan, recorded: Timestamp, unit: String) -> ScanSetup {
+pub(super) fn setup_of(
+    plan: &Plan,
+    rig_setup: &RigSetup,
+    recorded: Timestamp,
+    unit: String,
+) -> ScanSetup {
     ScanSetup {
-        name: scan.plan.name.clone(),
+        name: plan.name.clone(),
         recorded,
         unit,
-        array: scan.rig_setup.array.clone(),
-        medium: scan.rig_setup.medium,
-        simulator: scan.plan.simulator,
-        foci: scan.plan.foci.clone(),
+        array: rig_setup.array.clone(),
+        medium: rig_setup.medium,
+        simulator: plan.simulator,
+        foci: plan.foci.clone(),
     }
 }
 
@@ -30,11 +35,15 @@ pub(super) fn setup_of(scan: &PlannedScan, recorded: Timestamp, unit: String) ->
 ///
 /// # Errors
 /// [`AcquisitionError::OtherRecord`] with each key that differs.
-pub(super) fn same_record(scan: &PlannedScan, folder: &Path) -> Result<(), AcquisitionError> {
+pub(super) fn same_record(
+    plan: &Plan,
+    rig_setup: &RigSetup,
+    folder: &Path,
+) -> Result<(), AcquisitionError> {
     let path = folder.join(FILE);
     let is = ScanSetup::read(&path)?;
-    let mut wanted = setup_of(scan, is.recorded, is.unit.clone());
-    let measured = scan.rig_setup.rig.environment.as_ref().is_some_and(|air| air.sound_speed);
+    let mut wanted = setup_of(plan, rig_setup, is.recorded, is.unit.clone());
+    let measured = rig_setup.rig.environment.as_ref().is_some_and(|air| air.sound_speed);
     if measured {
         // The medium was measured at the start of the scan.
         wanted.medium = is.medium;

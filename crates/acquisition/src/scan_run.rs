@@ -82,8 +82,8 @@ impl ScanRun {
             scan.rig_setup.medium = air.medium(config).await?;
         }
         let unit = open.rig().receiver().identity().unit.clone();
-        let setup = setup_of(&scan, begins(scan.rig_setup.is_virtual()), unit);
         let (plan, rig_setup) = (&scan.plan, &scan.rig_setup);
+        let setup = setup_of(plan, rig_setup, begins(rig_setup.is_virtual()), unit);
         let origin = Origin::of(plan, rig_setup)?.to_toml();
         let copies = [
             (PLAN_COPY, plan.text().as_bytes()),

@@ -256,6 +256,7 @@ mod tests {
     fn watched(said: &str, activity: Activity) -> Option<Lost> {
         let (reader, mut writer) = io::pipe().expect("a pipe");
         writer.write_all(said.as_bytes()).expect("it takes it");
+        drop(writer);
         watch(&mut LinePipe::new(reader.into()), || activity).expect("it reads")
     }
 

@@ -26,15 +26,25 @@ pub(crate) async fn once_released<T>(
 ) -> Result<T, RigError> {
     let until = Instant::now() + RELEASED_WITHIN;
     let mut told = false;
+    let mut tried_since_free = false;
     loop {
         let error = match open().await {
             Err(error) if matches!(error.cause(), Cause::PortBusy) => error,
             other => return other,
         };
         let port = &error.device().port;
-        if Instant::now() >= until || !left_by_a_guarded_program(port) {
+        if Instant::now() >= until {
             return Err(error);
         }
+        if !left_by_a_guarded_program(port) {
+            if tried_since_free {
+                return Err(error);
+            }
+            // The watchdog may have let go between the attempt and this look.
+            tried_since_free = true;
+            continue;
+        }
+        tried_since_free = false;
         if !told {
             told = true;
             tracing::warn!(

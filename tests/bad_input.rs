@@ -229,6 +229,28 @@ fn a_port_beside_a_virtual_rig_in_lockstep_is_refused_at_its_line() {
 }
 
 #[test]
+fn a_list_of_elements_that_is_too_long_is_refused() {
+    let home = tempfile::tempdir().expect("a folder");
+    let rig = std::fs::read_to_string("rigs/swipe.toml").expect("it is there");
+    assert!(rig.contains("left = [17, 15]"));
+    let path = home.path().join("rig.toml");
+    std::fs::write(&path, rig.replace("left = [17, 15]", "left = [17, 15, 30]")).expect("written");
+    let (code, message) = fieldgap(&["sense", path.to_str().expect("text")]);
+    assert_eq!(code, Some(1), "{message}");
+    assert_contains(&message, &["invalid length 3, expected 2 values"]);
+    let truth = home.path().join("truth.toml");
+    let text = std::fs::read_to_string("rigs/truth/thesis-lab.toml").expect("it is there");
+    let swapped = "\n[effects.swapped-channels]\nelements = [0, 1, 2]\n";
+    std::fs::write(&truth, text + swapped).expect("written");
+    let rig = std::fs::read_to_string("rigs/virtual.toml").expect("it is there");
+    let rig = rig.replace("truth/thesis-lab.toml", truth.to_str().expect("text"));
+    std::fs::write(&path, rig).expect("written");
+    let (code, message) = fieldgap(&["rig", "where", path.to_str().expect("text")]);
+    assert_eq!(code, Some(1), "{message}");
+    assert_contains(&message, &["invalid length 3, expected 2 values"]);
+}
+
+#[test]
 fn a_list_that_is_too_long_is_refused() {
     let home = tempfile::tempdir().expect("a folder");
     let rig = std::fs::read_to_string("rigs/virtual.toml").expect("it is there");

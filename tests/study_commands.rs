@@ -118,10 +118,12 @@ fn errors_name_place_and_remedy() {
         text
     })
     .expect("written");
-    let cases: [(&[&str], &[&str]); 7] = [
+    let cases: [(&[&str], &[&str]); 9] = [
         (&["study", "colour"], &["shape, height, count, spacing and comparison", "my-study.toml"]),
         (&["study", "none.toml"], &["none.toml", "cannot be read"]),
         (&["study", "count", "--set", "array.colums=3"], &["colums", "columns"]),
+        (&["study", "shape", "--set", "draws=1000000000"], &["fields", "fewer `draws`"]),
+        (&["study", "shape", "--set", "map.step_mm=0.02"], &["too many points"]),
         (&["study", "count", "--set", "map.step_mm=0"], &["0 is not a length above zero"]),
         (&["characterize", "none.csv"], &["none.csv", "cannot be read"]),
         (&["characterize", "noise.csv"], &["no model explains half", "at least four heights"]),

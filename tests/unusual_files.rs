@@ -191,7 +191,32 @@ fn places_in_micrometres_are_refused_with_the_unit() {
 fn a_field_too_fine_for_its_extent_is_refused() {
     let home = record(&SETUP.replace("40000.0", "1e7"), &grid(1.0, 100.0));
     for command in ["compare", "diagnose", "distinguish", "replay"] {
-        let (code, message) = fieldgap(&[command, text(home.path())]);
-        assert!(matches!(code, Some(0 | 1)), "{command}: {code:?} {message}");
+        let message = refused(&[command, text(home.path())]);
+        assert!(message.contains("wavelengths"), "{command}: {message}");
     }
+}
+
+#[test]
+fn a_display_in_steps_of_nanometres_is_refused() {
+    let home = tempfile::tempdir().expect("a folder");
+    let circle = std::fs::read_to_string("scans/display-circle.toml").expect("there");
+    let step = circle.lines().find(|line| line.starts_with("step_mm")).expect("a step");
+    let path = home.path().join("display.toml");
+    for (with, words) in [("step_mm = 1e-9", "1e-6 mm"), ("step_mm = 1e-6", "steps in a loop")] {
+        std::fs::write(&path, circle.replace(step, with)).expect("written");
+        let message =
+            refused(&["simulate", "--display", text(&path), "--rig", "rigs/virtual.toml"]);
+        assert!(message.contains(words), "{message}");
+    }
+}
+
+#[test]
+fn a_wire_log_of_impossible_times_is_refused_at_its_line() {
+    let home = record(SETUP, &grid(1.0, 100.0));
+    std::fs::copy("rigs/virtual.toml", home.path().join("rig.toml")).expect("copied");
+    std::fs::create_dir(home.path().join("wire")).expect("a folder");
+    let log = "0 @ m 2026-01-01T00:00:00Z 1\n1e308 < start\\n\n";
+    std::fs::write(home.path().join("wire/robot.log"), log).expect("written");
+    let message = refused(&["replay", "--wire", text(home.path())]);
+    assert!(message.contains("line 2"), "{message}");
 }

@@ -87,7 +87,7 @@ impl Sense {
 
     fn line(&self, swipe: &Swipe) -> miette::Result<String> {
         if self.json {
-            return Ok(json_line(swipe).into_diagnostic()?);
+            return json_line(swipe).into_diagnostic();
         }
         Ok(format!(
             "{:>9.2} s  {:<5}  present for {:.2} s, {:.0} ms between the two sides\n",

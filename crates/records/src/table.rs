@@ -13,6 +13,9 @@ use fieldgap_input::{Fault, Finite, MOST_TABLE, OutOfRange, Place, read_bytes};
 /// Longest part of a line that a fault shows, characters.
 const SHOWN_CHARACTERS: usize = 160;
 
+/// Longest line of a table, bytes.
+const LONGEST_LINE: usize = 1 << 20;
+
 /// The text of a table.
 #[derive(Debug)]
 pub struct Table {
@@ -42,7 +45,18 @@ impl Table {
     /// A [`Fault`] at the first byte that is not UTF-8.
     pub fn from_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, Fault> {
         match String::from_utf8(bytes) {
-            Ok(text) => Ok(Self::new(path, text)),
+            Ok(text) => {
+                // A row is read as a whole, beside the table.
+                let mut lines = text.split('\n');
+                if let Some(number) = lines.position(|line| line.len() > LONGEST_LINE) {
+                    return Err(Fault::of_file(
+                        path,
+                        format!("line {} is longer than {LONGEST_LINE} bytes", number + 1),
+                        NOT_TEXT,
+                    ));
+                }
+                Ok(Self::new(path, text))
+            }
             Err(error) => {
                 let good = error.utf8_error().valid_up_to();
                 let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
@@ -276,6 +290,13 @@ mod tests {
         let fault = Table::from_bytes(Path::new("t.csv"), b"1,2\n3,\xff4\n".to_vec())
             .expect_err("0xff is not UTF-8");
         assert_eq!(fault.line_column(), Some((2, 3)));
+    }
+
+    #[test]
+    fn a_line_that_is_longer_than_any_row_is_refused() {
+        let bytes = [b"1,2\n".to_vec(), vec![b'0'; LONGEST_LINE + 1]].concat();
+        let fault = Table::from_bytes(Path::new("t.csv"), bytes).expect_err("too long");
+        assert!(fault.problem().starts_with("line 2 is longer"), "{fault}");
     }
 
     proptest! {

@@ -12,8 +12,8 @@ use fieldgap_records::{
     ArraySection, ArrayTable, FocusSection, FocusTable, Layout, MediumSection, MediumTable,
 };
 
-/// Most points of a map.
-const MOST_MAP_POINTS: f64 = 3e7;
+/// Most points of a map, which takes about 400 bytes for each while it is computed: 2000 points per side, and some more.
+const MOST_MAP_POINTS: f64 = 4.1e6;
 
 /// The sections of a rig file that a study uses.
 #[derive(Debug, Deserialize)]
@@ -164,7 +164,7 @@ fn grid(table: &MapTable, focus_z_m: Option<f64>, source: &TomlSource) -> Result
             format!(
                 "a map of {size_mm} mm in steps of {step_mm} mm has too few or too many points"
             ),
-            "choose 3 to 5000 points per side",
+            "choose 3 to 2000 points per side",
         ));
     }
     let mut grid = PlaneGrid::square(steps * step_mm * 1e-3, step_mm * 1e-3, z_m);

@@ -109,7 +109,7 @@ impl Study {
         };
         let documents = Documents::parse(&source, rig.as_ref())?;
         let sweeps = sweeps(&file.sweep, &documents, &source)?;
-        let draws = file.draws.map_or(1, NonZeroU32::get);
+        let draws = draws(file.draws, &sweeps, &source)?;
         Ok(Self { name, sweeps, draws, documents, source })
     }
 
@@ -127,7 +127,7 @@ impl Study {
         let source = TomlSource::new(&path, self.documents.study_source("").text());
         let file: StudyTable = self.documents.study_source(&label).parse()?;
         self.sweeps = sweeps(&file.sweep, &self.documents, &source)?;
-        self.draws = file.draws.map_or(1, NonZeroU32::get);
+        self.draws = draws(file.draws, &self.sweeps, &source)?;
         self.name = file_name(&file.name, "the folder of the study", &source)?;
         Ok(Self { source, ..self })
     }
@@ -159,6 +159,22 @@ impl Study {
     pub fn points(&self) -> usize {
         self.sweeps.iter().map(|sweep| sweep.values.len()).product()
     }
+}
+
+/// The number of draws, if their fields can be computed for all values.
+fn draws(draws: Option<NonZeroU32>, sweeps: &[Sweep], source: &TomlSource) -> Result<u32, Fault> {
+    let draws = draws.map_or(1, NonZeroU32::get);
+    let points: usize = sweeps.iter().map(|sweep| sweep.values.len()).product();
+    if points.saturating_mul(draws as usize) > MOST_POINTS {
+        return Err(Fault::of_file(
+            source.path(),
+            format!(
+                "{draws} draws at {points} combinations of values are more than {MOST_POINTS} fields"
+            ),
+            "give fewer `draws`, or choose larger steps of the sweeps",
+        ));
+    }
+    Ok(draws)
 }
 
 fn sweeps(

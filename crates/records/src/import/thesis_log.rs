@@ -17,6 +17,9 @@ use fieldgap_input::{Fault, Frequency, Gap, Length, SoundSpeed};
 
 const CENTIMETRE_M: f64 = 0.01;
 
+/// Largest length of a log, cm.
+const MOST_CM: f64 = 1e3;
+
 /// A log of the thesis's robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ThesisLog {
@@ -146,7 +149,7 @@ fn one_transducer() -> ArraySection {
 fn axes_of(table: &Table, row: Option<Row<'_>>, what: &str) -> Result<Vec3, Fault> {
     let row = row.ok_or_else(|| short(table, &format!("the {what} of the axes")))?;
     let along =
-        |index: usize| row.number(index, &format!("the {what} of {}", ["x", "y", "z"][index]));
+        |index: usize| length_cm(&row, index, &format!("the {what} of {}", ["x", "y", "z"][index]));
     let of_axes = Vec3::new(along(0)?, along(1)?, along(2)?);
     if what == "resolution"
         && let Some(index) = (0..3).find(|&index| of_axes[index] <= 0.0)
@@ -167,12 +170,22 @@ fn reading_of(row: &Row<'_>) -> Result<(Vec3, f64), Fault> {
             "complete the row, or take it out on purpose",
         ));
     }
-    let at_cm = Vec3::new(row.number(0, "x")?, row.number(1, "y")?, row.number(2, "z")?);
+    let at_cm =
+        Vec3::new(length_cm(row, 0, "x")?, length_cm(row, 1, "y")?, length_cm(row, 2, "z")?);
     let magnitude = row.number(3, "the magnitude")?;
     if magnitude < 0.0 {
         return Err(row.wrong(3, "the magnitude", "zero or a number above zero"));
     }
     Ok((at_cm.map(from_centimetres), magnitude))
+}
+
+/// A length of the log: within 10 m, as all places of a record are.
+fn length_cm(row: &Row<'_>, index: usize, name: &str) -> Result<f64, Fault> {
+    let length_cm = row.number(index, name)?;
+    if length_cm.abs() < MOST_CM {
+        return Ok(length_cm);
+    }
+    Err(row.wrong(index, name, "a length within 10 m (in cm, not in mm)"))
 }
 
 fn from_centimetres(centimetres: f64) -> f64 {
@@ -257,6 +270,17 @@ mod tests {
             let fault = parse(&text).expect_err(&text);
             assert_eq!(fault.line_column(), place, "{text}: {fault}");
             assert!(fault.problem().contains(said), "{text}: {fault}");
+        }
+    }
+
+    #[test]
+    fn lengths_beyond_any_robot_are_refused() {
+        for (from, to, line) in
+            [("24,25,2,0.5", "24,25,1e17,0.5", 5), ("50,50,50", "50,5000,50", 3)]
+        {
+            let fault = parse(&LOG.replace(from, to)).expect_err(to);
+            assert_eq!(fault.line_column().map(|place| place.0), Some(line), "{fault}");
+            assert!(fault.problem().contains("within 10 m"), "{fault}");
         }
     }
 

@@ -113,8 +113,10 @@ fn fundamental(high: &[bool]) -> Option<PinPulse> {
         (0..high.len()).filter(|&slot| is_high(slot)).map(|slot| turn(slot as f64)).sum()
     };
     let relative = sum(&|slot| high[slot]) / sum(&|slot| slot < high.len() / 2);
+    let late_periods = (relative.arg() / std::f64::consts::TAU).rem_euclid(1.0);
     (relative.norm() > 1e-9).then(|| PinPulse {
-        late_periods: (relative.arg() / std::f64::consts::TAU).rem_euclid(1.0),
+        // The remainder of a tiny negative number rounds to one whole period.
+        late_periods: if late_periods < 1.0 { late_periods } else { 0.0 },
         amplitude: relative.norm(),
     })
 }

@@ -1,11 +1,7 @@
 //! The figures of a diagnosis agree with each other, whatever the cause: one number has one value.
 
-use std::path::Path;
-use std::process::Command;
-
-use fieldgap::acoustics::{Simulator, Vec3};
+use fieldgap::acoustics::Vec3;
 use fieldgap::diagnosis::{Diagnosis, EffectId, Verdict, WaterfallPart, diagnose};
-use fieldgap::records::RecordedScan;
 use fieldgap_text::percent;
 
 mod scanned_pistons;
@@ -59,56 +55,6 @@ fn an_offset_has_its_share_of_the_gap() {
     assert!(largest(&plane.residual_before) > 10.0, "{}", largest(&plane.residual_before));
     assert!(largest(&plane.residual_after) < 5.0, "{}", largest(&plane.residual_after));
 }
-
-/// A gap a hundred times the noise shows that the formula for a face is not exact near the array, which is said.
-#[test]
-fn a_share_with_structure_is_not_called_noise() {
-    let home = tempfile::tempdir().expect("a folder");
-    let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));
-    let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/virtual.toml");
-    let text = format!("rig = {rig:?}\n{THESIS_SCAN}");
-    std::fs::write(&plan, text).expect("written");
-    let scan = Command::new(env!("CARGO_BIN_EXE_fieldgap"))
-        .arg("scan")
-        .args([&plan, Path::new("--out"), &folder])
-        .output()
-        .expect("it runs");
-    assert!(scan.status.success(), "{}", String::from_utf8_lossy(&scan.stderr));
-    let scanned = RecordedScan::open(&folder).expect("a recorded scan");
-    let diagnosis = diagnose(&[scanned], Some(Simulator::AsWritten)).expect("readings enough");
-    check(&diagnosis);
-    assert_eq!(diagnosis.verdict, Verdict::MostlyExplained, "{}", diagnosis.sentence);
-    assert!(diagnosis.effects.contains(&EffectId::PhasePlane), "{}", diagnosis.sentence);
-    let rest = diagnosis.remainder.expect("a remainder");
-    assert!(rest.share < 3e-3 && !rest.looks_like.is_empty(), "{rest:?}");
-    assert!(diagnosis.sentence.contains(&percent(rest.gap)), "{}", diagnosis.sentence);
-}
-
-/// The planes of the thesis, coarser.
-const THESIS_SCAN: &str = r#"
-name = "thesis-planes"
-
-[simulator]
-model = "as-written"
-
-[[focus]]
-x_mm = 17.5
-y_mm = -22.5
-z_mm = 100.0
-
-[dark]
-before = 8
-after = 8
-
-[reference]
-at_mm = [17.5, -22.5, 100.0]
-every_points = 100
-
-[[plane]]
-z_mm = [50.0, 100.0, 150.0, 200.0]
-size_mm = [71.0, 71.0]
-step_mm = 4.0
-"#;
 
 /// Readings that fluctuate cannot be predicted one by one; the scatter accounts for the gap.
 #[test]

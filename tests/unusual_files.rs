@@ -123,7 +123,9 @@ fn pipes_and_devices_in_a_record_are_refused() {
                 _ => &["replay", folder],
             };
             let message = refused(command);
-            assert!(message.contains("not a regular file"), "{name}: {message}");
+            let of_pipe = message.contains("not a regular file");
+            let of_link = message.contains("a link that leads out of the record");
+            assert!(of_pipe || of_link, "{name}: {message}");
         }
     }
 }

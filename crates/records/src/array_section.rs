@@ -48,8 +48,7 @@ impl ArraySection {
         };
         if layout.elements() > MAX_ELEMENTS {
             return Err(at_layout(format!(
-                "the array would have {} elements; at most {MAX_ELEMENTS} are allowed",
-                layout.elements()
+                "an array has at most {MAX_ELEMENTS} elements; this one would have more"
             )));
         }
         let folder = source.path().parent().unwrap_or(Path::new(""));

@@ -69,7 +69,7 @@ fn keys_that_do_not_belong_or_are_missing_are_named() {
         ("layout = \"random\"\ncount = 3\n", 3, "`seed`"),
         ("layout = \"hexagonal\"\nrings = 2\nfile = \"a.csv\"\n", 5, "`file`"),
         ("layout = \"hexagonal-thesis\"\nrings = 4\n", 3, "0 to 3 rings"),
-        ("layout = \"hexagonal\"\nrings = 4000000000\n", 3, "at most 100000"),
+        ("layout = \"hexagonal\"\nrings = 4000000000\n", 3, "at most 10000 elements"),
         ("layout = \"elements\"\nfile = \"a.csv\"\n", 5, "`element_diameter_mm`"),
         ("layout = \"spiral\"\n", 3, "spiral"),
         ("layout = \"square\"\ncolums = 6\n", 4, "colums"),

@@ -132,7 +132,7 @@ fn faults_are_placed_at_their_key() {
     let cases = [
         (with_plane("step_mm = 2.0", "step_mm = -2.0"), 13, "above zero"),
         (with_plane("step_mm = 2.0", "step_mm = 5.0"), 12, "smaller than its step"),
-        (with_plane("step_mm = 2.0", "step_mm = 1e-9"), 13, "steps"),
+        (with_plane("step_mm = 2.0", "step_mm = 1e-9"), 13, "from 1e-6 mm"),
         (with_plane("step_mm = 2.0", "step_mm = 1e-5"), 9, "points"),
         (with_plane("step_mm", "stepp_mm"), 13, "stepp_mm"),
         (with_plane("[100, 50.0]", "[]"), 10, "no height"),

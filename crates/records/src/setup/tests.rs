@@ -177,7 +177,7 @@ fn any_setup() -> impl Strategy<Value = ScanSetup> {
         let foci = prop::collection::vec(any_focus(array.array().len()), 1..3);
         let seconds = 0i64..4_000_000_000;
         let simulator = prop::sample::select(Simulator::ALL.to_vec());
-        ("\\PC{0,12}", seconds, "[a-zA-Z\"\\\\\n]{1,8}", any_medium(), simulator, foci).prop_map(
+        ("\\PC{0,12}", seconds, "[a-zA-Z\"\\\\]{1,8}", any_medium(), simulator, foci).prop_map(
             move |(name, seconds, unit, medium, simulator, foci)| ScanSetup {
                 name,
                 recorded: Timestamp::from_second(seconds).expect("this century or the next"),

@@ -264,7 +264,8 @@ mod tests {
         robot.home().await.expect("homes");
         robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect("arrives");
         assert_eq!(robot.confirm_place().await.expect("it stands"), mm(10.0, 0.0, 0.0));
-        let (mut robot, _) = guarded(&[mm(10.0, 0.0, 0.0), moved, moved]);
+        let (mut robot, _) =
+            guarded(&[mm(0.0, 0.0, 0.0), mm(0.0, 0.0, 0.0), mm(10.0, 0.0, 0.0), moved, moved]);
         robot.home().await.expect("homes");
         robot.move_to(mm(10.0, 0.0, 0.0), feed()).await.expect("arrives");
         let error = robot.confirm_place().await.expect_err("elsewhere");

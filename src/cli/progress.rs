@@ -177,14 +177,14 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
             bar.set_message("waiting for disk space");
         }
         Event::WatchdogLost { reason } => {
-            bar.suspend(|| say(&format!("waiting, the array is silent: the watchdog {reason}")));
+            bar.suspend(|| say(format!("waiting, the array is silent: the watchdog {reason}")));
         }
         Event::WatchdogRestarted { waited_s } => {
-            bar.suspend(|| say(&format!("the watchdog was started again after {waited_s:.1} s")));
+            bar.suspend(|| say(format!("the watchdog was started again after {waited_s:.1} s")));
         }
         Event::Suspended { suspended_s } => {
             bar.suspend(|| {
-                say(&format!(
+                say(format!(
                     "ATTENTION: the computer was suspended for {suspended_s:.0} s; the robot reports the same place, and the \
                      point is measured again"
                 ))

@@ -7,7 +7,7 @@ use clap::Args;
 use miette::IntoDiagnostic;
 
 use super::RigArg;
-use crate::cli::output::{print, print_json};
+use crate::cli::output::{print, print_json, say};
 use crate::rig_file::RigFile;
 use fieldgap_acquisition::check_with_transcript;
 use fieldgap_rig::check::check;
@@ -40,7 +40,7 @@ impl Check {
             None => runtime.block_on(check(&rig_setup.rig, &ports, elements, None)),
         };
         if let Some(folder) = &self.record {
-            eprintln!("transcript: {}", folder.display());
+            say(format!("transcript: {}", folder.display()));
         }
         if self.json {
             print_json(&report)?;

@@ -28,6 +28,8 @@ enum Register {
     Auto,
     /// Mirror image, rotation, step ratio, shift and gain
     Pose,
+    /// Gain and a shift of any size
+    Shift,
     /// Gain and a small shift
     GainAndShift,
     /// Gain only
@@ -41,6 +43,7 @@ impl From<Register> for Registering {
         match register {
             Register::Auto => Self::Auto,
             Register::Pose => Self::Pose,
+            Register::Shift => Self::Shift,
             Register::GainAndShift => Self::GainAndShift,
             Register::Gain => Self::GainOnly,
             Register::None => Self::None,

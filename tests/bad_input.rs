@@ -3,6 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+mod small_record;
+use small_record::{HEADER, SETUP};
+
 const PLAN: &str = r#"name = "bad"
 [simulator]
 model = "corrected"
@@ -127,34 +130,11 @@ fn a_missing_port_is_named_with_the_existing_ones() {
     );
 }
 
-/// The set-up of a record of one focus.
-const SETUP: &str = r#"format = 1
-name = "cut"
-recorded = 2026-01-01T00:00:00Z
-reading = "V"
-[array]
-frequency_hz = 40000.0
-layout = "square"
-columns = 6
-rows = 6
-element_diameter_mm = 10.5
-spacing_mm = 0.0
-[medium]
-speed_of_sound_m_s = 343.0
-[simulator]
-model = "corrected"
-[[focus]]
-x_mm = 0.0
-y_mm = 0.0
-z_mm = 100.0
-"#;
-
 /// What a command says of a record with these rows; it must refuse them.
 fn refused(command: &str, rows: &str) -> String {
     let home = tempfile::tempdir().expect("a folder");
     std::fs::write(home.path().join("scan.toml"), SETUP).expect("written");
-    let header = "time_s,focus,x_mm,y_mm,z_mm,reading\n";
-    std::fs::write(home.path().join("samples.csv"), format!("{header}{rows}")).expect("written");
+    std::fs::write(home.path().join("samples.csv"), format!("{HEADER}\n{rows}")).expect("written");
     let (code, message) = fieldgap(&[command, home.path().to_str().expect("text")]);
     assert_eq!(code, Some(1), "{message}");
     message

@@ -4,6 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+mod small_record;
+use small_record::{HEADER, SETUP};
+
 /// Clears the screen; sets the title; the same in one character; reverses what follows; begins a line of its own.
 const HOSTILE: [&str; 5] = ["\x1b[2J", "\x1b]0;title\x07", "\u{9b}2J", "\u{202e}", "\x0d"];
 
@@ -18,27 +21,6 @@ z_mm = 100.0
 z_mm = 100.0
 size_mm = [10.0, 10.0]
 step_mm = 2.0
-"#;
-
-const SETUP: &str = r#"format = 1
-name = "plain"
-recorded = 2026-01-01T00:00:00Z
-reading = "V"
-[array]
-frequency_hz = 40000.0
-layout = "square"
-columns = 6
-rows = 6
-element_diameter_mm = 10.5
-spacing_mm = 0.0
-[medium]
-speed_of_sound_m_s = 343.0
-[simulator]
-model = "corrected"
-[[focus]]
-x_mm = 0.0
-y_mm = 0.0
-z_mm = 100.0
 "#;
 
 fn program() -> Command {
@@ -89,8 +71,6 @@ fn rows() -> String {
         .collect()
 }
 
-const HEADER: &str = "time_s,focus,x_mm,y_mm,z_mm,reading";
-
 #[test]
 fn names_and_keys_of_plans_and_rigs_are_harmless() {
     let home = tempfile::tempdir().expect("a folder");
@@ -122,7 +102,7 @@ fn names_and_keys_of_plans_and_rigs_are_harmless() {
 #[test]
 fn names_and_cells_of_records_are_harmless() {
     for hostile in HOSTILE {
-        let named = SETUP.replace("\"plain\"", &quoted(&format!("a{hostile}b")));
+        let named = SETUP.replace("\"small\"", &quoted(&format!("a{hostile}b")));
         let unit = SETUP.replace("\"V\"", &quoted(&format!("V{hostile}")));
         for (setup, header, rows) in [
             (named.as_str(), HEADER.to_owned(), rows()),

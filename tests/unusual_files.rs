@@ -5,28 +5,8 @@ use std::process::{Command, Stdio};
 
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
-const SETUP: &str = r#"format = 1
-name = "unusual"
-recorded = 2026-01-01T00:00:00Z
-reading = "V"
-[array]
-frequency_hz = 40000.0
-layout = "square"
-columns = 6
-rows = 6
-element_diameter_mm = 10.5
-spacing_mm = 0.0
-[medium]
-speed_of_sound_m_s = 343.0
-[simulator]
-model = "corrected"
-[[focus]]
-x_mm = 0.0
-y_mm = 0.0
-z_mm = 100.0
-"#;
-
-const HEADER: &str = "time_s,focus,x_mm,y_mm,z_mm,reading\n";
+mod small_record;
+use small_record::{HEADER, SETUP};
 
 /// Most memory of one command, KiB, and longest time, s.
 const MEMORY_KIB: u32 = 4 << 20;
@@ -70,7 +50,7 @@ fn grid(scale: f64, z_mm: f64) -> String {
 fn record(setup: &str, rows: &str) -> tempfile::TempDir {
     let home = tempfile::tempdir().expect("a folder");
     std::fs::write(home.path().join("scan.toml"), setup).expect("written");
-    std::fs::write(home.path().join("samples.csv"), format!("{HEADER}{rows}")).expect("written");
+    std::fs::write(home.path().join("samples.csv"), format!("{HEADER}\n{rows}")).expect("written");
     home
 }
 

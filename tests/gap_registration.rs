@@ -294,6 +294,16 @@ fn shifts_up_to_several_millimetres_are_found_and_left_in_the_gap() {
     }
 }
 
+/// In a field full of interference fringes, a descent from the recorded place ends in a wrong fringe.
+#[test]
+fn a_shift_of_many_fringes_is_found_where_asked_for() {
+    let pose = Pose { shift_m: Vec3::new(-12e-3, 9e-3, 0.0), ..Pose::default() };
+    let scan = height_modulated(3, &pose, 0.0);
+    let found = compared(&scan, Simulator::Piston, Registering::Shift).registration;
+    let off_mm = 1e3 * (found.pose().shift_m - pose.shift_m).xy().norm();
+    assert!(off_mm < 0.1, "{off_mm} mm: {}", found.why);
+}
+
 /// On the plane of symmetry, a shift across it changes nothing to first order.
 #[test]
 fn a_direction_that_the_readings_do_not_determine_is_named() {

@@ -22,15 +22,23 @@ fn shown(value: f64) -> String {
     }
 }
 
-/// What is wanted in place of a number, where a range names no bounds of its own.
-fn wanted(value: f64, range: &'static str) -> &'static str {
-    let unbounded = range.ends_with("number") || range.ends_with("zero");
-    match value {
-        _ if unbounded && value.is_finite() && value.abs() > LARGEST => {
+/// Whether the range of a quantity is stated by its own words.
+#[derive(Clone, Copy)]
+enum Range {
+    /// Every number that a file may hold, from the least to the largest magnitude.
+    General,
+    /// A narrower one, with its bounds in the words.
+    Own,
+}
+
+/// What is wanted in place of a number.
+fn wanted(value: f64, range: Range, words: &'static str) -> &'static str {
+    match range {
+        Range::General if value.is_finite() && value.abs() > LARGEST => {
             "a number of at most 1e12 in magnitude"
         }
-        _ if unbounded && value > 0.0 && value < SMALLEST => "a number of 1e-12 or more",
-        _ => range,
+        Range::General if value > 0.0 && value < SMALLEST => "a number of 1e-12 or more",
+        _ => words,
     }
 }
 
@@ -42,7 +50,7 @@ impl OutOfRange {
 }
 
 macro_rules! quantity {
-    ($(#[$doc:meta])* $name:ident, $wanted:literal, |$v:ident| $accepted:expr) => {
+    ($(#[$doc:meta])* $name:ident, $range:ident $wanted:literal, |$v:ident| $accepted:expr) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Serialize, Deserialize)]
         #[serde(try_from = "f64", into = "f64")]
@@ -58,7 +66,7 @@ macro_rules! quantity {
                 if value.abs() <= LARGEST && $accepted {
                     return Ok(Self(value));
                 }
-                Err(OutOfRange { value, wanted: wanted(value, $wanted) })
+                Err(OutOfRange { value, wanted: wanted(value, Range::$range, $wanted) })
             }
 
             /// The number, in the unit of the field that holds it.
@@ -99,7 +107,7 @@ const SMALLEST: f64 = 1e-12;
 
 quantity!(
     /// Any number, up to 1e12 in magnitude.
-    Finite, "a finite number", |_v| true
+    Finite, General "a finite number", |_v| true
 );
 impl Default for Finite {
     /// Zero.
@@ -110,23 +118,23 @@ impl Default for Finite {
 
 quantity!(
     /// A number above zero, from 1e-12 to 1e12.
-    Positive, "a number above zero", |v| v >= SMALLEST
+    Positive, General "a number above zero", |v| v >= SMALLEST
 );
 quantity!(
     /// A number of zero or above, up to 1e12.
-    NonNegative, "zero or a number above zero", |v| v >= 0.0
+    NonNegative, General "zero or a number above zero", |v| v >= 0.0
 );
 quantity!(
     /// A number from 0 to 1, both included.
-    Fraction, "a number from 0 to 1", |v| (0.0..=1.0).contains(&v)
+    Fraction, Own "a number from 0 to 1", |v| (0.0..=1.0).contains(&v)
 );
 quantity!(
     /// A coordinate in millimetres: within 100 m.
-    Coordinate, "a coordinate within 100 m (in mm, not in \u{b5}m)", |v| v.abs() < 1e5
+    Coordinate, Own "a coordinate within 100 m (in mm, not in \u{b5}m)", |v| v.abs() < 1e5
 );
 quantity!(
     /// A place in the field of an array, along one axis, in millimetres: within 10 m of the array. At 40 kHz air alone absorbs 13 dB on this way.
-    Place, "a place within 10 m of the array (in mm, not in \u{b5}m)", |v| v.abs() < 1e4
+    Place, Own "a place within 10 m of the array (in mm, not in \u{b5}m)", |v| v.abs() < 1e4
 );
 impl Default for Place {
     /// Zero.
@@ -137,27 +145,27 @@ impl Default for Place {
 
 quantity!(
     /// A length in millimetres, such as a size or a step: from a nanometre to 100 m.
-    Length, "a length above zero, from 1e-6 mm to 100 m (in mm, not in \u{b5}m)", |v| (1e-6..1e5).contains(&v)
+    Length, Own "a length above zero, from 1e-6 mm to 100 m (in mm, not in \u{b5}m)", |v| (1e-6..1e5).contains(&v)
 );
 quantity!(
     /// A speed of a robot in millimetres per second, up to 10 m/s.
-    Speed, "a speed above zero, from 1e-3 mm/s to 10 m/s (in mm/s, not in \u{b5}m/s)", |v| (1e-3..=1e4).contains(&v)
+    Speed, Own "a speed above zero, from 1e-3 mm/s to 10 m/s (in mm/s, not in \u{b5}m/s)", |v| (1e-3..=1e4).contains(&v)
 );
 quantity!(
     /// A gap or an amplitude in millimetres: zero, or up to 100 m.
-    Gap, "zero or a length within 100 m (in mm, not in \u{b5}m)", |v| (0.0..1e5).contains(&v)
+    Gap, Own "zero or a length within 100 m (in mm, not in \u{b5}m)", |v| (0.0..1e5).contains(&v)
 );
 quantity!(
     /// A time above zero in seconds, milliseconds or minutes, from 1e-9 to 1e9; so many seconds are thirty years.
-    Time, "a time above zero, from 1e-9 to 1e9", |v| (1e-9..=1e9).contains(&v)
+    Time, Own "a time above zero, from 1e-9 to 1e9", |v| (1e-9..=1e9).contains(&v)
 );
 quantity!(
     /// A time in seconds, milliseconds or minutes: zero, or up to 1e9.
-    Delay, "zero or a time of at most 1e9", |v| (0.0..=1e9).contains(&v)
+    Delay, Own "zero or a time of at most 1e9", |v| (0.0..=1e9).contains(&v)
 );
 quantity!(
     /// A rate in hertz, of samples or of a modulation: from 1e-6 Hz to 10 GHz.
-    Rate, "a rate above zero, from 1e-6 Hz to 10 GHz (in Hz)", |v| (1e-6..=1e10).contains(&v)
+    Rate, Own "a rate above zero, from 1e-6 Hz to 10 GHz (in Hz)", |v| (1e-6..=1e10).contains(&v)
 );
 impl Default for Coordinate {
     /// Zero.
@@ -168,11 +176,11 @@ impl Default for Coordinate {
 
 quantity!(
     /// A frequency of ultrasound or audible sound in hertz: 1 kHz to 10 MHz.
-    Frequency, "a frequency from 1 kHz to 10 MHz (in Hz, not in kHz)", |v| (1e3..=1e7).contains(&v)
+    Frequency, Own "a frequency from 1 kHz to 10 MHz (in Hz, not in kHz)", |v| (1e3..=1e7).contains(&v)
 );
 quantity!(
     /// A speed of sound in metres per second: from 100 m/s, below that of any gas used here, to 2000 m/s.
-    SoundSpeed, "a speed of sound from 100 to 2000 m/s (not in mm/s)", |v| (100.0..=2e3).contains(&v)
+    SoundSpeed, Own "a speed of sound from 100 to 2000 m/s (not in mm/s)", |v| (100.0..=2e3).contains(&v)
 );
 
 /// A narrower range, taken as a wider one.

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 
 use jiff::Timestamp;
 
-pub use self::error::{BadSample, JournalError};
+pub use self::error::JournalError;
 pub use self::event::{Event, EventKind, read_events};
 use self::presence::Presence;
 pub use self::record::Record;
@@ -33,7 +33,7 @@ pub use self::state::ScanState;
 use super::durable::{self, Lines};
 use super::inside::without_ways_out;
 use super::sample::RecordedSample;
-use super::samples_csv::{Columns, samples_of};
+use super::samples_csv::{Columns, SampleLimits, UnwritableSample, samples_of};
 use super::setup::ScanSetup;
 use super::table::Table;
 use fieldgap_acoustics::Vec3;
@@ -51,7 +51,7 @@ const KEPT_OF_TORN_LINE: usize = 200;
 pub struct Journal {
     folder: PathBuf,
     columns: Columns,
-    foci: usize,
+    limits: SampleLimits,
     records: Lines<File>,
     /// The same points as the records, from which it is restored after a crash.
     samples: Lines<File>,
@@ -117,7 +117,7 @@ impl Journal {
         let mut journal = Self {
             folder: folder.to_owned(),
             columns,
-            foci: setup.foci.len(),
+            limits: SampleLimits::of(setup),
             records: Lines::after(
                 open_for_append(&folder.join(record::FILE))?,
                 records_header.len() as u64,
@@ -161,18 +161,19 @@ impl Journal {
         // Another process may have completed it before the lock was free.
         Self::resumable(folder)?;
         let setup = ScanSetup::read(&folder.join(SETUP)).map_err(Box::new)?;
+        let limits = SampleLimits::of(&setup);
         if !folder.join(record::FILE).exists() {
-            begin_records(folder, setup.foci.len())?;
+            begin_records(folder, &limits)?;
         }
         let path = folder.join(record::FILE);
         let bytes = read_back(&path)?;
         let record::Contents { columns, records, whole } =
-            record::read(&path, &bytes, setup.foci.len()).map_err(Box::new)?;
+            record::read(&path, &bytes, &limits).map_err(Box::new)?;
         let torn = &bytes[whole..];
         let mut journal = Self {
             folder: folder.to_owned(),
             columns,
-            foci: setup.foci.len(),
+            limits,
             records: Lines::after(open_for_append(&path)?, whole as u64),
             samples: Lines::after(open_for_append(&folder.join(SAMPLES))?, 0),
             events,
@@ -199,8 +200,7 @@ impl Journal {
         let mut wanted = self.columns.header();
         for (row, record) in records.iter().enumerate() {
             let line = self.columns.line(&record.sample);
-            wanted += &line
-                .map_err(|reason| JournalError::Sample { visit: row, reason: reason.into() })?;
+            wanted += &line.map_err(|reason| JournalError::Sample { visit: row, reason })?;
         }
         let there = read_back(&path)?;
         let same = there.iter().zip(wanted.as_bytes()).take_while(|(a, b)| a == b).count();
@@ -310,29 +310,24 @@ impl Journal {
         &self.folder
     }
 
-    fn lines(&self, record: &Record) -> Result<(String, String), BadSample> {
-        match record.sample.focus {
-            Some(focus) if focus >= self.foci => {
-                Err(BadSample::NoSuchFocus { focus, foci: self.foci })
-            }
-            _ => Ok(record::lines(self.visits_done, record, self.columns)?),
-        }
+    fn lines(&self, record: &Record) -> Result<(String, String), UnwritableSample> {
+        self.limits.check(&record.sample)?;
+        record::lines(self.visits_done, record, self.columns)
     }
 }
 
 /// Creates the journal of a scan that has none from its `samples.csv`; the commanded positions are then unknown.
-fn begin_records(folder: &Path, foci: usize) -> Result<(), JournalError> {
+fn begin_records(folder: &Path, limits: &SampleLimits) -> Result<(), JournalError> {
     let path = folder.join(SAMPLES);
     let mut bytes = read_back(&path)?;
     bytes.truncate(whole_lines(&bytes));
     let table = Table::from_bytes(&path, bytes).map_err(Box::new)?;
-    let (columns, samples) = samples_of(&table, foci).map_err(Box::new)?;
+    let (columns, samples) = samples_of(&table, limits).map_err(Box::new)?;
     let mut text = record::header(columns);
     for (row, sample) in samples.into_iter().enumerate() {
         let record = Record { commanded_mm: None, sample };
         let lines = record::lines(row, &record, columns);
-        text +=
-            &lines.map_err(|reason| JournalError::Sample { visit: row, reason: reason.into() })?.0;
+        text += &lines.map_err(|reason| JournalError::Sample { visit: row, reason })?.0;
     }
     let path = folder.join(record::FILE);
     durable::replace(&path, text.as_bytes()).map_err(write_error(&path))

@@ -68,6 +68,7 @@ mod medium_section;
 mod plan;
 mod plane_map;
 mod planes;
+mod reading_range;
 mod recorded;
 mod repeats;
 mod sample;
@@ -86,7 +87,7 @@ pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};
 pub use hooks::{Alarm, HookCommand, HookKind, Hooks};
 pub use inside::without_ways_out;
 pub use journal::{
-    BadSample, Event, EventKind, Journal, JournalError, Record, Resumed, ScanState, read_events,
+    Event, EventKind, Journal, JournalError, Record, Resumed, ScanState, read_events,
 };
 pub use layout::{Layout, Rims};
 pub use medium_section::{MediumSection, MediumTable};

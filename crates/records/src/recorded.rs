@@ -8,7 +8,7 @@ use super::inside::without_ways_out;
 use super::planes::{Plane, planes};
 use super::repeats::{Repeat, repeats};
 use super::sample::RecordedSample;
-use super::samples_csv::{read_samples, write_samples};
+use super::samples_csv::{SampleLimits, read_samples, write_samples};
 use super::setup::{ScanSetup, UnwritableSetup};
 use fieldgap_input::Fault;
 
@@ -48,7 +48,7 @@ impl RecordedScan {
     pub fn open(folder: &Path) -> Result<Self, Fault> {
         without_ways_out(folder)?;
         let setup = ScanSetup::read(&folder.join("scan.toml"))?;
-        let (_, samples) = read_samples(&folder.join("samples.csv"), setup.foci.len())?;
+        let (_, samples) = read_samples(&folder.join("samples.csv"), &SampleLimits::of(&setup))?;
         Ok(Self { setup, samples })
     }
 
@@ -68,7 +68,7 @@ impl RecordedScan {
         std::fs::create_dir_all(folder).map_err(refused(folder))?;
         let mut rows = Vec::new();
         let samples_csv = folder.join("samples.csv");
-        write_samples(&mut rows, &self.samples)
+        write_samples(&mut rows, &self.samples, &SampleLimits::of(&self.setup))
             .and_then(|()| durable::replace(&samples_csv, &rows))
             .map_err(refused(&samples_csv))?;
         for (name, bytes) in self.setup.files()? {

@@ -7,7 +7,9 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::plan::MAX_VISITS;
+use super::reading_range::ReadingRange;
 use super::sample::{RecordedSample, Spread};
+use super::setup::ScanSetup;
 use super::table::{Row, Table, in_range};
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::{Fault, OutOfRange};
@@ -81,7 +83,7 @@ impl Columns {
 }
 
 /// Why a sample cannot be written to a `samples.csv`: it could not be read back.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum UnwritableSample {
     /// The sample and the columns do not agree on whether there is a standard deviation and count.
     #[error("in one samples.csv either every row has std and count or none has")]
@@ -94,13 +96,23 @@ pub enum UnwritableSample {
         /// The number and its range.
         refused: OutOfRange,
     },
-    /// A magnitude is negative.
-    #[error("{column} is {value}, but a magnitude cannot be negative")]
-    Negative {
+    /// A magnitude is negative, or larger than its unit allows.
+    #[error("{column} is {value}, but {wanted} is expected")]
+    Impossible {
         /// The column.
         column: &'static str,
         /// The number.
         value: f64,
+        /// What is expected.
+        wanted: String,
+    },
+    /// The scan has no such focus.
+    #[error("focus {focus} was driven, but the scan has {foci} foci, numbered from 0")]
+    NoSuchFocus {
+        /// The number.
+        focus: usize,
+        /// The number of foci.
+        foci: usize,
     },
     /// The mean of no readings.
     #[error("count is 0, so nothing was read")]
@@ -121,24 +133,59 @@ fn check(sample: &RecordedSample) -> Result<(), UnwritableSample> {
         in_range(column, value)
             .map_err(|refused| UnwritableSample::OutOfRange { column, refused })?;
     }
-    for (column, value) in [("reading", sample.reading), ("std", std)] {
-        if value < 0.0 {
-            return Err(UnwritableSample::Negative { column, value });
-        }
-    }
     if count == 0 { Err(UnwritableSample::NothingRead) } else { Ok(()) }
 }
 
-/// Reads a `samples.csv` whose `[[focus]]` entries are `foci` in number.
-///
-/// # Errors
-/// A [`Fault`] at the first invalid row: wrong number of columns, unreadable or non-finite number, negative reading, focus without an
-/// entry, last line cut off.
-pub fn read_samples(path: &Path, foci: usize) -> Result<(Columns, Vec<RecordedSample>), Fault> {
-    samples_of(&Table::read(path)?, foci)
+/// What the samples of a record can be.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct SampleLimits {
+    /// Number of `[[focus]]` entries.
+    foci: usize,
+    readings: ReadingRange,
 }
 
-pub fn samples_of(table: &Table, foci: usize) -> Result<(Columns, Vec<RecordedSample>), Fault> {
+impl SampleLimits {
+    /// Those of a record with a set-up.
+    pub(super) fn of(setup: &ScanSetup) -> Self {
+        Self { foci: setup.foci.len(), readings: ReadingRange::of(&setup.unit) }
+    }
+
+    /// Checks a sample before it is written.
+    ///
+    /// # Errors
+    /// [`UnwritableSample`] if it has a focus without an entry, or a reading that its unit cannot have.
+    pub(super) fn check(&self, sample: &RecordedSample) -> Result<(), UnwritableSample> {
+        if let Some(focus) = sample.focus.filter(|focus| *focus >= self.foci) {
+            return Err(UnwritableSample::NoSuchFocus { focus, foci: self.foci });
+        }
+        let std = sample.spread.map_or(0.0, |spread| spread.std);
+        for (column, value) in [("reading", sample.reading), ("std", std)] {
+            if !self.readings.contains(value) {
+                let wanted = self.readings.wanted().to_owned();
+                return Err(UnwritableSample::Impossible { column, value, wanted });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads a `samples.csv`.
+///
+/// # Errors
+/// A [`Fault`] at the first invalid row: wrong number of columns, unreadable or non-finite number, negative or impossible reading, focus
+/// without an entry, last line cut off.
+pub(super) fn read_samples(
+    path: &Path,
+    limits: &SampleLimits,
+) -> Result<(Columns, Vec<RecordedSample>), Fault> {
+    samples_of(&Table::read(path)?, limits)
+}
+
+/// As [`read_samples`], of a text.
+pub(super) fn samples_of(
+    table: &Table,
+    limits: &SampleLimits,
+) -> Result<(Columns, Vec<RecordedSample>), Fault> {
     let mut rows = table.rows(b',');
     let header = rows.next().ok_or_else(|| {
         Fault::of_file(
@@ -158,14 +205,18 @@ pub fn samples_of(table: &Table, foci: usize) -> Result<(Columns, Vec<RecordedSa
                 "split the record into several",
             ));
         }
-        samples.push(sample_of(&row, columns, foci)?);
+        samples.push(sample_of(&row, columns, limits)?);
         last = row;
     }
     table.refuse_cut_end(&last)?;
     Ok((columns, samples))
 }
 
-fn sample_of(row: &Row<'_>, columns: Columns, foci: usize) -> Result<RecordedSample, Fault> {
+fn sample_of(
+    row: &Row<'_>,
+    columns: Columns,
+    limits: &SampleLimits,
+) -> Result<RecordedSample, Fault> {
     let wanted = columns.names().len();
     if row.len() != wanted {
         return Err(row.fault(
@@ -176,12 +227,12 @@ fn sample_of(row: &Row<'_>, columns: Columns, foci: usize) -> Result<RecordedSam
     }
     let number = |index: usize| row.number(index, NAMES[index]);
     let magnitude = |index: usize| match number(index)? {
-        value if value >= 0.0 => Ok(value),
-        _ => Err(row.wrong(index, NAMES[index], "zero or a number above zero")),
+        value if limits.readings.contains(value) => Ok(value),
+        _ => Err(row.wrong(index, NAMES[index], limits.readings.wanted())),
     };
     Ok(RecordedSample {
         time_s: number(0)?,
-        focus: focus_of(row, foci)?,
+        focus: focus_of(row, limits.foci)?,
         position_mm: Vec3::new(number(2)?, number(3)?, number(4)?),
         reading: magnitude(5)?,
         spread: match columns {
@@ -216,12 +267,17 @@ fn count_of(row: &Row<'_>) -> Result<u32, Fault> {
 ///
 /// # Errors
 /// What `out` reports, or [`UnwritableSample`] (as [`io::ErrorKind::InvalidInput`]).
-pub fn write_samples(out: &mut impl Write, samples: &[RecordedSample]) -> io::Result<()> {
+pub(super) fn write_samples(
+    out: &mut impl Write,
+    samples: &[RecordedSample],
+    limits: &SampleLimits,
+) -> io::Result<()> {
     let columns = Columns::of(samples);
     out.write_all(columns.header().as_bytes())?;
     for sample in samples {
-        let line = columns
-            .line(sample)
+        let line = limits
+            .check(sample)
+            .and_then(|()| columns.line(sample))
             .map_err(|unwritable| io::Error::new(io::ErrorKind::InvalidInput, unwritable))?;
         out.write_all(line.as_bytes())?;
     }

@@ -46,7 +46,7 @@ pub enum JournalError {
         /// Number of the visit, from 0.
         visit: usize,
         /// The reason.
-        reason: BadSample,
+        reason: UnwritableSample,
     },
     /// A sample was not written.
     #[error(
@@ -96,22 +96,6 @@ impl JournalError {
         let (Self::Append { source, .. } | Self::Write { source, .. }) = self else { return false };
         matches!(source.kind(), StorageFull | QuotaExceeded | FileTooLarge)
     }
-}
-
-/// Why a sample cannot be in this record.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum BadSample {
-    /// It cannot be written to a `samples.csv`.
-    #[error(transparent)]
-    Unwritable(#[from] UnwritableSample),
-    /// The scan has no such focus.
-    #[error("focus {focus} was driven, but the scan has {foci} foci, numbered from 0")]
-    NoSuchFocus {
-        /// The number.
-        focus: usize,
-        /// The number of foci.
-        foci: usize,
-    },
 }
 
 fn next_step(state: &ScanState, folder: &std::path::Path) -> impl fmt::Display {

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use crate::sample::{RecordedSample, millimetres};
-use crate::samples_csv::{Columns, UnwritableSample, samples_of};
+use crate::samples_csv::{Columns, SampleLimits, UnwritableSample, samples_of};
 use crate::table::Table;
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::Fault;
@@ -65,7 +65,7 @@ pub(super) struct Contents {
 ///
 /// # Errors
 /// A [`Fault`] at a damaged line with complete records after it: that file was damaged otherwise than by a crash.
-pub(super) fn read(path: &Path, bytes: &[u8], foci: usize) -> Result<Contents, Fault> {
+pub(super) fn read(path: &Path, bytes: &[u8], limits: &SampleLimits) -> Result<Contents, Fault> {
     let columns = [Columns::Plain, Columns::WithSpread]
         .into_iter()
         .find(|columns| bytes.starts_with(header(*columns).as_bytes()))
@@ -92,7 +92,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], foci: usize) -> Result<Contents, F
         samples += sample;
         samples.push('\n');
     }
-    let (_, samples) = samples_of(&Table::new(path, samples), foci)?;
+    let (_, samples) = samples_of(&Table::new(path, samples), limits)?;
     let records = commanded.into_iter().zip(samples);
     let records = records.map(|(commanded_mm, sample)| Record { commanded_mm, sample }).collect();
     Ok(Contents { columns, records, whole })

@@ -5,7 +5,12 @@ use super::*;
 const HEADER: &str = "time_s,focus,x_mm,y_mm,z_mm,reading\n";
 
 fn read(text: &str) -> Result<(Columns, Vec<RecordedSample>), Fault> {
-    samples_of(&Table::new(Path::new("samples.csv"), text), 2)
+    samples_of(&Table::new(Path::new("samples.csv"), text), &limits())
+}
+
+/// Two foci, and readings in volts.
+fn limits() -> SampleLimits {
+    SampleLimits { foci: 2, readings: ReadingRange::of("V") }
 }
 
 fn fault(text: &str) -> Fault {
@@ -30,6 +35,7 @@ fn every_kind_of_bad_row_is_placed_at_its_cell() {
         ("0.1,0,1,2,3,NaN", (3, 13), "finite"),
         ("0.1,0,1,inf,3,1", (3, 9), "y_mm"),
         ("0.1,0,1,2,3,-0.5", (3, 13), "`-0.5`"),
+        ("0.1,0,1,2,3,1e6", (3, 13), "a voltage of at most 1000 V"),
         ("0.1,2,1,2,3,1", (3, 5), "2 [[focus]]"),
         ("0.1,-2,1,2,3,1", (3, 5), "focus -2"),
         ("0.1,0.5,1,2,3,1", (3, 5), "`0.5`"),
@@ -85,7 +91,7 @@ fn a_file_cut_anywhere_but_at_a_line_end_is_a_fault_on_its_last_line() {
 fn samples_with_and_without_spread_do_not_go_into_one_file() {
     let plain = RecordedSample::measured(0.0, None, Vec3::zeros(), 0.0, None);
     let spread = RecordedSample { spread: Some(Spread { std: 0.0, count: 1 }), ..plain };
-    let error = write_samples(&mut Vec::new(), &[plain, spread]).expect_err("mixed");
+    let error = write_samples(&mut Vec::new(), &[plain, spread], &limits()).expect_err("mixed");
     assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
 }
 
@@ -98,14 +104,17 @@ fn what_the_reader_would_refuse_is_not_written() {
         RecordedSample { position_mm: Vec3::new(0.0, f64::NAN, 0.0), ..good },
         RecordedSample { reading: f64::NAN, ..good },
         RecordedSample { reading: -1e-9, ..good },
+        RecordedSample { reading: 1e4, ..good },
+        RecordedSample { focus: Some(2), ..good },
         RecordedSample { spread: spread(-0.1, 1), ..good },
         RecordedSample { spread: spread(f64::NAN, 1), ..good },
         RecordedSample { spread: spread(0.1, 0), ..good },
     ];
     for sample in bad {
-        assert!(Columns::of(&[sample]).line(&sample).is_err(), "{sample:?}");
+        let written = write_samples(&mut Vec::new(), &[sample], &limits());
+        assert!(written.is_err(), "{sample:?}");
     }
-    assert!(Columns::Plain.line(&good).is_ok());
+    assert!(write_samples(&mut Vec::new(), &[good], &limits()).is_ok());
 }
 
 fn any_number() -> impl Strategy<Value = f64> {
@@ -114,7 +123,7 @@ fn any_number() -> impl Strategy<Value = f64> {
 }
 
 fn any_magnitude() -> impl Strategy<Value = f64> {
-    any_number().prop_map(f64::abs)
+    any_number().prop_map(|number| number.abs() % 1e3)
 }
 
 prop_compose! {
@@ -141,7 +150,7 @@ proptest! {
             samples.iter_mut().for_each(|sample| sample.spread = None);
         }
         let mut bytes = Vec::new();
-        write_samples(&mut bytes, &samples).expect("all alike");
+        write_samples(&mut bytes, &samples, &limits()).expect("all alike");
         let text = String::from_utf8(bytes).expect("text");
         let (_, again) = read(&text).expect("what was written reads");
         // Debug shows the shortest digits and the sign of zero: equal text is equal bits.

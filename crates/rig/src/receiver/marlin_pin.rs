@@ -11,7 +11,7 @@ use async_trait::async_trait;
 use serde::Deserialize;
 use tokio::time::{Instant, sleep};
 
-use super::reading::{Reading, ReadingBuilder, ReceiverIdentity};
+use super::reading::{Reading, ReadingBuilder, ReceiverIdentity, is_possible};
 use crate::Receiver;
 use crate::config::ReceiverConfig;
 use crate::device::{Device, Role};
@@ -198,6 +198,11 @@ impl<L: ByteLink> MarlinPinReceiver<L> {
             }
             if is_ok(&line) {
                 self.in_step = true;
+                if let Some(counts) = value.filter(|c| !is_possible(*c, self.full_scale_counts)) {
+                    let seen =
+                        format!("{counts} counts from a converter of {}", self.full_scale_counts);
+                    return Err(self.wire.error(Cause::Unreadable { seen }));
+                }
                 let cause = match refusal {
                     Some(reply) => Cause::Refused { reply },
                     None => Cause::Unreadable { seen: line },
@@ -306,6 +311,12 @@ mod tests {
     async fn a_pin_at_full_scale_is_clipped() {
         let mut receiver = opened("pin = 57", "Analog in = 1023\nok\n").await.expect("it answers");
         assert!(receiver.read_point(Duration::ZERO, 1).await.expect("it answers").clipped);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn counts_beyond_the_converter_are_an_error() {
+        let error = opened("pin = 57", "Analog in = 34100\nok\n").await.expect_err("10 bits");
+        assert!(matches!(error.cause(), Cause::Unreadable { .. }), "{error}");
     }
 
     #[tokio::test(start_paused = true)]

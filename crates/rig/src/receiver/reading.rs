@@ -13,6 +13,14 @@ pub struct ReceiverIdentity {
     pub own_clock: bool,
 }
 
+/// How far beyond its full scale a converter may read, as a factor: full scales are rounded, and gains calibrated. Set by judgement.
+const OVER_RANGE: f64 = 1.25;
+
+/// Whether a converter with this full scale can give this value. Another value was damaged on its way.
+pub(super) fn is_possible(value: f64, full_scale: f64) -> bool {
+    value.abs() <= OVER_RANGE * full_scale
+}
+
 /// The readings of one point.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Reading {
@@ -95,6 +103,14 @@ mod tests {
         assert!(
             (reading.first_t_s - 1.0).abs() < 1e-12 && (reading.last_t_s - 1.007).abs() < 1e-12
         );
+    }
+
+    #[test]
+    fn a_converter_gives_no_more_than_its_full_scale() {
+        assert!([0.0, 5.0, -5.0, 5.01].into_iter().all(|value| is_possible(value, 5.0)));
+        for value in [50.0, -6.3, 1e160, f64::NAN, f64::NEG_INFINITY] {
+            assert!(!is_possible(value, 5.0), "{value}");
+        }
     }
 
     #[test]

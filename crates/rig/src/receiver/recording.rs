@@ -51,9 +51,7 @@ impl Recorder {
     pub(super) fn take(&mut self, event: Event) -> Option<u64> {
         match event {
             Event::Sample(sample) if sample.t_us >= self.asked_at_us => {
-                if sample.value.is_finite() {
-                    self.samples.push(sample);
-                }
+                self.samples.push(sample);
                 None
             }
             Event::End { t_us, .. } if t_us >= self.asked_at_us => Some(t_us),

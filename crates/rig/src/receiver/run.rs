@@ -70,9 +70,6 @@ impl Run {
     }
 
     fn take_sample(&mut self, sample: Sample) {
-        if !sample.value.is_finite() {
-            return;
-        }
         if !self.last.is_none_or(|last| self.follows(last, sample)) {
             // A damaged number or time, here or before. Settling again from here only errs to the late side.
             self.first = None;
@@ -186,17 +183,6 @@ mod tests {
                 assert!(reading.mean >= 5_020_000.0, "sample {damaged}: {reading:?}");
             }
         }
-    }
-
-    #[test]
-    fn a_value_that_is_no_number_is_a_lost_one() {
-        let mut all = samples(0);
-        all[25].value = f64::NAN;
-        let end = Event::End { next_seq: all.len() as u32, t_us: 6_000_000 };
-        let (run, _) = run(all.into_iter().map(Event::Sample).chain([end]));
-        let reading = run.reading().expect("samples");
-        assert!(reading.mean.is_finite());
-        assert_eq!(reading.gaps, 1);
     }
 
     proptest! {

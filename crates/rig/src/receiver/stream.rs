@@ -8,7 +8,7 @@ use tokio::time::Instant;
 use super::binary::FrameDecoder;
 use super::config::{Encoding, StreamConfig};
 use super::protocol::{Event, parse_identity, parse_time};
-use super::reading::{Reading, ReceiverIdentity};
+use super::reading::{Reading, ReceiverIdentity, is_possible};
 use super::recording::{DuringRecording, Recorder, Recording};
 use super::run::Run;
 use super::text::TextDecoder;
@@ -129,7 +129,7 @@ impl<L: ByteLink> StreamReceiver<L> {
         mut during: DuringRecording<'_>,
     ) -> Result<Recording, RigError> {
         let mut recorder = Recorder::new(asked_at_us, self.identity.rate_hz);
-        let mut decoder = Decoder::new(self.encoding);
+        let mut decoder = Decoder::new(self.encoding, self.identity.full_scale);
         loop {
             let far = Instant::now() + QUIET;
             tokio::select! {
@@ -166,7 +166,7 @@ impl<L: ByteLink> StreamReceiver<L> {
             return Ok(None);
         };
         let mut run = Run::new(asked_at_us, settle, count, samples, rate_hz);
-        let mut decoder = Decoder::new(self.encoding);
+        let mut decoder = Decoder::new(self.encoding, self.identity.full_scale);
         let period = Duration::try_from_secs_f64(1.0 / rate_hz).unwrap_or(QUIET);
         let until = Instant::now() + 2 * QUIET + period.saturating_mul(samples.saturating_mul(2));
         loop {
@@ -269,30 +269,45 @@ fn find_line(seen: &[u8], prefixes: &[&str]) -> Option<std::ops::Range<usize>> {
 
 /// The decoder of the chosen encoding.
 #[derive(Debug)]
-enum Decoder {
+enum Format {
     Text(TextDecoder),
     Binary(FrameDecoder),
 }
 
+/// Finds the events among the bytes of a receiver.
+#[derive(Debug)]
+struct Decoder {
+    format: Format,
+    full_scale: f64,
+}
+
 impl Decoder {
-    fn new(encoding: Encoding) -> Self {
-        match encoding {
-            Encoding::Text => Self::Text(TextDecoder::default()),
-            Encoding::Binary => Self::Binary(FrameDecoder::default()),
-        }
+    fn new(encoding: Encoding, full_scale: f64) -> Self {
+        let format = match encoding {
+            Encoding::Text => Format::Text(TextDecoder::default()),
+            Encoding::Binary => Format::Binary(FrameDecoder::default()),
+        };
+        Self { format, full_scale }
     }
 
     fn push(&mut self, bytes: &[u8]) {
-        match self {
-            Self::Text(decoder) => decoder.push(bytes),
-            Self::Binary(decoder) => decoder.push(bytes),
+        match &mut self.format {
+            Format::Text(decoder) => decoder.push(bytes),
+            Format::Binary(decoder) => decoder.push(bytes),
         }
     }
 
+    /// The next event. A sample with a value that the receiver cannot give is passed over, and so counts as lost.
     fn next_event(&mut self) -> Option<Event> {
-        match self {
-            Self::Text(decoder) => decoder.next_event(),
-            Self::Binary(decoder) => decoder.next_event(),
+        loop {
+            let event = match &mut self.format {
+                Format::Text(decoder) => decoder.next_event(),
+                Format::Binary(decoder) => decoder.next_event(),
+            }?;
+            match event {
+                Event::Sample(sample) if !is_possible(sample.value, self.full_scale) => {}
+                _ => return Some(event),
+            }
         }
     }
 }

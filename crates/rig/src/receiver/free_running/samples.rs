@@ -3,6 +3,7 @@
 use super::super::binary::FrameDecoder;
 use super::super::config::{FreeRunningConfig, Lines};
 use super::super::protocol::Event;
+use super::super::reading::is_possible;
 
 /// More bytes than this without a line end are noise.
 const LONGEST_LINE: usize = 4096;
@@ -76,7 +77,7 @@ impl SampleDecoder {
         let mut samples = Vec::new();
         while let Some(event) = self.frames.next_event() {
             if let Event::Sample(sample) = event
-                && sample.value.is_finite()
+                && is_possible(sample.value, self.full_scale)
             {
                 let clipped = sample.clipped || sample.value.abs() >= self.full_scale;
                 samples.push(Sample { t_us: sample.t_us, value: sample.value, clipped });
@@ -96,6 +97,7 @@ impl SampleDecoder {
                 Sample { t_us, value, clipped: value.abs() >= self.full_scale }
             }),
         };
+        let sample = sample.filter(|sample| is_possible(sample.value, self.full_scale));
         self.unreadable = sample.is_none().then(|| printable(line));
         sample
     }
@@ -190,6 +192,7 @@ pub(super) fn elapsed_us(from_us: u64, to_us: u64) -> f64 {
 mod tests {
     use proptest::prelude::*;
 
+    use super::super::tests::config;
     use super::*;
 
     #[test]
@@ -198,6 +201,18 @@ mod tests {
         assert_eq!(parse("12 4.9", 5.0), Some(Sample { t_us: 12, value: 4.9, clipped: false }));
         for bad in ["12", "x 1", "12 nan", "12 1 ?", "12 1 ! 3"] {
             assert_eq!(parse(bad, 5.0), None, "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_value_that_the_converter_cannot_give_is_no_sample() {
+        for (lines, line) in
+            [(Lines::TimeAndValue, "12 1e160\n13 1.0\n"), (Lines::Value, "9.99\n1.0\n")]
+        {
+            let config = FreeRunningConfig { lines, ..config() };
+            let samples = SampleDecoder::new(&config).push(line.as_bytes());
+            let values: Vec<f64> = samples.iter().map(|sample| sample.value).collect();
+            assert_eq!(values, [1.0], "{lines:?}");
         }
     }
 

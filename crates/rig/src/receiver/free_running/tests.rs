@@ -6,7 +6,7 @@ use tokio::io::{AsyncWriteExt, duplex};
 use super::*;
 use fieldgap_input::{NonNegative, Positive};
 
-fn config() -> FreeRunningConfig {
+pub(super) fn config() -> FreeRunningConfig {
     FreeRunningConfig {
         port: None,
         baud: 115_200,

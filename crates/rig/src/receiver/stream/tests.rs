@@ -20,6 +20,8 @@ enum Fault {
     Deaf,
     /// Samples with these places are lost.
     Lose(u32, u32),
+    /// The value at this place cannot be.
+    Impossible(u32),
     /// The converter clips at this place.
     Clip(u32),
     /// The cable is pulled in mid-run.
@@ -109,7 +111,10 @@ impl Firmware {
         let mut bytes = Vec::new();
         for place in 0..count {
             let clipped = fault == Some(Fault::Clip(place));
-            let value = self.t_us as f64 * 1e-6;
+            let value = match fault == Some(Fault::Impossible(place)) {
+                true => 1e30,
+                false => self.t_us as f64 * 1e-6,
+            };
             let lost = matches!(fault, Some(Fault::Lose(from, to)) if (from..to).contains(&place));
             if lost {
             } else if self.binary {
@@ -222,6 +227,16 @@ async fn a_damaged_frame_is_a_gap() {
     let mut receiver = bench(Encoding::Binary, b"", &[Fault::Damage(25 * 24 + 9)]).await;
     let reading = receiver.read_point(SETTLE, 16).await.expect("reads");
     assert_eq!((reading.count, reading.gaps), (16, 1), "one is asked for to spare");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_value_that_the_converter_cannot_give_is_a_gap() {
+    for encoding in [Encoding::Text, Encoding::Binary] {
+        let mut receiver = bench(encoding, b"", &[Fault::Impossible(25)]).await;
+        let reading = receiver.read_point(SETTLE, 16).await.expect("reads");
+        assert_eq!((reading.count, reading.gaps, reading.clipped), (16, 1, false), "{encoding:?}");
+        assert!(reading.mean < 5.0, "{encoding:?}: {reading:?}");
+    }
 }
 
 #[tokio::test(start_paused = true)]

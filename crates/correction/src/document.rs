@@ -5,6 +5,7 @@ use std::path::Path;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, Value};
 
 use super::change::{Change, Correction};
+use super::changed_key::{ChangedKey, changed_keys};
 use super::not_correctable::Unwritten;
 use fieldgap_input::Fault;
 use fieldgap_records::{ArraySection, Layout, MediumSection};
@@ -15,8 +16,11 @@ const LATTICE_KEYS: [&str; 8] =
 /// The keys of `[medium]` that give the speed of sound by the state of the air.
 const AIR_KEYS: [&str; 3] = ["temperature_c", "humidity_percent", "pressure_kpa"];
 
-/// A set-up file that is being corrected.
-pub(super) struct Document(DocumentMut);
+/// A set-up file that is being corrected, and as it was.
+pub(super) struct Document {
+    corrected: DocumentMut,
+    before: DocumentMut,
+}
 
 impl Document {
     /// Parses the text of a file that was read without error.
@@ -24,31 +28,38 @@ impl Document {
     /// # Errors
     /// A [`Fault`] if it is not valid TOML.
     pub fn parse(path: &Path, text: &str) -> Result<Self, Fault> {
-        text.parse().map(Self).map_err(|error: toml_edit::TomlError| {
+        let before: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
             let range = error.span().unwrap_or(0..0);
             Fault::at(path, text, range, error.message(), "correct this line")
-        })
+        })?;
+        Ok(Self { corrected: before.clone(), before })
     }
 
     /// The text, with a comment at its head.
     pub fn text(&self, head: &str) -> String {
         let comment: String = head.lines().map(comment).collect();
-        format!("{comment}\n{}", self.0)
+        format!("{comment}\n{}", self.corrected)
+    }
+
+    /// The keys that were changed.
+    pub fn changes(&self) -> Vec<ChangedKey> {
+        changed_keys(&self.before, &self.corrected)
     }
 
     /// A section as a table that can hold comments.
     pub fn section(&mut self, name: &str) -> &mut Table {
-        if let Some(mut key) = self.0.key_mut(name) {
+        if let Some(mut key) = self.corrected.key_mut(name) {
             // Remove the blank between the name of an inline table and its equals sign.
             key.leaf_decor_mut().set_suffix("");
         }
-        let item = self.0.entry(name).or_insert(Item::Table(Table::new()));
+        let item = self.corrected.entry(name).or_insert(Item::Table(Table::new()));
         as_table(item)
     }
 
     /// Every `[[focus]]`.
     pub fn foci(&mut self) -> impl Iterator<Item = &mut Table> {
-        let item = self.0.entry("focus").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
+        let item =
+            self.corrected.entry("focus").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
         let taken = std::mem::take(item);
         *item = Item::ArrayOfTables(taken.into_array_of_tables().unwrap_or_default());
         item.as_array_of_tables_mut().into_iter().flat_map(ArrayOfTables::iter_mut)

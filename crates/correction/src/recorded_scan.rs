@@ -1,14 +1,14 @@
 //! Correction of the set-up of a recorded scan.
 
 use std::f64::consts::TAU;
-use std::fs;
 use std::path::Path;
 
+use super::CorrectionError;
 use super::change::{Change, Correction, corrections};
 use super::document::{Document, head, numbers, round_to, set};
 use super::elements::{changed, difference, is_of_elements};
 use super::not_correctable::Unwritten;
-use super::{Corrected, CorrectionError, write_new};
+use super::planned::{Corrected, NewFolder, PlannedCorrection};
 use fieldgap_acoustics::{Simulator, delays_s};
 use fieldgap_diagnosis::Diagnosis;
 use fieldgap_input::TomlSource;
@@ -31,6 +31,19 @@ pub fn correct_recorded_scan(
     folder: &Path,
     out: &Path,
 ) -> Result<Corrected, CorrectionError> {
+    plan_recorded_scan(diagnosis, scanned, folder, out)?.write()
+}
+
+/// The correction of [`correct_recorded_scan`] without writing it.
+///
+/// # Errors
+/// As there, but for an existing folder.
+pub fn plan_recorded_scan(
+    diagnosis: &Diagnosis,
+    scanned: &ScanSetup,
+    folder: &Path,
+    out: &Path,
+) -> Result<PlannedCorrection, CorrectionError> {
     let (corrections, mut unwritten) = corrections(diagnosis)?;
     let source = TomlSource::read(&folder.join("scan.toml"))?;
     let setup = ScanSetup::parse(&source)?;
@@ -90,28 +103,24 @@ pub fn correct_recorded_scan(
 
     let probability = diagnosis.best().map_or(f64::NAN, |best| best.probability);
     let head = head(source.path(), &diagnosis.scans, probability, &written, &unwritten);
-    fs::create_dir(out).map_err(CorrectionError::writing(out))?;
-    let mut files = vec![out.join("samples.csv")];
-    fs::copy(folder.join("samples.csv"), &files[0]).map_err(CorrectionError::writing(&files[0]))?;
+    let mut files = Vec::new();
     if by_file {
         let path = out.join(ELEMENTS_FILE);
         let mut bytes = Vec::new();
         write_elements(&mut bytes, &elements).map_err(CorrectionError::writing(&path))?;
-        write_new(&path, &bytes)?;
-        files.push(path);
+        files.push((path, bytes));
     }
     if let Some(transducer) = setup.array.transducer_file() {
         let path = out.join(TRANSDUCER_BESIDE);
-        write_new(&path, transducer.text().as_bytes())?;
         set(document.section("array"), "transducer", TRANSDUCER_BESIDE.into(), "");
-        files.push(path);
+        files.push((path, transducer.text().as_bytes().to_vec()));
     }
     // Last, so that a folder with this file is complete.
-    let path = out.join("scan.toml");
-    write_new(&path, document.text(&head).as_bytes())?;
-    files.push(path);
+    files.push((out.join("scan.toml"), document.text(&head).into_bytes()));
     let written = written.iter().map(|correction| correction.found.clone()).collect();
-    Ok(Corrected { files, written, unwritten })
+    let samples = [folder.join("samples.csv"), out.join("samples.csv")];
+    let folder = Some(NewFolder { path: out.to_owned(), samples });
+    Ok(PlannedCorrection { changes: document.changes(), written, unwritten, folder, files })
 }
 
 /// Whether the drives of a focus would differ with the corrected set-up.

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use super::CorrectionError;
 use super::change::{Change, Correction, corrections};
 use super::document::{Document, head, numbers, round_to, set};
 use super::elements::{changed, difference, is_of_elements};
 use super::not_correctable::Unwritten;
-use super::{Corrected, CorrectionError, write_new};
+use super::planned::{Corrected, PlannedCorrection};
 use fieldgap_acquisition::RigSetup;
 use fieldgap_diagnosis::Diagnosis;
 use fieldgap_records::{Layout, ScanSetup, write_elements};
@@ -24,6 +25,22 @@ pub fn correct_rig_file(
     rig: &Path,
     out: &Path,
 ) -> Result<Corrected, CorrectionError> {
+    if out.exists() {
+        return Err(CorrectionError::Exists(out.to_owned()));
+    }
+    plan_rig_file(diagnosis, scanned, rig, out)?.write()
+}
+
+/// The correction of [`correct_rig_file`] without writing it.
+///
+/// # Errors
+/// As there, but for an existing file.
+pub fn plan_rig_file(
+    diagnosis: &Diagnosis,
+    scanned: &ScanSetup,
+    rig: &Path,
+    out: &Path,
+) -> Result<PlannedCorrection, CorrectionError> {
     let (corrections, mut unwritten) = corrections(diagnosis)?;
     let rig_setup = RigSetup::read(rig)?;
     let other = |what| CorrectionError::OtherArray { path: rig.to_owned(), what };
@@ -89,9 +106,6 @@ pub fn correct_rig_file(
     let mut files = Vec::new();
     let probability = diagnosis.best().map_or(f64::NAN, |best| best.probability);
     let head = head(rig, &diagnosis.scans, probability, &written, &unwritten);
-    if out.exists() {
-        return Err(CorrectionError::Exists(out.to_owned()));
-    }
     if by_file {
         let stem = out.file_stem().unwrap_or_default().to_string_lossy();
         let name = format!("{stem}-elements.csv");
@@ -99,13 +113,11 @@ pub fn correct_rig_file(
         let path = out.with_file_name(name);
         let mut bytes = Vec::new();
         write_elements(&mut bytes, &elements).map_err(CorrectionError::writing(&path))?;
-        write_new(&path, &bytes)?;
-        files.push(path);
+        files.push((path, bytes));
     }
-    write_new(out, document.text(&head).as_bytes())?;
-    files.push(out.to_owned());
+    files.push((out.to_owned(), document.text(&head).into_bytes()));
     let written = written.iter().map(|correction| correction.found.clone()).collect();
-    Ok(Corrected { files, written, unwritten })
+    Ok(PlannedCorrection { changes: document.changes(), written, unwritten, folder: None, files })
 }
 
 /// Why a change has no key in a rig file; `None` if it has one.

@@ -1,6 +1,7 @@
-//! The report of a diagnosis: files, text, reproducibility.
+//! The report of a diagnosis: files, text, reproducibility; and the first screen of a report with its cause.
 
 mod diagnosis_synthetic;
+mod first_screen;
 mod page_words;
 #[allow(dead_code)] // shared with the tests of the report
 mod report_synthetic;

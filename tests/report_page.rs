@@ -18,7 +18,7 @@ const BOTH: [Simulator; 2] = [Simulator::AsWritten, Simulator::Corrected];
 /// The files of a report, by name.
 fn files(context: &ReportContext, comparisons: &[Comparison]) -> BTreeMap<String, Vec<u8>> {
     let dir = tempfile::tempdir().expect("a folder");
-    report::write(dir.path(), context, comparisons).expect("written");
+    report::write(dir.path(), context, comparisons, None).expect("written");
     let entries = std::fs::read_dir(dir.path()).expect("a folder");
     entries
         .map(|entry| {
@@ -251,11 +251,12 @@ fn the_data_can_be_read_back() {
 #[test]
 fn an_empty_comparison_and_an_invalid_folder_are_errors() {
     let dir = tempfile::tempdir().expect("a folder");
-    let nothing = report::write(dir.path(), &context(), &[]);
+    let nothing = report::write(dir.path(), &context(), &[], None);
     assert!(matches!(nothing, Err(ReportError::NothingCompared)));
     let file = dir.path().join("taken");
     std::fs::write(&file, "").expect("written");
     let all = without_maps(comparisons(&[Simulator::Corrected], &[100.0], 7.0));
-    let error = report::write(Path::new(&file), &context(), &all).expect_err("a file is no folder");
+    let error =
+        report::write(Path::new(&file), &context(), &all, None).expect_err("a file is no folder");
     assert!(error.to_string().contains("taken"), "{error}");
 }

@@ -1,5 +1,5 @@
-//! What `run` does beyond its report where the plan says `diagnose = true`: the cause named, the set-up corrected by it, and
-//! the same readings compared with the simulation of the corrected set-up.
+//! What `run` does after its scan: the comparison, the cause, the report that answers first, and, where the plan says
+//! `diagnose = true`, the corrected set-up and the same readings compared with its simulation.
 
 use std::path::Path;
 
@@ -7,13 +7,14 @@ use miette::{Diagnostic, IntoDiagnostic};
 
 use super::compare::ComparisonArgs;
 use super::diagnose::{tell, write_page};
-use super::replay::write_report;
+use super::proposal::proposed_correction;
+use super::replay::{Report, show, write_report};
 use crate::cli::output::say;
-use fieldgap_comparison::GapReduction;
+use fieldgap_comparison::{Comparison, GapReduction};
 use fieldgap_correction::{CorrectionError, correct_recorded_scan};
-use fieldgap_diagnosis::{PlaneShare, diagnose};
+use fieldgap_diagnosis::{Diagnosis, PlaneShare, diagnose};
 use fieldgap_records::{RecordedScan, SAME_HEIGHT_MM};
-use fieldgap_report::ReportError;
+use fieldgap_report::{Cause, ReportError, headline};
 
 /// The page that says why, in the report's folder.
 const WHY: &str = "why";
@@ -22,23 +23,115 @@ const CORRECTED: &str = "corrected";
 /// The table of gaps, beside the corrected set-up.
 const GAPS: &str = "gaps.txt";
 
-/// Diagnoses the scan in `folder`, whose report stands in `report_folder`, against the simulator that it was made for; writes
-/// page and corrected set-up; says on standard error what was found, what was corrected, and how the gap went.
-///
-/// A cause that cannot be corrected for is no error: it is said, and nothing is written but the page.
-pub(super) fn close_gap(
+/// Fewest readings, and fewest heights, from which a cause is sought unasked. Fewer leave several causes that fit alike; the probabilities
+/// of the diagnosis were calibrated on scans of thousands of readings at several heights.
+const FEWEST_READINGS: usize = 500;
+const FEWEST_HEIGHTS: usize = 2;
+
+/// What is sought beside the comparison.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Closing {
+    /// Nothing: the comparison alone.
+    Comparison,
+    /// The cause.
+    Cause,
+    /// The cause, and the gap after its correction.
+    Correction,
+}
+
+/// Compares the scan in `folder`, seeks the cause, and writes the report.
+pub(super) fn close(
     folder: &Path,
-    comparison: &ComparisonArgs,
+    args: &ComparisonArgs,
     report_folder: &Path,
+    closing: Closing,
 ) -> miette::Result<()> {
     let scans = [RecordedScan::open(folder)?];
     let [scan] = &scans;
-    let diagnosis = diagnose(&scans, None).into_diagnostic()?;
-    let page = write_page(&report_folder.join(WHY), &[folder.to_owned()], &scans, &diagnosis)?;
-    say(format!("\n{}\nwhy: {}", diagnosis.sentence.replace('\u{a0}', " "), page.display()));
+    let comparisons = args.compare(folder, scan)?;
+    show(&comparisons);
+    let diagnosis = sought(&scans, &comparisons, closing)?;
+    let correction =
+        diagnosis.as_ref().and_then(|diagnosis| proposed_correction(folder, scan, diagnosis));
+    let cause =
+        diagnosis.as_ref().map(|diagnosis| Cause { diagnosis, correction: correction.as_ref() });
 
+    let mut pages = Vec::new();
+    if let Some(diagnosis) = &diagnosis {
+        pages.push(("Why they differ".to_owned(), format!("{WHY}/index.html")));
+        let back = ("Scan and simulation".to_owned(), "../index.html".to_owned());
+        let page = write_page(
+            &report_folder.join(WHY),
+            &[folder.to_owned()],
+            &scans,
+            diagnosis,
+            vec![back],
+        )?;
+        say(format!("\n{}\nwhy: {}", diagnosis.sentence.replace('\u{a0}', " "), page.display()));
+    }
+    let corrected = match &diagnosis {
+        Some(diagnosis) if closing == Closing::Correction => {
+            close_gap(folder, scan, args, report_folder, diagnosis)?
+        }
+        _ => false,
+    };
+    if corrected {
+        let address = relative(report_folder, &folder.join(CORRECTED).join("report/index.html"));
+        pages.extend(address.map(|address| ("Corrected set-up".to_owned(), address)));
+    }
+    let report = Report { folder, scan, comparisons: &comparisons, cause, pages };
+    let files = write_report(report, report_folder)?;
+    if let Some(first) = comparisons.first() {
+        say(format!("\n{}", headline(first, diagnosis.as_ref()).replace('\u{a0}', " ")));
+    }
+    say(format!("report: {}", files.index.display()));
+    Ok(())
+}
+
+/// The cause, where it is sought and the readings can show it.
+fn sought(
+    scans: &[RecordedScan; 1],
+    comparisons: &[Comparison],
+    closing: Closing,
+) -> miette::Result<Option<Diagnosis>> {
+    let [scan] = scans;
+    if closing == Closing::Comparison {
+        return Ok(None);
+    }
+    let simulator = comparisons.first().map(|comparison| comparison.simulator);
+    if closing == Closing::Correction {
+        return diagnose(scans, simulator).map(Some).into_diagnostic();
+    }
+    let readings = comparisons.first().map_or(0, |comparison| comparison.points);
+    let heights = scan.planes(SAME_HEIGHT_MM).len();
+    if readings < FEWEST_READINGS || heights < FEWEST_HEIGHTS {
+        say(format!(
+            "\nnot diagnosed: {readings} readings at {heights} heights leave several causes possible; a cause is sought from \
+             {FEWEST_READINGS} readings at {FEWEST_HEIGHTS} heights on, or by `fieldgap diagnose`"
+        ));
+        return Ok(None);
+    }
+    match diagnose(scans, simulator) {
+        Ok(diagnosis) => Ok(Some(diagnosis)),
+        // The comparison stands without a cause.
+        Err(error) => {
+            say(format!("\nnot diagnosed: {error}"));
+            Ok(None)
+        }
+    }
+}
+
+/// Corrects the set-up by the named cause and compares the same readings with its simulation; says what was corrected, and how the gap
+/// went. False, with the reason said, if the cause cannot be corrected.
+fn close_gap(
+    folder: &Path,
+    scan: &RecordedScan,
+    args: &ComparisonArgs,
+    report_folder: &Path,
+    diagnosis: &Diagnosis,
+) -> miette::Result<bool> {
     let out = folder.join(CORRECTED);
-    let corrected = match correct_recorded_scan(&diagnosis, &scan.setup, folder, &out) {
+    let corrected = match correct_recorded_scan(diagnosis, &scan.setup, folder, &out) {
         Ok(corrected) => corrected,
         Err(
             nothing @ (CorrectionError::NothingNamed(_)
@@ -49,15 +142,19 @@ pub(super) fn close_gap(
             if let Some(help) = nothing.help() {
                 say(format!("  {help}"));
             }
-            return Ok(());
+            return Ok(false);
         }
         Err(error) => return Err(error.into()),
     };
     tell(&corrected);
     let again = RecordedScan::open(&out)?;
-    let before = comparison.compare_with(scan, scan.setup.simulator)?;
-    let after = [comparison.compare_with(&again, again.setup.simulator)?];
-    let files = write_report(&out, &again, &after, &out.join("report"))?;
+    let before = args.compare_with(scan, scan.setup.simulator)?;
+    let after = [args.compare_with(&again, again.setup.simulator)?];
+    let corrected_report = out.join("report");
+    let back = relative(&corrected_report, &report_folder.join("index.html"));
+    let pages = back.map(|address| ("Set-up as scanned".to_owned(), address)).into_iter().collect();
+    let report = Report { folder: &out, scan: &again, comparisons: &after, cause: None, pages };
+    let files = write_report(report, &corrected_report)?;
     say(format!("report of the corrected set-up: {}", files.index.display()));
     let noise_at = |focus: usize, z_mm: f64| {
         let mut planes = diagnosis.r#where.planes.iter();
@@ -74,5 +171,30 @@ pub(super) fn close_gap(
         .map_err(|source| ReportError::Write { path, source })
         .into_diagnostic()?;
     say(format!("\n{gaps}"));
-    Ok(())
+    Ok(true)
+}
+
+/// The address of a file relative to a folder, for a link; both lie below one folder.
+fn relative(from: &Path, to: &Path) -> Option<String> {
+    let (from, to) = (std::path::absolute(from).ok()?, std::path::absolute(to).ok()?);
+    let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    let up = from.components().skip(shared).map(|_| "..".to_owned());
+    let down =
+        to.components().skip(shared).map(|part| part.as_os_str().to_string_lossy().into_owned());
+    Some(up.chain(down).collect::<Vec<_>>().join("/"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_leads_from_folder_to_file() {
+        let address = |from: &str, to: &str| relative(Path::new(from), Path::new(to));
+        assert_eq!(
+            address("out/a/report", "out/a/corrected/report/index.html").as_deref(),
+            Some("../corrected/report/index.html")
+        );
+        assert_eq!(address("out/a", "out/a/index.html").as_deref(), Some("index.html"));
+    }
 }

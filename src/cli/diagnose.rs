@@ -56,7 +56,7 @@ impl Diagnose {
             print(&diagnosis.to_text())?;
         }
         if let Some(out) = &self.report {
-            let page = write_page(out, &self.folders, &scans, &diagnosis)?;
+            let page = write_page(out, &self.folders, &scans, &diagnosis, Vec::new())?;
             say(format!("report: {}", page.display()));
         }
         if let (Some(set_up), Some(out)) = (&self.apply, &self.out) {
@@ -72,14 +72,15 @@ impl Diagnose {
     }
 }
 
-/// Writes the diagnosis of the scans in `folders` as a page into the folder `out`; gives the page.
+/// Writes the diagnosis of the scans in `folders` as a page into the folder `out`, with links to other `pages`; gives the page.
 pub(super) fn write_page(
     out: &Path,
     folders: &[PathBuf],
     scans: &[RecordedScan],
     diagnosis: &Diagnosis,
+    pages: Vec<(String, String)>,
 ) -> miette::Result<PathBuf> {
-    let context = context_of_all(folders, scans)?;
+    let context = ReportContext { pages, ..context_of_all(folders, scans)? };
     let files = fieldgap_report::write_diagnosis(out, &context, diagnosis).into_diagnostic()?;
     for warning in &context.warnings {
         say(warning);

@@ -16,6 +16,7 @@ mod internal_error;
 mod output;
 mod permission;
 mod progress;
+mod proposal;
 mod question;
 mod replay;
 mod resume;

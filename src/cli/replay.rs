@@ -13,7 +13,7 @@ use fieldgap_acquisition::replay_wire;
 use fieldgap_comparison::Comparison;
 use fieldgap_input::{MOST_TABLE, read_bytes};
 use fieldgap_records::{EventKind, Layout, RecordedScan, SAME_HEIGHT_MM, ScanState, read_events};
-use fieldgap_report::{InputFile, ReportContext, ReportFiles};
+use fieldgap_report::{Cause, InputFile, ReportContext, ReportFiles};
 
 /// The `replay` command.
 #[derive(Debug, Args)]
@@ -67,23 +67,37 @@ pub(super) fn report_on(
 ) -> miette::Result<Vec<Comparison>> {
     let scan = RecordedScan::open(folder)?;
     let comparisons = comparison.compare(folder, &scan)?;
-    let files = write_report(folder, &scan, &comparisons, out)?;
-    for comparison in &comparisons {
-        say(format!("\n{}", comparison.to_text()));
-    }
+    let report =
+        Report { folder, scan: &scan, comparisons: &comparisons, cause: None, pages: Vec::new() };
+    let files = write_report(report, out)?;
+    show(&comparisons);
     say(format!("report: {}", files.index.display()));
     Ok(comparisons)
 }
 
-/// Writes the report of a scan's comparisons, and prints its warnings on standard error.
-pub(super) fn write_report(
-    folder: &Path,
-    scan: &RecordedScan,
-    comparisons: &[Comparison],
-    out: &Path,
-) -> miette::Result<ReportFiles> {
-    let context = context(folder, scan)?;
-    let files = fieldgap_report::write(out, &context, comparisons).into_diagnostic()?;
+/// Prints comparisons on standard error.
+pub(super) fn show(comparisons: &[Comparison]) {
+    for comparison in comparisons {
+        say(format!("\n{}", comparison.to_text()));
+    }
+}
+
+/// A report to be written.
+pub(super) struct Report<'a> {
+    /// The folder of the scan.
+    pub(super) folder: &'a Path,
+    pub(super) scan: &'a RecordedScan,
+    pub(super) comparisons: &'a [Comparison],
+    pub(super) cause: Option<Cause<'a>>,
+    /// Title and address of the other pages of the record.
+    pub(super) pages: Vec<(String, String)>,
+}
+
+/// Writes a report into a folder, and prints its warnings on standard error.
+pub(super) fn write_report(report: Report<'_>, out: &Path) -> miette::Result<ReportFiles> {
+    let context = ReportContext { pages: report.pages, ..context(report.folder, report.scan)? };
+    let files = fieldgap_report::write(out, &context, report.comparisons, report.cause)
+        .into_diagnostic()?;
     for warning in &context.warnings {
         say(warning);
     }
@@ -97,6 +111,7 @@ pub(super) fn context(folder: &Path, scan: &RecordedScan) -> miette::Result<Repo
         set_up: set_up(scan),
         software: concat!("fieldgap ", env!("CARGO_PKG_VERSION")).to_owned(),
         inputs: inputs(folder, scan)?,
+        pages: Vec::new(),
         warnings: warnings(folder),
     })
 }

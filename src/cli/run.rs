@@ -1,12 +1,12 @@
-//! `fieldgap run`: run a scan, compare it with the simulation and write a report; diagnose and correct if the plan asks for it.
+//! `fieldgap run`: run a scan, compare it with the simulation, seek the cause of their difference and write a report; correct the set-up if
+//! the plan asks for it.
 
 use std::process::ExitCode;
 
 use clap::Args;
 
-use super::closing::close_gap;
+use super::closing::{Closing, close};
 use super::compare::ComparisonArgs;
-use super::replay::report_on;
 use super::scan::{ScanArgs, Scanned, report_ending};
 use crate::cli::output::say;
 use fieldgap_acquisition::Ending;
@@ -18,6 +18,9 @@ pub(super) struct Run {
     scan: ScanArgs,
     #[command(flatten)]
     comparison: ComparisonArgs,
+    /// Do not seek the cause of the difference
+    #[arg(long)]
+    no_diagnose: bool,
 }
 
 impl Run {
@@ -26,15 +29,16 @@ impl Run {
             return Ok(ExitCode::SUCCESS);
         };
         let report = folder.join("report");
-        report_on(&folder, &self.comparison, &report)?;
-        if diagnose {
-            match ending {
-                Ending::Complete => close_gap(&folder, &self.comparison, &report)?,
-                Ending::Partial { .. } => {
-                    say("not diagnosed: the scan ended early");
-                }
+        let closing = match ending {
+            _ if self.no_diagnose => Closing::Comparison,
+            Ending::Partial { .. } => {
+                say("not diagnosed: the scan ended early");
+                Closing::Comparison
             }
-        }
+            Ending::Complete if diagnose => Closing::Correction,
+            Ending::Complete => Closing::Cause,
+        };
+        close(&folder, &self.comparison, &report, closing)?;
         Ok(report_ending(&folder, &ending))
     }
 }

@@ -62,6 +62,7 @@ pub fn context() -> ReportContext {
         inputs: ["scan.toml", "samples.csv"]
             .map(|name| InputFile { name: name.to_owned(), sha256: "0123456789abcdef".repeat(4) })
             .to_vec(),
+        pages: Vec::new(),
         warnings: Vec::new(),
     }
 }

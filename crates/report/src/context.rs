@@ -11,6 +11,8 @@ pub struct ReportContext {
     pub software: String,
     /// Files that the report was made from.
     pub inputs: Vec<InputFile>,
+    /// The other pages of the same record: title and address.
+    pub pages: Vec<(String, String)>,
     /// What limits the figures, for instance that the scan is partial; one sentence each.
     pub warnings: Vec<String>,
 }

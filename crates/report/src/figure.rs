@@ -35,6 +35,22 @@ impl Figure {
         }
     }
 
+    /// The picture without a caption; `narrow`, where there is one, takes its place on a narrow screen.
+    pub fn beside(&self, narrow: Option<&Self>) -> Markup {
+        let source =
+            |figure: &Self| format!("data:image/png;base64,{}", STANDARD.encode(&figure.drawn.png));
+        html! {
+            figure {
+                picture {
+                    @if let Some(narrow) = narrow {
+                        source media="(max-width: 640px)" srcset=(source(narrow));
+                    }
+                    (self.image())
+                }
+            }
+        }
+    }
+
     fn image(&self) -> Markup {
         let source = format!("data:image/png;base64,{}", STANDARD.encode(&self.drawn.png));
         let (width, height) = self.drawn.size;

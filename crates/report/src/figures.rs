@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::answer::worst_plane;
 use super::figure::Figure;
 use super::judgement::drives;
 use super::picture::{Drawn, HeightCurves, PictureError, PlaneMaps};
@@ -24,6 +25,8 @@ pub(super) struct PlaneFigure {
     pub plane: usize,
     /// The maps; `None` where the plane has none.
     pub picture: Option<Figure>,
+    /// The same one below the other, for a narrow screen; of the first comparison's worst plane only.
+    pub stacked: Option<Figure>,
 }
 
 impl Figures {
@@ -45,6 +48,7 @@ impl Figures {
             let drive = plane_a.focus.cmp(&plane_b.focus);
             drive.then(plane_a.z_m.total_cmp(&plane_b.z_m)).then(a.cmp(&b))
         });
+        let worst = comparisons.first().and_then(worst_plane).map(|(number, _)| (0, number));
         let planes = places
             .par_iter()
             .map(|&(index, number)| {
@@ -56,9 +60,14 @@ impl Figures {
                     comparison.simulator
                 );
                 let maps = PlaneMaps::new(plane, comparison.simulator, &comparison.reading_unit);
+                let stacked = match worst == Some((index, number)) {
+                    true => maps.clone().map(|maps| Drawn::new(&maps.stacked())).transpose()?,
+                    false => None,
+                };
+                let stacked = stacked.map(|drawn| Figure::new(format!("{name}-stacked"), drawn));
                 let drawn = maps.map(|maps| Drawn::new(&maps)).transpose()?;
                 let picture = drawn.map(|drawn| Figure::new(name, drawn));
-                Ok(PlaneFigure { comparison: index, plane: number, picture })
+                Ok(PlaneFigure { comparison: index, plane: number, picture, stacked })
             })
             .collect::<Result<Vec<_>, PictureError>>()?;
         let curves = comparisons

@@ -63,12 +63,13 @@
 //!
 //! let folder = tempfile::tempdir()?;
 //! let context = ReportContext { title: "Example".to_owned(), ..ReportContext::default() };
-//! let files = write(folder.path(), &context, &[comparison.clone()])?;
+//! let files = write(folder.path(), &context, &[comparison.clone()], None)?;
 //! assert!(files.index.ends_with("index.html"));
 //! assert_eq!(std::fs::read_to_string(&files.csv)?, csv(&[comparison]));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod answer;
 mod context;
 mod diagnosis;
 mod display;
@@ -92,6 +93,7 @@ mod words;
 
 use std::path::{Path, PathBuf};
 
+pub use self::answer::{Cause, ProposedChange, ProposedCorrection, headline};
 pub use self::context::{InputFile, ReportContext};
 pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};
 pub use self::display::{DisplayFiles, PlayedDisplay, write_display};
@@ -121,7 +123,8 @@ pub struct ReportFiles {
 }
 
 /// Writes the report of a scan into a folder, which is created if it is missing: one comparison for each
-/// simulator (each simulator once), all of the same scan.
+/// simulator (each simulator once), all of the same scan. The first comparison and its `cause`, where one was sought, are the answer
+/// at the head of the page.
 ///
 /// # Errors
 /// [`ReportError`] if there is no comparison, or if a file cannot be written.
@@ -129,6 +132,7 @@ pub fn write(
     dir: &Path,
     context: &ReportContext,
     comparisons: &[Comparison],
+    cause: Option<Cause<'_>>,
 ) -> Result<ReportFiles, ReportError> {
     if comparisons.is_empty() {
         return Err(ReportError::NothingCompared);
@@ -140,6 +144,7 @@ pub fn write(
     let csv = folder.put(tables::CSV_NAME, tables::csv(comparisons).as_bytes())?;
     let json = folder.put(tables::JSON_NAME, &serde_json::to_vec(comparisons)?)?;
     // The page comes last: where it exists, the report is complete.
-    let index = folder.put("index.html", page::page(context, comparisons, &figures).as_bytes())?;
+    let index =
+        folder.put("index.html", page::page(context, comparisons, cause, &figures).as_bytes())?;
     Ok(ReportFiles { index, pictures, text, csv, json })
 }

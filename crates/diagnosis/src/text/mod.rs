@@ -1,5 +1,6 @@
 //! A diagnosis as text for a terminal. (JSON is the diagnosis itself, serialised.)
 
+mod cause;
 mod parameter;
 mod standing;
 

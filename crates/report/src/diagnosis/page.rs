@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::super::context::ReportContext;
 use super::super::html::{document, facts, navigation, section};
-use super::super::page::{STYLE, registration, warnings};
+use super::super::page::{STYLE, pages, registration, warnings};
 use super::super::provenance;
 use super::super::words::{listed, sentence};
 use super::figures::DiagnosisFigures;
@@ -45,6 +45,7 @@ pub(super) fn page(
     let entries = present.iter().map(|(id, heading, _)| (*id, *heading)).chain(ends);
     let body = html! {
         (header(diagnosis))
+        (pages(context))
         (navigation(entries))
         (warnings(context))
         main {

@@ -7,6 +7,7 @@ mod table;
 
 use maud::{Markup, html};
 
+use super::answer::{Cause, answer, headline};
 use super::context::ReportContext;
 use super::figures::Figures;
 use super::html::{self, navigation, section};
@@ -23,20 +24,23 @@ pub(super) const STYLE: &str = include_str!("style.css");
 pub(super) fn page(
     context: &ReportContext,
     comparisons: &[Comparison],
+    cause: Option<Cause<'_>>,
     figures: &Figures,
 ) -> String {
     let curves = pictures::curves(figures);
     let readings = comparisons.first().map(|comparison| comparison.points);
     let body = html! {
-        (header(context, comparisons))
-        (sections(comparisons, curves.is_some()))
+        (header(comparisons, cause))
+        (pages(context))
         (warnings(context))
         main {
+            @if let Some(first) = comparisons.first() { (answer(first, cause, figures)) }
+            (sections(comparisons, curves.is_some()))
             (findings(comparisons))
-            (guide::guide())
             (pictures::heights(comparisons, figures))
             @if let Some(curves) = curves { (curves) }
             @for comparison in comparisons { (simulator(comparison, comparisons)) }
+            (guide::guide())
             (provenance::set_up(context, readings))
             (provenance::provenance(context, &[TEXT_NAME, CSV_NAME, JSON_NAME]))
         }
@@ -49,13 +53,14 @@ fn anchor(comparison: &Comparison) -> String {
     format!("simulator-{}", comparison.simulator)
 }
 
-fn header(context: &ReportContext, comparisons: &[Comparison]) -> Markup {
+fn header(comparisons: &[Comparison], cause: Option<Cause<'_>>) -> Markup {
+    let diagnosis = cause.map(|cause| cause.diagnosis);
     let simulators: Vec<String> =
         comparisons.iter().map(|comparison| comparison.simulator.to_string()).collect();
     let scan = comparisons.first();
     html! {
         header {
-            h1 { (context.title) }
+            @if let Some(first) = scan { h1 { (headline(first, diagnosis)) } }
             p class="subtitle" {
                 "Scan " (scan.map_or("", |comparison| comparison.scan_name.as_str()))
                 " compared with its simulation (" (listed(&simulators)) "), "
@@ -70,15 +75,23 @@ fn sections(comparisons: &[Comparison], curves: bool) -> Markup {
         .iter()
         .map(|comparison| (anchor(comparison), format!("Tables: {}", comparison.simulator)))
         .collect();
-    let pictures = [
-        ("findings", "Findings"),
-        ("guide", "How to read this page"),
-        ("heights", "Maps at each height"),
-    ];
+    let pictures = [("findings", "Findings"), ("heights", "Maps at each height")];
     let curves = curves.then_some(("curves", "Curves over height"));
     let figures = simulators.iter().map(|(id, heading)| (id.as_str(), heading.as_str()));
-    let ends = [("set-up", "Set-up"), ("provenance", "Provenance")];
+    let ends =
+        [("guide", "How to read this page"), ("set-up", "Set-up"), ("provenance", "Provenance")];
     navigation(pictures.into_iter().chain(curves).chain(figures).chain(ends))
+}
+
+/// The other pages of the record.
+pub(super) fn pages(context: &ReportContext) -> Markup {
+    html! {
+        @if !context.pages.is_empty() {
+            nav class="pages" aria-label="Pages" {
+                ul { @for (title, address) in &context.pages { li { a href=(address) { (title) } } } }
+            }
+        }
+    }
 }
 
 /// What a reader has to know before the findings.

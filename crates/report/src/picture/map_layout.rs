@@ -21,7 +21,13 @@ const RIGHT_ROOM: f64 = 94.0;
 /// Distance between signs, CSS pixels, at least.
 const SIGN_SPACING: f64 = 15.0;
 
+/// Distance between panels that stand one below the other: titles and axes.
+const STACKED_GAP: f64 = 66.0;
+/// Height of a line of the legend.
+const LEGEND_LINE: f64 = 24.0;
+
 /// The layout of several maps of one grid.
+#[derive(Clone)]
 pub(super) struct MapLayout {
     x_mm: Vec<f64>,
     y_mm: Vec<f64>,
@@ -32,6 +38,8 @@ pub(super) struct MapLayout {
     panel_width: f64,
     /// Between the first panel and the second, beyond the gap that all have.
     after_first: f64,
+    /// Whether the panels stand one below the other.
+    stacked: bool,
 }
 
 impl MapLayout {
@@ -56,6 +64,7 @@ impl MapLayout {
             map_height: (high_mm * per_mm).max(4.0),
             panel_width: map_width.max(LEAST_PANEL_WIDTH),
             after_first: 0.0,
+            stacked: false,
         })
     }
 
@@ -63,6 +72,18 @@ impl MapLayout {
     pub fn with_bar_after_first(mut self) -> Self {
         self.after_first = RIGHT_ROOM;
         self
+    }
+
+    /// The same with its panels one below the other.
+    pub fn stacked(mut self) -> Self {
+        self.stacked = true;
+        self
+    }
+
+    /// Height on the sheet of the legend of a panel: below all panels, one line for each if they are stacked.
+    pub fn legend_height(&self, panels: usize, panel: usize) -> f64 {
+        let lines_below = if self.stacked { panels - 1 - panel } else { 0 };
+        f64::from(self.size(panels).1) - 18.0 - lines_below as f64 * LEGEND_LINE
     }
 
     /// Width of a panel, CSS pixels; its map may be narrower.
@@ -74,16 +95,23 @@ impl MapLayout {
     pub fn size(&self, panels: usize) -> (u32, u32) {
         let last = self.panel(panels - 1);
         let width = last.corner.0 + self.panel_width + PANEL_GAP + RIGHT_ROOM;
-        (width.ceil() as u32, (last.corner.1 + last.height + BOTTOM_ROOM).ceil() as u32)
+        let lines = if self.stacked { (panels - 1) as f64 * LEGEND_LINE } else { 0.0 };
+        (width.ceil() as u32, (last.corner.1 + last.height + BOTTOM_ROOM + lines).ceil() as u32)
     }
 
     /// The frame of a panel, its axes in millimetres.
     pub fn panel(&self, index: usize) -> Axes {
         let ends = |borders: &[f64]| (borders[0], borders[borders.len() - 1]);
         let beyond_first = if index > 0 { self.after_first } else { 0.0 };
-        let left = LEFT_ROOM + index as f64 * (self.panel_width + PANEL_GAP) + beyond_first;
+        let corner = match self.stacked {
+            true => (LEFT_ROOM, TOP_ROOM + index as f64 * (self.map_height + STACKED_GAP)),
+            false => {
+                let step = self.panel_width + PANEL_GAP;
+                (LEFT_ROOM + index as f64 * step + beyond_first, TOP_ROOM)
+            }
+        };
         Axes {
-            corner: (left, TOP_ROOM),
+            corner,
             width: self.map_width,
             height: self.map_height,
             x: ends(&self.column_borders_mm),
@@ -108,7 +136,7 @@ impl MapLayout {
         };
         cells.draw(canvas, &axes, colour)?;
         axes.x_axis(canvas, "x (mm)")?;
-        if index == 0 {
+        if index == 0 || self.stacked {
             axes.y_axis(canvas, "y (mm)")?;
         }
         let title_at = (axes.corner.0, axes.corner.1 - 6.0);

@@ -15,6 +15,7 @@ use fieldgap_comparison::{ComparedMap, FieldFigures, PlaneComparison};
 pub(crate) const LEAST_SIGNED_SHARE: f64 = 0.15;
 
 /// The three maps of a plane.
+#[derive(Clone)]
 pub(crate) struct PlaneMaps<'a> {
     map: &'a ComparedMap,
     plane: &'a PlaneComparison,
@@ -38,6 +39,12 @@ impl<'a> PlaneMaps<'a> {
         let top =
             largest(map.scan.iter().chain(&map.simulation)).filter(|&top| top > 0.0).unwrap_or(1.0);
         Some(Self { map, plane, simulator, unit, scale: ColourScale { top }, layout })
+    }
+
+    /// The same maps one below the other.
+    pub fn stacked(mut self) -> Self {
+        self.layout = self.layout.stacked();
+        self
     }
 
     /// The focus over this plane, x and y in millimetres, if it is on the map.
@@ -75,8 +82,8 @@ impl<'a> PlaneMaps<'a> {
     }
 
     fn legend<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
-        let y = f64::from(self.size().1) - 18.0;
         let entry = |canvas: &mut Canvas<B>, panel: usize, along: f64, text: &str| {
+            let y = self.layout.legend_height(3, panel);
             let x = self.layout.panel(panel).corner.0 + along + 8.0;
             canvas.text(text, (x + 17.0, y), LABEL_TEXT, Align::Right)?;
             Ok::<Point, PictureError>((x, y))
@@ -89,7 +96,7 @@ impl<'a> PlaneMaps<'a> {
         }
         let at = entry(canvas, 1, 0.0, "peak of the simulation")?;
         Series::Simulated(self.simulator).mark_on_map(canvas, at)?;
-        let signs = self.layout.panel(2).corner.0;
+        let (signs, y) = (self.layout.panel(2).corner.0, self.layout.legend_height(3, 2));
         canvas.text("+ scan louder, \u{2212} scan quieter", (signs, y), LABEL_TEXT, Align::Right)
     }
 }

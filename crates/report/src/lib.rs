@@ -74,6 +74,7 @@ mod context;
 mod diagnosis;
 mod display;
 mod error;
+mod explore;
 mod figure;
 mod figures;
 mod folder;
@@ -143,8 +144,13 @@ pub fn write(
     let text = folder.put(tables::TEXT_NAME, tables::text(comparisons).as_bytes())?;
     let csv = folder.put(tables::CSV_NAME, tables::csv(comparisons).as_bytes())?;
     let json = folder.put(tables::JSON_NAME, &serde_json::to_vec(comparisons)?)?;
+    let mut context = context.clone();
+    if let Some(explore) = explore::page(&context, comparisons)? {
+        folder.put(explore::EXPLORE_NAME, explore.as_bytes())?;
+        context.pages.insert(0, ("Interactive maps".to_owned(), explore::EXPLORE_NAME.to_owned()));
+    }
     // The page comes last: where it exists, the report is complete.
-    let index =
-        folder.put("index.html", page::page(context, comparisons, cause, &figures).as_bytes())?;
+    let page = page::page(&context, comparisons, cause, &figures);
+    let index = folder.put("index.html", page.as_bytes())?;
     Ok(ReportFiles { index, pictures, text, csv, json })
 }

@@ -1,0 +1,56 @@
+//! The interactive maps in a real browser, where one is installed.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use fieldgap::acoustics::Simulator;
+use fieldgap::report;
+
+use crate::report_synthetic::{comparisons, context};
+
+/// Chromium or Chrome on the search path.
+fn browser() -> Option<PathBuf> {
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    let paths = std::env::var_os("PATH")?;
+    std::env::split_paths(&paths)
+        .flat_map(|folder| names.map(|name| folder.join(name)))
+        .find(|path| path.is_file())
+}
+
+/// The document after its scripts have run.
+fn document(browser: &Path, page: &Path) -> String {
+    let profile = tempfile::tempdir().expect("a folder");
+    let done = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=20000"])
+        .arg(format!("--user-data-dir={}", profile.path().display()))
+        .arg("--dump-dom")
+        .arg(page)
+        .output()
+        .expect("the browser starts");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    String::from_utf8(done.stdout).expect("UTF-8")
+}
+
+#[test]
+fn the_interactive_maps_are_drawn_without_a_network() {
+    let Some(browser) = browser() else {
+        eprintln!("skipped: neither chromium nor google-chrome is installed");
+        return;
+    };
+    let both = [Simulator::AsWritten, Simulator::Corrected];
+    let all = comparisons(&both, &[100.0, 200.0], 5.0);
+    let folder = tempfile::tempdir().expect("a folder");
+    report::write(folder.path(), &context(), &all, None).expect("written");
+    let page = folder.path().join("explore.html");
+    let source = std::fs::read_to_string(&page).expect("a page");
+    assert!(!source.contains("src=\"http") && !source.contains("href=\"http"));
+
+    let document = document(&browser, &page);
+    assert!(document.contains("data-drawn-ms="), "the script did not reach its end");
+    // Three maps and three cross-sections, and the first height is the worst one.
+    assert_eq!(document.matches("class=\"js-plotly-plot\"").count(), 6);
+    assert!(document.contains("200) mm: scan "), "no values of the worst height");
+    for title in ["simulation (as-written)", "scan − simulation", "z (mm)", "reading (V)"] {
+        assert!(document.contains(title), "no {title}");
+    }
+}

@@ -362,6 +362,9 @@ fn text_and_csv_have_a_line_for_each_height() {
     assert!(of(&rows[1], "scan_peak_x_mm_error") > 0.0);
     let text = found.to_text();
     assert!(text.contains("correlation") && text.lines().count() >= 5, "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    let headings = |text: &str| text.lines().find(|line| line.contains("corr.")).map(str::len);
+    assert!(headings(&found.to_wide_text()) > headings(&text));
 }
 
 #[test]

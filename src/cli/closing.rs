@@ -49,7 +49,7 @@ pub(super) fn close(
     let scans = [RecordedScan::open(folder)?];
     let [scan] = &scans;
     let comparisons = args.compare(folder, scan)?;
-    show(&comparisons);
+    show(&comparisons, args);
     let diagnosis = sought(&scans, &comparisons, closing)?;
     let correction =
         diagnosis.as_ref().and_then(|diagnosis| proposed_correction(folder, scan, diagnosis));

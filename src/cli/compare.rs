@@ -20,6 +20,9 @@ pub(super) struct ComparisonArgs {
     /// How the scan is aligned and scaled to the simulation
     #[arg(long, value_enum, default_value = "auto")]
     register: Register,
+    /// Print every column of the table, wider than 80 characters
+    #[arg(long)]
+    wide: bool,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -85,7 +88,7 @@ impl Compare {
             _ if self.json => print_json(&comparisons)?,
             Format::Text => {
                 for comparison in &comparisons {
-                    print(&(comparison.to_text() + "\n"))?;
+                    print(&(self.comparison.text(comparison) + "\n"))?;
                 }
             }
             Format::Csv => print(&fieldgap_report::csv(&comparisons))?,
@@ -105,6 +108,14 @@ impl ComparisonArgs {
             .into_iter()
             .map(|simulator| self.compare_with(scan, simulator))
             .collect()
+    }
+
+    /// A comparison as text, in the width that was asked for.
+    pub(super) fn text(&self, comparison: &Comparison) -> String {
+        match self.wide {
+            true => comparison.to_wide_text(),
+            false => comparison.to_text(),
+        }
     }
 
     /// Compares a scan with one simulator.

@@ -70,15 +70,15 @@ pub(super) fn report_on(
     let report =
         Report { folder, scan: &scan, comparisons: &comparisons, cause: None, pages: Vec::new() };
     let files = write_report(report, out)?;
-    show(&comparisons);
+    show(&comparisons, comparison);
     say(format!("report: {}", files.index.display()));
     Ok(comparisons)
 }
 
 /// Prints comparisons on standard error.
-pub(super) fn show(comparisons: &[Comparison]) {
+pub(super) fn show(comparisons: &[Comparison], args: &ComparisonArgs) {
     for comparison in comparisons {
-        say(format!("\n{}", comparison.to_text()));
+        say(format!("\n{}", args.text(comparison)));
     }
 }
 

@@ -3,12 +3,15 @@
 use std::fmt::Write as _;
 
 use super::comparison::{Comparison, PlaneComparison, Uncertain};
+use fieldgap_text::paragraph;
 
 /// A column: its heading in the text table, its name in CSV (with the unit), and what stands in it.
 struct Column {
     heading: &'static str,
     name: &'static str,
     cell: Cell,
+    /// Whether it stands in the table of 80 columns too.
+    narrow: bool,
 }
 
 /// How a column is read off a plane.
@@ -28,6 +31,15 @@ impl Cell {
             Self::Plain(_, of) => (of(plane), None),
             Self::Reading(of) => (Some(of(plane).value), Some(of(plane).standard_error)),
             Self::Length(of) => of(plane).map(|m| (m.value * 1e3, m.standard_error * 1e3)).unzip(),
+        }
+    }
+
+    /// The unit below the heading.
+    fn unit<'a>(&self, reading_unit: &'a str) -> &'a str {
+        match self {
+            Self::Plain(..) => "",
+            Self::Reading(_) => reading_unit,
+            Self::Length(_) => "mm",
         }
     }
 
@@ -56,50 +68,45 @@ impl Cell {
 const COLUMNS: [Column; 16] = {
     use Cell::{Length, Plain, Reading};
     const fn column(heading: &'static str, name: &'static str, cell: Cell) -> Column {
-        Column { heading, name, cell }
+        Column { heading, name, cell, narrow: false }
+    }
+    const fn narrow(heading: &'static str, name: &'static str, cell: Cell) -> Column {
+        Column { heading, name, cell, narrow: true }
     }
     [
         column("points", "points", Plain(0, |p| Some(p.points as f64))),
-        column("correlation", "correlation", Plain(3, |p| Some(p.agreement.correlation))),
-        column(
+        narrow("corr.", "correlation", Plain(3, |p| Some(p.agreement.correlation))),
+        narrow(
             "residual",
             "residual_rms_ratio",
             Plain(3, |p| Some(p.agreement.residual_rms_ratio)),
         ),
-        column("level", "gain_ratio", Plain(3, |p| Some(p.agreement.gain_ratio))),
+        narrow("level", "gain_ratio", Plain(3, |p| Some(p.agreement.gain_ratio))),
         column("scan peak", "scan_peak", Reading(|p| p.scan.peak)),
         column("sim peak", "simulation_peak", Reading(|p| p.simulation.peak)),
-        column("scan x mm", "scan_peak_x_mm", Length(|p| Some(p.scan.peak_position_m[0]))),
-        column("scan y mm", "scan_peak_y_mm", Length(|p| Some(p.scan.peak_position_m[1]))),
-        column(
-            "sim x mm",
-            "simulation_peak_x_mm",
-            Length(|p| Some(p.simulation.peak_position_m[0])),
-        ),
-        column(
-            "sim y mm",
-            "simulation_peak_y_mm",
-            Length(|p| Some(p.simulation.peak_position_m[1])),
-        ),
-        column("apart mm", "peak_distance_mm", Length(|p| Some(p.discrepancy.peak_distance_m))),
-        column(
-            "scan radius mm",
+        column("scan x", "scan_peak_x_mm", Length(|p| Some(p.scan.peak_position_m[0]))),
+        column("scan y", "scan_peak_y_mm", Length(|p| Some(p.scan.peak_position_m[1]))),
+        column("sim x", "simulation_peak_x_mm", Length(|p| Some(p.simulation.peak_position_m[0]))),
+        column("sim y", "simulation_peak_y_mm", Length(|p| Some(p.simulation.peak_position_m[1]))),
+        narrow("peaks apart", "peak_distance_mm", Length(|p| Some(p.discrepancy.peak_distance_m))),
+        narrow(
+            "scan radius",
             "scan_focal_radius_mm",
             Length(|p| p.scan.focal_radius.as_ref()?.radius_m),
         ),
-        column(
-            "sim radius mm",
+        narrow(
+            "sim radius",
             "simulation_focal_radius_mm",
             Length(|p| p.simulation.focal_radius.as_ref()?.radius_m),
         ),
+        column("wider by", "focal_radius_difference_mm", Length(|p| p.discrepancy.focal_radius_m)),
         column(
-            "wider by mm",
-            "focal_radius_difference_mm",
-            Length(|p| p.discrepancy.focal_radius_m),
+            "scan sub-peaks",
+            "scan_sub_peaks",
+            Plain(0, |p| p.scan.sub_peaks.map(|n| n as f64)),
         ),
-        column("scan subs", "scan_sub_peaks", Plain(0, |p| p.scan.sub_peaks.map(|n| n as f64))),
         column(
-            "sim subs",
+            "sim sub-peaks",
             "simulation_sub_peaks",
             Plain(0, |p| p.simulation.sub_peaks.map(|n| n as f64)),
         ),
@@ -107,50 +114,66 @@ const COLUMNS: [Column; 16] = {
 };
 
 impl Comparison {
-    /// The comparison as text: what was registered and why, then one line for each drive and height.
+    /// The comparison as text of at most 80 columns: what was registered and why, then one line for each drive and height.
     pub fn to_text(&self) -> String {
-        let mut text = self.header();
+        self.header() + &self.lines(|column| column.narrow)
+    }
+
+    /// The same with every column of the table.
+    pub fn to_wide_text(&self) -> String {
+        self.header() + &self.lines(|_| true)
+    }
+
+    fn lines(&self, shown: impl Fn(&Column) -> bool) -> String {
+        let columns: Vec<&Column> = COLUMNS.iter().filter(|column| shown(column)).collect();
+        let several = self.planes.iter().any(|plane| plane.focus != self.planes[0].focus);
+        let row = |drive: &str, height: &str, cells: Vec<String>| {
+            let mut row = Vec::from_iter(several.then(|| drive.to_owned()));
+            row.push(height.to_owned());
+            row.extend(cells);
+            row
+        };
+        let of_columns = |of: &dyn Fn(&Column) -> String| columns.iter().map(|c| of(c)).collect();
         let mut lines = vec![
-            std::iter::once("drive".to_owned())
-                .chain(["height mm".to_owned()])
-                .chain(COLUMNS.iter().map(|column| column.heading.to_owned()))
-                .collect::<Vec<String>>(),
+            row("drive", "height", of_columns(&|column| column.heading.to_owned())),
+            row("", "mm", of_columns(&|column| column.cell.unit(&self.reading_unit).to_owned())),
         ];
         lines.extend(self.planes.iter().map(|plane| {
-            let mut line = vec![plane.focus.to_string(), format!("{:.1}", plane.z_m * 1e3)];
-            line.extend(COLUMNS.iter().map(|column| column.cell.in_text(plane)));
-            line
+            let height = format!("{:.1}", plane.z_m * 1e3);
+            let cells = of_columns(&|column| column.cell.in_text(plane));
+            row(&plane.focus.to_string(), &height, cells)
         }));
         let widths: Vec<usize> = (0..lines[0].len())
             .map(|i| lines.iter().map(|line| line[i].chars().count()).max().unwrap_or(0))
             .collect();
-        for line in lines {
-            let padded: Vec<String> =
+        let padded = lines.iter().map(|line| {
+            let cells: Vec<String> =
                 line.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
-            text.push_str(padded.join("  ").trim_end());
-            text.push('\n');
-        }
-        text
+            cells.join("  ").trim_end().to_owned() + "\n"
+        });
+        padded.collect()
     }
 
     fn header(&self) -> String {
-        let mut text = format!(
-            "{} against {}: {} readings, correlation {:.3}, residual {:.3} of the scan's rms\n",
-            self.scan_name,
-            self.simulator,
-            self.points,
-            self.overall.correlation,
-            self.overall.residual_rms_ratio
+        let mut text = paragraph(
+            &format!(
+                "{} against {}: {} readings, correlation {:.3}, residual {:.3} of the scan's rms",
+                self.scan_name,
+                self.simulator,
+                self.points,
+                self.overall.correlation,
+                self.overall.residual_rms_ratio
+            ),
+            0,
+            2,
         );
-        text += &format!("registration: {}\n", self.registration.why);
+        text += &paragraph(&format!("registration: {}", self.registration.why), 0, 2);
         for left_open in &self.registration.undetermined {
-            text += &format!(
-                "left open ({}): {}\n",
-                left_open.parameters.join(", "),
-                left_open.explanation
-            );
+            let parameters = left_open.parameters.join(", ");
+            let words = format!("left open ({parameters}): {}", left_open.explanation);
+            text += &paragraph(&words, 0, 2);
         }
-        text + "\n"
+        text.replace('\u{a0}', " ") + "\n"
     }
 
     /// The comparison as CSV: one row for each drive and height, units in the names of the columns, readings in

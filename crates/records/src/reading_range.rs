@@ -1,11 +1,11 @@
 //! The largest reading that a receiver can give, by the unit of a record.
 
-/// Largest voltage, V. Polarised measuring microphones have 200 V on their line, and no receiver here gives more than 1 kV.
-const MOST_V: f64 = 1e3;
+/// Largest voltage, V. Receivers give less than 1 kV; simulated records in arbitrary volts have some more. Set by judgement.
+const MOST_V: f64 = 1e6;
 
-/// Largest sound pressure, Pa: 101 325 Pa is the amplitude at which the trough of a wave in air at one atmosphere is a vacuum. Twice that
-/// is its peak-to-peak value.
-const MOST_PA: f64 = 2.0 * 101_325.0;
+/// Largest sound pressure, Pa: ten times the amplitude at which the trough of a wave in air is a vacuum (101 325 Pa), so that linear
+/// simulations of strong sources can be recorded. Set by judgement.
+const MOST_PA: f64 = 1e6;
 
 /// Largest number of counts. Converters have at most 32 bits.
 const MOST_COUNTS: f64 = 4_294_967_296.0;
@@ -73,11 +73,11 @@ mod tests {
     #[test]
     fn each_unit_has_the_range_of_its_receiver() {
         for (unit, possible, impossible) in [
-            ("V", 12.0, 1e160),
-            ("mV", 5e5, 2e6),
-            ("\u{b5}V", 5e8, 2e9),
-            ("Pa", 4e3, 1e6),
-            ("kPa", 4.0, 1e3),
+            ("V", 1200.0, 1e160),
+            ("mV", 5e5, 2e9),
+            ("\u{b5}V", 5e8, 2e12),
+            ("Pa", 4e3, 2e6),
+            ("kPa", 4.0, 2e3),
             ("count", 4095.0, 5e9),
         ] {
             let range = ReadingRange::of(unit);
@@ -98,6 +98,6 @@ mod tests {
     #[test]
     fn the_limit_is_stated_in_the_unit_of_the_record() {
         let range = ReadingRange::of("mV");
-        assert_eq!(range.wanted(), "zero or a voltage of at most 1000000 mV");
+        assert_eq!(range.wanted(), "zero or a voltage of at most 1000000000 mV");
     }
 }

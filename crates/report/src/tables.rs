@@ -11,7 +11,7 @@ pub(super) const JSON_NAME: &str = "comparison.json";
 
 /// The text tables of the comparisons, in their order.
 pub(super) fn text(comparisons: &[Comparison]) -> String {
-    let tables: Vec<String> = comparisons.iter().map(Comparison::to_text).collect();
+    let tables: Vec<String> = comparisons.iter().map(Comparison::to_wide_text).collect();
     tables.join("\n")
 }
 

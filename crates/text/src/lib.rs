@@ -13,7 +13,8 @@
 mod layout;
 mod numbers;
 
-pub use layout::{paragraph, table};
+pub use layout::{paragraph, table, table_rows};
 pub use numbers::{
     ABSENT, Uncertain, fixed, height_mm, millimetres, percent, raised, significant, uncertain,
+    with_minus_signs,
 };

@@ -137,6 +137,21 @@ fn superscript(power: i32) -> String {
         .collect()
 }
 
+/// A text with minus signs in place of hyphens before numbers: `-6 dB`, but not `6-8 mm`.
+pub fn with_minus_signs(text: &str) -> String {
+    let characters: Vec<char> = text.chars().collect();
+    let is_minus = |place: usize| {
+        let before = place.checked_sub(1).map(|before| characters[before]);
+        let after = characters.get(place + 1);
+        characters[place] == '-'
+            && after.is_some_and(char::is_ascii_digit)
+            && before.is_none_or(|before| !before.is_alphanumeric())
+    };
+    (0..characters.len())
+        .map(|place| if is_minus(place) { '\u{2212}' } else { characters[place] })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -188,5 +203,13 @@ mod tests {
     fn heights_have_no_trailing_zeros() {
         assert_eq!((height_mm(0.1), height_mm(0.0125)), ("100".to_owned(), "12.5".to_owned()));
         assert_eq!(height_mm(0.0), "0");
+    }
+
+    #[test]
+    fn hyphens_before_numbers_become_minus_signs() {
+        assert_eq!(
+            with_minus_signs("-1 (-6 dB), d^-1.002, 6-8 mm, on-axis"),
+            "\u{2212}1 (\u{2212}6 dB), d^\u{2212}1.002, 6-8 mm, on-axis"
+        );
     }
 }

@@ -6,6 +6,7 @@
 use fieldgap_acoustics::Simulator;
 
 use crate::effect_id::EffectId;
+use crate::limits::MOST_HALF_ANGLE_DEG;
 use crate::model::effect::{
     Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
@@ -57,10 +58,15 @@ impl Effect for ReceiverDirectivity {
         let half_rad = 1.0 / fitted[0].value.max(1e-6).sqrt();
         let half_deg =
             fitted[0].map(half_rad.to_degrees(), 0.5 * half_rad.to_degrees() * half_rad * half_rad);
-        let sentence = format!(
-            "the receiver's sensitivity is halved (-6 dB) at {:.1} ± {:.1} degrees from its axis",
-            half_deg.value, half_deg.error
-        );
+        let sentence = match half_deg.value <= MOST_HALF_ANGLE_DEG {
+            true => format!(
+                "the receiver's sensitivity is halved (-6 dB) at {:.1} ± {:.1} degrees from its axis",
+                half_deg.value, half_deg.error
+            ),
+            false => "the receiver's sensitivity falls too little with the angle to determine its \
+                      half-angle"
+                .to_owned(),
+        };
         Finding::new([("half_angle_deg", half_deg.real())], sentence)
     }
 }

@@ -52,10 +52,13 @@ impl Effect for Spreading {
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
-        let sentence = format!(
-            "pressure falls with distance as d^-{:.3} ± {:.3} (1 is spherical)",
-            fitted[0].value, fitted[0].error
-        );
+        let [exponent, error] = [fitted[0].value, fitted[0].error];
+        let sentence = match exponent < 0.0 {
+            true => format!("pressure grows with distance as d^{:.3} ± {error:.3}", -exponent),
+            false => format!(
+                "pressure falls with distance as d^-{exponent:.3} ± {error:.3} (1 is spherical)"
+            ),
+        };
         Finding::new([("exponent", fitted[0].real())], sentence)
     }
 }

@@ -23,6 +23,7 @@ use fieldgap_acoustics::transducer::{OnAxis, Transducer};
 use fieldgap_acoustics::{
     Element, FieldSum, PathLengths, Propagation, Simulation, Simulator, Vec3,
 };
+use fieldgap_text::with_minus_signs;
 
 use super::instance::Setting;
 use super::observations::{Observations, Visit};
@@ -170,7 +171,7 @@ impl Finding {
         parameters: [(&'static str, FittedParameter); N],
         sentence: String,
     ) -> Self {
-        Self { parameters: BTreeMap::from(parameters), sentence }
+        Self { parameters: BTreeMap::from(parameters), sentence: with_minus_signs(&sentence) }
     }
 }
 

@@ -5,7 +5,7 @@ mod parameter;
 mod standing;
 
 use fieldgap_comparison::{Noise, NoiseSource};
-use fieldgap_text::{fixed, paragraph, percent, significant, table};
+use fieldgap_text::{fixed, paragraph, percent, significant, table, table_rows};
 pub use standing::Standing;
 
 use crate::effect_id::joined;
@@ -28,7 +28,7 @@ impl Region {
 }
 
 impl Diagnosis {
-    /// The diagnosis as text, at most 100 columns wide but for a plan to copy.
+    /// The diagnosis as text, at most 80 columns wide but for a plan to copy.
     pub fn to_text(&self) -> String {
         let blocks = [
             paragraph(&self.sentence, 0, 0),
@@ -131,11 +131,11 @@ impl Diagnosis {
                 percent(candidate.gap_after_held_out),
             ]
         }));
-        let lines = table(&rows);
-        let mut lines = lines.lines();
-        let mut text = format!("Candidates\n{}\n", lines.next().unwrap_or_default());
+        let mut lines = table_rows(&rows).into_iter();
+        let mut text = format!("Candidates\n{}", lines.next().unwrap_or_default());
         for (line, candidate) in lines.zip(contenders) {
-            text += &format!("{line}\n{}", self.parameters(candidate));
+            text += &line;
+            text += &self.parameters(candidate);
         }
         text
     }

@@ -3,6 +3,7 @@
 use fieldgap_text::{ABSENT, Uncertain, fixed, significant, uncertain};
 
 use crate::fitted_parameter::FittedParameter;
+use crate::limits::MOST_HALF_ANGLE_DEG;
 
 /// How the names of parameters end, and the unit that says so.
 const UNITS: [(&str, &str); 9] = [
@@ -33,6 +34,11 @@ impl FittedParameter {
         let unit = Self::unit(name, reading_unit);
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         match self {
+            Self::Real { value, .. }
+                if name.ends_with("half_angle_deg") && *value > MOST_HALF_ANGLE_DEG =>
+            {
+                "not determined".to_owned()
+            }
             Self::Real { value, standard_error } => {
                 format!("{}{unit}", with_error(*value, *standard_error))
             }
@@ -111,6 +117,9 @@ mod tests {
         assert_eq!(real(347.1234, 0.21), "347.12 ± 0.21 m/s");
         assert_eq!(real(347.1234, f64::NAN), "347.1 (error unknown) m/s");
         assert_eq!(real(f64::NAN, 1.0), "– m/s");
+        let half_angle = FittedParameter::Real { value: 1710.0, standard_error: 618_257.0 };
+        let name = "receiver-directivity.half_angle_deg";
+        assert_eq!(half_angle.in_words(name, "V"), "not determined");
         let complex = FittedParameter::Complex { value: [0.3, -0.1], standard_error: [0.02, 0.03] };
         assert_eq!(
             complex.in_words("reflection.coefficient", "V"),

@@ -12,6 +12,7 @@ mod distinguish;
 mod error_message;
 mod focus;
 mod import;
+mod init;
 mod internal_error;
 mod output;
 mod permission;
@@ -60,6 +61,8 @@ FIELDGAP_LOG=debug logs all traffic with the devices.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Write a rig file and a first plan from a dozen questions
+    Init(init::Init),
     /// Run a scan, compare it with the simulation and write a report; diagnose and correct if the plan asks for it
     Run(run::Run),
     /// Run a scan and record it
@@ -136,6 +139,7 @@ fn run() -> ExitCode {
 impl Command {
     fn run(self) -> miette::Result<ExitCode> {
         match self {
+            Self::Init(command) => command.run(),
             Self::Run(command) => command.run(),
             Self::Scan(command) => command.run(),
             Self::Resume(command) => command.run(),

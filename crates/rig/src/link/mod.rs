@@ -16,7 +16,7 @@ use std::fmt;
 use tokio::io::{AsyncRead, AsyncWrite};
 
 pub use holder::{Holder, holder_of};
-pub use serial::open_serial;
+pub use serial::{open_serial, serial_ports};
 pub use tcp::open_tcp;
 pub use wire::Wire;
 pub use wire_log::{WireLogs, read_wire_log};

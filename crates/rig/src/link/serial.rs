@@ -57,14 +57,15 @@ fn why_not_opened(port: &str, error: serialport::Error) -> Cause {
     use serialport::ErrorKind::{Io as SystemError, NoDevice};
     match error.kind() {
         _ if !Path::new(port).exists() && cfg!(unix) => {
-            Cause::PortMissing { available: available_ports() }
+            Cause::PortMissing { available: serial_ports() }
         }
         NoDevice | SystemError(Io::WouldBlock | Io::ResourceBusy) => Cause::PortBusy,
         _ => Cause::PortUnusable(error),
     }
 }
 
-fn available_ports() -> Vec<String> {
+/// The serial ports of this machine, by name; empty if they cannot be listed.
+pub fn serial_ports() -> Vec<String> {
     let ports = serialport::available_ports().unwrap_or_default();
     ports.into_iter().map(|port| port.port_name).collect()
 }

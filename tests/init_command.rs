@@ -1,0 +1,109 @@
+//! `init`: its files are accepted by the commands that they are for.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn fieldgap(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_fieldgap"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("the program starts")
+}
+
+fn succeeds(arguments: &[&str], folder: &Path) -> String {
+    let done = fieldgap(arguments, folder);
+    let said = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(done.status.success(), "{arguments:?}: {said}");
+    said + &String::from_utf8_lossy(&done.stdout)
+}
+
+#[test]
+fn a_virtual_rig_from_defaults_is_scanned_and_compared() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let said = succeeds(&["init", "bench", "--yes"], folder.path());
+    assert!(said.contains("fieldgap run bench/first-scan.toml"), "{said}");
+    succeeds(&["rig", "check", "bench/my-rig.toml"], folder.path());
+    let said = succeeds(&["run", "bench/first-scan.toml", "--out", "record"], folder.path());
+    assert!(said.contains("Scan and simulation agree"), "{said}");
+}
+
+#[test]
+fn every_combination_of_devices_passes_a_dry_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for robot in ["virtual", "marlin", "grbl", "klipper", "auto"] {
+        for receiver in ["virtual", "stream", "free-running", "scpi"] {
+            for driver in ["virtual", "thesis", "sonic-surface", "ultraino"] {
+                // A virtual receiver measures the field of a virtual array alone.
+                if receiver == "virtual" && driver != "virtual" {
+                    continue;
+                }
+                let name = format!("{robot}-{receiver}-{driver}");
+                let devices = ["--robot", robot, "--receiver", receiver, "--driver", driver];
+                let init = [&["init", &name, "--yes"][..], &devices].concat();
+                succeeds(&init, folder.path());
+                let plan = format!("{name}/first-scan.toml");
+                succeeds(&["scan", &plan, "--dry-run"], folder.path());
+            }
+        }
+    }
+}
+
+#[test]
+fn an_own_array_on_a_robot_with_negative_axes_passes_a_dry_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let init = [
+        "init",
+        ".",
+        "--yes",
+        "--name",
+        "lab 3",
+        "--array",
+        "10,10",
+        "--pitch-mm",
+        "10",
+        "--travel-mm",
+        "-400,0,-300,0,-200,0",
+        "--centre-mm",
+        "-200,-150,-230",
+        "--robot",
+        "grbl",
+        "--robot-port",
+        "/dev/ttyACM0",
+        "--receiver",
+        "free-running",
+        "--temperature-c",
+        "-3.5",
+    ];
+    succeeds(&init, folder.path());
+    let rig = std::fs::read_to_string(folder.path().join("lab-3.toml")).expect("a rig file");
+    for line in ["columns = 10", "port = \"/dev/ttyACM0\"", "temperature_c = -3.5"] {
+        assert!(rig.contains(line), "{line} in\n{rig}");
+    }
+    let said = succeeds(&["scan", "first-scan.toml", "--dry-run"], folder.path());
+    assert!(said.contains("readings"), "{said}");
+}
+
+#[test]
+fn files_are_not_overwritten_and_nothing_is_guessed_without_a_terminal() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let refused = |arguments: &[&str], reason: &str| {
+        let done = fieldgap(arguments, folder.path());
+        let said = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(!done.status.success() && said.contains(reason), "{arguments:?}: {said}");
+    };
+    refused(&["init", "bench"], "--yes");
+    assert!(!folder.path().join("bench").exists());
+    succeeds(&["init", "bench", "--yes"], folder.path());
+    let rig = folder.path().join("bench/my-rig.toml");
+    let before = std::fs::read(&rig).expect("a rig file");
+    refused(&["init", "bench", "--yes", "--pitch-mm", "9"], "exists already");
+    assert_eq!(std::fs::read(&rig).expect("a rig file"), before);
+    let low =
+        ["init", "other", "--yes", "--travel-mm", "0,100,0,100,0,25", "--centre-mm", "50,50,20"];
+    refused(&low, "no room");
+    refused(&["init", "other", "--yes", "--driver", "thesis"], "virtual receiver");
+    refused(&["init", "other", "--yes", "--travel-mm", "0,100,0"], "6 numbers");
+    refused(&["init", "other", "--yes", "--pitch-mm", "1e9"], "not");
+    assert!(!folder.path().join("other").exists());
+}

@@ -122,10 +122,18 @@ pub(super) async fn run(
             }
         };
         let due = wire_faults.answers.due();
+        let due_reached = async {
+            match due {
+                // A sleep takes a millisecond, even one that is over.
+                Some(due) if due > Instant::now() => sleep_until(due).await,
+                Some(_) => {}
+                None => std::future::pending().await,
+            }
+        };
         tokio::select! {
             biased;
             () = stop.cancelled() => return,
-            () = sleep_until(due.unwrap_or_else(Instant::now)), if due.is_some() => {
+            () = due_reached => {
                 let mut slice = wire_faults.answers.take(Instant::now());
                 tokio::select! {
                     () = stop.cancelled() => return,

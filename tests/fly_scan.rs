@@ -121,7 +121,9 @@ fn a_receiver_lag_is_measured_and_compensated() {
     let told = late.fly_events("flown");
     let lag_ms: f64 = told[0].split(' ').nth(2).and_then(|ms| ms.parse().ok()).expect("a number");
     assert!((lag_ms - 12.0).abs() < 0.2, "{told:?}");
-    assert!((0.8..1.2).contains(&apart(&stopped, &flown)));
+    // 451 differences: their mean square scatters by 7 %; the standard error of the lag, 6 µm, adds some.
+    let difference = apart(&stopped, &flown);
+    assert!((0.67..1.4).contains(&difference), "{difference}");
     assert!(told[1].starts_with("11 rows at 180 mm/s"), "{told:?}");
     // Without compensation, rows in opposite directions are 4 mm apart.
     let uncorrected = late.samples("uncorrected", plane, &format!("{FLY}\nlag_ms = 0.0"));

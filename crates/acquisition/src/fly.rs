@@ -1,5 +1,7 @@
 //! Rows scanned in motion (`[fly]` of a plan): speed, leads, and the readings of a pass.
 
+mod fault;
+
 use super::dry_run::USUAL_ACCELERATION_M_S2;
 use super::error::AcquisitionError;
 use super::placement::{LEAST_SAMPLES, Lag, RowTiming};
@@ -10,8 +12,8 @@ use fieldgap_acoustics::Vec3;
 use fieldgap_records::{Fly, RecordedSample, Spread, Visit};
 use fieldgap_rig::{Feed, Recording, SafeRig};
 
-/// Passes over a row before the scan gives up.
-const FLIGHTS: usize = 3;
+use fault::FLIGHTS;
+pub use fault::FlightFault;
 
 /// Half width of the window of samples about a point, in wavelengths: within it a parabola fits the field to a thousandth.
 const OF_WAVELENGTH: f64 = 0.125;
@@ -27,85 +29,15 @@ const MORE_HANDLING_S: f64 = 0.03;
 /// of it at most.
 const SHORT_FLIGHT_M: f64 = 0.25e-3;
 
+/// How often each short flight is made: what delays one of them only lengthens it, and the shortest counts.
+const SHORT_FLIGHTS: usize = 3;
+
+/// A pass is flown again where its duration, compared with the shortest, may have shifted it by more than this share of a
+/// wavelength: the level of a standing wave changes by at most a fifth of its range over that distance.
+const EVEN_OF_WAVELENGTH: f64 = 1.0 / 32.0;
+
 /// Largest standard error of a position that a usable lag may cause, m.
 const PLACED_WITHIN_M: f64 = 0.05e-3;
-
-/// Why a row cannot be scanned in motion as the plan says.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum FlightFault {
-    /// Too few samples per point.
-    #[error(
-        "at {speed_mm_s} mm/s a receiver of {rate_hz} Hz gives {:.1} samples per point; at least {least} are needed",
-        (samples * 10.0 + 1e-9).floor() / 10.0
-    )]
-    #[diagnostic(help("lower `speed_mm_s` in [fly] of the plan to {:.1} at most", (most_mm_s * 10.0 + 1e-9).floor() / 10.0))]
-    TooFast {
-        /// Speed in the plan, mm/s.
-        speed_mm_s: f64,
-        /// Rate of the receiver, Hz.
-        rate_hz: f64,
-        /// Samples per point.
-        samples: f64,
-        /// Samples per point that are needed.
-        least: usize,
-        /// The largest possible speed, mm/s.
-        most_mm_s: f64,
-    },
-    /// The robot was slower than planned.
-    #[error(
-        "the robot took {took_s:.3} s for a row of {way_mm:.1} mm; at {speed_mm_s} mm/s with leads of {lead_mm:.1} mm it should take \
-         {most_s:.3} s at most, of which {handling_ms:.0} ms are for the firmware's handling of a move, as measured by short moves"
-    )]
-    #[diagnostic(help(
-        "raise `lead_mm` in [fly] of the plan, so that the robot reaches full speed before the first point; or lower `speed_mm_s`, \
-         if the firmware limits the speed"
-    ))]
-    Slow {
-        /// Duration of the pass, s.
-        took_s: f64,
-        /// Longest allowed duration, s.
-        most_s: f64,
-        /// Its length with leads, mm.
-        way_mm: f64,
-        /// Speed in the plan, mm/s.
-        speed_mm_s: f64,
-        /// Length of a lead, mm.
-        lead_mm: f64,
-        /// Time that the firmware takes to handle a move, ms.
-        handling_ms: f64,
-    },
-    /// Samples were missing in every pass over a row.
-    #[error(
-        "too few samples at ({x_mm:.1}, {y_mm:.1}, {z_mm:.1}) mm in each of {FLIGHTS} passes over the row"
-    )]
-    #[diagnostic(help(
-        "check the receiver's cable and rate with `fieldgap rig check`; if only the ends of rows lack samples, raise `lead_mm`"
-    ))]
-    Thin {
-        /// Position, mm.
-        x_mm: f64,
-        /// Position, mm.
-        y_mm: f64,
-        /// Position, mm.
-        z_mm: f64,
-    },
-    /// The lag of the readings cannot be found from a row.
-    #[error("the lag of the readings behind the robot cannot be found from the row through ({x_mm:.1}, {y_mm:.1}, {z_mm:.1}) mm, scanned in both directions{}",
-        found.map_or_else(String::new, |(ms, error)| format!(": {ms:.2} ± {error:.2} ms")))]
-    #[diagnostic(help(
-        "add a row through the focus to the plan, where the level varies along the row; or give the lag as `lag_ms` in [fly]"
-    ))]
-    NoLag {
-        /// Centre of the row, mm.
-        x_mm: f64,
-        /// Centre of the row, mm.
-        y_mm: f64,
-        /// Centre of the row, mm.
-        z_mm: f64,
-        /// The estimate with its standard error, ms, if there is one.
-        found: Option<(f64, f64)>,
-    },
-}
 
 /// How rows are scanned in motion.
 #[derive(Debug, Clone, Copy)]
@@ -113,6 +45,8 @@ pub(super) struct Flight {
     feed: Feed,
     lead_m: f64,
     widest_m: f64,
+    /// How much longer than the shortest a pass may take, s.
+    uneven_s: f64,
     lag_s: Option<f64>,
 }
 
@@ -127,6 +61,8 @@ impl Flight {
             feed,
             lead_m: fly.lead_mm.map_or(usual_m, |lead_mm| lead_mm.get() * 1e-3),
             widest_m: OF_WAVELENGTH * wavelength_m,
+            // An error of the duration shifts the centre of a pass by half of it.
+            uneven_s: 2.0 * EVEN_OF_WAVELENGTH * wavelength_m / feed.m_s(),
             lag_s: fly.lag_ms.map(|lag_ms| lag_ms.get() * 1e-3),
         }
     }
@@ -207,6 +143,7 @@ struct Flown {
     recording: Recording,
     /// Reported positions before and after, array frame, m.
     ends_m: [Vec3; 2],
+    /// Duration beyond the length over the speed, s.
     over_s: f64,
 }
 
@@ -215,16 +152,21 @@ struct Flown {
 pub(super) struct Flights {
     flight: Flight,
     over_s: Vec<f64>,
+    /// That of the shortest pass.
+    least_over_s: f64,
     /// Time that the firmware takes to handle a move, s, once measured.
     handling_s: Option<f64>,
 }
 
 impl Flights {
     pub fn new(flight: Flight) -> Self {
-        Self { flight, over_s: Vec::new(), handling_s: None }
+        Self { flight, over_s: Vec::new(), least_over_s: f64::INFINITY, handling_s: None }
     }
 
     /// Scans a row in both directions and finds the lag of the readings behind the robot.
+    ///
+    /// What delays one of these passes shifts every row. So both are flown again, three times at most, until neither took longer
+    /// than the shortest, and the shortest in each direction count.
     ///
     /// # Errors
     /// A device failed, or [`FlightFault`].
@@ -235,9 +177,22 @@ impl Flights {
         row: &[Visit],
     ) -> Result<Lag, AcquisitionError> {
         let line = Line::of(row);
-        let there = self.fly(sequencer, rig, line, row[0].focus).await?;
-        let back = self.fly(sequencer, rig, line.back(), row[0].focus).await?;
-        let lag = self.flight.timing(&line).lag(&there.recording, &back.recording);
+        let even_s = 2.0 * PLACED_WITHIN_M / self.flight.feed.m_s();
+        let (mut there, mut back): (Option<Flown>, Option<Flown>) = (None, None);
+        for _ in 0..FLIGHTS {
+            for (shortest, line) in [(&mut there, line), (&mut back, line.back())] {
+                let flown = self.fly_evenly(sequencer, rig, line, row[0].focus).await?;
+                if shortest.as_ref().is_none_or(|other| flown.over_s < other.over_s) {
+                    *shortest = Some(flown);
+                }
+            }
+            if [&there, &back].into_iter().flatten().all(|flown| self.late_s(flown) <= even_s) {
+                break;
+            }
+        }
+        let lag = there.zip(back).and_then(|(there, back)| {
+            self.flight.timing(&line).lag(&there.recording, &back.recording)
+        });
         let is_one = |lag: &Lag| lag.standard_error_s * self.flight.feed.m_s() <= PLACED_WITHIN_M;
         match lag {
             Some(lag) if is_one(&lag) => {
@@ -271,7 +226,7 @@ impl Flights {
         let course = self.flight.timing(&line);
         let mut thin = row[0].position_m;
         for _ in 0..FLIGHTS {
-            let flown = self.fly(sequencer, rig, line, row[0].focus).await?;
+            let flown = self.fly_evenly(sequencer, rig, line, row[0].focus).await?;
             let placed = course.place(&flown.recording, self.flight.lag_s.unwrap_or(0.0));
             if let Some(point) = placed.iter().position(Option::is_none) {
                 thin = row[point].position_m;
@@ -319,6 +274,56 @@ impl Flights {
         })
     }
 
+    /// How much longer a pass took than the shortest, s.
+    fn late_s(&self, flown: &Flown) -> f64 {
+        flown.over_s - self.least_over_s
+    }
+
+    /// Flies over a row again while the pass takes longer than others, as where the computer was busy: the most even pass.
+    async fn fly_evenly(
+        &mut self,
+        sequencer: &mut PointSequencer,
+        rig: &mut SafeRig,
+        line: Line,
+        focus: Option<usize>,
+    ) -> Result<Flown, AcquisitionError> {
+        let (mut best, mut slow): (Option<Flown>, _) = (None, None);
+        for _ in 0..FLIGHTS {
+            match self.fly(sequencer, rig, line, focus).await {
+                Ok(flown) => {
+                    self.least_over_s = self.least_over_s.min(flown.over_s);
+                    let is_even = self.late_s(&flown) <= self.flight.uneven_s;
+                    if best.as_ref().is_none_or(|best| flown.over_s < best.over_s) {
+                        best = Some(flown);
+                    }
+                    if is_even {
+                        break;
+                    }
+                }
+                Err(AcquisitionError::Flight(fault @ FlightFault::Slow { .. })) => {
+                    slow = Some(fault);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        let middle_mm = 0.5e3 * (line.first_m + line.last_m);
+        match (best, slow) {
+            (Some(best), _) if self.late_s(&best) <= MORE_HANDLING_S => Ok(best),
+            (None, Some(fault)) => Err(fault.into()),
+            (best, _) => {
+                let late_s = best.map_or(f64::INFINITY, |best| self.late_s(&best));
+                Err(FlightFault::Uneven {
+                    x_mm: middle_mm.x,
+                    y_mm: middle_mm.y,
+                    z_mm: middle_mm.z,
+                    late_ms: late_s * 1e3,
+                    off_mm: 0.5e3 * late_s * self.flight.feed.m_s(),
+                }
+                .into())
+            }
+        }
+    }
+
     async fn fly(
         &mut self,
         sequencer: &mut PointSequencer,
@@ -359,14 +364,21 @@ impl Flights {
     ) -> Result<f64, AcquisitionError> {
         let [from_m, to_m] = line.ends_m(self.flight.lead_m);
         let along = (to_m - from_m).normalize();
-        let mut took_s = Vec::new();
-        for length_m in [SHORT_FLIGHT_M, 0.0, 4.0 * SHORT_FLIGHT_M, 0.0] {
-            let to = sequencer.frame().to_robot(from_m + along * length_m);
-            let (_, recording) = rig.move_while_recording(to, self.flight.feed).await?;
-            took_s.push(recording.ended_s - recording.began_s);
+        let mut took_s = [f64::INFINITY; 4];
+        for _ in 0..SHORT_FLIGHTS {
+            for (least_s, length_m) in
+                took_s.iter_mut().zip([SHORT_FLIGHT_M, 0.0, 4.0 * SHORT_FLIGHT_M, 0.0])
+            {
+                let to = sequencer.frame().to_robot(from_m + along * length_m);
+                let (_, recording) = rig.move_while_recording(to, self.flight.feed).await?;
+                *least_s = least_s.min(recording.ended_s - recording.began_s);
+            }
         }
         let handling_s = |short_s: f64, long_s: f64| 2.0 * short_s - long_s;
         let there_s = handling_s(took_s[0], took_s[2]);
         Ok(there_s.max(handling_s(took_s[1], took_s[3])).max(0.0))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,14 +6,17 @@ use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::mpsc::UnboundedReceiver;
+use tokio::time::{Instant, sleep_until};
 use tokio_serial::SerialStream;
 use tokio_util::sync::CancellationToken;
 
+use super::answers::AnswersUnderWay;
 use super::clock::Clock;
+use super::config::VirtualConfig;
 use super::faults::{Fault, LineFaults};
 use super::firmware::Firmware;
 use super::pty::PseudoTerminal;
-use fieldgap_rig::link::fault_injection::{Delivery, FaultInjector, FaultRates};
+use fieldgap_rig::link::fault_injection::{Delivery, FaultInjector};
 
 /// How long an unread answer blocks the device, wall time. A real board's buffer would overflow too.
 const UNREAD_PATIENCE: Duration = Duration::from_secs(1);
@@ -51,18 +54,29 @@ impl DeviceEnd for PseudoTerminal {
     }
 }
 
-/// Random faults on a device's wire, to the device and from it.
+/// A device's wire as the configuration has it: random faults, to the device and from it, and how its answers come.
 pub(super) struct WireFaults {
     to_device: FaultInjector,
     from_device: FaultInjector,
+    answers: AnswersUnderWay,
 }
 
 impl WireFaults {
-    /// Of the device with this number.
-    pub fn new(rates: FaultRates, seed: u64, device: u64) -> Self {
-        let [to_device, from_device] =
-            [0, 1].map(|direction| FaultInjector::new(rates, seed, 2 * device + direction));
-        Self { to_device, from_device }
+    /// Of the devices in this order: robot, receiver, array, air sensor.
+    pub fn of(config: &VirtualConfig) -> [Self; 4] {
+        let answers = &config.answers;
+        let mut device = 0;
+        [answers.robot, answers.receiver, answers.array, answers.environment].map(|timing| {
+            let injector =
+                |direction| FaultInjector::new(config.faults, config.seed, 2 * device + direction);
+            let wire = Self {
+                to_device: injector(0),
+                from_device: injector(1),
+                answers: AnswersUnderWay::new(timing, config.seed, device),
+            };
+            device += 1;
+            wire
+        })
     }
 }
 
@@ -84,16 +98,18 @@ pub(super) async fn run(
         faults.apply(&mut out);
         for delivery in wire_faults.from_device.apply(&std::mem::take(&mut out)) {
             match delivery {
-                Delivery::Pass(mut bytes) => tokio::select! {
-                    () = stop.cancelled() => return,
-                    () = send(wire.stream(), &mut bytes, &clock) => {}
-                },
+                Delivery::Pass(bytes) => wire_faults.answers.push(&bytes, Instant::now()),
                 Delivery::Wait(time) => tokio::time::sleep(time).await,
                 Delivery::Reset => firmware.power_up(clock.now_s(), &mut out),
                 Delivery::Cut => {
                     drop(wire);
                     return stop.cancelled().await;
                 }
+            }
+            let mut slice = wire_faults.answers.take(Instant::now());
+            tokio::select! {
+                () = stop.cancelled() => return,
+                () = send(wire.stream(), &mut slice, &clock) => {}
             }
         }
         if !out.is_empty() {
@@ -105,9 +121,25 @@ pub(super) async fn run(
                 None => std::future::pending().await,
             }
         };
+        let due = wire_faults.answers.due();
+        let due_reached = async {
+            match due {
+                // A sleep takes a millisecond, even one that is over.
+                Some(due) if due > Instant::now() => sleep_until(due).await,
+                Some(_) => {}
+                None => std::future::pending().await,
+            }
+        };
         tokio::select! {
             biased;
             () = stop.cancelled() => return,
+            () = due_reached => {
+                let mut slice = wire_faults.answers.take(Instant::now());
+                tokio::select! {
+                    () = stop.cancelled() => return,
+                    () = send(wire.stream(), &mut slice, &clock) => {}
+                }
+            }
             Some(order) = orders.recv() => {
                 match order.fault {
                     Fault::Unplug => {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::air_firmware::AirSettings;
+use super::answers::AnswerSettings;
 use super::array_boards::ArraySettings;
 use super::clock::Pace;
 use super::receiver_firmware::ReceiverSettings;
@@ -31,6 +32,9 @@ pub struct VirtualConfig {
     /// Rates of random faults on the devices' lines, as shares of all lines.
     #[serde(default)]
     pub faults: FaultRates,
+    /// How late and in which slices the devices' answers come.
+    #[serde(default)]
+    pub answers: AnswerSettings,
     /// The air sensor, if any.
     pub environment: Option<AirSettings>,
     /// The array's controller.

@@ -43,6 +43,7 @@
 //! ```
 
 mod air_firmware;
+mod answers;
 mod array_boards;
 pub mod array_firmware;
 mod board;
@@ -89,6 +90,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio_util::sync::CancellationToken;
 
 use air_firmware::AirFirmware;
+pub use answers::{AnswerSettings, AnswerTiming, Pause, SliceBytes};
 use board::{Order, WireFaults};
 pub use clock::{Clock, Pace};
 pub use config::VirtualConfig;
@@ -205,7 +207,7 @@ impl VirtualRig {
         let (opened, wait_for_ports) = mpsc::sync_channel(1);
         let thread = std::thread::Builder::new().name("virtual-rig".to_owned()).spawn({
             let (clock, stop) = (clock.clone(), stop.clone());
-            let wire_faults = [0, 1, 2, 3].map(|n| WireFaults::new(config.faults, config.seed, n));
+            let wire_faults = WireFaults::of(config);
             move || run(devices, [robot, receiver, array], wire_faults, &clock, &stop, &opened)
         })?;
         let ports = wait_for_ports.recv().unwrap_or_else(|_| {

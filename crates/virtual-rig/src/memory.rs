@@ -103,16 +103,16 @@ impl MemoryRig {
             let (host, device) = duplex(CAPACITY);
             (Plug { stream: Arc::new(Mutex::new(host)), lines: Arc::clone(&lines) }, device)
         };
-        let wire_faults = |n| WireFaults::new(config.faults, config.seed, n);
+        let [faults_1, faults_2, faults_3, _] = WireFaults::of(config);
         let Devices { robot, receiver, array, .. } = devices;
         let [(plug_1, end_1), (plug_2, end_2), (plug_3, end_3)] = [wire(), wire(), wire()];
         let shared = || (Arc::clone(&clock), unbounded_channel().1, stop.clone());
         let (clock_1, orders, stop_1) = shared();
-        tokio::spawn(board::run(robot, end_1, wire_faults(0), clock_1, orders, stop_1));
+        tokio::spawn(board::run(robot, end_1, faults_1, clock_1, orders, stop_1));
         let (clock_2, orders, stop_2) = shared();
-        tokio::spawn(board::run(receiver, end_2, wire_faults(1), clock_2, orders, stop_2));
+        tokio::spawn(board::run(receiver, end_2, faults_2, clock_2, orders, stop_2));
         let (clock_3, orders, stop_3) = shared();
-        tokio::spawn(board::run(array, end_3, wire_faults(2), clock_3, orders, stop_3));
+        tokio::spawn(board::run(array, end_3, faults_3, clock_3, orders, stop_3));
         let plugs = [plug_1, plug_2, plug_3];
         Ok(Self { world, clock, plugs, lines, _stop: stop.drop_guard() })
     }

@@ -30,6 +30,9 @@ const QUIET: Duration = Duration::from_secs(2);
 /// Silence after which nothing older is under way.
 const CAUGHT_UP_AFTER: Duration = Duration::from_millis(250);
 
+/// How long the samples of a recording may still come after it was stopped: a slow line holds them back.
+const HELD_BACK: Duration = Duration::from_secs(60);
+
 /// How often a point is asked for before it is given up.
 const TRIES: u32 = 3;
 
@@ -142,20 +145,33 @@ impl<L: ByteLink> StreamReceiver<L> {
                 let _ = recorder.take(event);
             }
         }
-        for _ in 0..TRIES {
+        let given_up_at = Instant::now() + HELD_BACK;
+        let (mut sent, mut silences) = (0, 0);
+        while silences < TRIES && Instant::now() < given_up_at {
             self.wire.send(b"X\n").await?;
+            sent += 1;
             let until = Instant::now() + QUIET;
+            let mut silent = true;
             while Instant::now() < until {
-                decoder.push(&self.wire.bytes(until).await?);
+                let bytes = self.wire.bytes(until).await?;
+                silent &= bytes.is_empty();
+                decoder.push(&bytes);
                 while let Some(event) = decoder.next_event() {
                     if let Some(ended_at_us) = recorder.take(event) {
-                        self.idle = true;
+                        // Each further `X` is still to be answered.
+                        self.idle = sent == 1;
                         return Ok(recorder.recording(ended_at_us));
                     }
                 }
             }
+            silences += u32::from(silent);
         }
-        Err(self.wire.error(Cause::Silent { waited: TRIES * QUIET }))
+        let silent = Cause::Silent { waited: TRIES * QUIET };
+        Err(self.wire.error(if silences == TRIES {
+            silent
+        } else {
+            Cause::FallenBehind { behind: HELD_BACK }
+        }))
     }
 
     /// One run of samples; `None` where it gave nothing usable.

@@ -243,8 +243,8 @@ fn a_hold_slows_down_and_a_resume_goes_on_to_the_target() {
     assert_eq!(bench.wait(2.0), "", "the dwell waits for the end of the motion");
     let output = bench.send("?");
     assert!(
-        output.starts_with("<Hold:0|MPos:-198.000,"),
-        "it slows down over ten millimetres: {output}"
+        output.starts_with("<Hold:0|MPos:-198.352,"),
+        "it began 3.5 ms after the line, and slows down over ten millimetres: {output}"
     );
     bench.send("~");
     assert_eq!(bench.wait(5.0), "ok\r\n");

@@ -17,7 +17,8 @@ use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire};
 use crate::space::RobotPosition;
 
-/// The least time between two status queries: a board at 8 bits has to find the time for the answer.
+/// The least time between two status queries while something may be moving: a board at 8 bits has to find the time for the
+/// answer.
 pub(super) const BETWEEN_QUERIES: Duration = Duration::from_millis(200);
 
 /// Silence in which a report is lost. It is answered between two segments of a move, not behind them.
@@ -65,6 +66,15 @@ pub(super) enum LineOutcome {
     Refused(u32),
     /// The machine stands still, and an answer is missing.
     Unanswered,
+}
+
+/// How long lines may take.
+#[derive(Debug, Clone, Copy)]
+struct Waits {
+    /// So long they take anyway: nothing is asked before.
+    expected: Duration,
+    /// So long at most.
+    within: Duration,
 }
 
 /// What it means that the machine is locked.
@@ -224,12 +234,17 @@ impl<L: ByteLink> Connection<L> {
     }
 
     /// Sends lines as the receive buffer has room for them and waits for their answers.
+    ///
+    /// Before `expected` is over the state is not queried: the report of a query at the end of a move would delay the answer
+    /// that shows the end, and rows at constant speed are located by it.
     pub(super) async fn run(
         &mut self,
         lines: &[Line],
+        expected: Duration,
         within: Duration,
     ) -> Result<LineOutcome, RigError> {
-        let outcome = self.exchange(lines, within, Lock::IsAFault, &mut Vec::new()).await?;
+        let waits = Waits { expected, within };
+        let outcome = self.exchange(lines, waits, Lock::IsAFault, &mut Vec::new()).await?;
         if let LineOutcome::Refused(LOCKED) = outcome
             && self.state().await? == State::Alarm
         {
@@ -246,11 +261,12 @@ impl<L: ByteLink> Connection<L> {
     async fn exchange(
         &mut self,
         lines: &[Line],
-        within: Duration,
+        Waits { expected, within }: Waits,
         lock: Lock,
         answer: &mut Vec<String>,
     ) -> Result<LineOutcome, RigError> {
-        let deadline = Instant::now() + within;
+        let begun = Instant::now();
+        let deadline = begun + within;
         let (mut next, mut rests, mut moves) = (0, 0, false);
         self.refused = None;
         loop {
@@ -264,7 +280,7 @@ impl<L: ByteLink> Connection<L> {
             if next == lines.len() && self.window.is_empty() {
                 return Ok(self.refused.map_or(LineOutcome::Taken, LineOutcome::Refused));
             }
-            let quiet = Instant::now() + QUIET;
+            let quiet = Instant::now().max(begun + expected) + QUIET;
             let Some(line) = self.wire.line(quiet.min(deadline)).await? else {
                 if Instant::now() >= deadline {
                     let silent = Cause::Silent { waited: within };
@@ -300,7 +316,8 @@ impl<L: ByteLink> Connection<L> {
         answer: &mut Vec<String>,
     ) -> Result<LineOutcome, RigError> {
         let lines = std::slice::from_ref(line);
-        match self.exchange(lines, COMMAND_WITHIN, Lock::IsRest, answer).await {
+        let waits = Waits { expected: Duration::ZERO, within: COMMAND_WITHIN };
+        match self.exchange(lines, waits, Lock::IsRest, answer).await {
             Err(error) if matches!(error.cause(), Cause::Silent { .. }) => {
                 Ok(LineOutcome::Unanswered)
             }
@@ -396,6 +413,12 @@ impl<L: ByteLink> Connection<L> {
             }
         }
         Err(self.wire.error(Cause::Silent { waited: REPORT_WITHIN * MOST_QUERIES }))
+    }
+
+    /// As [`Connection::status`], of a machine that has just answered that its motion ended: it has the time to answer at once.
+    pub(super) async fn status_at_rest(&mut self) -> Result<Observed, RigError> {
+        self.last_query = None;
+        self.status().await
     }
 
     /// As [`Connection::status`], of a machine that may be homing: GRBL then answers afterwards, grblHAL at once.

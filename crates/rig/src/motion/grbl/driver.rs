@@ -200,10 +200,11 @@ impl<L: ByteLink> Grbl<L> {
         &mut self,
         lines: &[Line],
         target: RobotPosition,
-        within: Duration,
+        expected: Option<Duration>,
     ) -> Result<RobotPosition, RigError> {
+        let within = MOVE_SLACK.longest(expected.map(|expected| expected.as_secs_f64()));
         let deadline = Instant::now() + within;
-        match self.connection.run(lines, within).await? {
+        match self.connection.run(lines, expected.unwrap_or_default(), within).await? {
             LineOutcome::Taken => {}
             LineOutcome::Unanswered => self.connection.begin().await?,
             // Locked it is not: the connection has asked.
@@ -263,8 +264,9 @@ impl<L: ByteLink> Grbl<L> {
         deadline: Instant,
     ) -> Result<RobotPosition, RigError> {
         let (mut elsewhere, mut before) = (0, target);
+        let mut report = self.connection.status_at_rest().await?;
         loop {
-            let seen = self.connection.status().await?;
+            let seen = report;
             match seen.state {
                 State::Idle if self.is_at(seen.at, target) => return Ok(seen.at),
                 // One report may be damaged.
@@ -279,6 +281,7 @@ impl<L: ByteLink> Grbl<L> {
             if Instant::now() >= deadline && seen.state != State::Idle {
                 return Err(self.connection.wire.error(Cause::StillMoving));
             }
+            report = self.connection.status().await?;
         }
     }
 
@@ -315,15 +318,12 @@ impl<L: ByteLink> Grbl<L> {
         free
     }
 
-    /// The distance over the slowest speed, and the time to reach it and to stop.
-    fn longest_for(&self, target: RobotPosition, feed: Feed) -> Duration {
-        let expected_s = || {
-            let mm_s = self.settings.slowest_axis_mm_s()?.min(feed.m_s() * 1e3);
-            let length_mm = self.at?.distance_m(target) * 1e3;
-            let ramps_s = 2.0 * mm_s / self.settings.least_acceleration_mm_s2()?;
-            Some(length_mm / mm_s + ramps_s)
-        };
-        MOVE_SLACK.longest(expected_s())
+    /// The distance over the slowest speed, and the time to reach it and to stop, if they are known.
+    fn expected_for(&self, target: RobotPosition, feed: Feed) -> Option<Duration> {
+        let mm_s = self.settings.slowest_axis_mm_s()?.min(feed.m_s() * 1e3);
+        let length_mm = self.at?.distance_m(target) * 1e3;
+        let ramps_s = 2.0 * mm_s / self.settings.least_acceleration_mm_s2()?;
+        Duration::try_from_secs_f64(length_mm / mm_s + ramps_s).ok()
     }
 }
 
@@ -378,7 +378,7 @@ impl<L: ByteLink> Motion for Grbl<L> {
         feed: Feed,
     ) -> Result<RobotPosition, RigError> {
         self.connection.wire.attempting(format!("moving to {target}"));
-        let within = self.longest_for(target, feed);
+        let expected = self.expected_for(target, feed);
         let mut start = self.at.take();
         let lines = [Line::straight_to(target, feed), Line::new(SYNC)]
             .into_iter()
@@ -386,7 +386,7 @@ impl<L: ByteLink> Motion for Grbl<L> {
             .map_err(|cause| self.connection.wire.error(cause))?;
         let mut soft_limit_hit = false;
         for _ in 0..MOST_REPEATS {
-            let at = match self.try_move(&lines, target, within).await {
+            let at = match self.try_move(&lines, target, expected).await {
                 Ok(at) => at,
                 Err(error) => {
                     let refused = matches!(error.cause(), Cause::Alarm { .. });

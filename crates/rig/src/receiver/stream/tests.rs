@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, DuplexStream, duplex};
+use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader, DuplexStream, duplex};
 
 use super::super::binary::tests::frame;
 use super::super::held_link::held_link;
@@ -145,6 +145,25 @@ async fn bench(
     let firmware = Firmware { faults: faults.to_vec(), ..Firmware::on(far) };
     let greeting = greeting.to_vec();
     tokio::spawn(async move { firmware.run(&greeting).await });
+    let wire = Wire::new(near, Device::new(Role::Receiver, "memory"));
+    StreamReceiver::begin(wire, encoding).await.expect("opens")
+}
+
+/// As [`bench`], behind a line that passes a byte from the receiver every 10 ms.
+async fn slow_bench(encoding: Encoding) -> StreamReceiver<DuplexStream> {
+    let ((near, host_end), (device_end, far)) = (duplex(64 * 1024), duplex(64 * 1024));
+    tokio::spawn(Firmware::on(far).run(b""));
+    let (mut from_host, mut to_host) = tokio::io::split(host_end);
+    let (mut from_device, mut to_device) = tokio::io::split(device_end);
+    tokio::spawn(async move { tokio::io::copy(&mut from_host, &mut to_device).await });
+    tokio::spawn(async move {
+        while let Ok(byte) = from_device.read_u8().await {
+            tokio::time::sleep(Duration::from_millis(10)).await;
+            if to_host.write_u8(byte).await.is_err() {
+                return;
+            }
+        }
+    });
     let wire = Wire::new(near, Device::new(Role::Receiver, "memory"));
     StreamReceiver::begin(wire, encoding).await.expect("opens")
 }
@@ -313,5 +332,21 @@ async fn no_sample_from_before_the_question_is_taken_however_late_the_answers_co
             let (held, pause) = (Duration::from_secs(held_s), Duration::from_millis(pause_ms));
             reads_only_what_is_new(held, pause).await;
         }
+    }
+}
+
+/// 984 bytes take ten seconds: longer than a silent receiver is waited for.
+#[tokio::test(start_paused = true)]
+async fn a_recording_that_a_slow_line_holds_back_is_waited_for() {
+    let mut receiver = slow_bench(Encoding::Binary).await;
+    for _ in 0..2 {
+        let moving = tokio::time::sleep(Duration::from_secs(1));
+        let recording = receiver.record(Box::pin(moving)).await.expect("it comes");
+        assert_eq!(recording.samples.len(), 40);
+        for sample in &recording.samples {
+            assert!((sample.value - sample.t_s).abs() < 1e-6, "{sample:?}");
+        }
+        let reading = receiver.read_point(Duration::ZERO, 4).await.expect("it reads");
+        assert!(reading.first_t_s > recording.ended_s - 1e-3, "{reading:?}");
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! Begin with [`import::read_points`] to read points, and with [`export::dataset_of_record`] and [`export::write_dataset`] to export.
 
+mod arrays;
 mod dataset;
 pub mod export;
 pub mod import;

@@ -7,7 +7,7 @@ mod netcdf;
 mod npz;
 mod record;
 
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use fieldgap_records::write_whole;
@@ -87,14 +87,27 @@ pub fn write_dataset(dataset: &Dataset, path: &Path, force: bool) -> Result<(), 
     let format = may_write(path, force)?;
     let written = write_whole(path, |file| {
         let mut out = BufWriter::new(file);
-        match format {
-            Format::Netcdf => netcdf::write(dataset, &mut out)?,
-            Format::Hdf5 => out.write_all(&hdf5::bytes(dataset)?)?,
-            Format::Mat => mat::write(dataset, &mut out)?,
-            Format::Npz => npz::write(dataset, &mut out)?,
-            Format::Csv => csv::write(dataset, &mut out)?,
-        }
+        write(dataset, format, &mut out)?;
         out.flush()
     });
     written.map_err(|source| ExportError::Write { path: path.to_owned(), source })
+}
+
+fn write(dataset: &Dataset, format: Format, out: &mut (impl Write + Seek)) -> io::Result<()> {
+    match format {
+        Format::Netcdf => netcdf::write(dataset, out),
+        Format::Hdf5 => out.write_all(&hdf5::bytes(dataset)?),
+        Format::Mat => mat::write(dataset, out),
+        Format::Npz => npz::write(dataset, out),
+        Format::Csv => csv::write(dataset, out),
+    }
+}
+
+/// A dataset as the contents of a file of that name.
+#[cfg(test)]
+pub(crate) fn bytes_of(dataset: &Dataset, path: &Path) -> io::Result<Vec<u8>> {
+    let format = Format::of_name(path).map_err(io::Error::other)?;
+    let mut out = io::Cursor::new(Vec::new());
+    write(dataset, format, &mut out)?;
+    Ok(out.into_inner())
 }

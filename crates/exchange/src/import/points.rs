@@ -9,6 +9,7 @@ use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup, Spread};
 
 use super::request::{Negative, PointsRequest, Units};
 use super::rows::{MOST_POINTS, Role, Rows};
+use super::summary::significant;
 use crate::unit::{AngleUnit, Base, LengthUnit, ReadingUnit};
 
 /// Share of negative readings from which both signs are a property of the data, not noise about zero.
@@ -237,9 +238,11 @@ fn negative_readings(rows: &Rows, below: &[usize], values: &[f64], units: &Units
     let (least, most) = values.iter().fold((0.0f64, 0.0f64), |(a, b), &v| (a.min(v), b.max(v)));
     let unit = units.reading.base().map_or("", Base::label);
     let count = format!(
-        "{} of {} readings are negative ({least:.4} to {most:.4} {unit})",
+        "{} of {} readings are negative ({} to {} {unit})",
         below.len(),
-        values.len()
+        values.len(),
+        significant(least),
+        significant(most)
     );
     let (problem, remedy) = if most <= 0.0 {
         (

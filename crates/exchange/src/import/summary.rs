@@ -38,7 +38,7 @@ impl Points {
             writeln!(text, "{name}         {} to {} mm", trimmed(least), trimmed(most))?;
         }
         let (least, most) = range(self.samples.iter().map(|sample| sample.reading));
-        write!(text, "reading   {least:.4} to {most:.4} {unit}")?;
+        write!(text, "reading   {} to {} {unit}", significant(least), significant(most))?;
         match self.unit_in_file == unit {
             true => writeln!(text)?,
             false => writeln!(text, " (in the file: {})", self.unit_in_file)?,
@@ -65,8 +65,8 @@ impl Points {
             let at = peak.position_mm;
             writeln!(
                 text,
-                "largest   {:.4} {unit} at x = {}, y = {}, z = {} mm",
-                peak.reading,
+                "largest   {} {unit} at x = {}, y = {}, z = {} mm",
+                significant(peak.reading),
                 trimmed(at.x),
                 trimmed(at.y),
                 trimmed(at.z)
@@ -127,7 +127,7 @@ fn write_map(text: &mut String, plane: &Plane<'_>) -> std::fmt::Result {
     // A character is about twice as high as it is wide. No more cells than points, or the map of a grid would have gaps.
     let [columns, rows] = match plane_map(plane, OFF_LINE_MM) {
         Ok(map) => [map.map.x_m().len(), map.map.y_m().len()],
-        Err(_) => [MAP_COLUMNS, MAP_ROWS],
+        Err(_) => [(2.0 * (plane.samples.len() as f64).sqrt()).ceil() as usize, MAP_ROWS],
     };
     let columns = columns.min(MAP_COLUMNS);
     let in_proportion = (columns as f64 * height / width / 2.0).round() as usize;
@@ -167,6 +167,17 @@ fn write_map(text: &mut String, plane: &Plane<'_>) -> std::fmt::Result {
 
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
+}
+
+/// A reading with four significant digits.
+pub(crate) fn significant(value: f64) -> String {
+    match value.abs().log10().floor() {
+        power if value == 0.0 || !power.is_finite() => value.to_string(),
+        power if (-4.0..6.0).contains(&power) => {
+            format!("{value:.*}", (3.0 - power).max(0.0) as usize)
+        }
+        _ => format!("{value:.3e}"),
+    }
 }
 
 /// A length with at most four decimals and no zeros at its end.

@@ -5,4 +5,4 @@ mod number;
 mod table;
 
 pub use dialect::{Decimal, Delimiter, Dialect};
-pub(crate) use table::{Heading, TextTable};
+pub(crate) use table::{Heading, TextTable, unreadable};

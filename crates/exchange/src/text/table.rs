@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use fieldgap_input::{Fault, MOST_TABLE, read_bytes};
+use fieldgap_input::Fault;
 
 use super::dialect::Dialect;
 use super::number::number;
@@ -44,12 +44,6 @@ pub(crate) struct TextTable {
 }
 
 impl TextTable {
-    /// Reads a file.
-    pub(crate) fn read(path: &Path) -> Result<Self, Fault> {
-        let bytes = read_bytes(path, MOST_TABLE).map_err(|error| unreadable(path, &error))?;
-        Self::of_bytes(path, bytes)
-    }
-
     /// Takes `bytes` as the contents of `path`.
     pub(crate) fn of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, Fault> {
         let (text, encoding) = decoded(bytes);

@@ -41,7 +41,7 @@ fn home() -> tempfile::TempDir {
     let setup =
         ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), &setup_toml)).expect("good");
     let mut rows = "time_s,focus,x_mm,y_mm,z_mm,reading,std,count\n".to_owned();
-    let mut time_s = 0.125;
+    let mut time_s = 0.125_f64;
     let mut add = |focus: i32, at_mm: [f64; 3]| {
         let at = fieldgap::acoustics::Vec3::from(at_mm) / 1e3;
         let reading = match usize::try_from(focus) {

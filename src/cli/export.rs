@@ -9,13 +9,15 @@ use miette::IntoDiagnostic;
 use super::output::print;
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{Registering, compare};
-use fieldgap_exchange::export::{Provenance, dataset_of_record, may_write, write_dataset};
+use fieldgap_exchange::export::{
+    Provenance, dataset_of_record, dataset_of_simulation, is_simulation, may_write, write_dataset,
+};
 use fieldgap_records::RecordedScan;
 
 /// The `export` command.
 #[derive(Debug, Args)]
 pub(super) struct Export {
-    /// Folder of the record
+    /// Folder of the record, or of a field that `simulate --out` wrote
     record: PathBuf,
     /// File to write; its ending is the format: .nc (NetCDF), .h5 (HDF5), .mat (MATLAB), .npz (NumPy) or .csv (the readings
     /// alone)
@@ -35,16 +37,22 @@ impl Export {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         // Before the comparison, which may take long.
         may_write(&self.file, self.force).into_diagnostic()?;
+        let provenance = Provenance {
+            program: format!("fieldgap {}", env!("CARGO_PKG_VERSION")),
+            exported: jiff::Timestamp::now().round(jiff::Unit::Second).into_diagnostic()?,
+        };
+        if is_simulation(&self.record) {
+            let dataset = dataset_of_simulation(&self.record, &provenance)?;
+            write_dataset(&dataset, &self.file, self.force).into_diagnostic()?;
+            print(&format!("simulated field: {}\n", self.file.display()))?;
+            return Ok(ExitCode::SUCCESS);
+        }
         let scan = RecordedScan::open(&self.record)?;
         let comparison = if self.no_simulation {
             Err("not requested".to_owned())
         } else {
             let simulator = self.simulator.unwrap_or(scan.setup.simulator);
             compare(&scan, simulator, Registering::Auto).map_err(|why| why.to_string())
-        };
-        let provenance = Provenance {
-            program: format!("fieldgap {}", env!("CARGO_PKG_VERSION")),
-            exported: jiff::Timestamp::now().round(jiff::Unit::Second).into_diagnostic()?,
         };
         let comparison = comparison.as_ref().map_err(String::as_str);
         let dataset = dataset_of_record(&scan, &self.record, comparison, &provenance);

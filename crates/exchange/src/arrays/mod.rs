@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use fieldgap_input::Fault;
 
 use crate::import::MOST_POINTS;
+pub(crate) use npy::single_precision;
 
 /// Most arrays of a file that are listed.
 const MOST_ARRAYS: usize = 1000;

@@ -81,6 +81,22 @@ pub(super) fn read(bytes: &[u8]) -> Result<Numbers, ArrayError> {
     Ok(Numbers { real: ordered(real), imaginary: Some(ordered(imaginary)) })
 }
 
+/// The shape and the values of an array of three dimensions in single precision, which may be larger than a record.
+pub(crate) fn single_precision(bytes: &[u8]) -> Result<([usize; 3], Vec<f32>), ArrayError> {
+    let header = Header::of(bytes)?;
+    let of_volume = header.kind == Kind::F32 && !header.column_major && !header.complex;
+    let (true, Endian::Little, &[a, b, c]) = (of_volume, header.endian, &header.shape[..]) else {
+        return Err(ArrayError::Unsupported("it is not a volume of 32-bit floats".to_owned()));
+    };
+    let length = a.checked_mul(b).and_then(|n| n.checked_mul(c)).and_then(|n| n.checked_mul(4));
+    let mut reader = Reader::new(bytes);
+    reader.skip(header.length);
+    let what = "the values of a volume";
+    let values = reader.take(length.ok_or(ArrayError::Truncated(what))?, what)?;
+    let (values, _) = values.as_chunks();
+    Ok(([a, b, c], values.iter().map(|value| f32::from_le_bytes(*value)).collect()))
+}
+
 /// What follows a key of the dictionary.
 fn value_of<'t>(text: &'t str, key: &str) -> Result<&'t str, ArrayError> {
     let missing = || ArrayError::Invalid(format!("its header does not state `{key}`"));

@@ -8,8 +8,12 @@ use crate::dataset::{Attribute, Dataset, Values, Variable};
 /// Writes the arrays of the first dimension of a dataset, which are the readings; grids and drives need another format.
 ///
 /// # Errors
-/// What the writer reports.
+/// What the writer reports; [`io::ErrorKind::InvalidInput`] if there are no points.
 pub(super) fn write(dataset: &Dataset, out: &mut dyn Write) -> io::Result<()> {
+    if dataset.dimensions.first().is_none_or(|(name, _)| name != "point") {
+        let problem = "a volume is no table of points; choose .nc, .h5, .mat or .npz";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+    }
     for (name, value) in &dataset.attributes {
         let text = match value {
             Attribute::Text(text) => text.clone(),

@@ -1,11 +1,13 @@
-//! Export of a record for other programs.
+//! Export of a record or a simulated field for other programs.
 
 mod csv;
+mod grids;
 mod hdf5;
 mod mat;
 mod netcdf;
 mod npz;
 mod record;
+mod simulation;
 
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -14,6 +16,7 @@ use fieldgap_records::write_whole;
 
 use crate::dataset::Dataset;
 pub use record::{Provenance, dataset_of_record};
+pub use simulation::{dataset_of_simulation, is_simulation};
 
 /// A format of export.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

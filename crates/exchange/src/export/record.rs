@@ -9,6 +9,7 @@ use fieldgap_records::{
 };
 use sha2::{Digest, Sha256};
 
+use super::grids::{Map, add_maps};
 use crate::dataset::{Attribute, Dataset};
 
 /// Files of a record whose text is exported.
@@ -42,7 +43,7 @@ pub fn dataset_of_record(
         Err(why) => dataset.text("no_simulation", why),
     }
     let maps = match comparison {
-        Ok(comparison) => comparison.planes.iter().filter_map(Map::of_comparison).collect(),
+        Ok(comparison) => comparison.planes.iter().filter_map(map_of_comparison).collect(),
         Err(_) => maps_of_scan(scan),
     };
     add_maps(&mut dataset, maps, &scan.setup.unit);
@@ -50,12 +51,17 @@ pub fn dataset_of_record(
     dataset
 }
 
-fn describe(dataset: &mut Dataset, scan: &RecordedScan, provenance: &Provenance) {
-    let setup = &scan.setup;
+/// States the conventions, the title, and the program that exports.
+pub(super) fn describe_program(dataset: &mut Dataset, title: &str, provenance: &Provenance) {
     dataset.text("Conventions", "CF-1.11");
-    dataset.text("title", format!("Ultrasonic field {}", setup.name));
+    dataset.text("title", title);
     dataset.text("source", provenance.program.clone());
     dataset.text("history", format!("{} exported by {}", provenance.exported, provenance.program));
+}
+
+fn describe(dataset: &mut Dataset, scan: &RecordedScan, provenance: &Provenance) {
+    let setup = &scan.setup;
+    describe_program(dataset, &format!("Ultrasonic field {}", setup.name), provenance);
     dataset.text("scan_name", setup.name.clone());
     dataset.text("recorded", setup.recorded.to_string());
     dataset.text("reading_unit", setup.unit.clone());
@@ -173,109 +179,32 @@ fn add_readings(dataset: &mut Dataset, scan: &RecordedScan, comparison: Option<&
     }
 }
 
-/// A map of one plane.
-struct Map {
-    focus: usize,
-    z_mm: f64,
-    x_m: Vec<f64>,
-    y_m: Vec<f64>,
-    scan: Vec<f64>,
-    simulation: Option<Vec<f64>>,
+fn map_of_comparison(plane: &PlaneComparison) -> Option<Map> {
+    let ComparedMap { x_m, y_m, scan, simulation } = plane.map.clone()?;
+    let difference = scan.iter().zip(&simulation).map(|(a, b)| a - b).collect();
+    let layers = vec![
+        ("reading", READINGS, scan),
+        ("simulation", "simulation on the grid, registered and scaled to the readings", simulation),
+        ("difference", "reading less simulation on the grid", difference),
+    ];
+    Some(Map { drive: plane.focus, z_mm: plane.z_m * 1e3, x_m, y_m, layers })
 }
 
-impl Map {
-    fn of_comparison(plane: &PlaneComparison) -> Option<Self> {
-        let ComparedMap { x_m, y_m, scan, simulation } = plane.map.clone()?;
-        Some(Self {
-            focus: plane.focus,
-            z_mm: plane.z_m * 1e3,
-            x_m,
-            y_m,
-            scan,
-            simulation: Some(simulation),
-        })
-    }
-}
+const READINGS: &str = "readings on the grid, repeats averaged";
 
 fn maps_of_scan(scan: &RecordedScan) -> Vec<Map> {
     let planes = scan.planes(SAME_HEIGHT_MM);
     let maps = planes.iter().filter_map(|plane| {
         let map = plane_map(plane, OFF_LINE_MM).ok()?.map;
-        let (x_m, y_m) = (map.x_m().to_vec(), map.y_m().to_vec());
         Some(Map {
-            focus: plane.focus,
+            drive: plane.focus,
             z_mm: plane.z_mm,
-            x_m,
-            y_m,
-            scan: map.values().to_vec(),
-            simulation: None,
+            x_m: map.x_m().to_vec(),
+            y_m: map.y_m().to_vec(),
+            layers: vec![("reading", READINGS, map.values().to_vec())],
         })
     });
     maps.collect()
-}
-
-/// Positions of grids are equal within the tolerance of a map's own lines.
-fn same_grid(a: &Map, b: &Map) -> bool {
-    let alike = |a: &[f64], b: &[f64]| {
-        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() * 1e3 <= OFF_LINE_MM)
-    };
-    a.focus == b.focus && alike(&a.x_m, &b.x_m) && alike(&a.y_m, &b.y_m)
-}
-
-/// Maps of one drive on one grid become a stack of planes; each stack has dimensions of its own.
-fn add_maps(dataset: &mut Dataset, maps: Vec<Map>, unit: &str) {
-    let mut stacks: Vec<Vec<Map>> = Vec::new();
-    for map in maps {
-        match stacks.iter_mut().find(|stack| same_grid(&stack[0], &map)) {
-            Some(stack) => stack.push(map),
-            None => stacks.push(vec![map]),
-        }
-    }
-    for (number, stack) in stacks.iter().enumerate() {
-        let prefix = if number == 0 { "grid".to_owned() } else { format!("grid{}", number + 1) };
-        let name = |what: &str| format!("{prefix}_{what}");
-        let first = &stack[0];
-        let mm = |along_m: &[f64]| along_m.iter().map(|m| m * 1e3).collect::<Vec<f64>>();
-        let mut axis = |what: &str, values: Vec<f64>, long_name: &str| {
-            let index = dataset.dimension(&name(what), values.len());
-            dataset.floats(&name(what), &[index], values, "mm", long_name);
-            index
-        };
-        let z = axis("z", stack.iter().map(|map| map.z_mm).collect(), "height of the plane");
-        let y = axis("y", mm(&first.y_m), "rows of the grid");
-        let x = axis("x", mm(&first.x_m), "columns of the grid");
-        let on = [z, y, x];
-        dataset.integers(
-            &name("drive"),
-            &[],
-            vec![i32::try_from(first.focus).unwrap_or(i32::MAX)],
-            "number of the drive of this grid",
-        );
-        let scan: Vec<f64> = stack.iter().flat_map(|map| map.scan.iter().copied()).collect();
-        let simulation: Option<Vec<f64>> = stack
-            .iter()
-            .map(|map| map.simulation.clone())
-            .collect::<Option<Vec<_>>>()
-            .map(|planes| planes.concat());
-        if let Some(simulation) = simulation {
-            let difference = scan.iter().zip(&simulation).map(|(a, b)| a - b).collect();
-            dataset.floats(
-                &name("simulation"),
-                &on,
-                simulation,
-                unit,
-                "simulation on the grid, registered and scaled to the readings",
-            );
-            dataset.floats(
-                &name("difference"),
-                &on,
-                difference,
-                unit,
-                "reading less simulation on the grid",
-            );
-        }
-        dataset.floats(&name("reading"), &on, scan, unit, "readings on the grid, repeats averaged");
-    }
 }
 
 fn add_drives(dataset: &mut Dataset, scan: &RecordedScan) {

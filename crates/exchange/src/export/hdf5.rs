@@ -6,9 +6,6 @@ use hdf5_pure::{AttrValue, FileBuilder};
 
 use crate::dataset::{Attribute, Dataset, Values};
 
-/// Longest text that is an attribute, bytes: the format limits an attribute to 64 KiB. Longer texts become datasets.
-const LONGEST_ATTRIBUTE: usize = 32 << 10;
-
 /// A dataset as the bytes of a file.
 ///
 /// Positions along a dimension are marked as its scale (`CLASS`, `NAME`), and arrays name their dimensions (`DIMENSION_LABELS`). The library
@@ -18,21 +15,16 @@ const LONGEST_ATTRIBUTE: usize = 32 << 10;
 /// [`io::ErrorKind::InvalidData`] with the reason of the library.
 pub(super) fn bytes(dataset: &Dataset) -> io::Result<Vec<u8>> {
     let mut file = FileBuilder::new();
-    let mut long_texts = Vec::new();
+    // Texts of variable length: the libraries of Python give them as texts, and those of fixed length as bytes.
     for (name, value) in &dataset.attributes {
-        match value {
-            Attribute::Text(text) if text.len() > LONGEST_ATTRIBUTE => {
-                long_texts.push((name, text))
-            }
-            Attribute::Text(text) => file.set_attr(name, AttrValue::String(text.clone())),
-            Attribute::Number(number) => file.set_attr(name, AttrValue::F64(*number)),
-            Attribute::Numbers(numbers) => {
-                file.set_attr(name, AttrValue::F64Array(numbers.clone()))
-            }
-        }
-    }
-    for (name, text) in long_texts {
-        file.create_dataset(name).with_vlen_strings(&[text]);
+        file.set_attr(
+            name,
+            match value {
+                Attribute::Text(text) => AttrValue::VarLenString(text.clone()),
+                Attribute::Number(number) => AttrValue::F64(*number),
+                Attribute::Numbers(numbers) => AttrValue::F64Array(numbers.clone()),
+            },
+        );
     }
     for variable in &dataset.variables {
         let shape: Vec<u64> = dataset.shape(variable).iter().map(|&length| length as u64).collect();
@@ -43,12 +35,12 @@ pub(super) fn bytes(dataset: &Dataset) -> io::Result<Vec<u8>> {
             Values::Integer(values) => array.with_i32_data(values),
         };
         array.with_shape(&shape);
-        array.set_attr("long_name", AttrValue::String(variable.long_name.clone()));
+        array.set_attr("long_name", AttrValue::VarLenString(variable.long_name.clone()));
         if let Some(unit) = &variable.unit {
-            array.set_attr("units", AttrValue::String(unit.clone()));
+            array.set_attr("units", AttrValue::VarLenString(unit.clone()));
         }
         if let Some(coordinates) = &variable.coordinates {
-            array.set_attr("coordinates", AttrValue::String(coordinates.clone()));
+            array.set_attr("coordinates", AttrValue::VarLenString(coordinates.clone()));
         }
         if dataset.is_dimension_scale(variable) {
             array.set_attr("CLASS", AttrValue::AsciiString("DIMENSION_SCALE".to_owned()));
@@ -56,7 +48,7 @@ pub(super) fn bytes(dataset: &Dataset) -> io::Result<Vec<u8>> {
         } else if !variable.dimensions.is_empty() {
             let labels =
                 dataset.dimension_names(variable).iter().map(|name| (*name).to_owned()).collect();
-            array.set_attr("DIMENSION_LABELS", AttrValue::VarLenAsciiCharArray(labels));
+            array.set_attr("DIMENSION_LABELS", AttrValue::VarLenStringArray(labels));
         }
     }
     file.finish().map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.to_string()))

@@ -267,9 +267,15 @@ fn axes_of_dimensions(
             }
         })
         .collect();
+    let sorted = |mut lengths: Vec<usize>| {
+        lengths.sort_unstable();
+        lengths
+    };
+    let of_axes = along.iter().map(|(_, array)| array.numbers.real.len()).collect();
+    let same_lengths = sorted(of_axes) == sorted(lengths.clone());
     match by_length {
         Some(axes) if fits(&axes) => Ok(axes),
-        _ if along.len() == lengths.len() => {
+        _ if same_lengths => {
             let problem = format!(
                 "has axes of equal length, so that the order of the dimensions of the readings is open: {}",
                 taken_list(taken)

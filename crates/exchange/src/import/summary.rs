@@ -31,7 +31,8 @@ impl Points {
 
     fn write_summary(&self, text: &mut String, planes: &[Plane<'_>]) -> std::fmt::Result {
         let unit = self.base.label();
-        writeln!(text, "format    {}", self.format)?;
+        // What follows the format itself goes onto a line of its own.
+        writeln!(text, "format    {}", self.format.replace("; ", "\n          "))?;
         writeln!(text, "readings  {}", self.samples.len())?;
         for (axis, name) in ["x", "y", "z"].iter().enumerate() {
             let (least, most) = range(self.samples.iter().map(|sample| sample.position_mm[axis]));

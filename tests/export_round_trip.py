@@ -69,7 +69,7 @@ def hdf5(path, samples):
         for name, unit in UNITS.items():
             assert data[name].attrs["units"] == unit, name
         assert [dim.label for dim in data["grid_reading"].dims] == ["grid_z", "grid_y", "grid_x"]
-        assert data["grid_x"].is_scale
+        assert [dim.label for dim in data["grid_x"].dims] == ["grid_x"]
         check_grid(samples, data["grid_x"][:], data["grid_y"][:], data["grid_z"][:], data["grid_reading"][:])
         assert data.attrs["scan_toml"].startswith("format = 1")
 

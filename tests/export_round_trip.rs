@@ -12,7 +12,7 @@ use fieldgap::input::TomlSource;
 use fieldgap::records::{RecordedScan, ScanSetup};
 
 mod small_record;
-use small_record::SETUP;
+use small_record::{HEADER, SETUP};
 
 const FORMATS: [&str; 5] = ["nc", "h5", "mat", "npz", "csv"];
 
@@ -40,7 +40,7 @@ fn home() -> tempfile::TempDir {
     let setup_toml = format!("{SETUP}[[focus]]\nphases = \"all-zero\"\n");
     let setup =
         ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), &setup_toml)).expect("good");
-    let mut rows = "time_s,focus,x_mm,y_mm,z_mm,reading,std,count\n".to_owned();
+    let mut rows = format!("{HEADER},std,count\n");
     let mut time_s = 0.125_f64;
     let mut add = |focus: i32, at_mm: [f64; 3]| {
         let at = fieldgap::acoustics::Vec3::from(at_mm) / 1e3;

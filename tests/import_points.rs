@@ -1,11 +1,14 @@
 //! `fieldgap import points`: what it reads, what it shows before it writes, and what it refuses.
 
-use std::fmt::Write;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use fieldgap::records::RecordedScan;
 use rustix::fs::{CWD, FileType, Mode, mknodat};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
 const RIG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/rigs/virtual.toml");
 const FOREIGN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/foreign_arrays");
@@ -109,6 +112,31 @@ fn nothing_is_written_without_agreement_or_over_a_record() {
     assert_eq!(std::fs::read(folder.path().join("r/samples.csv")).expect("there"), before);
     let fresh = import(folder.path(), &["points.csv", "--columns", "x,y,z,U", "--yes"]);
     assert!(fresh.status.success() && folder.path().join("out/points/scan.toml").exists());
+}
+
+#[test]
+fn in_a_terminal_the_answer_decides() {
+    for (answer, written) in [("y\n", true), ("n\n", false)] {
+        let folder = folder_with(&plane());
+        let terminal = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a pseudo-terminal");
+        grantpt(&terminal).and_then(|()| unlockpt(&terminal)).expect("unlocked");
+        let name = ptsname(&terminal, Vec::new()).expect("a name");
+        let name = name.into_string().expect("text");
+        let end = File::options().read(true).write(true).open(name).expect("opened");
+        // Typed before the question; the terminal keeps it.
+        let mut keys = File::from(terminal);
+        keys.write_all(answer.as_bytes()).expect("typed");
+        let output = Command::new(env!("CARGO_BIN_EXE_fieldgap"))
+            .args(["import", "points", "points.csv", "--columns", "x,y,z,U", "--out", "r"])
+            .args(["--rig", RIG, "--unfocused"])
+            .current_dir(folder.path())
+            .stdin(end.try_clone().expect("a copy"))
+            .stderr(end)
+            .output()
+            .expect("the program starts");
+        assert_eq!(output.status.success(), written, "{answer:?}");
+        assert_eq!(folder.path().join("r").exists(), written, "{answer:?}");
+    }
 }
 
 #[test]
@@ -253,6 +281,7 @@ fn arrays_of_other_programs_hold_the_same_field() {
         ("netcdf-3.nc", "x,y,z,p", 1),
         ("netcdf-5.nc", "x,y,z,p", 1),
         ("netcdf-4.nc", "x,y,z,p", 1),
+        ("netcdf-4-square.nc", "x,y,z,p", 8),
         ("h5py.h5", "scan/x,scan/y,scan/z,scan/p", 0),
     ] {
         let path = format!("{FOREIGN}/{file}");

@@ -33,6 +33,13 @@ with h5py.File("h5py.h5", "w") as file:
     scan.create_dataset("p", data=field, chunks=(1, 4, 5), compression="gzip", shuffle=True).attrs["units"] = "V"
     scan.create_dataset("words", data=["a", "b"])
 
+# Axes of equal length, which only the names of the dimensions tell apart.
+with netCDF4.Dataset("netcdf-4-square.nc", "w") as file:
+    for axis, values in {"y": y, "x": x[:4], "z": z}.items():
+        file.createDimension(axis, len(values))
+        file.createVariable(axis, "f8", (axis,))[:] = values
+    file.createVariable("p", "f8", ("x", "z", "y"))[:] = amplitude[:, :, :4].transpose(2, 0, 1)
+
 for name, kind, ends in (("netcdf-3.nc", "NETCDF3_CLASSIC", True), ("netcdf-5.nc", "NETCDF3_64BIT_DATA", False), ("netcdf-4.nc", "NETCDF4", True)):
     with netCDF4.Dataset(name, "w", format=kind) as file:
         for axis, values in {"z": z, "y": y, "x": x}.items():

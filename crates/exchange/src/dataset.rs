@@ -132,9 +132,4 @@ impl Dataset {
     pub fn dimension_names(&self, variable: &Variable) -> Vec<&str> {
         variable.dimensions.iter().map(|&index| self.dimensions[index].0.as_str()).collect()
     }
-
-    /// Whether a variable holds the positions along the dimension of its own name.
-    pub fn is_dimension_scale(&self, variable: &Variable) -> bool {
-        self.dimension_names(variable) == [variable.name.as_str()]
-    }
 }

@@ -22,6 +22,7 @@ impl Hdf5File {
         let file = File::from_bytes(bytes).map_err(|error| invalid(&error))?;
         let mut listed = Vec::new();
         list(&file.root(), "", 0, &mut listed)?;
+        name_dimensions_of_netcdf(&file, &mut listed);
         Ok((Self(file), listed))
     }
 
@@ -69,6 +70,30 @@ fn list(
         }
     }
     Ok(())
+}
+
+/// NetCDF-4 numbers the dimensions: an array lists the numbers of its own, and the positions along a dimension state its number.
+fn name_dimensions_of_netcdf(file: &File, listed: &mut [Listed]) {
+    let numbers = |name: &str, attribute: &str| -> Option<Vec<i64>> {
+        file.dataset(name).ok()?.attrs().ok()?.get(attribute)?.to_i64s()
+    };
+    let scales: Vec<(i64, String)> = listed
+        .iter()
+        .filter(|array| array.shape.len() == 1)
+        .filter_map(|array| {
+            Some((*numbers(&array.name, "_Netcdf4Dimid")?.first()?, array.name.clone()))
+        })
+        .collect();
+    for array in listed.iter_mut().filter(|array| array.dimensions.is_none()) {
+        let Some(own) = numbers(&array.name, "_Netcdf4Coordinates") else { continue };
+        let name = |number: &i64| {
+            let scale = scales.iter().find(|(known, _)| known == number);
+            scale.map_or_else(|| format!("dimension {number}"), |(_, name)| name.clone())
+        };
+        if own.len() == array.shape.len() {
+            array.dimensions = Some(own.iter().map(name).collect());
+        }
+    }
 }
 
 fn listed_array(array: &Dataset, name: String) -> Option<Listed> {

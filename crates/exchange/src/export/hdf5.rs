@@ -8,8 +8,8 @@ use crate::dataset::{Attribute, Dataset, Values};
 
 /// A dataset as the bytes of a file.
 ///
-/// Positions along a dimension are marked as its scale (`CLASS`, `NAME`), and arrays name their dimensions (`DIMENSION_LABELS`). The library
-/// writes no variable-length references, so that the list that attaches scales to arrays is not written.
+/// Arrays name their dimensions (`DIMENSION_LABELS`), and the positions along a dimension are the array of its name. They are no dimension scales
+/// as HDF5 defines them: the library writes neither the null-terminated text that marks one, nor the references that attach it.
 ///
 /// # Errors
 /// [`io::ErrorKind::InvalidData`] with the reason of the library.
@@ -42,10 +42,7 @@ pub(super) fn bytes(dataset: &Dataset) -> io::Result<Vec<u8>> {
         if let Some(coordinates) = &variable.coordinates {
             array.set_attr("coordinates", AttrValue::VarLenString(coordinates.clone()));
         }
-        if dataset.is_dimension_scale(variable) {
-            array.set_attr("CLASS", AttrValue::AsciiString("DIMENSION_SCALE".to_owned()));
-            array.set_attr("NAME", AttrValue::AsciiString(variable.name.clone()));
-        } else if !variable.dimensions.is_empty() {
+        if !variable.dimensions.is_empty() {
             let labels =
                 dataset.dimension_names(variable).iter().map(|name| (*name).to_owned()).collect();
             array.set_attr("DIMENSION_LABELS", AttrValue::VarLenStringArray(labels));

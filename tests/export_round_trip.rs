@@ -188,3 +188,43 @@ fn the_libraries_of_other_programs_read_the_exports() {
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(said.lines().count(), 7, "{said}");
 }
+
+#[test]
+fn simulated_fields_are_exported() {
+    let home = tempfile::tempdir().expect("a folder");
+    let rig = concat!(env!("CARGO_MANIFEST_DIR"), "/rigs/virtual.toml");
+    let field = ["--rig", rig, "--focus-mm", "0,0,100", "--size-mm", "20", "--step-mm", "5"];
+    let simulate =
+        |more: &[&str]| succeeds(home.path(), &[&["simulate"][..], &field, more].concat());
+    simulate(&["--z-mm", "95,100", "--out", "planes"]);
+    simulate(&["--volume-mm", "95,100", "--out", "volume"]);
+    let mut readings = Vec::new();
+    for (folder, columns) in [
+        ("planes", "grid_x,grid_y,grid_z,grid_pressure"),
+        ("planes", "x,y,z,pressure"),
+        ("volume", "x,y,z,pressure"),
+    ] {
+        for format in ["nc", "h5"] {
+            let (file, out) =
+                (format!("{folder}.{format}"), format!("{folder}-{columns}-{format}"));
+            succeeds(home.path(), &["export", folder, &file, "--force"]);
+            let into = ["--rig", rig, "--unfocused", "--yes", "--out", &out];
+            succeeds(
+                home.path(),
+                &[&["import", "points", &file, "--columns", columns][..], &into].concat(),
+            );
+            let record = RecordedScan::open(&home.path().join(out)).expect("a record");
+            assert_eq!(record.samples.len(), 2 * 5 * 5, "{file} {columns}");
+            readings.push(record.samples);
+        }
+    }
+    for other in &readings[1..] {
+        for (a, b) in readings[0].iter().zip(other) {
+            assert!((a.position_mm - b.position_mm).norm() < 1e-9);
+            assert!((a.reading - b.reading).abs() < 1e-6 * a.reading, "{a:?} {b:?}");
+        }
+    }
+    let table = fieldgap(home.path(), &["export", "volume", "volume.csv"]);
+    assert!(String::from_utf8_lossy(&table.stderr).contains("a volume is no table of points"));
+    assert!(!home.path().join("volume.csv").exists());
+}

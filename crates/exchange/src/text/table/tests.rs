@@ -47,7 +47,7 @@ fn faults_are_placed_at_their_line_and_column() {
     for (text, place, said) in [
         ("x,y\n1,2\n3,a\n", Some((3, 3)), "`a` is not a number"),
         ("x,y\n1,2\n# c\n\n3\n", Some((5, 2)), "1 cells"),
-        ("x,y\r\n1,2\r\n3,4,5\r\n", Some((3, 5)), "3 cells"),
+        ("x,y\r\n1,2\r\n3,4\r\n3,4,5\r\n", Some((4, 5)), "3 cells"),
         ("hello\n", None, "no row of numbers"),
         ("", None, "no row of numbers"),
     ] {

@@ -208,6 +208,13 @@ fn push_element<T: Number>(bytes: &mut Vec<u8>, kind: u32, values: &[T]) -> io::
 }
 
 fn push_bytes(bytes: &mut Vec<u8>, kind: u32, content: &[u8]) -> io::Result<()> {
+    // Up to four bytes stand in the tag itself. MATLAB writes no other form, and Octave reads no other.
+    if (1..=4).contains(&content.len()) {
+        bytes.extend((kind | (content.len() as u32) << 16).to_le_bytes());
+        bytes.extend(content);
+        bytes.resize(bytes.len().next_multiple_of(8), 0);
+        return Ok(());
+    }
     bytes.extend(kind.to_le_bytes());
     bytes.extend(u32::try_from(content.len()).map_err(|_| too_large())?.to_le_bytes());
     bytes.extend(content);

@@ -80,6 +80,14 @@ pub(crate) struct ArrayFile {
     contents: Contents,
 }
 
+/// What a file turned out to be.
+pub(crate) enum Opened {
+    /// A file with named arrays.
+    Arrays(ArrayFile),
+    /// Bytes in none of the formats of arrays, as those of a text are.
+    Text(Vec<u8>),
+}
+
 enum Contents {
     Npy(Vec<u8>),
     Npz(npz::Archive),
@@ -89,8 +97,8 @@ enum Contents {
 }
 
 impl ArrayFile {
-    /// The arrays in `bytes`, the contents of `path`; the bytes themselves if they are in none of the formats, as a text is.
-    pub(crate) fn of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Result<Self, Vec<u8>>, Fault> {
+    /// Opens `bytes`, the contents of `path`.
+    pub(crate) fn of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Opened, Fault> {
         let listed = match &bytes {
             _ if bytes.starts_with(b"\x93NUMPY") => {
                 npy::list(&bytes).map(|listed| ("NumPy array", vec![listed], Contents::Npy(bytes)))
@@ -109,11 +117,11 @@ impl ArrayFile {
             }
             _ if mat5::is_mat5(&bytes) => mat5::MatFile::of(bytes)
                 .map(|(file, listed)| ("MATLAB, version 5", listed, Contents::Mat5(file))),
-            _ => return named_otherwise(path).map(|()| Err(bytes)),
+            _ => return named_otherwise(path).map(|()| Opened::Text(bytes)),
         };
         let (format, listed, contents) =
             listed.map_err(|error| unreadable(path, "the file", &error))?;
-        Ok(Ok(Self { path: path.to_owned(), format, listed, contents }))
+        Ok(Opened::Arrays(Self { path: path.to_owned(), format, listed, contents }))
     }
 
     /// The values of an array of the list.

@@ -17,7 +17,7 @@ pub use request::{
     Columns, Negative, Order, PointsRequest, Source, Units, WrongColumns, WrongUnits,
 };
 
-use crate::arrays::ArrayFile;
+use crate::arrays::{ArrayFile, Opened};
 use crate::text::{TextTable, unreadable};
 pub(crate) use rows::MOST_POINTS;
 
@@ -41,8 +41,8 @@ pub fn points_of_bytes(
     request: &PointsRequest,
 ) -> Result<Points, Fault> {
     let (rows, format, units) = match ArrayFile::of_bytes(path, bytes)? {
-        Ok(file) => array_rows::rows_of_arrays(&file, request)?,
-        Err(text) => text_rows::rows_of_text(TextTable::of_bytes(path, text)?, request)?,
+        Opened::Arrays(file) => array_rows::rows_of_arrays(&file, request)?,
+        Opened::Text(text) => text_rows::rows_of_text(TextTable::of_bytes(path, text)?, request)?,
     };
     points::points(rows, format, &units, request)
 }

@@ -68,7 +68,7 @@ pub(super) struct PointsArgs {
     /// Order of the dimensions of an array of readings, such as z,y,x, where lengths and names do not determine it
     #[arg(long, value_name = "AXES")]
     order: Option<Order>,
-    /// Folder for the record [default: out/NAME]
+    /// Folder for the record [default: out/ and the name of the file]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Do not ask whether the file was understood
@@ -105,7 +105,7 @@ impl PointsArgs {
         let points = read_points(&self.file, &request)?;
         let summary = points.summary();
         let scan = self.scan(points)?;
-        let out = self.out.clone().unwrap_or_else(|| fresh_folder(&scan.setup.name));
+        let out = self.out.clone().unwrap_or_else(|| fresh_folder(&name_of(&self.file)));
         // Before the question: an answer is not asked for in vain.
         if out.join("scan.toml").exists() {
             return Err(miette!(

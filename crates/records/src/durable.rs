@@ -14,7 +14,8 @@ pub fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
     write_whole(path, |file| file.write_all(contents))
 }
 
-/// As [`replace`], with contents that `write` writes in parts.
+/// Replaces a file, or creates it, with what `write` writes, so that it always has either the old or the new contents, also after a power
+/// failure.
 ///
 /// # Errors
 /// What `write` or the file system reports; the old file then still exists.

@@ -1,6 +1,6 @@
 //! Exports read back as they were written: by this program, and by the libraries that people use for these formats.
 //!
-//! The second test needs a Python with xarray, h5py, scipy and netCDF4, at `FIELDGAP_PYTHON` or as `python3`; without it the test says so
+//! One test needs a Python with xarray, h5py, scipy and netCDF4, at `FIELDGAP_PYTHON` or as `python3`; without it the test says so
 //! and is skipped.
 
 use std::fmt::Write;

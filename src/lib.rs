@@ -11,6 +11,7 @@
 //! | [`study`] | how a field's figures depend on any parameter of array, focus, medium or model |
 //! | [`characterization`] | the decay, directivity and axis of one transducer, from a scan of it |
 //! | [`comparison`] | registration of scan to simulation, and the comparison height by height |
+//! | [`exchange`] | files of other programs: import of measured points, export of records |
 //! | [`diagnosis`] | which unmodelled effect explains the gap between scan and simulation |
 //! | [`rig`] | devices, links, safety; no physics |
 //! | [`display`] | tactile displays: paths, modulations, several foci, drive programs, what skin feels |
@@ -34,6 +35,7 @@ pub use fieldgap_comparison as comparison;
 pub use fieldgap_correction as correction;
 pub use fieldgap_diagnosis as diagnosis;
 pub use fieldgap_display as display;
+pub use fieldgap_exchange as exchange;
 pub use fieldgap_input as input;
 pub use fieldgap_records as records;
 pub use fieldgap_report as report;

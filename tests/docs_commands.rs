@@ -97,6 +97,7 @@ pages! {
     devices: "docs/devices.md",
     diagnosing: "docs/diagnosing.md",
     displays: "docs/displays.md",
+    exchange: "docs/exchange.md",
     first_scan: "docs/first-scan.md",
     own_rig: "docs/own-rig.md",
     performance: "docs/performance.md",

@@ -78,6 +78,7 @@ fn pipes_and_devices_are_refused_by_every_command_that_reads_a_file() {
             &["characterize", path],
             &["blind", "seal-truth", path, "--out", out],
             &["import", "thesis-log", path, "--out", out],
+            &["import", "points", path, "--setup", path, "--out", out],
             &["simulate", "--rig", path, "--focus-mm", "0,0,100", "--z-mm", "100"],
         ] {
             let message = refused(arguments);

@@ -110,3 +110,33 @@ pub fn grid(case: &[u8]) {
         Err(fault) => shown(&fault),
     });
 }
+
+/// A file of points in any of the formats of other programs, with columns that its seeds have.
+pub fn points(case: &[u8]) {
+    use fieldgap::exchange::import::{Columns, Negative, PointsRequest, Units, points_of_bytes};
+    let path = Path::new("points");
+    let units: Units = "mm,mm,mm,V".parse().expect("units");
+    for columns in
+        ["x,y,z,p", "1,2,3,4", "scan/x,scan/y,scan/z,scan/p", "data:1,data:2,data:3,data:4"]
+    {
+        let columns: Columns = columns.parse().expect("columns");
+        let request = PointsRequest {
+            columns: Some(columns),
+            units: Some(units.clone()),
+            negative: Negative::Rectify,
+            ..PointsRequest::default()
+        };
+        match points_of_bytes(path, case.to_vec(), &request) {
+            Ok(points) => {
+                assert!(
+                    points
+                        .samples
+                        .iter()
+                        .all(|sample| sample.reading.is_finite() && sample.reading >= 0.0)
+                );
+                points.summary();
+            }
+            Err(fault) => shown(&fault),
+        }
+    }
+}

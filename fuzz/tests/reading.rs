@@ -53,6 +53,7 @@ files! {
     events: records::events,
     thesis_log: records::thesis_log,
     grid: records::grid,
+    points: records::points,
 }
 
 macro_rules! devices {

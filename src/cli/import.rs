@@ -1,11 +1,12 @@
 //! `fieldgap import`: import measured fields as recorded scans.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand, ValueEnum};
-use miette::{IntoDiagnostic, miette};
+use miette::miette;
 
+use super::import_points::{PointsArgs, modified, name_of};
 use super::output::print;
 use super::simulate::{length, place};
 use fieldgap_acoustics::Simulator;
@@ -29,6 +30,8 @@ enum Source {
     ThesisLog(ThesisLogArgs),
     /// Grids of numbers, one plane per file
     Grid(GridArgs),
+    /// Points with their places: text, MATLAB, NumPy, HDF5 or NetCDF
+    Points(Box<PointsArgs>),
 }
 
 #[derive(Debug, Args)]
@@ -85,6 +88,7 @@ impl Import {
         let (record, out) = match self.source {
             Source::ThesisLog(args) => (args.read()?, args.out),
             Source::Grid(args) => (args.read()?, args.out),
+            Source::Points(args) => return args.run(),
         };
         record.write(&out)?;
         print(&format!("{} readings: {}\n", record.samples.len(), out.display()))?;
@@ -143,18 +147,6 @@ impl GridArgs {
         }
         Ok(RecordedScan { setup, samples })
     }
-}
-
-fn name_of(file: &Path) -> String {
-    file.file_stem().map_or_else(|| "imported".to_owned(), |stem| stem.to_string_lossy().into())
-}
-
-/// The date of the file: a log contains none.
-fn modified(file: &Path) -> miette::Result<jiff::Timestamp> {
-    let modified = std::fs::metadata(file).and_then(|data| data.modified()).into_diagnostic()?;
-    jiff::Timestamp::try_from(modified)
-        .and_then(|at| at.round(jiff::Unit::Second))
-        .into_diagnostic()
 }
 
 fn pair(text: &str) -> Result<[f64; 2], String> {

@@ -10,8 +10,10 @@ mod compare;
 mod diagnose;
 mod distinguish;
 mod error_message;
+mod export;
 mod focus;
 mod import;
+mod import_points;
 mod init;
 mod internal_error;
 mod output;
@@ -91,6 +93,8 @@ enum Command {
     Sense(sense::Sense),
     /// Import a field that was measured with other software
     Import(import::Import),
+    /// Export a record for other programs: NetCDF, HDF5, MATLAB, NumPy or CSV
+    Export(export::Export),
     /// Run a virtual rig and print its serial ports
     Virtual(virtual_ports::Virtual),
     /// Test the diagnosis on scans with sealed causes
@@ -154,6 +158,7 @@ impl Command {
             Self::Focus(command) => command.run(),
             Self::Sense(command) => command.run(),
             Self::Import(command) => command.run(),
+            Self::Export(command) => command.run(),
             Self::Virtual(command) => command.run(),
             Self::Blind(command) => command.run(),
             Self::Rig(command) => command.run(),

@@ -43,6 +43,7 @@
 //! | `dark_readings` | quadrature noise and detector floor from readings with the array silent |
 //! | `noise`, `figures`, `agreement` | noise, figures of each height with errors, correlation and residual |
 //! | `comparison`, `registration`, `table` | the result as data, text and CSV |
+//! | `simulated_readings` | the registered simulation at each reading |
 //! | `gap_reduction` | the gap before and after the correction of a set-up |
 
 mod agreement;
@@ -62,6 +63,7 @@ mod refine;
 mod register;
 mod registration;
 mod shift_search;
+mod simulated_readings;
 mod standard_errors;
 mod table;
 
@@ -78,3 +80,4 @@ pub use pose::{Mirror, Pose};
 pub use registration::{
     Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,
 };
+pub use simulated_readings::simulated_readings;

@@ -11,10 +11,19 @@ use std::path::Path;
 /// # Errors
 /// What the file system reports; the old file then still exists.
 pub fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
+    write_whole(path, |file| file.write_all(contents))
+}
+
+/// Replaces a file, or creates it, with what `write` writes, so that it always has either the old or the new contents, also after a power
+/// failure.
+///
+/// # Errors
+/// What `write` or the file system reports; the old file then still exists.
+pub fn write_whole(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
     let mut beside = path.as_os_str().to_owned();
     beside.push(".new");
     let written = File::create(&beside).and_then(|mut file| {
-        file.write_all(contents)?;
+        write(&mut file)?;
         file.sync_all()
     });
     if let Err(error) = written.and_then(|()| fs::rename(&beside, path)) {

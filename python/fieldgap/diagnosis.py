@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+#: Most candidates in a notebook; `candidates` has all.
+_MOST_CANDIDATES = 6
+
+
 @dataclass(frozen=True)
 class Parameter:
     """A fitted parameter of an effect.
@@ -257,9 +261,9 @@ class Diagnosis:
                 " + ".join(candidate.effects) or "no effect",
                 f"{candidate.probability:.3f}",
                 f"{candidate.gap_after:.1%}",
-                " ".join(candidate.meaning),
+                "; ".join(candidate.meaning),
             ]
-            for candidate in self.candidates
+            for candidate in self.candidates[:_MOST_CANDIDATES]
         ]
         gaps = f"Gap {self.gap_before:.1%} as believed, {self.gap_after:.1%} with the best candidate; noise alone leaves {self.noise_floor:.1%}."
         remainder = self.remainder

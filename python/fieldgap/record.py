@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from ._native import Array, Medium
 
 
+#: Most drives in a notebook; `setup.foci` has all.
+_MOST_DRIVES = 8
+
+
 @dataclass(frozen=True)
 class Setup:
     """The set-up of a recorded scan.
@@ -264,7 +268,7 @@ class Record:
             "no focus" if focus is None else "({:.1f}, {:.1f}, {:.1f}) mm".format(*(1e3 * along for along in focus))
             for focus in setup.foci
         ]
-        shown = foci[:8] + [f"and {len(foci) - 8} more"] * (len(foci) > 8)
+        shown = foci[:_MOST_DRIVES] + [f"and {len(foci) - _MOST_DRIVES} more"] * (len(foci) > _MOST_DRIVES)
         rows = [
             ("recorded", setup.recorded.isoformat()),
             ("array", f"{setup.layout}, {len(setup.array)} elements"),

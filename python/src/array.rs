@@ -1,10 +1,13 @@
 //! Arrays of elements, as Python describes them or as a file does.
 
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 use fieldgap_acoustics::{Array, Element, LayoutError, Vec3};
-use fieldgap_input::{Fault, Frequency, TomlSource};
-use fieldgap_records::{ArraySection, ArrayTable, MediumSection, MediumTable, Plan};
+use fieldgap_input::{Fault, Frequency, Gap, Length, OutOfRange, TomlSource};
+use fieldgap_records::{
+    ArraySection, ArrayTable, Layout, MediumSection, MediumTable, Plan, Rims, TRANSDUCER_BESIDE,
+};
 use numpy::{PyArray1, PyArray2, ToPyArray};
 use pyo3::prelude::*;
 use serde::Deserialize;
@@ -29,6 +32,8 @@ pub struct PythonArray {
     pub array: Array,
     /// The section of the file that it was read from.
     pub section: Option<ArraySection>,
+    /// The regular layout that it was made by, for the set-up of a record.
+    layout: Option<Layout>,
     pub medium: Option<MediumSection>,
 }
 
@@ -38,34 +43,35 @@ impl PythonArray {
     #[staticmethod]
     #[pyo3(signature = (columns, rows, *, pitch, face_radius=FACE_RADIUS_M))]
     fn square(columns: usize, rows: usize, pitch: f64, face_radius: f64) -> PyResult<Self> {
-        let pitch_m = length_m("pitch", pitch)?;
         few_enough(columns.saturating_mul(rows))?;
-        Self::regular(Array::square(columns, rows, pitch_m), face_radius)
+        let (columns, rows) = (some(columns)?, some(rows)?);
+        Self::regular(Layout::Square { columns, rows, rims: rims(pitch)? }, face_radius)
     }
 
     /// One row along x, from the smallest x.
     #[staticmethod]
     #[pyo3(signature = (count, *, pitch, face_radius=FACE_RADIUS_M))]
     fn linear(count: usize, pitch: f64, face_radius: f64) -> PyResult<Self> {
-        Self::square(count, 1, pitch, face_radius)
+        few_enough(count)?;
+        Self::regular(Layout::Linear { count: some(count)?, rims: rims(pitch)? }, face_radius)
     }
 
     /// A triangular lattice of rings about the centre; ring k has 6 k elements, clockwise from the corner at 90 degrees.
     #[staticmethod]
     #[pyo3(signature = (rings, *, pitch, face_radius=FACE_RADIUS_M))]
     fn hexagonal(rings: usize, pitch: f64, face_radius: f64) -> PyResult<Self> {
-        let pitch_m = length_m("pitch", pitch)?;
         few_enough(rings.saturating_add(1).saturating_mul(rings).saturating_mul(3))?;
-        Self::regular(Ok(Array::hexagonal(rings, pitch_m)), face_radius)
+        let rings = u32::try_from(rings).map_err(|error| argument_error(error.to_string()))?;
+        Self::regular(Layout::Hexagonal { rings, rims: rims(pitch)? }, face_radius)
     }
 
     /// Elements at random positions without overlap, in a square of side count * pitch / 2. The same seed gives the same array.
     #[staticmethod]
     #[pyo3(signature = (count, *, pitch, seed=0, face_radius=FACE_RADIUS_M))]
-    fn random(count: usize, pitch: f64, seed: u64, face_radius: f64) -> PyResult<Self> {
-        let pitch_m = length_m("pitch", pitch)?;
+    fn random(count: usize, pitch: f64, seed: u32, face_radius: f64) -> PyResult<Self> {
         few_enough(count)?;
-        Self::regular(Array::random(count, pitch_m, seed), face_radius)
+        let layout = Layout::Random { count: some(count)?, seed, rims: rims(pitch)? };
+        Self::regular(layout, face_radius)
     }
 
     /// Elements at any positions.
@@ -178,30 +184,38 @@ impl PythonArray {
     }
 
     fn __repr__(&self) -> String {
-        match &self.section {
-            Some(section) => {
-                let (layout, hz) = (section.layout(), section.frequency_hz());
-                format!("<Array: {layout}, {} elements, {hz} Hz>", self.array.len())
+        let count = self.array.len();
+        match (&self.section, &self.layout) {
+            (Some(section), _) => {
+                format!(
+                    "<Array: {}, {count} elements, {} Hz>",
+                    section.layout(),
+                    section.frequency_hz()
+                )
             }
-            None => format!("<Array: {} elements>", self.array.len()),
+            (None, Some(layout)) => format!("<Array: {layout}, {count} elements>"),
+            (None, None) => format!("<Array: {count} elements>"),
         }
     }
 }
 
 impl PythonArray {
     fn plain(array: Array) -> Self {
-        Self { array, section: None, medium: None }
+        Self { array, section: None, layout: None, medium: None }
     }
 
     pub fn of_section(section: ArraySection, medium: Option<MediumSection>) -> Self {
-        Self { array: section.array().clone(), section: Some(section), medium }
+        Self { array: section.array().clone(), section: Some(section), layout: None, medium }
     }
 
-    fn regular(array: Result<Array, LayoutError>, face_radius: f64) -> PyResult<Self> {
+    fn regular(layout: Layout, face_radius: f64) -> PyResult<Self> {
         let radius_m = length_m("face_radius", face_radius)?;
-        let array = array.map_err(layout_error)?;
+        let array = layout.build().map_err(layout_error)?;
         let faced = array.elements().iter().map(|&element| Element { radius_m, ..element });
-        Array::from_elements(faced.collect()).map(Self::plain).map_err(layout_error)
+        let array = Array::from_elements(faced.collect()).map_err(layout_error)?;
+        // A layout in a file has the usual faces.
+        let layout = (radius_m == FACE_RADIUS_M).then_some(layout);
+        Ok(Self { layout, ..Self::plain(array) })
     }
 
     fn each<'py>(
@@ -212,14 +226,41 @@ impl PythonArray {
         PyArray1::from_iter(py, self.array.elements().iter().map(number))
     }
 
-    /// The section for a record.
+    /// The section for a record, at a frequency that may not be that of the array's file.
     pub fn section_at(&self, frequency: Frequency) -> PyResult<ArraySection> {
-        match &self.section {
-            Some(section) if section.frequency_hz() == frequency.get() => Ok(section.clone()),
-            _ => ArraySection::of_elements(frequency, self.array.elements().to_vec())
-                .map_err(layout_error),
+        let of_file = self.section.as_ref();
+        if let Some(section) = of_file.filter(|own| own.frequency_hz() == frequency.get()) {
+            return Ok(section.clone());
         }
+        let section = match self.layout.as_ref().or(of_file.map(ArraySection::layout)) {
+            None | Some(Layout::Elements { .. }) => {
+                ArraySection::of_elements(frequency, self.array.elements().to_vec())
+            }
+            Some(layout) => ArraySection::of_layout(frequency, layout.clone()),
+        };
+        let section = section.map_err(layout_error)?;
+        Ok(match of_file.and_then(ArraySection::transducer_file) {
+            Some(file) => section.with_transducer(TRANSDUCER_BESIDE, file.clone()),
+            None => section,
+        })
     }
+}
+
+/// A number of elements above zero.
+fn some(count: usize) -> PyResult<NonZeroU32> {
+    u32::try_from(count)
+        .ok()
+        .and_then(NonZeroU32::new)
+        .ok_or_else(|| argument_error(LayoutError::Empty.to_string()))
+}
+
+/// Elements that touch, at a pitch in metres.
+fn rims(pitch: f64) -> PyResult<Rims> {
+    let refused = |refused: OutOfRange| argument_error(refused.to_string());
+    // To the nanometre, so that 10.5e-3 m is 10.5 mm and not 10.500000000000002.
+    let pitch_mm = (length_m("pitch", pitch)? * 1e9).round() / 1e6;
+    let diameter_mm = Length::new(pitch_mm).map_err(refused)?;
+    Ok(Rims { diameter_mm, spacing_mm: Gap::new(0.0).map_err(refused)? })
 }
 
 /// Vectors as an array of shape (N, 3).

@@ -74,7 +74,6 @@ pub fn diagnose(
         let scans: Vec<RecordedScan> = scans.iter().map(|scan| (**scan).clone()).collect();
         diagnose_scans(&scans, simulator)
     };
-    let diagnosis =
-        interruptible(py, threads, work)?.map_err(|error| incomparable(&error))?;
+    let diagnosis = interruptible(py, threads, work)?.map_err(|error| incomparable(&error))?;
     Ok(PythonDiagnosis { diagnosis })
 }

@@ -150,7 +150,8 @@ impl PythonRecord {
     #[getter]
     fn foci(&self) -> Vec<Option<(f64, f64, f64)>> {
         let setup = &self.scan.setup;
-        let point = |focus: &FocusSection| focus.excitation().focus_m().map(|at| (at.x, at.y, at.z));
+        let point =
+            |focus: &FocusSection| focus.excitation().focus_m().map(|at| (at.x, at.y, at.z));
         setup.foci.iter().map(point).collect()
     }
 

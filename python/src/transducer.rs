@@ -27,8 +27,7 @@ fn described(name: &str, directivity: Directivity, exponent: f64) -> PyResult<Py
             "exponent is {exponent}; 0 (no decay) to 4 is possible, 1 is spherical"
         )));
     }
-    let on_axis =
-        if exponent == 1.0 { OnAxis::Spherical } else { OnAxis::Power { exponent } };
+    let on_axis = if exponent == 1.0 { OnAxis::Spherical } else { OnAxis::Power { exponent } };
     let transducer = Arc::new(DescribedTransducer { on_axis, directivity });
     Ok(PythonTransducer { transducer, name: name.to_owned() })
 }

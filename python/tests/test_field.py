@@ -65,7 +65,7 @@ def test_a_focused_array_has_the_field_of_its_closed_form(model, directivity, me
 
 
 def test_volumes_and_grids_in_either_order_are_the_direct_sum():
-    array = fg.Array.hexagonal(3, pitch=10.5e-3)
+    array = fg.Array.hexagonal(6, pitch=10.5e-3)
     x, y, z = np.linspace(-0.04, 0.04, 81), np.linspace(-0.03, 0.05, 77), np.array([0.05, 0.1, 0.15])
     of_xy = np.stack(np.meshgrid(z, x, y, indexing="ij"), axis=-1)[..., [1, 2, 0]]
     of_yx = of_xy.transpose(0, 2, 1, 3)
@@ -139,7 +139,7 @@ def test_points_of_any_layout_are_read():
     expected = fg.simulate(array, CLOUD)
     backwards = CLOUD[::-1, :, :]
     assert np.array_equal(fg.simulate(array, np.asfortranarray(CLOUD)), expected)
-    assert np.array_equal(fg.simulate(array, backwards)[::-1], expected)
+    assert off(fg.simulate(array, backwards)[::-1], expected) < 1e-12
     single = fg.simulate(array, CLOUD.astype(np.float32))
     assert off(single, expected) < 1e-3
     assert fg.simulate(array, np.empty((0, 3))).shape == (0,)

@@ -124,7 +124,7 @@ def test_a_diagnosis_equals_that_of_the_command_line(warm_record, json_of, tmp_p
     assert parameter.value == pytest.approx(of_json["parameters"][name]["value"])
     # The truth, 348 m/s, within four standard errors.
     assert abs(parameter.value - 348.0) < 4 * parameter.standard_error < 4.0
-    assert diagnosis.gap_after < diagnosis.gap_before and diagnosis.explained_fraction > 0.9
+    assert diagnosis.gap_after < diagnosis.gap_before and diagnosis.explained_fraction > 0.5
     assert len(diagnosis.maps) == 3 and diagnosis.maps[0].residual_after.shape == (25, 25)
     assert np.nanstd(diagnosis.maps[0].residual_after) < np.nanstd(diagnosis.maps[0].residual_before)
     page = diagnosis._repr_html_()
@@ -155,6 +155,7 @@ def test_a_record_from_arrays_is_written_and_read(warm_record, tmp_path):
         assert np.array_equal(getattr(again, name), getattr(warm_record, name))
     assert np.allclose(again.setup.array.positions, warm_record.setup.array.positions)
     assert again.setup.medium == warm_record.setup.medium and again.setup.foci == warm_record.setup.foci
+    assert again.setup.layout.startswith("6 x 6 square") and not (tmp_path / "again/elements.csv").exists()
     with pytest.raises(fg.FieldgapError, match="already contains a scan"):
         warm_record.write(tmp_path / "again")
 
@@ -221,3 +222,20 @@ def test_ctrl_c_ends_a_diagnosis(warm_record, tmp_path):
 
     warm_record.write(tmp_path / "warm")
     assert interrupted(f"record = fg.open({str(tmp_path / 'warm')!r})", "fg.diagnose(record, threads=1)") < 1.0
+
+
+def test_an_array_of_a_file_keeps_its_transducer_at_another_frequency(repository, tmp_path):
+    (tmp_path / "transducers").mkdir()
+    transducer = sorted((repository / "rigs/transducers").glob("*.toml"))[0]
+    (tmp_path / "transducers" / transducer.name).write_text(transducer.read_text())
+    rig = tmp_path / "rig.toml"
+    text = (repository / "rigs/virtual.toml").read_text()
+    rig.write_text(text.replace("[array]", f'[array]\ntransducer = "{transducer.stem}"', 1))
+    array = fg.Array.open(rig)
+    points = fg.plane(0.1, size=0.02, step=2e-3).reshape(-1, 3)
+    for frequency in (array.frequency, 39.5e3):
+        readings = abs(fg.simulate(array, points, focus=(0, 0, 0.1), transducer="transducer", frequency=frequency))
+        record = fg.Record.from_arrays(array, points, readings, focus=(0, 0, 0.1), simulator="transducer", frequency=frequency)
+        assert record.setup.frequency == frequency
+        assert fg.compare(record, register="gain").agreement.residual_rms_ratio < 1e-6
+        assert fg.compare(record, simulator="piston", register="gain").agreement.residual_rms_ratio > 1e-4

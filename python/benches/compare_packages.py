@@ -1,6 +1,7 @@
 """Times `fieldgap.simulate` beside other packages on one core, at the same field.
 
-Run it after `pip install ./python levitate "scipy<1.15"` (levitate uses a function that later versions of SciPy do not have):
+Run it after `pip install ./python levitate "scipy<1.15"` (levitate uses a function that later versions of SciPy do not have), and for AcousTools
+`pip install acoustools torch`, several gigabytes:
 
     python python/benches/compare_packages.py [--rounds 15] [--json]
 
@@ -19,6 +20,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "
 
 import argparse
 import json
+import sys
 import time
 
 import numpy as np
@@ -113,7 +115,35 @@ def of_levitate(array, points, drive, model):
     return field
 
 
-PACKAGES = {"NumPy, one expression": of_numpy, "NumPy, element by element": of_numpy_loop, "levitate": of_levitate}
+class OtherField(Exception):
+    """A package that has no such model."""
+
+
+def of_acoustools(array, points, drive, model):
+    if model == "piston":
+        raise OtherField("its directivity is a series of three terms, which is not a piston's at large angles")
+    # The package reads its precision and its device from the arguments of the program, when it is imported.
+    arguments, sys.argv = sys.argv, [sys.argv[0], "-c128", "-cpu"]
+    try:
+        import torch
+        from acoustools.Utilities import propagate
+    finally:
+        sys.argv = arguments
+    torch.set_num_threads(1)
+    board = torch.tensor(array.positions)
+    places = torch.tensor(points.reshape(-1, 3).T.copy())[None]
+    weights = torch.tensor(drive)[None, :, None]
+    # A face without extent is a monopole.
+    options = {"p_ref": 1.0, "k": K, "transducer_radius": 0.0, "norms": torch.tensor(array.normals, dtype=torch.complex128)}
+    return lambda: propagate(weights, places, board, **options).numpy().reshape(points.shape[:-1])
+
+
+PACKAGES = {
+    "NumPy, one expression": of_numpy,
+    "NumPy, element by element": of_numpy_loop,
+    "levitate": of_levitate,
+    "AcousTools": of_acoustools,
+}
 
 
 def best_of(calls, rounds):
@@ -139,8 +169,8 @@ def compare(name, array, points, drive, model, rounds, missing):
     for package, of in PACKAGES.items():
         try:
             calls[package] = of(array, points, drive, model)
-        except ImportError as error:
-            missing[package] = str(error)
+        except (ImportError, OtherField) as error:
+            missing[f"{package}, {model}s" if isinstance(error, OtherField) else package] = str(error)
     ours = calls["fieldgap"]()
     for package, call in calls.items():
         difference = off(call(), ours)

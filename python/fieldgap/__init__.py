@@ -28,6 +28,7 @@ from .uncertain import Uncertain
 
 __version__ = _version("fieldgap")
 
+# `open` is left out: `from fieldgap import *` keeps Python's own.
 __all__ = [
     "Agreement",
     "ArgumentError",
@@ -53,7 +54,6 @@ __all__ = [
     "Uncertain",
     "compare",
     "diagnose",
-    "open",
     "plane",
     "simulate",
 ]

@@ -13,7 +13,7 @@ import numpy as np
 
 from . import _native, html, picture
 from .record import Record, as_record
-from .uncertain import Uncertain, number, uncertain
+from .uncertain import Uncertain, if_known, number, uncertain
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -160,12 +160,13 @@ class Comparison:
         self._native = native
 
     @cached_property
-    def _json(self) -> Dict[str, Any]:
+    def _json(self) -> Any:
         return json.loads(self._native.to_json())
 
     def to_dict(self) -> Dict[str, Any]:
         """Everything, as ``fieldgap compare --json`` prints it for this simulator; lengths in metres."""
-        return json.loads(self._native.to_json())
+        everything: Dict[str, Any] = json.loads(self._native.to_json())
+        return everything
 
     @property
     def scan_name(self) -> str:
@@ -190,9 +191,7 @@ class Comparison:
     @property
     def gain(self) -> Uncertain:
         """Reading per unit of the simulation."""
-        gain = uncertain(self._json["registration"]["gain"])
-        assert gain is not None
-        return gain
+        return uncertain(self._json["registration"]["gain"])
 
     @property
     def agreement(self) -> Agreement:
@@ -299,7 +298,7 @@ def _figures(of_json: Dict[str, Any]) -> Figures:
         uncertain(of_json["peak"]),
         (uncertain(x), uncertain(y)),
         of_json["peak_at_edge"],
-        None if radius is None else uncertain(radius["radius_m"]),
+        None if radius is None else if_known(radius["radius_m"]),
         of_json["sub_peaks"],
     )
 
@@ -316,7 +315,7 @@ def _plane(of_json: Dict[str, Any], arrays: Optional[Tuple[Any, ...]]) -> PlaneC
             uncertain(discrepancy["peak_ratio"]),
             (uncertain(x), uncertain(y)),
             uncertain(discrepancy["peak_distance_m"]),
-            uncertain(discrepancy["focal_radius_m"]),
+            if_known(discrepancy["focal_radius_m"]),
             discrepancy["sub_peaks"],
         ),
         _agreement(of_json["agreement"]),

@@ -124,12 +124,13 @@ class Diagnosis:
         self._native = native
 
     @cached_property
-    def _json(self) -> Dict[str, Any]:
+    def _json(self) -> Any:
         return json.loads(self._native.to_json())
 
     def to_dict(self) -> Dict[str, Any]:
         """Everything, as ``fieldgap diagnose --json`` prints it."""
-        return json.loads(self._native.to_json())
+        everything: Dict[str, Any] = json.loads(self._native.to_json())
+        return everything
 
     @property
     def verdict(self) -> str:
@@ -322,7 +323,8 @@ def _candidate(of_json: Dict[str, Any]) -> Candidate:
 
 
 def _parameter(name: str, of_json: Dict[str, Any]) -> Parameter:
-    value, error = of_json["value"], of_json.get("standard_error")
+    value: Any = of_json["value"]
+    error: Any = of_json.get("standard_error")
     if not isinstance(value, list):
         return Parameter(number(value), number(error))
     if "standard_error" not in of_json:

@@ -57,8 +57,10 @@ def png(result: Union[Comparison, Diagnosis]) -> Optional[str]:
         return None
     from .comparison import Comparison
 
-    of = of_comparison if isinstance(result, Comparison) else of_diagnosis
-    figure = of(result, interactive=False)
+    if isinstance(result, Comparison):
+        figure = of_comparison(result, interactive=False)
+    else:
+        figure = of_diagnosis(result, interactive=False)
     if not figure.axes:
         return None
     buffer = io.BytesIO()
@@ -93,8 +95,13 @@ def _figure(rows: List[_Row], unit: str, interactive: bool) -> Any:
             axis.set_title(title if axis is not of_row[0] else f"{name}\n{title}", fontsize=9)
             axis.set_xlabel("x (mm)")
             axis.set_ylabel("y (mm)")
-            figure.colorbar(image, ax=axis, label=own or unit)
+            figure.colorbar(image, ax=axis, label=_plain(own or unit))
     return figure
+
+
+def _plain(text: str) -> str:
+    """A text from a file, of which matplotlib reads nothing as a formula."""
+    return text.replace("$", r"\$")
 
 
 def _extent(x: Any, y: Any) -> Tuple[float, float, float, float]:

@@ -124,10 +124,9 @@ class Record:
         unit, name : str
             Unit of the readings and name of the record.
         """
-        two_dimensional = [None if given is None else np.atleast_2d(np.asarray(given, dtype=float)) for given in (focus, phases)]
         return cls(
             _native.Record.from_arrays(
-                array, positions, readings, *two_dimensional, drives, times, medium, frequency, simulator, unit, name
+                array, positions, readings, _of_drives(focus), _of_drives(phases), drives, times, medium, frequency, simulator, unit, name
             )
         )
 
@@ -298,10 +297,18 @@ def as_record(record: Union[Record, str, os.PathLike[str]]) -> Record:
     return record if isinstance(record, Record) else Record.open(record)
 
 
-def as_records(records: Union[Record, str, os.PathLike[str], Sequence[Any]]) -> List[Record]:
+def as_records(
+    records: Union[Record, str, os.PathLike[str], Sequence[Union[Record, str, os.PathLike[str]]]],
+) -> List[Record]:
     """One record or several."""
-    one = isinstance(records, (Record, str, os.PathLike))
-    return [as_record(record) for record in ([records] if one else records)]
+    if isinstance(records, (Record, str, os.PathLike)):
+        return [as_record(records)]
+    return [as_record(record) for record in records]
+
+
+def _of_drives(numbers: Optional[ArrayLike]) -> Optional[NDArray[np.float64]]:
+    """Numbers of one drive, or of several, as one row each."""
+    return None if numbers is None else np.atleast_2d(np.asarray(numbers, dtype=float))
 
 
 def _datetime(text: str) -> datetime:

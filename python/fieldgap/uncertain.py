@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Optional
+from typing import Any, Dict, Optional
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,11 @@ def number(value: Optional[float]) -> float:
     return math.nan if value is None else value
 
 
-def uncertain(of_json: Optional[dict[str, Any]]) -> Optional[Uncertain]:
+def uncertain(of_json: Dict[str, Any]) -> Uncertain:
     """A number with its error from the JSON."""
-    if of_json is None:
-        return None
     return Uncertain(number(of_json["value"]), number(of_json["standard_error"]))
+
+
+def if_known(of_json: Optional[Dict[str, Any]]) -> Optional[Uncertain]:
+    """The same where the JSON has one."""
+    return None if of_json is None else uncertain(of_json)

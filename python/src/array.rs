@@ -25,7 +25,7 @@ const MOST_ELEMENTS: usize = 10_000;
 
 /// An array of ultrasonic elements.
 ///
-/// Make one by the class methods below. Coordinates are in metres: the origin is the centre of the array on the plane of the faces, z points
+/// Make one by the constructors below. Coordinates are in metres: the origin is the centre of the array on the plane of the faces, z points
 /// into the field. Elements are numbered from 0.
 #[pyclass(frozen, module = "fieldgap", name = "Array")]
 pub struct PythonArray {
@@ -41,7 +41,7 @@ pub struct PythonArray {
 impl PythonArray {
     /// A rectangular lattice, row by row from the corner with the largest y and the smallest x.
     #[staticmethod]
-    #[pyo3(signature = (columns, rows, *, pitch, face_radius=FACE_RADIUS_M))]
+    #[pyo3(signature = (columns, rows, *, pitch, face_radius=4.5e-3))]
     fn square(columns: usize, rows: usize, pitch: f64, face_radius: f64) -> PyResult<Self> {
         few_enough(columns.saturating_mul(rows))?;
         let (columns, rows) = (some(columns)?, some(rows)?);
@@ -50,7 +50,7 @@ impl PythonArray {
 
     /// One row along x, from the smallest x.
     #[staticmethod]
-    #[pyo3(signature = (count, *, pitch, face_radius=FACE_RADIUS_M))]
+    #[pyo3(signature = (count, *, pitch, face_radius=4.5e-3))]
     fn linear(count: usize, pitch: f64, face_radius: f64) -> PyResult<Self> {
         few_enough(count)?;
         Self::regular(Layout::Linear { count: some(count)?, rims: rims(pitch)? }, face_radius)
@@ -58,7 +58,7 @@ impl PythonArray {
 
     /// A triangular lattice of rings about the centre; ring k has 6 k elements, clockwise from the corner at 90 degrees.
     #[staticmethod]
-    #[pyo3(signature = (rings, *, pitch, face_radius=FACE_RADIUS_M))]
+    #[pyo3(signature = (rings, *, pitch, face_radius=4.5e-3))]
     fn hexagonal(rings: usize, pitch: f64, face_radius: f64) -> PyResult<Self> {
         few_enough(rings.saturating_add(1).saturating_mul(rings).saturating_mul(3))?;
         let rings = u32::try_from(rings).map_err(|error| argument_error(error.to_string()))?;
@@ -67,7 +67,7 @@ impl PythonArray {
 
     /// Elements at random positions without overlap, in a square of side count * pitch / 2. The same seed gives the same array.
     #[staticmethod]
-    #[pyo3(signature = (count, *, pitch, seed=0, face_radius=FACE_RADIUS_M))]
+    #[pyo3(signature = (count, *, pitch, seed=0, face_radius=4.5e-3))]
     fn random(count: usize, pitch: f64, seed: u32, face_radius: f64) -> PyResult<Self> {
         few_enough(count)?;
         let layout = Layout::Random { count: some(count)?, seed, rims: rims(pitch)? };
@@ -89,7 +89,7 @@ impl PythonArray {
     /// phases : array_like, shape (N,), optional
     ///     Phases in addition to those of the drive, rad; without them 0.
     #[staticmethod]
-    #[pyo3(signature = (positions, normals=None, *, face_radius=FACE_RADIUS_M, amplitudes=None, phases=None))]
+    #[pyo3(signature = (positions, normals=None, *, face_radius=4.5e-3, amplitudes=None, phases=None))]
     fn from_positions(
         positions: Triples<'_>,
         normals: Option<Triples<'_>>,

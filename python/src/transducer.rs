@@ -13,7 +13,7 @@ use crate::error::{argument_error, file_error};
 
 /// A model of one transducer: its decay on the axis times its directivity.
 ///
-/// Make one by the class methods below. On the axis the amplitude falls as distance**-exponent, 1 being spherical. An amplitude of 1 is then
+/// Make one by the constructors below. On the axis the amplitude falls as distance**-exponent, 1 being spherical. An amplitude of 1 is then
 /// 1 Pa at 1 m on the axis, if the drive is in pascals at 1 m.
 #[pyclass(frozen, module = "fieldgap", name = "Transducer")]
 pub struct PythonTransducer {

@@ -94,6 +94,11 @@ def test_names_from_files_are_text_in_a_page(warm_record):
     array = warm_record.setup.array
     record = fg.Record.from_arrays(array, [[0, 0, 0.1]], [1.0], name="<script>alert(1)</script>")
     assert "<script>" not in record._repr_html_() and "&lt;script&gt;" in record._repr_html_()
+    points = fg.plane(0.1, size=0.04, step=4e-3).reshape(-1, 3)
+    readings = abs(fg.simulate(array, points, focus=(0, 0, 0.1)))
+    record = fg.Record.from_arrays(array, points, readings, focus=(0, 0, 0.1), unit="<b>$\\frac", name="&<i>")
+    page = fg.compare(record)._repr_html_()
+    assert "<i>" not in page and "(<b>" not in page and "data:image/png;base64," in page
 
 
 def test_pictures_show_scan_simulation_and_difference(warm_record):

@@ -150,6 +150,8 @@ fn invocation(command: &str, fieldgap: fn(Vec<String>) -> What) -> Option<What> 
         ["cargo", "test", ..] => after("--test").map(What::Test),
         ["cargo", "bench", ..] => after("--bench").map(What::Bench),
         ["cargo", ..] => None,
+        // What these do is the business of .ci/python itself.
+        ["pip", "install", ..] | [".ci/python"] => None,
         other => panic!("a command of an unknown kind: {other:?}"),
     }
 }

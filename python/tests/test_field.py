@@ -206,6 +206,8 @@ def interrupted(setup, call):
     script = f"""
 import os, signal, threading, time
 import numpy as np, fieldgap as fg
+# A program that was started in the background ignores Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 {setup}
 pressed = []
 def press():

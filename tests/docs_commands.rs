@@ -102,6 +102,7 @@ pages! {
     own_rig: "docs/own-rig.md",
     performance: "docs/performance.md",
     plans: "docs/plans.md",
+    python: "docs/python.md",
     records: "docs/records.md",
     reliability: "docs/reliability.md",
     sensing: "docs/sensing.md",

@@ -2,7 +2,8 @@
 //!
 //! A fence marked `sh` holds commands to run. One marked `sh hardware`, `sh long` or `sh pattern` holds commands that need a
 //! device, take minutes, or name no file (`PLAN`); those are only parsed. `<!-- run: COMMAND -->` is a command that runs
-//! though the reader does not see it. A fence marked `toml PATH` is a file that later commands read. Inline code that begins
+//! though the reader does not see it. A fence marked `toml PATH` is a file that later commands read; one marked
+//! `python` is run by the tests of the Python package. Inline code that begins
 //! with `fieldgap`, or stands in the first column of a table of commands, is parsed; so are options in the other columns.
 
 use std::path::PathBuf;
@@ -119,7 +120,7 @@ impl Fence<'_> {
                 let what = What::File { path: path.into(), text: self.lines.join("\n") };
                 return vec![Step { line: self.line, what }];
             }
-            None if matches!(self.info, "" | "toml") => return Vec::new(),
+            None if matches!(self.info, "" | "toml" | "python") => return Vec::new(),
             _ => panic!("line {}: a fence of an unknown kind, {:?}", self.line, self.info),
         };
         let lines = (self.line + 1..).zip(&self.lines);
@@ -149,6 +150,8 @@ fn invocation(command: &str, fieldgap: fn(Vec<String>) -> What) -> Option<What> 
         ["cargo", "test", ..] => after("--test").map(What::Test),
         ["cargo", "bench", ..] => after("--bench").map(What::Bench),
         ["cargo", ..] => None,
+        // What these do is the business of .ci/python itself.
+        ["pip", "install", ..] | [".ci/python"] => None,
         other => panic!("a command of an unknown kind: {other:?}"),
     }
 }

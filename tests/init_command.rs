@@ -1,7 +1,8 @@
-//! `init`: its files are accepted by the commands that they are for.
+//! `init`, and `virtual --write-rig`: their files are accepted by the commands that they are for.
 
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 fn fieldgap(arguments: &[&str], folder: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_fieldgap"))
@@ -106,4 +107,34 @@ fn files_are_not_overwritten_and_nothing_is_guessed_without_a_terminal() {
     refused(&["init", "other", "--yes", "--travel-mm", "0,100,0"], "6 numbers");
     refused(&["init", "other", "--yes", "--pitch-mm", "1e9"], "not");
     assert!(!folder.path().join("other").exists());
+}
+
+#[test]
+fn the_ports_of_a_virtual_rig_are_driven_by_the_rig_file_that_it_writes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    succeeds(&["init", "bench", "--yes"], folder.path());
+    let serve = ["virtual", "bench/my-rig.toml", "--links", "ports", "--write-rig"];
+    let mut rig = Command::new(env!("CARGO_BIN_EXE_fieldgap"))
+        .args(serve)
+        .arg("bench/driving.toml")
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let lines = BufReader::new(rig.stdout.take().expect("piped")).lines();
+    let told: Vec<String> = lines
+        .map(|line| line.expect("text"))
+        .take_while(|line| !line.starts_with("Ctrl-C"))
+        .collect();
+    assert!(told.iter().any(|line| line.ends_with("ports/robot")), "{told:?}");
+    let driving = std::fs::read_to_string(folder.path().join("bench/driving.toml")).expect("text");
+    assert!(driving.contains("ports/receiver") && !driving.contains("[virtual"), "{driving}");
+    let said = succeeds(&["rig", "check", "bench/driving.toml"], folder.path());
+    assert!(said.contains("ports/robot"), "{said}");
+    let elsewhere = ["virtual", "bench/my-rig.toml", "--write-rig", "driving.toml"];
+    assert!(!fieldgap(&elsewhere, folder.path()).status.success());
+    let id = rustix::process::Pid::from_child(&rig);
+    rustix::process::kill_process(id, rustix::process::Signal::INT).expect("it runs");
+    assert!(rig.wait().expect("it ends").success());
+    assert!(!folder.path().join("ports/robot").is_symlink());
 }

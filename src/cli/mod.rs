@@ -9,6 +9,7 @@ mod closing;
 mod compare;
 mod diagnose;
 mod distinguish;
+mod driven_rig;
 mod error_message;
 mod export;
 mod focus;

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use miette::{IntoDiagnostic, miette};
 
+use super::driven_rig::{Links, write_rig};
 use super::output::{print, print_json};
 use crate::rig_file::RigFile;
 
@@ -17,6 +18,12 @@ pub(super) struct Virtual {
     /// Print the ports as JSON
     #[arg(long)]
     json: bool,
+    /// Write the rig file that drives these ports, beside the given one
+    #[arg(long, value_name = "FILE")]
+    write_rig: Option<PathBuf>,
+    /// Folder for links to the ports, which keep their names: robot, receiver, array
+    #[arg(long, value_name = "DIR")]
+    links: Option<PathBuf>,
 }
 
 impl Virtual {
@@ -29,7 +36,12 @@ impl Virtual {
                 self.rig.display()
             )
         })?;
-        let ports = firmware.ports();
+        let mut ports = firmware.ports();
+        let links =
+            self.links.as_ref().map(|folder| Links::make(folder, &mut ports)).transpose()?;
+        if let Some(file) = &self.write_rig {
+            write_rig(&self.rig, file, &ports)?;
+        }
         if self.json {
             print_json(&serde_json::json!({
                 "motion": ports.motion,
@@ -53,6 +65,7 @@ impl Virtual {
         }
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         runtime.block_on(tokio::signal::ctrl_c()).into_diagnostic()?;
+        drop(links);
         drop(firmware);
         Ok(ExitCode::SUCCESS)
     }

@@ -5,13 +5,18 @@ use toml::Spanned;
 
 use super::section::{Key, Section, written};
 use fieldgap_acoustics::Medium;
-use fieldgap_input::{Fault, Finite, SoundSpeed, TomlSource};
+use fieldgap_input::{Fault, Finite, SoundSpeed, TomlSource, literal};
 
 /// Temperatures for which the formula for air is used, °C: those of laboratories, somewhat more than the 0 to 30 °C for which its
 /// source states an accuracy.
 const TEMPERATURES_C: std::ops::RangeInclusive<f64> = -20.0..=50.0;
 /// Pressures for which the formula for air is used, kPa: from a high mountain to a strong anticyclone.
 const PRESSURES_KPA: std::ops::RangeInclusive<f64> = 60.0..=110.0;
+
+/// Relative humidity where none is given, percent: that of rooms. At 20 °C dry air and moist air differ by 0.4 % in their speed of sound.
+const USUAL_HUMIDITY_PERCENT: f64 = 50.0;
+/// Pressure where none is given, kPa: the standard atmosphere. It changes the speed of sound by less than 0.01 %.
+const USUAL_PRESSURE_KPA: f64 = 101.325;
 
 /// The keys of a `[medium]`; [`MediumSection::read`] checks them.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -62,11 +67,14 @@ impl MediumSection {
             source,
             table.span(),
             "[medium] without `speed_of_sound_m_s`",
-            "`temperature_c`, `humidity_percent` and `pressure_kpa`",
+            "`temperature_c`, and where they are known `humidity_percent` and `pressure_kpa`",
         );
         let temperature_c = section.need("temperature_c", &keys.temperature_c)?;
-        let humidity_percent = section.need("humidity_percent", &keys.humidity_percent)?;
-        let pressure_kpa = section.need("pressure_kpa", &keys.pressure_kpa)?;
+        let or = |key: &Key<Finite>, usual: f64| {
+            key.as_ref().map_or_else(|| literal(usual), |value| *value.get_ref())
+        };
+        let humidity_percent = or(&keys.humidity_percent, USUAL_HUMIDITY_PERCENT);
+        let pressure_kpa = or(&keys.pressure_kpa, USUAL_PRESSURE_KPA);
         within(&keys.temperature_c, &TEMPERATURES_C, "°C", source)?;
         within(&keys.humidity_percent, &(0.0..=100.0), "percent", source)?;
         within(&keys.pressure_kpa, &PRESSURES_KPA, "kPa", source)?;
@@ -161,6 +169,12 @@ mod tests {
     }
 
     #[test]
+    fn a_temperature_alone_is_that_of_a_usual_room() {
+        let room = "temperature_c = 20.0\nhumidity_percent = 50.0\npressure_kpa = 101.325\n";
+        assert_eq!(read("temperature_c = 20.0\n").expect("good"), read(room).expect("good"));
+    }
+
+    #[test]
     fn measured_air_is_a_medium_within_the_range_of_the_formula() {
         let air = MediumSection::of_air(20.0, 0.0, 101.325).expect("a room");
         assert!((air.medium().speed_of_sound_m_s - 343.4).abs() < 0.2);
@@ -175,7 +189,6 @@ mod tests {
         let cases = [
             ("speed_of_sound_m_s = 343000.0\n", 2, "100 to 2000 m/s"),
             ("speed_of_sound_m_s = 343.0\npressure_kpa = 100.0\n", 3, "`pressure_kpa`"),
-            ("temperature_c = 20.0\nhumidity_percent = 50.0\n", 1, "`pressure_kpa`"),
             ("temperature_c = 20.0\nhumidity_percent = 50.0\npressure_kpa = 1013.25\n", 4, "kPa"),
             ("temperature_c = 293.15\nhumidity_percent = 50.0\npressure_kpa = 101.0\n", 2, "°C"),
             ("temperature_c = 20.0\nhumidity_percent = 150\npressure_kpa = 101.0\n", 3, "percent"),

@@ -11,7 +11,7 @@ use miette::{IntoDiagnostic, WrapErr, miette};
 
 use self::answers::Given;
 use crate::cli::output::say;
-use fieldgap_acquisition::RigSetup;
+use crate::rig_file::RigFile;
 use fieldgap_input::TomlSource;
 use fieldgap_records::Plan;
 use fieldgap_rig::link::serial_ports;
@@ -46,7 +46,7 @@ impl Init {
         let plan_path = self.folder.join("first-scan.toml");
         texts.push((plan_path.clone(), plan));
         // What would be refused later is not written.
-        RigSetup::parse(TomlSource::new(&rig, &texts[texts.len() - 2].1))?;
+        RigFile::parse(TomlSource::new(&rig, &texts[texts.len() - 2].1))?;
         Plan::parse(TomlSource::new(&plan_path, &texts[texts.len() - 1].1))?;
         if let Some((taken, _)) = texts.iter().find(|(path, _)| path.exists()) {
             return Err(miette!(

@@ -107,6 +107,7 @@ pages! {
     reliability: "docs/reliability.md",
     sensing: "docs/sensing.md",
     studies: "docs/studies.md",
+    tutorials: "docs/tutorials.md",
     figures_of_the_thesis: "src/thesis.md",
     transducer_models: "src/transducer_models.md",
 }

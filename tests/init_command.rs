@@ -138,3 +138,26 @@ fn the_ports_of_a_virtual_rig_are_driven_by_the_rig_file_that_it_writes() {
     assert!(rig.wait().expect("it ends").success());
     assert!(!folder.path().join("ports/robot").is_symlink());
 }
+
+#[test]
+fn the_report_proposes_to_correct_the_rig_file_that_was_used() {
+    let folder = tempfile::tempdir().expect("a folder");
+    succeeds(&["init", "bench", "--yes"], folder.path());
+    let truth = folder.path().join("bench/virtual-laboratory.toml");
+    let text = std::fs::read_to_string(&truth).expect("text");
+    std::fs::write(&truth, text + "\n[effects.sound-speed]\nc_m_s = 349.0\n").expect("written");
+    succeeds(&["run", "bench/first-scan.toml", "--out", "warm"], folder.path());
+    let page = std::fs::read_to_string(folder.path().join("warm/report/index.html")).expect("page");
+    let command = "fieldgap diagnose warm --apply bench/my-rig.toml --out bench/corrected-rig.toml";
+    assert!(page.contains(command) && page.contains("medium.speed_of_sound_m_s"));
+    let arguments: Vec<&str> = command.split(' ').skip(1).collect();
+    succeeds(&arguments, folder.path());
+    let corrected = ["run", "bench/first-scan.toml", "--rig", "bench/corrected-rig.toml"];
+    let said = succeeds(&[&corrected[..], &["--out", "corrected"]].concat(), folder.path());
+    assert!(!said.contains("another speed of sound"), "{said}");
+    // A rig file that was changed since is not taken for the one that was used.
+    let rig = folder.path().join("bench/my-rig.toml");
+    let changed = std::fs::read_to_string(&rig).expect("text").replace("= 20.0", "= 21.0");
+    std::fs::write(&rig, changed).expect("written");
+    assert!(fieldgap::acquisition::original_rig(&folder.path().join("warm")).is_none());
+}

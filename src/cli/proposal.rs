@@ -1,7 +1,8 @@
 //! What a report proposes to do about a named cause.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use fieldgap_acquisition::original_rig;
 use fieldgap_correction::{
     CorrectionError, PlannedCorrection, Unwritten, plan_recorded_scan, plan_rig_file,
 };
@@ -22,18 +23,17 @@ pub(super) fn proposed_correction(
     if !diagnosis.verdict.names_a_cause() {
         return None;
     }
-    let rig = folder.join("rig.toml");
+    let rig = original_rig(folder).map_or_else(|| folder.join("rig.toml"), |rig| from_here(&rig));
     if rig.is_file() {
-        let planned =
-            plan_rig_file(diagnosis, &scan.setup, &rig, &rig.with_file_name(CORRECTED_RIG));
-        if let Ok(planned) = planned {
-            let command = command(folder, &rig, CORRECTED_RIG);
-            return Some(proposal("rig.toml", planned, command));
+        let out = rig.with_file_name(CORRECTED_RIG);
+        if let Ok(planned) = plan_rig_file(diagnosis, &scan.setup, &rig, &out) {
+            let file = rig.file_name().unwrap_or_default().to_string_lossy();
+            return Some(proposal(&file, planned, command(folder, &rig, &out)));
         }
     }
     match plan_recorded_scan(diagnosis, &scan.setup, folder, &folder.join("corrected")) {
         Ok(planned) => {
-            let command = command(folder, folder, "corrected");
+            let command = command(folder, folder, Path::new("corrected"));
             Some(proposal("scan.toml", planned, command))
         }
         Err(CorrectionError::NoKey { unwritten, .. }) => {
@@ -66,8 +66,15 @@ fn in_words(unwritten: &[Unwritten]) -> Vec<String> {
         .collect()
 }
 
-fn command(folder: &Path, apply: &Path, out: &str) -> String {
-    format!("fieldgap diagnose {} --apply {} --out {out}", quoted(folder), quoted(apply))
+fn command(folder: &Path, apply: &Path, out: &Path) -> String {
+    let [folder, apply, out] = [folder, apply, out].map(quoted);
+    format!("fieldgap diagnose {folder} --apply {apply} --out {out}")
+}
+
+/// A path relative to the working folder, where it lies below it.
+fn from_here(path: &Path) -> PathBuf {
+    let here = std::env::current_dir().unwrap_or_default();
+    path.strip_prefix(&here).unwrap_or(path).to_owned()
 }
 
 /// A path as one word of a shell.

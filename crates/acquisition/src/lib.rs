@@ -56,6 +56,7 @@ pub use event::{Event, EventSink};
 pub use fly::FlightFault;
 pub use monitor::Monitor;
 pub use open::{OpenSimulated, SimulatedDevices};
+pub use origin::original_rig;
 pub use pause::{Pause, PauseSwitch};
 pub use planned_scan::PlannedScan;
 pub use references::RigChange;

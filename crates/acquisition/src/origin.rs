@@ -32,6 +32,15 @@ pub(super) struct Origin {
     truth_sha256: Option<String>,
 }
 
+/// The rig file that a scan was made with, if it still exists and equals the copy in the scan's folder. The files that it names are found
+/// beside it, not beside the copy.
+pub fn original_rig(folder: &Path) -> Option<PathBuf> {
+    let origin: Origin = TomlSource::read(&folder.join(FILE)).ok()?.parse().ok()?;
+    let [original, copy] =
+        [origin.rig.clone(), folder.join(RIG_COPY)].map(|path| TomlSource::read(&path).ok());
+    (original?.text() == copy?.text()).then_some(origin.rig)
+}
+
 impl Origin {
     /// For a new scan.
     pub(super) fn of(plan: &Plan, rig_setup: &RigSetup) -> Result<Self, Fault> {

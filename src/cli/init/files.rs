@@ -163,20 +163,27 @@ fn virtual_section(answers: &Answers, truth: &str) -> String {
     )
 }
 
-/// What the virtual devices are really like.
-pub(super) fn truth() -> &'static str {
-    "# What the virtual laboratory is really like: the elements' faces radiate as pistons, and readings are a little noisy.\n\n\
+/// Sensitivity of the virtual microphone in the field of 36 elements, V/Pa: the focus has two thirds of the converter's full scale.
+const SENSITIVITY_V_PA: f64 = 0.003;
+
+/// What the virtual devices are really like. A larger array is louder, and its microphone less sensitive, so that nothing is clipped.
+pub(super) fn truth(answers: &Answers) -> String {
+    let elements: f64 = answers.array.map(f64::from).iter().product();
+    let sensitivity = SENSITIVITY_V_PA * (36.0 / elements).min(1.0);
+    format!(
+        "# What the virtual laboratory is really like: the elements' faces radiate as pistons, and readings are a little noisy.\n\n\
      [source]\n\
      pressure_pa_at_1_m = 4.0\n\
      face_radius_mm = 4.5\n\n\
      [microphone]\n\
-     sensitivity_v_pa = 0.003\n\n\
+     sensitivity_v_pa = {sensitivity:.6}\n\n\
      [noise]\n\
      multiplicative = 0.01                 # of each sample's level\n\
      additive_v = 0.015\n\n\
      # A cause of a gap, to try `fieldgap diagnose` on:\n\
      # [effects.sound-speed]\n\
      # c_m_s = 347.1\n"
+    )
 }
 
 /// The first plan: a focus above the array's centre, and planes below, at and above it. `None` if the travel has no room for it.

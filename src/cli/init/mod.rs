@@ -39,7 +39,7 @@ impl Init {
         })?;
         let mut texts = Vec::new();
         if files::has_virtual_devices(&answers) {
-            texts.push((self.folder.join(truth_name), files::truth().to_owned()));
+            texts.push((self.folder.join(truth_name), files::truth(&answers)));
         }
         let rig = self.folder.join(&rig_name);
         texts.push((rig.clone(), files::rig(&answers, truth_name)));

@@ -2,8 +2,11 @@
 
 use maud::{Markup, html};
 
-use fieldgap_diagnosis::{Diagnosis, EffectId, Verdict};
+use fieldgap_diagnosis::{Diagnosis, EffectId, Verdict, WaterfallPart};
 use fieldgap_text::{fixed, percent};
+
+/// Smallest share of the squared gap that is listed for the alignment. Set by judgement.
+const LEAST_SHARE: f64 = 0.01;
 
 /// The cause of the gap, its probability, and the gap before and after.
 pub(super) fn card(diagnosis: &Diagnosis) -> Markup {
@@ -12,7 +15,12 @@ pub(super) fn card(diagnosis: &Diagnosis) -> Markup {
             h2 { "Cause" }
             p { strong { (verdict(diagnosis)) } }
             @if diagnosis.verdict.names_a_cause() {
-                ul { @for effect in &diagnosis.effects { li { (share(diagnosis, *effect)) } } }
+                ul {
+                    @for effect in &diagnosis.effects { li { (share(diagnosis, *effect)) } }
+                    @if let Some(alignment) = alignment(diagnosis) {
+                        li { "alignment within a set-up's tolerance: " (percent(alignment)) }
+                    }
+                }
             } @else if diagnosis.verdict == Verdict::Ambiguous {
                 ul { @for set in &diagnosis.alternatives { li { (alternative(diagnosis, set)) } } }
             }
@@ -56,6 +64,12 @@ fn share(diagnosis: &Diagnosis, effect: EffectId) -> Markup {
         (effect.as_cause())
         @if let Some(step) = step { ": " (percent(step.share)) " of the squared gap" }
     }
+}
+
+/// The share of the alignment, where it is worth a line.
+fn alignment(diagnosis: &Diagnosis) -> Option<f64> {
+    let step = diagnosis.waterfall.iter().find(|step| step.part == WaterfallPart::Alignment)?;
+    (step.share >= LEAST_SHARE).then_some(step.share)
 }
 
 fn alternative(diagnosis: &Diagnosis, set: &[EffectId]) -> String {

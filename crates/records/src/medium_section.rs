@@ -15,7 +15,7 @@ const PRESSURES_KPA: std::ops::RangeInclusive<f64> = 60.0..=110.0;
 
 /// Relative humidity where none is given, percent: that of rooms. At 20 °C dry air and moist air differ by 0.4 % in their speed of sound.
 const USUAL_HUMIDITY_PERCENT: f64 = 50.0;
-/// Pressure where none is given, kPa: the standard atmosphere. It changes the speed of sound by less than 0.01 %.
+/// Pressure where none is given, kPa: the standard atmosphere. The weather's 3 kPa change the speed of sound by about 0.005 %.
 const USUAL_PRESSURE_KPA: f64 = 101.325;
 
 /// The keys of a `[medium]`; [`MediumSection::read`] checks them.

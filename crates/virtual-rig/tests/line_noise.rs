@@ -15,6 +15,7 @@ use fieldgap_rig::motion::travel::AxisBox;
 use fieldgap_rig::{Cause, Device, Envelope, Feed, Motion, RigError, RobotPosition, Role};
 use fieldgap_virtual_rig::memory::MemoryRig;
 use fieldgap_virtual_rig::{Believed, Truth, VirtualConfig};
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex, split};
 
 /// What a rig file allows by default, m.
 const TOLERANCE_M: f64 = 0.05e-3;
@@ -203,8 +204,9 @@ async fn scans_under_marlin_are_completed_with_one_line_in_twenty_damaged() {
 #[tokio::test(start_paused = true)]
 async fn scans_under_grbl_are_completed_or_end_by_damage_that_is_named() {
     for robot in [Robot::Grbl, Robot::GrblHal] {
-        for (share, least) in [(0.01, 19), (0.05, 15)] {
-            let ends = scans(robot, 20, noise(share), 500).await;
+        // Of a hundred, 98 and 80 are completed: four standard deviations less of forty.
+        for (share, least) in [(0.01, 36), (0.05, 22)] {
+            let ends = scans(robot, 40, noise(share), 500).await;
             assert!(ends.completed >= least, "{robot:?}, {share}: {:?}", ends.errors);
             let unexplained = ends.errors.iter().find(|(_, error)| !is_unavoidable(error));
             assert!(unexplained.is_none(), "{robot:?}, {share}: {unexplained:?}");
@@ -220,6 +222,68 @@ async fn bursts_and_late_lines_cause_no_wrong_place() {
             toml::from_str("garble = 0.004\ndelay = 0.004\nwrong_ok = 0.004").expect("rates");
         let ends = scans(robot, 20, rates, 200).await;
         assert!(ends.completed >= 10, "{robot:?}: {:?}", ends.errors);
+    }
+}
+
+/// Far more than any line in use has: rare combinations of damage come about.
+#[tokio::test(start_paused = true)]
+async fn damage_to_one_line_in_seven_causes_no_wrong_place() {
+    for robot in Robot::ALL {
+        let ends = scans(robot, 100, noise(0.15), 500).await;
+        assert!(ends.completed > 0, "{robot:?}: {:?}", ends.errors);
+    }
+}
+
+/// A link on which each of these texts is replaced once, on its way to the device.
+fn with_replaced(
+    link: impl fieldgap_rig::link::ByteLink,
+    mut replaced: Vec<(&'static str, &'static str)>,
+) -> DuplexStream {
+    let (near, far) = duplex(4096);
+    let (mut from_host, mut to_host) = split(far);
+    let (mut from_device, mut to_device) = split(link);
+    tokio::spawn(async move {
+        let down = async {
+            let mut bytes = vec![0; 4096];
+            loop {
+                let count = from_host.read(&mut bytes).await?;
+                let mut text = String::from_utf8_lossy(&bytes[..count]).into_owned();
+                replaced.retain(|(good, damaged)| {
+                    let here = text.contains(good);
+                    text = text.replacen(good, damaged, 1);
+                    !here
+                });
+                to_device.write_all(text.as_bytes()).await?;
+            }
+        };
+        tokio::select! {
+            ended = down => ended,
+            ended = tokio::io::copy(&mut from_device, &mut to_host) => ended.map(drop),
+        }
+    });
+    near
+}
+
+/// A place out of the firmware's travel locks it. The command that unlocks it becomes the one that homes, which is then ended
+/// by a reset: the firmware's place is lost.
+#[tokio::test(start_paused = true)]
+async fn an_unlock_that_became_homing_gives_no_wrong_place() {
+    for robot in [Robot::Grbl, Robot::GrblHal] {
+        let memory = power_up(robot);
+        let [plug, ..] = memory.plugs();
+        let replaced = vec![("G90G94G53G1X-160", "G91G94G53G1X-160"), ("$X", "$H")];
+        let link = with_replaced(plug, replaced);
+        let wire = Wire::new(link, Device::new(Role::Robot, "memory"));
+        let mut motion = robot.open(wire).await.expect("no damage yet");
+        motion.home().await.expect("no damage yet");
+        let before = RobotPosition::from_axes_mm([-150.0, -200.0, -100.0]);
+        motion.move_to(before, feed()).await.expect("no damage yet");
+        let target_mm = Vec3::new(-160.0, -200.0, -100.0);
+        let target = RobotPosition::from_axes_mm(target_mm.into());
+        if motion.move_to(target, feed()).await.is_ok() {
+            let true_mm = memory.world.nozzle_m(memory.clock.now_s()) * 1e3;
+            assert!((true_mm - target_mm).norm() < 0.1, "{robot:?} is at {true_mm:?}");
+        }
     }
 }
 

@@ -54,8 +54,12 @@ const MOST_REPEATS: u32 = 5;
 /// Silence while homing after which it is asked whether homing is over: its `ok` may have been lost.
 const HOMING_QUIET: Duration = Duration::from_secs(5);
 
-/// Homing takes longer than this, at any speed: an `ok` that comes earlier answers another line.
-const SHORTEST_HOMING: Duration = Duration::from_secs(1);
+/// Homing takes longer than this, at any speed: an `ok` that comes earlier may answer another line.
+pub(super) const SHORTEST_HOMING: Duration = Duration::from_secs(1);
+
+/// Homing again from the place where it ends takes longer than this, and any other command takes less. The switches' debounce
+/// alone, 25 ms by default, comes several times for each axis.
+pub(super) const SHORTEST_HOMING_AGAIN: Duration = Duration::from_millis(200);
 
 /// What became of lines that were sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -254,8 +258,33 @@ impl<L: ByteLink> Connection<L> {
     }
 
     /// Ends the lock behind a soft limit, by which the firmware has refused a line before any step.
+    ///
+    /// One inverted bit makes homing, `$H`, of the command. So it is repeated only while the machine reports that it rests, and
+    /// the caller has to see that its place is the one before.
     pub(super) async fn unlock(&mut self) -> Result<(), RigError> {
-        self.ask("$X", |_| true).await.map(drop)
+        let line = self.line("$X")?;
+        let waits = Waits { expected: Duration::ZERO, within: COMMAND_WITHIN };
+        for _ in 0..MOST_REPEATS {
+            match self.exchange(&[line.clone()], waits, Lock::IsRest, &mut Vec::new()).await {
+                Ok(LineOutcome::Taken) => return Ok(()),
+                Ok(LineOutcome::Refused(code))
+                    if code == LOCKED || error_code::may_be_damage(code) =>
+                {
+                    self.clear_error().await?;
+                }
+                Ok(LineOutcome::Refused(code)) => return Err(self.refused(code)),
+                Ok(LineOutcome::Unanswered) => self.begin().await?,
+                // While it homes, GRBL reports nothing.
+                Err(error)
+                    if matches!(error.cause(), Cause::Silent { .. })
+                        && matches!(self.state().await?, State::Idle | State::Alarm) =>
+                {
+                    self.begin().await?;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Err(self.wire.error(Cause::RepeatedlyDamaged { times: MOST_REPEATS }))
     }
 
     async fn exchange(
@@ -334,11 +363,16 @@ impl<L: ByteLink> Connection<L> {
         }
     }
 
-    /// Sends a homing command and waits for its end. Returns whether its `ok` came; otherwise the machine
+    /// Sends a homing command and waits for its end. Returns whether an `ok` came after `shortest`; otherwise the machine
     /// rests, homed or not.
     ///
     /// GRBL answers nothing while it homes, not even `?`; a query is answered afterwards.
-    pub(super) async fn home(&mut self, command: &str, within: Duration) -> Result<bool, RigError> {
+    pub(super) async fn home(
+        &mut self,
+        command: &str,
+        shortest: Duration,
+        within: Duration,
+    ) -> Result<bool, RigError> {
         let line = self.line(command)?;
         let begun = Instant::now();
         let deadline = begun + within;
@@ -354,7 +388,7 @@ impl<L: ByteLink> Connection<L> {
                 continue;
             };
             match Reply::parse(&received) {
-                Reply::Ok if begun.elapsed() > SHORTEST_HOMING => return Ok(true),
+                Reply::Ok if begun.elapsed() > shortest => return Ok(true),
                 // Of a command before it that came twice; or homing takes no time, as where time is simulated.
                 Reply::Ok => {
                     rests = 1;

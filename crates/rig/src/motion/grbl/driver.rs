@@ -8,7 +8,9 @@ use tokio::time::Instant;
 use super::advice::advice;
 use super::build_info::BuildInfo;
 use super::config::{GrblConfig, HomingCommand};
-use super::connection::{BETWEEN_QUERIES, Connection, LineOutcome, homing_is_off};
+use super::connection::{
+    BETWEEN_QUERIES, Connection, LineOutcome, SHORTEST_HOMING, SHORTEST_HOMING_AGAIN, homing_is_off,
+};
 use super::error_code;
 use super::line::{Line, SOFT_RESET, SYNC};
 use super::settings::{Settings, SettingsReadings};
@@ -164,11 +166,21 @@ impl<L: ByteLink> Grbl<L> {
     /// Homes by one command, and takes it for done where that shows.
     ///
     /// A machine that was never homed may be idle as well, so that neither that nor a stray `ok` is enough: the
-    /// machine must stand where homing ends, or have taken its time.
+    /// machine must have taken its time, or have come to the place where homing ends. One that stood there before may have been
+    /// moved by hand or by its weight while its motors were off.
     async fn home_by(&mut self, command: &str, within: Duration) -> Result<(), RigError> {
+        let stood_there = self.stands_where_homing_ends(command, within).await?;
+        let mut shortest = SHORTEST_HOMING;
+        if stood_there {
+            // No `ok` to an earlier line comes behind a reset.
+            self.connection.begin().await?;
+            shortest = SHORTEST_HOMING_AGAIN;
+        }
         for _ in 0..MOST_REPEATS {
-            let took_its_time = self.connection.home(command, within).await?;
-            if took_its_time || self.stands_where_homing_ends(command, within).await? {
+            let took_its_time = self.connection.home(command, shortest, within).await?;
+            if took_its_time
+                || !stood_there && self.stands_where_homing_ends(command, within).await?
+            {
                 return Ok(());
             }
             // What is left of a damaged command goes with it.
@@ -247,6 +259,10 @@ impl<L: ByteLink> Grbl<L> {
             if self.is_at(seen.at, start) {
                 if locked {
                     self.connection.unlock().await?;
+                    let unlocked = self.connection.status().await?;
+                    if unlocked.state != State::Idle || !self.is_at(unlocked.at, start) {
+                        break;
+                    }
                 }
                 tracing::warn!(device = %self.connection.wire.device(), "{error}; the robot still stands at {start}, and the move is sent again");
                 return Ok(());
@@ -255,33 +271,40 @@ impl<L: ByteLink> Grbl<L> {
         Err(error)
     }
 
-    /// Waits until the machine stands still and returns its position: at `target`, or several times elsewhere.
+    /// Waits until the machine stands still and returns its position: at `target` by two reports, or elsewhere by several.
     ///
-    /// Called after the dwell was answered. The report is asked for behind it, so it is of the time after the move.
+    /// Called after the dwell was answered. The report is asked for behind it, so it is of the time after the move. It has no
+    /// checksum: one inverted bit in the line that moves and the same in one report would show the target.
     async fn stand_still(
         &mut self,
         target: RobotPosition,
         deadline: Instant,
     ) -> Result<RobotPosition, RigError> {
-        let (mut elsewhere, mut before) = (0, target);
-        let mut report = self.connection.status_at_rest().await?;
+        let (mut elsewhere, mut before) = (0, None);
+        let mut seen = self.connection.status_at_rest().await?;
         loop {
-            let seen = report;
+            let as_before = before.is_some_and(|before| self.is_at(seen.at, before));
+            let at_target = self.is_at(seen.at, target);
             match seen.state {
-                State::Idle if self.is_at(seen.at, target) => return Ok(seen.at),
-                // One report may be damaged.
-                State::Idle if elsewhere >= ELSEWHERE_REPORTS && self.is_at(seen.at, before) => {
+                State::Idle if as_before && (at_target || elsewhere > ELSEWHERE_REPORTS) => {
                     return Ok(seen.at);
                 }
-                State::Idle => (elsewhere, before) = (elsewhere + 1, seen.at),
-                State::Run | State::Jog | State::Home => elsewhere = 0,
+                State::Idle => {
+                    before = Some(seen.at);
+                    elsewhere += u32::from(!at_target);
+                }
+                State::Run | State::Jog | State::Home => (elsewhere, before) = (0, None),
                 State::Alarm => return Err(self.connection.alarm_state()),
                 state => return Err(self.connection.paused(state)),
             }
             if Instant::now() >= deadline && seen.state != State::Idle {
                 return Err(self.connection.wire.error(Cause::StillMoving));
             }
-            report = self.connection.status().await?;
+            seen = if seen.state == State::Idle && at_target {
+                self.connection.status_at_rest().await?
+            } else {
+                self.connection.status().await?
+            };
         }
     }
 

@@ -37,6 +37,9 @@ const MOST_READINGS: u32 = 12;
 /// How the firmware says that a line would have left its travel: it refuses such a line before any step.
 const SOFT_LIMIT: &str = "ALARM:2";
 
+/// So many refusals of one move by the soft limits, and its target is out of the travel: no digit was damaged so often.
+const MOST_REFUSALS: u32 = 3;
+
 /// So many reports of a standstill elsewhere, and that is where the robot stands.
 const ELSEWHERE_REPORTS: u32 = 3;
 
@@ -407,14 +410,13 @@ impl<L: ByteLink> Motion for Grbl<L> {
             .into_iter()
             .collect::<Result<Vec<_>, _>>()
             .map_err(|cause| self.connection.wire.error(cause))?;
-        let mut soft_limit_hit = false;
+        let mut refusals = 0;
         for _ in 0..MOST_REPEATS {
             let at = match self.try_move(&lines, target, expected).await {
                 Ok(at) => at,
                 Err(error) => {
-                    let refused = matches!(error.cause(), Cause::Alarm { .. });
-                    if refused && std::mem::replace(&mut soft_limit_hit, true) {
-                        // Twice, so that the target is out of the travel, and no digit was damaged.
+                    refusals += u32::from(matches!(error.cause(), Cause::Alarm { .. }));
+                    if refusals == MOST_REFUSALS {
                         return Err(error);
                     }
                     self.resume_at(start, error).await?;

@@ -263,8 +263,11 @@ impl<L: ByteLink> Grbl<L> {
                 if locked {
                     self.connection.unlock().await?;
                     let unlocked = self.connection.status().await?;
-                    if unlocked.state != State::Idle || !self.is_at(unlocked.at, start) {
+                    if !self.is_at(unlocked.at, start) {
                         break;
+                    }
+                    if unlocked.state != State::Idle {
+                        continue;
                     }
                 }
                 tracing::warn!(device = %self.connection.wire.device(), "{error}; the robot still stands at {start}, and the move is sent again");

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use async_trait::async_trait;
 use fieldgap::input::Positive;
 use fieldgap::rig::motion::guarded::Guarded;
-use fieldgap::rig::motion::travel::{AxisBox, KeepOut};
+use fieldgap::rig::travel::{AxisBox, KeepOut};
 use fieldgap::rig::{
     Cause, Device, Emergency, Envelope, Feed, Motion, RigError, RobotPosition, Role,
 };

@@ -45,10 +45,10 @@ pub use instruction_set::InstructionSet;
 pub use plane::{PLANE_TOLERANCE, PlaneMethod, PlaneSum};
 pub use transfer::Transfer;
 
-use super::float::Float;
 use super::lobe::{DOUBLE_TOLERANCE, Fit};
 use super::propagation::Propagation;
 use super::rayleigh::across;
+use super::simd::float::Float;
 use super::transducer::{OnAxis, Smooth, Transducer};
 use super::{Array, Vec3};
 use surroundings::Surroundings;

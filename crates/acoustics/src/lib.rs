@@ -40,7 +40,6 @@ mod array;
 mod element;
 mod excitation;
 mod field;
-mod float;
 pub mod foci;
 pub mod golden_section;
 mod grid;

@@ -7,7 +7,7 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use super::float::Float;
+use super::simd::float::Float;
 use super::simd::{MAX_LANES, Simd, Vector};
 
 /// Terms of a series at first, and at most: an analytic directivity needs 12 to 40.

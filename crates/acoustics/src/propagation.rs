@@ -1,7 +1,7 @@
 //! The effects of air on propagation besides spreading: wind, a gradient of the speed of sound, attenuation.
 
 use super::Vec3;
-use super::float::Float;
+use super::simd::float::Float;
 use super::simd::{Simd, Vector};
 
 /// Air with wind, a gradient of the speed of sound, or attenuation. The default has none of them.

@@ -1,12 +1,13 @@
 //! Arithmetic on several numbers at a time, without branches, in vectors of the width that the processor has.
 
+pub(crate) mod float;
 mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86_64;
 
 use std::marker::PhantomData;
 
-use super::float::Float;
+use float::Float;
 pub(super) use vector::{Plain, Registers, Vector};
 #[cfg(target_arch = "x86_64")]
 pub(super) use x86_64::{Avx2, Avx512};

@@ -137,7 +137,7 @@ mod tests {
     use super::*;
     use fieldgap_input::TomlSource;
     use fieldgap_records::Spread;
-    use fieldgap_rig::motion::travel::{AxisBox, KeepOut};
+    use fieldgap_rig::travel::{AxisBox, KeepOut};
 
     const PLAN: &str = "name = \"p\"\n[simulator]\nmodel = \"corrected\"\n\
         [[focus]]\nx_mm = 1.0\ny_mm = 2.0\nz_mm = 100.0\n\

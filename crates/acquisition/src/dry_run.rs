@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
+use super::fly::USUAL_ACCELERATION_M_S2;
 use super::itinerary::{Itinerary, Purpose, Station};
 use super::rig_setup::RigSetup;
 use fieldgap_acoustics::Vec3;
@@ -27,9 +28,6 @@ const TALK_S: f64 = 0.03;
 
 /// Assumed sampling rate of a receiver, Hz. The true rate is known when the device is open.
 const USUAL_RATE_HZ: f64 = 1000.0;
-
-/// Assumed acceleration of the robot, m/s²: a usual setting of printer firmware.
-pub(super) const USUAL_ACCELERATION_M_S2: f64 = 1.0;
 
 /// Size and duration of a planned scan.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -1,10 +1,13 @@
 //! Errors that keep a scan from starting or resuming.
 
-use super::fly::FlightFault;
+mod flight_fault;
+
 use super::references::RigChange;
 use fieldgap_input::Fault;
 use fieldgap_records::JournalError;
 use fieldgap_rig::RigError;
+pub(crate) use flight_fault::FLIGHTS;
+pub use flight_fault::FlightFault;
 
 /// Why a scan cannot start or resume.
 ///

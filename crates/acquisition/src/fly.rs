@@ -1,9 +1,6 @@
 //! Rows scanned in motion (`[fly]` of a plan): speed, leads, and the readings of a pass.
 
-mod fault;
-
-use super::dry_run::USUAL_ACCELERATION_M_S2;
-use super::error::AcquisitionError;
+use super::error::{AcquisitionError, FlightFault};
 use super::placement::{LEAST_SAMPLES, Lag, RowTiming};
 use super::rig_setup::RigSetup;
 use super::rows::Line;
@@ -12,11 +9,13 @@ use fieldgap_acoustics::Vec3;
 use fieldgap_records::{Fly, RecordedSample, Spread, Visit};
 use fieldgap_rig::{Feed, Recording, SafeRig};
 
-use fault::FLIGHTS;
-pub use fault::FlightFault;
+use super::error::FLIGHTS;
 
 /// Half width of the window of samples about a point, in wavelengths: within it a parabola fits the field to a thousandth.
 const OF_WAVELENGTH: f64 = 0.125;
+
+/// Assumed acceleration of the robot, m/s²: a usual setting of printer firmware.
+pub(super) const USUAL_ACCELERATION_M_S2: f64 = 1.0;
 
 /// A lead is longer than the acceleration distance by this length, m, and by this factor.
 const SPARE_M: f64 = 0.5e-3;

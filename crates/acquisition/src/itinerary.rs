@@ -64,7 +64,7 @@ impl Itinerary {
     /// Checks that a receiver is fast enough for every row.
     ///
     /// # Errors
-    /// [`FlightFault::TooFast`](super::fly::FlightFault::TooFast).
+    /// [`FlightFault::TooFast`](super::error::FlightFault::TooFast).
     pub(super) fn fits(&self, visits: &[Visit], rate_hz: f64) -> Result<(), AcquisitionError> {
         let Some(flight) = &self.flight else { return Ok(()) };
         for leg in &self.legs {

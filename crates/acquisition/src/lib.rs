@@ -51,9 +51,8 @@ pub mod watchdog;
 
 pub use air_log::FILE as AIR_FILE;
 pub use dry_run::DryRun;
-pub use error::AcquisitionError;
+pub use error::{AcquisitionError, FlightFault};
 pub use event::{Event, EventSink};
-pub use fly::FlightFault;
 pub use monitor::Monitor;
 pub use open::{OpenSimulated, SimulatedDevices};
 pub use origin::original_rig;

@@ -5,8 +5,8 @@
 
 use std::f64::consts::TAU;
 
-use super::causes::Parameters;
 use super::laboratory::{Laboratory, SPEED_M_S};
+use super::parameters::Parameters;
 use super::random_sequence::RandomSequence;
 use fieldgap_acoustics::Vec3;
 

@@ -3,15 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::parameters::Parameters;
 use super::unmodelled::Unmodelled;
 use fieldgap_virtual_rig::Truth;
 use fieldgap_virtual_rig::effects::Effect;
 
 /// Effects as a truth file has them, with their ids.
 pub(super) type Effects = Vec<(&'static str, Box<dyn Effect>)>;
-
-/// Parameters of one effect, as a truth file has them.
-pub(super) type Parameters = toml::Table;
 
 /// The causes of one scan.
 #[derive(Debug, Clone, Default)]

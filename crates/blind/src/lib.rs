@@ -43,6 +43,7 @@ mod kinematics;
 mod laboratory;
 mod make;
 mod noise_units;
+mod parameters;
 mod parsed_diagnosis;
 mod random_sequence;
 mod run;

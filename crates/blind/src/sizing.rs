@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::catalogue::Sizes;
-use super::causes::{Causes, Parameters};
+use super::causes::Causes;
 use super::laboratory::Laboratory;
 use super::noise_units::{Believed, gap_of};
+use super::parameters::Parameters;
 use super::random_sequence::RandomSequence;
 use super::unmodelled::{Draw, Unmodelled};
 use super::world::World;

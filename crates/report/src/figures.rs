@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::answer::worst_plane;
 use super::figure::Figure;
 use super::judgement::drives;
 use super::picture::{Drawn, HeightCurves, PictureError, PlaneMaps};
+use super::worst_plane::worst_plane;
 use fieldgap_comparison::Comparison;
 use fieldgap_text::height_mm;
 

@@ -91,6 +91,7 @@ mod transducer;
 mod transducer_models;
 mod verdict;
 mod words;
+mod worst_plane;
 
 use std::path::{Path, PathBuf};
 

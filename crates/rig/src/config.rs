@@ -10,8 +10,8 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use super::focus_array::Modulation;
-use super::motion::travel::{AxisBox, Envelope, KeepOut};
 use super::space::{Feed, Frame};
+use super::travel::{AxisBox, Envelope, KeepOut};
 use super::{AirSensor, FocusArray, Motion, Receiver, RigError};
 use fieldgap_input::{
     Coordinate, Delay, Exact, Fraction, Label, Length, NonNegative, Positive, Speed, Time,
@@ -30,9 +30,16 @@ pub struct RigConfig {
     pub environment: Option<EnvironmentConfig>,
 }
 
+/// Opens a driver with what its section tells every driver of its kind.
+macro_rules! open_with {
+    ($table:ident, $section:ident, ($($told:ident),*), $port:ident) => {
+        $table.open($($section.$told(),)* $port)
+    };
+}
+
 /// Declares one section: its common keys, its drivers, how it is read and how its driver is opened.
 ///
-/// Each driver's table is a type with `async fn open(&self, section, port) -> Result<Box<dyn …>, RigError>`.
+/// Each driver's table is a type with `async fn open(&self, …, port) -> Result<Box<dyn …>, RigError>`.
 macro_rules! section {
     (
         $(#[$section_doc:meta])*
@@ -40,7 +47,7 @@ macro_rules! section {
             $( $(#[$key_doc:meta])* $([default = $default:literal])? $key:ident : $type:ty, )*
         }
         $(#[$driver_doc:meta])*
-        $driver:ident opens $device:ident {
+        $driver:ident opens $device:ident with $told:tt {
             $( $(#[$variant_doc:meta])* $table:literal => $variant:ident($config:ty), )+
         }
     ) => {
@@ -89,7 +96,7 @@ macro_rules! section {
             /// Opens the device by its driver, at `port` or else at the port that its table names.
             pub(super) async fn open(&self, port: Option<&str>) -> Result<Box<dyn $device>, RigError> {
                 match &self.driver {
-                    $( $driver::$variant(table) => table.open(self, port).await, )+
+                    $( $driver::$variant(table) => open_with!(table, self, $told, port).await, )+
                 }
             }
         }
@@ -121,7 +128,7 @@ section! {
         keep_out: Vec<KeepOutBox>,
     }
     /// The robots that can be driven.
-    MotionDriver opens Motion {
+    MotionDriver opens Motion with (envelope, feed) {
         /// Marlin's dialect of G-code on a serial port.
         "marlin" => Marlin(super::motion::marlin::MarlinConfig),
         /// GRBL 1.1 or grblHAL on a serial port.
@@ -142,7 +149,7 @@ section! {
         samples: std::num::NonZeroU32,
     }
     /// The receivers that can be read.
-    ReceiverDriver opens Receiver {
+    ReceiverDriver opens Receiver with () {
         /// A receiver that samples when it is asked.
         "stream" => Stream(super::receiver::StreamConfig),
         /// A receiver that streams without being asked and takes no commands.
@@ -163,7 +170,7 @@ section! {
         modulation_duty_percent: Percent,
     }
     /// The array controllers that can be driven.
-    FocusArrayDriver opens FocusArray {
+    FocusArrayDriver opens FocusArray with (modulation) {
         /// The thesis's controller: programmable logic behind a serial port.
         "thesis" => Thesis(super::focus_array::ThesisConfig),
         /// One or two SonicSurface boards of 256 channels.
@@ -192,7 +199,7 @@ section! {
         pressure_kpa: Positive,
     }
     /// The sensors that can be read.
-    EnvironmentDriver opens AirSensor {
+    EnvironmentDriver opens AirSensor with () {
         /// Lines of text on a serial port.
         "lines" => Lines(super::air_sensor::AirLinesConfig),
     }

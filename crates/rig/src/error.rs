@@ -1,11 +1,19 @@
 //! What can go wrong between the program and a device.
 
+mod program_fault;
+mod record_fault;
+mod wiring_fault;
+
 use std::fmt;
 use std::time::Duration;
 
 use super::device::Device;
-use super::motion::travel::PathFault;
 use super::space::RobotPosition;
+use super::travel::PathFault;
+pub use program_fault::ProgramFault;
+pub use record_fault::RecordFault;
+pub(crate) use record_fault::{FEWEST_CYCLES, FEWEST_SAMPLES_A_CYCLE};
+pub use wiring_fault::WiringFault;
 
 /// A fault of a device: which device, at which port, what was tried, what was seen, and what to do.
 ///
@@ -182,7 +190,7 @@ pub enum Cause {
     },
     /// A display that the controller cannot play.
     #[error("the controller cannot play the display: {0}")]
-    Display(#[source] super::focus_array::ProgramFault),
+    Display(#[source] ProgramFault),
     /// A receiver that reads points only.
     #[error("this receiver cannot record while the robot moves")]
     NoRecording,
@@ -216,7 +224,7 @@ pub enum Cause {
     },
     /// A wiring that does not fit the board.
     #[error("the wiring in the rig file does not fit the board: {0}")]
-    Wiring(#[source] super::focus_array::WiringFault),
+    Wiring(#[source] WiringFault),
     /// A file that stands for a device cannot be written.
     #[error("the file cannot be written: {0}")]
     Unwritable(#[source] std::io::Error),
@@ -225,7 +233,7 @@ pub enum Cause {
     ForeignFile,
     /// A record of samples that cannot show the carrier.
     #[error("{0}")]
-    Record(#[source] super::receiver::RecordFault),
+    Record(#[source] RecordFault),
     /// Samples arrive ever later than they were taken.
     #[error(
         "the samples that arrive are {:.1} s old: this computer does not keep up with the receiver", behind.as_secs_f64()

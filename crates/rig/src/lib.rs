@@ -66,6 +66,7 @@ pub mod receiver;
 pub mod replay;
 mod safety;
 mod space;
+pub mod travel;
 pub mod watchdog;
 
 use std::time::Duration;
@@ -82,10 +83,10 @@ pub use focus_array::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
 pub use manual::{DeviceSelection, ManualRig, ManualSafetyReport};
 pub use motion::Advice;
 pub use motion::observed::RobotObserver;
-pub use motion::travel::{Envelope, PathFault};
 pub use receiver::{DuringRecording, Reading, ReceiverIdentity, Recording, TimedSample};
 pub use safety::{Ports, SafeRig, SafetyReport, open, open_air_sensor, open_array};
 pub use space::{Feed, Frame, RobotPosition};
+pub use travel::{Envelope, PathFault};
 
 /// A robot that carries the receiver along straight paths.
 #[async_trait]

@@ -11,7 +11,7 @@ use fieldgap_rig::link::fault_injection::{FaultRates, with_faults};
 use fieldgap_rig::motion::grbl::{Grbl, GrblConfig};
 use fieldgap_rig::motion::guarded::Guarded;
 use fieldgap_rig::motion::marlin::{Marlin, MarlinConfig};
-use fieldgap_rig::motion::travel::AxisBox;
+use fieldgap_rig::travel::AxisBox;
 use fieldgap_rig::{Cause, Device, Envelope, Feed, Motion, RigError, RobotPosition, Role};
 use fieldgap_virtual_rig::memory::MemoryRig;
 use fieldgap_virtual_rig::{Believed, Truth, VirtualConfig};

@@ -3,7 +3,7 @@
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use fieldgap_input::visible_line;
-use fieldgap_rig::motion::travel::Axis;
+use fieldgap_rig::travel::Axis;
 use fieldgap_rig::{Envelope, Frame, PathFault, Reading, ReceiverIdentity, RobotPosition};
 
 /// Available step sizes, mm.
@@ -232,7 +232,7 @@ pub(super) mod tests {
 
     use super::*;
     use fieldgap_acoustics::Vec3;
-    use fieldgap_rig::motion::travel::{AxisBox, KeepOut};
+    use fieldgap_rig::travel::{AxisBox, KeepOut};
 
     pub(in super::super) fn jog() -> Jog {
         let envelope = Envelope {

@@ -6,8 +6,8 @@
 use super::case::Case;
 use super::phasor::Phasor;
 use super::{FieldKernel, fit};
-use crate::float::Float;
 use crate::lobe::{Fit, Lobe};
+use crate::simd::float::Float;
 use crate::simd::{Simd, Vector};
 use crate::transducer::{Smooth, Transducer, Widened};
 

@@ -1,6 +1,6 @@
 //! How the pressure of a source falls with distance, in one precision.
 
-use crate::float::Float;
+use crate::simd::float::Float;
 use crate::simd::{Simd, Vector};
 use crate::transducer::OnAxis;
 

@@ -1,6 +1,6 @@
 //! Complex numbers in vectors.
 
-use crate::float::Float;
+use crate::simd::float::Float;
 use crate::simd::{Simd, Vector};
 
 /// Real and imaginary parts of the numbers in `L` vectors.

@@ -1,7 +1,7 @@
 //! The straight ray from a source to points, and the excess path that its phase is computed from.
 
 use super::surroundings::Near;
-use crate::float::Float;
+use crate::simd::float::Float;
 use crate::simd::{Simd, Vector};
 
 /// Rays from a source to the points of `L` vectors.

@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 
 use super::{FieldKernel, PathLengths, TILE};
 use crate::Vec3;
-use crate::float::Float;
 use crate::simd::MAX_LANES;
+use crate::simd::float::Float;
 use crate::transducer::OnAxis;
 
 /// A source relative to the middle of a tile.

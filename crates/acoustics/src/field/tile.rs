@@ -17,9 +17,9 @@ use super::on_axis_law::OnAxisLaw;
 use super::ray::{Ray, excess, half_tangent};
 use super::surroundings::{Near, ROOM, Surroundings};
 use super::{FieldKernel, PathLengths};
-use crate::float::Float;
 use crate::lobe::{Fit, Lobe};
 use crate::propagation::Air;
+use crate::simd::float::Float;
 use crate::simd::{MAX_LANES, Registers, Simd, Vector};
 use crate::transducer::Smooth;
 

@@ -1,6 +1,6 @@
 //! The operations that the kernel needs of a processor's vectors, and arrays for processors without an implementation of their own.
 
-use crate::float::Float;
+use crate::simd::float::Float;
 
 /// The vectors of an instruction set.
 pub(crate) trait Registers {

@@ -3,7 +3,7 @@
 use std::arch::x86_64::*;
 
 use super::vector::{Registers, Vector};
-use crate::float::Float;
+use crate::simd::float::Float;
 
 /// AVX2 and FMA: 32 bytes.
 pub(crate) struct Avx2;

@@ -1,8 +1,8 @@
 //! The array's board is bowed: the elements' height changes with the square of their distance from the centre, and their
 //! normals follow the slope.
 
-use super::super::causes::Parameters;
 use super::super::laboratory::Laboratory;
+use super::super::parameters::Parameters;
 use super::super::random_sequence::RandomSequence;
 use super::{Draw, Unmodelled};
 use fieldgap_acoustics::Vec3;

@@ -1,7 +1,7 @@
 //! The receiver's converter has few bits, or its input range is set far too wide: readings have coarse steps.
 
-use super::super::causes::Parameters;
 use super::super::laboratory::Laboratory;
+use super::super::parameters::Parameters;
 use super::super::random_sequence::RandomSequence;
 use super::{Draw, Unmodelled};
 

@@ -1,7 +1,7 @@
 //! The level jumps at one moment of the scan: a loose plug, or an amplifier that changes its range.
 
-use super::super::causes::Parameters;
 use super::super::laboratory::Laboratory;
+use super::super::parameters::Parameters;
 use super::super::random_sequence::RandomSequence;
 use super::{Draw, Unmodelled};
 use fieldgap_virtual_rig::effects::Effect;

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::super::causes::Parameters;
 use super::super::laboratory::Laboratory;
+use super::super::parameters::Parameters;
 use super::super::random_sequence::RandomSequence;
 use super::{Draw, Unmodelled};
 use fieldgap_acoustics::Vec3;

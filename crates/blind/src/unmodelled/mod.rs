@@ -24,8 +24,8 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
-use super::causes::Parameters;
 use super::laboratory::Laboratory;
+use super::parameters::Parameters;
 use super::random_sequence::RandomSequence;
 use fieldgap_acoustics::{Element, Vec3};
 use fieldgap_virtual_rig::effects::Effect;

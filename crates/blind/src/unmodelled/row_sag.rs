@@ -1,7 +1,7 @@
 //! The driver's supply voltage drops along a rail: elements further from the feed are weaker.
 
-use super::super::causes::Parameters;
 use super::super::laboratory::Laboratory;
+use super::super::parameters::Parameters;
 use super::super::random_sequence::RandomSequence;
 use super::{Draw, Unmodelled};
 use fieldgap_acoustics::Vec3;

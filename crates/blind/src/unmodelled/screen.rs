@@ -8,8 +8,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use num_complex::Complex64;
 
-use super::super::causes::Parameters;
 use super::super::laboratory::{FREQUENCY_HZ, Laboratory, SPEED_M_S};
+use super::super::parameters::Parameters;
 use super::super::random_sequence::RandomSequence;
 use super::{Draw, Unmodelled};
 use fieldgap_acoustics::Vec3;

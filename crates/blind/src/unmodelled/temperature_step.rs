@@ -1,7 +1,7 @@
 //! The room becomes warmer or colder between two planes: a door is opened, or an air conditioner starts.
 
-use super::super::causes::Parameters;
 use super::super::laboratory::{Laboratory, SPEED_M_S};
+use super::super::parameters::Parameters;
 use super::super::random_sequence::RandomSequence;
 use super::{Draw, Unmodelled};
 

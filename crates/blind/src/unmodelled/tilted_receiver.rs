@@ -1,7 +1,7 @@
 //! The receiver is tilted: its sensitivity falls off about an axis that is not vertical.
 
-use super::super::causes::Parameters;
 use super::super::laboratory::Laboratory;
+use super::super::parameters::Parameters;
 use super::super::random_sequence::RandomSequence;
 use super::{Draw, Unmodelled};
 use fieldgap_acoustics::Vec3;

@@ -1,7 +1,7 @@
 //! Wind starts during the scan: a fan is switched on, or a window is opened.
 
-use super::super::causes::Parameters;
 use super::super::laboratory::Laboratory;
+use super::super::parameters::Parameters;
 use super::super::random_sequence::RandomSequence;
 use super::{Draw, Unmodelled};
 

@@ -13,8 +13,10 @@ use std::path::{Path, PathBuf};
 
 use fieldgap_input::Fault;
 
-use crate::import::MOST_POINTS;
 pub(crate) use npy::single_precision;
+
+/// Largest number of points, as of a record.
+pub(crate) const MOST_POINTS: usize = 10_000_000;
 
 /// Most arrays of a file that are listed.
 const MOST_ARRAYS: usize = 1000;

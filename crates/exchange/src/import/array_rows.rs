@@ -3,8 +3,8 @@
 use fieldgap_input::Fault;
 
 use super::request::{PointsRequest, Source, Units};
-use super::rows::{MOST_POINTS, Origin, Role, Rows};
-use crate::arrays::{ArrayFile, Listed, Numbers};
+use super::rows::{Origin, Role, Rows};
+use crate::arrays::{ArrayFile, Listed, MOST_POINTS, Numbers};
 
 /// Arrays that an error lists.
 const SHOWN: usize = 30;

@@ -19,7 +19,6 @@ pub use request::{
 
 use crate::arrays::{ArrayFile, Opened};
 use crate::text::{TextTable, unreadable};
-pub(crate) use rows::MOST_POINTS;
 
 /// Reads the points of a file.
 ///

@@ -8,8 +8,9 @@ use fieldgap_records::import::MADE_UP_SECONDS_A_POINT;
 use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup, Spread};
 
 use super::request::{Negative, PointsRequest, Units};
-use super::rows::{MOST_POINTS, Role, Rows};
+use super::rows::{Role, Rows};
 use super::summary::significant;
+use crate::arrays::MOST_POINTS;
 use crate::unit::{AngleUnit, Base, LengthUnit, ReadingUnit};
 
 /// Share of negative readings from which both signs are a property of the data, not noise about zero.

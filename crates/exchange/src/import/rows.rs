@@ -6,9 +6,6 @@ use fieldgap_input::Fault;
 
 use crate::text::TextTable;
 
-/// Largest number of points, as of a record.
-pub(crate) const MOST_POINTS: usize = 10_000_000;
-
 /// Columns of one length, NaN where a value is missing.
 #[derive(Debug)]
 pub(crate) struct Rows {

@@ -1,7 +1,7 @@
 //! The headline of a record: the largest difference with its error, and its cause, in at most fifteen words.
 
-use super::worst_plane::worst_plane;
 use crate::judgement::{Judgement, drives, judge};
+use crate::worst_plane::worst_plane;
 use fieldgap_comparison::{Comparison, PlaneComparison};
 use fieldgap_diagnosis::{Diagnosis, EffectId, Verdict};
 use fieldgap_text::{fixed, height_mm, millimetres, percent};

@@ -3,15 +3,14 @@
 mod cause;
 mod headline;
 mod remedy;
-mod worst_plane;
 
 use maud::{Markup, html};
 
 pub use self::headline::headline;
 pub use self::remedy::{ProposedChange, ProposedCorrection};
 
-pub(super) use self::worst_plane::worst_plane;
 use super::figures::{Figures, PlaneFigure};
+use super::worst_plane::worst_plane;
 use fieldgap_comparison::Comparison;
 use fieldgap_diagnosis::Diagnosis;
 

@@ -4,7 +4,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
-use crate::answer::worst_plane;
+use crate::worst_plane::worst_plane;
 use fieldgap_comparison::{Comparison, PlaneComparison};
 
 /// All maps of a report.

@@ -9,7 +9,6 @@ use serde::Deserialize;
 use tokio::time::Instant;
 
 use super::AirSensor;
-use super::config::EnvironmentConfig;
 use super::device::{Device, Role};
 use super::error::{Cause, RigError};
 use super::link::{ByteLink, Wire, open_serial};
@@ -54,11 +53,7 @@ fn five_seconds() -> Time {
 }
 
 impl AirLinesConfig {
-    pub(super) async fn open(
-        &self,
-        _: &EnvironmentConfig,
-        port: Option<&str>,
-    ) -> Result<Box<dyn AirSensor>, RigError> {
+    pub(super) async fn open(&self, port: Option<&str>) -> Result<Box<dyn AirSensor>, RigError> {
         let wire = open_serial(Role::Environment, port, self.port.as_deref(), self.baud)?;
         Ok(Box::new(AirLines::begin(wire, self).await?))
     }

@@ -19,7 +19,6 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::{ArrayIdentity, ElementDelay, Modulation};
-use crate::config::FocusArrayConfig;
 use crate::device::{Device, Role};
 use crate::error::{Cause, RigError};
 use crate::{Emergency, FocusArray};
@@ -67,10 +66,10 @@ impl FileSinkConfig {
 
     pub(crate) async fn open(
         &self,
-        section: &FocusArrayConfig,
+        modulation: Modulation,
         _: Option<&str>,
     ) -> Result<Box<dyn FocusArray>, RigError> {
-        Ok(Box::new(FileSink::begin(self, section.modulation())?))
+        Ok(Box::new(FileSink::begin(self, modulation)?))
     }
 }
 

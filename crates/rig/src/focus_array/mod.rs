@@ -16,16 +16,16 @@ mod wiring;
 
 use crate::error::Cause;
 
+pub use crate::error::{ProgramFault, WiringFault};
 pub use config::ThesisConfig;
 pub use file_sink::FileSinkConfig;
 pub use frame::{Channel, DriveFrame, FULL_LEVEL, FrameFault, Fundamental, Pulse};
-pub use program::{DriveProgram, Envelope, ProgramFault};
+pub use program::{DriveProgram, Envelope};
 pub use sensed::Sensed;
 pub use sonic_surface::SonicSurfaceConfig;
 pub use sonic_surface::channels_by_position as sonic_surface_channels;
 pub use thesis::{Modulation, ThesisArray};
 pub use ultraino::{Model as UltrainoModel, UltrainoConfig};
-pub use wiring::WiringFault;
 
 /// What the thesis's controller calls itself, with the version of its protocol.
 pub const THESIS_NAME: &str = "thesis-array 1";

@@ -19,7 +19,6 @@ use super::Modulation;
 use super::one_way::{OneWayArray, OneWayBoard};
 use super::wiring::WiringConfig;
 use crate::FocusArray;
-use crate::config::FocusArrayConfig;
 use crate::device::Role;
 use crate::error::{Cause, RigError};
 use crate::link::open_serial;
@@ -101,13 +100,12 @@ impl TryFrom<Keys> for SonicSurfaceConfig {
 impl SonicSurfaceConfig {
     pub(crate) async fn open(
         &self,
-        section: &FocusArrayConfig,
+        modulation: Modulation,
         port: Option<&str>,
     ) -> Result<Box<dyn FocusArray>, RigError> {
         let wire = open_serial(Role::FocusArray, port, self.port.as_deref(), self.baud)?;
         let wiring = self.wiring.resolve(&channels_by_position(self.boards));
         let wiring = wiring.map_err(|fault| wire.error(Cause::Wiring(fault)))?;
-        let modulation = section.modulation();
         let board =
             SonicSurface { boards: self.boards, firmware: self.firmware, asked: modulation };
         Ok(Box::new(OneWayArray::begin(wire, board, wiring, self.baud, modulation).await?))

@@ -10,7 +10,6 @@ use tokio::time::Instant;
 use super::config::ThesisConfig;
 use super::protocol::{CODE_CHECKSUM, Reply, decode, encode, parse_identity};
 use super::{ArrayIdentity, DriveProgram, ElementDelay, Sensed};
-use crate::config::FocusArrayConfig;
 use crate::device::{Device, Role};
 use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire, open_serial};
@@ -69,11 +68,11 @@ pub struct ThesisArray<L: ByteLink> {
 impl ThesisConfig {
     pub(crate) async fn open(
         &self,
-        section: &FocusArrayConfig,
+        modulation: Modulation,
         port: Option<&str>,
     ) -> Result<Box<dyn FocusArray>, RigError> {
         let wire = open_serial(Role::FocusArray, port, self.port.as_deref(), self.baud)?;
-        Ok(Box::new(ThesisArray::begin(wire, section.modulation()).await?))
+        Ok(Box::new(ThesisArray::begin(wire, modulation).await?))
     }
 }
 

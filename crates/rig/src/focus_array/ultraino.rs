@@ -16,7 +16,6 @@ use super::Modulation;
 use super::one_way::{OneWayArray, OneWayBoard};
 use super::wiring::WiringConfig;
 use crate::FocusArray;
-use crate::config::FocusArrayConfig;
 use crate::device::Role;
 use crate::error::{Cause, RigError};
 use crate::link::open_serial;
@@ -161,7 +160,7 @@ impl TryFrom<Keys> for UltrainoConfig {
 impl UltrainoConfig {
     pub(crate) async fn open(
         &self,
-        section: &FocusArrayConfig,
+        modulation: Modulation,
         port: Option<&str>,
     ) -> Result<Box<dyn FocusArray>, RigError> {
         let wire = open_serial(Role::FocusArray, port, self.port.as_deref(), self.baud)?;
@@ -173,7 +172,6 @@ impl UltrainoConfig {
             expects_echo: self.expects_echo,
             starts_within: self.starts_within,
         };
-        let modulation = section.modulation();
         Ok(Box::new(OneWayArray::begin(wire, board, wiring, self.baud, modulation).await?))
     }
 }

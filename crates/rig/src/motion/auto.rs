@@ -10,10 +10,11 @@ use super::grbl::{Grbl, GrblConfig};
 use super::klipper::{Klipper, KlipperConfig};
 use super::marlin::{Marlin, MarlinConfig};
 use crate::Motion;
-use crate::config::MotionConfig;
 use crate::device::Role;
 use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire, open_serial};
+use crate::space::Feed;
+use crate::travel::Envelope;
 
 /// How long a board may take to start and to be understood.
 const FOUND_WITHIN: Duration = Duration::from_secs(20);
@@ -45,7 +46,8 @@ fn default_baud() -> u32 {
 impl AutoConfig {
     pub(crate) async fn open(
         &self,
-        section: &MotionConfig,
+        envelope: Envelope,
+        feed: Feed,
         port: Option<&str>,
     ) -> Result<Box<dyn Motion>, RigError> {
         let mut wire = open_serial(Role::Robot, port, self.port.as_deref(), self.baud)?;
@@ -55,10 +57,9 @@ impl AutoConfig {
             Firmware::Marlin => Box::new(Marlin::begin(wire, &MarlinConfig::default()).await?),
             Firmware::Klipper => {
                 let config = KlipperConfig::default();
-                Box::new(Klipper::begin(wire, &config, section.envelope()).await?)
+                Box::new(Klipper::begin(wire, &config, envelope).await?)
             }
             Firmware::Grbl => {
-                let (envelope, feed) = (section.envelope(), section.feed());
                 Box::new(Grbl::begin(wire, &GrblConfig::default(), envelope, feed).await?)
             }
         })

@@ -5,10 +5,10 @@ use std::time::Duration;
 use async_trait::async_trait;
 
 use super::Advice;
-use super::travel::Envelope;
 use crate::device::Device;
 use crate::error::{Cause, RigError};
 use crate::space::{Feed, RobotPosition};
+use crate::travel::Envelope;
 use crate::{Emergency, Motion};
 
 /// Two reports of one place differ by less, m: the finest resolution of a report is coarser.
@@ -148,7 +148,7 @@ mod tests {
 
     use super::*;
     use crate::device::Role;
-    use crate::motion::travel::{AxisBox, KeepOut};
+    use crate::travel::{AxisBox, KeepOut};
     use fieldgap_input::Positive;
 
     /// A robot that goes where it is sent, reports `misreports` first, and records every move.

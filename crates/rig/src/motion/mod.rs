@@ -12,7 +12,6 @@ pub(crate) mod limits;
 pub mod marlin;
 pub(crate) mod observed;
 pub mod route;
-pub mod travel;
 
 pub use advice::Advice;
 pub use firmware_table::FirmwareKeys;

@@ -1,7 +1,7 @@
 //! A way round what stands between: straight where that is free, else over the top or beside.
 
-use super::travel::{Envelope, PathFault};
 use crate::space::RobotPosition;
+use crate::travel::{Envelope, PathFault};
 
 /// The places to go to one after the other, the last of them `to`: straight; else z first or last; else by one end of the
 /// z axis or the other.
@@ -44,7 +44,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::motion::travel::tests::{envelope, mm};
+    use crate::travel::tests::{envelope, mm};
 
     #[test]
     fn straight_where_it_is_free() {

@@ -13,7 +13,6 @@ use tokio::time::{Instant, sleep};
 
 use super::reading::{Reading, ReadingBuilder, ReceiverIdentity, is_possible};
 use crate::Receiver;
-use crate::config::ReceiverConfig;
 use crate::device::{Device, Role};
 use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire, open_serial};
@@ -81,11 +80,7 @@ fn volts() -> String {
 }
 
 impl MarlinPinConfig {
-    pub(crate) async fn open(
-        &self,
-        _: &ReceiverConfig,
-        port: Option<&str>,
-    ) -> Result<Box<dyn Receiver>, RigError> {
+    pub(crate) async fn open(&self, port: Option<&str>) -> Result<Box<dyn Receiver>, RigError> {
         let wire = open_serial(Role::Receiver, port, self.port.as_deref(), self.baud)?;
         Ok(Box::new(MarlinPinReceiver::begin(wire, self).await?))
     }

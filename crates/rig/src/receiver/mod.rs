@@ -17,10 +17,11 @@ mod scpi;
 mod stream;
 mod text;
 
+pub use crate::error::RecordFault;
 pub use config::{Encoding, FreeRunningConfig, Lines, StreamConfig};
 pub use free_running::FreeRunningReceiver;
 pub use marlin_pin::{MarlinPinConfig, MarlinPinReceiver};
 pub use reading::{Reading, ReadingBuilder, ReceiverIdentity};
 pub use recording::{DuringRecording, Recording, TimedSample};
-pub use scpi::{RecordFault, ScpiConfig, ScpiReceiver};
+pub use scpi::{ScpiConfig, ScpiReceiver};
 pub use stream::StreamReceiver;

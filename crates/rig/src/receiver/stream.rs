@@ -13,7 +13,6 @@ use super::recording::{DuringRecording, Recorder, Recording};
 use super::run::Run;
 use super::text::TextDecoder;
 use crate::Receiver;
-use crate::config::ReceiverConfig;
 use crate::device::{Device, Role};
 use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire, open_serial};
@@ -50,11 +49,7 @@ pub struct StreamReceiver<L> {
 }
 
 impl StreamConfig {
-    pub(crate) async fn open(
-        &self,
-        _: &ReceiverConfig,
-        port: Option<&str>,
-    ) -> Result<Box<dyn Receiver>, RigError> {
+    pub(crate) async fn open(&self, port: Option<&str>) -> Result<Box<dyn Receiver>, RigError> {
         let wire = open_serial(Role::Receiver, port, self.port.as_deref(), self.baud)?;
         Ok(Box::new(StreamReceiver::begin(wire, self.encoding).await?))
     }

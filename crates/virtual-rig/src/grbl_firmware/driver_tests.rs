@@ -12,7 +12,7 @@ use fieldgap_input::Positive;
 use fieldgap_rig::link::Wire;
 use fieldgap_rig::motion::grbl::{Grbl, GrblConfig};
 use fieldgap_rig::motion::marlin::{Marlin, MarlinConfig};
-use fieldgap_rig::motion::travel::AxisBox;
+use fieldgap_rig::travel::AxisBox;
 use fieldgap_rig::{Cause, Device, Envelope, Feed, Motion, RigError, RobotPosition, Role};
 
 /// What goes wrong with one line.

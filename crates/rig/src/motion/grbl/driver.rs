@@ -15,14 +15,13 @@ use super::error_code;
 use super::line::{Line, SOFT_RESET, SYNC};
 use super::settings::{Settings, SettingsReadings};
 use super::status::State;
-use crate::config::MotionConfig;
 use crate::device::Device;
 use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire};
 use crate::motion::Advice;
 use crate::motion::limits::{STOPPED_WITHIN, Slack};
-use crate::motion::travel::Envelope;
 use crate::space::{Feed, RobotPosition};
+use crate::travel::Envelope;
 use crate::{Emergency, Motion};
 
 /// Beyond what the firmware's settings make a move take.
@@ -66,11 +65,12 @@ pub struct Grbl<L> {
 impl GrblConfig {
     pub(crate) async fn open(
         &self,
-        section: &MotionConfig,
+        envelope: Envelope,
+        feed: Feed,
         port: Option<&str>,
     ) -> Result<Box<dyn Motion>, RigError> {
         let wire = self.firmware.open_port(port)?;
-        Ok(Box::new(Grbl::begin(wire, self, section.envelope(), section.feed()).await?))
+        Ok(Box::new(Grbl::begin(wire, self, envelope, feed).await?))
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::build_info::BuildInfo;
 use super::reply::{Flavour, Reply};
 use crate::error::Cause;
-use crate::motion::travel::Envelope;
+use crate::travel::Envelope;
 
 /// The time after which the motors switch off.
 const MOTORS_RELEASE: u32 = 1;
@@ -231,7 +231,7 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::travel::AxisBox;
+    use crate::travel::AxisBox;
 
     const DUMP: &str = "$0=10\n$1=25\n$13=0\n$20=1\n$21=0\n$22=1\n$23=3\n$24=100.000\n$25=3000.000\n$27=2.000\n\
         $100=80.000\n$101=80.000\n$102=400.000\n$110=6000.000\n$111=6000.000\n$112=3000.000\n$120=500.000\n\

@@ -6,15 +6,14 @@ use async_trait::async_trait;
 
 use super::config::KlipperConfig;
 use super::connection::{Connection, SHUT_DOWN};
-use crate::config::MotionConfig;
 use crate::device::Device;
 use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire};
 use crate::motion::Advice;
 use crate::motion::g_code::{HomeLine, MOVE_SLACK, straight_to};
 use crate::motion::limits::STOPPED_WITHIN;
-use crate::motion::travel::Envelope;
 use crate::space::{Feed, RobotPosition};
+use crate::travel::Envelope;
 use crate::{Emergency, Motion};
 
 /// How long the host software may take to plan one command: it holds moves back while a second of motion is planned.
@@ -57,11 +56,12 @@ pub struct Klipper<L: ByteLink> {
 impl KlipperConfig {
     pub(crate) async fn open(
         &self,
-        section: &MotionConfig,
+        envelope: Envelope,
+        _: Feed,
         port: Option<&str>,
     ) -> Result<Box<dyn Motion>, RigError> {
         let wire = self.firmware.open_port(port)?;
-        Ok(Box::new(Klipper::begin(wire, self, section.envelope()).await?))
+        Ok(Box::new(Klipper::begin(wire, self, envelope).await?))
     }
 }
 

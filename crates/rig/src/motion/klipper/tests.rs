@@ -15,8 +15,8 @@ use crate::error::{Cause, RigError};
 use crate::link::Wire;
 use crate::link::fault_injection::with_faults;
 use crate::motion::guarded::Guarded;
-use crate::motion::travel::{AxisBox, Envelope};
 use crate::space::{Feed, RobotPosition};
+use crate::travel::{AxisBox, Envelope};
 use fieldgap_input::Positive;
 
 /// What the host software does beside the usual.

@@ -6,7 +6,6 @@ use async_trait::async_trait;
 
 use super::config::MarlinConfig;
 use super::connection::Connection;
-use crate::config::MotionConfig;
 use crate::device::Device;
 use crate::error::RigError;
 use crate::link::{ByteLink, Wire};
@@ -14,6 +13,7 @@ use crate::motion::Advice;
 use crate::motion::g_code::{HomeLine, MOVE_SLACK, straight_to};
 use crate::motion::limits::STOPPED_WITHIN;
 use crate::space::{Feed, RobotPosition};
+use crate::travel::Envelope;
 use crate::{Emergency, Motion};
 
 /// How long the firmware may take to put one command into its queue.
@@ -52,7 +52,8 @@ pub struct Marlin<L: ByteLink> {
 impl MarlinConfig {
     pub(crate) async fn open(
         &self,
-        _: &MotionConfig,
+        _: Envelope,
+        _: Feed,
         port: Option<&str>,
     ) -> Result<Box<dyn Motion>, RigError> {
         let wire = self.firmware.open_port(port)?;

@@ -22,7 +22,6 @@ use super::config::{FreeRunningConfig, Lines};
 use super::reading::{Reading, ReadingBuilder, ReceiverIdentity};
 use super::recording::{DuringRecording, Recording, TimedSample};
 use crate::Receiver;
-use crate::config::ReceiverConfig;
 use crate::device::{Device, Role};
 use crate::error::{Cause, RigError};
 use crate::link::{ByteLink, Wire, open_serial};
@@ -42,11 +41,7 @@ pub struct FreeRunningReceiver {
 }
 
 impl FreeRunningConfig {
-    pub(crate) async fn open(
-        &self,
-        _: &ReceiverConfig,
-        port: Option<&str>,
-    ) -> Result<Box<dyn Receiver>, RigError> {
+    pub(crate) async fn open(&self, port: Option<&str>) -> Result<Box<dyn Receiver>, RigError> {
         let wire = open_serial(Role::Receiver, port, self.port.as_deref(), self.baud)?;
         Ok(Box::new(FreeRunningReceiver::begin(wire, self).await?))
     }

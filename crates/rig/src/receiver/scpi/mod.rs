@@ -13,14 +13,12 @@ use tokio::time::{Instant, sleep};
 
 use super::reading::{Reading, ReadingBuilder, ReceiverIdentity};
 use crate::Receiver;
-use crate::config::ReceiverConfig;
 use crate::device::{Device, Role};
-use crate::error::{Cause, RigError};
+use crate::error::{Cause, RecordFault, RigError};
 use crate::link::{ByteLink, Wire, open_serial, open_tcp};
 use block::{Block, read_block};
 use dialect::{Commands, Dialect, Preset, Scale, ScaleQueries};
 use fieldgap_input::{Frequency, Time};
-pub use lock_in::RecordFault;
 
 /// Silence after which a message without a stated length has ended.
 const QUIET: Duration = Duration::from_millis(200);
@@ -86,11 +84,7 @@ fn five_seconds() -> Time {
 }
 
 impl ScpiConfig {
-    pub(crate) async fn open(
-        &self,
-        _: &ReceiverConfig,
-        port: Option<&str>,
-    ) -> Result<Box<dyn Receiver>, RigError> {
+    pub(crate) async fn open(&self, port: Option<&str>) -> Result<Box<dyn Receiver>, RigError> {
         let address = match port {
             Some(chosen) => is_address(chosen).then_some(chosen),
             None => self.address.as_deref(),

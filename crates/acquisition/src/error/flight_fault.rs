@@ -1,7 +1,7 @@
 //! Why a row cannot be scanned in motion.
 
 /// Passes over a row before the scan gives up.
-pub(super) const FLIGHTS: usize = 3;
+pub(crate) const FLIGHTS: usize = 3;
 
 /// Why a row cannot be scanned in motion as the plan says.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]

@@ -2,10 +2,10 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::simd::{Registers, Vector};
+use super::{Registers, Vector};
 
 /// `f32` or `f64`.
-pub(super) trait Float:
+pub(crate) trait Float:
     Copy
     + Send
     + Sync

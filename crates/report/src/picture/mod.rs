@@ -31,7 +31,6 @@ use rayon::prelude::*;
 
 pub(super) use self::animation::animated;
 pub(super) use self::bar_chart::{Bar, BarChart, Weight};
-pub(super) use self::canvas::Align;
 pub(super) use self::display_map::{DisplayMap, DisplayPanel};
 pub(super) use self::height_curves::HeightCurves;
 pub(super) use self::model_against_integral::ModelCurves;

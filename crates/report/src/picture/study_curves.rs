@@ -66,6 +66,10 @@ impl<'a> StudyCurves<'a> {
         }
     }
 
+    fn is_outside_somewhere(&self) -> bool {
+        self.result.rows.iter().any(|row| row.outside() == row.draws.len())
+    }
+
     fn panel<B: DrawingBackend>(
         &self,
         canvas: &mut Canvas<B>,
@@ -112,9 +116,19 @@ impl<'a> StudyCurves<'a> {
             })
             .collect();
         if let Along::Numbers(_) = self.along {
-            let line: Vec<Point> =
-                found.iter().map(|(x, _, found)| axes.place(*x, found.median)).collect();
-            canvas.dashed(&line, series.dash(), pen)?;
+            // No line crosses a value whose peak is outside the map.
+            for part in rows.split(|row| row.figure(figure).is_none()) {
+                let place = |row: &&Row| {
+                    let x = self.along.at(row.values[0]);
+                    row.figure(figure).map(|found| axes.place(x, found.median))
+                };
+                let line: Vec<Point> = part.iter().filter_map(place).collect();
+                canvas.dashed(&line, series.dash(), pen)?;
+            }
+        }
+        for row in rows.iter().filter(|row| row.outside() == row.draws.len()) {
+            let x = self.along.at(row.values[0]) + aside;
+            outside_mark(canvas, axes.place(x, axes.y.0), series)?;
         }
         for (x, row, found) in found {
             if row.draws.len() > 1 {
@@ -125,8 +139,8 @@ impl<'a> StudyCurves<'a> {
                 }
             }
             let whole = match figure {
-                Figure::FocalRadius => row.first().cut_off.is_empty(),
-                Figure::Peak | Figure::SubPeaks => !row.first().peak_at_edge,
+                Figure::FocalRadius => !is_cut_off(row),
+                Figure::Peak | Figure::SubPeaks => true,
             };
             series.mark_on_curve(canvas, axes.place(x, found.median), whole)?;
         }
@@ -141,7 +155,12 @@ impl Picture for StudyCurves<'_> {
 
     fn description(&self) -> String {
         let sweeps: Vec<String> = self.study.sweeps.iter().map(|sweep| sweep.name()).collect();
-        format!("Focal radius, peak and number of sub-peaks against {}.", sweeps.join(" and "))
+        let outside = match self.is_outside_somewhere() {
+            true => " Where the peak is outside the map, there is no figure.",
+            false => "",
+        };
+        let sweeps = sweeps.join(" and ");
+        format!("Focal radius, peak and number of sub-peaks against {sweeps}.{outside}")
     }
 
     fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
@@ -165,14 +184,35 @@ impl Picture for StudyCurves<'_> {
             canvas.text(words, (x, y), LABEL_TEXT, Align::Right)?;
             x += 24.0 + 7.0 * words.chars().count() as f64;
         }
-        let reserved = |row: &Row| !row.first().cut_off.is_empty() || row.first().peak_at_edge;
-        if self.result.rows.iter().any(reserved) {
+        if self.result.rows.iter().any(is_cut_off) {
             Series::Numbered(0).mark_on_curve(canvas, (x + 6.0, y), false)?;
             let words = "open: cut off by the edge of the map";
+            canvas.text(words, (x + 20.0, y), LABEL_TEXT, Align::Right)?;
+            x += 44.0 + 7.0 * words.chars().count() as f64;
+        }
+        if self.is_outside_somewhere() {
+            outside_mark(canvas, (x + 6.0, y + 4.0), Series::Numbered(0))?;
+            let words = "peak outside the map";
             canvas.text(words, (x + 20.0, y), LABEL_TEXT, Align::Right)?;
         }
         Ok(())
     }
+}
+
+/// Whether the map cuts off the focus of the first draw.
+fn is_cut_off(row: &Row) -> bool {
+    row.first().figures().is_some_and(|figures| !figures.cut_off.is_empty())
+}
+
+/// The mark of a value whose peak is outside the map: a cross that stands on the axis.
+fn outside_mark<B: DrawingBackend>(
+    canvas: &mut Canvas<B>,
+    (x, y): Point,
+    series: Series,
+) -> Result<(), PictureError> {
+    let pen = Pen { colour: series.colour(), width: 1.75 };
+    canvas.line((x - 4.0, y - 8.0), (x + 4.0, y), pen)?;
+    canvas.line((x - 4.0, y), (x + 4.0, y - 8.0), pen)
 }
 
 /// Title of a figure's panel, and label of its axis.

@@ -89,7 +89,8 @@ impl Picture for StudySurfaces<'_> {
     fn description(&self) -> String {
         let [first, second] = [0, 1].map(|index| self.study.sweeps[index].name());
         format!(
-            "Focal radius, peak and number of sub-peaks as colour maps over {first} and {second}."
+            "Focal radius, peak and number of sub-peaks as colour maps over {first} and {second}; no value where the peak is \
+             outside the map."
         )
     }
 

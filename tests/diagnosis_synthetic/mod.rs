@@ -295,6 +295,7 @@ fn plane(z_mm: f64, step_m: f64) -> DiagnosedPlane {
         y_m: grid.y_m.clone(),
         scan: measured.clone(),
         simulation: simulation.to_vec(),
+        phase_rad: None,
     };
     let with_before = figured(z_mm * 1e-3, map(&before));
     let with_after = figured(z_mm * 1e-3, map(&after));

@@ -5,6 +5,7 @@ use plotters::backend::DrawingBackend;
 use super::axes::{Axes, LABEL_TEXT};
 use super::canvas::{Align, Canvas, Pen, Point};
 use super::marker::Series;
+use super::panel_row::PanelRow;
 use super::{Picture, PictureError, panel_row};
 use fieldgap_study::{Figure, Row, Study, StudyResult};
 
@@ -16,6 +17,30 @@ pub(crate) struct StudyCurves<'a> {
     study: &'a Study,
     result: &'a StudyResult,
     along: Along,
+    row: PanelRow,
+}
+
+/// An entry of the legend.
+enum Entry {
+    Words(String),
+    Curve(usize, String),
+    CutOff,
+    Outside,
+}
+
+const CUT_OFF: &str = "open: cut off by the edge of the map";
+const OUTSIDE: &str = "peak outside the map";
+
+impl Entry {
+    fn width(&self) -> f64 {
+        let of = |words: &str, character: f64| character * words.chars().count() as f64;
+        match self {
+            Self::Words(words) => 24.0 + of(words, 7.5),
+            Self::Curve(_, label) => 44.0 + of(label, 7.5),
+            Self::CutOff => 44.0 + of(CUT_OFF, 7.0),
+            Self::Outside => 44.0 + of(OUTSIDE, 7.0),
+        }
+    }
 }
 
 /// The values along x.
@@ -42,7 +67,7 @@ impl<'a> StudyCurves<'a> {
             Some(numbers) => Along::Numbers(numbers),
             None => Along::Names(first.values.iter().map(|value| value.label.clone()).collect()),
         };
-        few.then_some(Self { study, result, along })
+        few.then_some(Self { study, result, along, row: PanelRow::new(Figure::ALL.len()) })
     }
 
     /// The rows of each curve: one, or one for each value of the second sweep.
@@ -66,6 +91,25 @@ impl<'a> StudyCurves<'a> {
         }
     }
 
+    fn legend(&self) -> Vec<Entry> {
+        let mut entries = Vec::new();
+        if let Some(second) = self.study.sweeps.get(1) {
+            entries.push(Entry::Words(format!("{}:", axis_label(&second.parameters))));
+            let values = second.values.iter().enumerate();
+            entries.extend(values.map(|(number, value)| Entry::Curve(number, value.label.clone())));
+        }
+        if self.result.rows.iter().any(|row| row.draws.len() > 1) {
+            entries.push(Entry::Words("bars: central 90 % of the random arrays".to_owned()));
+        }
+        if self.result.rows.iter().any(is_cut_off) {
+            entries.push(Entry::CutOff);
+        }
+        if self.is_outside_somewhere() {
+            entries.push(Entry::Outside);
+        }
+        entries
+    }
+
     fn is_outside_somewhere(&self) -> bool {
         self.result.rows.iter().any(|row| row.outside() == row.draws.len())
     }
@@ -80,7 +124,7 @@ impl<'a> StudyCurves<'a> {
         let reach =
             |row: &&Row| row.figure(figure).map_or(0.0, |found| found.p95.max(found.median));
         let top = curves.iter().flatten().map(reach).fold(0.0, f64::max);
-        let axes = panel_row::axes(index, self.range(), (0.0, panel_row::a_little_above(top)));
+        let axes = self.row.axes(index, self.range(), (0.0, panel_row::a_little_above(top)));
         let (title, label) = titles(figure);
         panel_row::frame(canvas, &axes, title, label)?;
         let label = axis_label(&self.study.sweeps[0].parameters);
@@ -150,7 +194,12 @@ impl<'a> StudyCurves<'a> {
 
 impl Picture for StudyCurves<'_> {
     fn size(&self) -> (u32, u32) {
-        panel_row::size(Figure::ALL.len())
+        self.row.size()
+    }
+
+    fn fit(&mut self, width: f64) -> Result<(), f64> {
+        let legend: Vec<f64> = self.legend().iter().map(Entry::width).collect();
+        self.row.fit(width, &legend)
     }
 
     fn description(&self) -> String {
@@ -167,33 +216,26 @@ impl Picture for StudyCurves<'_> {
         for (index, figure) in Figure::ALL.into_iter().enumerate() {
             self.panel(canvas, index, figure)?;
         }
-        let y = f64::from(self.size().1) - 18.0;
-        let mut x = panel_row::LEFT_ROOM;
-        if let Some(second) = self.study.sweeps.get(1) {
-            let name = format!("{}:", axis_label(&second.parameters));
-            canvas.text(&name, (x, y), LABEL_TEXT, Align::Right)?;
-            x += 24.0 + 7.5 * name.chars().count() as f64;
-            for (number, value) in second.values.iter().enumerate() {
-                Series::Numbered(number).mark_on_curve(canvas, (x, y), true)?;
-                canvas.text(&value.label, (x + 14.0, y), LABEL_TEXT, Align::Right)?;
-                x += 44.0 + 7.5 * value.label.chars().count() as f64;
-            }
-        }
-        if self.result.rows.iter().any(|row| row.draws.len() > 1) {
-            let words = "bars: central 90 % of the random arrays";
-            canvas.text(words, (x, y), LABEL_TEXT, Align::Right)?;
-            x += 24.0 + 7.0 * words.chars().count() as f64;
-        }
-        if self.result.rows.iter().any(is_cut_off) {
-            Series::Numbered(0).mark_on_curve(canvas, (x + 6.0, y), false)?;
-            let words = "open: cut off by the edge of the map";
-            canvas.text(words, (x + 20.0, y), LABEL_TEXT, Align::Right)?;
-            x += 44.0 + 7.0 * words.chars().count() as f64;
-        }
-        if self.is_outside_somewhere() {
-            outside_mark(canvas, (x + 6.0, y + 4.0), Series::Numbered(0))?;
-            let words = "peak outside the map";
-            canvas.text(words, (x + 20.0, y), LABEL_TEXT, Align::Right)?;
+        let entries = self.legend();
+        let widths: Vec<f64> = entries.iter().map(Entry::width).collect();
+        for (index, entry) in entries.iter().enumerate() {
+            let (x, y) = self.row.legend_place(index, &widths);
+            let (words, from) = match entry {
+                Entry::Words(words) => (words.as_str(), x),
+                Entry::Curve(number, label) => {
+                    Series::Numbered(*number).mark_on_curve(canvas, (x, y), true)?;
+                    (label.as_str(), x + 14.0)
+                }
+                Entry::CutOff => {
+                    Series::Numbered(0).mark_on_curve(canvas, (x + 6.0, y), false)?;
+                    (CUT_OFF, x + 20.0)
+                }
+                Entry::Outside => {
+                    outside_mark(canvas, (x + 6.0, y + 4.0), Series::Numbered(0))?;
+                    (OUTSIDE, x + 20.0)
+                }
+            };
+            canvas.text(words, (from, y), LABEL_TEXT, Align::Right)?;
         }
         Ok(())
     }

@@ -35,6 +35,10 @@ impl Picture for StudyField<'_> {
         self.layout.size(1)
     }
 
+    fn fit(&mut self, width: f64) -> Result<(), f64> {
+        self.layout.fit(1, width)
+    }
+
     fn description(&self) -> String {
         format!("Map over x and y of the simulated pressure, {}.", self.title)
     }

@@ -4,7 +4,9 @@
 
 const SECTIONS = ["along-x", "along-y", "along-z"];
 const LEAST_DECIBELS = -50;
-const CONFIGURATION = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
+// On a narrow screen the buttons would cover the titles.
+const displayModeBar = matchMedia("(max-width: 640px)").matches ? false : "hover";
+const CONFIGURATION = { responsive: true, displaylogo: false, displayModeBar, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
 
 /** The colours of a phase: as light everywhere, and the last is the first. "phase" of cmocean (K. M. Thyng et al., Oceanography 29(3), 2016). */
 const CYCLIC = ["#a8780d", "#c56033", "#d94360", "#dd26a3", "#c43be0", "#9961f4", "#5f7fe4", "#2890b7", "#0f9788", "#279953", "#778d11", "#a8780d"]
@@ -21,9 +23,9 @@ function bytes(base64) {
   return values;
 }
 
-/** Unpacks the script of Plotly and runs it. */
-async function loadPlotly() {
-  const packed = bytes(document.getElementById("plotly").textContent);
+/** Unpacks a script of Plotly and runs it. */
+async function loadPlotly(id) {
+  const packed = bytes(document.getElementById(id).textContent);
   const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
   const script = document.createElement("script");
   script.textContent = await new Response(unpacked).text();
@@ -84,6 +86,8 @@ class Explorer {
     this.shownMaps = [...document.querySelectorAll("#fields > div")].map(({ id }) => id);
     this.volume = document.getElementById("volume-fold");
     this.volume.addEventListener("toggle", () => this.drawVolume());
+    // Whether the whole script is there, which draws in three dimensions: "no", "loading" or "yes".
+    this.whole = "no";
     options(comparison, maps.comparisons.map(({ simulator }) => simulator));
     const withMaps = maps.comparisons.findIndex(({ planes }) => planes.length > 0);
     comparison.value = String(withMaps);
@@ -297,11 +301,29 @@ class Explorer {
     return { stack, columns: thinned(plane.x_mm), lines: thinned(plane.y_mm) };
   }
 
+  /** Whether what is drawn in three dimensions has to wait for the whole script, which is loaded when it is first needed. */
+  isWaiting() {
+    if (this.whole === "no") this.loadWhole();
+    return this.whole !== "yes";
+  }
+
+  async loadWhole() {
+    this.whole = "loading";
+    document.getElementById("values").textContent = "Unpacking…";
+    await loadPlotly("plotly-3d");
+    // Plots of one script cannot be changed by another.
+    for (const div of document.querySelectorAll(".js-plotly-plot")) {
+      div.replaceWith(Object.assign(document.createElement("div"), { id: div.id }));
+    }
+    this.whole = "yes";
+    this.draw();
+  }
+
   /** The view in three dimensions, drawn only where it is opened. */
   drawVolume() {
     const { stack, columns, lines } = this.stack();
     this.volume.hidden = stack.length < 2 || columns.length < 2 || lines.length < 2;
-    if (this.volume.hidden || !this.volume.open) return;
+    if (this.volume.hidden || !this.volume.open || this.isWaiting()) return;
     const [x, y, z, value] = [[], [], [], []];
     for (const one of stack) {
       const map = rows(one, "simulation");
@@ -328,6 +350,7 @@ class Explorer {
 
   draw() {
     const { form, planes } = this;
+    if (form.view.value === "surface" && this.isWaiting()) return;
     form.height.max = String(planes.length - 1);
     form.height.parentElement.hidden = planes.length < 2;
     const { plane } = this;
@@ -343,7 +366,7 @@ class Explorer {
     this.rest = setTimeout(() => {
       SECTIONS.forEach((name) => this.drawSection(name));
       this.drawVolume();
-      document.documentElement.dataset.complete = "yes";
+      if (this.whole !== "loading") document.documentElement.dataset.complete = "yes";
     });
   }
 }
@@ -353,7 +376,7 @@ class Explorer {
   const passed = () => String(Math.round(performance.now() - began));
   const { dataset } = document.documentElement;
   try {
-    await loadPlotly();
+    await loadPlotly("plotly");
     dataset.loadedMs = passed();
     new Explorer(JSON.parse(document.getElementById("maps").textContent)).draw();
     dataset.drawnMs = passed();

@@ -2,7 +2,7 @@
 //!
 //! Plotly draws it (MIT licence). The page holds the part of its script for maps and curves, 0.6 MB packed, with which it opens, and the whole
 //! script, 1.9 MB packed, which is unpacked when something is to be drawn in three dimensions. A map takes 12 bytes a point, and is unpacked
-//! when it is first shown.
+//! when it is first needed.
 
 mod data;
 

@@ -48,6 +48,23 @@ fn text_of_a_named_cause() {
 }
 
 #[test]
+fn causes_are_compared_in_words_and_those_ruled_out_are_folded() {
+    let diagnosis = without_maps(explained(&[100.0], 7.0));
+    let files = files(&context(), &diagnosis);
+    assert!(!files.keys().any(|name| name.starts_with("evidence")), "{:?}", files.keys());
+    let page = std::str::from_utf8(&files["index.html"]).expect("UTF-8");
+    let (before, folded) = page.split_once("<details>").expect("a fold");
+    let folded = folded.split_once("</details>").expect("its end").0;
+    assert!(folded.contains("<summary>5 causes or sets of causes are ruled out</summary>"));
+    for words in
+        ["160 times less likely than the best account", "1,200 times less likely", "0.0008"]
+    {
+        assert!(folded.contains(words) && !before.contains(words), "{words}: {folded}");
+    }
+    assert!(before.contains("the best account") && before.contains("0.993"), "{before}");
+}
+
+#[test]
 fn text_of_rivals() {
     let words = words(&page(&without_maps(ambiguous(5.0))));
     let (before, after) = words.split_once("Before and after").expect("a section");

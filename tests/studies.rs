@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use fieldgap::input::{Fault, TomlSource};
-use fieldgap::study::{Figure, Row, Study, csv, draws_csv, onsets, run, text};
+use fieldgap::study::{
+    Figure, MapFigures, Observation, Row, Study, StudyResult, csv, draws_csv, onsets, run, text,
+};
 
 /// Focal radius (mm, four decimals), peak (six decimals), sub-peaks.
 type Figures = (f64, f64, usize);
@@ -19,7 +21,13 @@ fn study(name: &str) -> Study {
     Study::read(Study::of_thesis(name).expect("a study of the thesis")).expect("a good file")
 }
 
-fn check(known: &Known, convention: &str, expected: &[Figures]) {
+/// Checks the figures; gives the values at which the peak is outside the map: study, convention, number of the value.
+fn check(
+    known: &Known,
+    convention: &str,
+    expected: &[Figures],
+) -> Vec<(&'static str, String, usize)> {
+    let mut outside = Vec::new();
     let by = convention.parse().expect("a simulator");
     let study = study(known.study).with_simulator(by).expect("not swept");
     // The thesis's random array differs from run to run; only the others are known.
@@ -28,7 +36,11 @@ fn check(known: &Known, convention: &str, expected: &[Figures]) {
     let known_rows: Vec<&Row> = rows.iter().filter(|row| row.draws[0].0.is_none()).collect();
     assert_eq!(known_rows.len(), expected.len(), "{}", known.study);
     for (row, &(radius_mm, peak, sub_peaks)) in known_rows.iter().zip(expected) {
-        let found = row.first();
+        let Some(found) = row.first().figures() else {
+            // Its figures are those of a map's corner, not of a focus.
+            outside.push((known.study, convention.to_owned(), row.values[0]));
+            continue;
+        };
         let said = format!("{} {convention} {:?}: {found:?}", known.study, row.values);
         assert!(
             (found.focal_radius_mm.expect("inside the map") - radius_mm).abs() < 0.6e-4,
@@ -37,16 +49,59 @@ fn check(known: &Known, convention: &str, expected: &[Figures]) {
         assert!((found.peak - peak).abs() < 0.6e-6, "{said}");
         assert_eq!(found.sub_peaks, sub_peaks, "{said}");
     }
+    outside
+}
+
+/// The figures of a row's map.
+fn figures(row: &Row) -> &MapFigures {
+    row.first().figures().expect("a peak on the map")
+}
+
+#[test]
+fn a_focus_that_leaves_the_map_is_named_and_has_no_figures() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rows = steering(folder.path(), |study| {
+        study.replace("step_mm = 2.0", "step_mm = 2.0\nsize_mm = 40.0").replace("20.5", "45")
+    });
+    let rows = rows.expect("good");
+    assert_eq!(rows[5].first(), &Observation::OutsideMap);
+    assert_eq!((rows[5].figure(Figure::Peak), rows[5].outside()), (None, 1));
+    let json = serde_json::to_value(rows[5].first()).expect("JSON");
+    assert_eq!(json, serde_json::json!({ "peak_position": "outside-map" }));
+    let json = serde_json::to_value(rows[2].first()).expect("JSON");
+    assert!(json["peak_position"] == "on-map" && json["peak"].is_number(), "{json}");
+
+    let study = Study::read(TomlSource::read(&folder.path().join("written.toml")).expect("there"));
+    let study = study.expect("good");
+    let result = StudyResult { rows };
+    let table = csv(&study, &result);
+    let (header, last) =
+        (table.lines().next().expect("a header"), table.lines().last().expect("a row"));
+    let cell = |name: &str| {
+        let place = header.split(',').position(|column| column == name).expect(name);
+        last.split(',').nth(place).expect("a cell")
+    };
+    assert_eq!(cell("peak_position"), "outside the map");
+    for figure in ["peak", "focal_radius_mm", "peak_x_mm", "peak_y_mm", "sub_peaks"] {
+        assert_eq!(cell(figure), "", "{table}");
+    }
+    let said = text(&study, &result, &[]);
+    let line = said.lines().find(|line| line.contains("outside the map")).expect("a row");
+    assert!(!line.contains('.'), "no figure: {line}");
 }
 
 #[test]
 fn every_study_gives_the_figures_of_the_listings_as_written() {
-    KNOWN.iter().for_each(|known| check(known, "as-written", known.as_written));
+    let outside: Vec<_> =
+        KNOWN.iter().flat_map(|known| check(known, "as-written", known.as_written)).collect();
+    assert_eq!(outside, []);
 }
 
 #[test]
 fn every_study_gives_the_corrected_figures() {
-    KNOWN.iter().for_each(|known| check(known, "corrected", known.corrected));
+    let outside: Vec<_> =
+        KNOWN.iter().flat_map(|known| check(known, "corrected", known.corrected)).collect();
+    assert_eq!(outside, [("comparison", "corrected".to_owned(), 5)]);
 }
 
 #[test]
@@ -63,7 +118,7 @@ fn sub_peaks_appear_at_another_gap_than_the_formula_predicts() {
         let text = text.replace("to = 20\n", &format!("to = {gap:?}\n"));
         let narrow = Study::read(TomlSource::new(Path::new("s.toml"), text)).expect("good");
         let rows = run(&narrow, false).expect("a set-up").rows;
-        assert_eq!((rows.len(), rows[0].first().sub_peaks > 0), (1, there), "at {gap}");
+        assert_eq!((rows.len(), figures(&rows[0]).sub_peaks > 0), (1, there), "at {gap}");
     }
     let said = text(&study, &result, &found);
     assert!(said.contains("as in the thesis: 6.03 mm"), "{said}");
@@ -96,6 +151,7 @@ fn steering(folder: &Path, change: impl Fn(&str) -> String) -> Result<Vec<Row>, 
                  [focus]\nx_mm = 0.0\ny_mm = 0.0\nz_mm = 80.0\n[map]\nstep_mm = 2.0\n\
                  [[sweep]]\nparameter = \"focus.x_mm\"\nvalues = [0, 20.5]\n\
                  [[sweep]]\nparameter = [\"array.columns\", \"array.rows\"]\nfrom = 2\nto = 4\nstep = 1\n";
+    std::fs::write(folder.join("written.toml"), change(study)).expect("written");
     let source = TomlSource::new(&folder.join("s.toml"), change(study));
     Ok(run(&Study::read(source)?, false)?.rows)
 }
@@ -116,7 +172,7 @@ fn two_parameters_of_a_rig_are_swept() {
     ];
     assert_eq!(seen, expected);
     // The peak of a large array follows its focus as far as the directivity permits; that of a small one lags behind.
-    assert!(rows[2].first().peak_x_mm.abs() < 1.0 && rows[5].first().peak_x_mm > 14.0);
+    assert!(figures(&rows[2]).peak_x_mm.abs() < 1.0 && figures(&rows[5]).peak_x_mm > 14.0);
     assert!(rows.iter().all(|row| row.z_mm == 80.0));
 }
 

@@ -14,7 +14,7 @@ use fieldgap_comparison::{Comparison, GapReduction};
 use fieldgap_correction::{CorrectionError, correct_recorded_scan};
 use fieldgap_diagnosis::{Diagnosis, PlaneShare, diagnose};
 use fieldgap_records::{RecordedScan, SAME_HEIGHT_MM};
-use fieldgap_report::{Cause, ReportError, headline};
+use fieldgap_report::{Cause, PrintStyle, ReportError, headline};
 
 /// The page that says why, in the report's folder.
 const WHY: &str = "why";
@@ -79,7 +79,8 @@ pub(super) fn close(
         let address = relative(report_folder, &folder.join(CORRECTED).join("report/index.html"));
         pages.extend(address.map(|address| ("Corrected set-up".to_owned(), address)));
     }
-    let report = Report { folder, scan, comparisons: &comparisons, cause, pages };
+    let pictures = PrintStyle::default();
+    let report = Report { folder, scan, comparisons: &comparisons, cause, pages, pictures };
     let files = write_report(report, report_folder)?;
     if let Some(first) = comparisons.first() {
         say(format!("\n{}", headline(first, diagnosis.as_ref()).replace('\u{a0}', " ")));
@@ -153,7 +154,9 @@ fn close_gap(
     let corrected_report = out.join("report");
     let back = relative(&corrected_report, &report_folder.join("index.html"));
     let pages = back.map(|address| ("Set-up as scanned".to_owned(), address)).into_iter().collect();
-    let report = Report { folder: &out, scan: &again, comparisons: &after, cause: None, pages };
+    let pictures = PrintStyle::default();
+    let report =
+        Report { folder: &out, scan: &again, comparisons: &after, cause: None, pages, pictures };
     let files = write_report(report, &corrected_report)?;
     say(format!("report of the corrected set-up: {}", files.index.display()));
     let noise_at = |focus: usize, z_mm: f64| {

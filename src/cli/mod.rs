@@ -19,6 +19,7 @@ mod init;
 mod internal_error;
 mod output;
 mod permission;
+mod picture_args;
 mod progress;
 mod proposal;
 mod question;

@@ -9,11 +9,12 @@ use sha2::{Digest, Sha256};
 
 use super::compare::ComparisonArgs;
 use super::output::{print, print_json, say};
+use super::picture_args::PictureArgs;
 use fieldgap_acquisition::replay_wire;
 use fieldgap_comparison::Comparison;
 use fieldgap_input::{MOST_TABLE, read_bytes};
 use fieldgap_records::{EventKind, Layout, RecordedScan, SAME_HEIGHT_MM, ScanState, read_events};
-use fieldgap_report::{Cause, InputFile, ReportContext, ReportFiles};
+use fieldgap_report::{Cause, InputFile, PrintStyle, ReportContext, ReportFiles};
 
 /// The `replay` command.
 #[derive(Debug, Args)]
@@ -31,6 +32,8 @@ pub(super) struct Replay {
     /// Print the comparison as JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    pictures: PictureArgs,
 }
 
 impl Replay {
@@ -39,7 +42,8 @@ impl Replay {
             return self.run_wire();
         }
         let out = self.out.clone().unwrap_or_else(|| self.folder.join("report"));
-        let comparisons = report_on(&self.folder, &self.comparison, &out)?;
+        let pictures = self.pictures.style()?;
+        let comparisons = report_on(&self.folder, &self.comparison, &out, pictures)?;
         if self.json {
             print_json(&comparisons)?;
         }
@@ -64,11 +68,18 @@ pub(super) fn report_on(
     folder: &Path,
     comparison: &ComparisonArgs,
     out: &Path,
+    pictures: PrintStyle,
 ) -> miette::Result<Vec<Comparison>> {
     let scan = RecordedScan::open(folder)?;
     let comparisons = comparison.compare(folder, &scan)?;
-    let report =
-        Report { folder, scan: &scan, comparisons: &comparisons, cause: None, pages: Vec::new() };
+    let report = Report {
+        folder,
+        scan: &scan,
+        comparisons: &comparisons,
+        cause: None,
+        pages: Vec::new(),
+        pictures,
+    };
     let files = write_report(report, out)?;
     show(&comparisons, comparison);
     say(format!("report: {}", files.index.display()));
@@ -91,11 +102,14 @@ pub(super) struct Report<'a> {
     pub(super) cause: Option<Cause<'a>>,
     /// Title and address of the other pages of the record.
     pub(super) pages: Vec<(String, String)>,
+    /// How its pictures are to be printed.
+    pub(super) pictures: PrintStyle,
 }
 
 /// Writes a report into a folder, and prints its warnings on standard error.
 pub(super) fn write_report(report: Report<'_>, out: &Path) -> miette::Result<ReportFiles> {
-    let context = ReportContext { pages: report.pages, ..context(report.folder, report.scan)? };
+    let (pages, pictures) = (report.pages, report.pictures);
+    let context = ReportContext { pages, pictures, ..context(report.folder, report.scan)? };
     let files = fieldgap_report::write(out, &context, report.comparisons, report.cause)
         .into_diagnostic()?;
     for warning in &context.warnings {
@@ -113,6 +127,7 @@ pub(super) fn context(folder: &Path, scan: &RecordedScan) -> miette::Result<Repo
         inputs: inputs(folder, scan)?,
         pages: Vec::new(),
         warnings: warnings(folder),
+        pictures: PrintStyle::default(),
     })
 }
 

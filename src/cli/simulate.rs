@@ -8,6 +8,7 @@ use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
 use super::output::{print, print_json, say};
+use super::picture_args::PictureArgs;
 use super::simulate_display::SimulateDisplay;
 use super::simulate_volume::{Heights, simulate_volume};
 use fieldgap_acoustics::metrics::{
@@ -17,6 +18,7 @@ use fieldgap_acoustics::{Excitation, PlaneGrid, Simulation, Simulator, Vec3};
 use fieldgap_acquisition::{PlannedScan, RigSetup};
 use fieldgap_input::{Coordinate, Length, Place, Positive};
 use fieldgap_records::{Axis, Region, Shape};
+use fieldgap_report::{SimulatedMap, write_simulation};
 
 /// Most points of all planes together, so that they fit in memory.
 const MOST_POINTS: f64 = 3e7;
@@ -52,12 +54,15 @@ pub(super) struct Simulate {
     /// plane; if the command was interrupted, the same command continues it
     #[arg(long, value_name = "FROM,TO", conflicts_with_all = ["plan", "z_mm", "json"], requires = "out")]
     volume_mm: Option<Heights>,
-    /// Write the field to this folder as simulation.csv (a volume: volume.npy and volume.toml)
+    /// Write the field to this folder as simulation.csv, with a picture of amplitude and phase of each plane and interactive maps (a volume:
+    /// volume.npy and volume.toml)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print the figures as JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    pictures: PictureArgs,
 }
 
 /// One simulated plane of one focus.
@@ -76,7 +81,7 @@ struct SimulatedPlane {
     cut_off: Vec<String>,
     sub_peaks: usize,
     #[serde(skip)]
-    map: PlaneMap,
+    map: SimulatedMap,
 }
 
 impl Simulate {
@@ -97,8 +102,7 @@ impl Simulate {
         }
         let planes = self.planes()?;
         if let Some(folder) = &self.out {
-            write_field(folder, &planes).into_diagnostic()?;
-            say(format!("field: {}", folder.join("simulation.csv").display()));
+            self.write(folder, &planes)?;
         }
         if self.json {
             print_json(&planes)?;
@@ -106,6 +110,25 @@ impl Simulate {
             print(&table(&planes))?;
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// The field as a table, its pictures and its page.
+    fn write(&self, folder: &Path, planes: &[SimulatedPlane]) -> miette::Result<()> {
+        write_field(folder, planes).into_diagnostic()?;
+        say(format!("field: {}", folder.join("simulation.csv").display()));
+        let Some(first) = planes.first() else { return Ok(()) };
+        let from = self.plan.as_deref().or(self.rig.as_deref()).and_then(Path::file_stem);
+        let from = from.map_or_else(String::new, |stem| format!(" of {}", stem.to_string_lossy()));
+        let title = format!("{} simulation{from}", first.simulator);
+        let maps: Vec<SimulatedMap> = planes.iter().map(|plane| plane.map.clone()).collect();
+        let files =
+            write_simulation(folder, &title, first.simulator, &maps, self.pictures.style()?)
+                .into_diagnostic()?;
+        say(format!("{} pictures: {}", files.pictures.len(), folder.display()));
+        if let Some(page) = files.page {
+            say(format!("interactive maps: {}", page.display()));
+        }
+        Ok(())
     }
 
     fn volume(&self, heights: Heights, folder: &Path) -> miette::Result<()> {
@@ -246,7 +269,8 @@ fn grids(region: &Region) -> Vec<PlaneGrid> {
 }
 
 fn simulate(simulation: &Simulation, focus: usize, grid: &PlaneGrid) -> SimulatedPlane {
-    let values = simulation.magnitudes_on(grid);
+    let field = simulation.kernel().on_plane(grid).field;
+    let values = field.iter().copied().map(simulation.rms()).collect();
     let map = PlaneMap::new(grid.x_m.clone(), grid.y_m.clone(), values)
         .expect("a grid's axes rise and its points are all simulated");
     let convention = match simulation.simulator {
@@ -269,7 +293,13 @@ fn simulate(simulation: &Simulation, focus: usize, grid: &PlaneGrid) -> Simulate
         focal_radius_mm: radius.radius_m.map(|radius_m| radius_m * 1e3),
         cut_off: radius.cut_off().map(|side| side.to_string()).collect(),
         sub_peaks: sub_peaks(&map, THESIS_THRESHOLD).len(),
-        map,
+        map: SimulatedMap {
+            drive: focus,
+            grid: grid.clone(),
+            amplitude: map.values().to_vec(),
+            phase_rad: field.iter().map(|pressure| pressure.arg()).collect(),
+            focus_m: simulation.excitation.focus_m(),
+        },
     }
 }
 
@@ -302,9 +332,9 @@ fn write_field(folder: &Path, planes: &[SimulatedPlane]) -> Result<(), csv::Erro
     let mut writer = csv::Writer::from_path(folder.join("simulation.csv"))?;
     writer.write_record(["simulator", "focus", "x_mm", "y_mm", "z_mm", "pressure"])?;
     for plane in planes {
-        let values = plane.map.values().iter();
-        let places =
-            plane.map.y_m().iter().flat_map(|y| plane.map.x_m().iter().map(move |x| (x, y)));
+        let values = plane.map.amplitude.iter();
+        let SimulatedMap { grid: PlaneGrid { x_m, y_m, .. }, .. } = &plane.map;
+        let places = y_m.iter().flat_map(|y| x_m.iter().map(move |x| (x, y)));
         for ((x_m, y_m), value) in places.zip(values) {
             writer.serialize((
                 plane.simulator,

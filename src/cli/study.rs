@@ -8,6 +8,7 @@ use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
 use super::output::{fresh_folder, print, print_json, say};
+use super::picture_args::PictureArgs;
 use fieldgap_acoustics::Simulator;
 use fieldgap_input::TomlSource;
 use fieldgap_report::write_study;
@@ -37,6 +38,8 @@ pub(super) struct StudyCommand {
     /// Print the study file, as a template for your own
     #[arg(long, conflicts_with_all = ["out", "maps", "json"])]
     show: bool,
+    #[command(flatten)]
+    pictures: PictureArgs,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -75,6 +78,7 @@ struct DrawJson<'a> {
 
 impl StudyCommand {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let pictures = self.pictures.style()?;
         let study = self.read()?;
         if self.show {
             print(study.source().text())?;
@@ -89,7 +93,7 @@ impl StudyCommand {
         let text = text(&study, &result, &onsets);
         print(&text)?;
         let folder = self.out.unwrap_or_else(|| fresh_folder(&format!("study-{}", study.name)));
-        let files = write_study(&folder, &study, &result, &text).into_diagnostic()?;
+        let files = write_study(&folder, &study, &result, &text, pictures).into_diagnostic()?;
         say(format!("tables and {} pictures: {}", files.pictures.len(), folder.display()));
         Ok(ExitCode::SUCCESS)
     }

@@ -130,6 +130,8 @@ pub fn ambiguous(step_mm: f64) -> Diagnosis {
             .to_owned(),
         expected_sigma: 41.3,
         present_sigma: 0.7,
+        readings: 1250,
+        duration_s: Some(900.0),
         plan: Some(
             "name = \"faster-air-or-larger-array\"\n\n[simulator]\nmodel = \"corrected\"\n\n[[focus]]\nx_mm = 17.5\n\
              y_mm = -22.5\nz_mm = 100.0\n\n[[plane]]\nz_mm = [50.0, 200.0]\nsize_mm = [70.0, 70.0]\nstep_mm = 5.0\n"
@@ -293,6 +295,7 @@ fn plane(z_mm: f64, step_m: f64) -> DiagnosedPlane {
         y_m: grid.y_m.clone(),
         scan: measured.clone(),
         simulation: simulation.to_vec(),
+        phase_rad: None,
     };
     let with_before = figured(z_mm * 1e-3, map(&before));
     let with_after = figured(z_mm * 1e-3, map(&after));

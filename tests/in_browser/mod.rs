@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use fieldgap::acoustics::Simulator;
-use fieldgap::report;
+use fieldgap::report::{self, SimulatedMap};
 
-use crate::report_synthetic::{comparisons, context};
+use crate::report_synthetic::{comparisons, context, simulated_map};
 
 /// Chromium or Chrome on the search path.
 fn browser() -> Option<PathBuf> {
@@ -47,10 +47,49 @@ fn the_interactive_maps_are_drawn_without_a_network() {
 
     let document = document(&browser, &page);
     assert!(document.contains("data-drawn-ms="), "the script did not reach its end");
-    // Three maps and three cross-sections, and the first height is the worst one.
-    assert_eq!(document.matches("class=\"js-plotly-plot\"").count(), 6);
+    // Three maps, the phase and three cross-sections, and the first height is the worst one.
+    assert_eq!(document.matches("class=\"js-plotly-plot\"").count(), 7);
     assert!(document.contains("200) mm: scan "), "no values of the worst height");
-    for title in ["simulation (as-written)", "scan − simulation", "z (mm)", "reading (V)"] {
+    for title in [
+        "simulation (as-written)",
+        "scan − simulation",
+        "phase of the simulation",
+        "z (mm)",
+        "reading (V)",
+    ] {
         assert!(document.contains(title), "no {title}");
     }
+}
+
+#[test]
+fn simulated_fields_are_drawn_with_their_phase_and_in_three_dimensions() {
+    let Some(browser) = browser() else {
+        eprintln!("skipped: neither chromium nor google-chrome is installed");
+        return;
+    };
+    let planes: Vec<SimulatedMap> = [0.05, 0.1, 0.15].map(simulated_map).to_vec();
+    let folder = tempfile::tempdir().expect("a folder");
+    let files = report::write_simulation(
+        folder.path(),
+        "a field",
+        Simulator::Corrected,
+        &planes,
+        Default::default(),
+    );
+    let files = files.expect("written");
+    assert_eq!(files.pictures.len(), 6);
+    let page = files.page.expect("a page");
+    // The fold is opened as a reader does.
+    let source = std::fs::read_to_string(&page).expect("a page");
+    let opened = source.replace("id=\"volume-fold\" hidden", "id=\"volume-fold\" open");
+    assert_ne!(source, opened);
+    std::fs::write(&page, opened).expect("written");
+
+    let document = document(&browser, &page);
+    assert!(document.contains("data-complete=\"yes\""), "the script did not reach its end");
+    // Amplitude, phase, three cross-sections and the view in three dimensions.
+    assert_eq!(document.matches("class=\"js-plotly-plot\"").count(), 6);
+    assert!(document.contains("100) mm: amplitude "), "the height of the focus comes first");
+    assert!(document.contains(" dB of the largest at this height, phase of the simulation "));
+    assert!(!document.contains("id=\"difference\""));
 }

@@ -9,7 +9,7 @@ use fieldgap::comparison::{
     Mirror, Noise, NoiseSource, PlaneComparison, Pose, Registering, Registration,
     TriedRegistration, Uncertain, UndeterminedCombination,
 };
-use fieldgap::report::{InputFile, ReportContext};
+use fieldgap::report::{InputFile, ReportContext, SimulatedMap};
 
 pub const FOCUS_M: [f64; 3] = [0.0175, -0.0225, 0.1];
 const GAIN_V: f64 = 0.12;
@@ -64,18 +64,35 @@ pub fn context() -> ReportContext {
             .to_vec(),
         pages: Vec::new(),
         warnings: Vec::new(),
+        pictures: Default::default(),
     }
 }
 
-fn field(simulator: Simulator, grid: &PlaneGrid) -> Vec<f64> {
-    let simulation = Simulation {
+fn simulation(simulator: Simulator) -> Simulation {
+    Simulation {
         simulator,
         array: Array::square(6, 6, 10.5e-3).expect("not empty"),
         medium: Medium { speed_of_sound_m_s: 343.0 },
         frequency_hz: 40e3,
         excitation: Excitation::Focus(Vec3::from(FOCUS_M)),
-    };
-    simulation.magnitudes(&grid.points())
+    }
+}
+
+/// A plane of the corrected simulation, 70 mm wide.
+pub fn simulated_map(z_m: f64) -> SimulatedMap {
+    let grid = PlaneGrid::square(0.035, 0.005, z_m);
+    let field = simulation(Simulator::Corrected).field(&grid.points());
+    SimulatedMap {
+        drive: 0,
+        grid,
+        amplitude: field.iter().map(|pressure| pressure.norm()).collect(),
+        phase_rad: field.iter().map(|pressure| pressure.arg()).collect(),
+        focus_m: Some(Vec3::from(FOCUS_M)),
+    }
+}
+
+fn field(simulator: Simulator, grid: &PlaneGrid) -> Vec<f64> {
+    simulation(simulator).magnitudes(&grid.points())
 }
 
 /// Noise that is the same every time: uniform, of the standard deviation one.
@@ -93,7 +110,10 @@ fn plane(simulator: Simulator, z_m: f64, step_m: f64) -> PlaneComparison {
     // One gain for a simulator, the one that suits the focal height.
     let gain = if simulator == Simulator::AsWritten { 0.6 * GAIN_V } else { GAIN_V };
     let simulation: Vec<f64> = field(simulator, &grid).iter().map(|value| gain * value).collect();
-    let map = ComparedMap { x_m: grid.x_m, y_m: grid.y_m, scan, simulation };
+    let phase_rad =
+        self::simulation(simulator).field(&grid.points()).iter().map(|p| p.arg()).collect();
+    let phase_rad = Some(phase_rad);
+    let map = ComparedMap { x_m: grid.x_m, y_m: grid.y_m, scan, simulation, phase_rad };
     figured(z_m, map)
 }
 

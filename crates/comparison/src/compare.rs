@@ -223,10 +223,11 @@ struct SimulatedPlane<'s> {
 
 impl<'s> SimulatedPlane<'s> {
     fn of(simulation: &Simulation, plane: Plane<'s>, pose: &Pose, gain: f64) -> Self {
-        let simulate = |positions_m: &[Vec3]| {
+        let field = |positions_m: &[Vec3]| {
             let points_m: Vec<Vec3> = positions_m.iter().map(|at| pose.to_array(at)).collect();
-            simulation.magnitudes(&points_m)
+            simulation.field(&points_m)
         };
+        let rms = simulation.rms();
         let positions_m: Vec<Vec3> = plane.samples.iter().map(|s| s.position_m()).collect();
         let map = plane_map(&plane, OFF_LINE_MM).map_err(|why| why.to_string()).map(|mapped| {
             let (x_m, y_m) = (mapped.map.x_m().to_vec(), mapped.map.y_m().to_vec());
@@ -234,14 +235,16 @@ impl<'s> SimulatedPlane<'s> {
                 .iter()
                 .flat_map(|y| x_m.iter().map(|x| Vec3::new(*x, *y, plane.z_mm * 1e-3)))
                 .collect();
-            let simulation = simulate(&grid).into_iter().map(|m| gain * m).collect();
-            ComparedMap { scan: mapped.map.values().to_vec(), simulation, x_m, y_m }
+            let field = field(&grid);
+            let simulation = field.iter().map(|pressure| gain * rms(*pressure)).collect();
+            let phase_rad = Some(field.iter().map(|pressure| pressure.arg()).collect());
+            ComparedMap { scan: mapped.map.values().to_vec(), simulation, phase_rad, x_m, y_m }
         });
         let target_m = simulation.excitation.focus_m();
         Self {
             target_m,
             target_in_scan_m: target_m.map(|target| pose.to_scan(&target)),
-            simulated: simulate(&positions_m),
+            simulated: field(&positions_m).into_iter().map(rms).collect(),
             readings: plane.samples.iter().map(|sample| sample.reading).collect(),
             positions_m,
             gain,

@@ -116,6 +116,9 @@ pub struct ComparedMap {
     pub scan: Vec<f64>,
     /// The simulation at the same points times the gain, at every point of the grid.
     pub simulation: Vec<f64>,
+    /// The phase of the simulated pressure at every point of the grid, radians; `None` where it was not computed. Not in JSON.
+    #[serde(skip)]
+    pub phase_rad: Option<Vec<f64>>,
 }
 
 /// The thesis's figures of a map: peak, focal radius, sub-peaks.

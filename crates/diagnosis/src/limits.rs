@@ -34,8 +34,18 @@ pub(crate) const READINGS_OF_A_SIGNATURE: usize = 1500;
 pub(crate) const READINGS_OF_A_COMPARISON: usize = 1500;
 
 /// Points along a row, and rows of a plane, of a proposed scan while proposals are compared; the result is scaled to the whole scan.
-/// Set by judgement.
+/// No plane of a proposal has fewer. Set by judgement.
 pub(crate) const POINTS_ALONG_A_PROPOSED_ROW: usize = 15;
+
+/// Heights of a proposed scan at most: of more, another says little. Set by judgement.
+pub(crate) const HEIGHTS_OF_A_PROPOSAL: usize = 6;
+
+/// Side of the recorded planes below which no scan inside them is proposed, m: a wavelength at 40 kHz.
+pub(crate) const NARROWEST_PROPOSAL_M: f64 = 8.5e-3;
+
+/// A proposed scan has the readings to separate its rivals by this many times [`SEPARATED_SIGMA`], if the recorded density gives them:
+/// what is expected is expected of the rivals as they were fitted. Set by judgement.
+pub(crate) const MARGIN_OF_A_PROPOSAL: f64 = 2.0;
 
 // Noise.
 

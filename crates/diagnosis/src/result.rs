@@ -255,6 +255,10 @@ pub struct NextMeasurement {
     pub expected_sigma: f64,
     /// The same for the scan that was diagnosed.
     pub present_sigma: f64,
+    /// Driven readings of the plan.
+    pub readings: usize,
+    /// How long the plan takes at the pace of the scan that was diagnosed, s; `None` where its readings have no times.
+    pub duration_s: Option<f64>,
     /// A plan that `fieldgap scan` runs, as TOML; `None` where no scan of this rig can do it.
     pub plan: Option<String>,
 }

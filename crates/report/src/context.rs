@@ -1,5 +1,7 @@
 //! The facts of a report that the comparison does not hold.
 
+use super::picture::PrintStyle;
+
 /// Facts that the comparison does not hold: set-up, software, input files and warnings.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReportContext {
@@ -15,6 +17,8 @@ pub struct ReportContext {
     pub pages: Vec<(String, String)>,
     /// What limits the figures, for instance that the scan is partial; one sentence each.
     pub warnings: Vec<String>,
+    /// How its pictures are to be printed.
+    pub pictures: PrintStyle,
 }
 
 /// A file that a report was made from.

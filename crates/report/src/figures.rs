@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::figure::Figure;
 use super::judgement::drives;
-use super::picture::{Drawn, HeightCurves, PictureError, PlaneMaps};
+use super::picture::{Drawn, HeightCurves, PictureError, PlaneMaps, PrintStyle};
 use super::worst_plane::worst_plane;
 use fieldgap_comparison::Comparison;
 use fieldgap_text::height_mm;
@@ -30,8 +30,8 @@ pub(super) struct PlaneFigure {
 }
 
 impl Figures {
-    /// Draws them all.
-    pub fn draw(comparisons: &[Comparison]) -> Result<Self, PictureError> {
+    /// Draws them all, as they are to be printed.
+    pub fn draw(comparisons: &[Comparison], style: PrintStyle) -> Result<Self, PictureError> {
         let several_drives = comparisons.iter().any(|comparison| drives(comparison).len() > 1);
         let drive_name =
             |drive: usize| if several_drives { format!("-drive{drive}") } else { String::new() };
@@ -65,7 +65,7 @@ impl Figures {
                     false => None,
                 };
                 let stacked = stacked.map(|drawn| Figure::new(format!("{name}-stacked"), drawn));
-                let drawn = maps.map(|maps| Drawn::new(&maps)).transpose()?;
+                let drawn = maps.map(|maps| Drawn::printed(maps, style)).transpose()?;
                 let picture = drawn.map(|drawn| Figure::new(name, drawn));
                 Ok(PlaneFigure { comparison: index, plane: number, picture, stacked })
             })
@@ -78,7 +78,7 @@ impl Figures {
             .filter_map(|drive| Some((drive, HeightCurves::new(comparisons, drive)?)))
             .map(|(drive, curves)| {
                 let name = format!("curves{}", drive_name(drive));
-                Ok(Figure::new(name, Drawn::new(&curves)?))
+                Ok(Figure::new(name, Drawn::printed(curves, style)?))
             })
             .collect::<Result<Vec<_>, PictureError>>()?;
         Ok(Self { planes, curves })

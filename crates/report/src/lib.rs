@@ -4,6 +4,7 @@
 //! |---|---|
 //! | comparison of a scan with simulations | [`write()`], and [`csv()`] for the table alone |
 //! | diagnosis | [`write_diagnosis`] |
+//! | simulated planes | [`write_simulation`] |
 //! | study over parameters | [`write_study`] |
 //! | characterized transducer | [`write_transducer`] |
 //! | transducer models | [`write_transducer_models`] |
@@ -85,6 +86,7 @@ mod peak_distance;
 mod picture;
 mod plane_table;
 mod provenance;
+mod simulation;
 mod study;
 mod tables;
 mod transducer;
@@ -100,6 +102,8 @@ pub use self::context::{InputFile, ReportContext};
 pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};
 pub use self::display::{DisplayFiles, PlayedDisplay, write_display};
 pub use self::error::{PictureError, ReportError};
+pub use self::picture::{PrintStyle, PrintStyleError};
+pub use self::simulation::{SimulatedMap, SimulationFiles, write_simulation};
 pub use self::study::{StudyFiles, write_study};
 pub use self::tables::csv;
 pub use self::transducer::{TransducerFiles, write_transducer};
@@ -139,7 +143,7 @@ pub fn write(
     if comparisons.is_empty() {
         return Err(ReportError::NothingCompared);
     }
-    let figures = Figures::draw(comparisons)?;
+    let figures = Figures::draw(comparisons, context.pictures)?;
     let folder = Folder::make(dir)?;
     let pictures = folder.put_figures(figures.all())?;
     let text = folder.put(tables::TEXT_NAME, tables::text(comparisons).as_bytes())?;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::error::{PictureError, ReportError};
 use super::figure::Figure;
 use super::folder::Folder;
-use super::picture::{Drawn, StudyCurves, StudyField, StudySurfaces};
+use super::picture::{Drawn, PrintStyle, StudyCurves, StudyField, StudySurfaces};
 use fieldgap_study::{Row, Study, StudyResult, csv, draws_csv};
 
 /// The files of a study.
@@ -29,18 +29,19 @@ pub fn write_study(
     study: &Study,
     result: &StudyResult,
     text: &str,
+    style: PrintStyle,
 ) -> Result<StudyFiles, ReportError> {
     let mut figures = Vec::new();
     if let Some(curves) = StudyCurves::new(study, result) {
-        figures.push(Figure::new("study".to_owned(), Drawn::new(&curves)?));
+        figures.push(Figure::new("study".to_owned(), Drawn::printed(curves, style)?));
     } else if let Some(surfaces) = StudySurfaces::new(study, result) {
-        figures.push(Figure::new("study".to_owned(), Drawn::new(&surfaces)?));
+        figures.push(Figure::new("study".to_owned(), Drawn::printed(surfaces, style)?));
     }
     let fields: Vec<Option<Figure>> = result
         .rows
         .par_iter()
         .enumerate()
-        .map(|(number, row)| field(study, number, row))
+        .map(|(number, row)| field(study, number, row, style))
         .collect::<Result<_, PictureError>>()?;
     figures.extend(fields.into_iter().flatten());
     let folder = Folder::make(dir)?;
@@ -54,7 +55,12 @@ pub fn write_study(
     Ok(StudyFiles { csv, pictures })
 }
 
-fn field(study: &Study, number: usize, row: &Row) -> Result<Option<Figure>, PictureError> {
+fn field(
+    study: &Study,
+    number: usize,
+    row: &Row,
+    style: PrintStyle,
+) -> Result<Option<Figure>, PictureError> {
     let Some(map) = &row.map else { return Ok(None) };
     let chosen = study.sweeps.iter().zip(&row.values);
     let title: Vec<String> = chosen
@@ -67,5 +73,5 @@ fn field(study: &Study, number: usize, row: &Row) -> Result<Option<Figure>, Pict
     let Some(picture) = StudyField::new(title.join(", "), map, row.focus_m) else {
         return Ok(None);
     };
-    Ok(Some(Figure::new(format!("field-{:03}", number + 1), Drawn::new(&picture)?)))
+    Ok(Some(Figure::new(format!("field-{:03}", number + 1), Drawn::printed(picture, style)?)))
 }

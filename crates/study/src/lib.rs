@@ -37,7 +37,7 @@ mod text;
 mod transducer_models;
 
 pub use limits::Limits;
-pub use observation::Observation;
+pub use observation::{MapFigures, Observation};
 pub use onset::{Onset, onsets};
 pub use quantiles::Quantiles;
 pub use run::{Figure, Row, StudyResult, run};

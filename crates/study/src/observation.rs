@@ -4,9 +4,22 @@ use serde::Serialize;
 
 use fieldgap_acoustics::metrics::{Convention, PlaneMap, focal_radius, peak, sub_peaks};
 
+/// What one map shows of its focus.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "peak_position", rename_all = "kebab-case")]
+pub enum Observation {
+    /// The peak is on the map.
+    OnMap(MapFigures),
+    /// The largest value is on the map's edge: the peak lies outside, and the map says nothing about it.
+    OutsideMap,
+}
+
+/// How tables name a peak that is not on the map.
+pub(super) const OUTSIDE: &str = "outside the map";
+
 /// The figures of one map: lengths in millimetres, pressures in the simulator's unit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Observation {
+pub struct MapFigures {
     /// Mean half-width at the threshold; `None` if no side falls below it inside the map.
     pub focal_radius_mm: Option<f64>,
     /// Largest value.
@@ -21,18 +34,19 @@ pub struct Observation {
     pub largest_sub_peak: Option<f64>,
     /// Sides that the map's edge cuts off and the mean excludes: `+x -x +y -y`.
     pub cut_off: String,
-    /// Whether the peak is on the map's edge, so that the true peak may be outside.
-    pub peak_at_edge: bool,
 }
 
 impl Observation {
     /// The figures of a map without missing points.
     pub(super) fn of(map: &PlaneMap, threshold: f64, convention: Convention) -> Self {
         let top = peak(map).expect("every point is simulated");
+        if top.at_edge {
+            return Self::OutsideMap;
+        }
         let radius = focal_radius(map, threshold, convention).expect("every point is simulated");
         let others = sub_peaks(map, threshold);
         let sides: Vec<String> = radius.cut_off().map(|side| side.to_string()).collect();
-        Self {
+        Self::OnMap(MapFigures {
             focal_radius_mm: radius.radius_m.map(|radius_m| radius_m * 1e3),
             peak: top.value,
             peak_x_mm: top.x_m * 1e3,
@@ -43,7 +57,14 @@ impl Observation {
                 .and_then(|&(column, row)| map.at(column, row))
                 .map(|value| value / top.value),
             cut_off: sides.join(" "),
-            peak_at_edge: top.at_edge,
+        })
+    }
+
+    /// The figures; `None` if the peak is outside the map.
+    pub fn figures(&self) -> Option<&MapFigures> {
+        match self {
+            Self::OnMap(figures) => Some(figures),
+            Self::OutsideMap => None,
         }
     }
 }

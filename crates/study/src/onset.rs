@@ -23,18 +23,20 @@ pub struct Onset {
 
 /// Where sub-peaks appear or vanish along the only sweep of a study with ascending numbers.
 ///
-/// The interval between two values is bisected to a thousandth of the step, if the parameter takes numbers in between.
+/// Values whose peak is outside the map say nothing. The interval between two values is bisected to a thousandth of the step, if the parameter takes numbers in between.
 pub fn onsets(study: &Study, result: &StudyResult) -> Vec<Onset> {
     let [sweep] = &study.sweeps[..] else { return Vec::new() };
     let Some(numbers) = sweep.ascending_numbers() else { return Vec::new() };
     if result.rows.iter().any(|row| row.draws.len() > 1) {
         return Vec::new();
     }
-    let present: Vec<bool> = result.rows.iter().map(|row| row.first().sub_peaks > 0).collect();
+    let present: Vec<Option<bool>> =
+        result.rows.iter().map(|row| Some(row.first().figures()?.sub_peaks > 0)).collect();
     (1..present.len())
-        .filter(|&index| present[index - 1] != present[index])
+        .filter_map(|index| Some((index, present[index - 1]?, present[index]?)))
+        .filter(|(_, before, after)| before != after)
         .take(MAX_ONSETS)
-        .map(|index| bisected(study, numbers[index - 1], numbers[index], present[index]))
+        .map(|(index, _, appear)| bisected(study, numbers[index - 1], numbers[index], appear))
         .collect()
 }
 

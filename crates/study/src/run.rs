@@ -57,9 +57,9 @@ impl Figure {
     /// The figure of a map, if the map has it.
     pub fn of(self, observation: &Observation) -> Option<f64> {
         match self {
-            Self::FocalRadius => observation.focal_radius_mm,
-            Self::Peak => Some(observation.peak),
-            Self::SubPeaks => Some(observation.sub_peaks as f64),
+            Self::FocalRadius => observation.figures()?.focal_radius_mm,
+            Self::Peak => Some(observation.figures()?.peak),
+            Self::SubPeaks => Some(observation.figures()?.sub_peaks as f64),
         }
     }
 }
@@ -68,6 +68,11 @@ impl Row {
     /// The distribution of a figure over the draws; `None` if no map has it.
     pub fn figure(&self, figure: Figure) -> Option<Quantiles> {
         Quantiles::of(self.draws.iter().filter_map(|(_, observed)| figure.of(observed)))
+    }
+
+    /// Draws whose peak is outside the map.
+    pub fn outside(&self) -> usize {
+        self.draws.iter().filter(|(_, observed)| observed.figures().is_none()).count()
     }
 
     /// The observation of the first draw.
@@ -152,9 +157,9 @@ fn observe(points: &[Point], keep_maps: bool) -> Vec<(Vec<Observation>, Option<P
         .collect()
 }
 
-/// The number of sub-peaks at another value of a study's only sweep; `None` if that is not a valid set-up.
+/// The number of sub-peaks at another value of a study's only sweep; `None` if that is not a valid set-up, or the peak is outside the map.
 pub(super) fn sub_peaks_at(study: &Study, value: f64) -> Option<usize> {
     let point = Point::read(study, &[&SweptValue::of_number(value)]).ok()?;
     let (observations, _) = observe(std::slice::from_ref(&point), false).swap_remove(0);
-    Some(observations[0].sub_peaks)
+    Some(observations[0].figures()?.sub_peaks)
 }

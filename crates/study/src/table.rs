@@ -1,6 +1,7 @@
 //! The result of a study as CSV.
 
-use super::{Figure, Quantiles, Row, Study, StudyResult};
+use super::observation::OUTSIDE;
+use super::{Figure, MapFigures, Quantiles, Row, Study, StudyResult};
 
 /// Columns after those of the sweeps.
 const COLUMNS: [&str; 16] = [
@@ -14,7 +15,7 @@ const COLUMNS: [&str; 16] = [
     "sub_peaks",
     "largest_sub_peak",
     "cut_off",
-    "peak_at_edge",
+    "peak_position",
     "wavelength_mm",
     "pitch_mm",
     "critical_pitch_mm",
@@ -51,25 +52,31 @@ pub fn csv(study: &Study, result: &StudyResult) -> String {
 pub fn draws_csv(study: &Study, result: &StudyResult) -> String {
     let mut header: Vec<String> = study.sweeps.iter().map(|sweep| sweep.name()).collect();
     header.extend(
-        ["seed", "focal_radius_mm", "peak", "peak_x_mm", "peak_y_mm", "sub_peaks"]
+        ["seed", "focal_radius_mm", "peak", "peak_x_mm", "peak_y_mm", "sub_peaks", "peak_position"]
             .map(str::to_owned),
     );
     let rows = result.rows.iter().flat_map(|row| {
         row.draws.iter().filter_map(|(seed, observed)| {
             let mut cells = labels(study, row);
             cells.push((*seed)?.to_string());
+            let figures = observed.figures();
+            let cell = |of: fn(&MapFigures) -> String| figures.map_or_else(String::new, of);
             cells.extend([
-                observed.focal_radius_mm.map_or_else(String::new, |radius| format!("{radius:.4}")),
-                format!("{:.6}", observed.peak),
-                length(observed.peak_x_mm),
-                length(observed.peak_y_mm),
-                observed.sub_peaks.to_string(),
+                cell(|of| optional(of.focal_radius_mm)),
+                cell(|of| format!("{:.6}", of.peak)),
+                cell(|of| length(of.peak_x_mm)),
+                cell(|of| length(of.peak_y_mm)),
+                cell(|of| of.sub_peaks.to_string()),
+                if figures.is_some() { ON_MAP } else { OUTSIDE }.to_owned(),
             ]);
             Some(cells)
         })
     });
     csv_text(std::iter::once(header).chain(rows))
 }
+
+/// How tables say that a peak is on the map.
+const ON_MAP: &str = "on the map";
 
 const STATISTICS: [&str; 5] = ["p05", "p25", "p75", "p95", "standard_deviation"];
 
@@ -90,15 +97,18 @@ fn labels(study: &Study, row: &Row) -> Vec<String> {
 }
 
 fn figures(row: &Row) -> [String; 16] {
-    let first = row.first();
     let single = row.draws.len() == 1;
     let median = |figure: Figure, decimals: usize| {
         row.figure(figure).map_or_else(String::new, |found| format!("{:.decimals$}", found.median))
     };
     // The peak position of one draw does not represent the others.
-    let if_single = |text: String| if single { text } else { String::new() };
-    let optional =
-        |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
+    let only = row.first().figures().filter(|_| single);
+    let of_only = |of: fn(&MapFigures) -> String| only.map_or_else(String::new, of);
+    let position = match row.outside() {
+        0 => ON_MAP.to_owned(),
+        _ if single => OUTSIDE.to_owned(),
+        some => format!("{OUTSIDE} in {some} draws"),
+    };
     let limits = row.limits;
     [
         row.simulator.to_string(),
@@ -106,18 +116,22 @@ fn figures(row: &Row) -> [String; 16] {
         length(row.z_mm),
         median(Figure::FocalRadius, 4),
         median(Figure::Peak, 6),
-        if_single(length(first.peak_x_mm)),
-        if_single(length(first.peak_y_mm)),
+        of_only(|of| length(of.peak_x_mm)),
+        of_only(|of| length(of.peak_y_mm)),
         median(Figure::SubPeaks, if single { 0 } else { 1 }),
-        if_single(optional(first.largest_sub_peak)),
-        if_single(first.cut_off.clone()),
-        if_single(first.peak_at_edge.to_string()),
+        of_only(|of| optional(of.largest_sub_peak)),
+        of_only(|of| of.cut_off.clone()),
+        position,
         format!("{:.4}", limits.wavelength_mm),
         optional(limits.pitch_mm),
         optional(limits.critical_pitch_mm),
         format!("{:.4}", limits.element_near_field_mm),
         format!("{:.4}", limits.array_near_field_mm),
     ]
+}
+
+fn optional(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |value| format!("{value:.4}"))
 }
 
 /// Millimetres without binary rounding errors.

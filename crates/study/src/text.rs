@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::observation::OUTSIDE;
 use super::{Figure, Limits, Onset, Quantiles, Row, Study, StudyResult};
 
 /// The figures in columns, the limits from theory, and where sub-peaks appear.
@@ -43,16 +44,21 @@ fn columns(study: &Study, result: &StudyResult) -> String {
     if result.rows.iter().any(|row| row.draws.len() > 1) {
         text += "figures of random arrays: median over the draws [5 % to 95 % quantile]\n";
     }
+    if result.rows.iter().any(|row| row.outside() > 0) {
+        text += "outside the map: the largest value is on the map's edge, so that no figure is given; take a larger map or move it\n";
+    }
     text
 }
 
 fn figures(row: &Row) -> [String; 5] {
-    let first = row.first();
     if let [(_, only)] = &row.draws[..] {
+        let Some(only) = only.figures() else {
+            return ["-", "-", OUTSIDE, "-", ""].map(str::to_owned);
+        };
         return [
             only.focal_radius_mm.map_or("-".to_owned(), |radius| format!("{radius:.4}")),
             format!("{:.6}", only.peak),
-            format!("{}, {}", short(first.peak_x_mm), short(first.peak_y_mm)),
+            format!("{}, {}", short(only.peak_x_mm), short(only.peak_y_mm)),
             only.sub_peaks.to_string(),
             only.cut_off.clone(),
         ];
@@ -65,7 +71,10 @@ fn figures(row: &Row) -> [String; 5] {
     [
         spread(Figure::FocalRadius, 2),
         spread(Figure::Peak, 3),
-        String::new(),
+        match row.outside() {
+            0 => String::new(),
+            some => format!("{OUTSIDE} in {some} of {}", row.draws.len()),
+        },
         spread(Figure::SubPeaks, 0),
         String::new(),
     ]
@@ -151,7 +160,12 @@ fn sub_peaks(study: &Study, result: &StudyResult, onsets: &[Onset]) -> String {
     }
     let single = study.sweeps.len() == 1 && study.sweeps[0].ascending_numbers().is_some();
     if onsets.is_empty() && single {
-        let everywhere = result.rows.iter().all(|row| row.first().sub_peaks > 0);
+        let mut on_map = result.rows.iter().filter_map(|row| row.first().figures()).peekable();
+        if on_map.peek().is_none() {
+            let _ = writeln!(text, "sub-peaks: no peak is on the map; take a larger map");
+            return text;
+        }
+        let everywhere = on_map.all(|figures| figures.sub_peaks > 0);
         let _ = writeln!(
             text,
             "sub-peaks: {}",

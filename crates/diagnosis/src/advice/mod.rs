@@ -4,4 +4,5 @@
 //! - [`distinguish`]: which effects a scan can separate at all, whatever its readings.
 
 pub mod distinguish;
+mod extent;
 pub mod next_measurement;

@@ -9,14 +9,16 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
+use super::extent::{Extent, Grid};
 use crate::effect_id::joined;
 use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
-use crate::limits::{POINTS_ALONG_A_PROPOSED_ROW, READINGS_OF_A_COMPARISON, SEPARATED_SIGMA};
+use crate::limits::{
+    MARGIN_OF_A_PROPOSAL, POINTS_ALONG_A_PROPOSED_ROW, READINGS_OF_A_COMPARISON, SEPARATED_SIGMA,
+};
 use crate::model::effect::{Context, Effect, Timing};
 use crate::model::forward_model::ForwardModel;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::{Observations, ObservedDrive, ObservedScan, Visit};
-use crate::model::planes::{by_height, step_m};
 use crate::model::residuals::Residuals;
 use crate::result::NextMeasurement;
 use crate::statistics::noise_scale::NoiseScale;
@@ -24,50 +26,58 @@ use crate::statistics::noise_scale::NoiseScale;
 /// Speed of a slower scan over that of the one that was made.
 const SLOWER: f64 = 1.0 / 3.0;
 
+/// Dark readings before and after a proposed scan.
+const DARK_READINGS: usize = 64;
+
 /// A scan that could be made.
 struct Proposal {
-    what: &'static str,
+    what: String,
     heights_mm: Vec<f64>,
     drives: Vec<Excitation>,
+    /// How often each point is measured, pass after pass.
+    passes: usize,
     /// Every row in the same direction.
     raster: bool,
     /// Speed along the rows; nothing for a robot that stops at each point.
     speed_m_s: Option<f64>,
+    /// Speed of the recorded scan over the proposed one.
+    slower: f64,
 }
 
-/// Proposes the scan that separates two fits best; `None` where the array is driven without a focus.
+/// Proposes the scan that separates two fits best, inside the travel of the recorded scans and with readings enough for a diagnosis; `None`
+/// where the array is driven without a focus, or where the recorded scans have no area. `seconds_a_reading` is the pace of the recorded scan,
+/// where it is known.
 pub(crate) fn next_measurement(
     observations: &Observations,
     context: &Context,
     rivals: [&Fit; 2],
     simulator: Simulator,
     name: &str,
+    seconds_a_reading: Option<f64>,
 ) -> Option<NextMeasurement> {
     let first = observations.first();
     let focus_m = first.believed.excitation.focus_m()?;
-    let heights_mm: Vec<f64> = by_height(first)
-        .iter()
-        .map(|plane| (1e6 * first.visits[plane[0]].at_m.z).round() / 1e3)
-        .collect();
+    let extent = Extent::of(observations)?;
     let few = observations.thinned(READINGS_OF_A_COMPARISON);
     let present =
         separation(&few, context, rivals) * (observations.len() as f64 / few.len() as f64).sqrt();
-    let half_m = first.visits.iter().map(|visit| visit.at_m.x.abs()).fold(0.0, f64::max);
-    let step = step_m(first).unwrap_or(2e-3);
-    let whole = (2.0 * half_m / step + 1.0).round().max(2.0);
-    let proposals = proposals(first, focus_m, &heights_mm, rivals);
+    let proposals = proposals(first, focus_m, &extent, rivals);
     // The best is the one that separates most with each reading, so that a longer scan has to earn its time.
     let tell_apart: Vec<f64> = proposals
         .par_iter()
         .map(|proposal| {
-            let scan = proposal.scan(observations, half_m);
+            let scan = proposal.scan(observations, &extent);
             separation(&scan, context, rivals) / (scan.len() as f64).sqrt()
         })
         .collect();
     let proposals = tell_apart.into_iter().zip(proposals);
     let (each, best) = proposals.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let points = (best.heights_mm.len() * best.drives.len()) as f64 * whole * whole;
-    let sigma = each * points.sqrt();
+    let wanted = (MARGIN_OF_A_PROPOSAL * SEPARATED_SIGMA / each).powi(2);
+    let grid = extent.grid(best.planes(), wanted);
+    let readings = best.planes() * grid.points();
+    let sigma = each * (readings as f64).sqrt();
+    let duration_s =
+        seconds_a_reading.map(|seconds| seconds * best.slower * (readings + DARK_READINGS) as f64);
     let [one, other] = rivals.map(|fit| joined(&fit.ids(), " + "));
     let mut what = match sigma < SEPARATED_SIGMA {
         true => format!(
@@ -81,6 +91,13 @@ pub(crate) fn next_measurement(
             best.what
         ),
     };
+    what += &format!(" The plan has {readings} readings");
+    what += &duration_s.map_or(".".to_owned(), |seconds| {
+        format!("; at the pace of the recorded scan they take {}.", duration(seconds))
+    });
+    if extent.heights_mm().len() == 1 {
+        what += " All are at the recorded height. If the robot's travel allows it, measure further heights too.";
+    }
     let shown: Vec<&str> =
         differing(rivals).filter_map(|effect| effect.facts().independent_check).collect();
     if !shown.is_empty() {
@@ -90,44 +107,52 @@ pub(crate) fn next_measurement(
         what,
         expected_sigma: sigma,
         present_sigma: present,
-        plan: Some(best.plan(simulator, name, 2e3 * half_m, 1e3 * step)),
+        readings,
+        duration_s,
+        plan: Some(best.plan(simulator, name, &extent, grid)),
     })
+}
+
+/// A time in words, in seconds, minutes or hours.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        short if short < 90.0 => format!("about {:.0} s", short.max(1.0)),
+        medium if medium < 5400.0 => format!("about {:.0} min", medium / 60.0),
+        long => format!("about {:.1} h", long / 3600.0),
+    }
 }
 
 /// The scans that a lab can make at once.
 fn proposals(
     first: &ObservedDrive,
     focus_m: Vec3,
-    heights_mm: &[f64],
+    extent: &Extent,
     rivals: [&Fit; 2],
 ) -> Vec<Proposal> {
     let other_m = Vec3::new(-focus_m.x, -focus_m.y, 1.3 * focus_m.z);
     let focus = Excitation::Focus(focus_m);
     let halves = [Vec3::x(), Vec3::y()].map(|side| half_reversed(&first.believed, &focus, side));
     let random = [1, 2].map(|number| random_phases(first.believed.array.len(), number));
+    let of_motion = |timing: Timing| {
+        rivals.iter().any(|fit| fit.instances.iter().any(|i| i.effect.facts().timing == timing))
+    };
     // Only where the readings lag behind the motion does the speed of the robot matter.
-    let is_flown = rivals
-        .iter()
-        .any(|fit| fit.instances.iter().any(|i| i.effect.facts().timing == Timing::Velocity));
-    let speed_m_s = is_flown.then(|| speed_along_rows_m_s(first));
-    let again = |what| Proposal {
-        what,
-        heights_mm: heights_mm.to_vec(),
+    let speed_m_s = of_motion(Timing::Velocity).then(|| speed_along_rows_m_s(first));
+    // What scatters repeats, or changes in time, shows where each point is measured again.
+    let scatters = differing(rivals).any(|effect| effect.scatters_repeats());
+    let passes = if scatters || of_motion(Timing::Moment) { 2 } else { 1 };
+    let twice = if passes > 1 { ", each point twice" } else { "" };
+    let heights_mm = extent.heights_mm();
+    let again = |what: &str| Proposal {
+        what: format!("{what}{twice}"),
+        heights_mm: heights_mm.clone(),
         drives: vec![focus.clone()],
+        passes,
         raster: false,
         speed_m_s,
+        slower: 1.0,
     };
     let mut proposals = vec![
-        Proposal {
-            heights_mm: heights_mm.iter().rev().copied().collect(),
-            ..again(
-                "the same planes from the highest to the lowest, which separates time from height",
-            )
-        },
-        Proposal {
-            heights_mm: vec![75.0, 110.0, 145.0, 180.0, 215.0, 250.0],
-            ..again("more heights, from 75 to 250 mm")
-        },
         Proposal {
             drives: vec![focus.clone(), Excitation::Focus(other_m)],
             ..again("a second focus on the other side, higher up")
@@ -148,9 +173,27 @@ fn proposals(
         },
         Proposal { raster: true, ..again("every row in the same direction") },
     ];
+    if heights_mm.len() > 1 {
+        proposals.push(Proposal {
+            heights_mm: heights_mm.iter().rev().copied().collect(),
+            ..again(
+                "the same planes from the highest to the lowest, which separates time from height",
+            )
+        });
+    }
+    if let Some(more_mm) = extent.more_heights_mm() {
+        let (from, to) = (more_mm[0], more_mm[more_mm.len() - 1]);
+        let what = format!("more heights, {} from {from} to {to} mm", more_mm.len());
+        proposals.push(Proposal { heights_mm: more_mm, ..again(&what) });
+    }
     if let Some(speed_m_s) = speed_m_s {
         let speed_m_s = Some(SLOWER * speed_m_s);
-        proposals.push(Proposal { speed_m_s, ..again("the same planes at a third of the speed") });
+        let slower = 1.0 / SLOWER;
+        proposals.push(Proposal {
+            speed_m_s,
+            slower,
+            ..again("the same planes at a third of the speed")
+        });
     }
     proposals
 }
@@ -228,15 +271,20 @@ fn told_apart(one: &Residuals, other: &Residuals) -> f64 {
 }
 
 impl Proposal {
+    /// Planes of all drives and passes.
+    fn planes(&self) -> usize {
+        self.heights_mm.len() * self.drives.len() * self.passes
+    }
+
     /// The scan as it would be made, with few points.
-    fn scan(&self, observations: &Observations, half_m: f64) -> Observations {
+    fn scan(&self, observations: &Observations, extent: &Extent) -> Observations {
         let template = observations.first();
         let scatter = &observations.scans[0].scatter;
-        let step_m = 2.0 * half_m / (POINTS_ALONG_A_PROPOSED_ROW - 1) as f64;
-        let total = (self.drives.len()
-            * self.heights_mm.len()
-            * POINTS_ALONG_A_PROPOSED_ROW
-            * POINTS_ALONG_A_PROPOSED_ROW) as f64;
+        let steps = (POINTS_ALONG_A_PROPOSED_ROW - 1) as f64;
+        let along =
+            |(from, to): (f64, f64), index: usize| from + (to - from) * index as f64 / steps;
+        let total =
+            (self.planes() * POINTS_ALONG_A_PROPOSED_ROW * POINTS_ALONG_A_PROPOSED_ROW) as f64;
         let speed = self.speed_m_s.unwrap_or(0.0);
         let mut number = 0;
         let drives = self
@@ -245,13 +293,16 @@ impl Proposal {
             .enumerate()
             .map(|(focus, excitation)| {
                 let mut visits = Vec::new();
-                for z_mm in &self.heights_mm {
+                let passes = (0..self.passes).flat_map(|_| &self.heights_mm);
+                for z_mm in passes {
                     for row in 0..POINTS_ALONG_A_PROPOSED_ROW {
                         let back = row % 2 == 1 && !self.raster;
                         let x_direction = if back { -1.0 } else { 1.0 };
-                        for column in 0..POINTS_ALONG_A_PROPOSED_ROW {
-                            let x_m = x_direction * (column as f64 * step_m - half_m);
-                            let y_m = row as f64 * step_m - half_m;
+                        for step in 0..POINTS_ALONG_A_PROPOSED_ROW {
+                            let column =
+                                if back { POINTS_ALONG_A_PROPOSED_ROW - 1 - step } else { step };
+                            let (x_m, y_m) =
+                                (along(extent.x_m(), column), along(extent.y_m(), row));
                             visits.push(Visit {
                                 number,
                                 at_m: Vec3::new(x_m, y_m, 1e-3 * z_mm),
@@ -284,7 +335,7 @@ impl Proposal {
         Observations { scans: vec![scan] }
     }
 
-    fn plan(&self, simulator: Simulator, name: &str, size_mm: f64, step_mm: f64) -> String {
+    fn plan(&self, simulator: Simulator, name: &str, extent: &Extent, grid: Grid) -> String {
         let tidy = |value: f64| (value * 1e3).round() / 1e3;
         let order = if self.raster { "raster" } else { "serpentine" };
         let mut plan = format!(
@@ -312,12 +363,16 @@ impl Proposal {
         plan += "\n[dark]\nbefore = 32\nafter = 32\n";
         let heights: Vec<String> =
             self.heights_mm.iter().map(|z_mm| format!("{:?}", tidy(*z_mm))).collect();
-        plan += &format!(
-            "\n[[plane]]\nz_mm = [{}]\ncentre_mm = [0.0, 0.0]\nsize_mm = [{size:?}, {size:?}]\nstep_mm = {:?}\n",
+        let middle = |(from, to): (f64, f64)| tidy(0.5e3 * (from + to));
+        let [width, depth] = grid.size_m().map(|size_m| tidy(1e3 * size_m));
+        let plane = format!(
+            "\n[[plane]]\nz_mm = [{}]\ncentre_mm = [{:?}, {:?}]\nsize_mm = [{width:?}, {depth:?}]\nstep_mm = {:?}\n",
             heights.join(", "),
-            tidy(step_mm),
-            size = tidy(size_mm),
+            middle(extent.x_m()),
+            middle(extent.y_m()),
+            tidy(1e3 * grid.step_m),
         );
+        plan += &plane.repeat(self.passes);
         plan
     }
 }
@@ -329,22 +384,162 @@ mod tests {
     use super::*;
     use fieldgap_acoustics::{Array, Medium};
     use fieldgap_input::TomlSource;
-    use fieldgap_records::{FocusSection, Plan};
+    use fieldgap_records::{FocusSection, Plan, RecordedSample, RecordedScan, ScanSetup, Shape};
+
+    use crate::effect_id::EffectId;
+    use crate::effects::{effect, testing};
+    use crate::limits::FEWEST_READINGS;
+    use crate::model::instance::Instance;
+    use crate::preparation::Prepared;
+
+    /// A recorded scan beside the axis, at these heights, with these steps and points along x; 36 mm along y.
+    fn recorded(heights_mm: &[f64], step_m: f64, columns: usize) -> Prepared {
+        let source = "format = 1\nname = \"scan\"\nrecorded = 2026-11-20T17:00:00Z\nreading = \"V\"\n\n[array]\n\
+            frequency_hz = 40000.0\nlayout = \"square\"\ncolumns = 6\nrows = 6\nelement_diameter_mm = 10.5\n\
+            spacing_mm = 0.0\n\n[medium]\nspeed_of_sound_m_s = 343.0\n\n[simulator]\nmodel = \"piston\"\n\n[[focus]]\n\
+            x_mm = 10.0\ny_mm = 5.0\nz_mm = 100.0\n";
+        let setup = ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), source));
+        let setup = setup.expect("a good set-up");
+        let rows = (36e-3 / step_m) as usize + 1;
+        let places: Vec<Vec3> = heights_mm
+            .iter()
+            .flat_map(|z_mm| {
+                (0..rows).flat_map(move |row| {
+                    (0..columns).map(move |column| {
+                        let (x_m, y_m) = (column as f64 * step_m, row as f64 * step_m);
+                        Vec3::new(x_m - 5e-3, y_m - 10e-3, 1e-3 * z_mm)
+                    })
+                })
+            })
+            .collect();
+        let simulation = setup.simulation(Simulator::Piston, 0).expect("one focus");
+        let readings = simulation.magnitudes(&places);
+        let sample = |(number, (at_m, reading)): (usize, (&Vec3, f64))| {
+            RecordedSample::measured(0.5 * number as f64, Some(0), *at_m, reading, None)
+        };
+        let samples = places.iter().zip(readings).enumerate().map(sample).collect();
+        Prepared::of(&[RecordedScan { setup, samples }], None).expect("comparable")
+    }
+
+    /// A fit of one effect where its search begins.
+    fn fit_of(id: EffectId, context: &Context) -> Fit {
+        let effect = effect(id);
+        let values = effect.starts(context).into_iter().next().unwrap_or_else(|| effect.neutral());
+        Fit {
+            instances: vec![Instance { effect, choice: effect.choices()[0].clone() }],
+            values: vec![values],
+            spreads: vec![f64::NAN],
+            ..Fit::of_nothing(Vec::new())
+        }
+    }
 
     #[test]
-    fn its_plan_is_one_that_a_scan_takes() {
+    fn every_proposal_for_every_effect_can_be_measured_and_diagnosed() {
+        // Usual, of one height, of two points along x and of four, of more heights than anyone repeats.
+        let many: Vec<f64> = (0..12).map(|number| 50.0 + 10.0 * f64::from(number)).collect();
+        let scans = [
+            recorded(&[50.0, 100.0, 150.0], 4e-3, 10),
+            recorded(&[100.0], 2e-3, 19),
+            recorded(&[80.0, 120.0], 18e-3, 2),
+            recorded(&[80.0, 120.0], 9e-3, 4),
+            recorded(&many, 4e-3, 10),
+        ];
+        for prepared in &scans {
+            let first = prepared.observations.first();
+            let extent = Extent::of(&prepared.observations).expect("an area");
+            let travel = |along: fn(&Vec3) -> f64| {
+                let places = || first.visits.iter().map(|visit| 1e3 * along(&visit.at_m));
+                (places().fold(f64::INFINITY, f64::min), places().fold(0.0, f64::max))
+            };
+            let nothing = Fit::of_nothing(Vec::new());
+            for id in EffectId::ALL {
+                let one = fit_of(*id, &prepared.context);
+                let focus_m = first.believed.excitation.focus_m().expect("a focus");
+                for proposal in proposals(first, focus_m, &extent, [&one, &nothing]) {
+                    for wanted in [1.0, 3000.0, f64::INFINITY] {
+                        let grid = extent.grid(proposal.planes(), wanted);
+                        let text = proposal.plan(Simulator::Piston, "scan", &extent, grid);
+                        let plan =
+                            Plan::parse(TomlSource::new(Path::new("next.toml"), text.as_str()));
+                        let plan = plan.unwrap_or_else(|fault| panic!("{id}: {fault}\n{text}"));
+                        let mut readings = 0;
+                        for region in &plan.regions {
+                            let Shape::Planes(planes) = &region.shape else { panic!("{text}") };
+                            for (axis, (from, to)) in
+                                [(planes.x, travel(|at| at.x)), (planes.y, travel(|at| at.y))]
+                            {
+                                assert!(axis.count >= POINTS_ALONG_A_PROPOSED_ROW, "{id}: {text}");
+                                let last = axis.at_mm(axis.count - 1);
+                                assert!(axis.at_mm(0) > from - 0.01 && last < to + 0.01, "{text}");
+                            }
+                            let (lowest, highest) = travel(|at| at.z);
+                            let mut heights = planes.z_mm.iter();
+                            assert!(heights.all(|z| (lowest - 0.01..highest + 0.01).contains(z)));
+                            assert!(lowest == highest || planes.z_mm.len() > 1, "{id}: {text}");
+                            let foci = region.foci.len();
+                            readings += planes.x.count * planes.y.count * planes.z_mm.len() * foci;
+                        }
+                        assert!(readings >= FEWEST_READINGS, "{id}: {readings} in {text}");
+                        assert_eq!(readings, proposal.planes() * grid.points(), "{text}");
+                        let scatters = effect(*id).scatters_repeats();
+                        assert!(plan.regions.len() == 2 || !scatters, "{id}: {text}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_scan_of_a_line_is_not_extended_to_a_plane() {
+        let prepared = recorded(&[80.0, 120.0], 2e-3, 1);
+        assert_eq!(Extent::of(&prepared.observations), None);
+    }
+
+    #[test]
+    fn a_proposal_states_its_readings_and_its_duration() {
+        let prepared = recorded(&[50.0, 100.0, 150.0], 4e-3, 10);
+        let Prepared { observations, context, .. } = &prepared;
+        let nuisance = Fit::of_nothing(vec![testing::nuisance()]);
+        let one =
+            Fit { nuisance: nuisance.nuisance.clone(), ..fit_of(EffectId::SoundSpeed, context) };
+        let one = Fit { values: vec![vec![0.02; one.values[0].len()]], ..one };
+        let rivals = [&one, &nuisance];
+        let next =
+            next_measurement(observations, context, rivals, Simulator::Piston, "scan", Some(0.5));
+        let next = next.expect("a proposal");
+        assert!(next.readings >= FEWEST_READINGS, "{next:?}");
+        assert_eq!(next.duration_s, Some(0.5 * (next.readings + DARK_READINGS) as f64));
+        assert!(
+            next.what.contains(&format!("{} readings; at the pace", next.readings)),
+            "{next:?}"
+        );
+        let unknown =
+            next_measurement(observations, context, rivals, Simulator::Piston, "scan", None);
+        let unknown = unknown.expect("a proposal");
+        assert!(unknown.duration_s.is_none() && !unknown.what.contains("pace"), "{unknown:?}");
+        assert_eq!(duration(45.0), "about 45 s");
+        assert_eq!(duration(1500.0), "about 25 min");
+        assert_eq!(duration(9000.0), "about 2.5 h");
+    }
+
+    #[test]
+    fn its_plan_keeps_drives_and_speed() {
+        let prepared = recorded(&[50.0, 100.0], 4e-3, 10);
+        let extent = Extent::of(&prepared.observations).expect("an area");
         let proposal = Proposal {
-            what: "the same planes at a third of the speed",
+            what: "the same planes at a third of the speed".to_owned(),
             heights_mm: vec![50.0, 100.0],
             drives: vec![
                 Excitation::Focus(Vec3::new(17.5e-3, -22.5e-3, 0.1)),
                 Excitation::Uniform,
                 random_phases(36, 1),
             ],
+            passes: 1,
             raster: false,
             speed_m_s: Some(0.04 * SLOWER),
+            slower: 1.0 / SLOWER,
         };
-        let text = proposal.plan(Simulator::Piston, "scan", 70.0, 2.0);
+        let text = proposal.plan(Simulator::Piston, "scan", &extent, extent.grid(6, 1.0));
         let plan = Plan::parse(TomlSource::new(Path::new("next.toml"), text.as_str()));
         let plan = plan.expect("a good plan");
         assert_eq!(plan.foci.len(), 3);

@@ -176,6 +176,7 @@ impl ReportBuilder<'_> {
             [&self.scored[one].fit, &self.scored[other].fit],
             self.simulator,
             &self.scans[0].setup.name,
+            seconds_a_reading(&self.scans[0]),
         )
     }
 
@@ -242,4 +243,12 @@ fn fitted(fit: &Fit) -> Vec<Vec<Estimate>> {
             fitted
         })
         .collect()
+}
+
+/// The pace of a scan, moves included, s; `None` where its readings have no times.
+fn seconds_a_reading(scan: &RecordedScan) -> Option<f64> {
+    let driven = || scan.samples.iter().filter(|sample| sample.focus.is_some());
+    let (first, last) = (driven().next()?, driven().next_back()?);
+    let pace_s = (last.time_s - first.time_s) / (driven().count() - 1) as f64;
+    (pace_s.is_finite() && pace_s > 0.0).then_some(pace_s)
 }

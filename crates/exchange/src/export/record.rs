@@ -180,7 +180,7 @@ fn add_readings(dataset: &mut Dataset, scan: &RecordedScan, comparison: Option<&
 }
 
 fn map_of_comparison(plane: &PlaneComparison) -> Option<Map> {
-    let ComparedMap { x_m, y_m, scan, simulation } = plane.map.clone()?;
+    let ComparedMap { x_m, y_m, scan, simulation, .. } = plane.map.clone()?;
     let difference = scan.iter().zip(&simulation).map(|(a, b)| a - b).collect();
     let layers = vec![
         ("reading", READINGS, scan),

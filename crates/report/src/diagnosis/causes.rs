@@ -3,29 +3,41 @@
 use maud::{Markup, html};
 
 use super::super::html::table;
-use super::evidence::MOST_BARS;
-use super::figures::DiagnosisFigures;
+use super::odds;
 use fieldgap_comparison::Uncertain;
-use fieldgap_diagnosis::{Candidate, Diagnosis, FittedParameter};
-use fieldgap_text::{ABSENT, fixed, percent, raised, significant, uncertain};
+use fieldgap_diagnosis::{Candidate, Diagnosis, FittedParameter, Standing};
+use fieldgap_text::{ABSENT, fixed, percent, significant, uncertain};
 
-/// How probable the candidates are, and the parameters of those that remain possible.
-pub(super) fn possible(diagnosis: &Diagnosis, figures: &DiagnosisFigures) -> Markup {
+/// How probable the candidates are that are not ruled out, and the parameters of those that remain possible.
+pub(super) fn possible(diagnosis: &Diagnosis) -> Markup {
     let contenders = diagnosis.contenders();
+    let shown = diagnosis.ranked.iter().filter(|candidate| !is_ruled_out(diagnosis, candidate));
     html! {
-        @if let Some(figure) = &figures.evidence { (figure.markup(&evidence_note(diagnosis))) }
+        (ranking("Every cause or set of causes that is not ruled out", diagnosis, shown))
         @if !contenders.is_empty() { (parameters(diagnosis, &contenders)) }
     }
 }
 
-fn evidence_note(diagnosis: &Diagnosis) -> Markup {
-    html! {
-        p {
-            "Probability of each cause or set of causes"
-            @if diagnosis.ranked.len() > MOST_BARS { " (the " (MOST_BARS) " most probable)" }
-            ", on a logarithmic scale. Unlikely causes and those ruled out are labelled with their odds against the best."
-        }
-    }
+fn is_ruled_out(diagnosis: &Diagnosis, candidate: &Candidate) -> bool {
+    diagnosis.standing(candidate).0 == Standing::RuledOut
+}
+
+/// Candidates with their probability and their odds in words.
+fn ranking<'a>(
+    caption: &str,
+    diagnosis: &Diagnosis,
+    candidates: impl Iterator<Item = &'a Candidate>,
+) -> Markup {
+    let rows = candidates.map(|candidate| {
+        vec![
+            candidate.name(),
+            odds::probability(candidate.probability),
+            odds::against_best(diagnosis, candidate),
+            percent(candidate.gap_after),
+        ]
+    });
+    let columns = ["Cause", "Probability", "Compared with the best", "Residual gap"];
+    html! { div class="ranking" { (table(caption, &columns, rows)) } }
 }
 
 /// The columns of the parameters, with their classes.
@@ -76,7 +88,7 @@ fn rows(diagnosis: &Diagnosis, candidate: &Candidate) -> Markup {
             tr {
                 @if place == 0 {
                     th scope="rowgroup" class="name" rowspan=(span) { (candidate.name()) }
-                    td rowspan=(span) { (fixed(candidate.probability, 3)) }
+                    td rowspan=(span) { (odds::probability(candidate.probability)) }
                     td rowspan=(span) { (percent(candidate.gap_after)) }
                 }
                 td class="name" { (name) }
@@ -117,30 +129,17 @@ fn in_words(parameter: &FittedParameter, name: &str, reading_unit: &str) -> Stri
     }
 }
 
-/// The causes that are unlikely or ruled out, with their odds; `None` where there is none.
+/// The causes that are ruled out, folded; `None` where there is none.
 pub(super) fn ruled_out(diagnosis: &Diagnosis) -> Option<Markup> {
-    let out = diagnosis.ruled_out();
-    if out.is_empty() {
-        return None;
-    }
-    let rows = out.iter().map(|candidate| {
-        let (standing, odds) = diagnosis.standing(candidate);
-        vec![
-            candidate.name(),
-            standing.to_string(),
-            raised(&odds),
-            fixed(candidate.log_evidence, 1),
-            percent(candidate.gap_after),
-        ]
-    });
-    let caption = "Unlikely: odds of 1 : 20 or worse. Ruled out: odds worse than 1 : 150. The residual gap is that of the best \
-                   parameters.";
-    let columns = [
-        "Cause",
-        "Status",
-        "Odds against the best",
-        "Log evidence relative to the best",
-        "Residual gap",
-    ];
-    Some(table(caption, &columns, rows))
+    let out: Vec<&Candidate> =
+        diagnosis.ranked.iter().filter(|candidate| is_ruled_out(diagnosis, candidate)).collect();
+    let summary = match out.len() {
+        0 => return None,
+        1 => "1 cause or set of causes is ruled out".to_owned(),
+        many => format!("{many} causes or sets of causes are ruled out"),
+    };
+    let caption = "More than 150 times less likely than the best account. The residual gap is that of the best parameters.";
+    Some(html! {
+        details { summary { (summary) } (ranking(caption, diagnosis, out.into_iter())) }
+    })
 }

@@ -4,14 +4,12 @@ use rayon::prelude::*;
 
 use super::super::figure::Figure;
 use super::super::picture::{Drawn, PictureError, ResidualMaps};
-use super::{evidence, waterfall};
+use super::waterfall;
 use fieldgap_diagnosis::{DiagnosedPlane, Diagnosis};
 use fieldgap_text::fixed;
 
 /// All pictures of a diagnosis.
 pub(super) struct DiagnosisFigures {
-    /// The probability of each candidate; `None` where none was fitted.
-    pub evidence: Option<Figure>,
     /// The share that each effect explains; `None` where there is nothing to explain.
     pub waterfall: Option<Figure>,
     /// The maps of each plane; `None` where its points lie on no grid.
@@ -21,8 +19,6 @@ pub(super) struct DiagnosisFigures {
 impl DiagnosisFigures {
     /// Draws them all.
     pub fn draw(diagnosis: &Diagnosis) -> Result<Self, PictureError> {
-        let named = |name: &str, drawn: Drawn| Figure::new(name.to_owned(), drawn);
-        let evidence = evidence::chart(diagnosis).map(|chart| Drawn::new(&chart)).transpose()?;
         let waterfall = waterfall::chart(diagnosis).map(|chart| Drawn::new(&chart)).transpose()?;
         let planes = diagnosis
             .planes
@@ -34,15 +30,14 @@ impl DiagnosisFigures {
             })
             .collect::<Result<Vec<_>, PictureError>>()?;
         Ok(Self {
-            evidence: evidence.map(|drawn| named("evidence", drawn)),
-            waterfall: waterfall.map(|drawn| named("waterfall", drawn)),
+            waterfall: waterfall.map(|drawn| Figure::new("waterfall".to_owned(), drawn)),
             planes,
         })
     }
 
     /// Every picture.
     pub fn all(&self) -> impl Iterator<Item = &Figure> {
-        [&self.evidence, &self.waterfall].into_iter().chain(&self.planes).flatten()
+        std::iter::once(&self.waterfall).chain(&self.planes).flatten()
     }
 }
 

@@ -29,9 +29,9 @@ pub(super) fn guide() -> Markup {
              explain more to be equally probable.",
         ),
         (
-            "Odds",
-            "How many times more probable the best candidate is. Up to 1 : 20 a cause remains possible. Beyond that it is \
-             unlikely, and beyond 1 : 150 it is ruled out (limits of Kass and Raftery, 1995).",
+            "Times less likely",
+            "How many times more probable the best candidate is. Up to 20 times a cause remains possible. Beyond that it is \
+             unlikely, and beyond 150 times it is ruled out (limits of Kass and Raftery, 1995).",
         ),
         (
             "Explained",

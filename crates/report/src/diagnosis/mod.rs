@@ -4,11 +4,11 @@
 //! A diagnosis gives the same report every time, byte for byte.
 
 mod causes;
-mod evidence;
 mod figures;
 mod gap_budget;
 mod guide;
 mod heights;
+mod odds;
 mod open_questions;
 mod page;
 mod residual_structure;

@@ -26,7 +26,7 @@ pub(super) fn page(
 ) -> String {
     let sections = [
         ("verdict", "Verdict", Some(verdict(diagnosis))),
-        ("causes", "Causes", Some(causes::possible(diagnosis, figures))),
+        ("causes", "Causes", Some(causes::possible(diagnosis))),
         ("waterfall", "Gap budget", gap_budget::waterfall(figures)),
         ("heights", "Before and after", Some(heights::heights(diagnosis, figures))),
         ("where", "Where the gap lies", Some(gap_budget::shares(diagnosis))),

@@ -42,7 +42,6 @@ pub(super) fn chart(diagnosis: &Diagnosis) -> Option<BarChart> {
         range: (0.0, 1.0),
         ticks: (0..=5).map(|fifth| (f64::from(fifth) / 5.0, format!("{} %", 20 * fifth))).collect(),
         label: "squared gap beyond noise".to_owned(),
-        guides: Vec::new(),
         description: format!(
             "Bar chart of the squared gap beyond noise, with the share that each effect explains: {}.",
             listed(&parts)

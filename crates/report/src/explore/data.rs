@@ -1,17 +1,25 @@
 //! The maps as the page's script reads them.
 
+use std::f64::consts::TAU;
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
+use crate::simulation::SimulatedMap;
 use crate::worst_plane::worst_plane;
+use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{Comparison, PlaneComparison};
+
+/// Points of a page of a simulation, at most.
+const MOST_POINTS: f64 = 1e6;
 
 /// All maps of a report.
 #[derive(Serialize)]
 pub(super) struct Maps<'a> {
+    /// Unit of the amplitudes; empty for the simulator's own, or the receiver's.
     unit: &'a str,
-    /// What is shown first: the worst height.
+    /// What is shown first: the worst height, or that of the focus.
     start: Option<Start>,
     comparisons: Vec<Simulated>,
 }
@@ -32,7 +40,7 @@ struct Simulated {
     planes: Vec<Plane>,
 }
 
-/// The two maps of one drive and height, row by row.
+/// The maps of one drive and height, row by row.
 #[derive(Serialize)]
 struct Plane {
     drive: usize,
@@ -40,8 +48,12 @@ struct Plane {
     x_mm: Vec<f64>,
     y_mm: Vec<f64>,
     /// Little-endian 32-bit floats in base64; NaN where nothing was measured.
-    scan: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scan: Option<String>,
     simulation: String,
+    /// The simulated phase in 256ths of a turn from minus half a turn on, one byte each, in base64.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    phase: Option<String>,
     /// The focus over this plane, if it has one.
     focus_mm: Option<[f64; 2]>,
 }
@@ -64,6 +76,48 @@ impl<'a> Maps<'a> {
         let drawn = comparisons.iter().any(|comparison| !comparison.planes.is_empty());
         drawn.then_some(Self { unit, start, comparisons })
     }
+
+    /// The maps of simulated planes; `None` if there is none.
+    pub(super) fn of_simulation(simulator: Simulator, planes: &[SimulatedMap]) -> Option<Self> {
+        let distance = |plane: &&SimulatedMap| {
+            plane.focus_m.map_or(f64::INFINITY, |focus_m| (focus_m.z - plane.grid.z_m).abs())
+        };
+        let first = planes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        let start = Some(Start { drive: first.drive, z_mm: rounded_mm(first.grid.z_m) });
+        let points = planes.iter().map(|plane| plane.amplitude.len()).sum();
+        let simulated = Simulated {
+            simulator: simulator.to_string(),
+            noise: [0.0; 2],
+            planes: planes.iter().map(|plane| simulated(plane, stride(points))).collect(),
+        };
+        Some(Self { unit: "", start, comparisons: vec![simulated] })
+    }
+}
+
+/// Every how many columns and rows are in the page, of so many points in all: pages of more points open slowly.
+pub(super) fn stride(points: usize) -> usize {
+    (points as f64 / MOST_POINTS).sqrt().ceil().max(1.0) as usize
+}
+
+fn simulated(map: &SimulatedMap, stride: usize) -> Plane {
+    let thinned = |along_m: &[f64]| -> Vec<f64> {
+        along_m.iter().step_by(stride).map(|m| rounded_mm(*m)).collect()
+    };
+    let columns = map.grid.x_m.len().max(1);
+    let values = |of: &[f64]| -> Vec<f64> {
+        let rows = of.chunks(columns).step_by(stride);
+        rows.flat_map(|row| row.iter().step_by(stride).copied()).collect()
+    };
+    Plane {
+        drive: map.drive,
+        z_mm: rounded_mm(map.grid.z_m),
+        x_mm: thinned(&map.grid.x_m),
+        y_mm: thinned(&map.grid.y_m),
+        scan: None,
+        simulation: packed(&values(&map.amplitude)),
+        phase: Some(packed_phase(&values(&map.phase_rad))),
+        focus_mm: map.focus_m.map(|at| [rounded_mm(at.x), rounded_mm(at.y)]),
+    }
 }
 
 fn plane(plane: &PlaneComparison) -> Option<Plane> {
@@ -74,8 +128,9 @@ fn plane(plane: &PlaneComparison) -> Option<Plane> {
         z_mm: rounded_mm(plane.z_m),
         x_mm: millimetres(&map.x_m),
         y_mm: millimetres(&map.y_m),
-        scan: packed(&map.scan),
+        scan: Some(packed(&map.scan)),
         simulation: packed(&map.simulation),
+        phase: map.phase_rad.as_deref().map(packed_phase),
         focus_mm: plane.target_in_scan_m.map(|at| [rounded_mm(at.x), rounded_mm(at.y)]),
     })
 }
@@ -83,6 +138,12 @@ fn plane(plane: &PlaneComparison) -> Option<Plane> {
 /// A length in millimetres to the micrometre, which is enough for a picture.
 fn rounded_mm(metres: f64) -> f64 {
     (metres * 1e6).round() / 1e3
+}
+
+fn packed_phase(phases_rad: &[f64]) -> String {
+    // 256 steps are finer than a colour scale shows.
+    let step = |phase: &f64| ((phase / TAU + 0.5) * 256.0).round().rem_euclid(256.0) as u8;
+    STANDARD.encode(phases_rad.iter().map(step).collect::<Vec<u8>>())
 }
 
 fn packed(values: &[f64]) -> String {
@@ -93,6 +154,20 @@ fn packed(values: &[f64]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn phases_are_bytes_from_minus_half_a_turn_on() {
+        let bytes = STANDARD.decode(packed_phase(&[-0.5 * TAU, 0.0, 0.25 * TAU, 0.4999 * TAU]));
+        assert_eq!(bytes.expect("base64"), [0, 128, 192, 0]);
+    }
+
+    #[test]
+    fn large_simulations_are_thinned() {
+        assert_eq!(
+            (stride(0), stride(1_000_000), stride(1_000_001), stride(9_000_000)),
+            (1, 1, 2, 3)
+        );
+    }
 
     #[test]
     fn values_are_little_endian_floats() {

@@ -1,40 +1,55 @@
 "use strict";
 
-// Draws the maps of a report. Everything is in the page: the data, and the script of Plotly.
+// Draws the maps of a report or of a simulation. Everything is in the page: the data, and the script of Plotly.
 
-const SHOWN = ["scan", "simulation", "difference"];
 const SECTIONS = ["along-x", "along-y", "along-z"];
 const LEAST_DECIBELS = -50;
-const CONFIGURATION = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
+// On a narrow screen the buttons would cover the titles.
+const displayModeBar = matchMedia("(max-width: 640px)").matches ? false : "hover";
+const CONFIGURATION = { responsive: true, displaylogo: false, displayModeBar, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
 
-const bytes = (base64) => Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+/** The colours of a phase: as light everywhere, and the last is the first. "phase" of cmocean (K. M. Thyng et al., Oceanography 29(3), 2016). */
+const CYCLIC = ["#a8780d", "#c56033", "#d94360", "#dd26a3", "#c43be0", "#9961f4", "#5f7fe4", "#2890b7", "#0f9788", "#279953", "#778d11", "#a8780d"]
+  .map((colour, index, all) => [index / (all.length - 1), colour]);
+/** Amplitude, as a share of the largest of a height, below which no phase is shown. */
+const LEAST_AMPLITUDE = 0.05;
+/** Points of the view in three dimensions, at most. */
+const MOST_POINTS_3D = 60000;
 
-/** Unpacks the script of Plotly and runs it. */
-async function loadPlotly() {
-  const packed = bytes(document.getElementById("plotly").textContent);
+function bytes(base64) {
+  const text = atob(base64);
+  const values = new Uint8Array(text.length);
+  for (let index = 0; index < text.length; index += 1) values[index] = text.charCodeAt(index);
+  return values;
+}
+
+/** Unpacks a script of Plotly and runs it. */
+async function loadPlotly(id) {
+  const packed = bytes(document.getElementById(id).textContent);
   const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
   const script = document.createElement("script");
   script.textContent = await new Response(unpacked).text();
   document.head.append(script);
 }
 
-/** The data, with each map as an array of rows. */
-function readMaps() {
-  const maps = JSON.parse(document.getElementById("maps").textContent);
-  for (const comparison of maps.comparisons) {
-    for (const plane of comparison.planes) {
-      for (const name of ["scan", "simulation"]) {
-        const values = new Float32Array(bytes(plane[name]).buffer);
-        const columns = plane.x_mm.length;
-        plane[name] = plane.y_mm.map((_, row) =>
-          Array.from(values.subarray(row * columns, (row + 1) * columns)));
-      }
-    }
+/** The rows of a map of a plane: "scan", "simulation" or "phase" (degrees). They are unpacked when they are first asked for. */
+function rows(plane, name) {
+  if (typeof plane[name] === "string") {
+    const packed = bytes(plane[name]);
+    const values = name === "phase"
+      ? Float32Array.from(packed, (step) => (step * 360) / 256 - 180)
+      : new Float32Array(packed.buffer);
+    const columns = plane.x_mm.length;
+    plane[name] = plane.y_mm.map((_, row) => values.subarray(row * columns, (row + 1) * columns));
   }
-  return maps;
+  return plane[name];
 }
 
-const largest = (rows) => rows.flat().filter(Number.isFinite).reduce((a, b) => Math.max(a, b), 0);
+function largest(map) {
+  let top = 0;
+  for (const row of map) for (const value of row) if (value > top && value < Infinity) top = value;
+  return top;
+}
 
 /** Index of the entry nearest to a place. */
 const nearest = (along, at) =>
@@ -42,10 +57,10 @@ const nearest = (along, at) =>
     (Math.abs(place - at) < Math.abs(along[best] - at) ? index : best), 0);
 
 /** Row and column of the largest entry. */
-function peak(rows) {
-  const top = largest(rows);
-  const row = Math.max(0, rows.findIndex((values) => values.includes(top)));
-  return [row, Math.max(0, rows[row].indexOf(top))];
+function peak(map) {
+  const top = largest(map);
+  const row = Math.max(0, map.findIndex((values) => values.includes(top)));
+  return [row, Math.max(0, map[row].indexOf(top))];
 }
 
 /** Text that Plotly shows as it is: it takes some markup in titles. */
@@ -66,6 +81,13 @@ class Explorer {
       select.parentElement.hidden = names.length < 2;
     };
     const { comparison, drive } = this.form;
+    const planes = maps.comparisons.flatMap((one) => one.planes);
+    this.isMeasured = planes.some((plane) => plane.scan);
+    this.shownMaps = [...document.querySelectorAll("#fields > div")].map(({ id }) => id);
+    this.volume = document.getElementById("volume-fold");
+    this.volume.addEventListener("toggle", () => this.drawVolume());
+    // Whether the whole script is there, which draws in three dimensions: "no", "loading" or "yes".
+    this.whole = "no";
     options(comparison, maps.comparisons.map(({ simulator }) => simulator));
     const withMaps = maps.comparisons.findIndex(({ planes }) => planes.length > 0);
     comparison.value = String(withMaps);
@@ -105,7 +127,7 @@ class Explorer {
   }
 
   unit() {
-    return this.maps.unit || "the receiver's unit";
+    return this.maps.unit || (this.isMeasured ? "the receiver's unit" : "simulator's unit");
   }
 
   layout(title, more) {
@@ -127,29 +149,43 @@ class Explorer {
     };
   }
 
-  /** Values, colour scale and title of one of the three maps. */
+  /** Values, colour scale and title of one of the maps. */
   shown(name) {
     const { plane, planes, form } = this;
     if (name === "difference") return this.difference();
+    if (name === "phase") return this.phase();
     const of = form.range.value === "all" ? planes : [plane];
-    const top = Math.max(...of.map(({ scan, simulation }) => Math.max(largest(scan), largest(simulation))));
+    const names = this.isMeasured ? ["scan", "simulation"] : ["simulation"];
+    const top = Math.max(...of.flatMap((one) => names.map((map) => largest(rows(one, map)))));
     const title = name === "scan" ? "scan" : `simulation (${this.comparison.simulator})`;
+    const map = rows(plane, name);
     if (form.scale.value === "linear") {
-      return { z: plane[name], zmin: 0, zmax: top, colorscale: "Viridis", title, unit: this.maps.unit };
+      return { z: map, zmin: 0, zmax: top, colorscale: "Viridis", title, unit: this.unit() };
     }
-    const decibels = (value) => Math.max(LEAST_DECIBELS, 20 * Math.log10(Math.max(value, 1e-300) / top));
-    const z = plane[name].map((row) => row.map(decibels));
+    const decibels = (value) => Math.max(LEAST_DECIBELS, 20 * Math.log10(Math.max(value, 1e-30) / top));
+    const z = map.map((row) => row.map(decibels));
     return { z, zmin: LEAST_DECIBELS, zmax: 0, colorscale: "Viridis", title, unit: "dB" };
+  }
+
+  /** The phase of the simulation, left out where the amplitude is small. */
+  phase() {
+    const { plane } = this;
+    const [amplitude, phase] = [rows(plane, "simulation"), rows(plane, "phase")];
+    const least = LEAST_AMPLITUDE * largest(amplitude);
+    const z = phase.map((row, r) => row.map((value, c) => (amplitude[r][c] >= least ? value : NaN)));
+    const tickvals = [-180, -90, 0, 90, 180];
+    const colorbar = { tickvals, ticktext: tickvals.map((tick) => minus(String(tick))) };
+    return { z, zmin: -180, zmax: 180, colorscale: CYCLIC, title: "phase of the simulation", unit: "degrees", colorbar };
   }
 
   /** The difference: in the unit, or in standard errors on a scale that never saturates. */
   difference() {
-    const { scan, simulation } = this.plane;
+    const [scan, simulation] = [rows(this.plane, "scan"), rows(this.plane, "simulation")];
     const differ = scan.map((row, r) => row.map((value, c) => value - simulation[r][c]));
     const colours = { colorscale: "RdBu", title: "scan − simulation" };
     if (this.form.difference.value === "unit") {
       const top = largest(differ.map((row) => row.map(Math.abs))) || 1;
-      return { z: differ, zmin: -top, zmax: top, unit: this.maps.unit, ...colours };
+      return { z: differ, zmin: -top, zmax: top, unit: this.unit(), ...colours };
     }
     const errors = differ.map((row, r) => row.map((value, c) => value / this.error(simulation[r][c])));
     const z = errors.map((row) => row.map(Math.asinh));
@@ -163,7 +199,8 @@ class Explorer {
   drawMap(name) {
     const { plane } = this;
     const { z, zmin, zmax, colorscale, title, unit, colorbar } = this.shown(name);
-    const surface = this.form.view.value === "surface";
+    // A surface of a phase would have walls where it turns over.
+    const surface = this.form.view.value === "surface" && name !== "phase";
     const bar = { thickness: 12, title: { text: plain(unit), side: "right" }, ...colorbar };
     const common = { x: plane.x_mm, y: plane.y_mm, z, colorscale, colorbar: bar };
     const trace = surface
@@ -212,12 +249,18 @@ class Explorer {
   /** Says the values at a row and column. */
   tell([row, column]) {
     const { plane } = this;
-    const [scan, simulation] = [plane.scan[row][column], plane.simulation[row][column]];
-    const difference = scan - simulation;
-    const errors = difference / this.error(simulation);
-    const text = `(${plane.x_mm[column]}, ${plane.y_mm[row]}, ${plane.z_mm}) mm: scan ${digits(scan)}, `
-      + `simulation ${digits(simulation)}, difference ${digits(difference)} ${this.unit()} = `
-      + `${digits(errors)} standard errors`;
+    const at = (name) => rows(plane, name)[row][column];
+    const simulation = at("simulation");
+    let text = `(${plane.x_mm[column]}, ${plane.y_mm[row]}, ${plane.z_mm}) mm: `;
+    if (this.isMeasured) {
+      const difference = at("scan") - simulation;
+      text += `scan ${digits(at("scan"))}, simulation ${digits(simulation)}, difference ${digits(difference)} `
+        + `${this.unit()} = ${digits(difference / this.error(simulation))} standard errors`;
+    } else {
+      const decibels = 20 * Math.log10(simulation / largest(rows(plane, "simulation")));
+      text += `amplitude ${digits(simulation)} (${this.unit()}), ${digits(decibels)} dB of the largest at this height`;
+    }
+    if (plane.phase) text += `, phase of the simulation ${Math.round(at("phase"))}°`;
     document.getElementById("values").textContent = minus(text);
   }
 
@@ -225,51 +268,119 @@ class Explorer {
     const { plane, planes } = this;
     const [row, column] = this.place;
     const [x, y] = [plane.x_mm[column], plane.y_mm[row]];
-    const column_of = (values) => values.map((along) => along[column]);
-    const over = (values) => planes.map((other) => {
-      const at = other[values][nearest(other.y_mm, y)];
-      return at[nearest(other.x_mm, x)];
-    });
-    const [along, scan, simulation, title, axis] = {
-      "along-x": [plane.x_mm, plane.scan[row], plane.simulation[row], `y = ${y} mm`, "x (mm)"],
-      "along-y": [plane.y_mm, column_of(plane.scan), column_of(plane.simulation), `x = ${x} mm`, "y (mm)"],
-      "along-z": [planes.map((other) => other.z_mm), over("scan"), over("simulation"), `(${x}, ${y}) mm`, "z (mm)"],
+    const [along, title, axis, of] = {
+      "along-x": [plane.x_mm, `y = ${y} mm`, "x (mm)", (map) => Array.from(rows(plane, map)[row])],
+      "along-y": [plane.y_mm, `x = ${x} mm`, "y (mm)", (map) => rows(plane, map).map((values) => values[column])],
+      "along-z": [planes.map((other) => other.z_mm), `(${x}, ${y}) mm`, "z (mm)", (map) => planes.map((other) =>
+        rows(other, map)[nearest(other.y_mm, y)][nearest(other.x_mm, x)])],
     }[name];
-    const errors = { type: "data", array: scan.map((level) => this.error(level)), thickness: 1, width: 0 };
     const traces = [
-      { x: along, y: simulation, type: "scatter", mode: name === "along-z" ? "lines+markers" : "lines", name: "simulation", line: { color: "#d55e00", width: 2 } },
-      { x: along, y: scan, type: "scatter", mode: "markers", name: "scan", error_y: errors, marker: { color: "#0072b2", size: 5 } },
+      { x: along, y: of("simulation"), type: "scatter", mode: name === "along-z" ? "lines+markers" : "lines", name: "simulation", line: { color: "#d55e00", width: 2 } },
     ];
+    if (this.isMeasured) {
+      const scan = of("scan");
+      const errors = { type: "data", array: scan.map((level) => this.error(level)), thickness: 1, width: 0 };
+      traces.push({ x: along, y: scan, type: "scatter", mode: "markers", name: "scan", error_y: errors, marker: { color: "#0072b2", size: 5 } });
+    }
     const scale = this.form.scale.value === "linear" ? { rangemode: "tozero" } : { type: "log" };
     const layout = this.layout(minus(title), {
       xaxis: { title: { text: axis } },
-      yaxis: { title: { text: plain(`reading (${this.unit()})`) }, ...scale },
+      yaxis: { title: { text: plain(`${this.isMeasured ? "reading" : "pressure"} (${this.unit()})`) }, ...scale },
     });
     Plotly.react(document.getElementById(name), traces, layout, CONFIGURATION);
   }
 
+  /** The heights that lie on the grid of this one, thinned in x and y so that a graphics card can follow. */
+  stack() {
+    const { plane, planes } = this;
+    const alike = (a, b) => a.length === b.length && a[0] === b[0] && a.at(-1) === b.at(-1);
+    const stack = planes.filter((one) => alike(one.x_mm, plane.x_mm) && alike(one.y_mm, plane.y_mm));
+    const points = stack.length * plane.x_mm.length * plane.y_mm.length;
+    const stride = Math.max(1, Math.ceil(Math.sqrt(points / MOST_POINTS_3D)));
+    const thinned = (along) => along.map((_, index) => index).filter((index) => index % stride === 0);
+    return { stack, columns: thinned(plane.x_mm), lines: thinned(plane.y_mm) };
+  }
+
+  /** Whether what is drawn in three dimensions has to wait for the whole script, which is loaded when it is first needed. */
+  isWaiting() {
+    if (this.whole === "no") this.loadWhole();
+    return this.whole !== "yes";
+  }
+
+  async loadWhole() {
+    this.whole = "loading";
+    document.getElementById("values").textContent = "Unpacking…";
+    await loadPlotly("plotly-3d");
+    // Plots of one script cannot be changed by another.
+    for (const div of document.querySelectorAll(".js-plotly-plot")) {
+      div.replaceWith(Object.assign(document.createElement("div"), { id: div.id }));
+    }
+    this.whole = "yes";
+    this.draw();
+  }
+
+  /** The view in three dimensions, drawn only where it is opened. */
+  drawVolume() {
+    const { stack, columns, lines } = this.stack();
+    this.volume.hidden = stack.length < 2 || columns.length < 2 || lines.length < 2;
+    if (this.volume.hidden || !this.volume.open || this.isWaiting()) return;
+    const [x, y, z, value] = [[], [], [], []];
+    for (const one of stack) {
+      const map = rows(one, "simulation");
+      for (const row of lines) {
+        for (const column of columns) {
+          x.push(one.x_mm[column]);
+          y.push(one.y_mm[row]);
+          z.push(one.z_mm);
+          value.push(map[row][column]);
+        }
+      }
+    }
+    const top = value.reduce((a, b) => Math.max(a, b), 0) || 1;
+    const decibel = this.form.scale.value === "decibel";
+    const levels = decibel ? value.map((level) => Math.max(LEAST_DECIBELS, 20 * Math.log10(level / top))) : value;
+    const [isomin, isomax] = decibel ? [-12, -1] : [0.25 * top, 0.9 * top];
+    const none = { x: { show: false }, y: { show: false }, z: { show: false } };
+    const bar = { thickness: 12, title: { text: plain(decibel ? "dB" : this.unit()), side: "right" } };
+    const trace = { type: "isosurface", x, y, z, value: levels, isomin, isomax, surface: { count: 4 }, opacity: 0.45, caps: none, colorscale: "Viridis", colorbar: bar };
+    const axis = (name) => ({ title: { text: `${name} (mm)` } });
+    const scene = { xaxis: axis("x"), yaxis: axis("y"), zaxis: axis("z"), aspectmode: "data" };
+    Plotly.react(document.getElementById("volume"), [trace], this.layout(`simulation (${this.comparison.simulator}), surfaces of equal level`, { scene }), CONFIGURATION);
+  }
+
   draw() {
     const { form, planes } = this;
+    if (form.view.value === "surface" && this.isWaiting()) return;
     form.height.max = String(planes.length - 1);
     form.height.parentElement.hidden = planes.length < 2;
     const { plane } = this;
     form["height-mm"].value = minus(`${plane.z_mm} mm`);
-    const [row, column] = this.place ?? peak(plane.scan);
+    const [row, column] = this.place ?? peak(rows(plane, this.isMeasured ? "scan" : "simulation"));
     this.place = [Math.min(row, plane.y_mm.length - 1), Math.min(column, plane.x_mm.length - 1)];
     this.drawing = true;
-    SHOWN.forEach((name) => this.drawMap(name));
-    SECTIONS.forEach((name) => this.drawSection(name));
+    this.shownMaps.forEach((name) => this.drawMap(name));
     this.drawing = false;
     this.tell(this.place);
+    // The maps are seen first; the rest follows.
+    clearTimeout(this.rest);
+    this.rest = setTimeout(() => {
+      SECTIONS.forEach((name) => this.drawSection(name));
+      this.drawVolume();
+      if (this.whole !== "loading") document.documentElement.dataset.complete = "yes";
+    });
   }
 }
 
 (async () => {
   const began = performance.now();
+  const passed = () => String(Math.round(performance.now() - began));
+  const { dataset } = document.documentElement;
   try {
-    await loadPlotly();
-    new Explorer(readMaps()).draw();
-    document.documentElement.dataset.drawnMs = String(Math.round(performance.now() - began));
+    await loadPlotly("plotly");
+    dataset.loadedMs = passed();
+    new Explorer(JSON.parse(document.getElementById("maps").textContent)).draw();
+    dataset.drawnMs = passed();
+    dataset.sinceOpenedMs = String(Math.round(performance.now()));
   } catch (error) {
     document.getElementById("values").textContent = `The maps cannot be drawn by this browser: ${error}`;
   }

@@ -3,20 +3,22 @@
 use plotters::backend::DrawingBackend;
 
 use super::axes::{LABEL_TEXT, TICK_TEXT};
-use super::canvas::{Align, BLACK, Canvas, GREY, Pen, Rgb, WHITE};
+use super::canvas::{Align, BLACK, Canvas, Pen, Rgb};
 use super::{Picture, PictureError};
 
+/// Width of the picture; with long names it is wider, so that none is cut.
 const WIDTH: f64 = 1100.0;
-/// Above the bars, with and without guides.
-const TOP_ROOM: (f64, f64) = (30.0, 8.0);
+/// Least width of the scale.
+const LEAST_SCALE: f64 = 400.0;
+/// Above the bars.
+const TOP_ROOM: f64 = 8.0;
 const ROW: f64 = 30.0;
 const BAR: f64 = 18.0;
 const BOTTOM_ROOM: f64 = 62.0;
 /// Right of the scale, for the note after a bar that reaches its end.
 const RIGHT_ROOM: f64 = 170.0;
-/// A character of a label, CSS pixels; names longer than the room for them are cut.
+/// A character of a label, CSS pixels.
 const CHARACTER: f64 = 0.56 * LABEL_TEXT;
-const LONGEST_NAME: usize = 52;
 
 /// How prominent a bar is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,8 +61,6 @@ pub(crate) struct BarChart {
     pub ticks: Vec<(f64, String)>,
     /// The label of the scale.
     pub label: String,
-    /// Values with a dashed line over the whole chart, the label above it, and the side on which the label stands.
-    pub guides: Vec<(f64, &'static str, Align)>,
     /// A description for readers who cannot see it.
     pub description: String,
 }
@@ -68,27 +68,27 @@ pub(crate) struct BarChart {
 impl BarChart {
     fn left(&self) -> f64 {
         let longest = self.bars.iter().map(|bar| bar.name.chars().count()).max().unwrap_or(0);
-        30.0 + CHARACTER * longest.min(LONGEST_NAME) as f64
+        30.0 + CHARACTER * longest as f64
     }
 
     fn x(&self, value: f64) -> f64 {
         let (from, to) = self.range;
         let share = ((value - from) / (to - from)).clamp(0.0, 1.0);
-        self.left() + share * (WIDTH - RIGHT_ROOM - self.left())
+        self.left() + share * (self.width() - RIGHT_ROOM - self.left())
     }
 
-    fn top(&self) -> f64 {
-        if self.guides.is_empty() { TOP_ROOM.1 } else { TOP_ROOM.0 }
+    fn width(&self) -> f64 {
+        WIDTH.max(self.left() + LEAST_SCALE + RIGHT_ROOM)
     }
 
     fn bottom(&self) -> f64 {
-        self.top() + ROW * self.bars.len() as f64
+        TOP_ROOM + ROW * self.bars.len() as f64
     }
 }
 
 impl Picture for BarChart {
     fn size(&self) -> (u32, u32) {
-        (WIDTH as u32, (self.bottom() + BOTTOM_ROOM) as u32)
+        (self.width() as u32, (self.bottom() + BOTTOM_ROOM) as u32)
     }
 
     fn description(&self) -> String {
@@ -98,31 +98,16 @@ impl Picture for BarChart {
     fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
         let thin = Pen { colour: BLACK, width: 1.0 };
         for (index, bar) in self.bars.iter().enumerate() {
-            let middle = self.top() + ROW * (index as f64 + 0.5);
+            let middle = TOP_ROOM + ROW * (index as f64 + 0.5);
             let (left, right) = (self.x(bar.from.min(bar.to)), self.x(bar.from.max(bar.to)));
             // A bar of no length remains visible.
             let right = right.max(left + 1.5);
             let (top, bottom) = (middle - BAR / 2.0, middle + BAR / 2.0);
             let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
             canvas.fill(&corners, bar.weight.colour())?;
-            canvas.text(&cut(&bar.name), (self.left() - 10.0, middle), LABEL_TEXT, Align::Left)?;
-        }
-        for &(value, words, align) in &self.guides {
-            let x = self.x(value);
-            let line = [(x, self.top() - 4.0), (x, self.bottom())];
-            canvas.dashed(&line, &[2.0, 3.0], Pen { colour: GREY, width: 1.25 })?;
-            let beside = if align == Align::Left { -5.0 } else { 5.0 };
-            canvas.text(words, (x + beside, self.top() - 14.0), TICK_TEXT, align)?;
-        }
-        // After the guides, so that none crosses a label.
-        for (index, bar) in self.bars.iter().enumerate() {
-            let middle = self.top() + ROW * (index as f64 + 0.5);
-            let left = self.x(bar.from.max(bar.to)) + 8.0;
-            let right = left + CHARACTER * bar.note.chars().count() as f64;
-            let (top, bottom) = (middle - BAR / 2.0, middle + BAR / 2.0);
-            let room = [(left, top), (right, top), (right, bottom), (left, bottom)];
-            canvas.fill(&room, WHITE)?;
-            canvas.text(&bar.note, (left, middle), LABEL_TEXT, Align::Right)?;
+            canvas.text(&bar.name, (self.left() - 10.0, middle), LABEL_TEXT, Align::Left)?;
+            let after = self.x(bar.from.max(bar.to)) + 8.0;
+            canvas.text(&bar.note, (after, middle), LABEL_TEXT, Align::Right)?;
         }
         let (from, to) = (self.x(self.range.0), self.x(self.range.1));
         canvas.line((from, self.bottom()), (to, self.bottom()), thin)?;
@@ -134,14 +119,6 @@ impl Picture for BarChart {
         let middle = (from + to) / 2.0;
         canvas.text(&self.label, (middle, self.bottom() + 32.0), LABEL_TEXT, Align::Below)
     }
-}
-
-/// A name that has room.
-fn cut(name: &str) -> String {
-    if name.chars().count() <= LONGEST_NAME {
-        return name.to_owned();
-    }
-    name.chars().take(LONGEST_NAME - 3).chain("...".chars()).collect()
 }
 
 #[cfg(test)]
@@ -162,7 +139,6 @@ mod tests {
             range: (0.0, 1.0),
             ticks: vec![(0.0, "0".to_owned()), (1.0, "1".to_owned())],
             label: "share".to_owned(),
-            guides: vec![(0.25, "here", Align::Right)],
             description: "Bars.".to_owned(),
         }
     }
@@ -173,7 +149,7 @@ mod tests {
         let drawn = Drawn::new(&chart).expect("drawn");
         let image = image::load_from_memory(&drawn.png).expect("a PNG").to_rgb8();
         let pixel = |value: f64, row: f64| {
-            let (x, y) = (chart.x(value), chart.top() + ROW * (row + 0.5) + 4.0);
+            let (x, y) = (chart.x(value), TOP_ROOM + ROW * (row + 0.5) + 4.0);
             let image::Rgb([red, green, blue]) =
                 *image.get_pixel((2.0 * x) as u32, (2.0 * y) as u32);
             (red, green, blue)
@@ -185,8 +161,12 @@ mod tests {
     }
 
     #[test]
-    fn long_names_are_cut() {
-        assert_eq!(cut("pitch"), "pitch");
-        assert_eq!(cut(&"x".repeat(80)).chars().count(), LONGEST_NAME);
+    fn long_names_are_not_cut() {
+        let mut chart = chart();
+        chart.bars[0].name = "a cause of many words ".repeat(8);
+        let drawn = Drawn::new(&chart).expect("drawn");
+        assert!(drawn.svg.contains(chart.bars[0].name.trim_end()), "{}", drawn.svg);
+        assert!(chart.x(0.0) >= CHARACTER * chart.bars[0].name.len() as f64);
+        assert!(chart.x(1.0) - chart.x(0.0) >= LEAST_SCALE - 1.0);
     }
 }

@@ -11,7 +11,7 @@ use super::{PictureError, font};
 /// A point on the sheet: x to the right, y down, CSS pixels.
 pub(crate) type Point = (f64, f64);
 
-/// Backend pixels in a CSS pixel. The backends know whole pixels only, so that everything is drawn this many
+/// Backend pixels in a CSS pixel, unless a resolution is asked for. The backends know whole pixels only, so that everything is drawn this many
 /// times larger: an SVG says so in its `viewBox`, a PNG is averaged down, which smooths its edges.
 pub(crate) const OVERSAMPLING: u32 = 4;
 
@@ -46,9 +46,9 @@ pub(crate) struct Pen {
 }
 
 impl Pen {
-    fn style(self) -> ShapeStyle {
+    fn style(self, scale: f64) -> ShapeStyle {
         let (red, green, blue) = self.colour;
-        let width = (self.width * f64::from(OVERSAMPLING)).round().max(1.0);
+        let width = (self.width * scale).round().max(1.0);
         RGBColor(red, green, blue).stroke_width(width as u32)
     }
 }
@@ -79,21 +79,34 @@ impl TextFit {
 pub(crate) struct Canvas<'a, B> {
     backend: &'a mut B,
     text_fit: TextFit,
+    /// Backend pixels in a CSS pixel.
+    scale: f64,
 }
 
 impl<'a, B: DrawingBackend> Canvas<'a, B> {
-    /// A white sheet over the whole of the backend.
-    pub fn new(backend: &'a mut B, text_fit: TextFit) -> Result<Self, PictureError> {
+    /// A white sheet over the whole of the backend, with so many of its pixels in a CSS pixel.
+    pub fn new(backend: &'a mut B, text_fit: TextFit, scale: f64) -> Result<Self, PictureError> {
         font::register();
         let (width, height) = backend.get_size();
         let whole = (width as i32, height as i32);
         backend.draw_rect((0, 0), whole, &filling(WHITE), true).map_err(drawing)?;
-        Ok(Self { backend, text_fit })
+        Ok(Self { backend, text_fit, scale })
+    }
+
+    /// Backend pixels in a CSS pixel.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// A point in backend pixels.
+    fn device(&self, (x, y): Point) -> (i32, i32) {
+        ((x * self.scale).round() as i32, (y * self.scale).round() as i32)
     }
 
     /// A straight line.
     pub fn line(&mut self, from: Point, to: Point, pen: Pen) -> Result<(), PictureError> {
-        self.backend.draw_path([device(from), device(to)], &pen.style()).map_err(drawing)
+        let (from, to) = (self.device(from), self.device(to));
+        self.backend.draw_path([from, to], &pen.style(self.scale)).map_err(drawing)
     }
 
     /// A line of dashes through the points: `pattern` gives the lengths of dash, gap, dash, gap ... in CSS
@@ -123,7 +136,7 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
 
     /// A filled polygon.
     pub fn fill(&mut self, points: &[Point], colour: Rgb) -> Result<(), PictureError> {
-        let points = points.iter().map(|&p| device(p));
+        let points: Vec<(i32, i32)> = points.iter().map(|&p| self.device(p)).collect();
         self.backend.fill_polygon(points, &filling(colour)).map_err(drawing)
     }
 
@@ -146,7 +159,7 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
             if align == Align::Upwards { FontTransform::Rotate270 } else { FontTransform::None };
         let drop = size * self.text_fit.drop;
         let at = if align == Align::Upwards { (at.0 + drop, at.1) } else { (at.0, at.1 + drop) };
-        let size_px = size * self.text_fit.size * f64::from(OVERSAMPLING);
+        let size_px = size * self.text_fit.size * self.scale;
         let mut style = FontDesc::new(FontFamily::Name(font::FAMILY), size_px, FontStyle::Normal)
             .transform(turn)
             .color(&plotters::style::BLACK);
@@ -154,7 +167,8 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
         // A name may hold anything; XML does not allow control characters.
         let printable: String =
             text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
-        self.backend.draw_text(&printable, &style, device(at)).map_err(drawing)
+        let at = self.device(at);
+        self.backend.draw_text(&printable, &style, at).map_err(drawing)
     }
 
     /// A picture of backend pixels, three bytes each, with its upper left corner at a point.
@@ -164,14 +178,9 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
         size_px: (u32, u32),
         rgb: &[u8],
     ) -> Result<(), PictureError> {
-        self.backend.blit_bitmap(device(at), size_px, rgb).map_err(drawing)
+        let at = self.device(at);
+        self.backend.blit_bitmap(at, size_px, rgb).map_err(drawing)
     }
-}
-
-/// A point in backend pixels.
-fn device((x, y): Point) -> (i32, i32) {
-    let scale = f64::from(OVERSAMPLING);
-    ((x * scale).round() as i32, (y * scale).round() as i32)
 }
 
 fn drawing(error: impl std::error::Error) -> PictureError {

@@ -5,6 +5,7 @@ use plotters::backend::DrawingBackend;
 use super::axes::{Axes, LABEL_TEXT};
 use super::canvas::{Align, Canvas, GREY, Pen, Point};
 use super::marker::Series;
+use super::panel_row::PanelRow;
 use super::plane_maps::reading_label;
 use super::{Picture, PictureError, panel_row};
 use crate::peak_distance::peak_distance_m;
@@ -12,6 +13,7 @@ use fieldgap_comparison::{Comparison, FieldFigures, PlaneComparison, Uncertain};
 
 /// The curves of one drive over its heights.
 pub(crate) struct HeightCurves {
+    row: PanelRow,
     panels: Vec<Panel>,
     series: Vec<Series>,
     heights_mm: (f64, f64),
@@ -89,9 +91,10 @@ impl HeightCurves {
             },
             aside,
         ];
+        let row = PanelRow::new(panels.len());
         let series = fields.iter().map(|(series, _)| *series).collect();
         let focus_height_mm = targets.map(|target| target.z * 1e3);
-        Some(Self { panels, series, heights_mm, focus_height_mm })
+        Some(Self { panels, row, series, heights_mm, focus_height_mm })
     }
 
     fn panel<B: DrawingBackend>(
@@ -102,7 +105,7 @@ impl HeightCurves {
     ) -> Result<(), PictureError> {
         let margin = 0.06 * (self.heights_mm.1 - self.heights_mm.0);
         let x = (self.heights_mm.0 - margin, self.heights_mm.1 + margin);
-        let axes = panel_row::axes(index, x, (0.0, panel.top()));
+        let axes = self.row.axes(index, x, (0.0, panel.top()));
         if let Some(z) = self.focus_height_mm.filter(|&z| axes.holds(z, 0.0)) {
             let line = [axes.place(z, axes.y.0), axes.place(z, axes.y.1)];
             canvas.dashed(&line, &[1.0, 4.0], Pen { colour: GREY, width: 1.25 })?;
@@ -117,17 +120,24 @@ impl HeightCurves {
             .try_for_each(|(series, points)| curve(canvas, &axes, *series, points))
     }
 
+    /// Widths of the entries of the legend: the series, and the focal height.
+    fn legend_widths(&self) -> Vec<f64> {
+        let of_series =
+            self.series.iter().map(|series| 84.0 + 7.0 * series.name().chars().count() as f64);
+        of_series.chain(self.focus_height_mm.map(|_| 110.0)).collect()
+    }
+
     fn legend<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
-        let y = f64::from(self.size().1) - 18.0;
-        let mut x = panel_row::LEFT_ROOM;
-        for series in &self.series {
+        let widths = self.legend_widths();
+        for (index, series) in self.series.iter().enumerate() {
+            let (x, y) = self.row.legend_place(index, &widths);
             let pen = Pen { colour: series.colour(), width: 1.75 };
             canvas.dashed(&[(x, y), (x + 40.0, y)], series.dash(), pen)?;
             series.mark_on_curve(canvas, (x + 20.0, y), true)?;
             canvas.text(&series.name(), (x + 48.0, y), LABEL_TEXT, Align::Right)?;
-            x += 84.0 + 7.0 * series.name().chars().count() as f64;
         }
         if self.focus_height_mm.is_some() {
+            let (x, y) = self.row.legend_place(self.series.len(), &widths);
             let line = [(x, y - 9.0), (x, y + 9.0)];
             canvas.dashed(&line, &[1.0, 4.0], Pen { colour: GREY, width: 1.25 })?;
             canvas.text("focal height", (x + 10.0, y), LABEL_TEXT, Align::Right)?;
@@ -150,7 +160,12 @@ impl Panel {
 
 impl Picture for HeightCurves {
     fn size(&self) -> (u32, u32) {
-        panel_row::size(self.panels.len())
+        self.row.size()
+    }
+
+    fn fit(&mut self, width: f64) -> Result<(), f64> {
+        let legend = self.legend_widths();
+        self.row.fit(width, &legend)
     }
 
     fn description(&self) -> String {

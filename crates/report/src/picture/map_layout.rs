@@ -21,6 +21,11 @@ const RIGHT_ROOM: f64 = 94.0;
 /// Distance between signs, CSS pixels, at least.
 const SIGN_SPACING: f64 = 15.0;
 
+/// The same of a panel that stands alone in its row, whose title and legend reach beyond it.
+const LEAST_STACKED_WIDTH: f64 = 110.0;
+/// Most height of a map over the width of its panel, where a width is asked for.
+const MOST_HEIGHT: f64 = 1.25;
+
 /// Distance between panels that stand one below the other: titles and axes.
 const STACKED_GAP: f64 = 66.0;
 /// Height of a line of the legend.
@@ -78,6 +83,27 @@ impl MapLayout {
     pub fn stacked(mut self) -> Self {
         self.stacked = true;
         self
+    }
+
+    /// Makes a picture of some panels as wide as asked for, CSS pixels; its panels stand one below the other where a row has no room.
+    ///
+    /// # Errors
+    /// The least width.
+    pub fn fit(&mut self, panels: usize, width: f64) -> Result<(), f64> {
+        let right = PANEL_GAP + RIGHT_ROOM;
+        let between = (panels - 1) as f64 * PANEL_GAP
+            + self.after_first.min((panels - 1) as f64 * RIGHT_ROOM);
+        let in_row = (width - LEFT_ROOM - between - right) / panels as f64;
+        self.stacked = in_row < LEAST_PANEL_WIDTH;
+        let panel_width = if self.stacked { width - LEFT_ROOM - right } else { in_row };
+        if panel_width < LEAST_STACKED_WIDTH {
+            return Err(LEFT_ROOM + LEAST_STACKED_WIDTH + right);
+        }
+        let shape = self.map_height / self.map_width;
+        self.map_width = panel_width.min(MOST_HEIGHT * panel_width / shape).max(4.0);
+        self.map_height = (shape * self.map_width).max(4.0);
+        self.panel_width = panel_width;
+        Ok(())
     }
 
     /// Height on the sheet of the legend of a panel: below all panels, one line for each if they are stacked.

@@ -5,6 +5,7 @@ mod axes;
 mod bar_chart;
 mod canvas;
 mod colour_scale;
+mod cyclic_scale;
 mod display_map;
 mod diverging_scale;
 mod font;
@@ -15,9 +16,11 @@ mod model_against_integral;
 mod panel_row;
 mod plane_maps;
 mod polar_lobe;
+mod print;
 mod raster;
 mod residual_maps;
 mod residual_planes;
+mod simulated_panels;
 mod study_curves;
 mod study_field;
 mod study_surfaces;
@@ -31,7 +34,6 @@ use rayon::prelude::*;
 
 pub(super) use self::animation::animated;
 pub(super) use self::bar_chart::{Bar, BarChart, Weight};
-pub(super) use self::canvas::Align;
 pub(super) use self::display_map::{DisplayMap, DisplayPanel};
 pub(super) use self::height_curves::HeightCurves;
 pub(super) use self::model_against_integral::ModelCurves;
@@ -39,10 +41,13 @@ pub(super) use self::plane_maps::{LEAST_SIGNED_SHARE, PlaneMaps};
 pub(super) use self::polar_lobe::PolarLobe;
 pub(super) use self::residual_maps::{LEAST_SIGNED_SIGMA, REACH_SIGMA, ResidualMaps, rms};
 pub(super) use self::residual_planes::ResidualPlanes;
+pub(super) use self::simulated_panels::SimulatedPanels;
 pub(super) use self::study_curves::StudyCurves;
 pub(super) use self::study_field::StudyField;
 pub(super) use self::study_surfaces::StudySurfaces;
 pub(super) use self::transducer_curves::TransducerCurves;
+
+pub use self::print::{PrintStyle, PrintStyleError};
 
 use self::canvas::{Canvas, OVERSAMPLING, TextFit};
 
@@ -59,8 +64,31 @@ pub enum PictureError {
     #[error("encoding a picture as PNG failed")]
     Encoding(#[from] image::ImageError),
     /// The pictures of an animation could not be encoded.
-    #[error("encoding an animated picture as PNG failed")]
-    Animating(#[from] png::EncodingError),
+    #[error("encoding a picture as PNG failed")]
+    Png(#[from] png::EncodingError),
+    /// The width has no room for the picture with letters of this size.
+    #[error(
+        "a picture {width_mm} mm wide has no room for letters of {font_pt:.1} pt: it takes at least {least_mm:.0} mm. Choose a \
+         larger --width-mm or a smaller --font-pt"
+    )]
+    TooNarrow {
+        /// What was asked for.
+        width_mm: f64,
+        /// Size of the letters.
+        font_pt: f64,
+        /// What is possible with these letters.
+        least_mm: f64,
+    },
+    /// The picture has more pixels than are drawn.
+    #[error(
+        "a picture of {pixels:.1e} pixels is too large: choose a smaller --dpi or --width-mm, for at most {most:.0e}"
+    )]
+    TooLarge {
+        /// What was asked for.
+        pixels: f64,
+        /// What is possible.
+        most: f64,
+    },
 }
 
 /// Something to draw.
@@ -71,17 +99,25 @@ pub(super) trait Picture {
     /// A description for readers who cannot see it.
     fn description(&self) -> String;
 
+    /// Lays it out anew for another width, CSS pixels.
+    ///
+    /// # Errors
+    /// The least width that it takes.
+    fn fit(&mut self, _width: f64) -> Result<(), f64> {
+        Err(f64::from(self.size().0))
+    }
+
     /// Draws it.
     fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError>;
 }
 
 /// A drawn picture.
 pub(super) struct Drawn {
-    /// Width and height, CSS pixels.
+    /// Width and height on a page, CSS pixels.
     pub size: (u32, u32),
     /// What it shows.
     pub description: String,
-    /// The PNG file, twice as wide and high as `size`.
+    /// The PNG file, twice as wide and high as `size` unless a resolution was asked for.
     pub png: Vec<u8>,
     /// The SVG file.
     pub svg: String,
@@ -94,7 +130,23 @@ impl Drawn {
             size: picture.size(),
             description: picture.description(),
             png: png(picture)?,
-            svg: svg(picture)?,
+            svg: svg(picture, None)?,
+        })
+    }
+
+    /// Draws a picture in both formats, as it is to be printed.
+    pub fn printed(mut picture: impl Picture, style: PrintStyle) -> Result<Self, PictureError> {
+        if style == PrintStyle::default() {
+            return Self::new(&picture);
+        }
+        if let Some(width) = style.layout_width() {
+            picture.fit(width).map_err(|least| style.too_narrow(least))?;
+        }
+        Ok(Self {
+            size: style.size(picture.size()),
+            description: picture.description(),
+            png: print::png(&picture, style)?,
+            svg: svg(&picture, Some(style))?,
         })
     }
 }
@@ -111,14 +163,26 @@ fn png(picture: &impl Picture) -> Result<Vec<u8>, PictureError> {
 /// A picture in so many pixels to a CSS pixel, drawn large and made smaller, so that its edges are smooth.
 fn pixels(picture: &impl Picture, density: u32) -> Result<image::RgbImage, PictureError> {
     let (width, height) = picture.size();
-    let (large_width, large_height) = (width * OVERSAMPLING, height * OVERSAMPLING);
+    let size_px = (width * density, height * density);
+    bitmap(picture, size_px, f64::from(density), OVERSAMPLING / density)
+}
+
+/// A picture of so many pixels, `scale` to a CSS pixel; each is the mean of a square of `side` that is drawn for it.
+fn bitmap(
+    picture: &impl Picture,
+    (width, height): (u32, u32),
+    scale: f64,
+    side: u32,
+) -> Result<image::RgbImage, PictureError> {
+    let (large_width, large_height) = (width * side, height * side);
     let mut pixels = vec![255; 3 * large_width as usize * large_height as usize];
     {
         let mut backend = BitMapBackend::with_buffer(&mut pixels, (large_width, large_height));
-        picture.draw(&mut Canvas::new(&mut backend, TextFit::BITMAP)?)?;
+        let scale = scale * f64::from(side);
+        picture.draw(&mut Canvas::new(&mut backend, TextFit::BITMAP, scale)?)?;
     }
-    let small = averaged(&pixels, large_width as usize, (OVERSAMPLING / density) as usize);
-    Ok(image::RgbImage::from_raw(width * density, height * density, small)
+    let small = averaged(&pixels, large_width as usize, side as usize);
+    Ok(image::RgbImage::from_raw(width, height, small)
         .expect("as many bytes as pixels times three"))
 }
 
@@ -143,18 +207,24 @@ fn averaged(pixels: &[u8], width: usize, side: usize) -> Vec<u8> {
         .collect()
 }
 
-fn svg(picture: &impl Picture) -> Result<String, PictureError> {
+fn svg(picture: &impl Picture, style: Option<PrintStyle>) -> Result<String, PictureError> {
     let (width, height) = picture.size();
     let (large_width, large_height) = (width * OVERSAMPLING, height * OVERSAMPLING);
     let mut file = String::new();
     {
         let mut backend = SVGBackend::with_string(&mut file, (large_width, large_height));
-        picture.draw(&mut Canvas::new(&mut backend, TextFit::SVG)?)?;
+        picture.draw(&mut Canvas::new(&mut backend, TextFit::SVG, f64::from(OVERSAMPLING))?)?;
         backend.present().map_err(|error| PictureError::Drawing(error.to_string()))?;
     }
-    // The `viewBox` keeps the fine coordinates; the size goes back to CSS pixels.
+    // The `viewBox` keeps the fine coordinates; the size goes back to CSS pixels, or to millimetres.
     let large = format!("width=\"{large_width}\" height=\"{large_height}\"");
-    let true_size = format!("width=\"{width}\" height=\"{height}\"");
+    let true_size = match style {
+        None => format!("width=\"{width}\" height=\"{height}\""),
+        Some(style) => {
+            let [width_mm, height_mm] = style.size_mm((width, height));
+            format!("width=\"{width_mm}mm\" height=\"{height_mm}mm\"")
+        }
+    };
     Ok(file.replacen(&large, &true_size, 1))
 }
 

@@ -106,6 +106,10 @@ impl Picture for PlaneMaps<'_> {
         self.layout.size(3)
     }
 
+    fn fit(&mut self, width: f64) -> Result<(), f64> {
+        self.layout.fit(3, width)
+    }
+
     fn description(&self) -> String {
         format!(
             "Three maps over x and y at height {:.4} mm: the scan, the {} simulation, and the size of their difference.",
@@ -188,7 +192,7 @@ mod tests {
             z_m: 0.1,
             target_m: None,
             target_in_scan_m: Some(Vec3::new(0.0, 0.008, 0.1)),
-            map: Some(ComparedMap { x_m, y_m, scan, simulation }),
+            map: Some(ComparedMap { x_m, y_m, scan, simulation, phase_rad: None }),
             why_no_map: None,
             scan: figures(0.008, -0.004),
             simulation: figures(-0.008, 0.004),
@@ -269,6 +273,7 @@ mod tests {
             y_m: nothing(),
             scan: nothing(),
             simulation: nothing(),
+            phase_rad: None,
         });
         assert!(PlaneMaps::new(&plane, Simulator::Corrected, "V").is_none());
     }

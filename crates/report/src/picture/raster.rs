@@ -4,7 +4,7 @@ use plotters::backend::DrawingBackend;
 
 use super::PictureError;
 use super::axes::Axes;
-use super::canvas::{Canvas, OVERSAMPLING, Rgb};
+use super::canvas::{Canvas, Rgb};
 
 /// Colours of a bar.
 const BAR_STEPS: u32 = 256;
@@ -37,7 +37,8 @@ impl Cells<'_> {
         axes: &Axes,
         colour: impl Fn(f64) -> Rgb,
     ) -> Result<(), PictureError> {
-        let pixels = |length: f64| ((length * f64::from(OVERSAMPLING)).round() as u32).max(1);
+        let scale = canvas.scale();
+        let pixels = |length: f64| ((length * scale).round() as u32).max(1);
         let size_px = (pixels(axes.width), pixels(axes.height));
         canvas.image(axes.corner, size_px, &self.image(size_px, colour))?;
         axes.frame(canvas)

@@ -5,6 +5,7 @@ use plotters::backend::DrawingBackend;
 use super::axes::{Axes, LABEL_TEXT};
 use super::canvas::{Align, Canvas, Pen, Point};
 use super::marker::Series;
+use super::panel_row::PanelRow;
 use super::{Picture, PictureError, panel_row};
 use fieldgap_study::{Figure, Row, Study, StudyResult};
 
@@ -16,6 +17,30 @@ pub(crate) struct StudyCurves<'a> {
     study: &'a Study,
     result: &'a StudyResult,
     along: Along,
+    row: PanelRow,
+}
+
+/// An entry of the legend.
+enum Entry {
+    Words(String),
+    Curve(usize, String),
+    CutOff,
+    Outside,
+}
+
+const CUT_OFF: &str = "open: cut off by the edge of the map";
+const OUTSIDE: &str = "peak outside the map";
+
+impl Entry {
+    fn width(&self) -> f64 {
+        let of = |words: &str, character: f64| character * words.chars().count() as f64;
+        match self {
+            Self::Words(words) => 24.0 + of(words, 7.5),
+            Self::Curve(_, label) => 44.0 + of(label, 7.5),
+            Self::CutOff => 44.0 + of(CUT_OFF, 7.0),
+            Self::Outside => 44.0 + of(OUTSIDE, 7.0),
+        }
+    }
 }
 
 /// The values along x.
@@ -42,7 +67,7 @@ impl<'a> StudyCurves<'a> {
             Some(numbers) => Along::Numbers(numbers),
             None => Along::Names(first.values.iter().map(|value| value.label.clone()).collect()),
         };
-        few.then_some(Self { study, result, along })
+        few.then_some(Self { study, result, along, row: PanelRow::new(Figure::ALL.len()) })
     }
 
     /// The rows of each curve: one, or one for each value of the second sweep.
@@ -66,6 +91,29 @@ impl<'a> StudyCurves<'a> {
         }
     }
 
+    fn legend(&self) -> Vec<Entry> {
+        let mut entries = Vec::new();
+        if let Some(second) = self.study.sweeps.get(1) {
+            entries.push(Entry::Words(format!("{}:", axis_label(&second.parameters))));
+            let values = second.values.iter().enumerate();
+            entries.extend(values.map(|(number, value)| Entry::Curve(number, value.label.clone())));
+        }
+        if self.result.rows.iter().any(|row| row.draws.len() > 1) {
+            entries.push(Entry::Words("bars: central 90 % of the random arrays".to_owned()));
+        }
+        if self.result.rows.iter().any(is_cut_off) {
+            entries.push(Entry::CutOff);
+        }
+        if self.is_outside_somewhere() {
+            entries.push(Entry::Outside);
+        }
+        entries
+    }
+
+    fn is_outside_somewhere(&self) -> bool {
+        self.result.rows.iter().any(|row| row.outside() == row.draws.len())
+    }
+
     fn panel<B: DrawingBackend>(
         &self,
         canvas: &mut Canvas<B>,
@@ -76,7 +124,7 @@ impl<'a> StudyCurves<'a> {
         let reach =
             |row: &&Row| row.figure(figure).map_or(0.0, |found| found.p95.max(found.median));
         let top = curves.iter().flatten().map(reach).fold(0.0, f64::max);
-        let axes = panel_row::axes(index, self.range(), (0.0, panel_row::a_little_above(top)));
+        let axes = self.row.axes(index, self.range(), (0.0, panel_row::a_little_above(top)));
         let (title, label) = titles(figure);
         panel_row::frame(canvas, &axes, title, label)?;
         let label = axis_label(&self.study.sweeps[0].parameters);
@@ -112,9 +160,19 @@ impl<'a> StudyCurves<'a> {
             })
             .collect();
         if let Along::Numbers(_) = self.along {
-            let line: Vec<Point> =
-                found.iter().map(|(x, _, found)| axes.place(*x, found.median)).collect();
-            canvas.dashed(&line, series.dash(), pen)?;
+            // No line crosses a value whose peak is outside the map.
+            for part in rows.split(|row| row.figure(figure).is_none()) {
+                let place = |row: &&Row| {
+                    let x = self.along.at(row.values[0]);
+                    row.figure(figure).map(|found| axes.place(x, found.median))
+                };
+                let line: Vec<Point> = part.iter().filter_map(place).collect();
+                canvas.dashed(&line, series.dash(), pen)?;
+            }
+        }
+        for row in rows.iter().filter(|row| row.outside() == row.draws.len()) {
+            let x = self.along.at(row.values[0]) + aside;
+            outside_mark(canvas, axes.place(x, axes.y.0), series)?;
         }
         for (x, row, found) in found {
             if row.draws.len() > 1 {
@@ -125,8 +183,8 @@ impl<'a> StudyCurves<'a> {
                 }
             }
             let whole = match figure {
-                Figure::FocalRadius => row.first().cut_off.is_empty(),
-                Figure::Peak | Figure::SubPeaks => !row.first().peak_at_edge,
+                Figure::FocalRadius => !is_cut_off(row),
+                Figure::Peak | Figure::SubPeaks => true,
             };
             series.mark_on_curve(canvas, axes.place(x, found.median), whole)?;
         }
@@ -136,43 +194,67 @@ impl<'a> StudyCurves<'a> {
 
 impl Picture for StudyCurves<'_> {
     fn size(&self) -> (u32, u32) {
-        panel_row::size(Figure::ALL.len())
+        self.row.size()
+    }
+
+    fn fit(&mut self, width: f64) -> Result<(), f64> {
+        let legend: Vec<f64> = self.legend().iter().map(Entry::width).collect();
+        self.row.fit(width, &legend)
     }
 
     fn description(&self) -> String {
         let sweeps: Vec<String> = self.study.sweeps.iter().map(|sweep| sweep.name()).collect();
-        format!("Focal radius, peak and number of sub-peaks against {}.", sweeps.join(" and "))
+        let outside = match self.is_outside_somewhere() {
+            true => " Where the peak is outside the map, there is no figure.",
+            false => "",
+        };
+        let sweeps = sweeps.join(" and ");
+        format!("Focal radius, peak and number of sub-peaks against {sweeps}.{outside}")
     }
 
     fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
         for (index, figure) in Figure::ALL.into_iter().enumerate() {
             self.panel(canvas, index, figure)?;
         }
-        let y = f64::from(self.size().1) - 18.0;
-        let mut x = panel_row::LEFT_ROOM;
-        if let Some(second) = self.study.sweeps.get(1) {
-            let name = format!("{}:", axis_label(&second.parameters));
-            canvas.text(&name, (x, y), LABEL_TEXT, Align::Right)?;
-            x += 24.0 + 7.5 * name.chars().count() as f64;
-            for (number, value) in second.values.iter().enumerate() {
-                Series::Numbered(number).mark_on_curve(canvas, (x, y), true)?;
-                canvas.text(&value.label, (x + 14.0, y), LABEL_TEXT, Align::Right)?;
-                x += 44.0 + 7.5 * value.label.chars().count() as f64;
-            }
-        }
-        if self.result.rows.iter().any(|row| row.draws.len() > 1) {
-            let words = "bars: central 90 % of the random arrays";
-            canvas.text(words, (x, y), LABEL_TEXT, Align::Right)?;
-            x += 24.0 + 7.0 * words.chars().count() as f64;
-        }
-        let reserved = |row: &Row| !row.first().cut_off.is_empty() || row.first().peak_at_edge;
-        if self.result.rows.iter().any(reserved) {
-            Series::Numbered(0).mark_on_curve(canvas, (x + 6.0, y), false)?;
-            let words = "open: cut off by the edge of the map";
-            canvas.text(words, (x + 20.0, y), LABEL_TEXT, Align::Right)?;
+        let entries = self.legend();
+        let widths: Vec<f64> = entries.iter().map(Entry::width).collect();
+        for (index, entry) in entries.iter().enumerate() {
+            let (x, y) = self.row.legend_place(index, &widths);
+            let (words, from) = match entry {
+                Entry::Words(words) => (words.as_str(), x),
+                Entry::Curve(number, label) => {
+                    Series::Numbered(*number).mark_on_curve(canvas, (x, y), true)?;
+                    (label.as_str(), x + 14.0)
+                }
+                Entry::CutOff => {
+                    Series::Numbered(0).mark_on_curve(canvas, (x + 6.0, y), false)?;
+                    (CUT_OFF, x + 20.0)
+                }
+                Entry::Outside => {
+                    outside_mark(canvas, (x + 6.0, y + 4.0), Series::Numbered(0))?;
+                    (OUTSIDE, x + 20.0)
+                }
+            };
+            canvas.text(words, (from, y), LABEL_TEXT, Align::Right)?;
         }
         Ok(())
     }
+}
+
+/// Whether the map cuts off the focus of the first draw.
+fn is_cut_off(row: &Row) -> bool {
+    row.first().figures().is_some_and(|figures| !figures.cut_off.is_empty())
+}
+
+/// The mark of a value whose peak is outside the map: a cross that stands on the axis.
+fn outside_mark<B: DrawingBackend>(
+    canvas: &mut Canvas<B>,
+    (x, y): Point,
+    series: Series,
+) -> Result<(), PictureError> {
+    let pen = Pen { colour: series.colour(), width: 1.75 };
+    canvas.line((x - 4.0, y - 8.0), (x + 4.0, y), pen)?;
+    canvas.line((x - 4.0, y), (x + 4.0, y - 8.0), pen)
 }
 
 /// Title of a figure's panel, and label of its axis.

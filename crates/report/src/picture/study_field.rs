@@ -35,6 +35,10 @@ impl Picture for StudyField<'_> {
         self.layout.size(1)
     }
 
+    fn fit(&mut self, width: f64) -> Result<(), f64> {
+        self.layout.fit(1, width)
+    }
+
     fn description(&self) -> String {
         format!("Map over x and y of the simulated pressure, {}.", self.title)
     }
@@ -43,7 +47,7 @@ impl Picture for StudyField<'_> {
         let colour = |value| self.scale.colour(value);
         let axes = self.layout.map(canvas, 0, &self.title, self.map.values(), colour)?;
         let y = f64::from(self.size().1) - 18.0;
-        if let Some(top) = peak(self.map) {
+        if let Some(top) = peak(self.map).filter(|top| !top.at_edge) {
             let series = Series::Simulated(Simulator::Corrected);
             series.mark_on_map(canvas, axes.place(top.x_m * 1e3, top.y_m * 1e3))?;
             let x = axes.corner.0 + 8.0;

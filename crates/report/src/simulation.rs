@@ -1,0 +1,68 @@
+//! The pictures and the interactive page of simulated planes.
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use super::error::{PictureError, ReportError};
+use super::explore;
+use super::figure::Figure;
+use super::folder::Folder;
+use super::picture::{Drawn, PrintStyle, SimulatedPanels};
+use fieldgap_acoustics::{PlaneGrid, Simulator, Vec3};
+use fieldgap_text::height_mm;
+
+/// One simulated plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SimulatedMap {
+    /// Number of the drive, from 0.
+    pub drive: usize,
+    /// The points.
+    pub grid: PlaneGrid,
+    /// Root mean square pressure, row by row, zero or above, in the simulator's arbitrary unit.
+    pub amplitude: Vec<f64>,
+    /// Phase of the complex pressure at the same points, radians.
+    pub phase_rad: Vec<f64>,
+    /// The focus of the drive, metres, if it has one.
+    pub focus_m: Option<Vec3>,
+}
+
+/// The files of a simulation.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SimulationFiles {
+    /// Amplitude and phase of each plane, PNG and SVG.
+    pub pictures: Vec<PathBuf>,
+    /// The interactive page; `None` without planes.
+    pub page: Option<PathBuf>,
+}
+
+/// Draws simulated planes into a folder, which is created if it is missing: a picture of each, and one interactive page of all.
+///
+/// # Errors
+/// [`ReportError`] if a picture cannot be drawn or a file cannot be written.
+pub fn write_simulation(
+    dir: &Path,
+    title: &str,
+    simulator: Simulator,
+    planes: &[SimulatedMap],
+    style: PrintStyle,
+) -> Result<SimulationFiles, ReportError> {
+    let several_drives = planes.iter().any(|plane| plane.drive != planes[0].drive);
+    let figures: Vec<Option<Figure>> = planes
+        .par_iter()
+        .map(|plane| {
+            let drive =
+                if several_drives { format!("-drive{}", plane.drive) } else { String::new() };
+            let height = height_mm(plane.grid.z_m);
+            let name = format!("field{drive}-z{}mm", height.replace('\u{2212}', "-"));
+            let panels = SimulatedPanels::new(plane, simulator);
+            let drawn = panels.map(|panels| Drawn::printed(panels, style)).transpose()?;
+            Ok(drawn.map(|drawn| Figure::new(name, drawn)))
+        })
+        .collect::<Result<_, PictureError>>()?;
+    let folder = Folder::make(dir)?;
+    let pictures = folder.put_figures(figures.iter().flatten())?;
+    let page = explore::page_of_simulation(title, simulator, planes)?;
+    let page = page.map(|page| folder.put(explore::EXPLORE_NAME, page.as_bytes())).transpose()?;
+    Ok(SimulationFiles { pictures, page })
+}

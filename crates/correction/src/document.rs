@@ -11,8 +11,17 @@ use fieldgap_input::Fault;
 use fieldgap_records::{ArraySection, Layout, MediumSection};
 
 /// The keys of `[array]` that only some layouts have.
-const LATTICE_KEYS: [&str; 8] =
-    ["columns", "rows", "count", "rings", "seed", "file", "element_diameter_mm", "spacing_mm"];
+const LATTICE_KEYS: [&str; 9] = [
+    "columns",
+    "rows",
+    "count",
+    "rings",
+    "seed",
+    "file",
+    "element_diameter_mm",
+    "spacing_mm",
+    "pitch_mm",
+];
 /// The keys of `[medium]` that give the speed of sound by the state of the air.
 const AIR_KEYS: [&str; 3] = ["temperature_c", "humidity_percent", "pressure_kpa"];
 
@@ -102,7 +111,13 @@ impl Document {
                     round_to(pitch_mm, 1e-6)
                 );
                 let array = self.section("array");
-                if spacing_mm >= 0.0 {
+                if array.contains_key("pitch_mm") {
+                    let corrected_mm = round_to(pitch_mm * ratio, 1e-5);
+                    set(array, "pitch_mm", corrected_mm.into(), &note);
+                    if spacing_mm < 0.0 {
+                        set(array, "element_diameter_mm", corrected_mm.into(), "");
+                    }
+                } else if spacing_mm >= 0.0 {
                     set(array, "spacing_mm", spacing_mm.into(), &note);
                 } else {
                     // The diameter only determines the pitch.

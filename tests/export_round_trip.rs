@@ -230,7 +230,11 @@ fn simulated_fields_are_exported() {
     let from_rows = ["import", "points", "rows.csv", "--columns", "x,y,z,pressure_1", "--rig", rig];
     succeeds(
         home.path(),
-        &[&from_rows[..], &["--unfocused", "--yes", "--out", "from-rows"]].concat(),
+        &[
+            &from_rows[..],
+            &["--units", "mm,mm,mm,relative", "--unfocused", "--yes", "--out", "from-rows"],
+        ]
+        .concat(),
     );
     let record = RecordedScan::open(&home.path().join("from-rows")).expect("a record");
     assert_eq!(record.samples, readings[readings.len() - 1]);

@@ -169,7 +169,7 @@ impl<'s> Search<'s> {
     /// Puts the value under trial of an added key into its table.
     fn put(&mut self, added: usize) -> Option<()> {
         let new = &self.added[added];
-        let value = Spanned::new(new.place.clone(), parsed(new.values.get(new.tried)?)?);
+        let value = Spanned::new(new.place.clone(), parsed(new.values.get(new.tried)?.clone())?);
         let (holder, path, key) = (new.holder, new.path(), Cow::Owned(new.key.clone()));
         let (table, place) = (new.table.clone(), new.place.clone());
         let parent = self.push(Node { table, place: place.clone(), added: Some(added) });
@@ -304,7 +304,7 @@ impl Added {
 }
 
 /// An example as a value.
-fn parsed(example: &Cow<'static, str>) -> Option<DeValue<'static>> {
+fn parsed(example: Cow<'static, str>) -> Option<DeValue<'static>> {
     match example {
         Cow::Borrowed(toml) => DeValue::parse(toml).ok().map(Spanned::into_inner),
         Cow::Owned(quoted) => Some(DeValue::String(quoted.trim_matches('"').to_owned().into())),

@@ -136,7 +136,7 @@ impl ArrayTable {
         let (_, keys) = self.layout.get_ref().keys();
         keys.iter()
             .copied()
-            .find(|&key| !is_given(key) && !(key == "spacing_mm" && is_given("pitch_mm")))
+            .find(|&key| !(is_given(key) || key == "spacing_mm" && is_given("pitch_mm")))
     }
 
     /// The gap between the rims of neighbours, given itself or by the pitch.

@@ -247,3 +247,54 @@ fn a_list_that_is_too_long_is_refused() {
         assert_contains(&message, &[words]);
     }
 }
+
+#[test]
+fn all_keys_that_a_rig_file_lacks_are_told_at_once() {
+    let home = tempfile::tempdir().expect("a folder");
+    let rig = home.path().join("rig.toml");
+    std::fs::write(&rig, "name = \"a\"\n[array]\nlayout = \"square\"\ncolumns = 6\n[motion]\n[receiver]\nsettle_ms = 5\n")
+        .expect("the rig file is written");
+    let message = scan_of(PLAN, &rig);
+    assert_contains(
+        &message,
+        &[
+            "rig.toml",
+            "frequency_hz = 40000.0  # Hz",
+            "rows = 6",
+            "element_diameter_mm = 10.0  # mm",
+            "spacing_mm = 0.5  # mm",
+            "[medium]",
+            "temperature_c = 20.0",
+            "origin_mm = [250.0, 250.0, 40.0]  # mm",
+            "a table of one of marlin, grbl, klipper, auto in [motion]",
+            "[motion.marlin]  # one of marlin",
+            "samples = 16",
+            "[focus_array]",
+        ],
+    );
+}
+
+#[test]
+fn a_simulation_needs_array_and_medium_alone() {
+    let home = tempfile::tempdir().expect("a folder");
+    let file = home.path().join("array.toml");
+    let array = "[array]\nfrequency_hz = 40000.0\nlayout = \"square\"\ncolumns = 4\nrows = 4\nelement_diameter_mm = 10.0\npitch_mm = 10.5\n";
+    std::fs::write(&file, format!("{array}[medium]\nspeed_of_sound_m_s = 343.0\n"))
+        .expect("written");
+    let path = file.to_str().expect("text");
+    let (code, said) = fieldgap(&["simulate", "--rig", path, "--size-mm", "20"]);
+    assert_eq!(code, Some(0), "{said}");
+    assert_contains(
+        &said,
+        &["taken by default: focus 0,0,100 mm", "one plane at z = 100 mm", "simulator corrected"],
+    );
+    let (code, said) =
+        fieldgap(&["simulate", "--rig", path, "--size-mm", "20", "--focus-mm", "0,0,-5"]);
+    assert_eq!(code, Some(1));
+    assert_contains(&said, &["the focus is not above the array"]);
+    std::fs::write(&file, format!("{array}[medium]\nspeed_of_sound_m_s = 343000.0\n"))
+        .expect("written");
+    let (code, said) = fieldgap(&["simulate", "--rig", path]);
+    assert_eq!(code, Some(1));
+    assert_contains(&said, &["written in mm/s? Then give 343"]);
+}

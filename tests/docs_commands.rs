@@ -99,14 +99,17 @@ pages! {
     displays: "docs/displays.md",
     exchange: "docs/exchange.md",
     first_scan: "docs/first-scan.md",
+    gallery: "docs/gallery.md",
     own_rig: "docs/own-rig.md",
     performance: "docs/performance.md",
     plans: "docs/plans.md",
     python: "docs/python.md",
     records: "docs/records.md",
+    releasing: "docs/releasing.md",
     reliability: "docs/reliability.md",
     sensing: "docs/sensing.md",
     studies: "docs/studies.md",
+    summary: "docs/SUMMARY.md",
     tutorials: "docs/tutorials.md",
     figures_of_the_thesis: "src/thesis.md",
     transducer_models: "src/transducer_models.md",
@@ -116,7 +119,7 @@ pages! {
 fn the_commands_of_every_page_run() {
     for entry in std::fs::read_dir(repository().join("docs")).expect("a folder") {
         let page = format!("docs/{}", entry.expect("an entry").file_name().to_string_lossy());
-        assert!(PAGES.contains(&page.as_str()), "{page}");
+        assert!(page == "docs/pictures" || PAGES.contains(&page.as_str()), "{page}");
     }
 }
 

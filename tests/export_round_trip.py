@@ -104,9 +104,24 @@ def text(path, samples):
     check(samples, lambda name: [cell(row[names[name]]) for row in rows], f"{path}: csv")
 
 
+def grids(path, samples):
+    with open(path, newline="") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    first = {name: numpy.array([float(row[name] or "nan") for row in rows if row["grid"] == "1"]) for name in rows[0]}
+    axes = [numpy.unique(first[f"{name}_mm"]) for name in "zyx"]
+    shape = tuple(len(axis) for axis in axes)
+    for values, name in zip(numpy.meshgrid(*axes, indexing="ij"), "zyx"):
+        numpy.testing.assert_array_equal(first[f"{name}_mm"], values.ravel(), err_msg="z, y and x, the last fastest")
+    check_grid(samples, *reversed(axes), first["reading_V"].reshape(shape))
+    numpy.testing.assert_allclose(first["difference_V"], first["reading_V"] - first["simulation_V"], atol=1e-12)
+    assert set(first["drive"]) == {0.0}
+    print(f"{path}: csv of grids")
+
+
 READERS = {"nc": netcdf, "h5": hdf5, "mat": matlab, "npz": archive, "csv": text}
 
 if __name__ == "__main__":
     written = record(sys.argv[1])
     for export in sys.argv[2:]:
-        READERS[export.rsplit(".", 1)[1]](export, written)
+        reader = grids if export.endswith("grids.csv") else READERS[export.rsplit(".", 1)[1]]
+        reader(export, written)

@@ -177,7 +177,9 @@ fn the_libraries_of_other_programs_read_the_exports() {
         return;
     }
     let home = home();
-    let files = export_all(home.path());
+    let mut files = export_all(home.path());
+    succeeds(home.path(), &["export", "record", "grids.csv", "--grids"]);
+    files.push(home.path().join("grids.csv"));
     let output = Command::new(&python)
         .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/export_round_trip.py"))
         .arg(home.path().join("record/samples.csv"))
@@ -186,7 +188,7 @@ fn the_libraries_of_other_programs_read_the_exports() {
         .expect("python starts");
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(said.lines().count(), 7, "{said}");
+    assert_eq!(said.lines().count(), 8, "{said}");
 }
 
 #[test]
@@ -224,6 +226,18 @@ fn simulated_fields_are_exported() {
             assert!((a.reading - b.reading).abs() < 1e-6 * a.reading, "{a:?} {b:?}");
         }
     }
+    succeeds(home.path(), &["export", "volume", "rows.csv", "--grids"]);
+    let from_rows = ["import", "points", "rows.csv", "--columns", "x,y,z,pressure_1", "--rig", rig];
+    succeeds(
+        home.path(),
+        &[
+            &from_rows[..],
+            &["--units", "mm,mm,mm,relative", "--unfocused", "--yes", "--out", "from-rows"],
+        ]
+        .concat(),
+    );
+    let record = RecordedScan::open(&home.path().join("from-rows")).expect("a record");
+    assert_eq!(record.samples, readings[readings.len() - 1]);
     let table = fieldgap(home.path(), &["export", "volume", "volume.csv"]);
     assert!(String::from_utf8_lossy(&table.stderr).contains("a volume is no table of points"));
     assert!(!home.path().join("volume.csv").exists());

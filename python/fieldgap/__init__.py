@@ -25,6 +25,7 @@ from .field import plane, simulate
 from .plane_map import Map
 from .record import Record, Setup, open
 from .uncertain import Uncertain
+from .volume import Volume, simulate_volume
 
 __version__ = _version("fieldgap")
 
@@ -52,8 +53,10 @@ __all__ = [
     "Setup",
     "Transducer",
     "Uncertain",
+    "Volume",
     "compare",
     "diagnose",
     "plane",
     "simulate",
+    "simulate_volume",
 ]

@@ -9,8 +9,10 @@ use miette::IntoDiagnostic;
 use super::output::print;
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{Registering, compare};
+use fieldgap_exchange::Dataset;
 use fieldgap_exchange::export::{
-    Provenance, dataset_of_record, dataset_of_simulation, is_simulation, may_write, write_dataset,
+    Provenance, dataset_of_record, dataset_of_simulation, grid_rows, is_simulation, may_write,
+    write_dataset,
 };
 use fieldgap_records::RecordedScan;
 
@@ -28,6 +30,9 @@ pub(super) struct Export {
     /// Export the readings without a simulation
     #[arg(long)]
     no_simulation: bool,
+    /// Export the maps on grids in place of the readings, one row for each point of each height: for CSV
+    #[arg(long)]
+    grids: bool,
     /// Replace the file if it exists
     #[arg(long)]
     force: bool,
@@ -43,7 +48,7 @@ impl Export {
         };
         if is_simulation(&self.record) {
             let dataset = dataset_of_simulation(&self.record, &provenance)?;
-            write_dataset(&dataset, &self.file, self.force).into_diagnostic()?;
+            self.write(&dataset)?;
             print(&format!("simulated field: {}\n", self.file.display()))?;
             return Ok(ExitCode::SUCCESS);
         }
@@ -56,7 +61,7 @@ impl Export {
         };
         let comparison = comparison.as_ref().map_err(String::as_str);
         let dataset = dataset_of_record(&scan, &self.record, comparison, &provenance);
-        write_dataset(&dataset, &self.file, self.force).into_diagnostic()?;
+        self.write(&dataset)?;
         let simulation = match comparison {
             Ok(comparison) => format!("with the simulation ({})", comparison.simulator),
             Err(why) => format!("without a simulation: {why}"),
@@ -67,5 +72,10 @@ impl Export {
             self.file.display()
         ))?;
         Ok(ExitCode::SUCCESS)
+    }
+
+    fn write(&self, dataset: &Dataset) -> miette::Result<()> {
+        let rows = self.grids.then(|| grid_rows(dataset)).transpose().into_diagnostic()?;
+        write_dataset(rows.as_ref().unwrap_or(dataset), &self.file, self.force).into_diagnostic()
     }
 }

@@ -17,6 +17,7 @@ mod import;
 mod import_points;
 mod init;
 mod internal_error;
+mod manual;
 mod output;
 mod permission;
 mod picture_args;
@@ -106,6 +107,9 @@ enum Command {
     /// Watchdog process; started by the program itself
     #[command(hide = true)]
     Watchdog(watchdog::Watchdog),
+    /// Write man pages and completions into a folder
+    #[command(hide = true)]
+    Manual(manual::Manual),
     /// Print shell completions
     Completions {
         /// The shell
@@ -165,6 +169,7 @@ impl Command {
             Self::Blind(command) => command.run(),
             Self::Rig(command) => command.run(),
             Self::Watchdog(command) => command.run(),
+            Self::Manual(command) => command.run(Cli::command()),
             Self::Completions { shell } => {
                 let mut script = Vec::new();
                 clap_complete::generate(shell, &mut Cli::command(), "fieldgap", &mut script);

@@ -15,33 +15,36 @@ use fieldgap_acoustics::metrics::{
     Convention, PlaneMap, THESIS_THRESHOLD, focal_radius, peak, sub_peaks,
 };
 use fieldgap_acoustics::{Excitation, PlaneGrid, Simulation, Simulator, Vec3};
-use fieldgap_acquisition::{PlannedScan, RigSetup};
+use fieldgap_acquisition::rig_of;
 use fieldgap_input::{Coordinate, Length, Place, Positive};
-use fieldgap_records::{Axis, Region, Shape};
+use fieldgap_records::{Axis, FieldSetup, Plan, Region, Shape};
 use fieldgap_report::{SimulatedMap, write_simulation};
 
 /// Most points of all planes together, so that they fit in memory.
 const MOST_POINTS: f64 = 3e7;
 
+/// The focus where none is given, mm: above the centre, where small arrays still focus.
+const USUAL_FOCUS_MM: [f64; 3] = [0.0, 0.0, 100.0];
+
 /// The `simulate` command.
 #[derive(Debug, Args)]
 pub(super) struct Simulate {
-    /// Plan whose planes are simulated; without a plan, give --rig, --focus-mm and --z-mm
+    /// Plan whose planes are simulated; without a plan, give --rig
     plan: Option<PathBuf>,
     /// Simulate a display file, such as scans/display-circle.toml, instead; --out writes pictures of it
     #[arg(long, value_name = "FILE", conflicts_with_all = ["plan", "focus_mm", "z_mm", "size_mm", "step_mm", "volume_mm"])]
     display: Option<PathBuf>,
-    /// Rig file [default: the one named in the plan]
+    /// Rig file, of which [array] and [medium] are read; a file with these two suffices [default: the one named in the plan]
     #[arg(long, value_name = "FILE", required_unless_present_any = ["plan", "display"])]
     rig: Option<PathBuf>,
     /// Simulator: as-written, corrected, piston, gaussian, multi-gaussian, rayleigh or transducer (the transducer file of
     /// the rig) [default: as in the plan, or corrected]
     #[arg(long, value_name = "NAME")]
     simulator: Option<Simulator>,
-    /// Focus, mm
+    /// Focus, mm [default: as in the plan, or 0,0,100]
     #[arg(long, value_name = "X,Y,Z", value_parser = millimetres, allow_hyphen_values = true)]
     focus_mm: Option<Vec3>,
-    /// Heights of the planes, mm
+    /// Heights of the planes, mm [default: that of the focus]
     #[arg(long, value_name = "Z,...", value_delimiter = ',', value_parser = length, conflicts_with = "plan")]
     z_mm: Vec<Positive>,
     /// Side length of the planes, centred on the axis, mm
@@ -132,16 +135,17 @@ impl Simulate {
     }
 
     fn volume(&self, heights: Heights, folder: &Path) -> miette::Result<()> {
-        let rig_setup = self.rig_setup()?;
-        let simulation = self.simulation_of_flags(&rig_setup)?;
+        let setup = self.setup()?;
+        self.say_defaults(&setup);
+        let simulation = self.simulation_of_flags(&setup);
         // Before the grid is made, which may be larger than memory.
         small_enough(self.points_of_a_plane())?;
         let grid = PlaneGrid::square(self.half_m(), self.step_mm.get() * 1e-3, 0.0);
-        simulate_volume(&rig_setup, &simulation, &grid, heights, self.step_mm.get(), folder)
+        simulate_volume(&setup.array, &simulation, &grid, heights, self.step_mm.get(), folder)
     }
 
-    fn rig_setup(&self) -> miette::Result<RigSetup> {
-        Ok(RigSetup::read(self.rig.as_deref().expect("clap asks for a plan or a rig"))?)
+    fn setup(&self) -> miette::Result<FieldSetup> {
+        Ok(FieldSetup::read(self.rig.as_deref().expect("clap asks for a plan or a rig"))?)
     }
 
     /// Half the side of the planes, a whole number of steps, m.
@@ -155,44 +159,65 @@ impl Simulate {
         (2.0 * self.half_m() / (self.step_mm.get() * 1e-3) + 1.0).powi(2)
     }
 
-    fn simulation_of_flags(&self, rig_setup: &RigSetup) -> miette::Result<Simulation> {
-        let Some(focus_mm) = self.focus_mm else {
-            return Err(miette!(
-                help = "for example --focus-mm 0,0,100 --z-mm 50,100,150",
-                "--focus-mm is required without a plan"
-            ));
-        };
+    /// The focus without a plan, mm.
+    fn focus_of_flags_mm(&self) -> Vec3 {
+        self.focus_mm.unwrap_or_else(|| USUAL_FOCUS_MM.into())
+    }
+
+    fn simulation_of_flags(&self, setup: &FieldSetup) -> Simulation {
         let simulator = self.simulator.unwrap_or(Simulator::Corrected);
-        Ok(simulation(rig_setup, simulator, Excitation::Focus(focus_mm * 1e-3)))
+        simulation(setup, simulator, Excitation::Focus(self.focus_of_flags_mm() * 1e-3))
+    }
+
+    /// Says what was not given and what was taken in its place.
+    fn say_defaults(&self, setup: &FieldSetup) {
+        let mut taken = Vec::new();
+        if self.focus_mm.is_none() {
+            let [x, y, z] = USUAL_FOCUS_MM;
+            taken.push(format!("focus {x},{y},{z} mm (--focus-mm)"));
+        }
+        if self.z_mm.is_empty() && self.volume_mm.is_none() {
+            taken.push(format!("one plane at z = {} mm (--z-mm)", self.focus_of_flags_mm().z));
+        }
+        if self.simulator.is_none() {
+            taken.push("simulator corrected (--simulator)".to_owned());
+        }
+        if setup.array.transducer_file().is_none() {
+            taken.push("the simulator's own elements (`transducer` in [array])".to_owned());
+        }
+        if !taken.is_empty() {
+            say(format!("taken by default: {}", taken.join("; ")));
+        }
     }
 
     fn planes(&self) -> miette::Result<Vec<SimulatedPlane>> {
         let Some(plan) = &self.plan else { return self.planes_of_flags() };
-        let scan = PlannedScan::read(plan, self.rig.as_deref())?;
-        scan.plan().fits_array(scan.rig_setup().nominal_array().len())?;
-        let simulator = self.simulator.unwrap_or(scan.plan().simulator);
+        let plan = Plan::read(plan)?;
+        let setup = FieldSetup::read(&rig_of(&plan, self.rig.as_deref())?)?;
+        plan.fits_array(setup.array.array().len())?;
+        let simulator = self.simulator.unwrap_or(plan.simulator);
         let excitations: Vec<Excitation> = match self.focus_mm {
             Some(focus_mm) => vec![Excitation::Focus(focus_mm * 1e-3)],
-            None => scan.plan().foci.iter().map(|focus| focus.excitation()).collect(),
+            None => plan.foci.iter().map(|focus| focus.excitation()).collect(),
         };
-        for region in &scan.plan().regions {
+        for region in &plan.regions {
             if let Shape::Planes(layers) | Shape::Volume(layers) = &region.shape {
                 small_enough(layers.x.count as f64 * layers.y.count as f64)?;
             }
         }
-        let grids: Vec<PlaneGrid> = scan.plan().regions.iter().flat_map(grids).collect();
+        let grids: Vec<PlaneGrid> = plan.regions.iter().flat_map(grids).collect();
         if grids.is_empty() {
             return Err(miette!(
                 help = "without a plan, choose planes with --rig, --focus-mm and --z-mm",
                 "{} has no planes or volumes to simulate",
-                plan.display()
+                plan.path().display()
             ));
         }
         Ok(excitations
             .into_iter()
             .enumerate()
             .flat_map(|(number, excitation)| {
-                let simulation = simulation(scan.rig_setup(), simulator, excitation);
+                let simulation = simulation(&setup, simulator, excitation);
                 grids
                     .iter()
                     .map(move |grid| simulate(&simulation, number, grid))
@@ -202,24 +227,28 @@ impl Simulate {
     }
 
     fn planes_of_flags(&self) -> miette::Result<Vec<SimulatedPlane>> {
-        let rig_setup = self.rig_setup()?;
-        let simulation = self.simulation_of_flags(&rig_setup)?;
-        if self.z_mm.is_empty() {
-            return Err(miette!(
-                help = "for example --z-mm 50,100,150, or --volume-mm 50,150",
-                "--z-mm or --volume-mm is required without a plan"
-            ));
-        }
+        let setup = self.setup()?;
+        let focus_z_mm = self.focus_of_flags_mm().z;
+        let heights_mm = match &self.z_mm[..] {
+            [] => vec![Length::new(focus_z_mm).map(Positive::from).map_err(|_| {
+                miette!(
+                    help = "give the heights of the planes, for example --z-mm 50,100,150",
+                    "the focus is not above the array, so that its height, {focus_z_mm} mm, is none for a plane"
+                )
+            })?],
+            given => given.to_vec(),
+        };
+        self.say_defaults(&setup);
+        let simulation = self.simulation_of_flags(&setup);
         let half_m = self.half_m();
         small_enough(self.points_of_a_plane())?;
-        if self.points_of_a_plane() * self.z_mm.len() as f64 > MOST_POINTS {
+        if self.points_of_a_plane() * heights_mm.len() as f64 > MOST_POINTS {
             return Err(miette!(
                 help = "choose a larger --step-mm or a smaller --size-mm; or use --volume-mm, which writes to disk",
                 "the planes have more than {MOST_POINTS:e} points"
             ));
         }
-        Ok(self
-            .z_mm
+        Ok(heights_mm
             .iter()
             .map(|z_mm| PlaneGrid::square(half_m, self.step_mm.get() * 1e-3, z_mm.get() * 1e-3))
             .map(|grid| simulate(&simulation, 0, &grid))
@@ -241,12 +270,12 @@ fn small_enough(points: f64) -> miette::Result<()> {
     ))
 }
 
-fn simulation(rig_setup: &RigSetup, simulator: Simulator, excitation: Excitation) -> Simulation {
+fn simulation(setup: &FieldSetup, simulator: Simulator, excitation: Excitation) -> Simulation {
     Simulation {
         simulator,
-        array: rig_setup.nominal_array().clone(),
-        medium: rig_setup.nominal_medium(),
-        frequency_hz: rig_setup.array.frequency_hz(),
+        array: setup.array.array().clone(),
+        medium: setup.medium.medium(),
+        frequency_hz: setup.array.frequency_hz(),
         excitation,
     }
 }

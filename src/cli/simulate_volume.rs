@@ -8,9 +8,8 @@ use serde::Serialize;
 
 use crate::cli::output::say;
 use fieldgap_acoustics::{Excitation, PlaneGrid, Simulation};
-use fieldgap_acquisition::RigSetup;
 use fieldgap_input::Place;
-use fieldgap_records::{ArrayTable, VolumeFile};
+use fieldgap_records::{ArraySection, ArrayTable, VolumeFile};
 
 /// Most planes of a volume: several a wavelength over the largest heights.
 const MOST_PLANES: f64 = 100_000.0;
@@ -55,7 +54,7 @@ struct Description {
 
 /// Simulates planes of the points of `grid` into a folder, or continues an interrupted simulation.
 pub(super) fn simulate_volume(
-    rig_setup: &RigSetup,
+    array: &ArraySection,
     simulation: &Simulation,
     grid: &PlaneGrid,
     heights: Heights,
@@ -86,7 +85,7 @@ pub(super) fn simulate_volume(
         first_mm: [grid.x_m[0] * 1e3, grid.y_m[0] * 1e3, heights.from_mm],
         step_mm,
         shape,
-        array: rig_setup.array.table(),
+        array: array.table(),
     };
     let description = toml::to_string(&description).into_diagnostic()?;
     let mut volume = VolumeFile::open(folder, &description, shape)?;

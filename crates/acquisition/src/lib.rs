@@ -57,7 +57,7 @@ pub use monitor::Monitor;
 pub use open::{OpenSimulated, SimulatedDevices};
 pub use origin::original_rig;
 pub use pause::{Pause, PauseSwitch};
-pub use planned_scan::PlannedScan;
+pub use planned_scan::{PlannedScan, rig_of};
 pub use references::RigChange;
 pub use replay_wire::replay_wire;
 pub use rig_setup::RigSetup;

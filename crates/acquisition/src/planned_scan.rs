@@ -1,6 +1,6 @@
 //! A plan together with the rig set-up that it is for.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::AcquisitionError;
 use super::dry_run::{DryRun, dry_run};
@@ -9,6 +9,27 @@ use super::recorded_setup::same_record;
 use super::rig_setup::RigSetup;
 use fieldgap_input::{Fault, TomlSource, toml_file};
 use fieldgap_records::{Hooks, Journal, Plan, PlanPart, Visit, without_ways_out};
+
+/// The rig file of a plan: the given one, or else the one that the plan names.
+///
+/// # Errors
+/// A [`Fault`] where the plan names none, or one that is not there.
+pub fn rig_of(plan: &Plan, given: Option<&Path>) -> Result<PathBuf, Fault> {
+    match (given, &plan.rig) {
+        (Some(given), _) => Ok(given.to_owned()),
+        (None, Some(named)) if named.is_file() => Ok(named.clone()),
+        (None, Some(named)) => Err(plan.fault(
+            PlanPart::Rig,
+            format!("there is no rig file {}", named.display()),
+            "correct `rig` in the plan (it is relative to the plan's folder), or give the file with --rig",
+        )),
+        (None, None) => Err(Fault::of_file(
+            plan.path(),
+            "the plan names no rig file",
+            "add `rig = \"…\"` to the plan, or give the rig file with --rig",
+        )),
+    }
+}
 
 /// A plan and the rig set-up that will run it.
 #[derive(Debug, Clone)]
@@ -25,27 +46,7 @@ impl PlannedScan {
     /// A [`Fault`] at the line of either file that is wrong.
     pub fn read(plan: &Path, rig: Option<&Path>) -> Result<Self, AcquisitionError> {
         let plan = Plan::read(plan)?;
-        let rig_setup = match (rig, &plan.rig) {
-            (Some(given), _) => RigSetup::read(given)?,
-            (None, Some(named)) if named.is_file() => RigSetup::read(named)?,
-            (None, Some(named)) => {
-                return Err(plan
-                    .fault(
-                        PlanPart::Rig,
-                        format!("there is no rig file {}", named.display()),
-                        "correct `rig` in the plan (it is relative to the plan's folder), or give the file with --rig",
-                    )
-                    .into());
-            }
-            (None, None) => {
-                return Err(Fault::of_file(
-                    plan.path(),
-                    "the plan names no rig file",
-                    "add `rig = \"…\"` to the plan, or give the rig file with --rig",
-                )
-                .into());
-            }
-        };
+        let rig_setup = RigSetup::read(&rig_of(&plan, rig)?)?;
         Ok(Self::new(plan, rig_setup))
     }
 

@@ -11,8 +11,17 @@ use fieldgap_input::Fault;
 use fieldgap_records::{ArraySection, Layout, MediumSection};
 
 /// The keys of `[array]` that only some layouts have.
-const LATTICE_KEYS: [&str; 8] =
-    ["columns", "rows", "count", "rings", "seed", "file", "element_diameter_mm", "spacing_mm"];
+const LATTICE_KEYS: [&str; 9] = [
+    "columns",
+    "rows",
+    "count",
+    "rings",
+    "seed",
+    "file",
+    "element_diameter_mm",
+    "spacing_mm",
+    "pitch_mm",
+];
 /// The keys of `[medium]` that give the speed of sound by the state of the air.
 const AIR_KEYS: [&str; 3] = ["temperature_c", "humidity_percent", "pressure_kpa"];
 
@@ -102,7 +111,13 @@ impl Document {
                     round_to(pitch_mm, 1e-6)
                 );
                 let array = self.section("array");
-                if spacing_mm >= 0.0 {
+                if array.contains_key("pitch_mm") {
+                    let corrected_mm = round_to(pitch_mm * ratio, 1e-5);
+                    set(array, "pitch_mm", corrected_mm.into(), &note);
+                    if spacing_mm < 0.0 {
+                        set(array, "element_diameter_mm", corrected_mm.into(), "");
+                    }
+                } else if spacing_mm >= 0.0 {
                     set(array, "spacing_mm", spacing_mm.into(), &note);
                 } else {
                     // The diameter only determines the pitch.
@@ -196,6 +211,9 @@ pub(super) fn round_to(value: f64, step: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use fieldgap_input::literal;
+    use fieldgap_records::Rims;
+
     use super::*;
 
     fn document(text: &str) -> Document {
@@ -221,6 +239,37 @@ mod tests {
             text.contains("[medium]") && text.contains("# found\nspeed_of_sound_m_s = 347.1"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn a_pitch_is_corrected_by_the_key_that_gives_it() {
+        let keys =
+            "frequency_hz = 40000.0\nlayout = \"linear\"\ncount = 3\nelement_diameter_mm = 10.0\n";
+        let correction = |ratio| Correction {
+            effect: fieldgap_diagnosis::EffectId::Pitch,
+            change: Change::Pitch(ratio),
+            found: "found".to_owned(),
+        };
+        let rims = Rims { diameter_mm: literal(10.0), spacing_mm: literal(0.5) };
+        let layout = Layout::Linear { count: 3.try_into().expect("three"), rims };
+        let nominal = ArraySection::of_layout(literal(40e3), layout).expect("an array");
+        let corrected = |spacing: &str, ratio| {
+            let text = format!("[array]\n{keys}{spacing}\n");
+            let mut document = document(&text);
+            document.correct_array(&correction(ratio), &nominal);
+            document.text("")
+        };
+        let by_pitch = corrected("pitch_mm = 10.5", 1.02);
+        assert!(
+            by_pitch.contains("pitch_mm = 10.71") && !by_pitch.contains("spacing_mm"),
+            "{by_pitch}"
+        );
+        let narrow = corrected("pitch_mm = 10.5", 0.9);
+        assert!(
+            narrow.contains("pitch_mm = 9.45") && narrow.contains("element_diameter_mm = 9.45"),
+            "{narrow}"
+        );
+        assert!(corrected("spacing_mm = 0.5", 1.02).contains("spacing_mm = 0.71"));
     }
 
     #[test]

@@ -22,7 +22,9 @@
 //! relatives for the fields of your types. All errors are a [`Fault`].
 //! [`read_bytes`] reads regular files of a bounded size; [`visible`] is for text from outside that is shown on a terminal.
 
+mod every_key;
 mod exact;
+mod examples;
 mod excerpt;
 mod fault;
 mod file_name;
@@ -32,6 +34,7 @@ mod regular_file;
 mod toml_file;
 mod visible;
 
+pub use every_key::ONE_TABLE_OF;
 pub use exact::Exact;
 pub use fault::Fault;
 pub use file_name::file_name;

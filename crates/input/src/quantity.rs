@@ -7,10 +7,19 @@ use serde::{Deserialize, Serialize};
 
 /// Why a number was refused.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("{} is not {wanted}", shown(*value))]
+#[error("{} is not {wanted}{}", shown(*value), question(*guess))]
 pub struct OutOfRange {
     value: f64,
     wanted: &'static str,
+    /// The unit in which the number would be in range, and the number in the unit that is wanted.
+    guess: Option<(&'static str, f64)>,
+}
+
+/// Asks whether another unit was meant.
+fn question(guess: Option<(&'static str, f64)>) -> String {
+    guess.map_or(String::new(), |(unit, value)| {
+        format!("; written in {unit}? Then give {}", shown((value * 1e9).round() / 1e9))
+    })
 }
 
 /// A number without the zeros of a large one.
@@ -49,8 +58,21 @@ impl OutOfRange {
     }
 }
 
+/// Units that people write by mistake, and the factor from each to the unit that is wanted.
+macro_rules! mistaken {
+    () => {
+        &[]
+    };
+    ($units:expr) => {
+        &$units
+    };
+}
+
 macro_rules! quantity {
-    ($(#[$doc:meta])* $name:ident, $range:ident $wanted:literal, |$v:ident| $accepted:expr) => {
+    (
+        $(#[$doc:meta])* $name:ident, $range:ident $wanted:literal, |$v:ident| $accepted:expr
+        $(, mistaken $units:expr)?
+    ) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Serialize, Deserialize)]
         #[serde(try_from = "f64", into = "f64")]
@@ -62,11 +84,14 @@ macro_rules! quantity {
             /// # Errors
             /// [`OutOfRange`] if it does not, or is not finite.
             pub fn new(value: f64) -> Result<Self, OutOfRange> {
-                let $v = value;
-                if value.abs() <= LARGEST && $accepted {
+                let accepted = |$v: f64| $v.abs() <= LARGEST && $accepted;
+                if accepted(value) {
                     return Ok(Self(value));
                 }
-                Err(OutOfRange { value, wanted: wanted(value, Range::$range, $wanted) })
+                let units: &[(&'static str, f64)] = mistaken!($($units)?);
+                let in_wanted = units.iter().map(|&(unit, factor)| (unit, value * factor));
+                let guess = in_wanted.into_iter().find(|&(_, value)| accepted(value));
+                Err(OutOfRange { value, wanted: wanted(value, Range::$range, $wanted), guess })
             }
 
             /// The number, in the unit of the field that holds it.
@@ -149,7 +174,8 @@ quantity!(
 );
 quantity!(
     /// A speed of a robot in millimetres per second, up to 10 m/s.
-    Speed, Own "a speed above zero, from 1e-3 mm/s to 10 m/s (in mm/s, not in \u{b5}m/s)", |v| (1e-3..=1e4).contains(&v)
+    Speed, Own "a speed above zero, from 1e-3 mm/s to 10 m/s (in mm/s, not in \u{b5}m/s)", |v| (1e-3..=1e4).contains(&v),
+    mistaken [("\u{b5}m/s", 1e-3)]
 );
 quantity!(
     /// A gap or an amplitude in millimetres: zero, or up to 100 m.
@@ -176,11 +202,13 @@ impl Default for Coordinate {
 
 quantity!(
     /// A frequency of ultrasound or audible sound in hertz: 1 kHz to 10 MHz.
-    Frequency, Own "a frequency from 1 kHz to 10 MHz (in Hz, not in kHz)", |v| (1e3..=1e7).contains(&v)
+    Frequency, Own "a frequency from 1 kHz to 10 MHz (in Hz, not in kHz)", |v| (1e3..=1e7).contains(&v),
+    mistaken [("kHz", 1e3), ("MHz", 1e6)]
 );
 quantity!(
     /// A speed of sound in metres per second: from 100 m/s, below that of any gas used here, to 2000 m/s.
-    SoundSpeed, Own "a speed of sound from 100 to 2000 m/s (not in mm/s)", |v| (100.0..=2e3).contains(&v)
+    SoundSpeed, Own "a speed of sound from 100 to 2000 m/s (not in mm/s)", |v| (100.0..=2e3).contains(&v),
+    mistaken [("mm/s", 1e-3), ("cm/s", 1e-2), ("km/s", 1e3)]
 );
 
 /// A narrower range, taken as a wider one.
@@ -232,6 +260,21 @@ mod tests {
         assert!(Rate::new(1e3).is_ok() && Rate::new(0.0).is_err() && Delay::new(1e10).is_err());
         assert!(Frequency::new(40e3).is_ok() && Frequency::new(40.0).is_err());
         assert!(SoundSpeed::new(343.0).is_ok() && SoundSpeed::new(343e3).is_err());
+    }
+
+    #[test]
+    fn a_number_in_another_unit_is_asked_about() {
+        let asked = |refused: OutOfRange, words: &str| {
+            assert!(refused.to_string().ends_with(words), "{refused}");
+        };
+        asked(SoundSpeed::new(343e3).unwrap_err(), "; written in mm/s? Then give 343");
+        asked(SoundSpeed::new(34_300.0).unwrap_err(), "; written in cm/s? Then give 343");
+        asked(SoundSpeed::new(0.343).unwrap_err(), "; written in km/s? Then give 343");
+        asked(Frequency::new(40.0).unwrap_err(), "; written in kHz? Then give 40000");
+        asked(Frequency::new(0.04).unwrap_err(), "; written in MHz? Then give 40000");
+        asked(Speed::new(50e3).unwrap_err(), "; written in \u{b5}m/s? Then give 50");
+        // No unit explains a negative number.
+        asked(SoundSpeed::new(-343.0).unwrap_err(), "(not in mm/s)");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 
 use super::Fault;
+use super::every_key::every_key;
 use super::regular_file::{MOST_TEXT, read_text};
 
 /// The text of a TOML file, kept so that an error found after parsing (two keys that contradict each other, a point outside travel) can
@@ -50,15 +51,18 @@ impl TomlSource {
     /// Parses the text.
     ///
     /// # Errors
-    /// A [`Fault`] at the line of the first key or value that does not fit `T`.
+    /// A [`Fault`] at the line of the first key or value that does not fit `T`. It names all keys that are missing or unknown, with an
+    /// example of each that is missing.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, Fault> {
         toml::from_str(&self.text).map_err(|error| {
             let range = error.span().unwrap_or(0..0);
-            self.fault(
-                range,
-                error.message().trim(),
-                "correct this value or key; docs/plans.md lists those of a plan, rigs/thesis.toml those of a rig",
-            )
+            every_key::<T>(self).unwrap_or_else(|| {
+                self.fault(
+                    range,
+                    error.message().trim(),
+                    "correct this value or key; docs/plans.md lists those of a plan, rigs/thesis.toml those of a rig",
+                )
+            })
         })
     }
 

@@ -4,7 +4,8 @@ use std::num::NonZeroU32;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use toml::Spanned;
 
 use super::inside::{is_inside, leads_out};
@@ -13,9 +14,9 @@ use super::section::{Key, Section, place, written};
 use super::transducer_file::transducer_path;
 use fieldgap_input::{Fault, Frequency, Gap, Length, TomlSource};
 
-/// The keys of an `[array]`; [`ArraySection::read`](super::ArraySection::read) checks them.
+/// The keys of an `[array]`, with all that its layout needs; [`ArraySection::read`](super::ArraySection::read) checks them.
 #[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, remote = "Self")]
 pub struct ArrayTable {
     frequency_hz: Frequency,
     layout: Spanned<LayoutName>,
@@ -27,7 +28,27 @@ pub struct ArrayTable {
     file: Key<String>,
     element_diameter_mm: Key<Length>,
     spacing_mm: Key<Gap>,
+    /// In place of the spacing: the distance between the centres of neighbours.
+    #[serde(skip_serializing)]
+    pitch_mm: Key<Length>,
     transducer: Key<String>,
+}
+
+impl Serialize for ArrayTable {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for ArrayTable {
+    /// A key that the layout needs is missing in the same way as one that all layouts need.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let table = Self::deserialize(deserializer)?;
+        match table.missing() {
+            Some(key) => Err(D::Error::missing_field(key)),
+            None => Ok(table),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -73,7 +94,8 @@ impl ArrayTable {
         let (kind, keys) = name.keys();
         let section = Section::new(source, self.layout.span(), kind, listed(keys));
         for (key, place) in self.given() {
-            if !keys.contains(&key) {
+            let stands_for = if key == "pitch_mm" { "spacing_mm" } else { key };
+            if !keys.contains(&stands_for) {
                 section.refuse_at(key, place)?;
             }
         }
@@ -82,7 +104,7 @@ impl ArrayTable {
         let rims = || {
             Ok(Rims {
                 diameter_mm: section.need("element_diameter_mm", &self.element_diameter_mm)?,
-                spacing_mm: section.need("spacing_mm", &self.spacing_mm)?,
+                spacing_mm: self.spacing(&section, source)?,
             })
         };
         Ok(match name {
@@ -102,6 +124,44 @@ impl ArrayTable {
                 rims: rims()?,
             },
             LayoutName::Elements => Layout::Elements { file: section.need("file", &self.file)? },
+        })
+    }
+
+    /// The first key that the layout needs and that is not given.
+    fn missing(&self) -> Option<&'static str> {
+        let is_given = |wanted: &str| {
+            let given = self.given();
+            given.into_iter().any(|(key, place)| key == wanted && place.is_some())
+        };
+        let (_, keys) = self.layout.get_ref().keys();
+        keys.iter()
+            .copied()
+            .find(|&key| !(is_given(key) || key == "spacing_mm" && is_given("pitch_mm")))
+    }
+
+    /// The gap between the rims of neighbours, given itself or by the pitch.
+    fn spacing(&self, section: &Section<'_>, source: &TomlSource) -> Result<Gap, Fault> {
+        let Some(pitch) = &self.pitch_mm else {
+            return section.need("spacing_mm", &self.spacing_mm);
+        };
+        if self.spacing_mm.is_some() {
+            return Err(source.fault(
+                pitch.span(),
+                "`pitch_mm` and `spacing_mm` are both given",
+                "keep one: the pitch is the distance between centres, the spacing the gap between rims",
+            ));
+        }
+        let pitch_mm = pitch.get_ref().get();
+        let diameter_mm = section.need("element_diameter_mm", &self.element_diameter_mm)?.get();
+        // Two decimal fractions that are equal as written can differ in their last bit.
+        let gap_mm = pitch_mm - diameter_mm;
+        let gap_mm = if gap_mm.abs() <= 1e-12 * pitch_mm { 0.0 } else { gap_mm };
+        Gap::new(gap_mm).map_err(|_| {
+            source.fault(
+                pitch.span(),
+                format!("a pitch of {pitch_mm} mm is smaller than the elements' diameter of {diameter_mm} mm"),
+                "correct one of them; the pitch is the distance between the centres of neighbours",
+            )
         })
     }
 
@@ -151,6 +211,7 @@ impl ArrayTable {
             file: None,
             element_diameter_mm: rims.and_then(|rims| written(rims.diameter_mm)),
             spacing_mm: rims.and_then(|rims| written(rims.spacing_mm)),
+            pitch_mm: None,
             transducer: transducer.and_then(|name| written(name.to_owned())),
         };
         match *layout {
@@ -180,7 +241,7 @@ impl ArrayTable {
     }
 
     /// The keys that only some layouts have, and the positions of their values.
-    fn given(&self) -> [(&'static str, Option<Range<usize>>); 8] {
+    fn given(&self) -> [(&'static str, Option<Range<usize>>); 9] {
         [
             ("columns", place(&self.columns)),
             ("rows", place(&self.rows)),
@@ -190,6 +251,7 @@ impl ArrayTable {
             ("file", place(&self.file)),
             ("element_diameter_mm", place(&self.element_diameter_mm)),
             ("spacing_mm", place(&self.spacing_mm)),
+            ("pitch_mm", place(&self.pitch_mm)),
         ]
     }
 }

@@ -1,6 +1,7 @@
 //! `[medium]`: the air as assumed for the simulation.
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use toml::Spanned;
 
 use super::section::{Key, Section, written};
@@ -18,14 +19,30 @@ const USUAL_HUMIDITY_PERCENT: f64 = 50.0;
 /// Pressure where none is given, kPa: the standard atmosphere. The weather's 3 kPa change the speed of sound by about 0.005 %.
 const USUAL_PRESSURE_KPA: f64 = 101.325;
 
-/// The keys of a `[medium]`; [`MediumSection::read`] checks them.
+/// The keys of a `[medium]`, a speed of sound or a temperature among them; [`MediumSection::read`] checks them.
 #[derive(Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, remote = "Self")]
 pub struct MediumTable {
     speed_of_sound_m_s: Key<SoundSpeed>,
     temperature_c: Key<Finite>,
     humidity_percent: Key<Finite>,
     pressure_kpa: Key<Finite>,
+}
+
+impl Serialize for MediumTable {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for MediumTable {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let table = Self::deserialize(deserializer)?;
+        match (&table.speed_of_sound_m_s, &table.temperature_c) {
+            (None, None) => Err(D::Error::missing_field("temperature_c")),
+            _ => Ok(table),
+        }
+    }
 }
 
 /// The medium, by its speed of sound or by the state of the air.

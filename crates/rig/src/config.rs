@@ -14,7 +14,8 @@ use super::space::{Feed, Frame};
 use super::travel::{AxisBox, Envelope, KeepOut};
 use super::{AirSensor, FocusArray, Motion, Receiver, RigError};
 use fieldgap_input::{
-    Coordinate, Delay, Exact, Fraction, Label, Length, NonNegative, Positive, Speed, Time,
+    Coordinate, Delay, Exact, Fraction, Label, Length, NonNegative, ONE_TABLE_OF, Positive, Speed,
+    Time,
 };
 
 /// The three devices of a rig, as its file describes them.
@@ -106,7 +107,7 @@ macro_rules! section {
 fn exactly_one<D>(found: Vec<(&str, D)>, known: &[&str]) -> Result<D, String> {
     let names: Vec<&str> = found.iter().map(|(name, _)| *name).collect();
     match names.len() {
-        0 => Err(format!("no driver is given; add the table of one: {}", known.join(", "))),
+        0 => Err(format!("no driver is given; {ONE_TABLE_OF}{}", known.join(", "))),
         1 => Ok(found.into_iter().map(|(_, driver)| driver).next().expect("there is one")),
         _ => Err(format!("more than one driver is given ({}); keep one", names.join(", "))),
     }

@@ -11,7 +11,8 @@ use crate::dataset::{Attribute, Dataset, Values, Variable};
 /// What the writer reports; [`io::ErrorKind::InvalidInput`] if there are no points.
 pub(super) fn write(dataset: &Dataset, out: &mut dyn Write) -> io::Result<()> {
     if dataset.dimensions.first().is_none_or(|(name, _)| name != "point") {
-        let problem = "a volume is no table of points; choose .nc, .h5, .mat or .npz";
+        let problem =
+            "a volume is no table of points; give --grids, or choose .nc, .h5, .mat or .npz";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
     }
     for (name, value) in &dataset.attributes {

@@ -1,6 +1,7 @@
 //! Export of a record or a simulated field for other programs.
 
 mod csv;
+mod grid_rows;
 mod grids;
 mod hdf5;
 mod mat;
@@ -15,6 +16,7 @@ use std::path::{Path, PathBuf};
 use fieldgap_records::write_whole;
 
 use crate::dataset::Dataset;
+pub use grid_rows::{NoGrids, grid_rows};
 pub use record::{Provenance, dataset_of_record};
 pub use simulation::{dataset_of_simulation, is_simulation};
 

@@ -47,6 +47,41 @@ fn the_pitch_is_diameter_and_gap() {
 }
 
 #[test]
+fn a_pitch_stands_for_the_spacing() {
+    let square = "layout = \"square\"\ncolumns = 6\nrows = 6\nelement_diameter_mm = 10.5\n";
+    let by_spacing = read(&format!("{square}spacing_mm = 0.5\n")).expect("good");
+    let by_pitch = read(&format!("{square}pitch_mm = 11.0\n")).expect("good");
+    assert_eq!(by_pitch, by_spacing);
+    let without_gap = read(&format!("{square}pitch_mm = 10.5\n")).expect("good");
+    assert_eq!(without_gap, read(&format!("{square}spacing_mm = 0.0\n")).expect("good"));
+}
+
+#[test]
+fn a_pitch_that_contradicts_other_keys_is_refused() {
+    let square = "layout = \"square\"\ncolumns = 6\nrows = 6\nelement_diameter_mm = 10.5\n";
+    let cases = [
+        ("spacing_mm = 0.5\npitch_mm = 11.0\n", "both given"),
+        ("pitch_mm = 10.0\n", "smaller than the elements' diameter of 10.5 mm"),
+    ];
+    for (keys, said) in cases {
+        let fault = read(&format!("{square}{keys}")).expect_err(keys);
+        assert!(fault.problem().contains(said), "{fault}");
+    }
+    let fault =
+        read("layout = \"elements\"\nfile = \"a.csv\"\npitch_mm = 10.0\n").expect_err("no lattice");
+    assert!(fault.problem().contains("`pitch_mm` does not belong"), "{fault}");
+}
+
+#[test]
+fn all_keys_that_a_layout_lacks_are_told_at_once() {
+    let fault = read("layout = \"random\"\nelement_diameter_mm = 10.0\n").expect_err("three keys");
+    assert_eq!(
+        fault.problem(),
+        "3 keys are missing: `count` in [array], `seed` in [array], `spacing_mm` (mm) in [array]"
+    );
+}
+
+#[test]
 fn elements_are_looked_for_beside_the_file_that_names_them() {
     let folder = tempfile::tempdir().expect("a folder");
     let text = "layout = \"elements\"\nfile = \"mine.csv\"\n";
@@ -63,10 +98,10 @@ fn elements_are_looked_for_beside_the_file_that_names_them() {
 fn keys_that_do_not_belong_or_are_missing_are_named() {
     let cases = [
         ("layout = \"square\"\ncolumns = 6\nrows = 6\nrings = 3\n", 6, "`rings`"),
-        ("layout = \"square\"\ncolumns = 6\n", 3, "`rows`"),
+        ("layout = \"square\"\ncolumns = 6\n", 1, "`rows`"),
         ("layout = \"square\"\ncolumns = 0\nrows = 6\n", 4, "nonzero"),
         ("layout = \"linear\"\ncount = 3\nseed = 1\n", 5, "`seed`"),
-        ("layout = \"random\"\ncount = 3\n", 3, "`seed`"),
+        ("layout = \"random\"\ncount = 3\n", 1, "`seed`"),
         ("layout = \"hexagonal\"\nrings = 2\nfile = \"a.csv\"\n", 5, "`file`"),
         ("layout = \"hexagonal-thesis\"\nrings = 4\n", 3, "0 to 3 rings"),
         ("layout = \"hexagonal\"\nrings = 4000000000\n", 3, "at most 10000 elements"),

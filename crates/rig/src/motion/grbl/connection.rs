@@ -265,7 +265,10 @@ impl<L: ByteLink> Connection<L> {
         let line = self.line("$X")?;
         let waits = Waits { expected: Duration::ZERO, within: COMMAND_WITHIN };
         for _ in 0..MOST_REPEATS {
-            match self.exchange(&[line.clone()], waits, Lock::IsRest, &mut Vec::new()).await {
+            match self
+                .exchange(std::slice::from_ref(&line), waits, Lock::IsRest, &mut Vec::new())
+                .await
+            {
                 Ok(LineOutcome::Taken) => return Ok(()),
                 Ok(LineOutcome::Refused(code))
                     if code == LOCKED || error_code::may_be_damage(code) =>

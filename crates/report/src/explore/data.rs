@@ -6,7 +6,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
-use crate::simulation::SimulatedMap;
+use crate::simulated_map::SimulatedMap;
 use crate::worst_plane::worst_plane;
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{Comparison, PlaneComparison};

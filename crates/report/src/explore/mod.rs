@@ -14,7 +14,7 @@ use self::data::{Maps, stride};
 use super::context::ReportContext;
 use super::html::document;
 use super::page::{STYLE, pages};
-use super::simulation::SimulatedMap;
+use super::simulated_map::SimulatedMap;
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::Comparison;
 

@@ -124,7 +124,7 @@ pub(super) fn png(picture: &impl Picture, style: PrintStyle) -> Result<Vec<u8>, 
 mod tests {
     use super::super::{Drawn, SimulatedPanels};
     use super::*;
-    use crate::simulation::SimulatedMap;
+    use crate::simulated_map::SimulatedMap;
     use fieldgap_acoustics::{PlaneGrid, Simulator};
 
     fn map() -> SimulatedMap {

@@ -9,7 +9,7 @@ use super::cyclic_scale::{FADES_BELOW, phase_colour};
 use super::map_layout::MapLayout;
 use super::marker::focus_on_map;
 use super::{Picture, PictureError};
-use crate::simulation::SimulatedMap;
+use crate::simulated_map::SimulatedMap;
 use fieldgap_acoustics::Simulator;
 use fieldgap_text::{fixed, height_mm};
 

@@ -106,8 +106,10 @@ fn sought(
     let readings = comparisons.first().map_or(0, |comparison| comparison.points);
     let heights = scan.planes(SAME_HEIGHT_MM).len();
     if readings < FEWEST_READINGS || heights < FEWEST_HEIGHTS {
+        let heights =
+            if heights == 1 { "one height".to_owned() } else { format!("{heights} heights") };
         say(format!(
-            "\nnot diagnosed: {readings} readings at {heights} heights leave several causes possible; a cause is sought from \
+            "\nnot diagnosed: {readings} readings at {heights} leave several causes possible; a cause is sought from \
              {FEWEST_READINGS} readings at {FEWEST_HEIGHTS} heights on, or by `fieldgap diagnose`"
         ));
         return Ok(None);

@@ -4,7 +4,9 @@ use crate::{diagnosis_synthetic, report_synthetic};
 use fieldgap::acoustics::Simulator;
 use fieldgap::comparison::{Comparison, PlaneComparison, Uncertain};
 use fieldgap::diagnosis::{Diagnosis, EffectId, Verdict, WaterfallPart, WaterfallStep};
-use fieldgap::report::{Cause, ProposedChange, ProposedCorrection, headline, write};
+use fieldgap::report::{
+    Cause, ProposedChange, ProposedCorrection, headline, headline_of_diagnosis, write,
+};
 
 /// Words of letters; figures, signs and units are not counted.
 fn words(headline: &str) -> usize {
@@ -89,6 +91,8 @@ fn every_headline_has_at_most_fifteen_words() {
                     let headline = headline(comparison, Some(&named(&effects)));
                     assert!(headline.contains(difference), "{headline}");
                     assert!(words(&headline) <= 15, "{} words: {headline}", words(&headline));
+                    let alone = headline_of_diagnosis(&named(&effects));
+                    assert!(words(&alone) <= 15, "{} words: {alone}", words(&alone));
                 }
             }
             for verdict in [Verdict::None, Verdict::Unexplained, Verdict::Ambiguous] {

@@ -98,7 +98,9 @@ mod worst_plane;
 
 use std::path::{Path, PathBuf};
 
-pub use self::answer::{Cause, ProposedChange, ProposedCorrection, headline};
+pub use self::answer::{
+    Cause, ProposedChange, ProposedCorrection, headline, headline_of_diagnosis,
+};
 pub use self::context::{InputFile, ReportContext};
 pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};
 pub use self::display::{DisplayFiles, PlayedDisplay, write_display};

@@ -4,6 +4,7 @@
 
 use fieldgap_acoustics::Simulator;
 use fieldgap_acoustics::transducer::OnAxis;
+use fieldgap_text::{Uncertain, uncertain};
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
@@ -52,12 +53,13 @@ impl Effect for Spreading {
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
-        let [exponent, error] = [fitted[0].value, fitted[0].error];
+        let exponent = fitted[0].value;
+        let size = Uncertain { value: exponent.abs(), standard_error: fitted[0].error };
         let sentence = match exponent < 0.0 {
-            true => format!("pressure grows with distance as d^{:.3} ± {error:.3}", -exponent),
-            false => format!(
-                "pressure falls with distance as d^-{exponent:.3} ± {error:.3} (1 is spherical)"
-            ),
+            true => format!("pressure grows with distance as d^{}", uncertain(size)),
+            false => {
+                format!("pressure falls with distance as d^-{} (1 is spherical)", uncertain(size))
+            }
         };
         Finding::new([("exponent", fitted[0].real())], sentence)
     }

@@ -47,6 +47,18 @@ fn at_height(comparison: &Comparison, plane: &PlaneComparison) -> String {
     }
 }
 
+/// The headline of a diagnosis alone: how far the gap shrinks, and its cause; as short as [`headline`].
+pub fn headline_of_diagnosis(diagnosis: &Diagnosis) -> String {
+    let gap = percent(diagnosis.gap_before);
+    let cause = cause(diagnosis);
+    match (diagnosis.verdict, diagnosis.best()) {
+        (Verdict::Explained | Verdict::MostlyExplained, Some(best)) => {
+            format!("The gap of {gap} shrinks to {}: {cause}", percent(best.gap_after))
+        }
+        _ => format!("The gap is {gap}: {cause}"),
+    }
+}
+
 /// The cause: of several effects, the one that explains most of the gap.
 fn cause(diagnosis: &Diagnosis) -> String {
     match diagnosis.verdict {

@@ -6,7 +6,7 @@ mod remedy;
 
 use maud::{Markup, html};
 
-pub use self::headline::headline;
+pub use self::headline::{headline, headline_of_diagnosis};
 pub use self::remedy::{ProposedChange, ProposedCorrection};
 
 use super::figures::{Figures, PlaneFigure};

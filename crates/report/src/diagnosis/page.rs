@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use super::super::answer::headline_of_diagnosis;
 use super::super::context::ReportContext;
 use super::super::html::{document, facts, navigation, section};
 use super::super::page::{STYLE, pages, registration, warnings};
@@ -64,7 +65,7 @@ fn header(diagnosis: &Diagnosis) -> Markup {
     };
     html! {
         header class="diagnosis" {
-            h1 { (diagnosis.sentence) }
+            h1 { (headline_of_diagnosis(diagnosis)) }
             p class="subtitle" {
                 "Why " (scans) " from the " (diagnosis.simulator.to_string()) " simulation. Diagnosed from "
                 (diagnosis.points) " readings."
@@ -106,6 +107,7 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
     ];
     html! {
         div class="verdict" { p { (words) } }
+        p { (diagnosis.sentence) }
         dl class="tiles" {
             @for (number, words) in tiles { div { dt { (words) } dd { (number) } } }
         }

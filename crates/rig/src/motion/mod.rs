@@ -1,4 +1,4 @@
-//! Robots: what every driver is held to ([`guarded`], [`travel`]), ways round ([`route`]), and the drivers.
+//! Robots: what every driver is held to ([`guarded`], [`travel`](crate::travel)), ways round ([`route`]), and the drivers.
 
 mod advice;
 pub(crate) mod auto;

@@ -23,7 +23,7 @@ pub(super) fn heights(diagnosis: &Diagnosis, figures: &DiagnosisFigures) -> Mark
             @for note in notes(diagnosis) { p { (note) } }
             p {
                 "The maps show the scan and the residuals of the nominal and the corrected simulation. White is no difference. The \
-                 colours end at \u{b1}" (REACH_SIGMA) " standard deviations of the noise at all heights. + and \u{2212} mark \
+                 colours are linear near zero and logarithmic beyond, up to \u{b1}" (REACH_SIGMA) " standard deviations of the noise at all heights. + and \u{2212} mark \
                  residuals of more than " (LEAST_SIGNED_SIGMA) "."
             }
         }

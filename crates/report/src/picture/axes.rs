@@ -104,15 +104,35 @@ impl Axes {
         canvas: &mut Canvas<B>,
         label: &str,
     ) -> Result<(), PictureError> {
+        self.ticks_on_the_right(canvas, &ticks(self.y, self.height / 40.0), label)
+    }
+
+    /// The same with ticks at given values, which have the given labels.
+    pub fn marked_right_axis<B: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<B>,
+        marks: &[(f64, String)],
+        label: &str,
+    ) -> Result<(), PictureError> {
+        let tick = |(value, label): &(f64, String)| Tick { value: *value, label: label.clone() };
+        let ticks: Vec<Tick> = marks.iter().map(tick).collect();
+        self.ticks_on_the_right(canvas, &ticks, label)
+    }
+
+    fn ticks_on_the_right<B: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<B>,
+        ticks: &[Tick],
+        label: &str,
+    ) -> Result<(), PictureError> {
         let right = self.corner.0 + self.width;
-        let ticks = ticks(self.y, self.height / 40.0);
-        for tick in &ticks {
+        for tick in ticks {
             let (_, y) = self.place(self.x.0, tick.value);
             canvas.line((right, y), (right + TICK_LENGTH, y), FRAME_PEN)?;
             canvas.text(&tick.label, (right + TICK_LENGTH + 3.0, y), TICK_TEXT, Align::Right)?;
         }
         let middle = self.corner.1 + self.height / 2.0;
-        canvas.text(label, (right + room_for(&ticks), middle), LABEL_TEXT, Align::Upwards)
+        canvas.text(label, (right + room_for(ticks), middle), LABEL_TEXT, Align::Upwards)
     }
 }
 

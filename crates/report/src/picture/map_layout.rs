@@ -209,17 +209,36 @@ impl MapLayout {
         label: &str,
         colour: impl Fn(f64) -> Rgb,
     ) -> Result<(), PictureError> {
+        let axes = self.bar_axes(after, range);
+        colour_bar(canvas, &axes, colour)?;
+        axes.right_axis(canvas, label)
+    }
+
+    /// The same of a scale from -1 to 1 that is not linear: the places with a number, and the numbers.
+    pub fn marked_bar<B: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<B>,
+        after: usize,
+        marks: &[(f64, String)],
+        label: &str,
+        colour: impl Fn(f64) -> Rgb,
+    ) -> Result<(), PictureError> {
+        let axes = self.bar_axes(after, (-1.0, 1.0));
+        colour_bar(canvas, &axes, colour)?;
+        axes.marked_right_axis(canvas, marks, label)
+    }
+
+    fn bar_axes(&self, after: usize, range: (f64, f64)) -> Axes {
         let panel = self.panel(after);
         // A bar between two panels stands close to its own.
         let gap = if after == 0 && self.after_first > 0.0 { PANEL_GAP / 2.0 } else { PANEL_GAP };
-        let axes = Axes {
+        Axes {
             corner: (panel.corner.0 + self.panel_width + gap, panel.corner.1),
             width: BAR_WIDTH,
             height: panel.height,
             x: (0.0, 1.0),
             y: range,
-        };
-        colour_bar(canvas, &axes, label, colour)
+        }
     }
 }
 

@@ -69,7 +69,6 @@ impl Cells<'_> {
 pub(super) fn colour_bar<B: DrawingBackend>(
     canvas: &mut Canvas<B>,
     axes: &Axes,
-    label: &str,
     colour: impl Fn(f64) -> Rgb,
 ) -> Result<(), PictureError> {
     let (from, to) = axes.y;
@@ -77,8 +76,7 @@ pub(super) fn colour_bar<B: DrawingBackend>(
     let levels: Vec<f64> = (0..=BAR_STEPS).map(|step| level(f64::from(step))).collect();
     let values: Vec<f64> = (0..BAR_STEPS).map(|step| level(f64::from(step) + 0.5)).collect();
     let cells = Cells { column_borders: &[0.0, 1.0], row_borders: &levels, values: &values };
-    cells.draw(canvas, axes, colour)?;
-    axes.right_axis(canvas, label)
+    cells.draw(canvas, axes, colour)
 }
 
 /// The cell at the centre of each of `pixels` pixels that share the whole range.

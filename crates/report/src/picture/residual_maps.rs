@@ -5,16 +5,13 @@ use plotters::backend::DrawingBackend;
 use super::axes::LABEL_TEXT;
 use super::canvas::{Align, Canvas};
 use super::colour_scale::ColourScale;
-use super::diverging_scale::DivergingScale;
 use super::map_layout::MapLayout;
 use super::marker::Series;
+use super::noise_scale;
 use super::plane_maps::reading_label;
 use super::{Picture, PictureError};
 use fieldgap_diagnosis::DiagnosedPlane;
 
-/// Where the colours of the residuals end, standard deviations of the noise. The same on every picture, so that heights
-/// can be compared.
-pub(crate) const REACH_SIGMA: f64 = 5.0;
 /// Residuals carry a sign from here on, standard deviations: noise alone seldom reaches it.
 pub(crate) const LEAST_SIGNED_SIGMA: f64 = 3.0;
 
@@ -25,8 +22,6 @@ pub(crate) struct ResidualMaps<'a> {
     readings: ColourScale,
     layout: MapLayout,
 }
-
-const RESIDUALS: DivergingScale = DivergingScale { reach: REACH_SIGMA };
 
 impl<'a> ResidualMaps<'a> {
     /// The maps of a plane; `None` where its points lie on no grid.
@@ -81,17 +76,16 @@ impl Picture for ResidualMaps<'_> {
         }
         let range = (0.0, self.readings.top);
         self.layout.colour_bar(canvas, 0, range, &reading_label(self.unit), reading)?;
-        let residual = |value| RESIDUALS.colour(value);
         for (panel, title, values) in [
             (1, "scan \u{2212} nominal simulation", &self.plane.residual_before),
             (2, "scan \u{2212} corrected simulation", &self.plane.residual_after),
         ] {
-            let axes = self.layout.map(canvas, panel, title, values, residual)?;
-            let contrast = |value| RESIDUALS.contrast(value);
+            let axes = self.layout.map(canvas, panel, title, values, noise_scale::colour)?;
+            let contrast = noise_scale::contrast;
             self.layout.signs(canvas, &axes, values, LEAST_SIGNED_SIGMA, contrast)?;
         }
-        let range = (-REACH_SIGMA, REACH_SIGMA);
-        self.layout.colour_bar(canvas, 2, range, "residual (σ of the noise)", residual)?;
+        let (label, colour) = ("residual (σ of the noise)", noise_scale::colour_along);
+        self.layout.marked_bar(canvas, 2, &noise_scale::marks(), label, colour)?;
         let y = f64::from(self.size().1) - 18.0;
         let x = self.layout.panel(0).corner.0;
         Series::Scan.mark_on_map(canvas, (x + 8.0, y))?;
@@ -137,9 +131,9 @@ mod tests {
                 *image.get_pixel((2.0 * x) as u32 + 30, (2.0 * y) as u32 + 30);
             (red, green, blue)
         };
-        assert_eq!(pixel(1, 0.0, -1.0), RESIDUALS.colour(REACH_SIGMA));
-        assert_eq!(pixel(1, 0.0, 1.0), RESIDUALS.colour(-2.5));
-        assert_eq!(pixel(2, 0.0, -1.0), RESIDUALS.colour(0.0));
+        assert_eq!(pixel(1, 0.0, -1.0), noise_scale::colour(50.0));
+        assert_eq!(pixel(1, 0.0, 1.0), noise_scale::colour(-2.5));
+        assert_eq!(pixel(2, 0.0, -1.0), noise_scale::colour(0.0));
         assert!(drawn.description.contains("(root mean square 22.39)"), "{}", drawn.description);
     }
 

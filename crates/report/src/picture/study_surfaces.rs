@@ -84,7 +84,8 @@ impl<'a> StudySurfaces<'a> {
             y: (0.0, scale.top),
             ..axes
         };
-        colour_bar(canvas, &bar, label, colour)
+        colour_bar(canvas, &bar, colour)?;
+        bar.right_axis(canvas, label)
     }
 }
 

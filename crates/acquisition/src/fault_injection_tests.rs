@@ -256,7 +256,6 @@ async fn line_faults_cause_no_wrong_reading() {
 
 /// Each rate is that of one kind of fault; the six frequent kinds add up to 0.1 to 5 percent of all lines.
 #[tokio::test(start_paused = true)]
-#[ignore = "prints figures; run: cargo test --release --workspace --lib -- --ignored --nocapture a_million_faulty_lines"]
 async fn a_million_faulty_lines_cause_no_wrong_reading() {
     for percent in [5.0, 2.0, 0.5, 0.1] {
         let tally = run_with_faults(percent / 100.0 / 6.0, 250_000).await;

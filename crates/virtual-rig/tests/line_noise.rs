@@ -2,6 +2,7 @@
 //! driver reports is compared with the true place of the nozzle.
 
 use std::path::Path;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use fieldgap_acoustics::{Array, Medium, Vec3};
@@ -193,23 +194,23 @@ async fn without_noise_every_scan_is_completed() {
     }
 }
 
-#[tokio::test(start_paused = true)]
-async fn scans_under_marlin_are_completed_with_one_line_in_twenty_damaged() {
-    for share in [0.01, 0.05] {
-        let ends = scans(Robot::Marlin, 20, noise(share), 500).await;
-        assert!(ends.completed >= 19, "{share}: {:?}", ends.errors);
-    }
-}
+/// Of a hundred scans, each with a share of all lines damaged, so many are completed at least: four standard deviations less than were
+/// counted, as docs/devices has them. The largest share is far more than any line in use has: rare combinations of damage come about.
+const COMPLETED: [(Robot, [(f64, usize); 3]); 3] = [
+    (Robot::Marlin, [(0.01, 95), (0.05, 95), (0.15, 57)]),
+    (Robot::Grbl, [(0.01, 92), (0.05, 67), (0.15, 20)]),
+    (Robot::GrblHal, [(0.01, 92), (0.05, 65), (0.15, 20)]),
+];
 
 #[tokio::test(start_paused = true)]
-async fn scans_under_grbl_are_completed_or_end_by_damage_that_is_named() {
-    for robot in [Robot::Grbl, Robot::GrblHal] {
-        // Of a hundred, 98 and 80 are completed: four standard deviations less of forty.
-        for (share, least) in [(0.01, 36), (0.05, 22)] {
-            let ends = scans(robot, 40, noise(share), 500).await;
+async fn scans_on_noisy_lines_are_completed_or_end_by_damage_that_is_named() {
+    for (robot, shares) in COMPLETED {
+        for (share, least) in shares {
+            let ends = scans(robot, 100, noise(share), 500).await;
+            println!("{robot:?}, {share} of all lines: {} of 100 completed", ends.completed);
             assert!(ends.completed >= least, "{robot:?}, {share}: {:?}", ends.errors);
             let unexplained = ends.errors.iter().find(|(_, error)| !is_unavoidable(error));
-            assert!(unexplained.is_none(), "{robot:?}, {share}: {unexplained:?}");
+            assert!(share > 0.05 || unexplained.is_none(), "{robot:?}, {share}: {unexplained:?}");
         }
     }
 }
@@ -225,19 +226,10 @@ async fn bursts_and_late_lines_cause_no_wrong_place() {
     }
 }
 
-/// Far more than any line in use has: rare combinations of damage come about.
-#[tokio::test(start_paused = true)]
-async fn damage_to_one_line_in_seven_causes_no_wrong_place() {
-    for robot in Robot::ALL {
-        let ends = scans(robot, 100, noise(0.15), 500).await;
-        assert!(ends.completed > 0, "{robot:?}: {:?}", ends.errors);
-    }
-}
-
 /// A link on which each of these texts is replaced once, on its way to the device.
 fn with_replaced(
     link: impl fieldgap_rig::link::ByteLink,
-    mut replaced: Vec<(&'static str, &'static str)>,
+    replaced: Arc<Mutex<Vec<(&'static str, &'static str)>>>,
 ) -> DuplexStream {
     let (near, far) = duplex(4096);
     let (mut from_host, mut to_host) = split(far);
@@ -247,8 +239,11 @@ fn with_replaced(
             let mut bytes = vec![0; 4096];
             loop {
                 let count = from_host.read(&mut bytes).await?;
+                if count == 0 {
+                    return Ok::<_, std::io::Error>(());
+                }
                 let mut text = String::from_utf8_lossy(&bytes[..count]).into_owned();
-                replaced.retain(|(good, damaged)| {
+                replaced.lock().expect("no panic").retain(|(good, damaged)| {
                     let here = text.contains(good);
                     text = text.replacen(good, damaged, 1);
                     !here
@@ -272,7 +267,8 @@ async fn an_unlock_that_became_homing_gives_no_wrong_place() {
         let memory = power_up(robot);
         let [plug, ..] = memory.plugs();
         let replaced = vec![("G90G94G53G1X-160", "G91G94G53G1X-160"), ("$X", "$H")];
-        let link = with_replaced(plug, replaced);
+        let replaced = Arc::new(Mutex::new(replaced));
+        let link = with_replaced(plug, Arc::clone(&replaced));
         let wire = Wire::new(link, Device::new(Role::Robot, "memory"));
         let mut motion = robot.open(wire).await.expect("no damage yet");
         motion.home().await.expect("no damage yet");
@@ -284,23 +280,6 @@ async fn an_unlock_that_became_homing_gives_no_wrong_place() {
             let true_mm = memory.world.nozzle_m(memory.clock.now_s()) * 1e3;
             assert!((true_mm - target_mm).norm() < 0.1, "{robot:?} is at {true_mm:?}");
         }
-    }
-}
-
-#[tokio::test(start_paused = true)]
-#[ignore = "prints figures; run: cargo test --release --workspace --test line_noise -- --ignored --nocapture"]
-async fn figures_of_a_hundred_scans() {
-    for share in [0.01, 0.05, 0.15] {
-        for robot in Robot::ALL {
-            let ends = scans(robot, 100, noise(share), 500).await;
-            let unavoidable = ends.errors.iter().filter(|(_, error)| is_unavoidable(error)).count();
-            println!(
-                "{robot:?}, {share} of all lines: {} of {} completed, {unavoidable} ended by damage that cannot be told from a command",
-                ends.completed, ends.scans
-            );
-            for (reached, error) in &ends.errors {
-                println!("    after {reached} points: {error}");
-            }
-        }
+        assert!(replaced.lock().expect("no panic").is_empty(), "both lines were damaged");
     }
 }

@@ -1,7 +1,7 @@
 //! Exports read back as they were written: by this program, and by the libraries that people use for these formats.
 //!
 //! One test needs a Python with xarray, h5py, scipy and netCDF4, at `FIELDGAP_PYTHON` or as `python3`; without it the test says so
-//! and is skipped.
+//! and is skipped. Another one needs GNU Octave as `octave-cli`.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -189,6 +189,44 @@ fn the_libraries_of_other_programs_read_the_exports() {
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(said.lines().count(), 8, "{said}");
+}
+
+#[test]
+fn octave_loads_the_same_values() {
+    if !Command::new("octave-cli").arg("--version").output().is_ok_and(|run| run.status.success()) {
+        println!("skipped: there is no octave-cli");
+        return;
+    }
+    let home = home();
+    succeeds(home.path(), &["export", "record", "field.mat"]);
+    // 17 digits give every number back.
+    let script = "d = load('field.mat');
+        printf('%s %s %s\\n', d.units.reading, d.dimensions.grid_reading, mat2str(size(d.grid_reading)));
+        printf('%.17g,%d,%.17g,%.17g,%.17g,%.17g,%.17g,%d\\n', [d.time, double(d.drive), d.x, d.y, d.z, d.reading, d.std, double(d.count)]');
+        printf('%.17g\\n', permute(d.grid_reading, [2, 1, 3]));";
+    let output = Command::new("octave-cli")
+        .args(["--no-init-file", "--eval", script])
+        .current_dir(home.path())
+        .output()
+        .expect("octave starts");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    let numbers = |line: &str| -> Vec<f64> {
+        line.split(',').map(|cell| cell.parse().expect("a number")).collect()
+    };
+    let mut lines = said.lines();
+    assert_eq!(lines.next(), Some("V grid_y, grid_x, grid_z [7 9 2]"));
+    let samples = std::fs::read_to_string(home.path().join("record/samples.csv")).expect("there");
+    for row in samples.lines().skip(1) {
+        assert_eq!(numbers(lines.next().expect("as many readings")), numbers(row));
+    }
+    let grid: Vec<f64> = lines.map(|line| numbers(line)[0]).collect();
+    assert_eq!(grid.len(), 2 * 7 * 9);
+    // The last row of the first height: none of its points was measured twice.
+    let rows: Vec<Vec<f64>> = samples.lines().skip(1).map(numbers).collect();
+    for x in 0..9 {
+        assert_eq!(grid[6 * 9 + x], rows[6 * 9 + x][5], "column {x}");
+    }
 }
 
 #[test]

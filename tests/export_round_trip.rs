@@ -238,6 +238,11 @@ fn simulated_fields_are_exported() {
         |more: &[&str]| succeeds(home.path(), &[&["simulate"][..], &field, more].concat());
     simulate(&["--z-mm", "95,100", "--out", "planes"]);
     simulate(&["--volume-mm", "95,100", "--out", "volume"]);
+    for section in ["xy", "xz", "yz"] {
+        let svg = home.path().join(format!("volume/section-{section}.svg"));
+        let svg = std::fs::read_to_string(svg).expect("a picture");
+        assert!(svg.contains("amplitude") && svg.contains("phase"), "{section}");
+    }
     let mut readings = Vec::new();
     for (folder, columns) in [
         ("planes", "grid_x,grid_y,grid_z,grid_pressure"),

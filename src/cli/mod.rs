@@ -32,6 +32,7 @@ mod scan;
 mod sense;
 mod simulate;
 mod simulate_display;
+mod simulate_sections;
 mod simulate_volume;
 mod stop;
 mod study;

@@ -58,7 +58,7 @@ pub(super) struct Simulate {
     #[arg(long, value_name = "FROM,TO", conflicts_with_all = ["plan", "z_mm", "json"], requires = "out")]
     volume_mm: Option<Heights>,
     /// Write the field to this folder as simulation.csv, with a picture of amplitude and phase of each plane and interactive maps (a volume:
-    /// volume.npy and volume.toml)
+    /// volume.npy and volume.toml, with pictures of three sections through the focus)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print the figures as JSON
@@ -141,7 +141,8 @@ impl Simulate {
         // Before the grid is made, which may be larger than memory.
         small_enough(self.points_of_a_plane())?;
         let grid = PlaneGrid::square(self.half_m(), self.step_mm.get() * 1e-3, 0.0);
-        simulate_volume(&setup.array, &simulation, &grid, heights, self.step_mm.get(), folder)
+        let (step_mm, style) = (self.step_mm.get(), self.pictures.style()?);
+        simulate_volume(&setup.array, &simulation, &grid, heights, step_mm, folder, style)
     }
 
     fn setup(&self) -> miette::Result<FieldSetup> {

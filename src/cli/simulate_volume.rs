@@ -1,4 +1,4 @@
-//! Simulation of a volume, plane by plane to disk: it may be larger than memory.
+//! Simulation of a volume, plane by plane to disk: it may be larger than memory. Pictures show sections through it.
 
 use std::path::Path;
 
@@ -10,6 +10,9 @@ use crate::cli::output::say;
 use fieldgap_acoustics::{Excitation, PlaneGrid, Simulation};
 use fieldgap_input::Place;
 use fieldgap_records::{ArraySection, ArrayTable, VolumeFile};
+use fieldgap_report::{PrintStyle, write_sections};
+
+use super::simulate_sections::sections;
 
 /// Most planes of a volume: several a wavelength over the largest heights.
 const MOST_PLANES: f64 = 100_000.0;
@@ -60,6 +63,7 @@ pub(super) fn simulate_volume(
     heights: Heights,
     step_mm: f64,
     folder: &Path,
+    style: PrintStyle,
 ) -> miette::Result<()> {
     let (columns, rows) = (grid.x_m.len(), grid.y_m.len());
     let planes = ((heights.to_mm - heights.from_mm) / step_mm + 1e-9).floor() + 1.0;
@@ -91,15 +95,16 @@ pub(super) fn simulate_volume(
     let mut volume = VolumeFile::open(folder, &description, shape)?;
 
     let bar = ProgressBar::new(planes as u64).with_position(volume.done() as u64);
-    let style =
+    let bar_style =
         ProgressStyle::with_template("{elapsed_precise} [{bar:30}] {pos}/{len} planes, {eta} left")
             .expect("the template is well formed");
-    bar.set_style(style.progress_chars("=> "));
+    bar.set_style(bar_style.progress_chars("=> "));
     bar.reset_eta();
     let kernel = simulation.kernel();
     let rms = simulation.rms();
-    for plane in volume.done()..planes {
-        let z_m = (heights.from_mm + plane as f64 * step_mm) * 1e-3;
+    let heights_m: Vec<f64> =
+        (0..planes).map(|plane| (heights.from_mm + plane as f64 * step_mm) * 1e-3).collect();
+    for &z_m in &heights_m[volume.done()..] {
         let field = kernel.on_plane(&PlaneGrid { z_m, ..grid.clone() }).field;
         let values: Vec<f32> = field.into_iter().map(|value| rms(value) as f32).collect();
         volume.append(&values)?;
@@ -110,6 +115,10 @@ pub(super) fn simulate_volume(
         "volume: {} ({planes} planes of {rows} rows of {columns} values, float32)",
         volume.path().display()
     ));
+    let sections = sections(simulation, grid, &heights_m);
+    let pictures =
+        write_sections(folder, simulation.simulator, &sections, style).into_diagnostic()?;
+    say(format!("{} pictures of sections through the focus: {}", pictures.len(), folder.display()));
     Ok(())
 }
 

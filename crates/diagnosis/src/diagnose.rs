@@ -8,7 +8,7 @@ use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH};
 use crate::limits::{
     FEWEST_READINGS, MOST_ELEMENT_READINGS, NOISE_CHANGED, NOISE_MISJUDGED, NOISE_ROUNDS,
-    READINGS_OF_FIRST_SEARCH,
+    READINGS_OF_A_SEARCH,
 };
 use crate::model::effect::Context;
 use crate::model::forward_model::ForwardModel;
@@ -56,7 +56,7 @@ pub fn diagnose(
 fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredModel> {
     let nuisance = as_believed(observations);
     settle_scatter(observations, &ForwardModel::believed(), &nuisance, context, false);
-    let mut search = ModelSearch::begin(&observations.thinned(READINGS_OF_FIRST_SEARCH), context);
+    let mut search = ModelSearch::begin(&observations.thinned(READINGS_OF_A_SEARCH), context);
     let noise_is_told = observations.scans.iter().all(|scan| scan.scatter.is_told_by_repeats());
     let best = refined(search.scored[0].fit.clone(), observations, context, SEARCH);
     if noise_is_told && !is_near(&best, observations) {

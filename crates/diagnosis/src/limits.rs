@@ -15,8 +15,9 @@ pub(crate) const MOST_ELEMENT_READINGS: usize = 400_000;
 /// Readings that a diagnosis works on whatever the array. Set by judgement.
 pub(crate) const FEWEST_READINGS: usize = 1000;
 
-/// Readings of the first search; what it finds is fitted again on all. Set by judgement.
-pub(crate) const READINGS_OF_FIRST_SEARCH: usize = 1500;
+/// Readings of the first search, of which all readings are fitted again afterwards; and readings over which the signatures of effects and
+/// two rivals are compared, with the result scaled to all readings. Set by judgement.
+pub(crate) const READINGS_OF_A_SEARCH: usize = 1500;
 
 /// Readings on which an effect is first fitted beside a set that is near the readings already. Set by judgement.
 pub(crate) const COARSE_READINGS_NEAR: usize = 1300;
@@ -26,12 +27,6 @@ pub(crate) const COARSE_READINGS_FAR: usize = 500;
 
 /// Readings over which starts are compared first, when there are many. Set by judgement.
 pub(crate) const READINGS_OF_A_START: usize = 300;
-
-/// Readings over which the signatures of effects are compared; the result is scaled to all readings. Set by judgement.
-pub(crate) const READINGS_OF_A_SIGNATURE: usize = 1500;
-
-/// Readings of the present scan over which two rivals are compared; the result is scaled to all readings. Set by judgement.
-pub(crate) const READINGS_OF_A_COMPARISON: usize = 1500;
 
 /// Points along a row, and rows of a plane, of a proposed scan while proposals are compared; the result is scaled to the whole scan.
 /// No plane of a proposal has fewer. Set by judgement.
@@ -119,9 +114,6 @@ pub(crate) const ANOTHER_EFFECT: f64 = 5.0;
 /// equally likely (ln 33 = 3.5).
 pub(crate) const NO_EFFECT: f64 = 3.0;
 
-/// Sizes of a set of elements, one to three by the catalogue, equally likely.
-pub(crate) const SET_SIZES: f64 = 3.0;
-
 // Search.
 
 /// Cost a reading up to which a fit is near the readings: residuals 22 % larger than the noise. Set by judgement.
@@ -161,20 +153,14 @@ pub(crate) const VERY_LARGE: f64 = 100.0;
 /// Share of a very large gap that another effect must explain, down to the noise. Set by judgement.
 pub(crate) const MATERIAL_OF_VERY_LARGE: f64 = 1e-3;
 
-/// Nats within which sets near the readings are rivals, and extended: odds of 160,000 to one.
+/// Nats within which sets near the readings are rivals: they are extended, and fitted to all readings. Odds of 160,000 to one.
 pub(crate) const RIVALS: f64 = 12.0;
 
 /// Nats within which a set may be named beside the best: odds of 400 to one.
 pub(crate) const MAY_BE_NAMED: f64 = 6.0;
 
-/// Nats behind the best on some of the readings within which a set is fitted to all. Set by judgement.
-pub(crate) const KEPT_FOR_ALL_READINGS: f64 = 12.0;
-
 /// Sets that are fitted to all readings in any case. Set by judgement.
 pub(crate) const ALWAYS_KEPT: usize = 6;
-
-/// Sets that may be named, and whose effects are therefore put in order.
-pub(crate) const MOST_NAMED: usize = 3;
 
 /// Nats behind the best, by the estimate of the coarse fit, at which an effect is given up: the estimate is far from exact. Set by
 /// judgement.
@@ -289,9 +275,6 @@ pub(crate) const MOST_RIVALS: usize = 3;
 
 /// Share of the excess chi-square that one effect may leave and still explain a gap: no formula is better. Set by judgement.
 pub(crate) const RESIDUAL_SHARE: f64 = 3e-3;
-
-/// The same for several effects, which together imitate much. Set by judgement.
-pub(crate) const RESIDUAL_SHARE_OF_SEVERAL: f64 = 3e-4;
 
 /// Cost a reading of the believed set-up from which on a gap is so large that a formula's own error may show. Set by judgement.
 pub(crate) const LARGE: f64 = 4.0;

@@ -12,12 +12,20 @@ pub(super) struct Figure {
     name: String,
     /// The picture.
     pub drawn: Drawn,
+    /// Its panels one below the other, for a narrow screen.
+    narrow: Option<Drawn>,
 }
 
 impl Figure {
     /// A picture whose files have this name before their extension.
     pub fn new(name: String, drawn: Drawn) -> Self {
-        Self { name, drawn }
+        Self { name, drawn, narrow: None }
+    }
+
+    /// The same with a picture that takes its place on a narrow screen. It has no file of its own.
+    pub fn with_narrow(mut self, narrow: Drawn) -> Self {
+        self.narrow = Some(narrow);
+        self
     }
 
     pub fn png_name(&self) -> String {
@@ -35,26 +43,23 @@ impl Figure {
         }
     }
 
-    /// The picture without a caption; `narrow`, where there is one, takes its place on a narrow screen.
-    pub fn beside(&self, narrow: Option<&Self>) -> Markup {
-        let source =
-            |figure: &Self| format!("data:image/png;base64,{}", STANDARD.encode(&figure.drawn.png));
-        html! {
-            figure {
-                picture {
-                    @if let Some(narrow) = narrow {
-                        source media="(max-width: 640px)" srcset=(source(narrow));
-                    }
-                    (self.image())
-                }
-            }
-        }
+    /// The picture without a caption.
+    pub fn uncaptioned(&self) -> Markup {
+        html! { figure { (self.image()) } }
     }
 
     fn image(&self) -> Markup {
-        let source = format!("data:image/png;base64,{}", STANDARD.encode(&self.drawn.png));
+        let source =
+            |drawn: &Drawn| format!("data:image/png;base64,{}", STANDARD.encode(&drawn.png));
         let (width, height) = self.drawn.size;
-        html! { img alt=(self.drawn.description) width=(width) height=(height) src=(source); }
+        html! {
+            picture {
+                @if let Some(narrow) = &self.narrow {
+                    source media="(max-width: 640px)" srcset=(source(narrow));
+                }
+                img alt=(self.drawn.description) width=(width) height=(height) src=(source(&self.drawn));
+            }
+        }
     }
 
     /// Links to its files.

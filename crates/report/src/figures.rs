@@ -5,7 +5,6 @@ use rayon::prelude::*;
 use super::figure::Figure;
 use super::judgement::drives;
 use super::picture::{Drawn, HeightCurves, PictureError, PlaneMaps, PrintStyle};
-use super::worst_plane::worst_plane;
 use fieldgap_comparison::Comparison;
 use fieldgap_text::height_mm;
 
@@ -25,8 +24,6 @@ pub(super) struct PlaneFigure {
     pub plane: usize,
     /// The maps; `None` where the plane has none.
     pub picture: Option<Figure>,
-    /// The same one below the other, for a narrow screen; of the first comparison's worst plane only.
-    pub stacked: Option<Figure>,
 }
 
 impl Figures {
@@ -48,7 +45,6 @@ impl Figures {
             let drive = plane_a.focus.cmp(&plane_b.focus);
             drive.then(plane_a.z_m.total_cmp(&plane_b.z_m)).then(a.cmp(&b))
         });
-        let worst = comparisons.first().and_then(worst_plane).map(|(number, _)| (0, number));
         let planes = places
             .par_iter()
             .map(|&(index, number)| {
@@ -60,14 +56,15 @@ impl Figures {
                     comparison.simulator
                 );
                 let maps = PlaneMaps::new(plane, comparison.simulator, &comparison.reading_unit);
-                let stacked = match worst == Some((index, number)) {
-                    true => maps.clone().map(|maps| Drawn::new(&maps.stacked())).transpose()?,
-                    false => None,
+                let picture = match maps {
+                    Some(maps) => {
+                        let narrow = Drawn::new(&maps.clone().stacked())?;
+                        let drawn = Drawn::printed(maps, style)?;
+                        Some(Figure::new(name, drawn).with_narrow(narrow))
+                    }
+                    None => None,
                 };
-                let stacked = stacked.map(|drawn| Figure::new(format!("{name}-stacked"), drawn));
-                let drawn = maps.map(|maps| Drawn::printed(maps, style)).transpose()?;
-                let picture = drawn.map(|drawn| Figure::new(name, drawn));
-                Ok(PlaneFigure { comparison: index, plane: number, picture, stacked })
+                Ok(PlaneFigure { comparison: index, plane: number, picture })
             })
             .collect::<Result<Vec<_>, PictureError>>()?;
         let curves = comparisons

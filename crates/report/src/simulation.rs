@@ -10,6 +10,7 @@ use super::figure::Figure;
 use super::folder::Folder;
 use super::picture::{Drawn, PrintStyle, SimulatedPanels};
 use super::simulated_map::SimulatedMap;
+use super::simulated_section::SimulatedSection;
 use fieldgap_acoustics::Simulator;
 use fieldgap_text::height_mm;
 
@@ -41,9 +42,7 @@ pub fn write_simulation(
                 if several_drives { format!("-drive{}", plane.drive) } else { String::new() };
             let height = height_mm(plane.grid.z_m);
             let name = format!("field{drive}-z{}mm", height.replace('\u{2212}', "-"));
-            let panels = SimulatedPanels::new(plane, simulator);
-            let drawn = panels.map(|panels| Drawn::printed(panels, style)).transpose()?;
-            Ok(drawn.map(|drawn| Figure::new(name, drawn)))
+            figure(name, &plane.into(), simulator, style)
         })
         .collect::<Result<_, PictureError>>()?;
     let folder = Folder::make(dir)?;
@@ -51,4 +50,35 @@ pub fn write_simulation(
     let page = explore::page_of_simulation(title, simulator, planes)?;
     let page = page.map(|page| folder.put(explore::EXPLORE_NAME, page.as_bytes())).transpose()?;
     Ok(SimulationFiles { pictures, page })
+}
+
+/// Draws sections through a volume into a folder, which is created if it is missing: amplitude and phase of each, PNG and SVG. Returns the
+/// files.
+///
+/// # Errors
+/// [`ReportError`] if a picture cannot be drawn or a file cannot be written.
+pub fn write_sections(
+    dir: &Path,
+    simulator: Simulator,
+    sections: &[SimulatedSection],
+    style: PrintStyle,
+) -> Result<Vec<PathBuf>, ReportError> {
+    let figures: Vec<Option<Figure>> = sections
+        .par_iter()
+        .map(|section| {
+            figure(format!("section-{}", section.plane.name()), section, simulator, style)
+        })
+        .collect::<Result<_, PictureError>>()?;
+    Folder::make(dir)?.put_figures(figures.iter().flatten())
+}
+
+fn figure(
+    name: String,
+    section: &SimulatedSection,
+    simulator: Simulator,
+    style: PrintStyle,
+) -> Result<Option<Figure>, PictureError> {
+    let panels = SimulatedPanels::new(section, simulator);
+    let drawn = panels.map(|panels| Drawn::printed(panels, style)).transpose()?;
+    Ok(drawn.map(|drawn| Figure::new(name, drawn)))
 }

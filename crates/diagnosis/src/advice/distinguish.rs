@@ -15,7 +15,7 @@ use serde::Serialize;
 use crate::effect_id::EffectId;
 use crate::effects::effect;
 use crate::fit::score_statistic::ScoreStatistics;
-use crate::limits::{MOST_ELEMENTS, READINGS_OF_A_SIGNATURE, SEPARATED_SIGMA};
+use crate::limits::{MOST_ELEMENTS, READINGS_OF_A_SEARCH, SEPARATED_SIGMA};
 use crate::model::effect::{Effect, Search};
 use crate::model::forward_model::ForwardModel;
 use crate::model::observations::Observations;
@@ -53,7 +53,7 @@ pub fn alike_effects(
     let nuisance = as_believed(&observations);
     settle_scatter(&mut observations, &ForwardModel::believed(), &nuisance, &context, false);
     let readings = observations.len() as f64;
-    observations = observations.thinned(READINGS_OF_A_SIGNATURE);
+    observations = observations.thinned(READINGS_OF_A_SEARCH);
     let base = believed(&observations, &context);
     let scores = ScoreStatistics::of(&observations, &context, &base.fit);
     let signatures: Vec<Signature> = EffectId::ALL

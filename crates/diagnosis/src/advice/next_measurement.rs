@@ -13,7 +13,7 @@ use super::extent::{Extent, Grid};
 use crate::effect_id::joined;
 use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
 use crate::limits::{
-    MARGIN_OF_A_PROPOSAL, POINTS_ALONG_A_PROPOSED_ROW, READINGS_OF_A_COMPARISON, SEPARATED_SIGMA,
+    MARGIN_OF_A_PROPOSAL, POINTS_ALONG_A_PROPOSED_ROW, READINGS_OF_A_SEARCH, SEPARATED_SIGMA,
 };
 use crate::model::effect::{Context, Effect, Timing};
 use crate::model::forward_model::ForwardModel;
@@ -58,7 +58,7 @@ pub(crate) fn next_measurement(
     let first = observations.first();
     let focus_m = first.believed.excitation.focus_m()?;
     let extent = Extent::of(observations)?;
-    let few = observations.thinned(READINGS_OF_A_COMPARISON);
+    let few = observations.thinned(READINGS_OF_A_SEARCH);
     let present =
         separation(&few, context, rivals) * (observations.len() as f64 / few.len() as f64).sqrt();
     let proposals = proposals(first, focus_m, &extent, rivals);

@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 
 use crate::effects::phase_quantisation::steps_and_zeros;
 use crate::fit::joint_fit::Fit;
-use crate::limits::{ANOTHER_EFFECT, EFFECT_SIZE_SPAN, NO_EFFECT, SET_SIZES, SPREAD_SPAN};
+use crate::limits::{ANOTHER_EFFECT, EFFECT_SIZE_SPAN, MOST_IN_A_SET, NO_EFFECT, SPREAD_SPAN};
 use crate::model::effect::{Choice, Search};
 use crate::model::observations::{Observations, ObservedScan};
 
@@ -77,7 +77,7 @@ pub(crate) fn cost_of_choice(choice: &Choice, elements: usize) -> f64 {
         Choice::Elements(set) => {
             let ways: f64 =
                 (0..set.len()).map(|i| (elements - i) as f64 / (i + 1) as f64).product();
-            (SET_SIZES * ways).ln()
+            (MOST_IN_A_SET as f64 * ways).ln()
         }
     }
 }

@@ -7,9 +7,9 @@ use crate::effects::catalogue;
 use crate::fit::any::{fit_any, refined};
 use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
 use crate::limits::{
-    ALWAYS_KEPT, ENOUGH_AT_FIRST, EXCHANGES_FAR, EXCHANGES_NEAR, FAR_BEHIND, KEPT_FOR_ALL_READINGS,
-    MATERIAL, MATERIAL_OF_VERY_LARGE, MAY_BE_NAMED, MOST_EFFECTS, MOST_NAMED, RIVALS,
-    SETS_EXTENDED, SINGLES_EXTENDED, VERY_LARGE, WORTH_EXTENDING,
+    ALWAYS_KEPT, ENOUGH_AT_FIRST, EXCHANGES_FAR, EXCHANGES_NEAR, FAR_BEHIND, MATERIAL,
+    MATERIAL_OF_VERY_LARGE, MAY_BE_NAMED, MOST_EFFECTS, MOST_RIVALS, RIVALS, SETS_EXTENDED,
+    SINGLES_EXTENDED, VERY_LARGE, WORTH_EXTENDING,
 };
 use crate::model::effect::{Choice, Context};
 use crate::model::observations::Observations;
@@ -49,7 +49,7 @@ impl ModelSearch {
     pub fn on_all(self, observations: &Observations, context: &Context) -> Self {
         let Self { mut scored, mut given_up, .. } = self;
         sort(&mut scored);
-        let least = scored[0].log_evidence - KEPT_FOR_ALL_READINGS;
+        let least = scored[0].log_evidence - RIVALS;
         let hopeful: Vec<Vec<EffectId>> = scored
             .iter()
             .enumerate()
@@ -90,7 +90,7 @@ impl ModelSearch {
     /// The fitted sets, the best first. The effects of the first few are in the order of how much they explain.
     pub fn found(self) -> Vec<ScoredModel> {
         let mut found = self.scored.clone();
-        for scored in found.iter_mut().take(MOST_NAMED) {
+        for scored in found.iter_mut().take(MOST_RIVALS) {
             *scored = scored.clone().by_what_each_explains(&self.scored);
         }
         found

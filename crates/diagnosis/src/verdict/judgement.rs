@@ -1,8 +1,8 @@
 //! The verdict: which set of effects, if any, is named.
 
 use crate::limits::{
-    CLEAR, FAINT, IMMATERIAL, LARGE, MOST_RIVALS, RESIDUAL_SHARE, RESIDUAL_SHARE_OF_SEVERAL,
-    RIVALS_TOGETHER, ROUNDING_SHARE, SUFFICES_ALONE,
+    CLEAR, FAINT, IMMATERIAL, LARGE, MATERIAL, MOST_RIVALS, RESIDUAL_SHARE, RIVALS_TOGETHER,
+    ROUNDING_SHARE, SUFFICES_ALONE,
 };
 use crate::model::instance::Instance;
 use crate::model::observations::Observations;
@@ -88,7 +88,7 @@ fn is_structured(
     let residual = excess(best.cost).max(in_slow_patterns(observations, &of_best.residuals));
     let share = residual / excess(believed.fit.cost);
     let many = best.physical_effects() > 2 || best.instances.len() > 1 && residual > 0.5 * n;
-    let imitates = many && share > RESIDUAL_SHARE_OF_SEVERAL;
+    let imitates = many && share > MATERIAL;
     // Of a gap within the noise no share is small.
     let residual_share = if believed.fit.cost > LARGE * n && !imitates { share } else { 1.0 };
     of_best.tests.iter().filter(|test| test.fails()).any(|test: &Test| match test.kind {

@@ -47,5 +47,5 @@ fn picture(comparison: &Comparison, figures: &Figures) -> Option<Markup> {
     let (worst, _) = worst_plane(comparison)?;
     let is_worst = |figure: &&PlaneFigure| figure.comparison == 0 && figure.plane == worst;
     let figure = figures.planes.iter().find(is_worst)?;
-    Some(figure.picture.as_ref()?.beside(figure.stacked.as_ref()))
+    Some(figure.picture.as_ref()?.uncaptioned())
 }

@@ -53,7 +53,7 @@ const COLUMNS: [(&str, &str); 6] = [
 /// The table of the parameters.
 fn parameters(diagnosis: &Diagnosis, contenders: &[&Candidate]) -> Markup {
     html! {
-        div class="wide" {
+        div class="wide parameters" {
             table class="names" {
                 caption {
                     "The causes that remain possible, \u{b1} one standard error. The residual gap counts only readings that the fit \

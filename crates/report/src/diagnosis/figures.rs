@@ -24,9 +24,11 @@ impl DiagnosisFigures {
             .planes
             .par_iter()
             .map(|plane| {
-                let maps = ResidualMaps::new(plane, &diagnosis.reading_unit);
-                let drawn = maps.map(|maps| Drawn::new(&maps)).transpose()?;
-                Ok(drawn.map(|drawn| Figure::new(name(diagnosis, plane), drawn)))
+                let Some(maps) = ResidualMaps::new(plane, &diagnosis.reading_unit) else {
+                    return Ok(None);
+                };
+                let figure = Figure::new(name(diagnosis, plane), Drawn::new(&maps)?);
+                Ok(Some(figure.with_narrow(Drawn::new(&maps.stacked())?)))
             })
             .collect::<Result<Vec<_>, PictureError>>()?;
         Ok(Self {

@@ -45,6 +45,8 @@ pub(super) struct MapLayout {
     after_first: f64,
     /// Whether the panels stand one below the other.
     stacked: bool,
+    /// Labels of the axes, across and up.
+    labels: [&'static str; 2],
 }
 
 impl MapLayout {
@@ -70,12 +72,19 @@ impl MapLayout {
             panel_width: map_width.max(LEAST_PANEL_WIDTH),
             after_first: 0.0,
             stacked: false,
+            labels: ["x (mm)", "y (mm)"],
         })
     }
 
     /// The same with room for a separate colour bar of the first panel.
     pub fn with_bar_after_first(mut self) -> Self {
         self.after_first = RIGHT_ROOM;
+        self
+    }
+
+    /// The same with other labels of its axes, across and up.
+    pub fn with_labels(mut self, labels: [&'static str; 2]) -> Self {
+        self.labels = labels;
         self
     }
 
@@ -161,9 +170,9 @@ impl MapLayout {
             values,
         };
         cells.draw(canvas, &axes, colour)?;
-        axes.x_axis(canvas, "x (mm)")?;
+        axes.x_axis(canvas, self.labels[0])?;
         if index == 0 || self.stacked {
-            axes.y_axis(canvas, "y (mm)")?;
+            axes.y_axis(canvas, self.labels[1])?;
         }
         let title_at = (axes.corner.0, axes.corner.1 - 6.0);
         canvas.text(title, title_at, LABEL_TEXT + 1.0, Align::AboveRight)?;

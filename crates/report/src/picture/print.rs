@@ -125,18 +125,19 @@ mod tests {
     use super::super::{Drawn, SimulatedPanels};
     use super::*;
     use crate::simulated_map::SimulatedMap;
+    use crate::simulated_section::SimulatedSection;
     use fieldgap_acoustics::{PlaneGrid, Simulator};
 
-    fn map() -> SimulatedMap {
+    fn map() -> SimulatedSection {
         let grid = PlaneGrid::square(0.03, 0.002, 0.1);
         let points = grid.points();
-        SimulatedMap {
+        SimulatedSection::from(&SimulatedMap {
             drive: 0,
             amplitude: points.iter().map(|at| 1.0 - 10.0 * at.x.hypot(at.y)).collect(),
             phase_rad: points.iter().map(|at| 100.0 * at.x).collect(),
             grid,
             focus_m: None,
-        }
+        })
     }
 
     /// The number after some words of an SVG file.

@@ -16,6 +16,7 @@ use fieldgap_diagnosis::DiagnosedPlane;
 pub(crate) const LEAST_SIGNED_SIGMA: f64 = 3.0;
 
 /// Three maps of a plane.
+#[derive(Clone)]
 pub(crate) struct ResidualMaps<'a> {
     plane: &'a DiagnosedPlane,
     unit: &'a str,
@@ -36,6 +37,12 @@ impl<'a> ResidualMaps<'a> {
         // Where no reading is above zero, any scale shows as much.
         let top = finite.reduce(f64::max).filter(|&top| top > 0.0).unwrap_or(1.0);
         Some(Self { plane, unit, readings: ColourScale { top }, layout })
+    }
+
+    /// The same with its panels one below the other.
+    pub fn stacked(mut self) -> Self {
+        self.layout = self.layout.stacked();
+        self
     }
 }
 
@@ -86,11 +93,10 @@ impl Picture for ResidualMaps<'_> {
         }
         let (label, colour) = ("residual (σ of the noise)", noise_scale::colour_along);
         self.layout.marked_bar(canvas, 2, &noise_scale::marks(), label, colour)?;
-        let y = f64::from(self.size().1) - 18.0;
-        let x = self.layout.panel(0).corner.0;
+        let (x, y) = (self.layout.panel(0).corner.0, self.layout.legend_height(3, 0));
         Series::Scan.mark_on_map(canvas, (x + 8.0, y))?;
         canvas.text("peak of the scan", (x + 25.0, y), LABEL_TEXT, Align::Right)?;
-        let x = self.layout.panel(1).corner.0;
+        let (x, y) = (self.layout.panel(1).corner.0, self.layout.legend_height(3, 1));
         let words =
             format!("+ scan louder, \u{2212} scan quieter, by more than {LEAST_SIGNED_SIGMA} σ");
         canvas.text(&words, (x, y), LABEL_TEXT, Align::Right)

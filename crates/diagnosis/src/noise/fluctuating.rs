@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use fieldgap_comparison::DarkReadings;
 
-use crate::limits::FLUCTUATION_BY_ALL_READINGS;
+use crate::limits::FLUCTUATION_SHOWN;
 use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::reading_pairs::Pair;
 use crate::statistics::scatter::Scatter;
@@ -39,7 +39,7 @@ pub(crate) fn fluctuating(
     let [first, others @ ..] = found;
     let (least, scatter) =
         others.into_iter().fold(first, |best, other| if other.0 < best.0 { other } else { best });
-    (cost(steady) - least > FLUCTUATION_BY_ALL_READINGS).then_some(scatter)
+    (cost(steady) - least > FLUCTUATION_SHOWN).then_some(scatter)
 }
 
 /// The likeliest scatter by driven and dark readings, starting from a steady one.

@@ -6,8 +6,8 @@ use fieldgap_acoustics::golden_section::least_positive;
 use fieldgap_comparison::{DarkNoise, DarkReadings, USUAL_PROPORTIONAL_NOISE};
 
 use crate::limits::{
-    DARK_NOISE_FACTOR, FEWEST_REPEATS, FLOOR_MARGIN, FLUCTUATION_BY_REPEATS, LEAST_ADDITIVE_NOISE,
-    NOISE_AGAINST_REPEATS, NOISE_SEARCH_FACTOR, ROUGHNESS_FACTOR,
+    FEWEST_REPEATS, FLOOR_MARGIN, FLUCTUATION_SHOWN, LEAST_ADDITIVE_NOISE, NOISE_AGAINST_REPEATS,
+    NOISE_SEARCH_FACTOR, ROUGHNESS_FACTOR,
 };
 use crate::model::observations::ObservedScan;
 use crate::noise::fluctuating::fluctuating;
@@ -87,11 +87,11 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     };
     let steady = |additive: f64| best_share(additive, 0.0, Fluctuation::OfPaths);
     let (steady_additive, steady_cost) = match dark.is_some() && known.floor == 0.0 {
-        true => {
-            least_positive(additive / DARK_NOISE_FACTOR, additive * DARK_NOISE_FACTOR, |additive| {
-                steady(additive).1 + of_silence(additive)
-            })
-        }
+        true => least_positive(
+            additive / NOISE_SEARCH_FACTOR,
+            additive * NOISE_SEARCH_FACTOR,
+            |additive| steady(additive).1 + of_silence(additive),
+        ),
         false => (additive, steady(additive).1),
     };
     let fluctuating = Fluctuation::ALL.map(|cause| {
@@ -104,7 +104,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     let ((fluctuation, fluctuating_cost), cause) = others
         .into_iter()
         .fold(first, |best, other| if other.0.1 < best.0.1 { other } else { best });
-    if steady_cost - fluctuating_cost - of_silence(additive) > FLUCTUATION_BY_REPEATS {
+    if steady_cost - fluctuating_cost - of_silence(additive) > FLUCTUATION_SHOWN {
         let share = best_share(additive, fluctuation, cause).0;
         return Scatter { share, fluctuation, cause, ..scatter }.with_limits();
     }

@@ -13,8 +13,8 @@ use crate::fit::random_elements::{
 };
 use crate::fit::score_statistic::{ScoreStatistic, ScoreStatistics};
 use crate::limits::{
-    COARSE_READINGS_FAR, COARSE_READINGS_NEAR, GIVEN_UP, KEPT_IN_ANY_CASE, LEAST_EXPECTED_NATS,
-    MOST_ELEMENTS, STUCK_EXCESS, STUCK_REST,
+    COARSE_READINGS_NEAR, FEW_READINGS, GIVEN_UP, KEPT_IN_ANY_CASE, LEAST_EXPECTED_NATS,
+    MOST_ELEMENTS, STUCK,
 };
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::Instance;
@@ -54,11 +54,8 @@ impl Extension {
     ) -> Self {
         let sets = sets(frontier, known, observations);
         let far = frontier.iter().all(|scored| !is_near(&scored.fit, observations));
-        let coarse = if far {
-            COARSE_READINGS_FAR
-        } else {
-            COARSE_READINGS_NEAR.min(observations.len() * 2 / 5)
-        };
+        let coarse =
+            if far { FEW_READINGS } else { COARSE_READINGS_NEAR.min(observations.len() * 2 / 5) };
         let coarse = observations.thinned(coarse);
         let bases: Vec<Base<'_>> = frontier
             .par_iter()
@@ -231,7 +228,7 @@ impl<'o> Base<'o> {
     fn is_stuck(&self, fit: &Fit, coarse: &Observations) -> bool {
         let n = coarse.len() as f64;
         let excess = fit.cost - n;
-        excess > STUCK_EXCESS * n && excess < STUCK_REST * (self.coarse_cost - n)
+        excess > STUCK * n && excess < STUCK * (self.coarse_cost - n)
     }
 }
 

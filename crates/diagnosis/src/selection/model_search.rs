@@ -7,9 +7,8 @@ use crate::effects::catalogue;
 use crate::fit::any::{fit_any, refined};
 use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
 use crate::limits::{
-    ALWAYS_KEPT, ENOUGH_AT_FIRST, EXCHANGES_FAR, EXCHANGES_NEAR, FAR_BEHIND, MATERIAL,
-    MATERIAL_OF_VERY_LARGE, MAY_BE_NAMED, MOST_EFFECTS, MOST_RIVALS, RIVALS, SETS_EXTENDED,
-    SINGLES_EXTENDED, VERY_LARGE, WORTH_EXTENDING,
+    ENOUGH_AT_FIRST, EXCHANGES, KEPT_IN_ANY_CASE, MATERIAL, MATERIAL_OF_VERY_LARGE, MOST_EFFECTS,
+    MOST_RIVALS, RIVALS, SETS_EXTENDED, SINGLES_EXTENDED, VERY_LARGE, WORTH_EXTENDING,
 };
 use crate::model::effect::{Choice, Context};
 use crate::model::observations::Observations;
@@ -53,7 +52,7 @@ impl ModelSearch {
         let hopeful: Vec<Vec<EffectId>> = scored
             .iter()
             .enumerate()
-            .filter(|(number, scored)| *number < ALWAYS_KEPT || scored.log_evidence > least)
+            .filter(|(number, scored)| *number < KEPT_IN_ANY_CASE || scored.log_evidence > least)
             .map(|(_, scored)| scored.fit.ids())
             .collect();
         // Keep the parts of these sets too: some effects only compensate for a misjudged noise.
@@ -117,7 +116,7 @@ impl ModelSearch {
         }
         let chosen = &self.laws_chosen.0;
         let matters = |scored: &&mut ScoredModel| {
-            let near = scored.log_evidence > best.log_evidence - MAY_BE_NAMED;
+            let near = scored.log_evidence > best.log_evidence - RIVALS;
             (near || holds_all(&best.fit, &scored.fit))
                 && !chosen.contains(&sorted_ids(&scored.fit))
         };
@@ -201,10 +200,8 @@ impl ModelSearch {
                 break;
             }
             frontier.truncate(if near || effects < 2 { SINGLES_EXTENDED } else { SETS_EXTENDED });
-            frontier.retain(|scored| match near {
-                true => scored.log_evidence >= best.log_evidence - RIVALS,
-                false => scored.fit.cost - n <= FAR_BEHIND * (best.fit.cost - n),
-            });
+            // Far from the readings every set is far behind, and any may become the best with the next effect.
+            frontier.retain(|scored| !near || scored.log_evidence >= best.log_evidence - RIVALS);
             let before = best_log_evidence(&self.scored);
             let mut grown = self.extend(&frontier, self.known(), observations, context);
             self.scored.extend(grown.iter().cloned());
@@ -219,8 +216,7 @@ impl ModelSearch {
             frontier = grown;
         }
         self.leave_out_immaterial_sets(observations);
-        let near = is_near(&self.scored[0].fit, observations);
-        for _ in 0..if near { EXCHANGES_NEAR } else { EXCHANGES_FAR } {
+        for _ in 0..EXCHANGES {
             let best = sorted_ids(&self.scored[0].fit);
             self.exchange(observations, context);
             if sorted_ids(&self.scored[0].fit) == best {

@@ -11,7 +11,7 @@ use num_complex::Complex64;
 use crate::effects::phase_quantisation::{rounded_rad, steps_and_zeros};
 use crate::fit::joint_fit::Fit;
 use crate::limits::{
-    HIGHEST_PLANE_M, MOST_IN_A_SET, PLANES, READINGS_OF_A_START, SET_BEAM, START_SHORT_BY,
+    FEW_READINGS, HIGHEST_PLANE_M, MOST_IN_A_SET, PLANES, SET_BEAM, START_SHORT_BY,
 };
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::forward_model::ForwardModel;
@@ -108,7 +108,7 @@ impl<'o> QuickScores<'o> {
                 });
             }
         }
-        let stride = (observations.len() / READINGS_OF_A_START).max(1);
+        let stride = (observations.len() / FEW_READINGS).max(1);
         let mut quick = Self { observations, fit, model, drives, cost: 0.0, stride };
         quick.cost = quick.cost(1, |_, _| Complex64::ZERO);
         quick

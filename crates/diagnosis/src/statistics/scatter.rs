@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use crate::limits::{FEWEST_REPEATS, FLUCTUATION_EXCLUDED};
+use crate::limits::{FEWEST_REPEATS, FLUCTUATION_SHOWN};
 use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::reading_pairs::{Pair, cost};
 
@@ -90,7 +90,7 @@ impl Scatter {
             let all = causes.iter().map(|cause| self.against(fluctuation, *cause));
             all.fold(f64::INFINITY, f64::min)
         };
-        while most < TO && against(most) < FLUCTUATION_EXCLUDED {
+        while most < TO && against(most) < FLUCTUATION_SHOWN {
             most *= FACTOR;
         }
         most

@@ -108,6 +108,7 @@ pages! {
     releasing: "docs/releasing.md",
     reliability: "docs/reliability.md",
     sensing: "docs/sensing.md",
+    serve: "docs/serve.md",
     studies: "docs/studies.md",
     summary: "docs/SUMMARY.md",
     tutorials: "docs/tutorials.md",

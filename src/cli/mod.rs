@@ -19,6 +19,7 @@ mod init;
 mod internal_error;
 mod manual;
 mod output;
+mod pause_signals;
 mod permission;
 mod picture_args;
 mod progress;
@@ -30,6 +31,7 @@ mod rig;
 mod run;
 mod scan;
 mod sense;
+mod serve;
 mod simulate;
 mod simulate_display;
 mod simulate_sections;
@@ -105,6 +107,8 @@ enum Command {
     Blind(blind::Blind),
     /// Check and operate a rig by hand
     Rig(rig::Rig),
+    /// Show and operate a rig in a browser on this computer
+    Serve(serve::Serve),
     /// Watchdog process; started by the program itself
     #[command(hide = true)]
     Watchdog(watchdog::Watchdog),
@@ -169,6 +173,7 @@ impl Command {
             Self::Virtual(command) => command.run(),
             Self::Blind(command) => command.run(),
             Self::Rig(command) => command.run(),
+            Self::Serve(command) => command.run(),
             Self::Watchdog(command) => command.run(),
             Self::Manual(command) => command.run(Cli::command()),
             Self::Completions { shell } => {

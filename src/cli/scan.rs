@@ -11,6 +11,7 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 use super::ENDED_PARTIAL;
 use super::output::say;
 use super::output::{fresh_folder, print_json};
+use super::pause_signals::PauseSignals;
 use super::permission::{Act, Permission};
 use super::progress::Progress;
 use super::stop::StopRequests;
@@ -118,7 +119,11 @@ pub(super) fn run_scan(
     let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
     let ending = runtime.block_on(async {
         let stop = StopRequests::listen().into_diagnostic()?;
+        let signals = PauseSignals::listen().into_diagnostic()?;
         let mut scan_run = scan_run.await?;
+        if !showing.watch {
+            scan_run.paused_by(signals.follow());
+        }
         scan_run.guard(watchdog()?, hooks.hooks())?;
         let (abort, mut aborted) = unbounded_channel();
         let progress = Arc::new(Mutex::new(showing.begin(&mut scan_run, abort.clone())?));

@@ -120,7 +120,8 @@ impl Fence<'_> {
                 let what = What::File { path: path.into(), text: self.lines.join("\n") };
                 return vec![Step { line: self.line, what }];
             }
-            None if matches!(self.info, "" | "toml" | "python") => return Vec::new(),
+            // A program in `bash` is run as a whole, by the test of what it uses.
+            None if matches!(self.info, "" | "toml" | "python" | "bash") => return Vec::new(),
             _ => panic!("line {}: a fence of an unknown kind, {:?}", self.line, self.info),
         };
         let lines = (self.line + 1..).zip(&self.lines);
@@ -152,6 +153,8 @@ fn invocation(command: &str, fieldgap: fn(Vec<String>) -> What) -> Option<What> 
         ["cargo", ..] => None,
         // What these do is the business of .ci/python itself.
         ["pip", "install", ..] | [".ci/python"] => None,
+        // Needs another computer.
+        ["ssh", ..] => None,
         other => panic!("a command of an unknown kind: {other:?}"),
     }
 }

@@ -18,6 +18,7 @@ mod event;
 mod presence;
 mod record;
 mod state;
+mod tail;
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
@@ -30,6 +31,7 @@ pub use self::event::{Event, EventKind, read_events};
 use self::presence::Presence;
 pub use self::record::Record;
 pub use self::state::ScanState;
+pub use self::tail::JournalTail;
 use super::durable::{self, Lines};
 use super::inside::without_ways_out;
 use super::sample::RecordedSample;
@@ -76,6 +78,11 @@ pub struct Resumed {
 }
 
 impl Journal {
+    /// The file of a scan's folder that the process which runs the scan keeps locked.
+    pub fn lock_file(folder: &Path) -> PathBuf {
+        folder.join(EVENTS)
+    }
+
     /// Starts a scan in a folder, which is created if necessary.
     ///
     /// `copies` are files to keep with it, by name and contents (the plan, the rig file). `scan.toml` is written last: a folder with it

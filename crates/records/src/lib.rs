@@ -90,7 +90,7 @@ pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};
 pub use hooks::{Alarm, HookCommand, HookKind, Hooks};
 pub use inside::without_ways_out;
 pub use journal::{
-    Event, EventKind, Journal, JournalError, Record, Resumed, ScanState, read_events,
+    Event, EventKind, Journal, JournalError, JournalTail, Record, Resumed, ScanState, read_events,
 };
 pub use layout::{Layout, Rims};
 pub use medium_section::{MediumSection, MediumTable};

@@ -99,6 +99,15 @@ impl ManualRig {
         (robot, receiver)
     }
 
+    /// Robot and array at once, so that the array can be silenced while the robot moves.
+    ///
+    /// # Panics
+    /// If one of them was not selected.
+    pub fn robot_and_array(&mut self) -> (&mut dyn Motion, &mut dyn FocusArray) {
+        let robot = &mut **self.robot.as_mut().expect("the robot was selected");
+        (robot, &mut **self.array.as_mut().expect("the array was selected"))
+    }
+
     /// What a watchdog sends to the open devices if this program ends without closing them.
     pub fn emergencies(&self) -> Vec<Emergency> {
         let array = self.array.as_ref().and_then(|array| array.emergency());

@@ -66,17 +66,13 @@ pub(super) struct Contents {
 /// # Errors
 /// A [`Fault`] at a damaged line with complete records after it: that file was damaged otherwise than by a crash.
 pub(super) fn read(path: &Path, bytes: &[u8], limits: &SampleLimits) -> Result<Contents, Fault> {
-    let columns = [Columns::Plain, Columns::WithSpread]
-        .into_iter()
-        .find(|columns| bytes.starts_with(header(*columns).as_bytes()))
-        .ok_or_else(|| {
-            Fault::of_file(
-                path,
-                "does not start with the header of a journal",
-                "restore it from a copy; or move it away: the scan then continues from samples.csv",
-            )
-        })?;
-    let mut whole = header(columns).len();
+    let (columns, mut whole) = columns_of(bytes).ok_or_else(|| {
+        Fault::of_file(
+            path,
+            "does not start with the header of a journal",
+            "restore it from a copy; or move it away: the scan then continues from samples.csv",
+        )
+    })?;
     let (mut commanded, mut samples) = (Vec::new(), columns.header());
     let mut rest = bytes[whole..].split_inclusive(|&byte| byte == b'\n');
     for line in rest.by_ref() {
@@ -98,8 +94,16 @@ pub(super) fn read(path: &Path, bytes: &[u8], limits: &SampleLimits) -> Result<C
     Ok(Contents { columns, records, whole })
 }
 
+/// The columns that the header line of a journal names, and the length of that line in bytes; `None` without a whole header.
+pub(super) fn columns_of(bytes: &[u8]) -> Option<(Columns, usize)> {
+    [Columns::Plain, Columns::WithSpread].into_iter().find_map(|columns| {
+        let header = header(columns);
+        bytes.starts_with(header.as_bytes()).then_some((columns, header.len()))
+    })
+}
+
 /// The commanded position and the sample's line, from a complete line that is record `row`.
-fn checked(line: &[u8], row: usize) -> Option<(Option<Vec3>, &str)> {
+pub(super) fn checked(line: &[u8], row: usize) -> Option<(Option<Vec3>, &str)> {
     let body = body(line)?;
     let (number, rest) = body.split_once(',')?;
     let mut cells = rest.splitn(4, ',');

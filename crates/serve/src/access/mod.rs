@@ -1,0 +1,8 @@
+//! Access: roles, sessions and tokens, the controls of the rig, the names of the server, and the audit log.
+
+pub mod audit;
+pub mod lease;
+pub mod names;
+pub mod role;
+pub mod secret;
+pub mod sessions;

@@ -1,0 +1,7 @@
+//! What each route does.
+
+pub(crate) mod by_hand;
+pub(crate) mod log_in;
+pub(crate) mod look;
+pub(crate) mod page;
+pub(crate) mod scans;

@@ -1,0 +1,61 @@
+// The records, and their pages.
+
+import { get, me } from "/static/server.js";
+import { attempt, $ } from "/static/main.js";
+
+let all = [], frames = [];
+
+const address = (folder, file) => `/view/${me().view_key}/${encodeURIComponent(folder)}/${file}`;
+
+function frame(folder, file, title) {
+  // Two pages beside each other; the older one goes.
+  frames = [...frames.filter((one) => one.key !== `${folder}/${file}`), { key: `${folder}/${file}`, folder, file, title }].slice(-2);
+  $("frames").replaceChildren(...frames.map((one) => {
+    const outer = document.createElement("div"), heading = document.createElement("h3"), inner = document.createElement("iframe");
+    heading.textContent = `${one.folder}: ${one.title}`;
+    inner.title = heading.textContent;
+    inner.setAttribute("sandbox", "allow-scripts allow-popups allow-downloads");
+    inner.src = address(one.folder, one.file);
+    outer.append(heading, inner);
+    return outer;
+  }));
+}
+
+function button(text, act) {
+  const made = document.createElement("button");
+  made.type = "button";
+  made.textContent = text;
+  made.onclick = act;
+  return made;
+}
+
+function list() {
+  const wanted = $("search").value.toLowerCase();
+  const found = all.filter((record) => `${record.folder} ${record.name} ${record.recorded} ${record.state ?? ""}`.toLowerCase().includes(wanted));
+  $("records").replaceChildren(...found.map((record) => {
+    const row = document.createElement("tr"), cell = (content) => { const made = document.createElement("td"); made.append(...[content].flat()); return made; };
+    const shows = [];
+    if (record.report) shows.push(button("Report", () => frame(record.folder, "report/index.html", "report")));
+    if (record.why) shows.push(button("Why", () => frame(record.folder, "report/why/index.html", "why they differ")));
+    const data = document.createElement("a");
+    data.href = address(record.folder, "samples.csv");
+    data.download = `${record.folder}.csv`;
+    data.textContent = "readings (CSV)";
+    shows.push(data);
+    const buttons = document.createElement("div");
+    buttons.className = "buttons";
+    buttons.append(...shows);
+    row.append(cell(record.folder === record.name ? record.name : `${record.folder} (${record.name})`), cell(new Date(record.recorded).toLocaleString()), cell(record.state ?? "imported"), cell(buttons));
+    return row;
+  }));
+}
+
+export const opened = (folder) => attempt(async () => {
+  all = await get("/api/records");
+  list();
+  if (folder) frame(folder, "report/index.html", "report");
+});
+
+export function begin() {
+  $("search").oninput = list;
+}

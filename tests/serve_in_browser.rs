@@ -1,0 +1,332 @@
+//! The page of `fieldgap serve` in a real Chromium, driven through chromedriver. Skipped, saying so, where one of them is missing.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use fantoccini::actions::{InputSource, KeyAction, KeyActions, MouseActions, PointerAction};
+use fantoccini::{Client, ClientBuilder, Locator};
+use hyper_util::client::legacy::connect::HttpConnector;
+use serde_json::{Value, json};
+
+mod served;
+
+use served::{PATIENCE, Served, Session};
+
+/// Screenshots are kept in this folder, if it is named.
+const PICTURES: &str = "FIELDGAP_SCREENSHOTS";
+
+/// Names the script of axe-core (Deque Systems, MPL-2.0), which looks for barriers. It is not part of the project.
+const AXE: &str = "FIELDGAP_AXE";
+
+fn program(names: &[&str]) -> Option<PathBuf> {
+    let paths = std::env::var_os("PATH")?;
+    std::env::split_paths(&paths)
+        .flat_map(|folder| names.iter().map(move |name| folder.join(name)))
+        .find(|path| path.is_file())
+}
+
+/// A window is never this narrow; a phone is.
+const NARROWEST_WINDOW: u32 = 500;
+
+struct Driver {
+    process: Child,
+    port: u16,
+    browser: PathBuf,
+}
+
+impl Driver {
+    fn begin() -> Option<Self> {
+        let driver = program(&["chromedriver"]);
+        let browser = program(&["chromium", "chromium-browser", "google-chrome"]);
+        let (Some(driver), Some(browser)) = (driver, browser) else {
+            eprintln!("skipped: chromium or chromedriver is not installed");
+            return None;
+        };
+        let mut process =
+            Command::new(driver).arg("--port=0").stdout(Stdio::piped()).spawn().expect("it starts");
+        let mut lines = BufReader::new(process.stdout.take().expect("piped")).lines();
+        let port = lines.find_map(|line| {
+            let line = line.expect("text");
+            line.strip_suffix('.')?.rsplit_once("successfully on port ")?.1.parse().ok()
+        });
+        Some(Self { process, port: port.expect("a port"), browser })
+    }
+
+    /// A window, or the screen of a phone.
+    async fn open(&self, wide: u32, high: u32) -> Client {
+        let mut options = json!({
+            "binary": self.browser,
+            "args": ["--headless=new", "--no-sandbox", "--disable-gpu", format!("--window-size={wide},{high}")],
+        });
+        if wide < NARROWEST_WINDOW {
+            options["mobileEmulation"] = json!({"deviceMetrics": {"width": wide, "height": high, "pixelRatio": 2.0, "touch": true}});
+        }
+        let Value::Object(capabilities) = json!({"goog:chromeOptions": options}) else {
+            unreachable!()
+        };
+        let address = format!("http://127.0.0.1:{}", self.port);
+        let mut builder = ClientBuilder::new(HttpConnector::new());
+        builder.capabilities(capabilities).connect(&address).await.expect("a browser")
+    }
+}
+
+impl Drop for Driver {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+async fn click(page: &Client, id: &str) {
+    page.find(Locator::Id(id)).await.expect("it is there").click().await.expect("clicked");
+}
+
+async fn script(page: &Client, script: &str) -> Value {
+    page.execute(script, vec![]).await.expect("it runs")
+}
+
+/// Waits until a script gives true.
+async fn until(page: &Client, wanted: &str) {
+    let begun = Instant::now();
+    while script(page, &format!("return Boolean({wanted})")).await != Value::Bool(true) {
+        if begun.elapsed() > PATIENCE {
+            let seen = script(page, "return document.body.innerText").await;
+            panic!("never {wanted}: {seen}");
+        }
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+}
+
+async fn picture(page: &Client, name: &str) {
+    if let Some(folder) = std::env::var_os(PICTURES) {
+        let png = page.screenshot().await.expect("a picture");
+        std::fs::write(Path::new(&folder).join(format!("{name}.png")), png).expect("written");
+    }
+}
+
+async fn logged_in(page: &Client, link: &str) {
+    page.goto(link).await.expect("it opens");
+    until(page, "!document.getElementById('stop').disabled && document.getElementById('controls').textContent").await;
+    let address = page.current_url().await.expect("an address");
+    assert!(!address.as_str().contains("link="), "the secret stays in the address");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_scan_from_start_to_report_and_stop_from_a_second_browser() {
+    let Some(driver) = Driver::begin() else { return };
+    let served = Served::begin("{ times = 20.0 }");
+    let page = driver.open(1400, 1000).await;
+    logged_in(&page, &served.link()).await;
+
+    // Controls, dry run, confirmation, start.
+    page.goto(&format!("http://127.0.0.1:{}/#people", served.port)).await.expect("it opens");
+    until(&page, "!document.getElementById('view-people').hidden").await;
+    click(&page, "take").await;
+    until(
+        &page,
+        "document.getElementById('controls').textContent.includes('You have the controls')",
+    )
+    .await;
+    script(&page, "location.hash = '#scans'").await;
+    until(&page, "document.querySelector('#plans button')").await;
+    script(&page, "document.querySelector('#plans button').click()").await;
+    until(&page, "document.getElementById('plan-check').textContent.includes('171 readings')")
+        .await;
+    picture(&page, "scans").await;
+    click(&page, "start").await;
+    until(&page, "document.getElementById('confirm').open").await;
+    assert!(!served.records().join("look").exists(), "nothing starts without a yes");
+    click(&page, "confirm-yes").await;
+
+    // The map fills while the scan runs, up to its last reading.
+    until(&page, "Number(document.getElementById('maps').dataset.readings) > 20").await;
+    picture(&page, "now").await;
+    until(&page, "Number(document.getElementById('maps').dataset.readings) == 171").await;
+    until(&page, "!document.getElementById('report-link').hidden").await;
+    click(&page, "report-link").await;
+    until(&page, "document.querySelector('#frames iframe')").await;
+    let frame = page.find(Locator::Css("#frames iframe")).await.expect("a report");
+    frame.enter_frame().await.expect("entered");
+    until(
+        &page,
+        "document.querySelector('h1') && document.querySelectorAll('img, svg').length > 0",
+    )
+    .await;
+    assert_eq!(
+        script(&page, "return window.origin").await,
+        "null",
+        "a report has an origin of its own"
+    );
+    let broken = script(
+        &page,
+        "return [...document.images].filter((i) => i.complete && !i.naturalWidth && i.src).length",
+    )
+    .await;
+    assert_eq!(broken, 0);
+    page.enter_parent_frame().await.expect("left");
+    picture(&page, "records").await;
+
+    // A viewer in a second browser stops the next scan.
+    let desk = Session::by(served.port, &invited(&page, "admin").await);
+    let viewer = driver.open(360, 740).await;
+    let secret = invited(&page, "viewer").await;
+    logged_in(&viewer, &format!("http://127.0.0.1:{}/#link={secret}", served.port)).await;
+    script(&page, "location.hash = '#people'").await;
+    click(&page, "release").await;
+    desk.post("/api/controls/take", "");
+    desk.start_look();
+    // Paused, so that it does not end while the views are looked at.
+    desk.until("measuring", |state| {
+        state["scan"]["done"].as_u64() > Some(20) && state["scan"]["folder"] == "look-2"
+    });
+    desk.post("/api/scans/pause", "");
+    until(&viewer, "document.getElementById('progress').textContent.includes('Paused')").await;
+    until(&viewer, "Number(document.getElementById('maps').dataset.readings) > 20").await;
+    picture(&viewer, "phone").await;
+    for view in ["now", "hand", "scans", "records", "people"] {
+        script(&viewer, &format!("location.hash = '#{view}'")).await;
+        until(&viewer, &format!("!document.getElementById('view-{view}').hidden")).await;
+        let over =
+            script(&viewer, "return document.documentElement.scrollWidth - window.innerWidth")
+                .await;
+        assert!(
+            over.as_i64().is_some_and(|over| over <= 0),
+            "{view} is {over} px wider than the phone"
+        );
+    }
+    assert_eq!(script(&viewer, "return document.getElementById('pause').disabled").await, true);
+    click(&viewer, "stop").await;
+    until(&viewer, "document.getElementById('alert').textContent.includes('the array is silent')")
+        .await;
+    let state = desk.until("stopped", |state| state["scan"]["stage"] == "ended");
+    assert!(
+        state["scan"]["reason"]
+            .as_str()
+            .is_some_and(|reason| reason.contains("the robot stands still"))
+    );
+    viewer.close().await.expect("closed");
+    page.close().await.expect("closed");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_view_is_accessible() {
+    let Some(axe) = std::env::var_os(AXE) else {
+        eprintln!("skipped: {AXE} does not name the script axe.min.js of axe-core");
+        return;
+    };
+    let Some(driver) = Driver::begin() else { return };
+    let axe = std::fs::read_to_string(axe).expect("axe-core");
+    let served = Served::begin("\"lockstep\"");
+    let page = driver.open(1200, 1000).await;
+    logged_in(&page, &served.link()).await;
+    let desk = Session::by(served.port, &invited(&page, "admin").await);
+    desk.post("/api/controls/take", "");
+    desk.start_look();
+    desk.until("reported", |state| state["scan"]["has_report"] == true);
+    for view in ["now", "hand", "scans", "records", "people"] {
+        script(&page, &format!("location.hash = '#{view}'")).await;
+        until(&page, &format!("!document.getElementById('view-{view}').hidden")).await;
+        if view == "scans" {
+            until(&page, "document.querySelector('#plans button')").await;
+            script(&page, "document.querySelector('#plans button').click()").await;
+            until(&page, "document.getElementById('plan-check').textContent").await;
+        }
+        for scheme in ["light", "dark"] {
+            let colours = json!({"features": [{"name": "prefers-color-scheme", "value": scheme}]});
+            in_developer_tools(&driver, &page, "Emulation.setEmulatedMedia", colours).await;
+            let found = page
+                .execute_async(
+                    &format!(
+                        "{axe}; const done = arguments[0]; axe.run(document, {{runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa']}})\
+                         .then((all) => done(all.violations.map((one) => [one.id, one.nodes.map((node) => node.html)])))"
+                    ),
+                    vec![],
+                )
+                .await
+                .expect("it runs");
+            assert_eq!(found, json!([]), "{view}, {scheme}");
+            picture(&page, &format!("{view}-{scheme}")).await;
+        }
+    }
+    page.close().await.expect("closed");
+}
+
+/// A command of Chromium's own, which WebDriver has no word for.
+async fn in_developer_tools(driver: &Driver, page: &Client, command: &str, parameters: Value) {
+    let session = page.session_id().await.expect("an answer").expect("a session");
+    let body = json!({"cmd": command, "params": parameters}).to_string();
+    let path = format!("/session/{session}/goog/cdp/execute");
+    let port = driver.port;
+    let headers = [("Content-Type", "application/json")];
+    let (status, _, answer) =
+        tokio::task::spawn_blocking(move || served::request(port, "POST", &path, &headers, &body))
+            .await
+            .expect("no panic");
+    assert_eq!(status, 200, "{answer}");
+}
+
+/// The secret of a link that the page of an admin makes.
+async fn invited(page: &Client, role: &str) -> String {
+    let made = page
+        .execute_async(
+            "const [role, done] = arguments; import('/static/server.js').then((s) => s.post('/api/links', {name: role, role})).then((l) => done(l.path))",
+            vec![json!(role)],
+        )
+        .await
+        .expect("it runs");
+    made.as_str().and_then(|path| path.split_once('=')).expect("a link").1.to_owned()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_jog_ends_with_the_key_the_connection_or_the_page() {
+    let Some(driver) = Driver::begin() else { return };
+    let served = Served::begin("{ times = 1.0 }");
+    let desk = served.log_in();
+    let page = driver.open(1200, 1000).await;
+    let link = desk.post("/api/links", "{\"name\":\"bench\",\"role\":\"operator\"}");
+    let address = format!("http://127.0.0.1:{}", served.port);
+    logged_in(&page, &format!("{address}{}", link["path"].as_str().expect("a path"))).await;
+    script(&page, "location.hash = '#people'").await;
+    until(&page, "!document.getElementById('view-people').hidden").await;
+    click(&page, "take").await;
+    script(&page, "location.hash = '#hand'").await;
+    until(&page, "!document.getElementById('hand-open').disabled").await;
+    click(&page, "hand-open").await;
+    until(&page, "!document.getElementById('hand-home').disabled").await;
+    click(&page, "hand-home").await;
+    until(&page, "document.getElementById('hand-state').textContent.includes('Place:')").await;
+    desk.until("home", |state| state["hand"]["doing"] == "stands still");
+    let x = |state: &Value| state["hand"]["at_mm"][0].as_f64().expect("a place");
+    let at_home = x(&desk.get("/api/state"));
+
+    // Held by the mouse, then let go.
+    let right = page.find(Locator::Css("#jog .right")).await.expect("a button");
+    let press = MouseActions::new("mouse".to_owned())
+        .then(PointerAction::MoveToElement { element: right, duration: None, x: 0.0, y: 0.0 })
+        .then(PointerAction::Down { button: 0 });
+    page.perform_actions(press).await.expect("pressed");
+    desk.until("moved", |state| x(state) > at_home + 3.0);
+    picture(&page, "hand").await;
+    page.release_actions().await.expect("let go");
+    let stood = desk.until("standing", |state| state["hand"]["doing"] == "stands still");
+    tokio::time::sleep(Duration::from_millis(400)).await;
+    assert_eq!(x(&desk.get("/api/state")), x(&stood), "it runs on after the release");
+
+    // Held by a key; then the page is closed in the middle.
+    let body = page.find(Locator::Css("main")).await.expect("a body");
+    body.click().await.expect("focused");
+    let keys = KeyActions::new("keys".to_owned()).then(KeyAction::Down { value: '\u{e014}' });
+    page.perform_actions(keys).await.expect("held");
+    let moving = desk.until("moved", |state| x(state) > x(&stood) + 3.0);
+    let speed_mm_s = 10.0;
+    page.close().await.expect("closed");
+    let closed = Instant::now();
+    let stood = desk.until("standing", |state| state["hand"]["doing"] == "stands still");
+    // Heartbeats run out after 250 ms, one short move ends after 100 ms more; the rest is this test's own asking.
+    let most = x(&moving) + speed_mm_s * (closed.elapsed().as_secs_f64() + 0.35);
+    assert!(x(&stood) <= most, "{} mm after {} mm", x(&stood), x(&moving));
+    tokio::time::sleep(Duration::from_millis(400)).await;
+    assert_eq!(x(&desk.get("/api/state")), x(&stood), "it runs on after the page was closed");
+}

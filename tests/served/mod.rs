@@ -1,0 +1,212 @@
+//! A running `fieldgap serve` with a virtual rig, and requests to it.
+
+// Each of the test programs that share this uses a part of it.
+#![allow(dead_code)]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Longest wait.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+const PLAN: &str = r#"
+name = "look"
+[simulator]
+model = "corrected"
+[[focus]]
+x_mm = 5.0
+y_mm = -5.0
+z_mm = 100.0
+[dark]
+before = 2
+[[plane]]
+z_mm = 100.0
+centre_mm = [5.0, -5.0]
+size_mm = [24.0, 24.0]
+step_mm = 2.0
+"#;
+
+pub struct Served {
+    server: Child,
+    pub home: TempDir,
+    pub port: u16,
+    pub secret: String,
+}
+
+/// A session, as a program has it that keeps the cookie.
+#[derive(Clone)]
+pub struct Session {
+    port: u16,
+    pub cookie: String,
+    pub csrf: String,
+    pub id: u64,
+    pub view_key: String,
+}
+
+impl Served {
+    /// Serves the virtual rig at a multiple of real time, or in lockstep.
+    pub fn begin(pace: &str) -> Self {
+        let home = tempfile::tempdir().expect("a folder");
+        let here = |path: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+        let rig = std::fs::read_to_string(here("rigs/virtual.toml")).expect("it is there");
+        let truth = here("rigs/truth/thesis-lab.toml");
+        let rig = rig
+            .replace("pace = \"lockstep\"", &format!("pace = {pace}"))
+            .replace("truth/thesis-lab.toml", &truth.to_string_lossy());
+        std::fs::create_dir(home.path().join("scans")).expect("made");
+        std::fs::write(home.path().join("rig.toml"), rig).expect("written");
+        std::fs::write(home.path().join("scans/look.toml"), PLAN).expect("written");
+        let (server, port, secret) = start(home.path(), 0);
+        Self { server, home, port, secret }
+    }
+
+    /// Kills the server and starts another on the same port and folder.
+    pub fn kill_and_restart(&mut self) {
+        self.server.kill().expect("it is killed");
+        self.server.wait().expect("it has ended");
+        let (server, port, secret) = start(self.home.path(), self.port);
+        assert_eq!(port, self.port);
+        (self.server, self.secret) = (server, secret);
+    }
+
+    pub fn records(&self) -> PathBuf {
+        self.home.path().join("out")
+    }
+
+    pub fn link(&self) -> String {
+        format!("http://127.0.0.1:{}/#link={}", self.port, self.secret)
+    }
+
+    /// Logs in by the printed link.
+    pub fn log_in(&self) -> Session {
+        Session::by(self.port, &self.secret)
+    }
+}
+
+fn start(home: &Path, port: u16) -> (Child, u16, String) {
+    let mut server = Command::new(env!("CARGO_BIN_EXE_fieldgap"))
+        .args(["serve", "rig.toml", "--port", &port.to_string()])
+        .current_dir(home)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it starts");
+    let mut link = String::new();
+    BufReader::new(server.stdout.take().expect("piped")).read_line(&mut link).expect("a line");
+    let (address, secret) = link.trim().split_once("/#link=").expect("a link");
+    let port = address.rsplit(':').next().and_then(|port| port.parse().ok()).expect("a port");
+    (server, port, secret.to_owned())
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+impl Session {
+    pub fn by(port: u16, secret: &str) -> Self {
+        let body = format!("{{\"secret\":\"{secret}\"}}");
+        let (status, head, body) = request(port, "POST", "/api/session", &[], &body);
+        assert_eq!(status, 200, "{body}");
+        let cookie =
+            head.lines().find_map(|line| line.strip_prefix("set-cookie: ")).expect("a cookie");
+        assert!(cookie.contains("HttpOnly") && cookie.contains("SameSite=Strict"), "{cookie}");
+        let who: Value = serde_json::from_str(&body).expect("JSON");
+        let text = |key: &str| who[key].as_str().expect("a text").to_owned();
+        Self {
+            port,
+            cookie: cookie.split(';').next().expect("a pair").to_owned(),
+            csrf: text("csrf"),
+            id: who["id"].as_u64().expect("a number"),
+            view_key: text("view_key"),
+        }
+    }
+
+    /// Status and JSON of an answer.
+    pub fn ask(&self, method: &str, path: &str, body: &str) -> (u16, Value) {
+        let headers = [("Cookie", self.cookie.as_str()), ("X-Fieldgap-CSRF", &self.csrf)];
+        let (status, _, body) = request(self.port, method, path, &headers, body);
+        (status, serde_json::from_str(&body).unwrap_or(Value::String(body)))
+    }
+
+    pub fn get(&self, path: &str) -> Value {
+        let (status, answer) = self.ask("GET", path, "");
+        assert_eq!(status, 200, "{answer}");
+        answer
+    }
+
+    pub fn post(&self, path: &str, body: &str) -> Value {
+        let (status, answer) = self.ask("POST", path, body);
+        assert_eq!(status, 200, "{answer}");
+        answer
+    }
+
+    /// Starts the plan as it was shown.
+    pub fn start_look(&self) {
+        let digest = self.get("/api/plans/look")["digest"].as_str().expect("a digest").to_owned();
+        self.post("/api/scans", &format!("{{\"plan\":\"look\",\"digest\":\"{digest}\"}}"));
+    }
+
+    /// Asks for the state until it is as wanted.
+    pub fn until(&self, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
+        let begun = Instant::now();
+        loop {
+            let state = self.get("/api/state");
+            if wanted(&state) {
+                return state;
+            }
+            assert!(begun.elapsed() < PATIENCE, "never {what}: {state}");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+/// Status, head and body of an answer.
+pub fn request(
+    port: u16,
+    method: &str,
+    path: &str,
+    headers: &[(&str, &str)],
+    body: &str,
+) -> (u16, String, String) {
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).expect("it listens");
+    stream.set_read_timeout(Some(PATIENCE)).expect("set");
+    let mut head = format!(
+        "{method} {path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\nContent-Length: {}\r\n",
+        body.len()
+    );
+    headers.iter().for_each(|(name, value)| head += &format!("{name}: {value}\r\n"));
+    stream.write_all(format!("{head}\r\n{body}").as_bytes()).expect("it takes it");
+    // chromedriver keeps the connection, so the length ends the answer where it is stated.
+    let mut answer = Vec::new();
+    let mut part = [0; 1 << 16];
+    while !is_whole(&answer) {
+        let read = stream.read(&mut part).expect("an answer");
+        if read == 0 {
+            break;
+        }
+        answer.extend_from_slice(&part[..read]);
+    }
+    let answer = String::from_utf8_lossy(&answer).into_owned();
+    let (head, body) = answer.split_once("\r\n\r\n").expect("a head");
+    let status = head.split(' ').nth(1).and_then(|status| status.parse().ok()).expect("a status");
+    (status, head.replace("\r\n", "\n"), body.to_owned())
+}
+
+/// Whether an answer has the length that it states.
+fn is_whole(answer: &[u8]) -> bool {
+    let Some(head) = answer.windows(4).position(|end| end == b"\r\n\r\n") else { return false };
+    let stated = String::from_utf8_lossy(&answer[..head]).to_lowercase();
+    let length = stated
+        .lines()
+        .find_map(|line| line.strip_prefix("content-length: ")?.parse::<usize>().ok());
+    length.is_some_and(|length| answer.len() >= head + 4 + length)
+}

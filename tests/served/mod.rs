@@ -207,6 +207,6 @@ fn is_whole(answer: &[u8]) -> bool {
     let stated = String::from_utf8_lossy(&answer[..head]).to_lowercase();
     let length = stated
         .lines()
-        .find_map(|line| line.strip_prefix("content-length: ")?.parse::<usize>().ok());
+        .find_map(|line| line.strip_prefix("content-length:")?.trim().parse::<usize>().ok());
     length.is_some_and(|length| answer.len() >= head + 4 + length)
 }

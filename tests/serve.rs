@@ -358,3 +358,73 @@ fn the_program_of_the_documentation_runs() {
     let report = std::fs::read_to_string(home.path().join("report.html")).expect("a report");
     assert!(report.contains("</html>"));
 }
+
+/// Largest growth of the server from 20,000 to 100,000 readings, KiB: the readings themselves have 72 bytes each (6 MiB), a vector that grows
+/// has twice that, and five pages that open are each sent everything.
+const GROWTH_KIB: u64 = 96 << 10;
+
+#[test]
+#[ignore = "takes minutes: a scan of 100,000 readings"]
+fn a_long_scan_with_viewers_who_come_and_go_needs_no_more_memory() {
+    let served = Served::begin("\"lockstep\"");
+    let planes: String = (0..5)
+        .map(|n| {
+            format!("[[plane]]\nz_mm = {}.0\nsize_mm = [70.5, 70.5]\nstep_mm = 0.5\n", 80 + 10 * n)
+        })
+        .collect();
+    let plan = std::fs::read_to_string(served.home.path().join("scans/look.toml")).expect("a plan");
+    let plan = format!("{}{planes}", plan.split("[[plane]]").next().expect("its beginning"));
+    std::fs::write(served.home.path().join("scans/look.toml"), plan).expect("written");
+    let desk = served.log_in();
+    desk.post("/api/controls/take", "");
+    desk.start_look();
+    let of =
+        desk.until("begun", |state| state["scan"]["of"].as_u64() > Some(100_000))["scan"]["of"]
+            .as_u64()
+            .expect("a number");
+    let (mut at_20_000, mut largest, mut opened) = (None, 0, 0);
+    let begun = Instant::now();
+    loop {
+        // Five viewers who stay for half a second.
+        let viewers: Vec<TcpStream> = (0..5).map(|_| watching(served.port, &desk.cookie)).collect();
+        std::thread::sleep(Duration::from_millis(500));
+        viewers
+            .iter()
+            .for_each(|viewer| viewer.shutdown(std::net::Shutdown::Both).expect("closed"));
+        opened += 5;
+        let done = desk.get("/api/state")["scan"]["done"].as_u64().expect("a number");
+        let now = served.resident_kib();
+        if done > 20_000 {
+            at_20_000.get_or_insert(now);
+        }
+        largest = largest.max(now);
+        if done == of {
+            break;
+        }
+        assert!(begun.elapsed() < Duration::from_secs(1800), "{done} of {of}");
+    }
+    let first = at_20_000.expect("it was long");
+    eprintln!(
+        "{of} readings in {:.0} s, {opened} pages opened: {first} KiB at 20,000 readings, at most {largest} KiB",
+        begun.elapsed().as_secs_f64()
+    );
+    assert!(largest <= first + GROWTH_KIB, "{first} KiB grew to {largest} KiB");
+    let journal =
+        std::fs::read_to_string(served.records().join("look/journal.csv")).expect("a journal");
+    assert_eq!(journal.lines().count() as u64, of + 1);
+    desk.post("/api/stop", "");
+}
+
+/// A viewer who reads what is sent, until dropped.
+fn watching(port: u16, cookie: &str) -> TcpStream {
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).expect("it listens");
+    let head =
+        format!("GET /api/live HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nCookie: {cookie}\r\n\r\n");
+    stream.write_all(head.as_bytes()).expect("it takes it");
+    let mut reads = stream.try_clone().expect("a second handle");
+    std::thread::spawn(move || {
+        let mut part = [0; 1 << 16];
+        while reads.read(&mut part).is_ok_and(|read| read > 0) {}
+    });
+    stream
+}

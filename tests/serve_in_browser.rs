@@ -185,7 +185,7 @@ async fn a_scan_from_start_to_report_and_stop_from_a_second_browser() {
     until(&viewer, "document.getElementById('progress').textContent.includes('Paused')").await;
     until(&viewer, "Number(document.getElementById('maps').dataset.readings) > 20").await;
     picture(&viewer, "phone").await;
-    for view in ["now", "hand", "scans", "records", "people"] {
+    for view in ["now", "hand", "scans", "records", "rig", "people"] {
         script(&viewer, &format!("location.hash = '#{view}'")).await;
         until(&viewer, &format!("!document.getElementById('view-{view}').hidden")).await;
         let over =
@@ -225,13 +225,32 @@ async fn every_view_is_accessible() {
     desk.post("/api/controls/take", "");
     desk.start_look();
     desk.until("reported", |state| state["scan"]["has_report"] == true);
-    for view in ["now", "hand", "scans", "records", "people"] {
+    for view in ["now", "hand", "scans", "records", "rig", "people"] {
         script(&page, &format!("location.hash = '#{view}'")).await;
         until(&page, &format!("!document.getElementById('view-{view}').hidden")).await;
         if view == "scans" {
             until(&page, "document.querySelector('#plans button')").await;
             script(&page, "document.querySelector('#plans button').click()").await;
             until(&page, "document.getElementById('plan-check').textContent").await;
+        }
+        if view == "rig" {
+            script(&page, "location.hash = '#people'").await;
+            desk.post("/api/controls/release", "");
+            until(&page, "!document.getElementById('take').hidden").await;
+            click(&page, "take").await;
+            script(&page, "location.hash = '#rig'").await;
+            until(&page, "!document.getElementById('check').disabled && document.querySelector('#wires details')").await;
+            click(&page, "check").await;
+            until(&page, "document.getElementById('check-state').textContent.includes('possible')")
+                .await;
+            let lights = script(
+                &page,
+                "return [...document.querySelectorAll('.light')].map((one) => one.textContent)",
+            )
+            .await;
+            let lights = lights.as_array().expect("a list");
+            assert!(lights.len() == 3 && lights.iter().all(|light| light != "FAULT"), "{lights:?}");
+            script(&page, "document.querySelector('#wires details').open = true").await;
         }
         for scheme in ["light", "dark"] {
             let colours = json!({"features": [{"name": "prefers-color-scheme", "value": scheme}]});

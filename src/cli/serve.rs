@@ -11,7 +11,7 @@ use super::stop::StopRequests;
 use super::watchdog::guard_devices;
 use crate::rig_file::RigFile;
 use fieldgap_rig::{DeviceSelection, ManualRig};
-use fieldgap_serve::{Bench, HandRig, Opening, Role, Server};
+use fieldgap_serve::{Bench, CameraAddress, HandRig, Opening, Role, Server};
 use fieldgap_virtual_rig::VirtualRig;
 
 /// The `serve` command.
@@ -28,6 +28,9 @@ pub(super) struct Serve {
     /// Folder of the records, and of the audit log
     #[arg(long, value_name = "DIR", default_value = "out")]
     records: PathBuf,
+    /// Page or MJPEG stream of a camera beside the rig, shown in the view of the rig
+    #[arg(long, value_name = "ADDRESS")]
+    camera: Option<CameraAddress>,
 }
 
 impl Serve {
@@ -40,6 +43,7 @@ impl Serve {
             rig: self.rig,
             plans: self.plans,
             records: self.records,
+            camera: self.camera,
             program: std::env::current_exe().into_diagnostic()?,
             open: Box::new(move || opening(path.clone())),
         };

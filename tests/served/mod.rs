@@ -75,6 +75,14 @@ impl Served {
         (self.server, self.secret) = (server, secret);
     }
 
+    /// Memory of the server, KiB.
+    pub fn resident_kib(&self) -> u64 {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.server.id()))
+            .expect("its state");
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("its memory");
+        line.split_whitespace().next().and_then(|kib| kib.parse().ok()).expect("a number")
+    }
+
     pub fn records(&self) -> PathBuf {
         self.home.path().join("out")
     }

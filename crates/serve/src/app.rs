@@ -10,6 +10,7 @@ use fieldgap_acquisition::RigSetup;
 use crate::access::audit::Audit;
 use crate::access::names::Names;
 use crate::access::sessions::{Sessions, Who};
+use crate::camera::CameraAddress;
 use crate::hand::{Hand, Opening};
 use crate::live::Live;
 use crate::queue::Queue;
@@ -27,6 +28,8 @@ pub struct Bench {
     pub records: PathBuf,
     /// The fieldgap program, which runs scans.
     pub program: PathBuf,
+    /// The page or MJPEG stream of a camera beside the rig.
+    pub camera: Option<CameraAddress>,
     /// Opens the rig for operation by hand.
     pub open: Box<dyn Fn() -> Opening + Send + Sync>,
 }
@@ -94,6 +97,10 @@ impl App {
 
     pub fn records(&self) -> &Path {
         &self.0.bench.records
+    }
+
+    pub fn camera(&self) -> Option<&CameraAddress> {
+        self.0.bench.camera.as_ref()
     }
 
     pub fn program(&self) -> &Path {

@@ -16,6 +16,7 @@ mod access;
 mod answer;
 mod app;
 mod background;
+mod camera;
 mod check;
 mod hand;
 mod hand_state;
@@ -32,8 +33,10 @@ mod scan_view;
 mod server;
 #[cfg(test)]
 mod tests;
+mod wire;
 
 pub use access::role::Role;
 pub use app::Bench;
+pub use camera::{CameraAddress, NoCameraAddress};
 pub use hand::{HEARTBEAT_WITHIN, HandRig, Opening};
 pub use server::{ServeError, Server};

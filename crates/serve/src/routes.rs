@@ -9,7 +9,7 @@ use crate::access::role::Authority::{Administer, Control, Operate, Public, View}
 use crate::answer::Answer;
 use crate::app::App;
 use crate::check::{addressed, authorised};
-use crate::handlers::{by_hand, log_in, look, page, scans};
+use crate::handlers::{by_hand, log_in, look, page, rig, scans};
 use crate::openapi::{self, Operation};
 
 /// A route: its description, and what it does.
@@ -52,6 +52,13 @@ pub(crate) fn all() -> Vec<Route> {
             get(look::live),
         ),
         read("/api/rig", View, "Travel, keep-out boxes and array of the rig", get(look::rig)),
+        read(
+            "/api/rig/wires",
+            View,
+            "The last minute of each wire of the shown scan",
+            get(rig::wires),
+        ),
+        act("/api/rig/check", Control, "Check each device; nothing moves", post!(rig::check)),
         read("/api/records", View, "The records, the newest first", get(look::records)),
         read(
             "/view/{key}/{*file}",

@@ -16,6 +16,7 @@ use tokio::sync::broadcast::error::RecvError;
 use crate::access::sessions::Who;
 use crate::answer::Answer;
 use crate::app::App;
+use crate::camera::CameraAddress;
 use crate::live::{Live, Message};
 use crate::records;
 use crate::refusal::Refusal;
@@ -97,6 +98,7 @@ pub(crate) async fn rig(State(app): State<App>) -> Answer<Value> {
     Answer(json!({
         "name": setup.name, "virtual": setup.is_virtual(), "travel_mm": corners(&envelope.travel), "keep_out": boxes,
         "elements_mm": elements, "feed_mm_s": setup.rig.motion.feed().mm_s().get(),
+        "camera": app.camera().map(CameraAddress::as_str),
     }))
 }
 

@@ -1,7 +1,7 @@
 //! The page and its parts, which are compiled into the program.
 
 use axum::body::Body;
-use axum::extract::{Path, Request};
+use axum::extract::{Path, Request, State};
 use axum::http::header::{
     CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue, REFERRER_POLICY,
     X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
@@ -9,6 +9,8 @@ use axum::http::header::{
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
+use crate::app::App;
+use crate::camera::CameraAddress;
 use crate::refusal::Refusal;
 
 /// Nothing but the page's own files runs or is loaded; nobody else's page shows it.
@@ -19,7 +21,7 @@ const HTML: &str = "text/html; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 
 /// The parts of the page: name, media type, contents.
-const PARTS: [(&str, &str, &str); 9] = [
+const PARTS: [(&str, &str, &str); 10] = [
     ("style.css", "text/css; charset=utf-8", include_str!("../page/style.css")),
     ("main.js", SCRIPT, include_str!("../page/main.js")),
     ("server.js", SCRIPT, include_str!("../page/server.js")),
@@ -27,12 +29,16 @@ const PARTS: [(&str, &str, &str); 9] = [
     ("now.js", SCRIPT, include_str!("../page/now.js")),
     ("map.js", SCRIPT, include_str!("../page/map.js")),
     ("hand.js", SCRIPT, include_str!("../page/hand.js")),
+    ("rig.js", SCRIPT, include_str!("../page/rig.js")),
     ("scans.js", SCRIPT, include_str!("../page/scans.js")),
     ("records.js", SCRIPT, include_str!("../page/records.js")),
 ];
 
-pub(crate) async fn index() -> Response {
-    ([(CONTENT_TYPE, HTML)], include_str!("../page/index.html")).into_response()
+pub(crate) async fn index(State(app): State<App>) -> Response {
+    let camera = app.camera().map_or("", CameraAddress::origin);
+    let policy = POLICY.replace("frame-src 'self'", &format!("frame-src 'self' {camera}"));
+    let headers = [(CONTENT_TYPE, HTML), (CONTENT_SECURITY_POLICY, &*policy)];
+    (headers, include_str!("../page/index.html")).into_response()
 }
 
 pub(crate) async fn part(Path(name): Path<String>) -> Result<Response, Refusal> {

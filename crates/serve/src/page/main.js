@@ -6,6 +6,7 @@ import * as now from "/static/now.js";
 import * as hand from "/static/hand.js";
 import * as scans from "/static/scans.js";
 import * as records from "/static/records.js";
+import * as rig from "/static/rig.js";
 
 export const $ = (id) => document.getElementById(id);
 
@@ -33,7 +34,7 @@ export function ask(question, yes) {
   });
 }
 
-const VIEWS = ["now", "hand", "scans", "records", "people"];
+const VIEWS = ["now", "hand", "scans", "records", "rig", "people"];
 
 function view() {
   const [name, rest] = location.hash.slice(1).split("/");
@@ -46,6 +47,7 @@ function view() {
   if (wanted === "hand") hand.redraw();
   if (wanted === "scans") scans.opened();
   if (wanted === "records") records.opened(rest ? decodeURIComponent(rest) : null);
+  rig.shown(wanted === "rig");
   if (wanted === "people") people();
 }
 
@@ -125,6 +127,7 @@ async function begin() {
   hand.begin();
   scans.begin();
   records.begin();
+  rig.begin();
   $("take").onclick = () => attempt(() => post("/api/controls/take"));
   $("release").onclick = () => attempt(() => post("/api/controls/release"));
   $("seize").onclick = () => attempt(async () => { if (await ask(`Take the controls from ${state.lease.holder.name}? They are warned, and lose them after 10 s.`, "Take")) await post("/api/controls/seize"); });

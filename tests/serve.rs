@@ -329,6 +329,60 @@ fn watched_rows(port: u16, cookie: &str) -> Vec<(usize, SystemTime)> {
 }
 
 #[test]
+fn a_rig_file_is_corrected_in_a_new_file_after_its_lines_were_shown() {
+    let served = Served::withheld();
+    let desk = served.log_in();
+    desk.post("/api/controls/take", "");
+    desk.start_look();
+    desk.until("reported", |state| {
+        state["scan"]["has_report"] == true && state["queue"]["running"].is_null()
+    });
+    let record = desk.get("/api/records")[0]["folder"].as_str().expect("a name").to_owned();
+    let files = || {
+        let files = std::fs::read_dir(served.home.path()).expect("a folder");
+        files
+            .map(|file| file.expect("a file").file_name())
+            .collect::<std::collections::BTreeSet<_>>()
+    };
+    let rig = || std::fs::read_to_string(served.home.path().join("rig.toml")).expect("a rig file");
+    let (files_before, rig_before) = (files(), rig());
+    let path = format!("/api/records/{record}/correction");
+    let shown = desk.post(&path, "{\"keep\":false}");
+    let lines = shown["lines"].to_string();
+    assert!(lines.contains("spacing_mm = 0.0") && lines.contains("pitch.ratio"), "{shown}");
+    assert_eq!(
+        (files(), &shown["file"]),
+        (files_before.clone(), &Value::Null),
+        "what is only shown is not kept"
+    );
+    let kept = desk.post(&path, "{\"keep\":true}");
+    assert_eq!((&kept["file"], &kept["lines"]), (&"rig-corrected.toml".into(), &shown["lines"]));
+    let corrected =
+        fieldgap::rig_file::RigFile::read(&served.home.path().join("rig-corrected.toml"))
+            .expect("a rig file");
+    let pitch = |elements: &[fieldgap::acoustics::Element]| {
+        (elements[1].centre_m - elements[0].centre_m).norm()
+    };
+    // The file holds what is said of it; what the rig's truth is, is sealed.
+    let said = kept["said"][0].as_str().expect("a text");
+    let ratio: f64 = said
+        .split("pitch.ratio = ")
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next()?.parse().ok())
+        .expect("a ratio");
+    let found = pitch(corrected.setup.nominal_array().elements()) / 0.0105;
+    assert!((found - ratio).abs() < 1e-5 && found > 1.01, "{found} for {said}");
+    assert_eq!(rig(), rig_before, "the rig file itself was changed");
+    for wrong in ["no-such-record", "..", "%2e%2e"] {
+        assert_eq!(
+            desk.ask("POST", &format!("/api/records/{wrong}/correction"), "{\"keep\":true}").0,
+            404,
+            "{wrong}"
+        );
+    }
+}
+
+#[test]
 fn the_program_of_the_documentation_runs() {
     if std::process::Command::new("curl").arg("--version").output().is_err() {
         eprintln!("skipped: curl is not installed");

@@ -147,6 +147,7 @@ async fn a_scan_from_start_to_report_and_stop_from_a_second_browser() {
     until(&page, "!document.getElementById('report-link').hidden").await;
     click(&page, "report-link").await;
     until(&page, "document.querySelector('#frames iframe')").await;
+    until(&page, "document.querySelector('.small-map').naturalWidth > 0").await;
     let frame = page.find(Locator::Css("#frames iframe")).await.expect("a report");
     frame.enter_frame().await.expect("entered");
     until(

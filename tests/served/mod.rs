@@ -52,16 +52,22 @@ pub struct Session {
 impl Served {
     /// Serves the virtual rig at a multiple of real time, or in lockstep.
     pub fn begin(pace: &str) -> Self {
-        let home = tempfile::tempdir().expect("a folder");
-        let here = |path: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
         let rig = std::fs::read_to_string(here("rigs/virtual.toml")).expect("it is there");
-        let truth = here("rigs/truth/thesis-lab.toml");
-        let rig = rig
-            .replace("pace = \"lockstep\"", &format!("pace = {pace}"))
-            .replace("truth/thesis-lab.toml", &truth.to_string_lossy());
+        Self::with(&rig.replace("pace = \"lockstep\"", &format!("pace = {pace}")), PLAN)
+    }
+
+    /// Serves the rig of `rigs/withheld.toml`, whose field has an effect that its simulation lacks, with the plan of that name.
+    pub fn withheld() -> Self {
+        let text = |path: &str| std::fs::read_to_string(here(path)).expect("it is there");
+        Self::with(&text("rigs/withheld.toml"), &text("scans/withheld-effect.toml"))
+    }
+
+    fn with(rig: &str, plan: &str) -> Self {
+        let home = tempfile::tempdir().expect("a folder");
+        std::os::unix::fs::symlink(here("rigs/truth"), home.path().join("truth")).expect("linked");
         std::fs::create_dir(home.path().join("scans")).expect("made");
         std::fs::write(home.path().join("rig.toml"), rig).expect("written");
-        std::fs::write(home.path().join("scans/look.toml"), PLAN).expect("written");
+        std::fs::write(home.path().join("scans/look.toml"), plan).expect("written");
         let (server, port, secret) = start(home.path(), 0);
         Self { server, home, port, secret }
     }
@@ -95,6 +101,10 @@ impl Served {
     pub fn log_in(&self) -> Session {
         Session::by(self.port, &self.secret)
     }
+}
+
+fn here(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
 fn start(home: &Path, port: u16) -> (Child, u16, String) {

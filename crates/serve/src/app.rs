@@ -43,6 +43,7 @@ struct Shared {
     hand: Hand,
     queue: Queue,
     failed_logins: AtomicU32,
+    correcting: tokio::sync::Mutex<()>,
 }
 
 /// What all requests share; cheap to clone.
@@ -60,6 +61,7 @@ impl App {
             hand: Hand::default(),
             queue: Queue::default(),
             failed_logins: AtomicU32::new(0),
+            correcting: tokio::sync::Mutex::new(()),
         }))
     }
 
@@ -115,6 +117,11 @@ impl App {
     /// An opening of the rig for operation by hand.
     pub fn opening(&self) -> Opening {
         (self.0.bench.open)()
+    }
+
+    /// Waits for its turn to correct the rig file.
+    pub async fn correcting(&self) -> tokio::sync::MutexGuard<'_, ()> {
+        self.0.correcting.lock().await
     }
 
     /// Whether a session has the controls.

@@ -18,6 +18,7 @@ mod app;
 mod background;
 mod camera;
 mod check;
+mod correction;
 mod hand;
 mod hand_state;
 mod handlers;

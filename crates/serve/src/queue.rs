@@ -1,6 +1,7 @@
 //! Scans that were confirmed and wait for their turn.
 
 use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
@@ -23,6 +24,8 @@ pub(crate) struct Waiting {
 struct Line {
     waiting: VecDeque<Waiting>,
     running: Option<Waiting>,
+    /// The folder of the newest record that was begun here.
+    folder: Option<PathBuf>,
     /// After a stop nothing starts until a person lets it.
     held: bool,
     next_id: u64,
@@ -80,6 +83,16 @@ impl Queue {
         let next = line.waiting.pop_front()?;
         line.running = Some(next.clone());
         Some(next)
+    }
+
+    /// The record of the scan that was begun.
+    pub fn records_in(&self, folder: &Path) {
+        self.line().folder = Some(folder.to_owned());
+    }
+
+    /// The folder of the newest record that was begun here.
+    pub fn newest_folder(&self) -> Option<PathBuf> {
+        self.line().folder.clone()
     }
 
     /// The scan that was begun has ended.

@@ -37,6 +37,8 @@ pub(crate) struct Listed {
     foci: usize,
     report: bool,
     why: bool,
+    /// The first map of the report.
+    map: Option<String>,
 }
 
 /// The records below a folder, the newest first.
@@ -69,7 +71,25 @@ fn listed(folder: &Path) -> Option<Listed> {
         foci: setup.foci.len(),
         report: folder.join("report/index.html").is_file(),
         why: folder.join("report/why/index.html").is_file(),
+        map: first_map(folder),
     })
+}
+
+fn first_map(folder: &Path) -> Option<String> {
+    let files = fs::read_dir(folder.join("report")).ok()?.filter_map(Result::ok);
+    let names = files.filter_map(|file| file.file_name().into_string().ok());
+    names.filter(|name| name.starts_with("map-") && name.ends_with(".png")).min()
+}
+
+/// The folder of a record.
+///
+/// # Errors
+/// There is none of this name.
+pub(crate) fn folder(records: &Path, name: &str) -> Result<PathBuf, Refusal> {
+    let setup = file(records, &format!("{name}/scan.toml"))?;
+    let folder =
+        setup.parent().filter(|folder| folder.file_name().is_some_and(|last| last == name));
+    folder.map(Path::to_owned).ok_or_else(|| Refusal::missing("there is no such record"))
 }
 
 /// The file at `path` below the folder of the records.

@@ -58,6 +58,12 @@ pub(crate) fn all() -> Vec<Route> {
             "The last minute of each wire of the shown scan",
             get(rig::wires),
         ),
+        act(
+            "/api/records/{name}/correction",
+            Operate,
+            "The rig file corrected by what a record shows: {keep}; a new file, or its lines only",
+            post!(rig::correct),
+        ),
         act("/api/rig/check", Control, "Check each device; nothing moves", post!(rig::check)),
         read("/api/records", View, "The records, the newest first", get(look::records)),
         read(

@@ -25,7 +25,12 @@ pub(crate) async fn follow_all(app: App) {
     loop {
         let (records, program) = (app.records().to_owned(), app.program().to_owned());
         let found = tokio::task::spawn_blocking(move || running_below(&records, &program)).await;
-        match found.ok().flatten() {
+        // A scan of this server may have ended between two looks.
+        let newest = app
+            .queue()
+            .newest_folder()
+            .filter(|folder| shown.as_ref() != Some(folder) && folder.join("scan.toml").is_file());
+        match found.ok().flatten().or(newest) {
             Some(folder) => {
                 if let Err(fault) = follow(&app, &folder).await {
                     app.live().note(fault.to_string());

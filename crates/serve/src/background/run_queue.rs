@@ -25,6 +25,7 @@ pub(crate) async fn run_queue(app: App) {
         match plans::check(app.plans(), &next.plan, app.rig()) {
             Ok(checked) if checked.digest() == next.digest => {
                 let folder = fresh_folder(&app, &next.plan);
+                app.queue().records_in(&folder);
                 app.live().note(format!("{}: begins, into {}", next.plan, app.name_of(&folder)));
                 if let Ok(plan) = plans::file_of(app.plans(), &next.plan) {
                     run(&app, &plan, &folder).await;

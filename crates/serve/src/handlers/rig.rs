@@ -1,15 +1,19 @@
-//! The rig: its check, its wires, its camera.
+//! The rig: its check, its wires, its file corrected by what a record shows.
 
 use std::process::Stdio;
 
-use axum::extract::State;
+use axum::body::Bytes;
+use axum::extract::{Path, State};
 use jiff::Timestamp;
+use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::process::Command;
 
 use crate::answer::Answer;
 use crate::app::App;
-use crate::refusal::Refusal;
+use crate::correction::{self, Correction};
+use crate::records;
+use crate::refusal::{Refusal, parsed};
 use crate::wire;
 
 /// Runs `fieldgap rig check`, which opens each device and moves none.
@@ -40,4 +44,22 @@ pub(crate) async fn wires(State(app): State<App>) -> Result<Answer<Value>, Refus
     let wires = tokio::task::spawn_blocking(read).await;
     let wires = wires.map_err(|error| Refusal::failed(error.to_string(), "report this error"))?;
     Ok(Answer(json!(wires)))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Correct {
+    /// Whether the new file is kept; else its lines are only shown.
+    keep: bool,
+}
+
+pub(crate) async fn correct(
+    State(app): State<App>,
+    Path(record): Path<String>,
+    body: Bytes,
+) -> Result<Answer<Correction>, Refusal> {
+    let Correct { keep } = parsed(&body)?;
+    let folder = records::folder(app.records(), &record)?;
+    let _one_at_a_time = app.correcting().await;
+    correction::correct(app.program(), &folder, app.rig(), keep).await.map(Answer)
 }

@@ -21,9 +21,11 @@ export async function attempt(act) {
   try { await act(); } catch (error) { complain(error); }
 }
 
-/** Asks a question; whether the answer is yes. */
-export function ask(question, yes) {
+/** Asks a question, with the lines of a file that it is about; whether the answer is yes. */
+export function ask(question, yes, lines = []) {
   $("confirm-text").textContent = question;
+  $("confirm-lines").textContent = lines.join("\n");
+  $("confirm-lines").hidden = lines.length === 0;
   $("confirm-yes").textContent = yes;
   $("confirm").showModal();
   return new Promise((answer) => {

@@ -1,7 +1,7 @@
 // The records, and their pages.
 
-import { get, me } from "/static/server.js";
-import { attempt, $ } from "/static/main.js";
+import { get, post, may, me } from "/static/server.js";
+import { ask, attempt, $ } from "/static/main.js";
 
 let all = [], frames = [];
 
@@ -29,6 +29,15 @@ function button(text, act) {
   return made;
 }
 
+async function correct(folder) {
+  const path = `/api/records/${encodeURIComponent(folder)}/correction`;
+  const { said, lines } = await post(path, { keep: false });
+  const question = `${said.join(". ")}. Write this as a new rig file? The present one stays as it is.`;
+  if (!await ask(question, "Write", lines.map((line) => `${line.sign} ${line.text}`))) return;
+  const { file } = await post(path, { keep: true });
+  $("alert").textContent = `Written: ${file}. Serve that file to scan with it.`;
+}
+
 function list() {
   const wanted = $("search").value.toLowerCase();
   const found = all.filter((record) => `${record.folder} ${record.name} ${record.recorded} ${record.state ?? ""}`.toLowerCase().includes(wanted));
@@ -37,6 +46,7 @@ function list() {
     const shows = [];
     if (record.report) shows.push(button("Report", () => frame(record.folder, "report/index.html", "report")));
     if (record.why) shows.push(button("Why", () => frame(record.folder, "report/why/index.html", "why they differ")));
+    if (record.why && may("operator")) shows.push(button("Correct the rig file…", () => attempt(() => correct(record.folder))));
     const data = document.createElement("a");
     data.href = address(record.folder, "samples.csv");
     data.download = `${record.folder}.csv`;
@@ -45,7 +55,13 @@ function list() {
     const buttons = document.createElement("div");
     buttons.className = "buttons";
     buttons.append(...shows);
-    row.append(cell(record.folder === record.name ? record.name : `${record.folder} (${record.name})`), cell(new Date(record.recorded).toLocaleString()), cell(record.state ?? "imported"), cell(buttons));
+    const map = document.createElement("img");
+    map.alt = "";
+    map.loading = "lazy";
+    map.className = "small-map";
+    if (record.map) map.src = address(record.folder, `report/${record.map}`);
+    map.hidden = !record.map;
+    row.append(cell(map), cell(record.folder === record.name ? record.name : `${record.folder} (${record.name})`), cell(new Date(record.recorded).toLocaleString()), cell(record.state ?? "imported"), cell(buttons));
     return row;
   }));
 }

@@ -37,9 +37,12 @@ impl Drop for Preview {
         let Some(stem) = self.0.file_stem().map(|stem| stem.to_string_lossy().into_owned()) else {
             return;
         };
-        let folder =
-            self.0.parent().into_iter().flat_map(fs::read_dir).flatten().filter_map(Result::ok);
-        for file in folder.filter(|file| file.file_name().to_string_lossy().starts_with(&stem)) {
+        // The parent of a bare name is the empty path, which is no folder to be read.
+        let folder = self.0.parent().filter(|folder| *folder != Path::new(""));
+        let files = fs::read_dir(folder.unwrap_or(Path::new("."))).into_iter().flatten();
+        let of_preview =
+            |file: &fs::DirEntry| file.file_name().to_string_lossy().starts_with(&stem);
+        for file in files.filter_map(Result::ok).filter(of_preview) {
             let _ = fs::remove_file(file.path());
         }
     }

@@ -32,6 +32,8 @@ mod run;
 mod scan;
 mod sense;
 mod serve;
+mod serve_user;
+mod settings;
 mod simulate;
 mod simulate_display;
 mod simulate_sections;

@@ -12,6 +12,7 @@ use miette::IntoDiagnostic;
 use sha2::{Digest, Sha256};
 
 use super::question::agree;
+use super::settings::settings_folder;
 use fieldgap_acquisition::PlannedScan;
 use fieldgap_input::{MOST_TEXT, read_bytes, read_text};
 use fieldgap_records::{HookCommand, HookKind, Hooks};
@@ -105,13 +106,9 @@ fn hash_of(hooks: &Hooks) -> String {
     hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The file of the agreed commands, in the user's settings; `None` where there are none.
+/// The file of the agreed commands; `None` where there are no settings.
 fn remembered() -> Option<PathBuf> {
-    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
-    let settings = set("XDG_CONFIG_HOME")
-        .map(PathBuf::from)
-        .or_else(|| set("HOME").map(|home| PathBuf::from(home).join(".config")))?;
-    settings.is_absolute().then(|| settings.join("fieldgap").join("trusted-hooks"))
+    Some(settings_folder()?.join("trusted-hooks"))
 }
 
 fn has_line(file: &Path, hash: &str) -> bool {

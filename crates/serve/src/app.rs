@@ -2,14 +2,15 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::Duration;
 
 use fieldgap_acquisition::RigSetup;
 
 use crate::access::audit::Audit;
+use crate::access::failed_logins::FailedLogins;
 use crate::access::names::Names;
+use crate::access::rates::Rates;
 use crate::access::sessions::{Sessions, Who};
+use crate::access::users::{User, UserFile};
 use crate::camera::CameraAddress;
 use crate::hand::{Hand, Opening};
 use crate::live::Live;
@@ -42,7 +43,10 @@ struct Shared {
     live: Arc<Live>,
     hand: Hand,
     queue: Queue,
-    failed_logins: AtomicU32,
+    failed_logins: FailedLogins,
+    rates: Rates,
+    users: Option<tokio::sync::Mutex<UserFile>>,
+    hashing: tokio::sync::Mutex<()>,
     correcting: tokio::sync::Mutex<()>,
 }
 
@@ -51,7 +55,7 @@ struct Shared {
 pub(crate) struct App(Arc<Shared>);
 
 impl App {
-    pub fn new(bench: Bench, names: Names, audit: Audit) -> Self {
+    pub fn new(bench: Bench, names: Names, users: Option<UserFile>, audit: Audit) -> Self {
         Self(Arc::new(Shared {
             bench,
             names,
@@ -60,7 +64,10 @@ impl App {
             live: Arc::new(Live::new()),
             hand: Hand::default(),
             queue: Queue::default(),
-            failed_logins: AtomicU32::new(0),
+            failed_logins: FailedLogins::default(),
+            rates: Rates::default(),
+            users: users.map(tokio::sync::Mutex::new),
+            hashing: tokio::sync::Mutex::new(()),
             correcting: tokio::sync::Mutex::new(()),
         }))
     }
@@ -144,22 +151,35 @@ impl App {
         self.live().with_scan(|scan| scan.map(|scan| self.records().join(scan.folder())))
     }
 
-    /// Waits before a log-in is answered, the longer the more have failed: 0.1 s after the first, at most 5 s.
-    pub async fn slow_down(&self) {
-        let failed = self.0.failed_logins.load(Ordering::Relaxed).min(6);
-        if failed > 0 {
-            tokio::time::sleep(Duration::from_millis(50 << failed).min(Duration::from_secs(5)))
-                .await;
-        }
+    /// The log-ins that failed.
+    pub fn failed_logins(&self) -> &FailedLogins {
+        &self.0.failed_logins
     }
 
-    /// A log-in has failed or succeeded.
-    pub fn logged_in(&self, succeeded: bool) {
-        if succeeded {
-            self.0.failed_logins.store(0, Ordering::Relaxed);
-        } else {
-            self.0.failed_logins.fetch_add(1, Ordering::Relaxed);
+    /// How often each address has asked.
+    pub fn rates(&self) -> &Rates {
+        &self.0.rates
+    }
+
+    /// The user of the file with this name and password. One password is looked at at a time: guesses must not keep the processor from a scan.
+    pub async fn user_with_password(&self, name: String, password: String) -> Option<User> {
+        let users = self.0.users.as_ref()?.lock().await.users().clone();
+        let _turn = self.0.hashing.lock().await;
+        let found =
+            tokio::task::spawn_blocking(move || users.with_password(&name, &password).cloned());
+        found.await.ok().flatten()
+    }
+
+    /// The sessions to end because the file of users has changed.
+    pub async fn sessions_of_removed_users(&self) -> Vec<u64> {
+        let Some(users) = &self.0.users else { return Vec::new() };
+        let mut users = users.lock().await;
+        match users.refresh() {
+            Ok(false) => return Vec::new(),
+            Ok(true) => {}
+            Err(fault) => self.live().note(format!("nobody can log in by password: {fault}")),
         }
+        self.sessions().of_others_than(users.users())
     }
 
     /// Stops whatever uses the rig: the array silent, the robot still; how that was left. The queue is held.

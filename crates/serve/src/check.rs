@@ -23,6 +23,9 @@ pub(crate) const COOKIE_NAME: &str = "fieldgap_session";
 /// Header with which a page proves that it was served by this server.
 const CSRF: &str = "x-fieldgap-csrf";
 
+/// The route that stops the rig.
+pub(crate) const STOP: &str = "/api/stop";
+
 /// Largest body of a request, bytes: a plan with phases for 1024 elements has 30 kB.
 const LARGEST_BODY: usize = 256 << 10;
 
@@ -52,6 +55,11 @@ pub(crate) async fn authorised(
     let changes = request.method() != Method::GET;
     let act = format!("{} {}", request.method(), request.uri().path());
     let who = who(&app, request.headers());
+    // A stop is never too many.
+    let stops = request.uri().path() == STOP && who.is_some();
+    if !stops && !app.rates().allow(from, Instant::now()) {
+        return Refusal::too_many().into_response();
+    }
     let answer = match permitted(&app, needs, who.as_ref(), &request) {
         Ok(()) => run(request, who.clone(), next).await,
         Err(refusal) => refusal.into_response(),
@@ -125,7 +133,7 @@ fn permitted(
     }
     if who.role < role {
         return Err(Refusal::forbidden(
-            format!("this takes the role of {role:?}, and yours is {:?}", who.role).to_lowercase(),
+            format!("this takes the role of {role}, and yours is {}", who.role),
             "ask an admin for a link with that role",
         ));
     }

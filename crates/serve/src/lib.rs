@@ -1,6 +1,6 @@
 //! A rig in a browser: the scan that runs, operation by hand, plans and records, for several people at once.
 //!
-//! [`Server::bind`] listens on a loopback address, and [`Server::run`] answers until it is told to end. The scan is a process of its own: it
+//! [`Server::bind`] listens, for this computer alone or for others too ([`Reach`]), and [`Server::run`] answers until it is told to end. The scan is a process of its own: it
 //! runs the same whether this server lives or not, and the server reads its journal.
 //!
 //! | to change | see |
@@ -34,10 +34,13 @@ mod scan_view;
 mod server;
 #[cfg(test)]
 mod tests;
+mod tls;
 mod wire;
 
 pub use access::role::Role;
+pub use access::users::{SHORTEST_PASSWORD, User, UserError, UserName, Users};
 pub use app::Bench;
 pub use camera::{CameraAddress, NoCameraAddress};
 pub use hand::{HEARTBEAT_WITHIN, HandRig, Opening};
-pub use server::{ServeError, Server};
+pub use server::{Reach, ServeError, Server};
+pub use tls::{Identity, NoIdentity};

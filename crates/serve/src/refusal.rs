@@ -53,6 +53,15 @@ impl Refusal {
         Self::new(StatusCode::CONFLICT, problem, remedy)
     }
 
+    /// The address asks too often.
+    pub(crate) fn too_many() -> Self {
+        Self::new(
+            StatusCode::TOO_MANY_REQUESTS,
+            "this address sends too many requests",
+            "send fewer than 200 a second",
+        )
+    }
+
     /// The server or the rig failed.
     pub(crate) fn failed(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::new(StatusCode::INTERNAL_SERVER_ERROR, problem, remedy)

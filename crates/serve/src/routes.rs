@@ -8,7 +8,7 @@ use axum::routing::{MethodFilter, MethodRouter, get, on};
 use crate::access::role::Authority::{Administer, Control, Operate, Public, View};
 use crate::answer::Answer;
 use crate::app::App;
-use crate::check::{addressed, authorised};
+use crate::check::{STOP, addressed, authorised};
 use crate::handlers::{by_hand, log_in, look, page, rig, scans};
 use crate::openapi::{self, Operation};
 
@@ -38,12 +38,12 @@ pub(crate) fn all() -> Vec<Route> {
         act(
             "/api/session",
             Public,
-            "Log in with the secret of a one-time link: {secret}",
+            "Log in: {secret} of a one-time link, or {name, password}",
             post!(log_in::open),
         ),
         read("/api/session", View, "Who you are", get(log_in::who)),
         act("/api/session/end", View, "Log out", post!(log_in::end)),
-        act("/api/stop", View, "STOP: silence the array and stop the robot", post!(by_hand::stop)),
+        act(STOP, View, "STOP: silence the array and stop the robot", post!(by_hand::stop)),
         read("/api/state", View, "Everything but the readings", get(look::state)),
         read(
             "/api/live",

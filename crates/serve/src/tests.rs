@@ -45,7 +45,7 @@ impl Bare {
         };
         std::fs::create_dir(&bench.plans).expect("made");
         let audit = Audit::open(&bench.records.join("audit.jsonl")).expect("a log");
-        let app = App::new(bench, Names::loopback(8321), audit);
+        let app = App::new(bench, Names::loopback(8321), None, audit);
         Self { router: routes::router(app.clone()), app, home }
     }
 

@@ -18,13 +18,18 @@ pub(crate) struct Digest([u8; 32]);
 
 impl Digest {
     pub fn of(secret: &str) -> Self {
-        Self(Sha256::digest(secret.as_bytes()).into())
+        Self(sha256(secret.as_bytes()))
     }
 }
 
 /// The SHA-256 of a text, in hexadecimal digits.
 pub(crate) fn fingerprint(text: &[u8]) -> String {
-    Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
+    sha256(text).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The SHA-256 of bytes.
+pub(crate) fn sha256(bytes: &[u8]) -> [u8; 32] {
+    Sha256::digest(bytes).into()
 }
 
 #[cfg(test)]

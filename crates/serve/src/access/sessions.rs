@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::role::Role;
 use super::secret::{Digest, secret};
+use super::users::{User, Users};
 
 /// How long a one-time link may be used.
 const LINK_LASTS: Duration = Duration::from_secs(15 * 60);
@@ -58,6 +59,8 @@ struct Entry {
     who: Who,
     until: Instant,
     lasts: Option<Duration>,
+    /// The user of the file who opened it by password.
+    user: Option<User>,
 }
 
 #[derive(Debug, Default)]
@@ -89,18 +92,31 @@ impl Sessions {
     /// Opens a session by the secret of a link, which is used up; `None` if no link has it, or if there are too many sessions.
     pub fn open(&self, link: &str, now: Instant) -> Option<Opened> {
         let mut known = self.known();
-        known.entries.retain(|_, entry| entry.until > now);
-        if known.entries.len() >= MOST_SESSIONS {
-            return None;
-        }
+        known.make_room(now)?;
         let link = known.links.remove(&Digest::of(link)).filter(|link| link.until > now)?;
-        let csrf = Some(self::secret());
-        Some(known.add(link.name, link.role, csrf, now + SESSION_LASTS, Some(SESSION_LASTS)))
+        Some(known.add_session(link.name, link.role, None, now))
+    }
+
+    /// Opens a session of a user who gave the password; `None` if there are too many sessions.
+    pub fn open_for(&self, user: &User, now: Instant) -> Option<Opened> {
+        let mut known = self.known();
+        known.make_room(now)?;
+        Some(known.add_session(user.name.as_str().to_owned(), user.role, Some(user.clone()), now))
+    }
+
+    /// The sessions of users who are not in the file any more, or with another role or password.
+    pub fn of_others_than(&self, users: &Users) -> Vec<u64> {
+        let known = self.known();
+        let gone = known
+            .entries
+            .values()
+            .filter(|entry| entry.user.as_ref().is_some_and(|user| !users.still_has(user)));
+        gone.map(|entry| entry.who.id).collect()
     }
 
     /// Makes a token for a program, which ends after `lasts`.
     pub fn token(&self, name: &str, role: Role, lasts: Duration, now: Instant) -> Opened {
-        self.known().add(name.to_owned(), role, None, now + lasts, None)
+        self.known().add(name.to_owned(), role, None, (now + lasts, None), None)
     }
 
     /// Who has this secret. The use of a session prolongs it; a token ends when it was made to end.
@@ -140,18 +156,34 @@ impl Sessions {
 }
 
 impl Known {
+    fn make_room(&mut self, now: Instant) -> Option<()> {
+        self.entries.retain(|_, entry| entry.until > now);
+        (self.entries.len() < MOST_SESSIONS).then_some(())
+    }
+
+    fn add_session(
+        &mut self,
+        name: String,
+        role: Role,
+        user: Option<User>,
+        now: Instant,
+    ) -> Opened {
+        let lasts = (now + SESSION_LASTS, Some(SESSION_LASTS));
+        self.add(name, role, Some(secret()), lasts, user)
+    }
+
     fn add(
         &mut self,
         name: String,
         role: Role,
         csrf: Option<String>,
-        until: Instant,
-        lasts: Option<Duration>,
+        (until, lasts): (Instant, Option<Duration>),
+        user: Option<User>,
     ) -> Opened {
         self.next_id += 1;
         let who = Who { id: self.next_id, name, role, csrf, view_key: secret() };
         let secret = secret();
-        self.entries.insert(Digest::of(&secret), Entry { who: who.clone(), until, lasts });
+        self.entries.insert(Digest::of(&secret), Entry { who: who.clone(), until, lasts, user });
         Opened { secret, who }
     }
 }

@@ -1,5 +1,6 @@
 //! Log in, links and tokens.
 
+use std::net::IpAddr;
 use std::time::{Duration, Instant};
 
 use axum::Extension;
@@ -12,36 +13,70 @@ use serde_json::{Value, json};
 
 use crate::access::role::Role;
 use crate::access::sessions::Who;
+use crate::access::users::UserName;
 use crate::answer::Answer;
 use crate::app::App;
-use crate::check::COOKIE_NAME;
+use crate::check::{COOKIE_NAME, Peer};
 use crate::refusal::{Refusal, parsed};
-
-/// Longest name of a person or program.
-const LONGEST_NAME: usize = 60;
 
 /// Longest life of a token, minutes: 30 days.
 const LONGEST_TOKEN_MINUTES: u64 = 30 * 24 * 60;
 
 #[derive(Deserialize)]
+#[serde(untagged)]
+enum LogIn {
+    Link(ByLink),
+    Password(ByPassword),
+}
+
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct LogIn {
+struct ByLink {
     secret: String,
 }
 
-pub(crate) async fn open(State(app): State<App>, body: Bytes) -> Result<Response, Refusal> {
-    app.slow_down().await;
-    let opened = app.sessions().open(&parsed::<LogIn>(&body)?.secret, Instant::now());
-    app.logged_in(opened.is_some());
-    let opened = opened.ok_or_else(|| {
-        Refusal::forbidden(
-            "this link was used already, or is older than 15 minutes",
-            "ask for a new link",
-        )
-    })?;
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ByPassword {
+    name: String,
+    password: String,
+}
+
+pub(crate) async fn open(
+    State(app): State<App>,
+    peer: Option<Extension<Peer>>,
+    body: Bytes,
+) -> Result<Response, Refusal> {
+    let from = peer.map_or(IpAddr::from([0, 0, 0, 0]), |Extension(peer)| peer.0.ip());
+    let log_in = parsed(&body)?;
+    tokio::time::sleep(app.failed_logins().attempt(from, Instant::now())).await;
+    let opened = match log_in {
+        LogIn::Link(ByLink { secret }) => {
+            app.sessions().open(&secret, Instant::now()).ok_or_else(|| {
+                Refusal::forbidden(
+                    "this link was used already, or is older than 15 minutes",
+                    "ask for a new link",
+                )
+            })?
+        }
+        LogIn::Password(ByPassword { name, password }) => {
+            let user = app.user_with_password(name, password).await.ok_or_else(|| {
+                Refusal::forbidden(
+                    "name or password are wrong",
+                    "try again, or ask an admin for a link",
+                )
+            })?;
+            app.sessions().open_for(&user, Instant::now()).ok_or_else(|| {
+                Refusal::conflict("too many people are logged in", "ask an admin to end sessions")
+            })?
+        }
+    };
+    app.failed_logins().succeeded(from);
     app.live().note(format!("{} logged in", App::name(Some(&opened.who))));
     // On loopback the connection is not encrypted, so the cookie cannot be `Secure`.
-    let cookie = format!("{COOKIE_NAME}={}; HttpOnly; SameSite=Strict; Path=/", opened.secret);
+    let secure = if app.names().are_encrypted() { "; Secure" } else { "" };
+    let cookie =
+        format!("{COOKIE_NAME}={}; HttpOnly; SameSite=Strict; Path=/{secure}", opened.secret);
     Ok(([(SET_COOKIE, cookie)], Answer(described(&opened.who))).into_response())
 }
 
@@ -61,7 +96,7 @@ pub(crate) async fn end(
     Ok(Answer(json!({})))
 }
 
-async fn end_session(app: &App, id: u64) {
+pub(crate) async fn end_session(app: &App, id: u64) {
     app.sessions().end(id);
     if app.live().lease(|lease| lease.release(id)) {
         app.controls_were_released().await;
@@ -110,15 +145,7 @@ pub(crate) async fn token(State(app): State<App>, body: Bytes) -> Result<Answer<
 }
 
 fn named(name: &str) -> Result<String, Refusal> {
-    let name = name.trim();
-    if name.is_empty()
-        || name.chars().count() > LONGEST_NAME
-        || name.chars().any(fieldgap_input::is_hidden)
-    {
-        return Err(Refusal::bad(
-            "this is no name",
-            format!("use 1 to {LONGEST_NAME} visible characters"),
-        ));
-    }
-    Ok(name.to_owned())
+    let name = UserName::try_from(name.to_owned());
+    let name = name.map_err(|error| Refusal::bad(error.to_string(), "choose another name"))?;
+    Ok(name.as_str().to_owned())
 }

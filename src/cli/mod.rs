@@ -18,6 +18,7 @@ mod import_points;
 mod init;
 mod internal_error;
 mod manual;
+mod note;
 mod output;
 mod pause_signals;
 mod permission;
@@ -109,7 +110,9 @@ enum Command {
     Blind(blind::Blind),
     /// Check and operate a rig by hand
     Rig(rig::Rig),
-    /// Show and operate a rig in a browser on this computer
+    /// Note something about a record, or print its notes
+    Note(note::NoteCommand),
+    /// Show and operate a rig in a browser
     Serve(serve::Serve),
     /// Watchdog process; started by the program itself
     #[command(hide = true)]
@@ -175,6 +178,7 @@ impl Command {
             Self::Virtual(command) => command.run(),
             Self::Blind(command) => command.run(),
             Self::Rig(command) => command.run(),
+            Self::Note(command) => command.run(),
             Self::Serve(command) => command.run(),
             Self::Watchdog(command) => command.run(),
             Self::Manual(command) => command.run(Cli::command()),

@@ -49,7 +49,7 @@ mod suspension;
 mod transcript;
 pub mod watchdog;
 
-pub use air_log::FILE as AIR_FILE;
+pub use air_log::{AirRow, FILE as AIR_FILE};
 pub use dry_run::DryRun;
 pub use error::{AcquisitionError, FlightFault};
 pub use event::{Event, EventSink};

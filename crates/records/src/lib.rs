@@ -66,6 +66,7 @@ mod inside;
 mod journal;
 mod layout;
 mod medium_section;
+mod notes;
 mod plan;
 mod plane_map;
 mod planes;
@@ -94,6 +95,7 @@ pub use journal::{
 };
 pub use layout::{Layout, Rims};
 pub use medium_section::{MediumSection, MediumTable};
+pub use notes::{Note, NoteError};
 pub use plan::{
     Axis, Dark, Fly, Layers, Order, Plan, PlanPart, Reference, Region, Shape, Tolerances, Visit,
     VisitKind,

@@ -63,6 +63,10 @@ pub(crate) enum Order {
     Focus { at_mm: [f64; 3], seconds: u64, continuous: bool },
     /// Ends all emission.
     Silence,
+    /// Averages so many samples.
+    Sample { samples: u32 },
+    /// Scans crosses through the beam at heights above the array, mm, and fits its axis; searches within this distance at the first, mm.
+    FindAxis { heights_mm: Vec<f64>, reach_mm: f64 },
 }
 
 type Answered = oneshot::Sender<Result<(), String>>;

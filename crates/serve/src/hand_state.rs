@@ -1,5 +1,6 @@
 //! The rig under hand, as the pages show it.
 
+use fieldgap_rig::Reading;
 use serde::Serialize;
 
 /// What the pages show of the rig under hand.
@@ -16,6 +17,10 @@ pub(crate) struct HandState {
     pub focus_mm: Option<[f64; 3]>,
     /// Seconds until the array is silenced.
     pub seconds_left: Option<u64>,
+    /// The last reading that was asked for.
+    pub sample: Option<Reading>,
+    /// The beam axis that was found last, in words.
+    pub axis: Option<String>,
     /// What the robot does.
     pub doing: String,
     /// The last refusal or failure.

@@ -10,6 +10,8 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
 
+use fieldgap_acquisition::AirRow;
+
 use crate::access::lease::Lease;
 use crate::hand_state::HandState;
 use crate::scan_view::{Reading, ScanView};
@@ -145,6 +147,16 @@ impl Live {
             && update(scan)
         {
             self.send("progress", &scan.progress());
+        }
+    }
+
+    /// The air was measured.
+    pub fn show_air(&self, air: Vec<AirRow>) {
+        let mut seen = self.seen();
+        if let Some(scan) = &mut seen.scan
+            && scan.set_air(air)
+        {
+            self.send("air", &scan.air());
         }
     }
 

@@ -9,7 +9,7 @@ use axum::response::{IntoResponse, Response};
 use jiff::Timestamp;
 use serde::Serialize;
 
-use fieldgap_records::{ScanSetup, ScanState};
+use fieldgap_records::{Note, ScanSetup, ScanState};
 
 use crate::refusal::Refusal;
 
@@ -37,6 +37,7 @@ pub(crate) struct Listed {
     foci: usize,
     report: bool,
     why: bool,
+    notes: Vec<Note>,
     /// The first map of the report.
     map: Option<String>,
 }
@@ -71,6 +72,7 @@ fn listed(folder: &Path) -> Option<Listed> {
         foci: setup.foci.len(),
         report: folder.join("report/index.html").is_file(),
         why: folder.join("report/why/index.html").is_file(),
+        notes: Note::all_of(folder).unwrap_or_default(),
         map: first_map(folder),
     })
 }

@@ -9,7 +9,7 @@ use crate::access::role::Authority::{Administer, Control, Operate, Public, View}
 use crate::answer::Answer;
 use crate::app::App;
 use crate::check::{STOP, addressed, authorised};
-use crate::handlers::{by_hand, log_in, look, page, rig, scans};
+use crate::handlers::{by_hand, log_in, look, notes, page, rig, scans};
 use crate::openapi::{self, Operation};
 
 /// A route: its description, and what it does.
@@ -64,6 +64,8 @@ pub(crate) fn all() -> Vec<Route> {
             "The rig file corrected by what a record shows: {keep}; a new file, or its lines only",
             post!(rig::correct),
         ),
+        read("/api/records/{name}/notes", View, "The notes about a record", get(notes::all)),
+        act("/api/records/{name}/notes", Operate, "Note something: {text}", post!(notes::add)),
         act("/api/rig/check", Control, "Check each device; nothing moves", post!(rig::check)),
         read("/api/records", View, "The records, the newest first", get(look::records)),
         read(

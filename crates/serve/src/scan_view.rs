@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use fieldgap_acoustics::Simulation;
-use fieldgap_acquisition::PlannedScan;
+use fieldgap_acquisition::{AirRow, PlannedScan};
 use fieldgap_records::{Record, SAME_HEIGHT_MM, ScanSetup, Visit, VisitKind};
 
 /// The state of the process that runs the scan.
@@ -25,9 +25,17 @@ pub(crate) enum Stage {
 }
 
 /// A reading: row, drive (-1 with the array silent), place in the array frame (mm), reading, simulated magnitude (no unit; 0 where there
-/// is none), time (s).
+/// is none), time (s), standard deviation of what was averaged.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(crate) struct Reading(pub usize, pub i64, pub [f64; 3], pub f64, pub f64, pub f64);
+pub(crate) struct Reading(
+    pub usize,
+    pub i64,
+    pub [f64; 3],
+    pub f64,
+    pub f64,
+    pub f64,
+    pub Option<f64>,
+);
 
 /// A height of the plan: its rectangle in the array frame, mm.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -53,6 +61,9 @@ pub(crate) struct ScanView {
     reason: Option<String>,
     has_report: bool,
     readings: Vec<Reading>,
+    /// Rows of the readings at the reference point.
+    references: Vec<usize>,
+    air: Vec<AirRow>,
 }
 
 impl ScanView {
@@ -71,12 +82,26 @@ impl ScanView {
             reason: None,
             has_report: false,
             readings: Vec::new(),
+            references: references(visits),
+            air: Vec::new(),
         }
     }
 
     /// Adds readings.
     pub fn add(&mut self, readings: &[Reading]) {
         self.readings.extend_from_slice(readings);
+    }
+
+    /// Sets the readings of the air; whether there are new ones.
+    pub fn set_air(&mut self, air: Vec<AirRow>) -> bool {
+        let new = air.len() != self.air.len();
+        self.air = air;
+        new
+    }
+
+    /// The readings of the air.
+    pub fn air(&self) -> &[AirRow] {
+        &self.air
     }
 
     /// Sets the stage; whether anything has changed.
@@ -124,9 +149,16 @@ pub(crate) fn readings(
             sample.reading,
             magnitude.unwrap_or(0.0),
             sample.time_s,
+            sample.spread.map(|spread| spread.std),
         )
     };
     records.iter().enumerate().map(reading).collect()
+}
+
+/// The rows of the visits to the reference point.
+fn references(visits: &[Visit]) -> Vec<usize> {
+    let kinds = visits.iter().enumerate();
+    kinds.filter(|(_, visit)| visit.kind == VisitKind::Reference).map(|(row, _)| row).collect()
 }
 
 /// The heights of a plan's points, in the order of the plan. Dark readings are at no height.

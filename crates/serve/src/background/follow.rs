@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use fieldgap_acoustics::Simulation;
+use fieldgap_acquisition::AirRow;
 use fieldgap_input::Fault;
 use fieldgap_records::{EventKind, JournalTail, ScanState, read_events};
 
@@ -95,6 +96,7 @@ async fn follow(app: &App, folder: &Path) -> Result<(), Fault> {
                 break;
             }
         }
+        live.show_air(AirRow::all_of(folder));
         if let Ok(all) = read_events(folder) {
             for event in all.iter().skip(events) {
                 let kind = serde_json::to_value(event.kind).ok();

@@ -6,6 +6,9 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::time::sleep;
 
 use fieldgap_acoustics::{Excitation, Vec3};
+use fieldgap_acquisition::beam_axis::{
+    AxisReport, AxisSearch, find_axis, in_words as axis_in_words,
+};
 use fieldgap_acquisition::{RigSetup, element_delays};
 use fieldgap_input::Positive;
 use fieldgap_rig::{Feed, Frame, ManualRig, RigError, RobotPosition};
@@ -20,6 +23,12 @@ const BETWEEN_LEVELS: Duration = Duration::from_millis(150);
 
 /// Samples averaged per level.
 const SAMPLES: usize = 16;
+
+/// Most samples of a reading by hand: a second and a half at 40 kHz sampling of every period.
+const MOST_SAMPLES: u32 = 65_536;
+
+/// Most heights of a search for the beam; a line takes two.
+const MOST_HEIGHTS: usize = 20;
 
 /// Longest emission by hand. Whoever wants more presses again; an array that was forgotten falls silent.
 const LONGEST_EMISSION_S: u64 = 600;
@@ -176,6 +185,12 @@ impl Operation<'_> {
                 self.focus(place(at_mm)?, seconds, continuous).await
             }
             Order::Silence => self.silence().await,
+            Order::Sample { samples } => self.sample(samples).await,
+            Order::FindAxis { heights_mm, reach_mm } => {
+                let heights_m = heights(heights_mm)?;
+                let reach_m = positive(reach_mm)? * 1e-3;
+                self.find_axis(&AxisSearch { heights_m, reach_m }).await
+            }
         }
     }
 
@@ -209,6 +224,58 @@ impl Operation<'_> {
         self.rig.array().silence().await.map_err(|error| in_words(&error))?;
         self.state.focus_mm = None;
         Ok(())
+    }
+
+    async fn sample(&mut self, samples: u32) -> Result<(), String> {
+        if !(1..=MOST_SAMPLES).contains(&samples) {
+            return Err(format!("a reading averages 1 to {MOST_SAMPLES} samples, not {samples}"));
+        }
+        let settle = self.setup.rig.receiver.settle();
+        let reading = self.rig.receiver().read_point(settle, samples as usize).await;
+        self.state.sample = Some(reading.map_err(|error| in_words(&error))?);
+        Ok(())
+    }
+
+    /// Finds the beam axis. A stop interrupts it; other orders are refused meanwhile.
+    async fn find_axis(&mut self, search: &AxisSearch) -> Result<(), String> {
+        self.state.at_mm.ok_or("the robot must home before its first move")?;
+        self.silent_at = None;
+        self.state.doing = "searches for the beam".to_owned();
+        (self.state.problem, self.state.axis) = (None, None);
+        self.show();
+        let interrupted = {
+            let Self { rig, setup, ordered, stopped, live, .. } = self;
+            let searching = find_axis(rig, setup, search, |cross| {
+                let [x, y, z] = [cross.x_m.value, cross.y_m.value, cross.z_m].map(|m| m * 1e3);
+                live.note(format!("beam at z = {z:.1} mm: x {x:+.3} mm, y {y:+.3} mm"));
+            });
+            tokio::pin!(searching);
+            loop {
+                tokio::select! {
+                    biased;
+                    Some(answer) = stopped.recv() => break Err(answer),
+                    Some((_, answer)) = ordered.recv() => {
+                        let _ = answer.send(Err("the beam is being searched for; wait, or stop".to_owned()));
+                    }
+                    found = &mut searching => break Ok(found),
+                }
+            }
+        };
+        match interrupted {
+            Ok(found) => {
+                // After an error the array may still emit.
+                self.silence().await?;
+                self.where_it_stands().await;
+                let axis = found.map_err(|error| with_help(&error))?;
+                let report = AxisReport::new(axis, self.frame);
+                self.state.axis = Some(axis_in_words(&report, &self.state.unit));
+                Ok(())
+            }
+            Err(answer) => {
+                self.stop(answer).await;
+                Err("stopped".to_owned())
+            }
+        }
     }
 
     async fn jog(&mut self, by_m: Vec3, speed_m_s: f64) {
@@ -266,19 +333,23 @@ impl Operation<'_> {
             }
             Ok(Err(error)) => {
                 // A refused move leaves the robot where it stands; a failed one loses its place.
-                self.state.at_mm = match self.rig.robot().confirm_place().await {
-                    Ok(at) => Some((self.frame.to_array(at) * 1e3).into()),
-                    Err(_) => None,
-                };
-                self.state.doing = match self.state.at_mm {
-                    Some(_) => "stands still".to_owned(),
-                    None => "must home: its place is unknown".to_owned(),
-                };
+                self.where_it_stands().await;
                 Err(in_words(&error))
             }
             Err(answer) => {
                 self.stop(answer).await;
                 Err("stopped".to_owned())
+            }
+        }
+    }
+
+    /// Asks the robot for its place.
+    async fn where_it_stands(&mut self) {
+        match self.rig.robot().confirm_place().await {
+            Ok(at) => self.arrived(at),
+            Err(_) => {
+                self.state.at_mm = None;
+                self.state.doing = "must home: its place is unknown".to_owned();
             }
         }
     }
@@ -337,9 +408,31 @@ fn finite(number: f64) -> Result<f64, String> {
     if number.is_finite() { Ok(number) } else { Err("a number is not finite".to_owned()) }
 }
 
+fn positive(number: f64) -> Result<f64, String> {
+    let positive = finite(number)? > 0.0;
+    if positive { Ok(number) } else { Err(format!("{number} is not above zero")) }
+}
+
+/// Heights of crosses, m, in ascending order.
+fn heights(mm: Vec<f64>) -> Result<Vec<f64>, String> {
+    if !(1..=MOST_HEIGHTS).contains(&mm.len()) {
+        return Err(format!("name 1 to {MOST_HEIGHTS} heights"));
+    }
+    let mut heights_m =
+        mm.into_iter().map(|mm| Ok(positive(mm)? * 1e-3)).collect::<Result<Vec<f64>, String>>()?;
+    heights_m.sort_by(f64::total_cmp);
+    heights_m.dedup();
+    Ok(heights_m)
+}
+
 fn place(mm: [f64; 3]) -> Result<Vec3, String> {
     mm.into_iter().try_for_each(|mm| finite(mm).map(drop))?;
     Ok(mm.into())
+}
+
+fn with_help(error: &dyn miette::Diagnostic) -> String {
+    let help = error.help().map(|help| format!(". {help}")).unwrap_or_default();
+    format!("{error}{help}")
 }
 
 fn in_words(error: &RigError) -> String {

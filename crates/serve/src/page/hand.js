@@ -3,7 +3,7 @@
 import { post, me } from "/static/server.js";
 import { state, onChange } from "/static/state.js";
 import { figure, drawPlace } from "/static/map.js";
-import { attempt, complain, $ } from "/static/main.js";
+import { ask, attempt, complain, $ } from "/static/main.js";
 
 // The server ends a jog 250 ms after the last heartbeat.
 const HEARTBEAT_MS = 80;
@@ -14,6 +14,10 @@ const order = (body) => post("/api/hand/order", body);
 
 function hold(axis, sign, button) {
   if (held || !state.hand.open) return;
+  if ($("jog-mode").value === "step") {
+    attempt(() => order({ order: "step", axis, by_mm: sign * Number($("jog-step").value) }));
+    return;
+  }
   const number = Date.now();
   let waiting = false;
   const beat = () => {
@@ -63,10 +67,15 @@ function show() {
     text += hand.focus_mm ? ` THE ARRAY EMITS, ${hand.seconds_left ?? 0} s left.` : " The array is silent.";
     if (hand.problem) text += ` ${hand.problem}`;
   }
+  const { sample, axis } = hand;
+  const read = sample ? `${sample.mean.toPrecision(5)} ± ${(sample.std / Math.sqrt(sample.count)).toPrecision(2)} ${hand.unit}; standard deviation ${sample.std.toPrecision(3)} ${hand.unit}, ${sample.count} samples${sample.clipped ? "; CLIPPED" : ""}` : "";
+  if ($("sample-result").textContent !== read) $("sample-result").textContent = read;
+  $("axis").hidden = !axis;
+  if ($("axis").textContent !== (axis ?? "")) $("axis").textContent = axis ?? "";
   if ($("hand-state").textContent !== text) $("hand-state").textContent = text;
   $("hand-open").disabled = hand.open || !mine || scanning;
   const operable = hand.open && mine;
-  for (const button of document.querySelectorAll("#hand-close, #hand-home, #jog button, #go button, #focus button")) button.disabled = !operable;
+  for (const button of document.querySelectorAll("#hand-close, #hand-home, #jog button, #go button, #focus button, #sample button, #find-axis button")) button.disabled = !operable;
   way();
 }
 
@@ -94,6 +103,12 @@ export function begin() {
     event.preventDefault();
     const form = $("focus"), [seconds] = numbers(form, ["seconds"]);
     attempt(() => order({ order: "focus", at_mm: numbers(form, ["x", "y", "z"]), seconds, continuous: form.elements.continuous.checked }));
+  };
+  $("sample").onsubmit = (event) => { event.preventDefault(); attempt(() => order({ order: "sample", samples: numbers($("sample"), ["samples"])[0] })); };
+  $("find-axis").onsubmit = (event) => {
+    event.preventDefault();
+    const form = $("find-axis"), heights_mm = form.elements.heights.value.split(",").map(Number), [reach_mm] = numbers(form, ["reach"]);
+    attempt(async () => { if (await ask(`The array emits, and the robot scans crosses at ${heights_mm.join(", ")} mm, up to ${reach_mm} mm to each side. Begin?`, "Begin")) await order({ order: "find-axis", heights_mm, reach_mm }); });
   };
   for (const button of document.querySelectorAll("#jog button")) {
     button.onpointerdown = (event) => { button.setPointerCapture(event.pointerId); hold(button.dataset.axis, Number(button.dataset.sign), button); };

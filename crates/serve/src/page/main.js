@@ -1,6 +1,6 @@
 // The page: log in, views, STOP, and the controls.
 
-import { get, post, logIn, logOut, me, may } from "/static/server.js";
+import { get, post, logIn, logInAs, logOut, me, may } from "/static/server.js";
 import { state, onChange, follow } from "/static/state.js";
 import * as now from "/static/now.js";
 import * as hand from "/static/hand.js";
@@ -116,6 +116,13 @@ async function begin() {
   // On the press itself, not when the button is let go.
   $("stop").onpointerdown = stop;
   $("stop").onclick = (event) => { if (event.detail === 0) stop(); };
+  // Users with passwords are there where other computers may come in, which takes encryption.
+  $("by-password").hidden = location.protocol !== "https:";
+  $("by-password").onsubmit = (event) => {
+    event.preventDefault();
+    const { name, password } = $("by-password").elements;
+    attempt(async () => { await logInAs(name.value, password.value); password.value = ""; await enter(); });
+  };
   try {
     await logIn();
   } catch (error) {
@@ -123,6 +130,10 @@ async function begin() {
     view();
     return;
   }
+  await enter();
+}
+
+async function enter() {
   $("stop").disabled = false;
   onChange(controls);
   now.begin();

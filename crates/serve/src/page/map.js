@@ -122,18 +122,19 @@ export function drawPlace(canvas, rig, at, target) {
   };
 }
 
-/** Draws the last readings against time: [[t, value]]. */
-export function drawTrace(canvas, points) {
+/** Draws a curve against time, [[t, value]], upwards from zero or from its least value. */
+export function drawTrace(canvas, points, fromZero) {
   const { context, width, height } = prepared(canvas, 0.4);
   if (points.length < 2) return;
-  const times = points.map((p) => p[0]), most = Math.max(...points.map((p) => p[1])) || 1;
+  const times = points.map((p) => p[0]), values = points.map((p) => p[1]);
+  const least = fromZero ? 0 : Math.min(...values), most = Math.max(...values, least + 1e-9);
   const t0 = times[0], t1 = times[times.length - 1] || 1;
   context.strokeStyle = ink();
   context.strokeRect(0.5, 0.5, width - 1, height - 1);
   context.strokeStyle = getComputedStyle(document.documentElement).getPropertyValue("--act");
   context.beginPath();
   points.forEach(([t, value], k) => {
-    const px = (t - t0) / (t1 - t0 || 1) * (width - 8) + 4, py = height - 4 - value / most * (height - 8);
+    const px = (t - t0) / (t1 - t0 || 1) * (width - 8) + 4, py = height - 4 - (value - least) / (most - least) * (height - 8);
     if (k === 0) context.moveTo(px, py); else context.lineTo(px, py);
   });
   context.stroke();

@@ -104,7 +104,7 @@ function trace() {
   const { scan } = state;
   $("trace").figure ??= figure($("trace"), "Last readings against time");
   const last = scan ? scan.readings.slice(-200) : [];
-  drawTrace($("trace").figure.canvas, last.map((reading) => [reading[5], reading[3]]));
+  drawTrace($("trace").figure.canvas, last.map((reading) => [reading[5], reading[3]]), true);
   const newest = last[last.length - 1];
   $("trace-text").textContent = newest ? `${newest[3].toPrecision(4)} ${scan.unit} at ${newest[5].toFixed(1)} s` : "No readings.";
 }
@@ -119,6 +119,26 @@ function lines() {
   }));
 }
 
+/** A curve with its caption; hidden without points. */
+function curve(name, label, points, caption, fromZero) {
+  $(`${name}-column`).hidden = points.length < 2;
+  if (points.length < 2) return;
+  $(name).figure ??= figure($(name), label);
+  drawTrace($(name).figure.canvas, points, fromZero);
+  $(name).figure.caption.textContent = caption(points[points.length - 1][1], points);
+}
+
+function curves() {
+  const readings = state.scan?.readings ?? [], unit = state.scan?.unit;
+  const noise = readings.slice(-200).filter((one) => one[6] !== null).map((one) => [one[5], one[6]]);
+  curve("noise", "Noise against time", noise, (last) => `Standard deviation of the samples of a reading: ${last.toPrecision(3)} ${unit}`, true);
+  const references = (state.scan?.references ?? []).map((row) => readings[row]).filter(Boolean), first = references[0]?.[3];
+  const drift = first ? references.map((one) => [one[5], (one[3] / first - 1) * 100]) : [];
+  curve("drift", "Drift against time", drift, (last) => `Readings at the reference point against the first: ${last >= 0 ? "+" : "−"}${Math.abs(last).toFixed(2)} %`, false);
+  const air = (state.scan?.air ?? []).map((row) => [row.time_s, row.temperature_c]), humid = state.scan?.air?.at(-1)?.humidity_percent;
+  curve("air", "Temperature against time", air, (last, all) => `${last.toFixed(2)} °C${humid ? `, ${humid.toFixed(0)} % humidity` : ""}; ${(last - all[0][1]).toFixed(2)} K since the beginning`, false);
+}
+
 /** Draws what has changed, once a frame. */
 function draw() {
   drawn = false;
@@ -127,6 +147,7 @@ function draw() {
   maps();
   place();
   trace();
+  curves();
   lines();
   // For tests and for people who measure: which reading is on the map.
   $("maps").dataset.readings = String(state.scan?.readings.length ?? 0);

@@ -38,9 +38,25 @@ async function correct(folder) {
   $("alert").textContent = `Written: ${file}. Serve that file to scan with it.`;
 }
 
+/** Asks for a note, and keeps it. */
+function note(folder) {
+  $("note-about").textContent = `A note about ${folder}`;
+  $("note").elements.text.value = "";
+  $("note-dialog").showModal();
+  $("note-cancel").onclick = () => $("note-dialog").close();
+  $("note").onsubmit = (event) => {
+    event.preventDefault();
+    attempt(async () => {
+      await post(`/api/records/${encodeURIComponent(folder)}/notes`, { text: $("note").elements.text.value });
+      $("note-dialog").close();
+      await opened(null);
+    });
+  };
+}
+
 function list() {
   const wanted = $("search").value.toLowerCase();
-  const found = all.filter((record) => `${record.folder} ${record.name} ${record.recorded} ${record.state ?? ""}`.toLowerCase().includes(wanted));
+  const found = all.filter((record) => `${record.folder} ${record.name} ${record.recorded} ${record.state ?? ""} ${record.notes.map((note) => note.text).join(" ")}`.toLowerCase().includes(wanted));
   $("records").replaceChildren(...found.map((record) => {
     const row = document.createElement("tr"), cell = (content) => { const made = document.createElement("td"); made.append(...[content].flat()); return made; };
     const shows = [];
@@ -54,14 +70,24 @@ function list() {
     shows.push(data);
     const buttons = document.createElement("div");
     buttons.className = "buttons";
-    buttons.append(...shows);
+    const notes = document.createElement("ul");
+    notes.className = "notes";
+    notes.append(...record.notes.map((note) => {
+      const item = document.createElement("li"), time = document.createElement("time");
+      time.dateTime = note.at;
+      time.textContent = new Date(note.at).toLocaleDateString();
+      item.append(time, ` ${note.who}: ${note.text}`);
+      return item;
+    }));
+    if (may("operator")) shows.push(button("Note…", () => note(record.folder)));
+    buttons.replaceChildren(...shows);
     const map = document.createElement("img");
     map.alt = "";
     map.loading = "lazy";
     map.className = "small-map";
     if (record.map) map.src = address(record.folder, `report/${record.map}`);
     map.hidden = !record.map;
-    row.append(cell(map), cell(record.folder === record.name ? record.name : `${record.folder} (${record.name})`), cell(new Date(record.recorded).toLocaleString()), cell(record.state ?? "imported"), cell(buttons));
+    row.append(cell(map), cell([record.folder === record.name ? record.name : `${record.folder} (${record.name})`, notes]), cell(new Date(record.recorded).toLocaleString()), cell(record.state ?? "imported"), cell(buttons));
     return row;
   }));
 }

@@ -35,6 +35,11 @@ export async function logIn() {
   session = await get("/api/session");
 }
 
+/** Opens the session by name and password. */
+export async function logInAs(name, password) {
+  session = await post("/api/session", { name, password });
+}
+
 export async function logOut() {
   await post("/api/session/end");
   session = null;

@@ -16,6 +16,7 @@ function take(kind, value) {
     case "scan": state.scan = value; break;
     case "readings": if (state.scan) state.scan.readings.push(...value); break;
     case "progress": if (state.scan) Object.assign(state.scan, { stage: value.stage, reason: value.reason, has_report: value.has_report }); break;
+    case "air": if (state.scan) state.scan.air = value; break;
     case "line": state.lines.push(value); if (state.lines.length > 200) state.lines.shift(); break;
     default: state[kind] = value;
   }
@@ -25,7 +26,7 @@ function take(kind, value) {
 /** Follows the server; the browser connects again by itself if the connection is lost. */
 export function follow(onLost) {
   const source = new EventSource("/api/live");
-  for (const kind of ["all", "scan", "readings", "progress", "hand", "lease", "queue", "line", "viewers"]) {
+  for (const kind of ["all", "scan", "readings", "progress", "air", "hand", "lease", "queue", "line", "viewers"]) {
     source.addEventListener(kind, (event) => { state.connected = true; take(kind, JSON.parse(event.data)); });
   }
   source.onerror = () => {

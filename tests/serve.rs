@@ -264,17 +264,7 @@ fn twenty_viewers_see_each_reading_soon_after_it_is_journalled() {
         .collect();
     desk.until("watched", |state| state["viewers"] == 20);
     desk.start_look();
-    let journal = served.records().join("look/journal.csv");
-    // When each row was there, by a look at the file every few milliseconds.
-    let mut written: Vec<SystemTime> = Vec::new();
-    let begun = Instant::now();
-    while written.len() < 171 {
-        assert!(begun.elapsed() < served::PATIENCE, "{} rows", written.len());
-        let lines = std::fs::read(&journal)
-            .map_or(0, |text| text.iter().filter(|&&byte| byte == b'\n').count());
-        written.resize(lines.saturating_sub(1).max(written.len()), SystemTime::now());
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    let written = served::written(&served.records().join("look/journal.csv"), 171);
     let mut late_ms: Vec<f64> = viewers
         .into_iter()
         .flat_map(|viewer| viewer.join().expect("no panic"))
@@ -411,6 +401,212 @@ fn the_program_of_the_documentation_runs() {
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let report = std::fs::read_to_string(home.path().join("report.html")).expect("a report");
     assert!(report.contains("</html>"));
+}
+
+/// A session of somebody whom an admin invites.
+fn invited(served: &Served, admin: &Session, role: &str) -> Session {
+    let link = admin.post("/api/links", &format!("{{\"name\":\"visitor\",\"role\":\"{role}\"}}"));
+    let path = link["path"].as_str().and_then(|path| path.split_once('='));
+    Session::by(served.port, path.expect("a link").1)
+}
+
+#[test]
+fn a_reading_and_the_beam_axis_are_found_by_hand_and_a_stop_ends_the_search() {
+    let served = Served::begin("\"lockstep\"");
+    let desk = served.log_in();
+    desk.post("/api/controls/take", "");
+    desk.post("/api/hand/open", "");
+    let order = |body: &str| desk.ask("POST", "/api/hand/order", body);
+    let search = "{\"order\":\"find-axis\",\"heights_mm\":[140.0,80.0],\"reach_mm\":15.0}";
+    let (status, refusal) = order(search);
+    assert_eq!(
+        (status, refusal["error"].as_str()),
+        (409, Some("the robot must home before its first move"))
+    );
+    assert_eq!(order("{\"order\":\"home\"}").0, 200);
+    for wrong in ["[]", "[0.0]", "[-80.0]", "[1e9]"] {
+        let (status, refusal) = order(&search.replace("[140.0,80.0]", wrong));
+        assert_eq!(status, 409, "{wrong}: {refusal}");
+    }
+    assert_eq!(order("{\"order\":\"sample\",\"samples\":0}").0, 409);
+    assert_eq!(order("{\"order\":\"sample\",\"samples\":500}").0, 200);
+    let read = desk.until("read", |state| state["hand"]["sample"].is_object());
+    assert_eq!(read["hand"]["sample"]["count"], 500);
+    let (status, refusal) = order(search);
+    assert_eq!(status, 200, "{refusal}");
+    let state = desk.get("/api/state");
+    let axis = state["hand"]["axis"].as_str().expect("an axis");
+    assert!(axis.contains("80.0") && axis.contains("140.0"), "{axis}");
+    assert!(
+        state["hand"]["focus_mm"].is_null() && state["hand"]["doing"] == "stands still",
+        "{state}"
+    );
+    assert!(state["lines"].to_string().contains("beam at z = 140.0 mm"), "{state}");
+
+    // A second search is stopped by somebody else in its middle.
+    let visitor = invited(&served, &desk, "viewer");
+    let searching = std::thread::spawn({
+        let (desk, search) = (desk.clone(), search.replace("15.0", "40.0"));
+        move || desk.ask("POST", "/api/hand/order", &search)
+    });
+    desk.until("searching", |state| state["hand"]["doing"] == "searches for the beam");
+    let left = visitor.post("/api/stop", "")["left"].to_string();
+    assert!(left.contains("the array is silent, the robot stands still"), "{left}");
+    let (status, refusal) = searching.join().expect("no panic");
+    assert_eq!((status, refusal["error"].as_str()), (409, Some("stopped")));
+    assert_eq!(desk.get("/api/state")["hand"]["doing"], "must home: it was stopped");
+}
+
+#[test]
+fn notes_are_kept_with_the_record() {
+    let served = Served::begin("\"lockstep\"");
+    let desk = served.log_in();
+    desk.post("/api/controls/take", "");
+    desk.start_look();
+    desk.until("reported", |state| {
+        state["scan"]["has_report"] == true && state["queue"]["running"].is_null()
+    });
+    desk.post("/api/records/look/notes", "{\"text\":\"swapped the preamplifier\"}");
+    let note = |words: &[&str]| {
+        let mut command = served::fieldgap(served.home.path());
+        command.arg("note").args(words).output().expect("it runs")
+    };
+    assert!(note(&["out/look", "new cable", "--by", "Bob"]).status.success());
+    let notes = desk.get("/api/records/look/notes");
+    assert_eq!(desk.get("/api/records")[0]["notes"], notes);
+    let said = |n: usize, key: &str| notes[n][key].as_str().expect("a text").to_owned();
+    assert_eq!([said(0, "who"), said(0, "text")], ["desk", "swapped the preamplifier"]);
+    assert_eq!([said(1, "who"), said(1, "text")], ["Bob", "new cable"]);
+    assert_eq!(desk.ask("POST", "/api/records/look/notes", "{\"text\":\" \"}").0, 400);
+    assert_eq!(desk.ask("POST", "/api/records/none/notes", "{\"text\":\"a\"}").0, 404);
+    let printed = note(&["out/look"]).stdout;
+    assert!(String::from_utf8_lossy(&printed).contains("Bob: new cable"));
+    let nowhere = note(&["out", "new cable", "--by", "Bob"]);
+    assert_eq!(nowhere.status.code(), Some(1), "a note goes to a record");
+}
+
+const PASSWORD: &str = "nine white horses";
+
+/// The answer of curl, which trusts the server's certificate alone: its head and body.
+fn curl(served: &Served, path: &str, more: &[&str]) -> Option<String> {
+    let certificate = served.home.path().join("settings/fieldgap/certificate.pem");
+    let mut command = std::process::Command::new("curl");
+    command.args(["-si", "--cacert"]).arg(certificate).args(more);
+    let Ok(done) = command.arg(format!("{}{path}", served.address())).output() else {
+        eprintln!("skipped: curl is not installed");
+        return None;
+    };
+    Some(String::from_utf8_lossy(&done.stdout).into_owned())
+}
+
+#[test]
+fn other_computers_are_let_in_by_password_over_tls_alone() {
+    let served = Served::to_others(PASSWORD);
+    let log_in = |name: &str, password: &str| {
+        let body = format!("{{\"name\":\"{name}\",\"password\":\"{password}\"}}");
+        curl(&served, "/api/session", &["-d", &body])
+    };
+    let Some(answer) = log_in("Ada", PASSWORD) else { return };
+    assert!(answer.starts_with("HTTP/1.1 200") && answer.contains("; Secure"), "{answer}");
+    for (name, password) in [("Ada", "nine white horsez"), ("Bob", PASSWORD), ("", "")] {
+        let answer = log_in(name, password).expect("curl is there");
+        assert!(answer.starts_with("HTTP/1.1 403"), "{answer}");
+        assert!(answer.contains("name or password are wrong"), "{answer}");
+    }
+    // Without encryption there is no answer, under another name a refusal.
+    let mut plain = TcpStream::connect(("127.0.0.1", served.port)).expect("it listens");
+    let request = format!("GET / HTTP/1.1\r\nHost: 127.0.0.1:{}\r\n\r\n", served.port);
+    plain.write_all(request.as_bytes()).expect("it takes it");
+    let mut answer = Vec::new();
+    let _ = plain.read_to_end(&mut answer);
+    assert!(!answer.starts_with(b"HTTP"), "{answer:?}");
+    let renamed = curl(&served, "/", &["-H", "Host: evil.example"]).expect("curl is there");
+    assert!(renamed.starts_with("HTTP/1.1 403"), "{renamed}");
+    // What the program says of its certificate is what another program finds.
+    let certificate = served.home.path().join("settings/fieldgap/certificate.pem");
+    let mut openssl = std::process::Command::new("openssl");
+    openssl.args(["x509", "-noout", "-fingerprint", "-sha256", "-in"]).arg(certificate);
+    match openssl.output() {
+        Ok(found) => {
+            let found = String::from_utf8_lossy(&found.stdout).trim().to_owned();
+            let fingerprint = found.split_once('=').expect("a fingerprint").1;
+            assert!(served.said.contains(fingerprint), "{found}: {}", served.said);
+        }
+        Err(_) => eprintln!("not compared: openssl is not installed"),
+    }
+}
+
+#[test]
+fn a_removed_user_is_logged_out() {
+    let served = Served::to_others(PASSWORD);
+    let jar = served.home.path().join("cookies");
+    let jar = jar.to_str().expect("text");
+    let body = format!("{{\"name\":\"Ada\",\"password\":\"{PASSWORD}\"}}");
+    if curl(&served, "/api/session", &["-c", jar, "-d", &body]).is_none() {
+        return;
+    }
+    let state = || curl(&served, "/api/state", &["-b", jar]).expect("curl is there");
+    assert!(state().starts_with("HTTP/1.1 200"));
+    let mut remove = served::fieldgap(served.home.path());
+    assert!(remove.args(["serve", "user", "remove", "Ada"]).status().expect("it runs").success());
+    let begun = Instant::now();
+    while !state().starts_with("HTTP/1.1 401") {
+        assert!(begun.elapsed() < served::PATIENCE, "she still looks");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let again = curl(&served, "/api/session", &["-d", &body]).expect("curl is there");
+    assert!(again.starts_with("HTTP/1.1 403"), "{again}");
+}
+
+#[test]
+fn nobody_is_let_in_without_users() {
+    let home = tempfile::tempdir().expect("a folder");
+    let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/virtual.toml");
+    let mut serve = served::fieldgap(home.path());
+    let refused = serve.arg("serve").arg(rig).args(["--listen", "0.0.0.0:0"]).output();
+    let refused = refused.expect("it runs");
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert!(refused.status.code() == Some(1) && refused.stdout.is_empty(), "{said}");
+    assert!(said.contains("there are no users in"), "{said}");
+    assert!(said.contains("fieldgap serve user add"), "{said}");
+}
+
+#[test]
+#[ignore = "takes minutes, and measures on a quiet computer"]
+fn a_scan_with_twenty_viewers_takes_as_long_as_without_a_server() {
+    let mut ratios = Vec::new();
+    for _ in 0..5 {
+        let served = Served::begin("{ times = 4.0 }");
+        let mut run = served::fieldgap(served.home.path());
+        run.args(["run", "scans/look.toml", "--rig", "rig.toml", "--out", "alone", "--yes"]);
+        assert!(run.output().expect("it runs").status.success());
+        let alone = measured_s(&served.home.path().join("alone"));
+        let desk = served.log_in();
+        desk.post("/api/controls/take", "");
+        let viewers: Vec<TcpStream> =
+            (0..20).map(|_| watching(served.port, &desk.cookie)).collect();
+        desk.start_look();
+        desk.until("reported", |state| {
+            state["scan"]["has_report"] == true && state["queue"]["running"].is_null()
+        });
+        let watched = measured_s(&served.records().join("look"));
+        drop(viewers);
+        eprintln!("alone {alone:.2} s, with a server and twenty viewers {watched:.2} s");
+        ratios.push(watched / alone);
+    }
+    ratios.sort_by(f64::total_cmp);
+    eprintln!("with a server and twenty viewers, against alone: {ratios:.4?}");
+    assert!(ratios[2] < 1.01, "{ratios:?}");
+}
+
+/// Time from the first to the last event of a scan, by the computer's clock, s.
+fn measured_s(record: &Path) -> f64 {
+    let text = std::fs::read_to_string(record.join("events.jsonl")).expect("events");
+    let at = |line: Option<&str>| -> jiff::Timestamp {
+        let event: Value = serde_json::from_str(line.expect("a line")).expect("JSON");
+        event["at"].as_str().and_then(|at| at.parse().ok()).expect("a time")
+    };
+    at(text.lines().next_back()).duration_since(at(text.lines().next())).as_secs_f64()
 }
 
 /// Largest growth of the server from 20,000 to 100,000 readings, KiB: the readings themselves have 72 bytes each (6 MiB), a vector that grows

@@ -10,6 +10,8 @@ use fieldgap::records::RecordedScan;
 use rustix::process::{Pid, Signal, kill_process};
 use serialport::TTYPort;
 
+mod served;
+
 /// Longest time until the array is silent.
 const SAFE_WITHIN: Duration = Duration::from_secs(3);
 
@@ -151,20 +153,23 @@ impl Scan {
 
     /// The process of its watchdog.
     fn watchdog(&self) -> Pid {
-        let mut children = String::new();
-        for thread in
-            std::fs::read_dir(format!("/proc/{}/task", self.process.id())).expect("it runs")
-        {
-            let path = thread.expect("a thread").path().join("children");
-            children += &std::fs::read_to_string(path).unwrap_or_default();
-        }
-        let is_watchdog = |pid: &&str| {
-            std::fs::read(format!("/proc/{pid}/cmdline"))
-                .is_ok_and(|words| words.ends_with(b"\0watchdog\0"))
-        };
-        let found = children.split_whitespace().find(is_watchdog).expect("it has a watchdog");
-        Pid::from_raw(found.parse().expect("a number")).expect("a process")
+        watchdog_of(self.process.id())
     }
+}
+
+/// The watchdog of a process.
+fn watchdog_of(process: u32) -> Pid {
+    let mut children = String::new();
+    for thread in std::fs::read_dir(format!("/proc/{process}/task")).expect("it runs") {
+        let path = thread.expect("a thread").path().join("children");
+        children += &std::fs::read_to_string(path).unwrap_or_default();
+    }
+    let is_watchdog = |pid: &&str| {
+        std::fs::read(format!("/proc/{pid}/cmdline"))
+            .is_ok_and(|words| words.ends_with(b"\0watchdog\0"))
+    };
+    let found = children.split_whitespace().find(is_watchdog).expect("it has a watchdog");
+    Pid::from_raw(found.parse().expect("a number")).expect("a process")
 }
 
 /// Waits until a file has contents, which are written at once; the text.
@@ -356,4 +361,37 @@ fn a_resume_right_after_a_kill_waits_for_the_watchdog_to_let_go() {
     let ended = resumed.process.wait().expect("it ends");
     assert!(ended.success() && events.contains("\"ended\""), "{}", said());
     assert_eq!(RecordedScan::open(&resumed.folder).expect("whole").samples.len(), 4);
+}
+
+#[test]
+fn after_a_kill_of_the_server_the_rig_under_hand_is_safe() {
+    let home = tempfile::tempdir().expect("a folder");
+    let rig = Rig::open(home.path());
+    let text = std::fs::read_to_string(rig.file(home.path())).expect("a rig file");
+    let mut served = served::Served::with(&text, PLAN);
+    let desk = served.log_in();
+    desk.post("/api/controls/take", "");
+    desk.post("/api/hand/open", "");
+    let order = |body: &str| desk.post("/api/hand/order", body);
+    order("{\"order\":\"home\"}");
+    order("{\"order\":\"go\",\"to_mm\":[1.0,0.0,100.0]}");
+    order("{\"order\":\"focus\",\"at_mm\":[0.0,0.0,100.0],\"seconds\":600,\"continuous\":true}");
+    let watchdog = format!("/proc/{}", watchdog_of(served.process()).as_raw_nonzero());
+    let going = {
+        let desk = desk.clone();
+        std::thread::spawn(move || {
+            desk.ask("POST", "/api/hand/order", "{\"order\":\"go\",\"to_mm\":[140.0,140.0,220.0]}")
+        })
+    };
+    desk.until("moving", |state| state["hand"]["doing"] == "moves");
+    // During the move of 4 s.
+    std::thread::sleep(Duration::from_millis(300));
+    served.kill();
+    let killed = Instant::now();
+    while Path::new(&watchdog).exists() {
+        assert!(killed.elapsed() < SAFE_WITHIN, "the watchdog is not done");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    is_safe(&rig);
+    assert!(going.join().is_err(), "the server answered after it was killed");
 }

@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use fieldgap::acoustics::Vec3;
+use fieldgap::acquisition::AirRow;
 use fieldgap::comparison::{Registering, compare};
 use fieldgap::input::{Fault, Positive};
 use fieldgap::records::import::{
     Anchor, FirstRow, GridCsv, GridPlacement, ThesisLog, ThesisLogSetup,
 };
-use fieldgap::records::{Journal, JournalError, RecordedScan, ScanState, read_events};
+use fieldgap::records::{Journal, JournalError, Note, RecordedScan, ScanState, read_events};
 
 use super::files::shown;
 
@@ -78,10 +79,13 @@ pub fn journal(case: &[u8]) {
     });
 }
 
-/// The events and the state of a scan.
+/// The events, the state, the notes and the air of a scan.
 pub fn events(case: &[u8]) {
-    with_folder(&[("events.jsonl", case), ("state.toml", case)], |folder| {
+    let files = ["events.jsonl", "state.toml", "notes.jsonl", "environment.csv"];
+    with_folder(&files.map(|name| (name, case)), |folder| {
         let _ = read_events(folder);
+        check(Note::all_of(folder));
+        assert!(AirRow::all_of(folder).iter().all(|row| row.temperature_c.is_finite()));
         check(ScanState::of(folder));
     });
 }

@@ -7,7 +7,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -37,6 +37,9 @@ pub struct Served {
     pub home: TempDir,
     pub port: u16,
     pub secret: String,
+    /// What was said at the start.
+    pub said: String,
+    listens: Vec<String>,
 }
 
 /// A session, as a program has it that keeps the cookie.
@@ -62,23 +65,72 @@ impl Served {
         Self::with(&text("rigs/withheld.toml"), &text("scans/withheld-effect.toml"))
     }
 
-    fn with(rig: &str, plan: &str) -> Self {
+    /// Serves the virtual rig to other computers too, to a user Ada with a password.
+    pub fn to_others(password: &str) -> Self {
+        let rig = std::fs::read_to_string(here("rigs/virtual.toml")).expect("it is there");
+        let home = Self::folder(&rig, PLAN);
+        Self::add_user(home.path(), "Ada", "operator", password);
+        Self::start(home, &["--listen", "127.0.0.1:0"])
+    }
+
+    /// Adds a user by the command for it.
+    pub fn add_user(home: &Path, name: &str, role: &str, password: &str) {
+        let mut command = fieldgap(home);
+        command.args(["serve", "user", "add", name, "--role", role]).stdin(Stdio::piped());
+        let mut adding = command.stderr(Stdio::null()).spawn().expect("it starts");
+        let mut stdin = adding.stdin.take().expect("piped");
+        stdin.write_all(password.as_bytes()).expect("it reads");
+        drop(stdin);
+        assert!(adding.wait().expect("it ends").success());
+    }
+
+    pub fn with(rig: &str, plan: &str) -> Self {
+        Self::start(Self::folder(rig, plan), &["--port", "0"])
+    }
+
+    fn folder(rig: &str, plan: &str) -> TempDir {
         let home = tempfile::tempdir().expect("a folder");
         std::os::unix::fs::symlink(here("rigs/truth"), home.path().join("truth")).expect("linked");
         std::fs::create_dir(home.path().join("scans")).expect("made");
         std::fs::write(home.path().join("rig.toml"), rig).expect("written");
         std::fs::write(home.path().join("scans/look.toml"), plan).expect("written");
-        let (server, port, secret) = start(home.path(), 0);
-        Self { server, home, port, secret }
+        home
+    }
+
+    fn start(home: TempDir, listens: &[&str]) -> Self {
+        let (server, port, secret, said) = start(home.path(), listens);
+        let listens = listens.iter().map(|word| word.replace(":0", &format!(":{port}"))).collect();
+        Self { server, home, port, secret, said, listens }
     }
 
     /// Kills the server and starts another on the same port and folder.
     pub fn kill_and_restart(&mut self) {
-        self.server.kill().expect("it is killed");
-        self.server.wait().expect("it has ended");
-        let (server, port, secret) = start(self.home.path(), self.port);
+        self.kill();
+        self.restart();
+    }
+
+    /// Starts another server on the same port and folder.
+    pub fn restart(&mut self) {
+        let port = self.port.to_string();
+        let listens: Vec<&str> = self
+            .listens
+            .iter()
+            .map(|word| if word == "0" { &port } else { word.as_str() })
+            .collect();
+        let (server, port, secret, _) = start(self.home.path(), &listens);
         assert_eq!(port, self.port);
         (self.server, self.secret) = (server, secret);
+    }
+
+    /// The number of the server's process.
+    pub fn process(&self) -> u32 {
+        self.server.id()
+    }
+
+    /// Kills the server, as a power failure would.
+    pub fn kill(&mut self) {
+        self.server.kill().expect("it is killed");
+        self.server.wait().expect("it has ended");
     }
 
     /// Memory of the server, KiB.
@@ -93,8 +145,14 @@ impl Served {
         self.home.path().join("out")
     }
 
+    /// Address of the page.
+    pub fn address(&self) -> String {
+        let scheme = if self.listens[0] == "--listen" { "https" } else { "http" };
+        format!("{scheme}://127.0.0.1:{}", self.port)
+    }
+
     pub fn link(&self) -> String {
-        format!("http://127.0.0.1:{}/#link={}", self.port, self.secret)
+        format!("{}/#link={}", self.address(), self.secret)
     }
 
     /// Logs in by the printed link.
@@ -107,19 +165,27 @@ fn here(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-fn start(home: &Path, port: u16) -> (Child, u16, String) {
-    let mut server = Command::new(env!("CARGO_BIN_EXE_fieldgap"))
-        .args(["serve", "rig.toml", "--port", &port.to_string()])
-        .current_dir(home)
+/// The program with settings of its own.
+pub fn fieldgap(home: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));
+    command.current_dir(home).env("XDG_CONFIG_HOME", home.join("settings"));
+    command
+}
+
+fn start(home: &Path, listens: &[&str]) -> (Child, u16, String, String) {
+    let says = home.join("says.txt");
+    let mut server = fieldgap(home)
+        .args(["serve", "rig.toml"])
+        .args(listens)
         .stdout(Stdio::piped())
-        .stderr(Stdio::null())
+        .stderr(std::fs::File::create(&says).expect("made"))
         .spawn()
         .expect("it starts");
     let mut link = String::new();
     BufReader::new(server.stdout.take().expect("piped")).read_line(&mut link).expect("a line");
     let (address, secret) = link.trim().split_once("/#link=").expect("a link");
     let port = address.rsplit(':').next().and_then(|port| port.parse().ok()).expect("a port");
-    (server, port, secret.to_owned())
+    (server, port, secret.to_owned(), std::fs::read_to_string(says).expect("text"))
 }
 
 impl Drop for Served {
@@ -185,6 +251,20 @@ impl Session {
             std::thread::sleep(Duration::from_millis(20));
         }
     }
+}
+
+/// When each of the first `rows` rows of a journal was there, by a look at the file every few milliseconds.
+pub fn written(journal: &Path, rows: usize) -> Vec<SystemTime> {
+    let mut written: Vec<SystemTime> = Vec::new();
+    let begun = Instant::now();
+    while written.len() < rows {
+        assert!(begun.elapsed() < PATIENCE, "{} rows", written.len());
+        let lines = std::fs::read(journal)
+            .map_or(0, |text| text.iter().filter(|&&byte| byte == b'\n').count());
+        written.resize(lines.saturating_sub(1).max(written.len()), SystemTime::now());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    written
 }
 
 /// Status, head and body of an answer.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
-use fieldgap_input::{Fault, MOST_TABLE, is_hidden, read_text};
+use fieldgap_input::{Fault, MOST_TABLE, is_hidden, read_text, visible_line};
 
 /// The file in the folder of a record.
 const FILE: &str = "notes.jsonl";
@@ -116,7 +116,7 @@ impl Note {
         lines.map(note).collect::<Result<_, _>>().map_err(|(n, problem)| {
             Fault::of_file(
                 &path,
-                format!("line {} is no note: {problem}", n + 1),
+                format!("line {} is no note: {}", n + 1, visible_line(&problem)),
                 "remove the line, or write it as `fieldgap note` does",
             )
         })

@@ -50,14 +50,14 @@ pub(crate) async fn authorised(
     request: Request,
     next: Next,
 ) -> Response {
-    let from =
-        request.extensions().get::<Peer>().map_or(IpAddr::from([0, 0, 0, 0]), |peer| peer.0.ip());
+    let peer = request.extensions().get::<Peer>().map(|peer| peer.0.ip());
+    let from = peer.unwrap_or(IpAddr::from([0, 0, 0, 0]));
     let changes = request.method() != Method::GET;
     let act = format!("{} {}", request.method(), request.uri().path());
     let who = who(&app, request.headers());
     // A stop is never too many.
     let stops = request.uri().path() == STOP && who.is_some();
-    if !stops && !app.rates().allow(from, Instant::now()) {
+    if !stops && peer.is_some_and(|peer| !app.rates().allow(peer, Instant::now())) {
         return Refusal::too_many().into_response();
     }
     let answer = match permitted(&app, needs, who.as_ref(), &request) {

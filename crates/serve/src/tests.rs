@@ -17,6 +17,7 @@ use super::access::names::Names;
 use super::access::role::{Authority, Role};
 use super::access::sessions::Opened;
 use super::app::{App, Bench};
+use super::check::Peer;
 use super::openapi::Operation;
 use super::routes;
 use fieldgap_acquisition::RigSetup;
@@ -295,6 +296,32 @@ async fn a_plan_is_checked_before_it_is_written_and_never_overwritten_unseen() {
     assert_eq!(files, 1, "a refused plan leaves a file");
 }
 
+#[tokio::test]
+async fn whoever_asks_too_often_is_refused_but_may_still_stop() {
+    let bare = Bare::new();
+    let viewer = bare.session(Role::Viewer);
+    let ask = |method: Method, path: &'static str, from: [u8; 4]| {
+        let request = Request::builder()
+            .method(method)
+            .uri(path)
+            .header("host", HOST)
+            .header("cookie", format!("fieldgap_session={}", viewer.secret))
+            .header("x-fieldgap-csrf", viewer.who.csrf.as_deref().expect("a session"))
+            .extension(Peer((from, 40_000).into()));
+        bare.send(request.body(Body::empty()).expect("a request"))
+    };
+    let mut refused = 0;
+    for _ in 0..3000 {
+        let status = ask(Method::GET, "/api/session", [10, 0, 0, 1]).await.status();
+        assert!(status == 200 || status == 429, "{status}");
+        refused += usize::from(status == 429);
+    }
+    assert!(refused > 0);
+    while ask(Method::GET, "/api/session", [10, 0, 0, 1]).await.status() == 200 {}
+    assert_eq!(ask(Method::POST, "/api/stop", [10, 0, 0, 1]).await.status(), 200);
+    assert_eq!(ask(Method::GET, "/api/session", [10, 0, 0, 2]).await.status(), 200);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(100_000))]
 
@@ -306,7 +333,7 @@ proptest! {
         rest in "[ -~]{0,20}",
         body in prop_oneof![
             any::<Vec<u8>>(),
-            "\\{\"(name|text|plan|digest|order|hold|axis|to_mm|secret|to|role|minutes)\":([-0-9e.]{1,9}|\"[ -~]{0,30}\"|\\[[-0-9e.,]{0,20}\\])\\}".prop_map(String::into_bytes),
+            "\\{\"(name|text|plan|digest|order|hold|axis|to_mm|secret|to|role|minutes|samples|heights_mm)\":([-0-9e.]{1,9}|\"[ -~]{0,30}\"|\\[[-0-9e.,]{0,20}\\])\\}".prop_map(String::into_bytes),
             "\\{\"order\":\"(jog|go|step|focus|release|home|silence)\",\"hold\":[0-9]{1,25},\"axis\":\"[xyzq]\",\"speed_mm_s\":-?[0-9]{1,5}(e[0-9]{1,3})?\\}".prop_map(String::into_bytes),
         ],
     ) {

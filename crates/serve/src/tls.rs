@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rcgen::{CertifiedKey, generate_simple_self_signed};
+use rcgen::{Certificate, CertificateParams, DistinguishedName, DnType, KeyPair};
 use rustls::ServerConfig;
 use rustls::crypto::ring;
 use rustls::pki_types::pem::PemObject;
@@ -102,11 +102,10 @@ impl Identity {
     pub fn self_signed(folder: &Path, names: &[String]) -> Result<Self, NoIdentity> {
         let (certificate, key) = (folder.join("certificate.pem"), folder.join("private-key.pem"));
         if !certificate.exists() {
-            let CertifiedKey { cert, signing_key } =
-                generate_simple_self_signed(names).map_err(|error| NoIdentity::Make {
-                    names: names.join(", "),
-                    problem: error.to_string(),
-                })?;
+            let (cert, signing_key) = made(names).map_err(|error| NoIdentity::Make {
+                names: names.join(", "),
+                problem: error.to_string(),
+            })?;
             let keep = |source| NoIdentity::Keep { folder: folder.to_owned(), source };
             fs::create_dir_all(folder).map_err(keep)?;
             // The key first: a certificate is only there together with its key. A temporary file is readable by its owner only.
@@ -127,6 +126,15 @@ impl Identity {
     pub(crate) fn config(&self) -> Arc<ServerConfig> {
         Arc::clone(&self.config)
     }
+}
+
+/// A certificate for these names, with its key. It does not expire: people know it by its fingerprint.
+fn made(names: &[String]) -> Result<(Certificate, KeyPair), rcgen::Error> {
+    let mut certificate = CertificateParams::new(names)?;
+    certificate.distinguished_name = DistinguishedName::new();
+    certificate.distinguished_name.push(DnType::CommonName, "fieldgap");
+    let key = KeyPair::generate()?;
+    Ok((certificate.self_signed(&key)?, key))
 }
 
 #[cfg(test)]

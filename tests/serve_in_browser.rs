@@ -219,13 +219,14 @@ async fn every_view_is_accessible() {
     };
     let Some(driver) = Driver::begin() else { return };
     let axe = std::fs::read_to_string(axe).expect("axe-core");
-    let served = Served::begin("\"lockstep\"");
-    let page = driver.open(1200, 1000).await;
+    let served = Served::with_drift();
+    let page = driver.open(1200, 1500).await;
     logged_in(&page, &served.link()).await;
     let desk = Session::by(served.port, &invited(&page, "admin").await);
     desk.post("/api/controls/take", "");
     desk.start_look();
     desk.until("reported", |state| state["scan"]["has_report"] == true);
+    desk.post("/api/records/look/notes", "{\"text\":\"warmed up for an hour\"}");
     for view in ["now", "hand", "scans", "records", "rig", "people"] {
         script(&page, &format!("location.hash = '#{view}'")).await;
         until(&page, &format!("!document.getElementById('view-{view}').hidden")).await;
@@ -250,8 +251,16 @@ async fn every_view_is_accessible() {
             )
             .await;
             let lights = lights.as_array().expect("a list");
-            assert!(lights.len() == 3 && lights.iter().all(|light| light != "FAULT"), "{lights:?}");
+            assert!(lights.len() == 4 && lights.iter().all(|light| light != "FAULT"), "{lights:?}");
             script(&page, "document.querySelector('#wires details').open = true").await;
+        }
+        if view == "now" {
+            let curves = "['noise', 'drift', 'air'].every((one) => document.querySelector(`#${one} canvas`)?.clientHeight > 0)";
+            until(&page, curves).await;
+        }
+        if view == "records" {
+            until(&page, "document.querySelector('.notes').textContent.includes('warmed up')")
+                .await;
         }
         for scheme in ["light", "dark"] {
             let colours = json!({"features": [{"name": "prefers-color-scheme", "value": scheme}]});

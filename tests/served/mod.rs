@@ -65,6 +65,25 @@ impl Served {
         Self::with(&text("rigs/withheld.toml"), &text("scans/withheld-effect.toml"))
     }
 
+    /// Serves a virtual rig whose gain drifts while it grows warmer, both measured.
+    pub fn with_drift() -> Self {
+        let text = |path: &str| std::fs::read_to_string(here(path)).expect("it is there");
+        let sensor = "[environment]\nevery_s = 2.0\n[environment.lines]\npattern = \"T={temperature_c} RH={humidity_percent}\"\nask = \"R\"\n";
+        let air = "[virtual.environment]\ntemperature_c = 22.0\nhumidity_percent = 40.0\nwarms_c_per_h = 36.0\n";
+        let drift = "[effects.gain-drift]\nrelative = -0.05\nover_s = 60.0\n";
+        let rig = text("rigs/virtual.toml").replace("truth/thesis-lab.toml", "drifting.toml");
+        let rig = rig.replace("[virtual]  ", &format!("{sensor}[virtual]  "));
+        let plan = PLAN.replace(
+            "[dark]",
+            "[reference]\nat_mm = [5.0, -5.0, 100.0]\nevery_points = 20\n[dark]",
+        );
+        let home = Self::folder(&format!("{rig}\n{air}"), &plan);
+        let truth = text("rigs/truth/thesis-lab.toml");
+        std::fs::write(home.path().join("drifting.toml"), format!("{truth}\n{drift}"))
+            .expect("written");
+        Self::start(home, &["--port", "0"])
+    }
+
     /// Serves the virtual rig to other computers too, to a user Ada with a password.
     pub fn to_others(password: &str) -> Self {
         let rig = std::fs::read_to_string(here("rigs/virtual.toml")).expect("it is there");

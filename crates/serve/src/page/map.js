@@ -124,7 +124,7 @@ export function drawPlace(canvas, rig, at, target) {
 
 /** Draws a curve against time, [[t, value]], upwards from zero or from its least value. */
 export function drawTrace(canvas, points, fromZero) {
-  const { context, width, height } = prepared(canvas, 0.4);
+  const { context, width, height } = prepared(canvas, 0.3);
   if (points.length < 2) return;
   const times = points.map((p) => p[0]), values = points.map((p) => p[1]);
   const least = fromZero ? 0 : Math.min(...values), most = Math.max(...values, least + 1e-9);

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use fieldgap::acoustics::Simulator;
 use fieldgap::records::{Plan, VisitKind};
+use serde_json::Value;
 
 fn plan(name: &str) -> Plan {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scans").join(name);
@@ -39,4 +40,44 @@ fn the_withheld_effect_is_scanned_at_four_heights_and_diagnosed() {
 #[test]
 fn the_quick_look_is_small() {
     assert!(plan("quick-look.toml").visits().len() < 200);
+}
+
+#[test]
+fn a_program_reads_the_gap_and_a_gap_above_its_limit_ends_with_code_4() {
+    let home = tempfile::tempdir().expect("a folder");
+    let fieldgap = |words: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_fieldgap"));
+        command.current_dir(env!("CARGO_MANIFEST_DIR")).args(words).output().expect("it runs")
+    };
+    let record = home.path().join("look");
+    let record = record.to_str().expect("text");
+    let run = ["run", "scans/quick-look.toml", "--yes", "--json", "--out", record];
+    let ran = fieldgap(&[&run[..], &["--fail-above", "99"]].concat());
+    assert_eq!(ran.status.code(), Some(0), "{}", String::from_utf8_lossy(&ran.stderr));
+    let printed = String::from_utf8(ran.stdout).expect("text");
+    let lines: Vec<Value> =
+        printed.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    let told = lines.last().expect("a line");
+    assert_eq!(told["event"], "compared");
+    let gap = told["gap_percent"].as_f64().expect("a number");
+
+    // It is the root mean square of scan minus simulation over that of the scan, from the numbers of the maps themselves.
+    let compared = fieldgap(&["compare", record, "--json"]);
+    let compared: Value = serde_json::from_slice(&compared.stdout).expect("JSON");
+    let overall = &compared[0]["overall"];
+    let [residual, scan] =
+        ["residual_rms", "scan_rms"].map(|key| overall[key].as_f64().expect("a number"));
+    assert!((gap - 100.0 * residual / scan).abs() < 1e-9 * gap, "{gap} % for {overall}");
+    assert_eq!(
+        told["heights"].as_array().map(Vec::len),
+        compared[0]["planes"].as_array().map(Vec::len)
+    );
+
+    for (limit, code) in [(gap * 1.01, 0), (gap * 0.99, 4)] {
+        let ended = fieldgap(&["compare", record, "--fail-above", &limit.to_string()]);
+        assert_eq!(ended.status.code(), Some(code));
+        let said = String::from_utf8_lossy(&ended.stderr);
+        assert_eq!(said.contains("is above the limit of"), code == 4, "{said}");
+    }
+    assert_eq!(fieldgap(&["compare", record, "--fail-above", "-1"]).status.code(), Some(2));
 }

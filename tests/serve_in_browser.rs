@@ -533,3 +533,63 @@ async fn twenty_open_pages_fill_with_the_scan() {
     // The bar is 200 ms. Here all pages, the scan and other tests share a computer; a reading that is lost never comes.
     assert!(at(0.5) < 2000.0, "median {:.0} ms", at(0.5));
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_hidden_page_gives_its_connection_up_unless_it_has_the_controls() {
+    let Some(driver) = Driver::begin() else { return };
+    let served = Served::begin("\"lockstep\"");
+    let desk = served.log_in();
+    let page = driver.open(1000, 800).await;
+    let link = desk.post("/api/links", "{\"name\":\"bench\",\"role\":\"admin\"}");
+    let link = format!("{}{}", served.address(), link["path"].as_str().expect("a path"));
+    logged_in(&page, &link).await;
+    let first = page.window().await.expect("a window");
+    // More pages in tabs than a browser has connections.
+    for _ in 0..9 {
+        let tab = page.new_window(true).await.expect("a tab").handle;
+        page.switch_to_window(tab).await.expect("it is there");
+        logged_in(&page, &format!("{}/#people", served.address())).await;
+    }
+    desk.until("watched by one", |state| state["viewers"] == 1);
+    // A token works as its role says.
+    let form = page.find(Locator::Css("#make-token [name=name]")).await.expect("a field");
+    form.send_keys("script").await.expect("typed");
+    page.find(Locator::Css("#make-token button"))
+        .await
+        .expect("a button")
+        .click()
+        .await
+        .expect("pressed");
+    until(&page, "document.getElementById('token').textContent.includes('Bearer')").await;
+    let token = script(
+        &page,
+        "return document.getElementById('token').textContent.split(' ').slice(0, 3).join(' ')",
+    )
+    .await;
+    let token = token
+        .as_str()
+        .and_then(|text| text.strip_prefix("Authorization: "))
+        .expect("a token")
+        .to_owned();
+    let by_token = |method: &str, path: &str| {
+        served::request(served.port, method, path, &[("Authorization", &token)], "{}").0
+    };
+    assert_eq!((by_token("GET", "/api/state"), by_token("POST", "/api/controls/take")), (200, 403));
+
+    click(&page, "take").await;
+    until(
+        &page,
+        "document.getElementById('controls').textContent.includes('You have the controls')",
+    )
+    .await;
+    page.switch_to_window(first).await.expect("it is there");
+    until(
+        &page,
+        "document.getElementById('controls').textContent.includes('You have the controls')",
+    )
+    .await;
+    // Both pages are of the session that has the controls.
+    tokio::time::sleep(Duration::from_secs(4)).await;
+    assert_eq!(desk.get("/api/state")["viewers"], 2);
+    page.close().await.expect("closed");
+}

@@ -39,13 +39,13 @@ pub(super) enum Closing {
     Correction,
 }
 
-/// Compares the scan in `folder`, seeks the cause, and writes the report.
+/// Compares the scan in `folder`, seeks the cause, and writes the report; the comparisons.
 pub(super) fn close(
     folder: &Path,
     args: &ComparisonArgs,
     report_folder: &Path,
     closing: Closing,
-) -> miette::Result<()> {
+) -> miette::Result<Vec<Comparison>> {
     let scans = [RecordedScan::open(folder)?];
     let [scan] = &scans;
     let comparisons = args.compare(folder, scan)?;
@@ -86,7 +86,7 @@ pub(super) fn close(
         say(format!("\n{}", headline(first, diagnosis.as_ref()).replace('\u{a0}', " ")));
     }
     say(format!("report: {}", files.index.display()));
-    Ok(())
+    Ok(comparisons)
 }
 
 /// The cause, where it is sought and the readings can show it.

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use miette::IntoDiagnostic;
 
+use super::gap::GapLimit;
 use super::output::{print, print_json};
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{Comparison, Registering};
@@ -61,6 +62,8 @@ pub(super) struct Compare {
     folder: PathBuf,
     #[command(flatten)]
     comparison: ComparisonArgs,
+    #[command(flatten)]
+    limit: GapLimit,
     /// Output format
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -93,7 +96,7 @@ impl Compare {
             }
             Format::Csv => print(&fieldgap_report::csv(&comparisons))?,
         }
-        Ok(ExitCode::SUCCESS)
+        Ok(self.limit.exit_code(&comparisons))
     }
 }
 

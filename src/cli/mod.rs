@@ -1,7 +1,7 @@
 //! The commands, one file each.
 //!
 //! Exit codes: 0 success; 1 error of a file or device; 2 invalid command line; 3 the scan ended early, and `resume` can
-//! complete it; 70 a fault of the program itself; 130 ended immediately by a second signal.
+//! complete it; 4 the gap is above a limit; 70 a fault of the program itself; 130 ended immediately by a second signal.
 
 mod blind;
 mod characterize;
@@ -13,6 +13,7 @@ mod driven_rig;
 mod error_message;
 mod export;
 mod focus;
+mod gap;
 mod import;
 mod import_points;
 mod init;
@@ -67,7 +68,7 @@ struct Cli {
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 success; 1 error of a file or device; 2 invalid command line; \
-3 the scan ended early (`fieldgap resume` completes it); 70 an internal error of fieldgap.\n\
+3 the scan ended early (`fieldgap resume` completes it); 4 the gap is above `--fail-above`; 70 an internal error of fieldgap.\n\
 FIELDGAP_LOG=debug logs all traffic with the devices.";
 
 #[derive(Debug, Subcommand)]

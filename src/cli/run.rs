@@ -4,11 +4,13 @@
 use std::process::ExitCode;
 
 use clap::Args;
+use miette::IntoDiagnostic;
 
 use super::closing::{Closing, close};
 use super::compare::ComparisonArgs;
+use super::gap::{GapLimit, gap_line};
 use super::scan::{ScanArgs, Scanned, report_ending};
-use crate::cli::output::say;
+use crate::cli::output::{print, say};
 use fieldgap_acquisition::Ending;
 
 /// The `run` command.
@@ -18,6 +20,8 @@ pub(super) struct Run {
     scan: ScanArgs,
     #[command(flatten)]
     comparison: ComparisonArgs,
+    #[command(flatten)]
+    limit: GapLimit,
     /// Do not seek the cause of the difference
     #[arg(long)]
     no_diagnose: bool,
@@ -38,7 +42,14 @@ impl Run {
             Ending::Complete if diagnose => Closing::Correction,
             Ending::Complete => Closing::Cause,
         };
-        close(&folder, &self.comparison, &report, closing)?;
-        Ok(report_ending(&folder, &ending))
+        let comparisons = close(&folder, &self.comparison, &report, closing)?;
+        if self.scan.prints_json() {
+            print(&gap_line(&comparisons, &report).into_diagnostic()?)?;
+        }
+        let ended = report_ending(&folder, &ending);
+        Ok(match ending {
+            Ending::Complete => self.limit.exit_code(&comparisons),
+            Ending::Partial { .. } => ended,
+        })
     }
 }

@@ -83,6 +83,11 @@ impl Scan {
 }
 
 impl ScanArgs {
+    /// Whether events are printed as JSON.
+    pub(super) fn prints_json(&self) -> bool {
+        self.showing.json
+    }
+
     /// Checks the plan, then runs it unless `--dry-run` is given.
     pub(super) fn scan(&self) -> miette::Result<Scanned> {
         self.showing.is_possible()?;

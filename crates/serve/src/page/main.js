@@ -76,7 +76,7 @@ function controls() {
 
 async function people() {
   $("me").textContent = `You are ${me().name}, ${me().role}.`;
-  $("invite").hidden = $("people").hidden = !may("admin");
+  $("invite").hidden = $("make-token").hidden = $("people").hidden = !may("admin");
   if (!may("admin")) return;
   await attempt(async () => {
     const all = await get("/api/people");
@@ -154,9 +154,18 @@ async function enter() {
       await people();
     });
   };
+  $("make-token").onsubmit = (event) => {
+    event.preventDefault();
+    const { name, role, hours } = $("make-token").elements;
+    attempt(async () => {
+      const { token } = await post("/api/tokens", { name: name.value, role: role.value, minutes: Math.round(60 * Number(hours.value)) });
+      $("token").textContent = `Authorization: Bearer ${token} – shown this once`;
+      await people();
+    });
+  };
   state.rig = await get("/api/rig");
   $("rig-name").textContent = state.rig.name;
-  follow(lost);
+  follow(lost, () => state.lease.holder?.id === me().id);
   view();
 }
 

@@ -5,6 +5,9 @@ const empty = () => ({ scan: null, hand: { open: false, doing: "" }, lease: { ho
 export const state = empty();
 const listeners = [];
 
+// Long enough to look something up in another tab.
+const HIDDEN_MS = 3000;
+
 /** Calls `listener(kind)` after each change. */
 export const onChange = (listener) => listeners.push(listener);
 const changed = (kind) => listeners.forEach((listener) => listener(kind));
@@ -23,17 +26,28 @@ function take(kind, value) {
   changed(kind);
 }
 
-/** Follows the server; the browser connects again by itself if the connection is lost. */
-export function follow(onLost) {
-  const source = new EventSource("/api/live");
-  for (const kind of ["all", "scan", "readings", "progress", "air", "hand", "lease", "queue", "line", "viewers"]) {
-    source.addEventListener(kind, (event) => { state.connected = true; take(kind, JSON.parse(event.data)); });
-  }
-  source.onerror = () => {
-    if (state.connected) { state.connected = false; changed("connection"); }
-    // A server that was restarted does not know this session any more.
-    if (source.readyState === EventSource.CLOSED) onLost();
+/**
+ * Follows the server; the browser connects again by itself if the connection is lost. A browser keeps at most six connections to a server: a page that
+ * nobody sees gives its own up, unless `keeps()` says that it is needed.
+ */
+export function follow(onLost, keeps) {
+  let source = null, hidden = null;
+  const open = () => {
+    source = new EventSource("/api/live");
+    for (const kind of ["all", "scan", "readings", "progress", "air", "hand", "lease", "queue", "line", "viewers"]) {
+      source.addEventListener(kind, (event) => { state.connected = true; take(kind, JSON.parse(event.data)); });
+    }
+    source.onerror = () => {
+      if (state.connected) { state.connected = false; changed("connection"); }
+      // A server that was restarted does not know this session any more.
+      if (source.readyState === EventSource.CLOSED) onLost();
+    };
+    source.onopen = () => { state.connected = true; changed("connection"); };
   };
-  source.onopen = () => { state.connected = true; changed("connection"); };
-  return source;
+  document.addEventListener("visibilitychange", () => {
+    clearTimeout(hidden);
+    if (document.hidden) hidden = setTimeout(() => { if (!keeps()) { source.close(); source = null; } }, HIDDEN_MS);
+    else if (!source) open();
+  });
+  open();
 }

@@ -24,7 +24,7 @@ const BETWEEN_LEVELS: Duration = Duration::from_millis(150);
 /// Samples averaged per level.
 const SAMPLES: usize = 16;
 
-/// Most samples of a reading by hand: a second and a half at 40 kHz sampling of every period.
+/// Most samples of a reading by hand: a minute at a thousand a second.
 const MOST_SAMPLES: u32 = 65_536;
 
 /// Most heights of a search for the beam; a line takes two.
@@ -231,9 +231,29 @@ impl Operation<'_> {
             return Err(format!("a reading averages 1 to {MOST_SAMPLES} samples, not {samples}"));
         }
         let settle = self.setup.rig.receiver.settle();
-        let reading = self.rig.receiver().read_point(settle, samples as usize).await;
-        self.state.sample = Some(reading.map_err(|error| in_words(&error))?);
-        Ok(())
+        let interrupted = {
+            let reading = self.rig.receiver().read_point(settle, samples as usize);
+            tokio::select! {
+                biased;
+                Some(answer) = self.stopped.recv() => Err(Some(answer)),
+                () = until(self.silent_at) => Err(None),
+                reading = reading => Ok(reading),
+            }
+        };
+        match interrupted {
+            Ok(reading) => {
+                self.state.sample = Some(reading.map_err(|error| in_words(&error))?);
+                Ok(())
+            }
+            Err(None) => {
+                self.silence().await?;
+                Err("the emission ended before the reading; emit for longer, or average fewer samples".to_owned())
+            }
+            Err(Some(answer)) => {
+                self.stop(answer).await;
+                Err("stopped".to_owned())
+            }
+        }
     }
 
     /// Finds the beam axis. A stop interrupts it; other orders are refused meanwhile.
@@ -253,10 +273,14 @@ impl Operation<'_> {
             loop {
                 tokio::select! {
                     biased;
-                    Some(answer) = stopped.recv() => break Err(answer),
-                    Some((_, answer)) = ordered.recv() => {
-                        let _ = answer.send(Err("the beam is being searched for; wait, or stop".to_owned()));
-                    }
+                    Some(answer) = stopped.recv() => break Err(Some(answer)),
+                    order = ordered.recv() => match order {
+                        Some((_, answer)) => {
+                            let _ = answer.send(Err("the beam is being searched for; wait, or stop".to_owned()));
+                        }
+                        // The rig is being closed, which makes it safe.
+                        None => break Err(None),
+                    },
                     found = &mut searching => break Ok(found),
                 }
             }
@@ -271,10 +295,11 @@ impl Operation<'_> {
                 self.state.axis = Some(axis_in_words(&report, &self.state.unit));
                 Ok(())
             }
-            Err(answer) => {
+            Err(Some(answer)) => {
                 self.stop(answer).await;
                 Err("stopped".to_owned())
             }
+            Err(None) => Err("the rig was closed".to_owned()),
         }
     }
 

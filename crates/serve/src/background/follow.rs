@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use fieldgap_acoustics::Simulation;
-use fieldgap_acquisition::AirRow;
+use fieldgap_acquisition::{AirRow, PlannedScan};
 use fieldgap_input::Fault;
 use fieldgap_records::{EventKind, JournalTail, ScanState, read_events};
 
@@ -63,9 +63,22 @@ fn reason_of(folder: &Path) -> Option<String> {
     }
 }
 
+/// Waits until the plan of a scan that has just begun is beside its set-up, for as long as its process may still write it.
+async fn until_planned(app: &App, folder: &Path) {
+    loop {
+        // Looked for before the plan: a process that has ended has written all.
+        let runs = app.is_busy() || process_of(folder, app.program()).is_some();
+        if PlannedScan::of_record(folder).is_ok() || !runs {
+            return;
+        }
+        tokio::time::sleep(LOOK).await;
+    }
+}
+
 /// Follows one scan to its end.
 async fn follow(app: &App, folder: &Path) -> Result<(), Fault> {
     let live: &Arc<Live> = app.live();
+    until_planned(app, folder).await;
     let mut tail = JournalTail::open(folder)?;
     let setup = tail.setup().clone();
     let simulations: Vec<Option<Simulation>> =

@@ -7,8 +7,8 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use fieldgap_acoustics::Simulation;
-use fieldgap_acquisition::{AirRow, PlannedScan};
-use fieldgap_records::{Record, SAME_HEIGHT_MM, ScanSetup, Visit, VisitKind};
+use fieldgap_acquisition::AirRow;
+use fieldgap_records::{Plan, Record, SAME_HEIGHT_MM, ScanSetup, Visit, VisitKind};
 
 /// The state of the process that runs the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -69,8 +69,7 @@ pub(crate) struct ScanView {
 impl ScanView {
     /// Of a record, whose plan is beside it if fieldgap runs it.
     pub fn new(folder: &Path, name: String, setup: &ScanSetup) -> Self {
-        let planned = PlannedScan::of_record(folder).ok();
-        let visits = planned.as_ref().map_or(&[][..], PlannedScan::visits);
+        let visits = &planned_visits(folder).unwrap_or_default()[..];
         Self {
             name: setup.name.clone(),
             folder: name,
@@ -153,6 +152,11 @@ pub(crate) fn readings(
         )
     };
     records.iter().enumerate().map(reading).collect()
+}
+
+/// The readings that a record's plan asks for, in their order, if fieldgap runs it or ran it.
+pub(crate) fn planned_visits(folder: &Path) -> Option<Vec<Visit>> {
+    Plan::read(&folder.join("plan.toml")).ok().map(|plan| plan.visits())
 }
 
 /// The rows of the visits to the reference point.

@@ -5,14 +5,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use fieldgap_acoustics::Simulation;
-use fieldgap_acquisition::{AirRow, PlannedScan};
+use fieldgap_acquisition::AirRow;
 use fieldgap_input::Fault;
 use fieldgap_records::{EventKind, JournalTail, ScanState, read_events};
 
 use crate::app::App;
 use crate::live::Live;
 use crate::scan_process::{process_of, running_below};
-use crate::scan_view::{ScanView, Stage, readings};
+use crate::scan_view::{ScanView, Stage, planned_visits, readings};
 
 /// Time between two looks at the journal. A page shall show a reading within 200 ms of its being journalled.
 const LOOK: Duration = Duration::from_millis(40);
@@ -68,7 +68,7 @@ async fn until_planned(app: &App, folder: &Path) {
     loop {
         // Looked for before the plan: a process that has ended has written all.
         let runs = app.is_busy() || process_of(folder, app.program()).is_some();
-        if PlannedScan::of_record(folder).is_ok() || !runs {
+        if planned_visits(folder).is_some() || !runs {
             return;
         }
         tokio::time::sleep(LOOK).await;

@@ -1,15 +1,15 @@
-//! `fieldgap compare`: compare a recorded scan with its simulation and print the figures.
+//! `fieldgap compare`: compare a recorded scan with its simulation, or with another record, and print the figures.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
-use miette::IntoDiagnostic;
+use miette::{IntoDiagnostic, miette};
 
 use super::gap::GapLimit;
 use super::output::{print, print_json};
 use fieldgap_acoustics::Simulator;
-use fieldgap_comparison::{Comparison, Registering};
+use fieldgap_comparison::{Comparison, Registering, Scaling, change};
 use fieldgap_records::{Plan, RecordedScan};
 
 /// How scans are compared, for `compare`, `run` and `replay`.
@@ -60,6 +60,9 @@ impl From<Register> for Registering {
 pub(super) struct Compare {
     /// Folder of the recorded scan
     folder: PathBuf,
+    /// Folder of another record of the same field: what changed from the first to it [default: the scan is compared with its simulation]
+    #[arg(conflicts_with_all = ["simulator", "wide"])]
+    other: Option<PathBuf>,
     #[command(flatten)]
     comparison: ComparisonArgs,
     #[command(flatten)]
@@ -85,6 +88,9 @@ enum Format {
 impl Compare {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         let scan = RecordedScan::open(&self.folder)?;
+        if let Some(other) = &self.other {
+            return self.changed(&scan, &RecordedScan::open(other)?);
+        }
         let comparisons = self.comparison.compare(&self.folder, &scan)?;
         match self.format {
             Format::Json => print_json(&comparisons)?,
@@ -97,6 +103,30 @@ impl Compare {
             Format::Csv => print(&fieldgap_report::csv(&comparisons))?,
         }
         Ok(self.limit.exit_code(&comparisons))
+    }
+}
+
+impl Compare {
+    /// Compares two records.
+    fn changed(&self, a: &RecordedScan, b: &RecordedScan) -> miette::Result<ExitCode> {
+        let scaling = match self.comparison.register {
+            Register::Auto | Register::None => Scaling::AsRead,
+            Register::Gain => Scaling::Gain,
+            _ => {
+                return Err(miette!(
+                    help = "use --register none or --register gain",
+                    "two records are compared at the same places, or scaled to each other, but not aligned"
+                ));
+            }
+        };
+        let change = change(a, b, scaling).into_diagnostic()?;
+        match self.format {
+            Format::Json => print_json(&change)?,
+            _ if self.json => print_json(&change)?,
+            Format::Text => print(&change.to_text())?,
+            Format::Csv => print(&change.to_csv())?,
+        }
+        Ok(self.limit.exit_code_of(change.overall.gap * 100.0, "the difference"))
     }
 }
 

@@ -86,16 +86,21 @@ pub(super) fn gap_line(comparisons: &[Comparison], report: &Path) -> serde_json:
 impl GapLimit {
     /// Success, unless the gap with the first simulator is above the limit, which is said.
     pub(super) fn exit_code(self, comparisons: &[Comparison]) -> ExitCode {
-        let (Some(limit), Some(first)) = (self.fail_above, comparisons.first()) else {
-            return ExitCode::SUCCESS;
-        };
-        let gap = gap_percent(first);
-        // A gap that is no number is none below the limit.
-        if gap <= limit.get() {
-            return ExitCode::SUCCESS;
+        comparisons
+            .first()
+            .map_or(ExitCode::SUCCESS, |first| self.exit_code_of(gap_percent(first), "the gap"))
+    }
+
+    /// Success, unless a gap, %, is above the limit, which is said in these words.
+    pub(super) fn exit_code_of(self, gap: f64, what: &str) -> ExitCode {
+        match self.fail_above.map(Positive::get) {
+            // A gap that is no number is not below the limit.
+            Some(limit) if gap.is_nan() || gap > limit => {
+                say(format!("{what} of {gap:.2} % is above the limit of {limit} %"));
+                ExitCode::from(GAP_ABOVE)
+            }
+            _ => ExitCode::SUCCESS,
         }
-        say(format!("the gap of {gap:.2} % is above the limit of {} %", limit.get()));
-        ExitCode::from(GAP_ABOVE)
     }
 }
 

@@ -44,9 +44,11 @@
 //! | `noise`, `figures`, `agreement` | noise, figures of each height with errors, correlation and residual |
 //! | `comparison`, `registration`, `table` | the result as data, text and CSV |
 //! | `simulated_readings` | the registered simulation at each reading |
+//! | `change` | two records of one field against each other |
 //! | `gap_reduction` | the gap before and after the correction of a set-up |
 
 mod agreement;
+mod change;
 mod coarse;
 mod compare;
 mod comparison;
@@ -67,6 +69,9 @@ mod simulated_readings;
 mod standard_errors;
 mod table;
 
+pub use change::{
+    Change, ChangeFigures, Condition, HeightChange, NoChange, PlaceChange, Scaling, change,
+};
 pub use compare::{Incomparable, compare, register_scan};
 pub use comparison::{
     Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, FocalRadiusFigure, Noise,

@@ -103,7 +103,7 @@ pub use plan::{
 pub use plane_map::{MappedPlane, NotAGrid, OFF_LINE_MM, plane_map};
 pub use planes::{Plane, SAME_HEIGHT_MM, planes};
 pub use recorded::{RecordError, RecordedScan};
-pub use repeats::{Repeat, SAME_POINT_MM, repeats};
+pub use repeats::{Repeat, SAME_POINT_MM, repeats, visited};
 pub use sample::{RecordedSample, Spread};
 pub use samples_csv::{Columns, UnwritableSample};
 pub use setup::{ScanSetup, UnwritableSetup};

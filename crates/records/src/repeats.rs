@@ -15,7 +15,7 @@ pub struct Repeat<'s> {
     pub focus: Option<usize>,
     /// Position of the first visit, millimetres, array frame.
     pub position_mm: Vec3,
-    /// The samples; at least two.
+    /// The samples; of [`repeats`] at least two.
     pub samples: Vec<&'s RecordedSample>,
 }
 
@@ -30,6 +30,13 @@ impl Repeat<'_> {
 ///
 /// A sample belongs to the first point under the same drive that is within `tolerance_mm` along each axis.
 pub fn repeats(samples: &[RecordedSample], tolerance_mm: f64) -> Vec<Repeat<'_>> {
+    let mut points = visited(samples, tolerance_mm);
+    points.retain(|point| point.samples.len() > 1);
+    points
+}
+
+/// All points that were measured, once or more, in the order of their first visits; see [`repeats`].
+pub fn visited(samples: &[RecordedSample], tolerance_mm: f64) -> Vec<Repeat<'_>> {
     let mut points: Vec<Repeat<'_>> = Vec::new();
     let mut points_in_cell: HashMap<(Option<usize>, [i64; 3]), Vec<usize>> = HashMap::new();
     for sample in samples {
@@ -55,7 +62,6 @@ pub fn repeats(samples: &[RecordedSample], tolerance_mm: f64) -> Vec<Repeat<'_>>
             }
         }
     }
-    points.retain(|point| point.samples.len() > 1);
     points
 }
 

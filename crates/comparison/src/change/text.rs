@@ -1,0 +1,131 @@
+//! What changed, as text of 80 columns and as CSV.
+
+use super::Change;
+use fieldgap_text::{
+    Uncertain, height_mm, millimetres, paragraph, percent, significant, table, uncertain,
+};
+
+impl Change {
+    /// For a terminal.
+    pub fn to_text(&self) -> String {
+        let overall = &self.overall;
+        let unit = &self.unit;
+        let scaled = if self.scale == 1.0 {
+            String::new()
+        } else {
+            format!(" {} was divided by {}.", self.b, significant(self.scale, 4))
+        };
+        let interpolated = match overall.interpolated {
+            0 => String::new(),
+            n => format!(" At {n} of them {} was interpolated.", self.b),
+        };
+        let left_out = match self.left_out {
+            0 => String::new(),
+            n => format!(" {n} places of {} are not in {}.", self.a, self.b),
+        };
+        let mut text = paragraph(
+            &format!(
+                "{} against {}: {} common places.{interpolated}{left_out}{scaled}",
+                self.b, self.a, overall.points
+            ),
+            0,
+            2,
+        );
+        text += &paragraph(
+            &format!(
+                "The difference is {} of the rms of {}; {} of the places differ by more than 3 standard errors (noise alone: 0.27 %). Gain {}, \
+                 correlation {:.4}, χ² {} a place (noise alone: 1).",
+                percent(overall.gap),
+                self.a,
+                percent(overall.beyond_three),
+                uncertain(overall.gain),
+                overall.correlation,
+                significant(overall.chi_square_per_point, 3),
+            ),
+            0,
+            2,
+        );
+        let mut rows = vec![
+            ["", "difference", "gain", "χ²", "peak A", "peak B", "moved"].map(str::to_owned),
+            ["", "", "", "", unit, unit, "mm"].map(str::to_owned),
+        ];
+        let mut radii = vec![["", "focal radius A (mm)", "B (mm)"].map(str::to_owned)];
+        for height in &self.heights {
+            let name = format!("drive {}, z = {} mm", height.focus, height_mm(height.z_m));
+            let figures = [&height.a_figures, &height.b_figures].map(Option::as_ref);
+            let peak =
+                |n: usize| figures[n].map_or("–".to_owned(), |of| significant(of.peak.value, 4));
+            let moved = match figures {
+                [Some(a), Some(b)] => {
+                    let [x, y] = [0, 1]
+                        .map(|axis| b.peak_position_m[axis].value - a.peak_position_m[axis].value);
+                    format!("{:.2}", x.hypot(y) * 1e3)
+                }
+                _ => "–".to_owned(),
+            };
+            let of = &height.figures;
+            rows.push([
+                name.clone(),
+                percent(of.gap),
+                format!("{:.4}", of.gain.value),
+                significant(of.chi_square_per_point, 3),
+                peak(0),
+                peak(1),
+                moved,
+            ]);
+            let radius = |n: usize| {
+                let radius = figures[n].and_then(|of| of.focal_radius.as_ref()?.radius_m);
+                radius.map_or("–".to_owned(), |radius: Uncertain| millimetres(radius))
+            };
+            radii.push([name, radius(0), radius(1)]);
+        }
+        text += &format!("\n{}\n{}", table(&rows), table(&radii));
+        if !self.conditions.is_empty() {
+            let mut rows = vec![["What differs", "A", "B"].map(str::to_owned)];
+            rows.extend(self.conditions.iter().map(|condition| {
+                [condition.what.to_owned(), condition.a.clone(), condition.b.clone()]
+            }));
+            text += &format!("\n{}", table(&rows));
+        }
+        if let Some(share) = self.explained_by_set_up {
+            text += "\n";
+            text += &paragraph(
+                &if share > 0.0 {
+                    format!(
+                        "The simulations of the two set-ups predict {} of the squared difference.",
+                        percent(share)
+                    )
+                } else {
+                    "The simulations of the two set-ups predict another change than the readings show.".to_owned()
+                },
+                0,
+                2,
+            );
+        }
+        text
+    }
+
+    /// One row per drive and height.
+    pub fn to_csv(&self) -> String {
+        let mut csv = "focus,z_mm,points,interpolated,gap,gain,gain_error,correlation,chi_square_per_point,beyond_three,interpolation_error\n".to_owned();
+        for height in &self.heights {
+            let of = &height.figures;
+            let interpolation = height.interpolation_error.map(|error| error.to_string());
+            csv += &format!(
+                "{},{},{},{},{},{},{},{},{},{},{}\n",
+                height.focus,
+                height.z_m * 1e3,
+                of.points,
+                of.interpolated,
+                of.gap,
+                of.gain.value,
+                of.gain.standard_error,
+                of.correlation,
+                of.chi_square_per_point,
+                of.beyond_three,
+                interpolation.unwrap_or_default()
+            );
+        }
+        csv
+    }
+}

@@ -13,30 +13,27 @@ impl Change {
         let scaled = if self.scale == 1.0 {
             String::new()
         } else {
-            format!(" {} was divided by {}.", self.b, significant(self.scale, 4))
+            format!(" B was divided by {}.", significant(self.scale, 4))
         };
         let interpolated = match overall.interpolated {
             0 => String::new(),
-            n => format!(" At {n} of them {} was interpolated.", self.b),
+            n => format!(" At {n} of them B was interpolated."),
         };
         let left_out = match self.left_out {
             0 => String::new(),
-            n => format!(" {n} places of {} are not in {}.", self.a, self.b),
+            n => format!(" {n} places of A are not in B."),
         };
-        let mut text = paragraph(
-            &format!(
-                "{} against {}: {} common places.{interpolated}{left_out}{scaled}",
-                self.b, self.a, overall.points
-            ),
+        let mut text = format!("A: {}\nB: {}\n\n", self.a, self.b);
+        text += &paragraph(
+            &format!("{} common places.{interpolated}{left_out}{scaled}", overall.points),
             0,
             2,
         );
         text += &paragraph(
             &format!(
-                "The difference is {} of the rms of {}; {} of the places differ by more than 3 standard errors (noise alone: 0.27 %). Gain {}, \
+                "The difference is {} of the rms of A; {} of the places differ by more than 3 standard errors (noise alone: 0.27 %). Gain B/A {}, \
                  correlation {:.4}, χ² {} a place (noise alone: 1).",
                 percent(overall.gap),
-                self.a,
                 percent(overall.beyond_three),
                 uncertain(overall.gain),
                 overall.correlation,

@@ -176,6 +176,7 @@ async fn a_scan_from_start_to_report_and_stop_from_a_second_browser() {
     logged_in(&viewer, &format!("http://127.0.0.1:{}/#link={secret}", served.port)).await;
     script(&page, "location.hash = '#people'").await;
     click(&page, "release").await;
+    desk.until("released", |state| state["lease"]["holder"].is_null());
     desk.post("/api/controls/take", "");
     desk.start_look();
     // Paused, so that it does not end while the views are looked at.

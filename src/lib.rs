@@ -8,16 +8,20 @@
 //! | [`input`] | reading files: faults located by file, line and column; quantities that cannot hold a wrong value |
 //! | [`acoustics`] | arrays, medium, excitations, simulators, the field kernel, metrics, least squares |
 //! | [`records`] | recorded scans, plans, the journal of a running scan, imports |
+//! | [`jobs`] | independent pieces of work, on this computer or by Slurm |
+//! | [`monitoring`] | figures followed over time: baselines, control charts and alarms |
 //! | [`study`] | how a field's figures depend on any parameter of array, focus, medium or model |
 //! | [`characterization`] | the decay, directivity and axis of one transducer, from a scan of it |
 //! | [`comparison`] | registration of scan to simulation, and the comparison height by height |
 //! | [`exchange`] | files of other programs: import of measured points, export of records |
 //! | [`diagnosis`] | which unmodelled effect explains the gap between scan and simulation |
+//! | [`archive`] | an index of all records below a folder, and queries of it |
 //! | [`rig`] | devices, links, safety; no physics |
 //! | [`display`] | tactile displays: paths, modulations, several foci, drive programs, what skin feels |
 //! | [`sensing`] | hand swipes recognised from what four elements receive |
 //! | [`virtual_rig`] | firmware on pseudo-terminals with physics behind the receiver |
 //! | [`acquisition`] | a plan run on a rig, the record kept safe |
+//! | [`campaign`] | many scans against many simulations, by a schedule, on several rigs |
 //! | [`correction`] | set-up files corrected by what a diagnosis found |
 //! | [`report`] | pictures, tables and the report page |
 //! | [`blind`] | sealed sets of scans, and how well diagnoses find their causes |
@@ -29,7 +33,9 @@
 
 pub use fieldgap_acoustics as acoustics;
 pub use fieldgap_acquisition as acquisition;
+pub use fieldgap_archive as archive;
 pub use fieldgap_blind as blind;
+pub use fieldgap_campaign as campaign;
 pub use fieldgap_characterization as characterization;
 pub use fieldgap_comparison as comparison;
 pub use fieldgap_correction as correction;
@@ -37,6 +43,8 @@ pub use fieldgap_diagnosis as diagnosis;
 pub use fieldgap_display as display;
 pub use fieldgap_exchange as exchange;
 pub use fieldgap_input as input;
+pub use fieldgap_jobs as jobs;
+pub use fieldgap_monitoring as monitoring;
 pub use fieldgap_records as records;
 pub use fieldgap_report as report;
 pub use fieldgap_rig as rig;

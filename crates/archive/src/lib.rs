@@ -1,0 +1,1 @@
+//! An index of all records below a folder, and queries of it.

@@ -1,0 +1,1 @@
+//! Many scans against many simulations, by a schedule, on several rigs.

@@ -1,0 +1,1 @@
+//! Independent pieces of work, on this computer or by Slurm.

@@ -1,0 +1,1 @@
+//! Figures followed over time: baselines, control charts and alarms.

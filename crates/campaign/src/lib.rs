@@ -1,1 +1,5 @@
 //! Many scans against many simulations, by a schedule, on several rigs.
+
+mod schedule;
+
+pub use schedule::Schedule;

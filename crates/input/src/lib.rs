@@ -22,6 +22,7 @@
 //! relatives for the fields of your types. All errors are a [`Fault`].
 //! [`read_bytes`] reads regular files of a bounded size; [`visible`] is for text from outside that is shown on a terminal.
 
+mod dotted_key;
 mod every_key;
 mod exact;
 mod examples;
@@ -34,6 +35,7 @@ mod regular_file;
 mod toml_file;
 mod visible;
 
+pub use dotted_key::{NotAKey, set_key};
 pub use every_key::ONE_TABLE_OF;
 pub use exact::Exact;
 pub use fault::Fault;

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use toml_edit::{DocumentMut, Item, Table, Value};
+use toml_edit::{DocumentMut, Value};
 
-use fieldgap_input::{Fault, TomlSource};
+use fieldgap_input::{Fault, NotAKey, TomlSource, set_key};
 
 /// The sections that are in the rig file, if the study names one.
 const RIG_SECTIONS: [&str; 2] = ["array", "medium"];
@@ -15,11 +15,6 @@ pub(super) struct Documents {
     study: (PathBuf, DocumentMut),
     rig: Option<(PathBuf, DocumentMut)>,
 }
-
-/// A key that cannot be set, because a part of its path is a value and not a section.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is not a key of a section, such as `array.spacing_mm`")]
-pub(super) struct NotAKey(String);
 
 impl Documents {
     /// Takes the text of a study and of its rig file.
@@ -46,29 +41,13 @@ impl Documents {
     ///
     /// # Errors
     /// [`NotAKey`] if a part of the path is a value.
-    pub fn set(&mut self, key: &str, mut value: Value) -> Result<(), NotAKey> {
-        let not_a_key = || NotAKey(key.to_owned());
-        let mut sections: Vec<&str> = key.split('.').collect();
-        let last = sections.pop().filter(|last| !last.is_empty()).ok_or_else(not_a_key)?;
-        let in_rig = RIG_SECTIONS.contains(sections.first().unwrap_or(&last));
+    pub fn set(&mut self, key: &str, value: Value) -> Result<(), NotAKey> {
+        let section = key.split('.').next().unwrap_or(key);
         let document = match &mut self.rig {
-            Some((_, rig)) if in_rig => rig,
+            Some((_, rig)) if RIG_SECTIONS.contains(&section) => rig,
             _ => &mut self.study.1,
         };
-        let mut table: &mut dyn toml_edit::TableLike = document.as_table_mut();
-        for section in sections {
-            table = table
-                .entry(section)
-                .or_insert(Item::Table(Table::new()))
-                .as_table_like_mut()
-                .ok_or_else(not_a_key)?;
-        }
-        // Comments around the old value are kept.
-        if let Some(before) = table.get(last).and_then(Item::as_value) {
-            *value.decor_mut() = before.decor().clone();
-        }
-        table.insert(last, Item::Value(value));
-        Ok(())
+        set_key(document, key, value)
     }
 
     /// The study's file in its present state, with `label` added to its name.
@@ -122,12 +101,5 @@ mod tests {
         documents.set("focus.x_mm", Value::from(2.0)).expect("a key");
         assert_eq!(documents.rig_source("").text(), "[array]\ncolumns = 3\n");
         assert_eq!(documents.study_source("").text(), "[focus]\nx_mm = 2.0\n");
-    }
-
-    #[test]
-    fn a_value_is_not_a_section() {
-        for key in ["name.x", "array.columns.x", "array.", ""] {
-            assert!(documents().set(key, Value::from(1)).is_err(), "{key}");
-        }
     }
 }

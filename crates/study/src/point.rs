@@ -78,8 +78,9 @@ impl Point {
         let mut documents = study.documents.clone();
         let mut labels = Vec::new();
         for (sweep, value) in study.sweeps.iter().zip(values) {
-            for key in &sweep.parameters {
-                documents.set(key, value.value.clone()).map_err(|error| {
+            for (number, key) in sweep.parameters.iter().enumerate() {
+                let value = value.for_key(number, sweep.parameters.len());
+                documents.set(key, value).map_err(|error| {
                     study.source().fault(
                         sweep.place.clone(),
                         error.to_string(),

@@ -12,10 +12,10 @@ use fieldgap_input::{Fault, TomlSource};
 /// Most values of one sweep.
 const MOST_VALUES: usize = 10_000;
 
-/// The keys of a `[[sweep]]`; [`Sweep::read`] checks them.
+/// The keys of a `[[sweep]]` or of an axis; [`Sweep::read`] checks them.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct SweepTable {
+pub struct SweepTable {
     parameter: Spanned<Parameters>,
     values: Option<Spanned<Vec<Spanned<toml::Value>>>>,
     labels: Option<Spanned<Vec<String>>>,
@@ -48,15 +48,15 @@ impl Number {
     }
 }
 
-/// One key, or several with common values, and its values.
+/// One key, or several, and its values.
 #[derive(Debug, Clone)]
 pub struct Sweep {
-    /// The dotted keys (`array.spacing_mm`), at least one. All take the same value.
+    /// The dotted keys (`array.spacing_mm`), at least one. Several take the same value, or one each of a list as long as they are many.
     pub parameters: Vec<String>,
     /// The values, at least one.
     pub values: Vec<SweptValue>,
-    /// Position of the sweep in its file.
-    pub(super) place: Range<usize>,
+    /// Position of the sweep in its file, bytes.
+    pub place: Range<usize>,
 }
 
 /// A value of a sweep.
@@ -66,10 +66,17 @@ pub struct SweptValue {
     pub label: String,
     /// The number, if it is one.
     pub number: Option<f64>,
-    pub(super) value: Value,
+    value: Value,
 }
 
 impl SweptValue {
+    /// The value of key `number` of `keys`: the whole value, or its entry where it is a list as long as the keys are many.
+    pub fn for_key(&self, number: usize, keys: usize) -> Value {
+        let entries = self.value.as_array().filter(|entries| keys > 1 && entries.len() == keys);
+        let entry = entries.and_then(|entries| entries.get(number));
+        entry.unwrap_or(&self.value).clone().decorated(" ", "")
+    }
+
     /// A number that is not from a file.
     pub(super) fn of_number(number: f64) -> Self {
         Self { label: format!("{number}"), number: Some(number), value: Value::from(number) }
@@ -81,7 +88,7 @@ impl Sweep {
     ///
     /// # Errors
     /// A [`Fault`] at contradictory keys, at an invalid range, or if labels and values differ in number.
-    pub(super) fn read(
+    pub fn read(
         table: &Spanned<SweepTable>,
         item: &toml_edit::Table,
         source: &TomlSource,

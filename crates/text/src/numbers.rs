@@ -1,14 +1,23 @@
 //! Numbers as text, with as many digits as their uncertainty justifies.
 
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// A number and its standard error, both in the same unit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Uncertain {
     /// Best estimate.
     pub value: f64,
-    /// Standard error (one standard deviation); NaN if it is not determined.
+    /// Standard error (one standard deviation); NaN if it is not determined, `null` in JSON.
+    #[serde(default = "undetermined", deserialize_with = "null_is_undetermined")]
     pub standard_error: f64,
+}
+
+fn undetermined() -> f64 {
+    f64::NAN
+}
+
+fn null_is_undetermined<'de, D: Deserializer<'de>>(source: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(source)?.unwrap_or(f64::NAN))
 }
 
 /// Placeholder for a missing number.

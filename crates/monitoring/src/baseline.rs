@@ -1,0 +1,198 @@
+//! The baseline: what figures were before anything is to be found.
+
+use std::collections::BTreeMap;
+
+use fieldgap_text::{Uncertain, uncertain};
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+
+use crate::environment::{Environment, Slope};
+use crate::normal::score_of_t;
+use crate::reference::{Prediction, Reading, Reference, Scatter};
+use crate::run::Run;
+
+/// Mean, error and temperature of every figure of every cell, from a round, a record, or an earlier campaign. It is written to disk
+/// and read again without loss.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Baseline {
+    from: Timestamp,
+    until: Timestamp,
+    environment: Environment,
+    figures: BTreeMap<String, Known>,
+}
+
+/// Why there is no baseline.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum BaselineError {
+    /// No runs, or none with a figure.
+    #[error(
+        "no run of the baseline holds a figure that is a number. Give at least one complete round of the cells"
+    )]
+    NoFigure,
+}
+
+/// A figure of one cell in the baseline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BaselineFigure {
+    /// Mean at the mean temperature, and its standard error, scatter between runs included as far as it is known.
+    pub mean: Uncertain,
+    /// Number of runs.
+    pub runs: u32,
+    /// Their mean temperature, °C.
+    pub temperature_c: Option<f64>,
+    /// The figure's change for each kelvin.
+    pub per_k: Option<Uncertain>,
+}
+
+/// What is known of one figure: a reference for each cell, and the scatter between runs pooled over them.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub(crate) struct Known {
+    pub cells: BTreeMap<String, Reference>,
+    pub scatter: Scatter,
+}
+
+/// A scatter known from fewer differences is too uncertain to judge by.
+const FEWEST_DIFFERENCES: u32 = 2;
+
+/// A reading against what the runs before it let expect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Expected {
+    pub prediction: Prediction,
+    /// Difference in standard errors as stated.
+    pub difference: f64,
+    /// The same as a normal score, which takes into account that scatter and baseline have errors of their own; `None` while the scatter
+    /// is unknown.
+    pub score: Option<f64>,
+}
+
+impl Known {
+    /// A reading of a cell against the runs before; `None` if these do not determine what is expected.
+    ///
+    /// The difference, over its standard error with that of the prediction in it, is the recursive residual of Brown, Durbin
+    /// and Evans (J. R. Statist. Soc. B 37, 149, 1975). Without a change these are independent, so that an error of the baseline does not
+    /// return in every run. Their quotient by the scatter known before has Student's distribution, and its normal score is
+    /// standard normal from the first run on (self-starting charts: Hawkins, The Statistician 36, 299, 1987; Quesenberry, J. Quality
+    /// Technology 23, 213, 1991).
+    pub fn expect(&self, cell: &str, reading: &Reading, slope: Slope) -> Option<Expected> {
+        let scatter = self.scatter.ratio_or_one();
+        let prediction = self.cells.get(cell)?.predict(reading, slope, scatter)?;
+        let difference = (reading.value - prediction.value) / prediction.variance.sqrt();
+        let freedom = self.scatter.degrees_of_freedom();
+        let ratio = self.scatter.ratio().filter(|_| freedom >= FEWEST_DIFFERENCES);
+        let score = ratio.map(|ratio| score_of_t(difference / ratio.value, f64::from(freedom)));
+        Some(Expected { prediction, difference, score })
+    }
+
+    /// Mean of a cell with its error, scatter between runs included as far as it is known.
+    pub fn mean(&self, cell: &str) -> Option<Uncertain> {
+        let reference = self.cells.get(cell)?;
+        Some(Uncertain {
+            value: reference.mean(),
+            standard_error: self.scatter.ratio_or_one() * reference.variance().sqrt(),
+        })
+    }
+
+    /// Adds a reading to what is known.
+    pub fn learn(&mut self, cell: &str, reading: &Reading, expected: Option<Expected>) {
+        self.cells.entry(cell.to_owned()).or_default().add(reading);
+        if let Some(expected) = expected {
+            self.scatter.add(expected.difference);
+        }
+    }
+}
+
+impl Baseline {
+    /// The baseline of these runs, such as one complete round, or one record alone.
+    ///
+    /// # Errors
+    /// [`BaselineError`] if they hold no figure.
+    pub fn of_runs(runs: &[Run], environment: Environment) -> Result<Self, BaselineError> {
+        let mut ordered: Vec<&Run> = runs.iter().collect();
+        ordered.sort_by_key(|run| run.at);
+        let mut figures: BTreeMap<String, Known> = BTreeMap::new();
+        for run in &ordered {
+            for (figure, value) in &run.figures {
+                let Some(reading) = Reading::of(*value, run.temperature_c) else { continue };
+                let known = figures.entry(figure.clone()).or_default();
+                let slope = environment.slope(figure, &run.cell);
+                let expected = known.expect(&run.cell, &reading, slope);
+                known.learn(&run.cell, &reading, expected);
+            }
+        }
+        match (ordered.first(), ordered.last()) {
+            (Some(first), Some(last)) if !figures.is_empty() => {
+                Ok(Self { from: first.at, until: last.at, environment, figures })
+            }
+            _ => Err(BaselineError::NoFigure),
+        }
+    }
+
+    /// Time of its first run.
+    pub fn from(&self) -> Timestamp {
+        self.from
+    }
+
+    /// Time of its last run.
+    pub fn until(&self) -> Timestamp {
+        self.until
+    }
+
+    /// What temperature does to the figures.
+    pub fn environment(&self) -> &Environment {
+        &self.environment
+    }
+
+    /// Names of the figures.
+    pub fn figures(&self) -> impl Iterator<Item = &str> {
+        self.figures.keys().map(String::as_str)
+    }
+
+    /// Names of the cells, in order.
+    pub fn cells(&self) -> Vec<&str> {
+        let mut cells: Vec<&str> = self
+            .figures
+            .values()
+            .flat_map(|known| known.cells.keys())
+            .map(String::as_str)
+            .collect();
+        cells.sort_unstable();
+        cells.dedup();
+        cells
+    }
+
+    /// A figure of a cell.
+    pub fn figure(&self, figure: &str, cell: &str) -> Option<BaselineFigure> {
+        let known = self.figures.get(figure)?;
+        let reference = known.cells.get(cell)?;
+        let scatter = known.scatter.ratio_or_one();
+        Some(BaselineFigure {
+            mean: known.mean(cell)?,
+            runs: reference.runs(),
+            temperature_c: reference.temperature_c(),
+            per_k: reference.per_k(self.environment.slope(figure, cell), scatter),
+        })
+    }
+
+    /// Scatter of a figure between runs against stated errors, pooled over the cells; `None` if the figure is not in the baseline.
+    pub fn scatter(&self, figure: &str) -> Option<Scatter> {
+        self.figures.get(figure).map(|known| known.scatter)
+    }
+
+    /// What is said about a figure's scatter.
+    pub fn scatter_in_words(&self, figure: &str) -> String {
+        let scatter = self.scatter(figure).unwrap_or_default();
+        match scatter.ratio().filter(|_| scatter.degrees_of_freedom() >= FEWEST_DIFFERENCES) {
+            Some(ratio) => format!(
+                "between runs it scatters by {} times its stated errors ({} degrees of freedom, all cells together)",
+                uncertain(ratio),
+                scatter.degrees_of_freedom()
+            ),
+            None => "its scatter between runs is unknown from this baseline; it is learned from the runs that follow"
+                .to_owned(),
+        }
+    }
+
+    pub(crate) fn known(&self) -> &BTreeMap<String, Known> {
+        &self.figures
+    }
+}

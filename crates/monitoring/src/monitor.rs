@@ -1,0 +1,372 @@
+//! The monitor: charts of all figures of all cells, run after run.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use fieldgap_text::Uncertain;
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+
+use crate::alarm::{Alarm, Scope};
+use crate::baseline::{Baseline, Expected, Known};
+use crate::change_point::change_point;
+use crate::chart::Chart;
+use crate::environment::Environment;
+use crate::history::{Past, known_before, size};
+use crate::judgement::{ChartPoint, Judgement, Note};
+use crate::reference::Reading;
+use crate::run::Run;
+use crate::settings::{Settings, Sides};
+
+/// A run beyond this many standard errors is charted, but not learned from: either it is changed, or it is an outlier that would hide
+/// later changes. Of unchanged runs it leaves out 1 in 2,000.
+const MOST_TO_LEARN_FROM: f64 = 3.5;
+
+/// Follows the figures of repeated runs. Its state follows from settings, baseline, runs and acknowledgements alone, so that
+/// [`Monitor::replay`] builds the same one from records.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Monitor {
+    settings: Settings,
+    environment: Environment,
+    limits: Limits,
+    figures: BTreeMap<String, Followed>,
+}
+
+/// Somebody looked at an alarm, or changed the set-up: charts begin anew.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Acknowledgement {
+    /// When; runs at this time and later are charted anew.
+    pub at: Timestamp,
+    /// The figure; all if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figure: Option<String>,
+    /// The cell; all if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cell: Option<String>,
+    /// What the figures are expected to be from there on.
+    pub expect: Expect,
+}
+
+/// What figures are expected to be after an acknowledgement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Expect {
+    /// What they were before the alarm: it was false, or its cause is repaired.
+    AsBefore,
+    /// Something new, which the runs that follow show. The scatter between runs stays known.
+    Anew,
+}
+
+/// Limits of the charts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Limits {
+    one_sided: f64,
+    two_sided: f64,
+    with_all_cells: bool,
+}
+
+/// A figure with its charts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Followed {
+    /// What the baseline holds.
+    start: Known,
+    /// What is known now: that, and what the runs since taught.
+    known: Known,
+    past: Vec<Past>,
+    all_cells: OneChart,
+    cells: BTreeMap<String, OneChart>,
+    /// Cells whose reference stays as it was before their alarm.
+    held: BTreeSet<String>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+struct OneChart {
+    chart: Chart,
+    /// Place in the past from which on it is charted.
+    begin: usize,
+    alarmed: bool,
+}
+
+impl Monitor {
+    /// A monitor that has seen no run.
+    ///
+    /// A run is on one chart of its cell and on one of all cells for every figure. Each chart gets the limit at which its average run
+    /// length is `arl_runs` times the number of these charts (Bonferroni), so that false alarms of all together are at most
+    /// one in `arl_runs` runs. Figures that vary together make them rarer.
+    pub fn new(settings: Settings, baseline: &Baseline) -> Self {
+        let with_all_cells = baseline.cells().len() > 1;
+        let charts = baseline.known().len() * if with_all_cells { 2 } else { 1 };
+        let runs = settings.arl_runs() * charts as f64;
+        let limit = |sides| settings.chart().statistic(sides).limit_for(runs);
+        let limits = Limits {
+            one_sided: limit(Sides::Rises),
+            two_sided: limit(Sides::Both),
+            with_all_cells,
+        };
+        let followed = |known: &Known| Followed {
+            start: known.clone(),
+            known: known.clone(),
+            past: Vec::new(),
+            all_cells: OneChart::default(),
+            cells: BTreeMap::new(),
+            held: BTreeSet::new(),
+        };
+        Self {
+            figures: baseline
+                .known()
+                .iter()
+                .map(|(name, known)| (name.clone(), followed(known)))
+                .collect(),
+            environment: baseline.environment().clone(),
+            settings,
+            limits,
+        }
+    }
+
+    /// The monitor after these runs and acknowledgements, with the judgement of each run in the order of time.
+    pub fn replay(
+        settings: Settings,
+        baseline: &Baseline,
+        runs: &[Run],
+        acknowledgements: &[Acknowledgement],
+    ) -> (Self, Vec<Judgement>) {
+        let mut runs: Vec<&Run> = runs.iter().collect();
+        runs.sort_by_key(|run| run.at);
+        let mut acknowledgements: Vec<&Acknowledgement> = acknowledgements.iter().collect();
+        acknowledgements.sort_by_key(|one| one.at);
+        let mut waiting = acknowledgements.into_iter().peekable();
+        let mut monitor = Self::new(settings, baseline);
+        let mut judgements = Vec::with_capacity(runs.len());
+        for run in runs {
+            while let Some(one) = waiting.next_if(|one| one.at <= run.at) {
+                monitor.acknowledge(one);
+            }
+            judgements.push(monitor.judge(run));
+        }
+        waiting.for_each(|one| monitor.acknowledge(one));
+        (monitor, judgements)
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The limit of a figure's charts, in standard errors.
+    pub fn limit(&self, figure: &str) -> f64 {
+        self.limits.of(self.settings.sides(figure))
+    }
+
+    /// Judges the next run. Runs come in the order of time.
+    pub fn judge(&mut self, run: &Run) -> Judgement {
+        let mut judgement = Judgement::default();
+        if run.temperature_c.is_none() {
+            judgement.notes.push(Note::NoTemperature);
+        }
+        for (figure, value) in &run.figures {
+            let figure = figure.clone();
+            let Some(followed) = self.figures.get_mut(&figure) else {
+                judgement.notes.push(Note::NotInBaseline { figure });
+                continue;
+            };
+            let Some(reading) = Reading::of(*value, run.temperature_c) else {
+                judgement.notes.push(Note::NotANumber { figure });
+                continue;
+            };
+            let context = Context {
+                figure: &figure,
+                settings: &self.settings,
+                environment: &self.environment,
+                limits: self.limits,
+            };
+            followed.judge(run, reading, &context, &mut judgement);
+        }
+        judgement
+    }
+
+    /// Begins charts anew. The chart of all cells begins anew with that of any cell.
+    pub fn acknowledge(&mut self, acknowledgement: &Acknowledgement) {
+        let concerned =
+            |name: &String| acknowledgement.figure.as_ref().is_none_or(|one| one == name);
+        for (_, followed) in self.figures.iter_mut().filter(|(name, _)| concerned(name)) {
+            followed.reset(acknowledgement.cell.as_deref(), acknowledgement.expect);
+        }
+    }
+}
+
+impl Limits {
+    fn of(self, sides: Sides) -> f64 {
+        if sides == Sides::Both { self.two_sided } else { self.one_sided }
+    }
+}
+
+/// What the charts of a figure need besides their own state.
+struct Context<'a> {
+    figure: &'a str,
+    settings: &'a Settings,
+    environment: &'a Environment,
+    limits: Limits,
+}
+
+impl Followed {
+    fn judge(&mut self, run: &Run, reading: Reading, context: &Context, judgement: &mut Judgement) {
+        let slope = context.environment.slope(context.figure, &run.cell);
+        let expected = self.known.expect(&run.cell, &reading, slope);
+        let score = expected.and_then(|expected| expected.score);
+        let figure = context.figure.to_owned();
+        if expected.is_none() {
+            let before = self.known.cells.get(&run.cell).map_or(0, |reference| reference.runs());
+            judgement.notes.push(Note::Learning { figure, runs: before + 1 });
+        } else if score.is_none() {
+            judgement.notes.push(Note::ScatterUnknown { figure });
+        }
+        let usual = score.is_none_or(|score| score.abs() <= MOST_TO_LEARN_FROM);
+        let learn = usual && !self.held.contains(&run.cell);
+        let before = self.known.mean(&run.cell);
+        self.past.push(Past {
+            cell: run.cell.clone(),
+            at: run.at,
+            reading,
+            score,
+            of_the_mean: learn,
+            difference: expected.filter(|_| learn).map(|expected| expected.difference),
+        });
+        if learn {
+            self.known.learn(&run.cell, &reading, expected);
+        }
+        let mut scopes = vec![Scope::Cell(run.cell.clone())];
+        if context.limits.with_all_cells {
+            scopes.push(Scope::AllCells);
+        }
+        for scope in scopes {
+            self.chart(run, scope, (expected, before), context, judgement);
+        }
+    }
+
+    /// The run on one chart.
+    fn chart(
+        &mut self,
+        run: &Run,
+        scope: Scope,
+        (expected, baseline): (Option<Expected>, Option<Uncertain>),
+        context: &Context,
+        judgement: &mut Judgement,
+    ) {
+        let sides = context.settings.sides(context.figure);
+        let limit = context.limits.of(sides);
+        let one = match &scope {
+            Scope::Cell(cell) => self.cells.entry(cell.clone()).or_default(),
+            Scope::AllCells => &mut self.all_cells,
+        };
+        let score = expected.and_then(|expected| expected.score);
+        let statistic = score.map(|score| one.chart.step(context.settings.chart(), sides, score));
+        let beyond = statistic.filter(|statistic| statistic.abs() > limit);
+        let new = beyond.is_some() && !one.alarmed;
+        one.alarmed |= beyond.is_some();
+        let begin = one.begin;
+        judgement.charts.push(ChartPoint {
+            figure: context.figure.to_owned(),
+            cell: run.cell.clone(),
+            scope: scope.clone(),
+            at: run.at,
+            value: self.corrected(expected),
+            baseline,
+            z: score,
+            statistic,
+            limit,
+            sides,
+            alarm: beyond.is_some(),
+        });
+        if let Some(statistic) = beyond
+            && let Some(since) = self.changed_since(&scope, begin, statistic)
+        {
+            let known = known_before(&self.start, &self.past[..since]);
+            let after: Vec<&Past> =
+                self.past[since..].iter().filter(|past| scope.takes(&past.cell)).collect();
+            let size = size(&known, &after, context.figure, context.environment);
+            judgement.alarms.push(Alarm {
+                figure: context.figure.to_owned(),
+                at: run.at,
+                new,
+                since: self.past[since].at,
+                runs: size.runs,
+                change: size.change,
+                relative: size.relative,
+                cells: size.cells,
+                scope: scope.clone(),
+                statistic,
+                limit,
+                arl_runs: context.settings.arl_runs(),
+            });
+            if new {
+                self.hold(&scope, since);
+            }
+        }
+    }
+
+    /// The newest run, corrected for temperature.
+    fn corrected(&self, expected: Option<Expected>) -> Uncertain {
+        let scatter = self.known.scatter.ratio_or_one();
+        let Some(past) = self.past.last() else {
+            return Uncertain { value: f64::NAN, standard_error: f64::NAN };
+        };
+        let (shift, variance) = expected.map_or((0.0, 0.0), |expected| {
+            (expected.prediction.of_temperature, expected.prediction.temperature_variance)
+        });
+        Uncertain {
+            value: past.reading.value - shift,
+            standard_error: scatter * (past.reading.variance + variance).sqrt(),
+        }
+    }
+
+    /// Place in the past of the first changed run.
+    fn changed_since(&self, scope: &Scope, begin: usize, direction: f64) -> Option<usize> {
+        let (places, scores): (Vec<usize>, Vec<f64>) = (begin..self.past.len())
+            .filter(|place| scope.takes(&self.past[*place].cell))
+            .filter_map(|place| Some((place, self.past[place].score?)))
+            .unzip();
+        change_point(&scores, direction).map(|first| places[first])
+    }
+
+    /// Takes what changed runs taught out of the references of their cells, and keeps these as they were before the change.
+    fn hold(&mut self, scope: &Scope, since: usize) {
+        for past in &mut self.past[since..] {
+            if scope.takes(&past.cell) {
+                past.of_the_mean = false;
+                past.difference = None;
+            }
+        }
+        self.known = known_before(&self.start, &self.past);
+        match scope {
+            Scope::Cell(cell) => drop(self.held.insert(cell.clone())),
+            Scope::AllCells => self.held.extend(self.known.cells.keys().cloned()),
+        }
+    }
+
+    fn reset(&mut self, cell: Option<&str>, expect: Expect) {
+        let concerned = |name: &str| cell.is_none_or(|one| one == name);
+        if expect == Expect::Anew {
+            self.start.cells.retain(|name, _| !concerned(name));
+            self.known.cells.retain(|name, _| !concerned(name));
+            for past in self.past.iter_mut().filter(|past| concerned(&past.cell)) {
+                past.of_the_mean = false;
+            }
+        }
+        let anew = OneChart { begin: self.past.len(), ..OneChart::default() };
+        self.all_cells = anew;
+        for (_, one) in self.cells.iter_mut().filter(|(name, _)| concerned(name)) {
+            *one = anew;
+        }
+        self.held.retain(|name| !concerned(name));
+    }
+}
+
+impl Scope {
+    /// Whether the runs of this cell are on the chart.
+    fn takes(&self, cell: &str) -> bool {
+        match self {
+            Self::Cell(own) => own == cell,
+            Self::AllCells => true,
+        }
+    }
+}

@@ -2,13 +2,14 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// A number and its standard error, both in the same unit.
+/// A number and its standard error, both in the same unit. In JSON, `null` stands for NaN.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Uncertain {
     /// Best estimate.
+    #[serde(deserialize_with = "or_nan")]
     pub value: f64,
-    /// Standard error (one standard deviation); NaN if it is not determined, `null` in JSON.
-    #[serde(default = "undetermined", deserialize_with = "null_is_undetermined")]
+    /// Standard error (one standard deviation); NaN if it is not determined.
+    #[serde(default = "undetermined", deserialize_with = "or_nan")]
     pub standard_error: f64,
 }
 
@@ -16,8 +17,9 @@ fn undetermined() -> f64 {
     f64::NAN
 }
 
-fn null_is_undetermined<'de, D: Deserializer<'de>>(source: D) -> Result<f64, D::Error> {
-    Ok(Option::deserialize(source)?.unwrap_or(f64::NAN))
+/// JSON has no NaN: writers put `null` in its place.
+fn or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }
 
 /// Placeholder for a missing number.

@@ -35,6 +35,7 @@
 //! | verdict | Probabilities of the sets, the size of the gap, and its shares by height, region and kind. | `verdict` |
 //! | advice | The scan that would separate the rivals best, and which effects a scan can separate at all. | `advice` |
 //! | report | The result, put together and in words. | `report`, `text` |
+//! | change | What changed between two records: the same phases on the readings of the second, less what the first leaves unexplained. | `change` |
 //!
 //! `diagnose.rs` runs the phases in this order; noise, fit and selection are repeated until they agree. Everything that decides
 //! something has its value, reason and source in `limits.rs`.
@@ -47,6 +48,7 @@
 //! independently.
 
 mod advice;
+mod change;
 mod diagnose;
 mod effect_id;
 mod effects;
@@ -66,6 +68,10 @@ mod text;
 mod verdict;
 
 pub use advice::distinguish::{AlikeEffects, alike_effects};
+pub use change::{
+    ChangeCandidate, ChangeDiagnosis, ChangeVerdict, CommonModel, NoChangeDiagnosis,
+    ParameterChange, RecordName, diagnose_change,
+};
 pub use diagnose::diagnose;
 pub use effect_id::{EffectId, UnknownEffect, joined};
 pub use fitted_parameter::FittedParameter;

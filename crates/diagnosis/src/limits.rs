@@ -94,6 +94,13 @@ pub(crate) const SHIFT_PRIOR_M: f64 = 1e-4;
 /// Mean and standard deviation of the share of a piston's near field that elements show: between none of it and all of it.
 pub(crate) const NEAR_FIELD_PRIOR: (f64, f64) = (0.5, 0.5);
 
+/// Standard deviation of the shift between two records of one rig, m: none. A robot that finds its origin anew by a hundredth of a
+/// millimetre has moved it, and that is told as an offset.
+pub(crate) const REPEATED_PLACE_M: f64 = 1e-7;
+
+/// Standard deviation of the change of the near field between two records of one rig: it belongs to the elements and does not change.
+pub(crate) const SAME_NEAR_FIELD: f64 = 1e-3;
+
 /// Span of the natural logarithm of an effect's size in standard deviations, each order equally likely: from one to three thousand.
 /// Set by judgement.
 pub(crate) const EFFECT_SIZE_SPAN: f64 = 8.0;
@@ -239,6 +246,39 @@ pub(crate) const LAST_DIGIT: f64 = 1e-2;
 
 /// Share of a step by which readings may miss it, for the record's last digit. Set by judgement.
 pub(crate) const MISSED_STEP: f64 = 0.1;
+
+// Change between two records.
+
+/// Pairs of readings at common places below which a change is not diagnosed: with fewer, the elements of an array of 36 are not told apart.
+pub(crate) const FEWEST_PAIRS: usize = 60;
+
+/// Pairs that a diagnosis of a change works on at most, so that an alarm has its cause in seconds. Set by judgement.
+pub(crate) const MOST_PAIRS: usize = 5000;
+
+/// Readings of the first record to which its model is fitted at most. Set by judgement.
+pub(crate) const READINGS_OF_COMMON: usize = 2500;
+
+/// Spread of the elements' amplitudes, and of their phases in rad, in the model of the first record: large beside what arrays have, so that
+/// the readings decide.
+pub(crate) const COMMON_SPREADS: [f64; 2] = [0.2, 0.3];
+
+/// Effects that may be added to the model of the first record. Set by judgement.
+pub(crate) const MOST_ADDED_TO_COMMON: usize = 2;
+
+/// Decrease of the cost a reading for which one is added. Set by judgement.
+pub(crate) const WORTH_ADDING_TO_COMMON: f64 = 0.02;
+
+/// Effects in a change at most: between two records one thing changes, seldom two.
+pub(crate) const MOST_CHANGES: usize = 2;
+
+/// Elements of which the departure of one alone is fitted. Set by judgement.
+pub(crate) const ELEMENTS_TRIED: usize = 3;
+
+/// Standard errors from which on a change of the level is told: of normal noise one in 16,000.
+pub(crate) const LEVEL_SIGMA: f64 = 4.0;
+
+/// Share of a change that another effect must explain: the elements' own departures are known to some percent. Set by judgement.
+pub(crate) const MATERIAL_OF_CHANGE: f64 = 0.01;
 
 // Verdict.
 

@@ -22,6 +22,38 @@ pub(crate) struct Prepared {
 impl Prepared {
     /// Of scans of one rig; `simulator` as for [`diagnose`].
     pub fn of(scans: &[RecordedScan], simulator: Option<Simulator>) -> Result<Self, Incomparable> {
+        Self::registered(scans, simulator, |scan, simulator| {
+            let registration = register_scan(scan, simulator, Registering::Auto)?;
+            let pose = match is_in_other_coordinates(&registration) {
+                true => registration.pose(),
+                false => Pose::default(),
+            };
+            Ok((registration, pose))
+        })
+    }
+
+    /// Of scans that lie in the coordinates of the first: another pose of a later one would be a change to be found.
+    pub fn of_one_pose(
+        scans: &[RecordedScan],
+        simulator: Option<Simulator>,
+    ) -> Result<Self, Incomparable> {
+        let mut pose = None;
+        Self::registered(scans, simulator, |scan, simulator| {
+            let requested = if pose.is_none() { Registering::Auto } else { Registering::None };
+            let registration = register_scan(scan, simulator, requested)?;
+            let pose = *pose.get_or_insert_with(|| match is_in_other_coordinates(&registration) {
+                true => registration.pose(),
+                false => Pose::default(),
+            });
+            Ok((registration, pose))
+        })
+    }
+
+    fn registered(
+        scans: &[RecordedScan],
+        simulator: Option<Simulator>,
+        mut register: impl FnMut(&RecordedScan, Simulator) -> Result<(Registration, Pose), Incomparable>,
+    ) -> Result<Self, Incomparable> {
         let first = scans.first().ok_or(Incomparable::NoScan)?;
         if let Some(other) =
             scans.iter().find(|s| s.setup.array.array() != first.setup.array.array())
@@ -33,11 +65,7 @@ impl Prepared {
         let mut registrations = Vec::new();
         let mut poses = Vec::new();
         for scan in scans {
-            let registration = register_scan(scan, simulator, Registering::Auto)?;
-            let pose = match is_in_other_coordinates(&registration) {
-                true => registration.pose(),
-                false => Pose::default(),
-            };
+            let (registration, pose) = register(scan, simulator)?;
             registrations.push(registration);
             poses.push(pose);
         }
@@ -71,5 +99,6 @@ fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {
         unit: scans[0].setup.unit.clone(),
         highest_m: highest.fold(0.0, f64::max),
         dark_floor: floors.fold(0.0, f64::max),
+        common: None,
     }
 }

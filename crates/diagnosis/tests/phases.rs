@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The rooms and single files of the crate; each uses only those before it.
-const ORDER: [&str; 18] = [
+const ORDER: [&str; 19] = [
     "effect_id",
     "fitted_parameter",
     "remedy",
@@ -23,6 +23,7 @@ const ORDER: [&str; 18] = [
     "report",
     "text",
     "diagnose",
+    "change",
 ];
 
 /// Modules by their path, such as `model::receiver`, each with the paths that its product code names after `crate::`.

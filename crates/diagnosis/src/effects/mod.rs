@@ -24,6 +24,7 @@ mod noise_floor;
 mod of_elements;
 mod offset;
 mod on_axis_unit;
+pub(crate) mod one_element;
 mod phase_plane;
 pub(crate) mod phase_quantisation;
 mod pitch;

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use crate::effect_id::EffectId;
 use crate::fit::problem::Problem;
-use crate::limits::{NEAR_FIELD_PRIOR, SHIFT_PRIOR_M};
+use crate::limits::{NEAR_FIELD_PRIOR, REPEATED_PLACE_M, SAME_NEAR_FIELD, SHIFT_PRIOR_M};
 use crate::model::effect::{Context, Parameter, Search};
 use crate::model::forward_model::ForwardModel;
 use crate::model::instance::Instance;
@@ -151,9 +151,11 @@ pub(crate) fn fit(
     stopping: Stopping,
 ) -> Fit {
     let Start { instances, values, spreads, nuisance } = start;
-    let nuisance = nuisance
-        .unwrap_or_else(|| ForwardModel::of(&instances, &values, context).best_gain(observations));
-    let unknowns = unknowns(&instances, &values, &spreads, &nuisance);
+    let nuisance = nuisance.unwrap_or_else(|| {
+        let near_field = context.common.as_ref().map_or(0.0, |common| common.near_field);
+        ForwardModel::of(&instances, &values, context).best_gain(observations, near_field)
+    });
+    let unknowns = unknowns(&instances, &values, &spreads, &nuisance, context);
     let problem = Problem::new(observations, context, &instances, &values);
     let mut kept = None;
     let mut age = 0;
@@ -192,14 +194,19 @@ pub(crate) fn unknowns(
     values: &[Vec<f64>],
     spreads: &[f64],
     nuisance: &[Nuisance],
+    context: &Context,
 ) -> Vec<Unknown> {
     let mut unknowns = Vec::new();
+    let (shift_m, near_field) = match &context.common {
+        None => (SHIFT_PRIOR_M, NEAR_FIELD_PRIOR),
+        Some(common) => (REPEATED_PLACE_M, (common.near_field, SAME_NEAR_FIELD)),
+    };
     for nuisance in nuisance {
         unknowns.push(Unknown { start: nuisance.log_gain, scale: GAIN_SCALE, prior: None });
-        let prior = Some((0.0, SHIFT_PRIOR_M));
+        let prior = Some((0.0, shift_m));
         let shifts = nuisance.shift_m.iter().map(|&start| (start, SHIFT_SCALE_M));
         unknowns.extend(shifts.map(|(start, scale)| Unknown { start, scale, prior }));
-        let (start, prior) = (nuisance.near_field, Some(NEAR_FIELD_PRIOR));
+        let (start, prior) = (nuisance.near_field, Some(near_field));
         unknowns.push(Unknown { start, scale: NEAR_FIELD_SCALE, prior });
     }
     for ((instance, values), spread) in instances.iter().zip(values).zip(spreads) {

@@ -51,7 +51,7 @@ impl ScoreStatistic {
 impl<'o> ScoreStatistics<'o> {
     /// Linearises a fit once, for all effects that may be added to it.
     pub fn of(observations: &'o Observations, context: &'o Context, fit: &'o Fit) -> Self {
-        let unknowns = unknowns(&fit.instances, &fit.values, &fit.spreads, &fit.nuisance);
+        let unknowns = unknowns(&fit.instances, &fit.values, &fit.spreads, &fit.nuisance, context);
         let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
         let problem = Problem::new(observations, context, &fit.instances, &fit.values);
         let linear = problem.linearise(&numbers, &unknowns, &mut None);
@@ -81,7 +81,7 @@ impl<'o> ScoreStatistics<'o> {
         let mut spreads = self.fit.spreads.clone();
         spreads.push(1.0);
         let problem = Problem::new(self.observations, self.context, &instances, &all);
-        let unknowns = unknowns(&instances, &all, &spreads, &self.fit.nuisance);
+        let unknowns = unknowns(&instances, &all, &spreads, &self.fit.nuisance, self.context);
         let mut numbers = self.numbers.clone();
         numbers.extend(values);
         let range = self.numbers.len()..numbers.len();

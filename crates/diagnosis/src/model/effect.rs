@@ -25,7 +25,7 @@ use fieldgap_acoustics::{
 };
 use fieldgap_text::with_minus_signs;
 
-use super::instance::Setting;
+use super::instance::{Instance, Setting};
 use super::observations::{Observations, Visit};
 use super::pressure::Pressure;
 use crate::effect_id::EffectId;
@@ -188,6 +188,17 @@ pub(crate) struct Context {
     pub highest_m: f64,
     /// The floor that dark readings show, in the reading's unit; zero for none.
     pub dark_floor: f64,
+    /// What is known from another record of the same rig, and held; `None` where the set-up alone is believed.
+    pub common: Option<Common>,
+}
+
+/// What two records of one rig have in common, whatever changed between them.
+#[derive(Debug, Clone)]
+pub(crate) struct Common {
+    /// Effects that act in both, with their values.
+    pub effects: Vec<(Instance, Vec<f64>)>,
+    /// Share of a piston's near field that the elements show.
+    pub near_field: f64,
 }
 
 /// Speed of sound and frequency, over the believed ones.

@@ -46,9 +46,11 @@ impl<'c> ForwardModel<'c> {
         Self::with(Vec::new())
     }
 
-    /// A set of effects, each with its values.
+    /// A set of effects, each with its values, beside those that are known from another record.
     pub fn of(instances: &[Instance], values: &[Vec<f64>], context: &'c Context) -> Self {
-        let active = instances.iter().zip(values);
+        let common = context.common.iter().flat_map(|common| &common.effects);
+        let common = common.map(|(instance, values)| (instance, values));
+        let active = common.chain(instances.iter().zip(values));
         Self::with(
             active.map(|(instance, values)| Active::new(instance, values, context)).collect(),
         )

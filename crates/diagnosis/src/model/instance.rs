@@ -1,5 +1,7 @@
 //! An effect with what was chosen for it, and with the numbers at which it acts.
 
+use std::fmt;
+
 use num_complex::Complex64;
 
 use super::effect::{Choice, Context, Effect};
@@ -11,6 +13,12 @@ pub(crate) struct Instance {
     pub effect: &'static dyn Effect,
     /// What was chosen.
     pub choice: Choice,
+}
+
+impl fmt::Debug for Instance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {:?}", self.effect.id(), self.choice)
+    }
 }
 
 /// The numbers at which an effect acts.

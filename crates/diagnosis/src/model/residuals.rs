@@ -123,9 +123,9 @@ impl ForwardModel<'_> {
         expected
     }
 
-    /// No shift, and the gain of each scan that fits best.
-    pub fn best_gain(&self, observations: &Observations) -> Vec<Nuisance> {
-        let none = Nuisance { log_gain: 0.0, shift_m: Vector3::zeros(), near_field: 0.0 };
+    /// No shift, and the gain of each scan that fits best beside this near field.
+    pub fn best_gain(&self, observations: &Observations, near_field: f64) -> Vec<Nuisance> {
+        let none = Nuisance { log_gain: 0.0, shift_m: Vector3::zeros(), near_field };
         self.best_gain_beside(observations, &vec![none; observations.scans.len()])
     }
 

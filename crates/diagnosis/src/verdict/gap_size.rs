@@ -33,7 +33,7 @@ fn in_both_parts(observations: &Observations) -> bool {
 
 /// The believed set-up at the gain that fits best, and no shift.
 pub(crate) fn as_believed(observations: &Observations) -> Vec<Nuisance> {
-    ForwardModel::believed().best_gain(observations)
+    ForwardModel::believed().best_gain(observations, 0.0)
 }
 
 /// Rms residual over rms reading.

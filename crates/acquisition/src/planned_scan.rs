@@ -68,8 +68,11 @@ impl PlannedScan {
         Ok(scan)
     }
 
-    /// Reads a plan and a rig file from copies of their texts.
-    pub(super) fn parse(plan: TomlSource, rig: TomlSource) -> Result<Self, AcquisitionError> {
+    /// Reads the texts of a plan and a rig file.
+    ///
+    /// # Errors
+    /// As [`PlannedScan::read`].
+    pub fn parse(plan: TomlSource, rig: TomlSource) -> Result<Self, AcquisitionError> {
         Ok(Self::new(Plan::parse(plan)?, RigSetup::parse(rig)?))
     }
 

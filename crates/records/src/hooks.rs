@@ -53,13 +53,7 @@ impl Hooks {
 
     /// The same hooks, with relative paths of programs resolved from a folder.
     pub fn beside(&self, folder: &Path) -> Self {
-        let beside = |command: &Option<HookCommand>| {
-            let mut command = command.clone()?;
-            if command.program.contains('/') {
-                command.program = folder.join(&command.program).to_string_lossy().into_owned();
-            }
-            Some(command)
-        };
+        let beside = |command: &Option<HookCommand>| Some(command.clone()?.beside(folder));
         Self {
             on_failure: beside(&self.on_failure),
             on_finish: beside(&self.on_finish),
@@ -126,6 +120,20 @@ impl HookCommand {
     /// The program: a path, or a name to be searched in `PATH`.
     pub fn program(&self) -> &str {
         &self.program
+    }
+
+    /// The same command, a relative path of the program resolved from a folder.
+    pub fn beside(mut self, folder: &Path) -> Self {
+        if self.program.contains('/') {
+            self.program = folder.join(&self.program).to_string_lossy().into_owned();
+        }
+        self
+    }
+
+    /// The same command with another text in each argument.
+    pub fn with_arguments(mut self, argument: impl Fn(&str) -> String) -> Self {
+        self.arguments.iter_mut().for_each(|text| *text = argument(text));
+        self
     }
 
     /// Its arguments.

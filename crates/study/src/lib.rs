@@ -42,7 +42,7 @@ pub use onset::{Onset, onsets};
 pub use quantiles::Quantiles;
 pub use run::{Figure, Row, StudyResult, run};
 pub use study_file::{Study, UnknownStudy};
-pub use sweep::{Sweep, SweptValue};
+pub use sweep::{Sweep, SweepTable, SweptValue};
 pub use table::{csv, draws_csv};
 pub use text::text;
 pub use transducer_models::{LOBE_DISTANCES_M, ModelAgainstIntegral, models_against_integral};

@@ -7,15 +7,16 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml_edit::Value;
 
-use fieldgap_input::{Fault, TomlSource};
+use fieldgap_input::{Fault, Label, TomlSource};
 
 /// Most values of one sweep.
 const MOST_VALUES: usize = 10_000;
 
 /// The keys of a `[[sweep]]` or of an axis; [`Sweep::read`] checks them.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SweepTable {
+    name: Option<Label>,
     parameter: Spanned<Parameters>,
     values: Option<Spanned<Vec<Spanned<toml::Value>>>>,
     labels: Option<Spanned<Vec<String>>>,
@@ -51,6 +52,8 @@ impl Number {
 /// One key, or several, and its values.
 #[derive(Debug, Clone)]
 pub struct Sweep {
+    /// Its name, if the file gives one.
+    pub given_name: Option<String>,
     /// The dotted keys (`array.spacing_mm`), at least one. Several take the same value, or one each of a list as long as they are many.
     pub parameters: Vec<String>,
     /// The values, at least one.
@@ -130,12 +133,13 @@ impl Sweep {
                 value.label.clone_from(label);
             }
         }
-        Ok(Self { parameters, values, place: table.span() })
+        let given_name = keys.name.as_ref().map(|name| name.as_str().to_owned());
+        Ok(Self { given_name, parameters, values, place: table.span() })
     }
 
-    /// The keys as one name.
+    /// The given name, or the keys as one.
     pub fn name(&self) -> String {
-        self.parameters.join(" = ")
+        self.given_name.clone().unwrap_or_else(|| self.parameters.join(" = "))
     }
 
     /// The values, if all are numbers in ascending order.

@@ -8,6 +8,7 @@ use miette::{Diagnostic, IntoDiagnostic};
 use super::compare::ComparisonArgs;
 use super::diagnose::{tell, write_page};
 use super::proposal::proposed_correction;
+use super::record_figures::keep_figures;
 use super::replay::{Report, show, write_report};
 use crate::cli::output::say;
 use fieldgap_comparison::{Comparison, GapReduction};
@@ -67,6 +68,7 @@ pub(super) fn close(
             diagnosis,
             vec![back],
         )?;
+        keep_figures(folder, scan, &comparisons, Some(diagnosis), &report_folder.join(WHY))?;
         say(format!("\n{}\nwhy: {}", diagnosis.sentence.replace('\u{a0}', " "), page.display()));
     }
     let corrected = match &diagnosis {
@@ -82,6 +84,7 @@ pub(super) fn close(
     let pictures = PrintStyle::default();
     let report = Report { folder, scan, comparisons: &comparisons, cause, pages, pictures };
     let files = write_report(report, report_folder)?;
+    keep_figures(folder, scan, &comparisons, diagnosis.as_ref(), report_folder)?;
     if let Some(first) = comparisons.first() {
         say(format!("\n{}", headline(first, diagnosis.as_ref()).replace('\u{a0}', " ")));
     }
@@ -160,6 +163,7 @@ fn close_gap(
     let report =
         Report { folder: &out, scan: &again, comparisons: &after, cause: None, pages, pictures };
     let files = write_report(report, &corrected_report)?;
+    keep_figures(&out, &again, &after, None, &corrected_report)?;
     say(format!("report of the corrected set-up: {}", files.index.display()));
     let noise_at = |focus: usize, z_mm: f64| {
         let mut planes = diagnosis.r#where.planes.iter();

@@ -7,8 +7,10 @@ use clap::Args;
 use miette::IntoDiagnostic;
 
 use super::output::{print, print_json, say};
+use super::record_figures::keep_figures;
 use super::replay::context;
 use fieldgap_acoustics::Simulator;
+use fieldgap_comparison::{Registering, compare};
 use fieldgap_correction::{Corrected, correct_recorded_scan, correct_rig_file};
 use fieldgap_diagnosis::{Diagnosis, diagnose};
 use fieldgap_records::RecordedScan;
@@ -57,6 +59,12 @@ impl Diagnose {
         }
         if let Some(out) = &self.report {
             let page = write_page(out, &self.folders, &scans, &diagnosis, Vec::new())?;
+            // Of several scans taken together there are no figures of one record.
+            if let ([folder], [scan]) = (self.folders.as_slice(), scans.as_slice()) {
+                let compared = compare(scan, diagnosis.simulator, Registering::Auto);
+                let comparison = compared.into_diagnostic()?;
+                keep_figures(folder, scan, &[comparison], Some(&diagnosis), out)?;
+            }
             say(format!("report: {}", page.display()));
         }
         if let (Some(set_up), Some(out)) = (&self.apply, &self.out) {

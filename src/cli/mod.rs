@@ -14,6 +14,7 @@ mod error_message;
 mod export;
 mod focus;
 mod gap;
+mod history;
 mod import;
 mod import_points;
 mod init;
@@ -27,6 +28,7 @@ mod picture_args;
 mod progress;
 mod proposal;
 mod question;
+mod record_figures;
 mod replay;
 mod resume;
 mod rig;
@@ -113,6 +115,8 @@ enum Command {
     Rig(rig::Rig),
     /// Note something about a record, or print its notes
     Note(note::NoteCommand),
+    /// List the records below a folder with their gaps and causes, and show how they change
+    History(history::History),
     /// Show and operate a rig in a browser
     Serve(serve::Serve),
     /// Watchdog process; started by the program itself
@@ -180,6 +184,7 @@ impl Command {
             Self::Blind(command) => command.run(),
             Self::Rig(command) => command.run(),
             Self::Note(command) => command.run(),
+            Self::History(command) => command.run(),
             Self::Serve(command) => command.run(),
             Self::Watchdog(command) => command.run(),
             Self::Manual(command) => command.run(Cli::command()),

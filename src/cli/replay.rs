@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 use super::compare::ComparisonArgs;
 use super::output::{print, print_json, say};
 use super::picture_args::PictureArgs;
+use super::record_figures::keep_figures;
 use fieldgap_acquisition::replay_wire;
 use fieldgap_comparison::Comparison;
 use fieldgap_input::{MOST_TABLE, read_bytes};
@@ -81,6 +82,7 @@ pub(super) fn report_on(
         pictures,
     };
     let files = write_report(report, out)?;
+    keep_figures(folder, &scan, &comparisons, None, out)?;
     show(&comparisons, comparison);
     say(format!("report: {}", files.index.display()));
     Ok(comparisons)

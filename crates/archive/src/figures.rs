@@ -19,13 +19,13 @@ use crate::sampling_error::NoisyReadings;
 pub const FIGURES: &str = "figures.json";
 
 /// The format that this program reads and writes.
-const FORMAT: u32 = 1;
+pub(crate) const FORMAT: u32 = 1;
 
 /// The folder of the report in that of a record.
-const REPORT: &str = "report";
+pub(crate) const REPORT: &str = "report";
 
 /// The folder of the diagnosis in that of a report.
-const WHY: &str = "why";
+pub(crate) const WHY: &str = "why";
 
 /// The figures of one comparison of a record with its simulation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

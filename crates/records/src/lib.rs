@@ -97,7 +97,7 @@ pub use journal::{
 };
 pub use layout::{Layout, Rims};
 pub use medium_section::{MediumSection, MediumTable};
-pub use notes::{Note, NoteError};
+pub use notes::{Note, NoteError, NoteKind};
 pub use plan::{
     Axis, Dark, Fly, Layers, Order, Plan, PlanPart, Reference, Region, Shape, Tolerances, Visit,
     VisitKind,

@@ -26,6 +26,43 @@ pub struct Note {
     pub at: Timestamp,
     who: String,
     text: String,
+    /// What it is about. Left out of the line of a plain note, which earlier versions read.
+    #[serde(default, skip_serializing_if = "NoteKind::is_plain")]
+    pub kind: NoteKind,
+}
+
+/// What a note is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoteKind {
+    /// Anything.
+    #[default]
+    Note,
+    /// Something was repaired or exchanged.
+    Repair,
+    /// Something was calibrated.
+    Calibration,
+    /// A figure left its limits, or a device failed.
+    Alarm,
+}
+
+impl NoteKind {
+    /// Every kind.
+    pub const ALL: [Self; 4] = [Self::Note, Self::Repair, Self::Calibration, Self::Alarm];
+
+    /// Its name in the file and on the command line.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Note => "note",
+            Self::Repair => "repair",
+            Self::Calibration => "calibration",
+            Self::Alarm => "alarm",
+        }
+    }
+
+    fn is_plain(&self) -> bool {
+        *self == Self::Note
+    }
 }
 
 /// Why a note was not kept.
@@ -59,7 +96,12 @@ impl Note {
         if !good(who, LONGEST_NAME) || !good(text, LONGEST) {
             return Err(NoteError::Text);
         }
-        Ok(Self { at, who: who.to_owned(), text: text.to_owned() })
+        Ok(Self { at, who: who.to_owned(), text: text.to_owned(), kind: NoteKind::Note })
+    }
+
+    /// The same note, about something.
+    pub fn of_kind(self, kind: NoteKind) -> Self {
+        Self { kind, ..self }
     }
 
     /// Who wrote it.
@@ -110,7 +152,8 @@ impl Note {
         let note = |(n, line): (usize, &str)| {
             let read = serde_json::from_str::<Self>(line);
             let note = read.map_err(|error| (n, error.to_string()))?;
-            Self::new(note.at, &note.who, &note.text).map_err(|error| (n, error.to_string()))
+            let checked = Self::new(note.at, &note.who, &note.text);
+            checked.map(|plain| plain.of_kind(note.kind)).map_err(|error| (n, error.to_string()))
         };
         let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         lines.map(note).collect::<Result<_, _>>().map_err(|(n, problem)| {
@@ -139,6 +182,24 @@ mod tests {
         notes.iter().for_each(|note| note.add_to(folder.path()).expect("kept"));
         assert_eq!(Note::all_of(folder.path()).expect("read"), notes);
         assert_eq!((notes[1].who(), notes[1].text()), ("Bob", "measured again"));
+    }
+
+    #[test]
+    fn a_kind_is_kept_and_a_line_without_one_is_a_plain_note() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let line = "{\"at\":\"1970-01-01T00:00:00Z\",\"who\":\"Ada\",\"text\":\"as before\"}\n";
+        std::fs::write(folder.path().join(FILE), line).expect("written");
+        let plain = Note::new(Timestamp::UNIX_EPOCH, "Ada", "as before").expect("a note");
+        let notes = NoteKind::ALL.map(|kind| plain.clone().of_kind(kind));
+        notes.iter().for_each(|note| note.add_to(folder.path()).expect("kept"));
+        let read = Note::all_of(folder.path()).expect("read");
+        assert_eq!((&read[0], &read[1..]), (&plain, &notes[..]));
+        let text = std::fs::read_to_string(folder.path().join(FILE)).expect("there");
+        assert!(text.starts_with(&line.repeat(2)), "{text}");
+        for kind in NoteKind::ALL {
+            let name = serde_json::to_string(&kind).expect("a name");
+            assert_eq!(name, format!("\"{}\"", kind.as_str()));
+        }
     }
 
     #[test]

@@ -10,6 +10,7 @@ use crate::environment::{Environment, Slope};
 use crate::normal::score_of_t;
 use crate::reference::{Prediction, Reading, Reference, Scatter};
 use crate::run::Run;
+use crate::settings::Tolerance;
 
 /// Mean, error and temperature of every figure of every cell, from a round, a record, or an earlier campaign. It is written to disk
 /// and read again without loss.
@@ -71,15 +72,24 @@ impl Known {
     /// The difference, over its standard error with that of the prediction in it, is the recursive residual of Brown, Durbin
     /// and Evans (J. R. Statist. Soc. B 37, 149, 1975). Without a change these are independent, so that an error of the baseline does not
     /// return in every run. Their quotient by the scatter known before has Student's distribution, and its normal score is
-    /// standard normal from the first run on (self-starting charts: Hawkins, The Statistician 36, 299, 1987; Quesenberry, J. Quality
+    /// standard normal from the first run on, what is tolerated taken off (self-starting charts: Hawkins, The Statistician 36, 299, 1987; Quesenberry, J. Quality
     /// Technology 23, 213, 1991).
-    pub fn expect(&self, cell: &str, reading: &Reading, slope: Slope) -> Option<Expected> {
+    pub fn expect(
+        &self,
+        cell: &str,
+        reading: &Reading,
+        slope: Slope,
+        tolerance: Option<Tolerance>,
+    ) -> Option<Expected> {
         let scatter = self.scatter.ratio_or_one();
         let prediction = self.cells.get(cell)?.predict(reading, slope, scatter)?;
-        let difference = (reading.value - prediction.value) / prediction.variance.sqrt();
+        let error = prediction.variance.sqrt();
+        let difference = (reading.value - prediction.value) / error;
+        let tolerated = tolerance.map_or(0.0, |one| one.about(prediction.value)) / error;
+        let counted = (difference.abs() - tolerated).max(0.0).copysign(difference);
         let freedom = self.scatter.degrees_of_freedom();
         let ratio = self.scatter.ratio().filter(|_| freedom >= FEWEST_DIFFERENCES);
-        let score = ratio.map(|ratio| score_of_t(difference / ratio.value, f64::from(freedom)));
+        let score = ratio.map(|ratio| score_of_t(counted / ratio.value, f64::from(freedom)));
         Some(Expected { prediction, difference, score })
     }
 
@@ -115,7 +125,7 @@ impl Baseline {
                 let Some(reading) = Reading::of(*value, run.temperature_c) else { continue };
                 let known = figures.entry(figure.clone()).or_default();
                 let slope = environment.slope(figure, &run.cell);
-                let expected = known.expect(&run.cell, &reading, slope);
+                let expected = known.expect(&run.cell, &reading, slope, None);
                 known.learn(&run.cell, &reading, expected);
             }
         }

@@ -57,4 +57,4 @@ pub use monitor::{Acknowledgement, Expect, Monitor};
 pub use reference::Scatter;
 pub use run::Run;
 pub use run_length::Statistic;
-pub use settings::{ChartKind, Settings, SettingsError, Sides};
+pub use settings::{ChartKind, Settings, SettingsError, Sides, Tolerance};

@@ -211,7 +211,8 @@ struct Context<'a> {
 impl Followed {
     fn judge(&mut self, run: &Run, reading: Reading, context: &Context, judgement: &mut Judgement) {
         let slope = context.environment.slope(context.figure, &run.cell);
-        let expected = self.known.expect(&run.cell, &reading, slope);
+        let tolerance = context.settings.tolerance(context.figure);
+        let expected = self.known.expect(&run.cell, &reading, slope, tolerance);
         let score = expected.and_then(|expected| expected.score);
         let figure = context.figure.to_owned();
         if expected.is_none() {

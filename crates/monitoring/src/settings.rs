@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// use fieldgap_monitoring::{ChartKind, Settings};
 ///
 /// let settings: Settings = toml::from_str(
-///     "arl_runs = 2000\nchart = \"cusum\"\nk = 1.0\n[sides]\nefficiency = \"falls\"",
+///     "arl_runs = 2000\nchart = \"cusum\"\nk = 1.0\n[sides]\nefficiency = \"falls\"\n[tolerances]\nlevel = { percent = 2.0 }",
 /// )?;
 /// assert_eq!(settings.chart(), ChartKind::Cusum { k: 1.0 });
 /// assert!(toml::from_str::<Settings>("arl_runs = 2").is_err());
@@ -22,6 +22,27 @@ pub struct Settings {
     arl_runs: f64,
     chart: ChartKind,
     sides: BTreeMap<String, Sides>,
+    tolerances: BTreeMap<String, Tolerance>,
+}
+
+/// A change of a figure that is not to be found, such as a drift of the level that does not matter: only what is beyond it counts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tolerance {
+    /// In percent of the baseline.
+    Percent(f64),
+    /// In the figure's unit.
+    Absolute(f64),
+}
+
+impl Tolerance {
+    /// In the figure's unit, at this baseline.
+    pub fn about(self, baseline: f64) -> f64 {
+        match self {
+            Self::Percent(percent) => 0.01 * percent * baseline.abs(),
+            Self::Absolute(absolute) => absolute,
+        }
+    }
 }
 
 /// The statistic of a chart.
@@ -69,6 +90,14 @@ pub enum SettingsError {
         "`k` is {0}. It is half of the change to be found, in standard errors: set 0.1 to 3 (usual: 0.5)"
     )]
     K(f64),
+    /// A tolerance.
+    #[error("the tolerance of {figure} is {value}. Set a number from zero on, or leave it out")]
+    Tolerance {
+        /// The figure.
+        figure: String,
+        /// The number.
+        value: f64,
+    },
     /// A parameter of the chart that was not chosen.
     #[error(
         "`{key}` does not belong to a chart of the kind \"{chart}\". Take it out, or set `chart = \"{other}\"`"
@@ -96,6 +125,7 @@ impl Default for Settings {
             arl_runs: ARL_RUNS,
             chart: ChartKind::Ewma { lambda: LAMBDA },
             sides: BTreeMap::new(),
+            tolerances: BTreeMap::new(),
         }
     }
 }
@@ -114,7 +144,7 @@ impl Settings {
                 Err(SettingsError::Lambda(lambda))
             }
             ChartKind::Cusum { k } if !(0.1..=3.0).contains(&k) => Err(SettingsError::K(k)),
-            _ => Ok(Self { arl_runs, chart, sides: BTreeMap::new() }),
+            _ => Ok(Self { arl_runs, chart, ..Self::default() }),
         }
     }
 
@@ -122,6 +152,28 @@ impl Settings {
     pub fn with_sides(mut self, figure: &str, sides: Sides) -> Self {
         self.sides.insert(figure.to_owned(), sides);
         self
+    }
+
+    /// As before, with a tolerance of one figure.
+    ///
+    /// # Errors
+    /// [`SettingsError::Tolerance`] if it is below zero or not finite.
+    pub fn with_tolerance(
+        mut self,
+        figure: &str,
+        tolerance: Tolerance,
+    ) -> Result<Self, SettingsError> {
+        let (Tolerance::Percent(value) | Tolerance::Absolute(value)) = tolerance;
+        if !(0.0..f64::INFINITY).contains(&value) {
+            return Err(SettingsError::Tolerance { figure: figure.to_owned(), value });
+        }
+        self.tolerances.insert(figure.to_owned(), tolerance);
+        Ok(self)
+    }
+
+    /// The tolerance of a figure.
+    pub fn tolerance(&self, figure: &str) -> Option<Tolerance> {
+        self.tolerances.get(figure).copied()
     }
 
     /// Mean number of runs between two false alarms, all charts of a run together.
@@ -161,6 +213,8 @@ struct Table {
     k: Option<f64>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     sides: BTreeMap<String, Sides>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    tolerances: BTreeMap<String, Tolerance>,
 }
 
 fn default_arl_runs() -> f64 {
@@ -186,7 +240,11 @@ impl TryFrom<Table> for Settings {
             (ChartName::Ewma, lambda, None) => ChartKind::Ewma { lambda: lambda.unwrap_or(LAMBDA) },
             (ChartName::Cusum, None, k) => ChartKind::Cusum { k: k.unwrap_or(K) },
         };
-        Ok(Self { sides: table.sides, ..Self::new(table.arl_runs, chart)? })
+        let settings = Self { sides: table.sides, ..Self::new(table.arl_runs, chart)? };
+        let mut tolerances = table.tolerances.into_iter();
+        tolerances.try_fold(settings, |settings, (figure, tolerance)| {
+            settings.with_tolerance(&figure, tolerance)
+        })
     }
 }
 
@@ -196,6 +254,13 @@ impl From<Settings> for Table {
             ChartKind::Ewma { lambda } => (ChartName::Ewma, Some(lambda), None),
             ChartKind::Cusum { k } => (ChartName::Cusum, None, Some(k)),
         };
-        Self { arl_runs: settings.arl_runs, chart, lambda, k, sides: settings.sides }
+        Self {
+            arl_runs: settings.arl_runs,
+            chart,
+            lambda,
+            k,
+            sides: settings.sides,
+            tolerances: settings.tolerances,
+        }
     }
 }

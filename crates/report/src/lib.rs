@@ -72,6 +72,7 @@
 
 mod answer;
 mod context;
+mod control_charts;
 mod diagnosis;
 mod display;
 mod error;
@@ -103,6 +104,7 @@ pub use self::answer::{
     Cause, ProposedChange, ProposedCorrection, headline, headline_of_diagnosis,
 };
 pub use self::context::{InputFile, ReportContext};
+pub use self::control_charts::write_control_charts;
 pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};
 pub use self::display::{DisplayFiles, PlayedDisplay, write_display};
 pub use self::error::{PictureError, ReportError};

@@ -5,6 +5,7 @@ mod axes;
 mod bar_chart;
 mod canvas;
 mod colour_scale;
+mod control_chart;
 mod cyclic_scale;
 mod display_map;
 mod diverging_scale;
@@ -25,6 +26,7 @@ mod simulated_panels;
 mod study_curves;
 mod study_field;
 mod study_surfaces;
+mod time_axis;
 mod transducer_curves;
 
 use image::ImageEncoder;
@@ -35,6 +37,7 @@ use rayon::prelude::*;
 
 pub(super) use self::animation::animated;
 pub(super) use self::bar_chart::{Bar, BarChart, Weight};
+pub(super) use self::control_chart::ControlChart;
 pub(super) use self::display_map::{DisplayMap, DisplayPanel};
 pub(super) use self::height_curves::HeightCurves;
 pub(super) use self::model_against_integral::ModelCurves;

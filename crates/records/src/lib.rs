@@ -84,7 +84,7 @@ mod volume_file;
 pub use array_section::ArraySection;
 pub use array_section::TRANSDUCER_BESIDE;
 pub use array_table::ArrayTable;
-pub use durable::write_whole;
+pub use durable::{sync_folder, write_whole};
 pub use elements_csv::write_elements;
 pub use field_setup::FieldSetup;
 pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};

@@ -5,49 +5,14 @@ use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 
 use super::AcquisitionError;
-use fieldgap_input::{Fault, MOST_TABLE, read_text};
-use fieldgap_records::MediumSection;
+use fieldgap_input::Fault;
+use fieldgap_records::{AIR_FILE as FILE, MediumSection};
 use fieldgap_rig::{AirReading, AirSensor, EnvironmentConfig};
-
-/// The file, beside `samples.csv`.
-pub const FILE: &str = "environment.csv";
 
 const HEADER: &str = "time_s,temperature_c,humidity_percent,pressure_kpa\n";
 
 /// Shortest time before a failed sensor is read again, s: each attempt may take its full time limit.
 const AFTER_FAULT_S: f64 = 60.0;
-
-/// A row of the file.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct AirRow {
-    /// Time of the scan, s.
-    pub time_s: f64,
-    /// Temperature, °C.
-    pub temperature_c: f64,
-    /// Relative humidity, %, where the sensor gives it.
-    pub humidity_percent: Option<f64>,
-}
-
-impl AirRow {
-    /// The rows of the record in `folder`, without one that is being written; none without a sensor. Rows of another form are left out.
-    pub fn all_of(folder: &Path) -> Vec<Self> {
-        let text = read_text(&folder.join(FILE), MOST_TABLE).unwrap_or_default();
-        let whole = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
-        whole.skip(1).filter_map(Self::parse).collect()
-    }
-
-    fn parse(line: &str) -> Option<Self> {
-        let mut cells = line
-            .trim_end()
-            .split(',')
-            .map(|cell| cell.parse::<f64>().ok().filter(|value| value.is_finite()));
-        Some(Self {
-            time_s: cells.next()??,
-            temperature_c: cells.next()??,
-            humidity_percent: cells.next()?,
-        })
-    }
-}
 
 /// Writes the readings of an environment sensor to the record.
 pub(super) struct AirLog {

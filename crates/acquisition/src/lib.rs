@@ -49,7 +49,6 @@ mod suspension;
 mod transcript;
 pub mod watchdog;
 
-pub use air_log::{AirRow, FILE as AIR_FILE};
 pub use dry_run::DryRun;
 pub use error::{AcquisitionError, FlightFault};
 pub use event::{Event, EventSink};
@@ -65,3 +64,6 @@ pub use scan_run::{Ending, ScanRun};
 pub use sequencer::element_delays;
 pub use suspension::SuspensionClock;
 pub use transcript::check_with_transcript;
+
+// Written here, and read by whoever has the record.
+pub use fieldgap_records::{AIR_FILE, AirRow};

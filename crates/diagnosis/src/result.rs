@@ -6,7 +6,7 @@
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::Registration;
 use fieldgap_comparison::{FieldFigures, Noise};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 use crate::effect_id::EffectId;
@@ -68,7 +68,7 @@ pub struct Diagnosis {
 }
 
 /// The judgement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// One set of effects explains the gap and its rivals do not; what is left is noise.
@@ -84,6 +84,21 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// Every verdict.
+    pub const ALL: [Self; 5] =
+        [Self::Explained, Self::MostlyExplained, Self::Ambiguous, Self::Unexplained, Self::None];
+
+    /// Its name in files and on the command line.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Explained => "explained",
+            Self::MostlyExplained => "mostly-explained",
+            Self::Ambiguous => "ambiguous",
+            Self::Unexplained => "unexplained",
+            Self::None => "none",
+        }
+    }
+
     /// Whether one set of effects is named.
     pub fn names_a_cause(self) -> bool {
         matches!(self, Self::Explained | Self::MostlyExplained)

@@ -54,6 +54,7 @@
 //! in two steps: a table of optional keys, and then a section in which the keys are known to be consistent. An error of either step
 //! names its line.
 
+mod air;
 mod array_section;
 mod array_table;
 mod durable;
@@ -81,6 +82,7 @@ mod table;
 mod transducer_file;
 mod volume_file;
 
+pub use air::{AirRow, FILE as AIR_FILE};
 pub use array_section::ArraySection;
 pub use array_section::TRANSDUCER_BESIDE;
 pub use array_table::ArrayTable;

@@ -1,14 +1,21 @@
 //! Numbers as text, with as many digits as their uncertainty justifies.
 
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
-/// A number and its standard error, both in the same unit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// A number and its standard error, both in the same unit. In JSON, `null` stands for NaN.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Uncertain {
     /// Best estimate.
+    #[serde(deserialize_with = "or_nan")]
     pub value: f64,
     /// Standard error (one standard deviation); NaN if it is not determined.
+    #[serde(deserialize_with = "or_nan")]
     pub standard_error: f64,
+}
+
+/// JSON has no NaN: writers put `null` in its place.
+fn or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }
 
 /// Placeholder for a missing number.

@@ -86,7 +86,7 @@ pub use air::{AirRow, FILE as AIR_FILE};
 pub use array_section::ArraySection;
 pub use array_section::TRANSDUCER_BESIDE;
 pub use array_table::ArrayTable;
-pub use durable::{Lines, write_whole};
+pub use durable::{Lines, sync_folder, write_whole};
 pub use elements_csv::write_elements;
 pub use field_setup::FieldSetup;
 pub use focus_section::{FocusSection, FocusTable, WrongPhaseCount};

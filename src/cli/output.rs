@@ -36,8 +36,24 @@ pub(super) fn print(text: &str) -> miette::Result<()> {
     write_out(&visible(text))
 }
 
+thread_local! {
+    /// Whether messages of this thread are left out.
+    static SILENT: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
+}
+
+/// Does `work` and leaves its messages out: those of a single scan, where there are a thousand.
+pub(super) fn silently<T>(work: impl FnOnce() -> T) -> T {
+    let before = SILENT.replace(true);
+    let done = work();
+    SILENT.set(before);
+    done
+}
+
 /// Writes a line to standard error. A closed terminal must not end a scan in a panic, so errors are ignored.
 pub(super) fn say(line: impl Display) {
+    if SILENT.get() {
+        return;
+    }
     ask(format!("{line}\n"));
 }
 

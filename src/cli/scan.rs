@@ -15,7 +15,7 @@ use super::pause_signals::PauseSignals;
 use super::permission::{Act, Permission};
 use super::progress::Progress;
 use super::stop::StopRequests;
-use super::trust::{AgreedHooks, Trust, listed};
+use super::trust::{AgreedHooks, Trust, listed, programs};
 use super::watch::{Controls, Watching};
 use super::watchdog::watchdog;
 use crate::rig_file::{RigFile, simulated_devices};
@@ -100,7 +100,7 @@ impl ScanArgs {
         }
         say(in_words(&check));
         if self.dry_run {
-            if let Some(commands) = listed(&scan.hooks()) {
+            if let Some(commands) = listed(&programs(&scan.hooks())) {
                 say(format!("programs that run at events of the scan:\n{commands}"));
             }
             return Ok(Scanned::Checked);

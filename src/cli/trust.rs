@@ -52,31 +52,46 @@ impl Trust {
     /// It was refused, or nobody can be asked.
     pub(super) fn in_hooks_of(self, scan: &PlannedScan) -> miette::Result<AgreedHooks> {
         let hooks = scan.hooks();
-        let Some(commands) = listed(&hooks) else { return Ok(AgreedHooks(hooks)) };
-        let hash = hash_of(&hooks);
+        self.in_programs(&programs(&hooks), "the plan or the rig file")?;
+        Ok(AgreedHooks(hooks))
+    }
+
+    /// Asks whether programs may run that `files` name, each with its key, unless that was agreed before.
+    ///
+    /// # Errors
+    /// As [`Trust::in_hooks_of`].
+    pub(super) fn in_programs(
+        self,
+        programs: &[(String, HookCommand)],
+        files: &str,
+    ) -> miette::Result<()> {
+        let Some(commands) = listed(programs) else { return Ok(()) };
+        let hash = hash_of(programs);
         if self.trust || remembered().is_some_and(|file| has_line(&file, &hash)) {
-            return Ok(AgreedHooks(hooks));
+            return Ok(());
         }
-        let what = format!("the plan or the rig file names programs to run:\n{commands}");
         agree(
-            &what,
+            &format!("{files} names programs to run:\n{commands}"),
             "May they run, now and later?",
-            "read the commands; then answer y, give --trust, or remove [hooks] from the files",
+            "read the commands; then answer y, give --trust, or remove them from the files",
         )?;
         if let Some(file) = remembered() {
             remember(&file, &hash).into_diagnostic()?;
         }
-        Ok(AgreedHooks(hooks))
+        Ok(())
     }
 }
 
+/// The programs of a scan, each with its key.
+pub(super) fn programs(hooks: &Hooks) -> Vec<(String, HookCommand)> {
+    let one = |(kind, name): (HookKind, &str)| Some((name.to_owned(), hooks.command(kind)?.clone()));
+    KINDS.into_iter().filter_map(one).collect()
+}
+
 /// The commands, one a line; `None` if there are none.
-pub(super) fn listed(hooks: &Hooks) -> Option<String> {
-    let line = |(kind, name): (HookKind, &str)| {
-        let command = hooks.command(kind)?;
-        Some(format!("  {name}: {}", shown(command)))
-    };
-    let lines: Vec<String> = KINDS.into_iter().filter_map(line).collect();
+pub(super) fn listed(programs: &[(String, HookCommand)]) -> Option<String> {
+    let line = |(name, command): &(String, HookCommand)| format!("  {name}: {}", shown(command));
+    let lines: Vec<String> = programs.iter().map(line).collect();
     (!lines.is_empty()).then(|| lines.join("\n"))
 }
 
@@ -88,10 +103,9 @@ fn shown(command: &HookCommand) -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
-fn hash_of(hooks: &Hooks) -> String {
+fn hash_of(programs: &[(String, HookCommand)]) -> String {
     let mut hasher = Sha256::new();
-    for (kind, name) in KINDS {
-        let Some(command) = hooks.command(kind) else { continue };
+    for (name, command) in programs {
         hasher.update(format!("{name} {}\n", shown(command)));
         if command.program().contains('/') {
             let length = fs::metadata(command.program()).map_or(0, |file| file.len());
@@ -128,15 +142,15 @@ mod tests {
     use super::*;
     use fieldgap_input::toml_text;
 
-    fn hooks(text: &str) -> Hooks {
-        toml_text(Path::new("plan.toml"), text).expect("valid")
+    fn hooks(text: &str) -> Vec<(String, HookCommand)> {
+        programs(&toml_text(Path::new("plan.toml"), text).expect("valid"))
     }
 
     #[test]
     fn commands_are_shown_with_their_control_characters() {
         let hooks = hooks("on_finish = [\"sh\", \"-c\", \"\\u001b[2J; rm x\"]\n");
         assert_eq!(listed(&hooks).expect("one"), "  on_finish: \"sh\" \"-c\" \"\\u{1b}[2J; rm x\"");
-        assert_eq!(listed(&Hooks::default()), None);
+        assert_eq!(listed(&[]), None);
     }
 
     #[test]

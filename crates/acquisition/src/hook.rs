@@ -13,7 +13,7 @@ use tokio::time::timeout;
 use fieldgap_records::{HookCommand, HookKind};
 
 /// Longest run time of a hook.
-pub(super) const TIME_LIMIT: Duration = Duration::from_secs(30);
+pub const TIME_LIMIT: Duration = Duration::from_secs(30);
 
 /// Bytes of its standard error that are kept.
 const KEPT: u64 = 400;
@@ -23,22 +23,31 @@ const STDERR_TIME_LIMIT: Duration = Duration::from_millis(200);
 
 /// How a hook failed.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum HookFault {
+pub enum HookFault {
+    /// The program is missing or may not be run.
     #[error("it cannot be started: {0}")]
     NotStarted(#[source] io::Error),
+    /// It hangs.
     #[error("it did not end within {} s and was killed", .0.as_secs())]
     TooLong(Duration),
+    /// It ended without success.
     #[error("it failed ({status}){said}")]
-    Failed { status: ExitStatus, said: String },
+    Failed {
+        /// Its exit status.
+        status: ExitStatus,
+        /// The beginning of its standard error.
+        said: String,
+    },
+    /// The system does not tell how it ended.
     #[error("its exit status is unknown: {0}")]
     Lost(#[source] io::Error),
 }
 
-/// Runs a hook to its end, for at most `time_limit`. The environment variables `FIELDGAP_EVENT`, `FIELDGAP_SCAN` and
-/// `FIELDGAP_MESSAGE` hold the kind of event, the scan's folder and a message. Only its standard error is read.
+/// Runs the hook of a scan to its end, for at most `time_limit`. The environment variables `FIELDGAP_EVENT`, `FIELDGAP_SCAN` and
+/// `FIELDGAP_MESSAGE` hold the kind of event, the scan's folder and a message.
 ///
 /// # Errors
-/// [`HookFault`]. A hook that takes too long is killed, with all processes that it started.
+/// As [`run_hook`].
 pub(super) async fn run(
     command: &HookCommand,
     kind: HookKind,
@@ -46,12 +55,28 @@ pub(super) async fn run(
     message: &str,
     time_limit: Duration,
 ) -> Result<(), HookFault> {
+    let variables = [
+        ("FIELDGAP_EVENT", kind.name().to_owned()),
+        ("FIELDGAP_SCAN", scan.to_string_lossy().into_owned()),
+        ("FIELDGAP_MESSAGE", message.to_owned()),
+    ];
+    run_hook(command, &variables, time_limit).await
+}
+
+/// Runs a hook to its end, for at most `time_limit`, with these environment variables. Only its standard error is read.
+///
+/// # Errors
+/// [`HookFault`]. A hook that takes too long is killed, with all processes that it started.
+pub async fn run_hook(
+    command: &HookCommand,
+    variables: &[(&str, String)],
+    time_limit: Duration,
+) -> Result<(), HookFault> {
+    // No variable can hold a zero byte.
+    let variables = variables.iter().map(|(name, value)| (name, value.replace('\0', " ")));
     let mut child = Command::new(command.program())
         .args(command.arguments())
-        .env("FIELDGAP_EVENT", kind.name())
-        .env("FIELDGAP_SCAN", scan)
-        // No variable can hold a zero byte.
-        .env("FIELDGAP_MESSAGE", message.replace('\0', " "))
+        .envs(variables)
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::piped())

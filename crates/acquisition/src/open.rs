@@ -12,7 +12,7 @@ use super::rig_setup::RigSetup;
 use fieldgap_records::JournalError;
 use fieldgap_rig::link::WireLogs;
 use fieldgap_rig::watchdog::{Duties, Follower, Standing, Watchdog};
-use fieldgap_rig::{Emergency, Ports, RobotObserver, Role, SafeRig};
+use fieldgap_rig::{AirReading, Emergency, Ports, RobotObserver, Role, SafeRig};
 
 /// Simulated devices that take the place of those in a rig file.
 pub struct SimulatedDevices {
@@ -49,6 +49,25 @@ pub struct OpenRig {
     /// The devices that are not simulated.
     real: Vec<Role>,
     _simulated: Option<SimulatedDevices>,
+}
+
+/// One reading of a rig's sensor of the air, with no other device opened; `None` if the rig has none.
+///
+/// # Errors
+/// [`AcquisitionError`] if the sensor cannot be opened or does not answer.
+pub async fn read_air(
+    rig_setup: &RigSetup,
+    open_simulated: OpenSimulated,
+) -> Result<Option<AirReading>, AcquisitionError> {
+    if rig_setup.rig.environment.is_none() {
+        return Ok(None);
+    }
+    let simulated = open_simulated(rig_setup)?;
+    let ports = simulated.as_ref().map(|devices| devices.ports.clone()).unwrap_or_default();
+    let Some(mut sensor) = fieldgap_rig::open_air_sensor(&rig_setup.rig, &ports).await? else {
+        return Ok(None);
+    };
+    Ok(Some(sensor.air().await?))
 }
 
 impl OpenRig {

@@ -41,7 +41,9 @@ pub enum ArchiveError {
     },
     /// The index cannot be used, though it was made anew.
     #[error("the index {} cannot be used: {source}", path.display())]
-    #[diagnostic(help("is the disk full? The index can be deleted at any time: it is made from the records"))]
+    #[diagnostic(help(
+        "is the disk full? The index can be deleted at any time: it is made from the records"
+    ))]
     Index {
         /// The file.
         path: PathBuf,
@@ -117,7 +119,8 @@ impl Index {
         };
         let mut ours = store::is_ours(&connection, root.as_deref());
         if matches!(ours, Ok(false) | Err(_)) && store::is_empty(&connection)? {
-            let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
+            let transaction =
+                connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
             // Asked again, now that no other process writes.
             if store::is_empty(&transaction)? {
                 store::make_tables(&transaction, root.as_deref())?;
@@ -128,7 +131,11 @@ impl Index {
         self.connection = connection;
         match ours {
             // Tables of another program.
-            Err(error) if !is_damage(&error) && error.sqlite_error_code() == Some(ErrorCode::Unknown) => Ok(false),
+            Err(error)
+                if !is_damage(&error) && error.sqlite_error_code() == Some(ErrorCode::Unknown) =>
+            {
+                Ok(false)
+            }
             ours => ours,
         }
     }
@@ -165,7 +172,8 @@ impl Index {
     }
 
     fn is_sound(&self) -> bool {
-        let check = self.connection.query_row("pragma quick_check(1)", [], |row| row.get::<_, String>(0));
+        let check =
+            self.connection.query_row("pragma quick_check(1)", [], |row| row.get::<_, String>(0));
         check.is_ok_and(|answer| answer == "ok")
     }
 
@@ -178,9 +186,7 @@ impl Index {
             Err(error) if is_damage(&error) => {
                 self.renew(DAMAGED)?;
                 let (found, _) = self.found()?;
-                self.bring_up_to_date(&found)
-                    .and_then(|_| work(self))
-                    .map_err(failed(&self.place))
+                self.bring_up_to_date(&found).and_then(|_| work(self)).map_err(failed(&self.place))
             }
             done => done.map_err(failed(&self.place)),
         }
@@ -234,7 +240,10 @@ impl Index {
     }
 
     /// Records that are to be read, and folders that are no records any more.
-    fn differences<'f>(&self, found: &'f [Found]) -> rusqlite::Result<(Vec<&'f Found>, Vec<PathBuf>)> {
+    fn differences<'f>(
+        &self,
+        found: &'f [Found],
+    ) -> rusqlite::Result<(Vec<&'f Found>, Vec<PathBuf>)> {
         let mut known = self.connection.prepare("select folder, stamp from records")?;
         let mut rows = known.query([])?;
         let mut current = vec![false; found.len()];
@@ -281,10 +290,7 @@ fn write(connection: &mut Connection, batch: &[&Found], entries: &[Entry]) -> ru
 
 /// Whether the file is no index, or a damaged one.
 fn is_damage(error: &rusqlite::Error) -> bool {
-    matches!(
-        error.sqlite_error_code(),
-        Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase)
-    )
+    matches!(error.sqlite_error_code(), Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase))
 }
 
 fn failed(place: &Place) -> impl FnOnce(rusqlite::Error) -> ArchiveError {

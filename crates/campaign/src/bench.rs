@@ -9,9 +9,14 @@ use fieldgap_acquisition::{AcquisitionError, PlannedScan, RigSetup};
 use fieldgap_input::{Fault, NotAKey, TomlSource, set_key};
 
 /// The sections of a rig file; every other key is one of the plan.
-const RIG_SECTIONS: [&str; 8] = [
-    "array", "medium", "motion", "receiver", "focus_array", "environment", "sensing", "virtual",
-];
+const RIG_SECTIONS: [&str; 8] =
+    ["array", "medium", "motion", "receiver", "focus_array", "environment", "sensing", "virtual"];
+
+/// Whether a key is one of the rig file: it begins with one of its sections or with `rig.`.
+pub(super) fn is_of_rig(key: &str) -> bool {
+    let section = key.split('.').next().unwrap_or(key);
+    section == "rig" || RIG_SECTIONS.contains(&section)
+}
 
 /// A TOML file that values are written into.
 #[derive(Debug, Clone)]
@@ -86,14 +91,12 @@ impl Filled {
 
     /// Sets a key: of the rig file if it begins with one of its sections or with `rig.`, else of the plan.
     pub(super) fn set(&mut self, key: &str, value: Value) -> Result<(), NotAKey> {
-        let section = key.split('.').next().unwrap_or(key);
-        let of_rig = key.strip_prefix("rig.").or(RIG_SECTIONS.contains(&section).then_some(key));
-        match of_rig {
-            Some(key) => {
+        match is_of_rig(key) {
+            true => {
                 self.rig_changed = true;
-                set_key(&mut self.rig.text, key, value)
+                set_key(&mut self.rig.text, key.strip_prefix("rig.").unwrap_or(key), value)
             }
-            None => set_key(&mut self.plan.text, key.strip_prefix("plan.").unwrap_or(key), value),
+            false => set_key(&mut self.plan.text, key.strip_prefix("plan.").unwrap_or(key), value),
         }
     }
 

@@ -45,7 +45,12 @@ impl Budget {
         let after = used + next;
         let parts = [
             (self.hours, after.time_s / 3600.0, used.time_s / 3600.0, "h since the beginning"),
-            (self.emitting_min, after.emitting_s / 60.0, used.emitting_s / 60.0, "min with the array driven"),
+            (
+                self.emitting_min,
+                after.emitting_s / 60.0,
+                used.emitting_s / 60.0,
+                "min with the array driven",
+            ),
             (self.way_m, after.way_m, used.way_m, "m of robot path"),
         ];
         let exceeded = parts.into_iter().find_map(|(limit, after, used, unit)| {
@@ -67,7 +72,8 @@ mod tests {
         let budget: Budget = toml::from_str("emitting_min = 10\nway_m = 5.0").expect("TOML");
         let used = Use { time_s: 1e6, emitting_s: 570.0, way_m: 1.0 };
         assert_eq!(budget.refuses(used, Use { emitting_s: 30.0, ..Use::default() }), None);
-        let reason = budget.refuses(used, Use { emitting_s: 31.0, ..Use::default() }).expect("refused");
+        let reason =
+            budget.refuses(used, Use { emitting_s: 31.0, ..Use::default() }).expect("refused");
         assert_eq!(
             reason,
             "the budget of 10 min with the array driven does not suffice for the next cell (9.5 are used)"

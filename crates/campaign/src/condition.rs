@@ -110,7 +110,10 @@ pub enum Sensor {
 }
 
 impl Condition {
-    pub(super) fn read(table: &Spanned<ConditionTable>, source: &TomlSource) -> Result<Self, Fault> {
+    pub(super) fn read(
+        table: &Spanned<ConditionTable>,
+        source: &TomlSource,
+    ) -> Result<Self, Fault> {
         let keys = table.get_ref();
         let fault = |problem: &str, remedy: &str| Err(source.fault(table.span(), problem, remedy));
         let setting = match (&keys.set, &keys.ask) {
@@ -132,9 +135,7 @@ impl Condition {
                 "write values = [20.0, 25.0] or values = [\"in place\", \"away\"]",
             ));
         }
-        let confirm = keys.confirm.as_ref().map(|table| {
-            Confirmation::read(table, &values, source)
-        });
+        let confirm = keys.confirm.as_ref().map(|table| Confirmation::read(table, &values, source));
         Ok(Self {
             name: keys.name.get_ref().as_str().to_owned(),
             values,
@@ -208,7 +209,9 @@ impl Confirmation {
         let tolerance = keys.tolerance.map(NonNegative::get);
         let by = match (&keys.program, keys.sensor, tolerance) {
             (None, Some(sensor), Some(tolerance)) => ConfirmedBy::Sensor(sensor, tolerance),
-            (Some(program), None, Some(tolerance)) => ConfirmedBy::Number(program.clone(), tolerance),
+            (Some(program), None, Some(tolerance)) => {
+                ConfirmedBy::Number(program.clone(), tolerance)
+            }
             (Some(program), None, None) => ConfirmedBy::Success(program.clone()),
             _ => {
                 return Err(source.fault(

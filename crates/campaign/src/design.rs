@@ -1,7 +1,7 @@
 //! The cells of a campaign: which there are, in what order, and the scan of each.
 
-use rand::seq::SliceRandom;
 use rand::SeedableRng;
+use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::bench::Filled;
@@ -87,14 +87,16 @@ impl Campaign {
         let conditions =
             conditions.map(|(one, &value)| (one.name.clone(), one.values[value].label.clone()));
         let axes = self.axes.iter().zip(&cell.axes);
-        let axes = axes.map(|(axis, &value)| (axis.name.clone(), axis.sweep.values[value].label.clone()));
+        let axes =
+            axes.map(|(axis, &value)| (axis.name.clone(), axis.sweep.values[value].label.clone()));
         bench.into_iter().chain(conditions).chain(axes).collect()
     }
 
     /// The setting of a cell under a name that is the same in every round: `temperature=20 focus=left`.
     pub fn setting_of(&self, cell: &Cell) -> String {
         let values = self.values_of(cell);
-        let parts: Vec<String> = values.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        let parts: Vec<String> =
+            values.iter().map(|(name, value)| format!("{name}={value}")).collect();
         if parts.is_empty() { "all".to_owned() } else { parts.join(" ") }
     }
 
@@ -106,11 +108,19 @@ impl Campaign {
         let fits = |letter: char| letter.is_alphanumeric() || "-_.+=".contains(letter);
         let plain: String =
             whole.chars().map(|letter| if fits(letter) { letter } else { '-' }).collect();
-        if plain.len() <= LONGEST && !plain.contains("--") && whole.chars().all(|letter| fits(letter) || " #".contains(letter)) {
+        if plain.len() <= LONGEST
+            && !plain.contains("--")
+            && whole.chars().all(|letter| fits(letter) || " #".contains(letter))
+        {
             return plain;
         }
         // What was replaced or cut makes the difference: a checksum keeps it.
-        let end = plain.char_indices().map(|(at, _)| at).take_while(|at| *at <= LONGEST).last().unwrap_or(0);
+        let end = plain
+            .char_indices()
+            .map(|(at, _)| at)
+            .take_while(|at| *at <= LONGEST)
+            .last()
+            .unwrap_or(0);
         format!("{}-{:08x}", &plain[..end.min(plain.len())], crc32fast::hash(whole.as_bytes()))
     }
 
@@ -172,7 +182,8 @@ fn scan_name(plan: &str, id: &str) -> String {
 
 fn combinations(counts: impl Iterator<Item = usize>) -> Vec<Vec<usize>> {
     counts.fold(vec![Vec::new()], |before, count| {
-        let with = |head: Vec<usize>| (0..count).map(move |value| [head.clone(), vec![value]].concat());
+        let with =
+            |head: Vec<usize>| (0..count).map(move |value| [head.clone(), vec![value]].concat());
         before.into_iter().flat_map(with).collect()
     })
 }

@@ -15,7 +15,9 @@ pub enum CampaignError {
     File(#[from] Fault),
     /// A cell cannot be scanned.
     #[error("the cell `{cell}` cannot be scanned")]
-    #[diagnostic(help("correct the axis, the condition, the plan or the rig file that gives this cell"))]
+    #[diagnostic(help(
+        "correct the axis, the condition, the plan or the rig file that gives this cell"
+    ))]
     Cell {
         /// The cell.
         cell: String,
@@ -29,7 +31,9 @@ pub enum CampaignError {
     NoCampaign(PathBuf),
     /// The folder has one already.
     #[error("{} already holds a campaign", .0.display())]
-    #[diagnostic(help("continue it with `fieldgap campaign resume`, or choose another folder with --out"))]
+    #[diagnostic(help(
+        "continue it with `fieldgap campaign resume`, or choose another folder with --out"
+    ))]
     Occupied(PathBuf),
     /// Another process runs it.
     #[error("another process runs the campaign in {}", .0.display())]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::bench::{Bench, Document};
+use super::bench::{Bench, Document, is_of_rig};
 use super::budget::Budget;
 use super::condition::{Condition, ConditionTable};
 use super::error::CampaignError;
@@ -244,15 +244,22 @@ impl Campaign {
         let name = file_name(&file.name, "the folder of the campaign", &source)?;
         let plan_path = folder.join(file.plan.get_ref());
         let plan_source = TomlSource::read(&plan_path).map_err(|fault| {
-            source.fault(file.plan.span(), fault.to_string(), "give the path of a plan, relative to this file's folder")
+            source.fault(
+                file.plan.span(),
+                fault.to_string(),
+                "give the path of a plan, relative to this file's folder",
+            )
         })?;
         let plan = Plan::parse(plan_source.clone())?;
         let rigs = rig_paths(&file, &folder, &plan, &source)?;
-        let benches = rigs.iter().map(|path| Bench::read(path)).collect::<Result<Vec<_>, Fault>>()?;
+        let benches =
+            rigs.iter().map(|path| Bench::read(path)).collect::<Result<Vec<_>, Fault>>()?;
         if let Some(twice) = twice(benches.iter().map(|bench| bench.name.as_str())) {
             let place = file.rigs.as_ref().map_or(0..0, Spanned::span);
             let problem = format!("two rigs have the name `{twice}`");
-            return Err(source.fault(place, problem, "give each rig file a `name` of its own").into());
+            return Err(source
+                .fault(place, problem, "give each rig file a `name` of its own")
+                .into());
         }
         let axes = axes(&file.axis, &source)?;
         let conditions = file
@@ -267,14 +274,34 @@ impl Campaign {
             return Err(source.fault(place, problem, "give one of them another `name`").into());
         }
         let schedule = file.schedule.as_ref();
-        let schedule = schedule.map_or_else(|| ScheduleTable::default().read(), |table| table.get_ref().read());
+        let schedule = schedule
+            .map_or_else(|| ScheduleTable::default().read(), |table| table.get_ref().read());
         let schedule = schedule.map_err(|wrong| {
             let place = file.schedule.as_ref().map_or(0..0, Spanned::span);
             source.fault(place, wrong.to_string(), wrong.remedy)
         })?;
         if file.after.apply && !file.after.diagnose {
             let problem = "`apply` in [after] needs a cause, and `diagnose` is not set";
-            return Err(Fault::of_file(source.path(), problem, "write diagnose = true, or remove apply").into());
+            return Err(Fault::of_file(
+                source.path(),
+                problem,
+                "write diagnose = true, or remove apply",
+            )
+            .into());
+        }
+        let keys = axes.iter().flat_map(|axis| &axis.sweep.parameters);
+        let keys = keys.chain(conditions.iter().filter_map(|one| one.sets.as_ref()));
+        let into_rig = keys.into_iter().find(|key| is_of_rig(key));
+        if let (true, Some(key)) = (file.after.apply, into_rig) {
+            let problem = format!(
+                "`apply` in [after] corrects the rig file, and `{key}` is written into it for each cell"
+            );
+            return Err(Fault::of_file(
+                source.path(),
+                problem,
+                "remove `apply`, or that axis or `sets`",
+            )
+            .into());
         }
         let baseline = baseline(file.baseline.as_ref(), &folder, &schedule, &source)?;
         let campaign = Self {
@@ -313,7 +340,10 @@ impl Campaign {
     }
 
     fn cells_can_be_told_apart(&self) -> Result<(), Fault> {
-        let count = self.settings_of_a_round().saturating_mul(self.benches.len()).saturating_mul(self.repeats as usize);
+        let count = self
+            .settings_of_a_round()
+            .saturating_mul(self.benches.len())
+            .saturating_mul(self.repeats as usize);
         if count > MOST_CELLS {
             let problem = format!("a round has {count} cells; at most {MOST_CELLS} are possible");
             return Err(Fault::of_file(self.source.path(), problem, "give fewer values"));
@@ -322,13 +352,21 @@ impl Campaign {
             let labels = axis.sweep.values.iter().map(|value| value.label.as_str());
             if let Some(twice) = twice(labels) {
                 let problem = format!("the axis has the value {twice} twice");
-                return Err(self.source.fault(axis.sweep.place.clone(), problem, "use `repeats` to measure a cell several times, or give `labels`"));
+                return Err(self.source.fault(
+                    axis.sweep.place.clone(),
+                    problem,
+                    "use `repeats` to measure a cell several times, or give `labels`",
+                ));
             }
         }
         for condition in &self.conditions {
             if let Some(twice) = twice(condition.values.iter().map(|value| value.label.as_str())) {
                 let problem = format!("the condition has the value {twice} twice");
-                return Err(self.source.fault(condition.place.clone(), problem, "remove one of the two"));
+                return Err(self.source.fault(
+                    condition.place.clone(),
+                    problem,
+                    "remove one of the two",
+                ));
             }
         }
         Ok(())
@@ -349,9 +387,11 @@ fn rig_paths(
     source: &TomlSource,
 ) -> Result<Vec<PathBuf>, Fault> {
     match &file.rigs {
-        Some(rigs) if rigs.get_ref().is_empty() => {
-            Err(source.fault(rigs.span(), "the list is empty", "name at least one rig file, or remove `rigs`"))
-        }
+        Some(rigs) if rigs.get_ref().is_empty() => Err(source.fault(
+            rigs.span(),
+            "the list is empty",
+            "name at least one rig file, or remove `rigs`",
+        )),
         Some(rigs) => {
             let path = |rig: &PathBuf| {
                 let path = folder.join(rig);
@@ -395,7 +435,13 @@ fn baseline(
     source: &TomlSource,
 ) -> Result<BaselineSource, Fault> {
     let Some(table) = table else { return Ok(BaselineSource::FirstRounds(1)) };
-    let fault = |problem: String| Err(source.fault(table.span(), problem, "write one of record = \"DIR\", campaign = \"DIR\" and rounds = 1"));
+    let fault = |problem: String| {
+        Err(source.fault(
+            table.span(),
+            problem,
+            "write one of record = \"DIR\", campaign = \"DIR\" and rounds = 1",
+        ))
+    };
     match table.get_ref() {
         BaselineTable { record: Some(record), campaign: None, rounds: None } => {
             Ok(BaselineSource::Record(folder.join(record)))
@@ -404,8 +450,12 @@ fn baseline(
             Ok(BaselineSource::Campaign(folder.join(campaign)))
         }
         BaselineTable { record: None, campaign: None, rounds } => match rounds.unwrap_or(1) {
-            rounds if (1..=schedule.rounds).contains(&rounds) => Ok(BaselineSource::FirstRounds(rounds)),
-            rounds => fault(format!("a baseline of {rounds} rounds in a campaign of {}", schedule.rounds)),
+            rounds if (1..=schedule.rounds).contains(&rounds) => {
+                Ok(BaselineSource::FirstRounds(rounds))
+            }
+            rounds => {
+                fault(format!("a baseline of {rounds} rounds in a campaign of {}", schedule.rounds))
+            }
         },
         _ => fault("the baseline is given twice".to_owned()),
     }

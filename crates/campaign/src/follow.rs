@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use fieldgap_monitoring::{
-    Acknowledgement, Alarm, Baseline, BaselineError, ChartPoint, Environment, Monitor, Run, Settings,
+    Acknowledgement, Alarm, Baseline, BaselineError, ChartPoint, Environment, Monitor, Run,
+    Settings,
 };
 
 /// The figure of the gap.
@@ -28,6 +29,17 @@ pub struct FollowedRun {
     pub folder: PathBuf,
     /// Setting, time and figures.
     pub run: Run,
+    /// The verdict of its diagnosis, if it was diagnosed.
+    pub verdict: Option<String>,
+}
+
+/// What the record of a cell says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CellFigures {
+    /// Setting, time and figures.
+    pub run: Run,
+    /// The verdict of its diagnosis, if it was diagnosed.
+    pub verdict: Option<String>,
 }
 
 /// Follows the figures of all cells. The same runs in the same order give the same alarms.

@@ -63,7 +63,8 @@ impl Campaign {
                     let label = self.setting_of(cell);
                     let wrong = |source| CampaignError::of_cell(&label, source);
                     let check = scan.dry_run();
-                    let (check, planned) = check.and_then(|check| Ok((check, planned_use(&scan)?))).map_err(wrong)?;
+                    let (check, planned) =
+                        check.and_then(|check| Ok((check, planned_use(&scan)?))).map_err(wrong)?;
                     cells += 1;
                     readings += check.visits;
                     bytes += check.bytes;

@@ -1,6 +1,6 @@
 //! What a campaign needs from outside: a clock, rigs, persons and programs.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use async_trait::async_trait;
 use jiff::Timestamp;
@@ -9,6 +9,8 @@ use super::bench::Bench;
 use super::budget::Use;
 use super::condition::{Condition, ConditionValue, ConfirmedBy};
 use super::design::Cell;
+use super::follow::CellFigures;
+use super::overview::Overview;
 use fieldgap_acquisition::PlannedScan;
 use fieldgap_monitoring::{Alarm, Run};
 
@@ -86,13 +88,23 @@ pub trait Laboratory {
     ///
     /// # Errors
     /// Why there is no reading, or the condition does not hold.
-    async fn read(&self, by: &ConfirmedBy, value: &ConditionValue, benches: &[Bench]) -> Result<Option<f64>, String>;
+    async fn read(
+        &self,
+        by: &ConfirmedBy,
+        value: &ConditionValue,
+        benches: &[Bench],
+    ) -> Result<Option<f64>, String>;
 
     /// Scans a cell into a folder, or resumes the scan in it.
     ///
     /// # Errors
     /// Why there is no scan.
-    async fn measure(&self, scan: PlannedScan, folder: &Path, resume: bool) -> Result<Measured, String>;
+    async fn measure(
+        &self,
+        scan: PlannedScan,
+        folder: &Path,
+        resume: bool,
+    ) -> Result<Measured, String>;
 
     /// Does what follows the scan of a cell.
     ///
@@ -100,8 +112,14 @@ pub trait Laboratory {
     /// What could not be done.
     async fn close(&self, cell: &Cell, folder: &Path) -> Result<(), String>;
 
-    /// The figures of the record in a folder, as a run of the cell; `None` if it was not compared.
-    fn run_of(&self, folder: &Path, setting: &str) -> Option<Run>;
+    /// The figures of the record in a folder, as a run of the setting at the time `at`; `None` if it was not compared. Without a time it is
+    /// that of the record, which is the same for every scan on a virtual rig.
+    fn figures_of(
+        &self,
+        folder: &Path,
+        setting: &str,
+        at: Option<Timestamp>,
+    ) -> Option<CellFigures>;
 
     /// What changed from the first of two records to the second, in a sentence.
     async fn explain(&self, before: &Path, after: &Path) -> Option<String>;
@@ -109,6 +127,6 @@ pub trait Laboratory {
     /// Tells a person or a program.
     async fn tell(&self, news: News<'_>);
 
-    /// Draws the page of the campaign in a folder.
-    async fn draw(&self, campaign: PathBuf);
+    /// Draws the page of the campaign.
+    async fn draw(&self, overview: Overview);
 }

@@ -11,6 +11,7 @@
 //! | `forecast` | what all of it is going to take |
 //! | `folder` | the log on disk, and the state that it says |
 //! | `follow` | figures on control charts |
+//! | `overview` | what pages and tables show |
 //! | `laboratory`, `runner` | what is needed from outside, and the run itself |
 
 mod bench;
@@ -23,6 +24,7 @@ mod folder;
 mod follow;
 mod forecast;
 mod laboratory;
+mod overview;
 mod runner;
 mod schedule;
 
@@ -32,9 +34,12 @@ pub use condition::{Condition, ConditionValue, Confirmation, ConfirmedBy, Sensor
 pub use design::{Block, Cell, fresh_seed};
 pub use error::CampaignError;
 pub use file::{After, Axis, BaselineSource, Campaign, CampaignHooks, Order, Retry};
-pub use folder::{CampaignFolder, CellLog, CellState, Entry, LoggedAlarm, State, What, cell_folder};
-pub use follow::{BaselineRuns, FollowedRun, Follower, GAP};
+pub use folder::{
+    CampaignFolder, CellLog, CellState, Entry, LoggedAlarm, State, What, cell_folder,
+};
+pub use follow::{BaselineRuns, CellFigures, FollowedRun, Follower, GAP};
 pub use forecast::Forecast;
 pub use laboratory::{Laboratory, Measured, News};
-pub use runner::{CampaignEnd, Runner, Selection, followed};
+pub use overview::{AlarmOverview, CellOverview, CellStatus, Dimension, Overview};
+pub use runner::{CampaignEnd, FiguresOf, Runner, Selection, followed};
 pub use schedule::Schedule;

@@ -7,19 +7,20 @@ mod cell;
 mod conditions;
 mod waiting;
 
-
 pub(super) use self::cell::planned_use;
 use std::cell::RefCell;
 use std::path::Path;
 
 use futures_util::future::join_all;
+use jiff::Timestamp;
 
 use super::design::{Block, Cell};
 use super::error::CampaignError;
 use super::file::{BaselineSource, Campaign};
 use super::folder::{CampaignFolder, CellState, State, What, cell_folder};
-use super::follow::{BaselineRuns, FollowedRun, Follower};
+use super::follow::{BaselineRuns, CellFigures, FollowedRun, Follower};
 use super::laboratory::{Laboratory, News};
+use super::overview::Overview;
 
 /// Which cells are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,7 +62,9 @@ impl<'a> Runner<'a> {
         laboratory: &'a dyn Laboratory,
         selection: Selection,
     ) -> Result<Self, CampaignError> {
-        let follower = followed(campaign, folder.path(), folder.state(), laboratory)?;
+        let figures_of =
+            |folder: &Path, setting: &str, at| laboratory.figures_of(folder, setting, at);
+        let follower = followed(campaign, folder.path(), folder.state(), &figures_of)?;
         let (folder, follower) = (RefCell::new(folder), RefCell::new(follower));
         Ok(Self { campaign, laboratory, folder, follower, selection })
     }
@@ -156,7 +159,9 @@ impl<'a> Runner<'a> {
                 cell::Outcome::Failed(reason) => {
                     failures_in_a_row += 1;
                     if failures_in_a_row >= self.campaign.retry.failures_in_a_row {
-                        let reason = format!("{failures_in_a_row} cells in a row failed; the last: {reason}");
+                        let reason = format!(
+                            "{failures_in_a_row} cells in a row failed; the last: {reason}"
+                        );
                         self.log(What::RigLeft { rig: rig.clone(), reason: reason.clone() })?;
                         self.laboratory.tell(News::RigLeft(rig, &reason)).await;
                         return Ok(None);
@@ -197,10 +202,16 @@ impl<'a> Runner<'a> {
     }
 
     async fn draw(&self) {
-        let path = self.folder.borrow().path().to_owned();
-        self.laboratory.draw(path).await;
+        let overview = {
+            let folder = self.folder.borrow();
+            Overview::of(self.campaign, folder.path(), folder.state(), &self.follower.borrow())
+        };
+        self.laboratory.draw(overview).await;
     }
 }
+
+/// Gives the figures of the record in a folder: of the setting, at the time.
+pub type FiguresOf<'a> = dyn Fn(&Path, &str, Option<Timestamp>) -> Option<CellFigures> + 'a;
 
 /// The figures of all cells that are closed, in the order in which they were closed, on their charts.
 ///
@@ -210,26 +221,26 @@ pub fn followed(
     campaign: &Campaign,
     folder: &Path,
     state: &State,
-    laboratory: &dyn Laboratory,
+    figures_of: &FiguresOf<'_>,
 ) -> Result<Follower, CampaignError> {
     let baseline = match &campaign.baseline {
         BaselineSource::FirstRounds(rounds) => BaselineRuns::FirstRounds(*rounds),
         BaselineSource::Record(record) => {
             let settings: std::collections::BTreeSet<String> =
                 campaign.cells(1, 0).map(|cell| campaign.setting_of(&cell)).collect();
-            let runs = settings.iter().filter_map(|setting| laboratory.run_of(record, setting));
-            BaselineRuns::Given(runs.collect())
+            let runs = settings.iter().filter_map(|setting| figures_of(record, setting, None));
+            BaselineRuns::Given(runs.map(|figures| figures.run).collect())
         }
         BaselineSource::Campaign(other) => {
             let before = CampaignFolder::campaign(other)?;
             let state = CampaignFolder::read(other)?;
-            let runs = closed_runs(&before, other, &state, laboratory);
+            let runs = closed_runs(&before, other, &state, figures_of);
             BaselineRuns::Given(runs.into_iter().map(|one| one.run).collect())
         }
     };
     let mut follower = Follower::new(campaign.alarm.clone(), baseline);
     let mut acknowledged = state.acknowledged.iter().map(|(one, ..)| one).peekable();
-    for run in closed_runs(campaign, folder, state, laboratory) {
+    for run in closed_runs(campaign, folder, state, figures_of) {
         while let Some(one) = acknowledged.next_if(|one| one.at <= run.run.at) {
             follower.acknowledge(one);
         }
@@ -244,7 +255,7 @@ fn closed_runs(
     campaign: &Campaign,
     folder: &Path,
     state: &State,
-    laboratory: &dyn Laboratory,
+    figures_of: &FiguresOf<'_>,
 ) -> Vec<FollowedRun> {
     let rounds = 1..=state.rounds.len() as u32;
     let cells = rounds.flat_map(|round| campaign.cells(round, state.seed));
@@ -252,16 +263,22 @@ fn closed_runs(
         .filter_map(|cell| {
             let id = campaign.id_of(&cell);
             let log = state.cells.get(&id)?;
-            matches!(log.state, CellState::Closed { .. }).then_some((log.at, cell, id))
+            matches!(log.state, CellState::Closed { .. }).then_some((
+                log.at,
+                log.measured,
+                cell,
+                id,
+            ))
         })
         .collect();
     closed.sort_by_key(|(at, ..)| *at);
     closed
         .into_iter()
-        .filter_map(|(_, cell, id)| {
+        .filter_map(|(_, measured, cell, id)| {
             let folder = cell_folder(folder, &id);
-            let run = laboratory.run_of(&folder, &campaign.setting_of(&cell))?;
-            Some(FollowedRun { round: cell.round, folder, run })
+            let CellFigures { run, verdict } =
+                figures_of(&folder, &campaign.setting_of(&cell), measured)?;
+            Some(FollowedRun { round: cell.round, folder, run, verdict })
         })
         .collect()
 }

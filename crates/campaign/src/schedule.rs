@@ -83,7 +83,11 @@ impl ScheduleTable {
         let time_zone = match &self.time_zone {
             None => TimeZone::system(),
             Some(name) => TimeZone::get(name).map_err(|error| {
-                wrong("time_zone", error.to_string(), "give a name such as \"Europe/Vienna\" or \"UTC\"")
+                wrong(
+                    "time_zone",
+                    error.to_string(),
+                    "give a name such as \"Europe/Vienna\" or \"UTC\"",
+                )
             })?,
         };
         let starts = match (&self.every, &self.at) {
@@ -95,7 +99,8 @@ impl ScheduleTable {
                 wrong("every", problem, "give a time such as \"6h\", \"90 min\" or \"1 day\"")
             })?),
             (None, Some(at)) => {
-                let mut times = at.iter().map(|text| time_of_day("at", text)).collect::<Result<Vec<_>, _>>()?;
+                let mut times =
+                    at.iter().map(|text| time_of_day("at", text)).collect::<Result<Vec<_>, _>>()?;
                 times.sort_unstable();
                 times.dedup();
                 if times.is_empty() {
@@ -110,9 +115,14 @@ impl ScheduleTable {
             let problem = format!("{rounds} rounds; 1 to {MOST_ROUNDS} are possible");
             return Err(wrong("rounds", problem, "give a number of rounds"));
         }
-        let days = self.days.iter().flatten().map(|text| Day::read(text)).collect::<Result<Vec<_>, _>>();
+        let days =
+            self.days.iter().flatten().map(|text| Day::read(text)).collect::<Result<Vec<_>, _>>();
         let days = days.map_err(|text| {
-            wrong("days", format!("`{text}` is no day"), "give days such as \"mon\" or dates such as \"2026-12-01\"")
+            wrong(
+                "days",
+                format!("`{text}` is no day"),
+                "give days such as \"mon\" or dates such as \"2026-12-01\"",
+            )
         })?;
         let window = match &self.window {
             None => None,
@@ -120,7 +130,11 @@ impl ScheduleTable {
                 let (from, to) = (time_of_day("window", from)?, time_of_day("window", to)?);
                 if from == to {
                     let problem = "it begins and ends at the same time".to_owned();
-                    return Err(wrong("window", problem, "leave it out if cells may begin at any time"));
+                    return Err(wrong(
+                        "window",
+                        problem,
+                        "leave it out if cells may begin at any time",
+                    ));
                 }
                 Some((from, to))
             }
@@ -128,9 +142,16 @@ impl ScheduleTable {
         let instant = |key, text: &Option<String>| -> Result<Option<Timestamp>, WrongSchedule> {
             let Some(text) = text else { return Ok(None) };
             let civil: Result<jiff::civil::DateTime, _> = text.parse();
-            civil.and_then(|civil| civil.to_zoned(time_zone.clone())).map(|zoned| Some(zoned.timestamp())).map_err(
-                |error| wrong(key, error.to_string(), "give a date and a time of day, such as \"2026-12-01T08:00\""),
-            )
+            civil
+                .and_then(|civil| civil.to_zoned(time_zone.clone()))
+                .map(|zoned| Some(zoned.timestamp()))
+                .map_err(|error| {
+                    wrong(
+                        key,
+                        error.to_string(),
+                        "give a date and a time of day, such as \"2026-12-01T08:00\"",
+                    )
+                })
         };
         let (from, until) = (instant("from", &self.from)?, instant("until", &self.until)?);
         if from.zip(until).is_some_and(|(from, until)| until <= from) {
@@ -294,7 +315,8 @@ mod tests {
 
     #[test]
     fn times_of_day_are_taken_in_turn_on_the_given_days() {
-        let text = "at = [\"20:00\", \"08:00\"]\ndays = [\"mon\", \"2026-11-24\"]\ntime_zone = \"UTC\"";
+        let text =
+            "at = [\"20:00\", \"08:00\"]\ndays = [\"mon\", \"2026-11-24\"]\ntime_zone = \"UTC\"";
         let schedule = schedule(text);
         let began = at("2026-11-23T07:00:00Z");
         let mut starts = Vec::new();
@@ -304,9 +326,13 @@ mod tests {
             starts.push(start.to_string());
             after = start + 1.second();
         }
-        let days = ["2026-11-23T08", "2026-11-23T20", "2026-11-24T08", "2026-11-24T20", "2026-11-30T08"];
+        let days =
+            ["2026-11-23T08", "2026-11-23T20", "2026-11-24T08", "2026-11-24T20", "2026-11-30T08"];
         assert_eq!(starts, days.map(|hour| format!("{hour}:00:00Z")));
-        assert_eq!(schedule.starts_between(began, at("2026-11-23T08:00:00Z"), at("2026-11-24T09:00:00Z")), 2);
+        assert_eq!(
+            schedule.starts_between(began, at("2026-11-23T08:00:00Z"), at("2026-11-24T09:00:00Z")),
+            2
+        );
     }
 
     #[test]
@@ -316,7 +342,8 @@ mod tests {
         same("2026-11-24T22:00:00Z");
         same("2026-11-24T05:59:00Z");
         assert_eq!(night.may_begin(at("2026-11-24T06:00:00Z")), Some(at("2026-11-24T22:00:00Z")));
-        let weekend = schedule("window = [\"22:00\", \"06:00\"]\ndays = [\"sat\"]\ntime_zone = \"UTC\"");
+        let weekend =
+            schedule("window = [\"22:00\", \"06:00\"]\ndays = [\"sat\"]\ntime_zone = \"UTC\"");
         // Saturday opens at midnight, inside the window.
         assert_eq!(weekend.may_begin(at("2026-11-24T12:00:00Z")), Some(at("2026-11-28T00:00:00Z")));
     }
@@ -327,7 +354,10 @@ mod tests {
         let schedule = schedule(text);
         let began = at("2026-11-24T00:00:00Z");
         assert_eq!(schedule.start_from(began, began), Some(at("2026-12-01T08:00:00Z")));
-        assert_eq!(schedule.start_from(began, at("2026-12-01T08:00:01Z")), Some(at("2026-12-01T10:00:00Z")));
+        assert_eq!(
+            schedule.start_from(began, at("2026-12-01T08:00:01Z")),
+            Some(at("2026-12-01T10:00:00Z"))
+        );
         assert_eq!(schedule.start_from(began, at("2026-12-01T10:00:01Z")), None);
     }
 

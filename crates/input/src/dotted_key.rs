@@ -9,7 +9,9 @@ pub enum NotAKey {
     #[error("`{0}` is not a key of a section, such as `array.spacing_mm`")]
     NotInASection(String),
     /// An array of tables has no entry of this number.
-    #[error("`{key}`: there is no `{array}.{index}`; [[{array}]] has {count} entries, numbered from 0")]
+    #[error(
+        "`{key}`: there is no `{array}.{index}`; [[{array}]] has {count} entries, numbered from 0"
+    )]
     NoEntry {
         /// The whole key.
         key: String,
@@ -73,7 +75,10 @@ mod tests {
     #[test]
     fn a_value_is_replaced_and_the_rest_is_unchanged() {
         assert_eq!(with("array.columns", 3).expect("a key"), TEXT.replace("6 #", "3 #"));
-        assert_eq!(with("map.step_mm", 0.5).expect("a key"), format!("{TEXT}\n[map]\nstep_mm = 0.5\n"));
+        assert_eq!(
+            with("map.step_mm", 0.5).expect("a key"),
+            format!("{TEXT}\n[map]\nstep_mm = 0.5\n")
+        );
     }
 
     #[test]

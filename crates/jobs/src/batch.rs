@@ -138,7 +138,8 @@ impl Batch {
         let contents: Contents =
             serde_json::from_slice(bytes).map_err(|error| not_a_batch(error.to_string()))?;
         if contents.format != FORMAT {
-            let problem = format!("its format is {}, and this program reads {FORMAT}", contents.format);
+            let problem =
+                format!("its format is {}, and this program reads {FORMAT}", contents.format);
             return Err(not_a_batch(problem));
         }
         if !(1..=contents.items.len()).contains(&contents.shards) {

@@ -52,7 +52,12 @@ impl CampaignFolder {
     ///
     /// # Errors
     /// [`CampaignError::Occupied`] if the folder has one, or if it cannot be written.
-    pub fn begin(campaign: &Campaign, path: &Path, seed: u64, at: Timestamp) -> Result<Self, CampaignError> {
+    pub fn begin(
+        campaign: &Campaign,
+        path: &Path,
+        seed: u64,
+        at: Timestamp,
+    ) -> Result<Self, CampaignError> {
         if path.join(LOG).exists() {
             return Err(CampaignError::Occupied(path.to_owned()));
         }
@@ -179,15 +184,21 @@ pub fn cell_folder(campaign: &Path, id: &str) -> PathBuf {
 
 /// The state, and the bytes of complete lines.
 fn read_log(path: &Path) -> Result<(State, u64), CampaignError> {
-    let text = read_text(path, MOST_TABLE).map_err(|source| {
-        CampaignError::Disk { what: "read", path: path.to_owned(), source }
+    let text = read_text(path, MOST_TABLE).map_err(|source| CampaignError::Disk {
+        what: "read",
+        path: path.to_owned(),
+        source,
     })?;
     let (mut state, mut length) = (State::default(), 0);
     let whole = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
     for (number, line) in whole.enumerate() {
         let entry: Entry = serde_json::from_str(line).map_err(|error| {
             let problem = format!("line {} is damaged: {error}", number + 1);
-            Fault::of_file(path, problem, "remove the line; the records of the cells say how far they are")
+            Fault::of_file(
+                path,
+                problem,
+                "remove the line; the records of the cells say how far they are",
+            )
         })?;
         state.take(&entry);
         length += line.len() as u64;

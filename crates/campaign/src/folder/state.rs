@@ -36,6 +36,8 @@ pub struct CellLog {
     pub digest: String,
     /// When its state changed last.
     pub at: Timestamp,
+    /// When its scan was complete.
+    pub measured: Option<Timestamp>,
     /// Failures since it began.
     pub failures: u32,
 }
@@ -105,12 +107,21 @@ impl State {
             }
             What::Begun { cell, digest } => {
                 let failures = self.cells.get(cell).map_or(0, |log| log.failures);
-                let log = CellLog { state: CellState::Begun, digest: digest.clone(), at, failures };
+                let log = CellLog {
+                    state: CellState::Begun,
+                    digest: digest.clone(),
+                    at,
+                    measured: None,
+                    failures,
+                };
                 self.cells.insert(cell.clone(), log);
             }
             What::Measured { cell, used } => {
                 self.used = self.used + *used;
                 self.to(cell, CellState::Measured, at);
+                if let Some(log) = self.cells.get_mut(cell) {
+                    log.measured = Some(at);
+                }
             }
             What::Closed { cell, problem } => {
                 self.to(cell, CellState::Closed { problem: problem.clone() }, at);

@@ -7,7 +7,7 @@ use crate::budget::Use;
 use crate::design::Cell;
 use crate::error::CampaignError;
 use crate::folder::{CellState, What};
-use crate::follow::FollowedRun;
+use crate::follow::{CellFigures, FollowedRun};
 use crate::laboratory::{Measured, News};
 use fieldgap_acquisition::PlannedScan;
 use fieldgap_records::ScanState;
@@ -124,29 +124,35 @@ impl Runner<'_> {
         let folder = self.folder.borrow().cell(id);
         let problem = self.laboratory.close(cell, &folder).await.err();
         let setting = self.campaign.setting_of(cell);
-        let run = self.laboratory.run_of(&folder, &setting);
+        let measured = self.folder.borrow().state().cells.get(id).and_then(|log| log.measured);
+        let figures = self.laboratory.figures_of(&folder, &setting, measured);
+        let run = figures.as_ref().map(|figures| figures.run.clone());
         let mut alarms = Vec::new();
         let mut gap_change = None;
-        if let Some(run) = &run {
-            let followed = FollowedRun { round: cell.round, folder: folder.clone(), run: run.clone() };
+        if let Some(CellFigures { run, verdict }) = figures {
             let mut follower = self.follower.borrow_mut();
-            alarms = follower.add(followed).into_iter().filter(|alarm| alarm.new).collect();
-            gap_change = follower.gap_change(run);
+            gap_change = follower.gap_change(&run);
+            let (round, folder) = (cell.round, folder.clone());
+            let alarmed = follower.add(FollowedRun { round, folder, run, verdict });
+            alarms = alarmed.into_iter().filter(|alarm| alarm.new).collect();
         }
         if let Some(run) = &run {
             // All alarms of a run have one cause: it is sought once.
-            let before = alarms.first().and_then(|alarm| {
-                self.follower.borrow().before(alarm, &setting).cloned()
-            });
+            let before = alarms
+                .first()
+                .and_then(|alarm| self.follower.borrow().before(alarm, &setting).cloned());
             let cause = match before {
                 Some(before) => self.laboratory.explain(&before, &folder).await,
                 None => None,
             };
             for alarm in alarms {
-                let logged = What::Alarm { cell: id.to_owned(), alarm: alarm.clone(), cause: cause.clone() };
+                let logged =
+                    What::Alarm { cell: id.to_owned(), alarm: alarm.clone(), cause: cause.clone() };
                 self.log(logged)?;
                 let cause = cause.as_deref();
-                self.laboratory.tell(News::Alarm { folder: &folder, alarm: &alarm, cause, run }).await;
+                self.laboratory
+                    .tell(News::Alarm { folder: &folder, alarm: &alarm, cause, run })
+                    .await;
             }
         }
         self.log(What::Closed { cell: id.to_owned(), problem: problem.clone() })?;
@@ -158,7 +164,9 @@ impl Runner<'_> {
 }
 
 /// What the scan of a cell is going to take.
-pub(crate) fn planned_use(scan: &PlannedScan) -> Result<Use, fieldgap_acquisition::AcquisitionError> {
+pub(crate) fn planned_use(
+    scan: &PlannedScan,
+) -> Result<Use, fieldgap_acquisition::AcquisitionError> {
     let check = scan.dry_run()?;
     // Dark readings take their share of the time without sound.
     let driven = 1.0 - check.dark as f64 / check.visits.max(1) as f64;

@@ -22,7 +22,11 @@ impl Runner<'_> {
                 }
                 Err(reason) => {
                     let (condition_name, label) = (condition.name.clone(), value.label.clone());
-                    self.log(What::NotSet { condition: condition_name, value: label, reason: reason.clone() })?;
+                    self.log(What::NotSet {
+                        condition: condition_name,
+                        value: label,
+                        reason: reason.clone(),
+                    })?;
                     self.laboratory.tell(News::NotSet(condition, value, &reason)).await;
                     return Ok(false);
                 }
@@ -48,7 +52,10 @@ impl Runner<'_> {
         loop {
             let read = self.laboratory.read(by, value, &self.campaign.benches).await;
             let refused = match (read, by) {
-                (Ok(Some(reading)), ConfirmedBy::Sensor(_, tolerance) | ConfirmedBy::Number(_, tolerance)) => {
+                (
+                    Ok(Some(reading)),
+                    ConfirmedBy::Sensor(_, tolerance) | ConfirmedBy::Number(_, tolerance),
+                ) => {
                     let wanted = value.number.unwrap_or(f64::NAN);
                     if (reading - wanted).abs() <= *tolerance {
                         return Ok(Some(reading));

@@ -20,7 +20,8 @@ impl Runner<'_> {
         };
         let now = self.laboratory.now();
         let left_out = last.map_or(0, |last| schedule.starts_between(began, last, now));
-        let Some(start) = schedule.start_from(began, if last.is_none() { began } else { now }) else {
+        let Some(start) = schedule.start_from(began, if last.is_none() { began } else { now })
+        else {
             return Err("the schedule has no further start".to_owned());
         };
         self.wait(start.max(now), "for the next round").await?;

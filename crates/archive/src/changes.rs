@@ -106,14 +106,17 @@ impl Found {
         let figures = about(&report.join(FIGURES));
         let why = report.join(WHY).join(FIGURES);
         // A file that is replaced or added changes the time of its folder; only what is written in place needs a look of its own.
-        let mut files = vec![about(path), about(&path.join(SET_UP)), about(&path.join("notes.jsonl"))];
+        let mut files =
+            vec![about(path), about(&path.join(SET_UP)), about(&path.join("notes.jsonl"))];
         match figures {
             Some(_) => files.push(about(&why)),
             None => files.push(about(&report.join(COMPARISON))),
         }
         files.push(figures);
         let limit = now.checked_sub(COARSEST_CLOCK);
-        let old = |about: &Metadata| about.modified().ok().zip(limit).is_some_and(|(at, limit)| at < limit);
+        let old = |about: &Metadata| {
+            about.modified().ok().zip(limit).is_some_and(|(at, limit)| at < limit)
+        };
         let settled = files.iter().flatten().all(old);
         let mut bytes = Vec::with_capacity(24 * files.len());
         for file in &files {

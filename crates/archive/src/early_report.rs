@@ -68,7 +68,11 @@ pub(crate) fn read_early_report(report: &Path) -> Result<Option<RecordFigures>, 
         Ok(file) => file,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => {
-            return Err(Fault::of_file(&path, format!("cannot be read: {error}"), "check the file"));
+            return Err(Fault::of_file(
+                &path,
+                format!("cannot be read: {error}"),
+                "check the file",
+            ));
         }
     };
     let compared: Vec<Compared> = serde_json::from_reader(BufReader::new(file.take(MOST_TABLE)))

@@ -41,7 +41,9 @@ pub enum ArchiveError {
     },
     /// The index cannot be used, though it was made anew.
     #[error("the index {} cannot be used: {source}", path.display())]
-    #[diagnostic(help("is the disk full? The index can be deleted at any time: it is made from the records"))]
+    #[diagnostic(help(
+        "is the disk full? The index can be deleted at any time: it is made from the records"
+    ))]
     Index {
         /// The file.
         path: PathBuf,
@@ -70,10 +72,10 @@ pub struct Updated {
     pub removed: usize,
     /// All records.
     pub records: usize,
+    /// Records whose files are damaged.
+    pub damaged: usize,
     /// Folders that cannot be read, with the reason.
     pub unreadable: Vec<(PathBuf, io::Error)>,
-    /// Why the index was made anew; `None` if it was not.
-    pub renewed: Option<&'static str>,
 }
 
 impl Index {
@@ -104,6 +106,11 @@ impl Index {
         &self.place
     }
 
+    /// Why it was made anew since it was opened; `None` if it was not.
+    pub fn renewed(&self) -> Option<&'static str> {
+        self.renewed
+    }
+
     /// Connects to the file, which is made if it is missing; whether its tables are those of this version.
     fn connect(&mut self) -> rusqlite::Result<bool> {
         let mut connection = match self.place.file() {
@@ -117,7 +124,8 @@ impl Index {
         };
         let mut ours = store::is_ours(&connection, root.as_deref());
         if matches!(ours, Ok(false) | Err(_)) && store::is_empty(&connection)? {
-            let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
+            let transaction =
+                connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
             // Asked again, now that no other process writes.
             if store::is_empty(&transaction)? {
                 store::make_tables(&transaction, root.as_deref())?;
@@ -128,7 +136,11 @@ impl Index {
         self.connection = connection;
         match ours {
             // Tables of another program.
-            Err(error) if !is_damage(&error) && error.sqlite_error_code() == Some(ErrorCode::Unknown) => Ok(false),
+            Err(error)
+                if !is_damage(&error) && error.sqlite_error_code() == Some(ErrorCode::Unknown) =>
+            {
+                Ok(false)
+            }
             ours => ours,
         }
     }
@@ -165,7 +177,8 @@ impl Index {
     }
 
     fn is_sound(&self) -> bool {
-        let check = self.connection.query_row("pragma quick_check(1)", [], |row| row.get::<_, String>(0));
+        let check =
+            self.connection.query_row("pragma quick_check(1)", [], |row| row.get::<_, String>(0));
         check.is_ok_and(|answer| answer == "ok")
     }
 
@@ -178,9 +191,7 @@ impl Index {
             Err(error) if is_damage(&error) => {
                 self.renew(DAMAGED)?;
                 let (found, _) = self.found()?;
-                self.bring_up_to_date(&found)
-                    .and_then(|_| work(self))
-                    .map_err(failed(&self.place))
+                self.bring_up_to_date(&found).and_then(|_| work(self)).map_err(failed(&self.place))
             }
             done => done.map_err(failed(&self.place)),
         }
@@ -198,7 +209,11 @@ impl Index {
     pub fn update(&mut self) -> Result<Updated, ArchiveError> {
         let (found, unreadable) = self.found()?;
         let (read, removed) = self.recovering(|index| index.bring_up_to_date(&found))?;
-        Ok(Updated { read, removed, records: found.len(), unreadable, renewed: self.renewed })
+        let damaged = self.recovering(|index| {
+            let count = "select count(*) from records where fault is not null";
+            index.connection.query_row(count, [], |row| row.get::<_, i64>(0))
+        })?;
+        Ok(Updated { read, removed, records: found.len(), damaged: damaged as usize, unreadable })
     }
 
     /// How many were read, and how many removed.
@@ -234,7 +249,10 @@ impl Index {
     }
 
     /// Records that are to be read, and folders that are no records any more.
-    fn differences<'f>(&self, found: &'f [Found]) -> rusqlite::Result<(Vec<&'f Found>, Vec<PathBuf>)> {
+    fn differences<'f>(
+        &self,
+        found: &'f [Found],
+    ) -> rusqlite::Result<(Vec<&'f Found>, Vec<PathBuf>)> {
         let mut known = self.connection.prepare("select folder, stamp from records")?;
         let mut rows = known.query([])?;
         let mut current = vec![false; found.len()];
@@ -281,10 +299,7 @@ fn write(connection: &mut Connection, batch: &[&Found], entries: &[Entry]) -> ru
 
 /// Whether the file is no index, or a damaged one.
 fn is_damage(error: &rusqlite::Error) -> bool {
-    matches!(
-        error.sqlite_error_code(),
-        Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase)
-    )
+    matches!(error.sqlite_error_code(), Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase))
 }
 
 fn failed(place: &Place) -> impl FnOnce(rusqlite::Error) -> ArchiveError {

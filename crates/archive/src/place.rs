@@ -25,7 +25,10 @@ impl Place {
     pub fn of(root: &Path, cache: Option<&Path>) -> Self {
         let beside = root.join(BESIDE);
         // A record holds what was measured, and nothing else.
-        if !is_record(root) && can_be_written(root) && (!beside.exists() || is_writable_file(&beside)) {
+        if !is_record(root)
+            && can_be_written(root)
+            && (!beside.exists() || is_writable_file(&beside))
+        {
             return Self::Beside(beside);
         }
         let Some(cache) = cache else { return Self::Memory };

@@ -134,7 +134,10 @@ impl Filter {
             all.add("gap < ?", [Value::Real(below)]);
         }
         if let Some(words) = &self.noted {
-            all.add("id in (select record from notes where instr(folded, ?) > 0)", [text(&folded(words))]);
+            all.add(
+                "id in (select record from notes where instr(folded, ?) > 0)",
+                [text(&folded(words))],
+            );
         }
         all
     }
@@ -164,7 +167,8 @@ impl Query {
              folder desc limit ?",
             words.join(" and ")
         ))?;
-        let found = select.query_map(params_from_iter(values), |row| Ok((row.get(0)?, entry_of(row)?)))?;
+        let found =
+            select.query_map(params_from_iter(values), |row| Ok((row.get(0)?, entry_of(row)?)))?;
         let mut found = found.collect::<Result<Vec<(i64, Entry)>, _>>()?;
         found.reverse();
         Details { transaction, figures: &self.figures }.add_to(&mut found)?;
@@ -209,19 +213,25 @@ struct Details<'t> {
 impl Details<'_> {
     fn add_to(&self, found: &mut [(i64, Entry)]) -> rusqlite::Result<()> {
         let prepare = |words: &str| self.transaction.prepare(words);
-        let mut foci = prepare("select x_mm, y_mm, z_mm from foci where record = ?1 order by number")?;
+        let mut foci =
+            prepare("select x_mm, y_mm, z_mm from foci where record = ?1 order by number")?;
         let mut heights = prepare("select z_mm from heights where record = ?1 order by z_mm")?;
-        let mut effects = prepare("select effect from effects where record = ?1 order by position")?;
-        let mut notes = prepare("select at, who, kind, text from notes where record = ?1 order by position")?;
+        let mut effects =
+            prepare("select effect from effects where record = ?1 order by position")?;
+        let mut notes =
+            prepare("select at, who, kind, text from notes where record = ?1 order by position")?;
         let mut all = prepare("select name, value, standard_error from figures where record = ?1")?;
-        let mut named =
-            prepare("select name, value, standard_error from figures where record = ?1 and name = ?2")?;
+        let mut named = prepare(
+            "select name, value, standard_error from figures where record = ?1 and name = ?2",
+        )?;
         for (id, entry) in found {
             let id = *id;
             entry.foci_mm = foci.query_map([id], focus_of)?.collect::<Result<_, _>>()?;
-            entry.heights_mm = heights.query_map([id], |row| row.get(0))?.collect::<Result<_, _>>()?;
+            entry.heights_mm =
+                heights.query_map([id], |row| row.get(0))?.collect::<Result<_, _>>()?;
             let ids = effects.query_map([id], |row| row.get::<_, String>(0))?;
-            let known = |id: rusqlite::Result<String>| id.map(|id| id.parse::<EffectId>().ok()).transpose();
+            let known =
+                |id: rusqlite::Result<String>| id.map(|id| id.parse::<EffectId>().ok()).transpose();
             entry.effects = ids.filter_map(known).collect::<Result<_, _>>()?;
             let read = notes.query_map([id], note_of)?;
             entry.notes = read.filter_map(Result::transpose).collect::<Result<_, _>>()?;
@@ -229,7 +239,8 @@ impl Details<'_> {
                 Wanted::None => {}
                 Wanted::All => {
                     let figures = all.query_map([id], figure_of)?;
-                    entry.figures = figures.filter_map(Result::transpose).collect::<Result<_, _>>()?;
+                    entry.figures =
+                        figures.filter_map(Result::transpose).collect::<Result<_, _>>()?;
                 }
                 Wanted::Named(names) => {
                     for name in names {

@@ -119,14 +119,16 @@ impl Entry {
         self.level = existing(figures.level);
         self.correlation = existing(figures.correlation);
         self.verdict = figures.cause.as_ref().map(|cause| cause.verdict);
-        self.effects = figures.cause.as_ref().map(|cause| cause.effects.clone()).unwrap_or_default();
+        self.effects =
+            figures.cause.as_ref().map(|cause| cause.effects.clone()).unwrap_or_default();
         self.figures = figures.series().into_iter().collect();
     }
 
     /// Counts the readings of a record that was never compared.
     fn read_samples(&mut self, record: &Path) -> Result<(), Fault> {
         let scan = RecordedScan::open(record)?;
-        self.points = Some(scan.samples.iter().filter(|sample| sample.focus.is_some()).count() as u64);
+        self.points =
+            Some(scan.samples.iter().filter(|sample| sample.focus.is_some()).count() as u64);
         let planes = scan.planes(SAME_HEIGHT_MM);
         self.heights_mm = in_order(planes.iter().map(|plane| plane.z_mm).collect());
         Ok(())

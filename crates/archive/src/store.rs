@@ -25,12 +25,14 @@ const OF_RECORD: [&str; 5] = ["foci", "heights", "effects", "figures", "notes"];
 
 /// Whether an existing index is one that this version of the program made; of an index in the cache, also for this folder.
 pub(crate) fn is_ours(connection: &Connection, root: Option<&str>) -> rusqlite::Result<bool> {
-    let number = |pragma: &str| connection.pragma_query_value(None, pragma, |row| row.get::<_, i32>(0));
+    let number =
+        |pragma: &str| connection.pragma_query_value(None, pragma, |row| row.get::<_, i32>(0));
     if number("application_id")? != APPLICATION || number("user_version")? != VERSION {
         return Ok(false);
     }
     let mut about = connection.prepare("select value from about where key = ?1")?;
-    let mut known = |key: &str| match about.query_row([key], |row| row.get::<_, Option<String>>(0)) {
+    let mut known = |key: &str| match about.query_row([key], |row| row.get::<_, Option<String>>(0))
+    {
         Err(rusqlite::Error::QueryReturnedNoRows) => Ok(None),
         known => known,
     };
@@ -44,7 +46,10 @@ pub(crate) fn is_empty(connection: &Connection) -> rusqlite::Result<bool> {
 }
 
 /// Makes the tables.
-pub(crate) fn make_tables(transaction: &Transaction<'_>, root: Option<&str>) -> rusqlite::Result<()> {
+pub(crate) fn make_tables(
+    transaction: &Transaction<'_>,
+    root: Option<&str>,
+) -> rusqlite::Result<()> {
     transaction.execute_batch(TABLES)?;
     let mut about = transaction.prepare("insert into about values (?1, ?2)")?;
     about.execute(["software", env!("CARGO_PKG_VERSION")])?;

@@ -1,7 +1,7 @@
 //! What the index keeps of a record.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use fieldgap_acoustics::Simulator;
 use fieldgap_diagnosis::{EffectId, Verdict};
@@ -16,6 +16,7 @@ use crate::series::SeriesName;
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Entry {
     /// Its folder below that of the index; empty if it is that folder.
+    #[serde(serialize_with = "readable")]
     pub folder: PathBuf,
     /// What is wrong with its files, with the name of the file; `None` if all that were read are good.
     pub fault: Option<String>,
@@ -53,6 +54,11 @@ pub struct Entry {
     pub notes: Vec<Note>,
     /// Figures by name; from the index only those that were asked for.
     pub figures: BTreeMap<SeriesName, Uncertain>,
+}
+
+/// A path as text; what is no text in it is replaced.
+fn readable<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
 }
 
 /// How far a scan got.

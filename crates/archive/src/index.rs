@@ -72,10 +72,10 @@ pub struct Updated {
     pub removed: usize,
     /// All records.
     pub records: usize,
+    /// Records whose files are damaged.
+    pub damaged: usize,
     /// Folders that cannot be read, with the reason.
     pub unreadable: Vec<(PathBuf, io::Error)>,
-    /// Why the index was made anew; `None` if it was not.
-    pub renewed: Option<&'static str>,
 }
 
 impl Index {
@@ -104,6 +104,11 @@ impl Index {
     /// Where it lies.
     pub fn place(&self) -> &Place {
         &self.place
+    }
+
+    /// Why it was made anew since it was opened; `None` if it was not.
+    pub fn renewed(&self) -> Option<&'static str> {
+        self.renewed
     }
 
     /// Connects to the file, which is made if it is missing; whether its tables are those of this version.
@@ -204,7 +209,11 @@ impl Index {
     pub fn update(&mut self) -> Result<Updated, ArchiveError> {
         let (found, unreadable) = self.found()?;
         let (read, removed) = self.recovering(|index| index.bring_up_to_date(&found))?;
-        Ok(Updated { read, removed, records: found.len(), unreadable, renewed: self.renewed })
+        let damaged = self.recovering(|index| {
+            let count = "select count(*) from records where fault is not null";
+            index.connection.query_row(count, [], |row| row.get::<_, i64>(0))
+        })?;
+        Ok(Updated { read, removed, records: found.len(), damaged: damaged as usize, unreadable })
     }
 
     /// How many were read, and how many removed.

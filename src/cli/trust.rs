@@ -84,7 +84,8 @@ impl Trust {
 
 /// The programs of a scan, each with its key.
 pub(super) fn programs(hooks: &Hooks) -> Vec<(String, HookCommand)> {
-    let one = |(kind, name): (HookKind, &str)| Some((name.to_owned(), hooks.command(kind)?.clone()));
+    let one =
+        |(kind, name): (HookKind, &str)| Some((name.to_owned(), hooks.command(kind)?.clone()));
     KINDS.into_iter().filter_map(one).collect()
 }
 

@@ -67,9 +67,8 @@ fn stated_against_seen(figures: &[Uncertain]) -> (f64, f64) {
     let mean = figures.iter().map(|figure| figure.value).sum::<f64>() / count;
     let variance = figures.iter().map(|figure| (figure.value - mean).powi(2)).sum::<f64>() / count;
     let stated = figures.iter().map(|figure| figure.standard_error.powi(2)).sum::<f64>() / count;
-    let holds = |figure: &&Uncertain| {
-        (figure.value - mean).abs() <= COVERS_95 * figure.standard_error
-    };
+    let holds =
+        |figure: &&Uncertain| (figure.value - mean).abs() <= COVERS_95 * figure.standard_error;
     ((stated / variance).sqrt(), figures.iter().filter(holds).count() as f64 / count)
 }
 

@@ -71,5 +71,6 @@ fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {
         unit: scans[0].setup.unit.clone(),
         highest_m: highest.fold(0.0, f64::max),
         dark_floor: floors.fold(0.0, f64::max),
+        tried: None,
     }
 }

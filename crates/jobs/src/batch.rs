@@ -138,7 +138,8 @@ impl Batch {
         let contents: Contents =
             serde_json::from_slice(bytes).map_err(|error| not_a_batch(error.to_string()))?;
         if contents.format != FORMAT {
-            let problem = format!("its format is {}, and this program reads {FORMAT}", contents.format);
+            let problem =
+                format!("its format is {}, and this program reads {FORMAT}", contents.format);
             return Err(not_a_batch(problem));
         }
         if !(1..=contents.items.len()).contains(&contents.shards) {
@@ -164,6 +165,21 @@ impl Batch {
             batch: self.contents.software.clone(),
             own: software.to_owned(),
         })
+    }
+
+    /// Checks that the batch is of this kind of work, described in this way. Its items may be others: what lies in a folder changes.
+    ///
+    /// # Errors
+    /// [`JobError::AnotherWork`] if not.
+    pub fn is_of(&self, work: &dyn Work) -> Result<(), JobError> {
+        let another = |differs| JobError::AnotherWork { folder: self.folder.clone(), differs };
+        if self.contents.kind != work.kind() {
+            return Err(another("kind of work"));
+        }
+        match self.contents.work == work.description() {
+            true => Ok(()),
+            false => Err(another("description of the work")),
+        }
     }
 
     /// The folder, an absolute path.

@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 pub enum JobError {
     /// A file cannot be read.
     #[error("cannot read {}: {source}", path.display())]
-    #[diagnostic(help("check that the path is right, and that the file may be read from this computer"))]
+    #[diagnostic(help(
+        "check that the path is right, and that the file may be read from this computer"
+    ))]
     Read {
         /// The file.
         path: PathBuf,
@@ -63,7 +65,9 @@ pub enum JobError {
     },
     /// There is no batch.
     #[error("there is no batch in {}", .0.display())]
-    #[diagnostic(help("run the command without --collect first; if the folder is on another computer, it is not shared"))]
+    #[diagnostic(help(
+        "run the command without --collect first; if the folder is on another computer, it is not shared"
+    ))]
     NoBatch(PathBuf),
     /// A shard that the batch does not have.
     #[error("the batch in {} has the shards 0 to {last}, but no shard {number}", folder.display())]
@@ -77,7 +81,9 @@ pub enum JobError {
     },
     /// Results are damaged.
     #[error("{}:{line}: {problem}", path.display())]
-    #[diagnostic(help("remove this file and run the same command again: only what is missing is computed"))]
+    #[diagnostic(help(
+        "remove this file and run the same command again: only what is missing is computed"
+    ))]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -131,8 +137,12 @@ pub enum JobError {
     #[diagnostic(help("run the command without --collect first"))]
     NotSent(PathBuf),
     /// The batch has more shards than an array job may have.
-    #[error("the batch has {shards} shards, and an array job of this cluster may have {most} tasks")]
-    #[diagnostic(help("remove the folder of the batch, and run the command again with a smaller --array-size"))]
+    #[error(
+        "the batch has {shards} shards, and an array job of this cluster may have {most} tasks"
+    )]
+    #[diagnostic(help(
+        "remove the folder of the batch, and run the command again with a smaller --array-size"
+    ))]
     TooManyShards {
         /// Shards of the batch.
         shards: usize,
@@ -216,7 +226,9 @@ fn failed(shards: &[FailedShard]) -> String {
 
 fn what_to_do(shards: &[FailedShard]) -> &'static str {
     let state = |wanted: &str| {
-        shards.iter().any(|shard| shard.state.as_deref().is_some_and(|state| state.contains(wanted)))
+        shards
+            .iter()
+            .any(|shard| shard.state.as_deref().is_some_and(|state| state.contains(wanted)))
     };
     if state("TIMEOUT") || state("DEADLINE") {
         "a task took longer than its limit: run the same command with a longer --time"

@@ -32,7 +32,8 @@ pub fn run_here(
             .map(|_| {
                 scope.spawn(move || {
                     while let Some(&shard) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
-                        if let Err(error) = run_shard(batch, shard, work, threads / at_a_time, done) {
+                        if let Err(error) = run_shard(batch, shard, work, threads / at_a_time, done)
+                        {
                             next.store(missing.len(), Ordering::Relaxed);
                             return Err(error);
                         }

@@ -68,7 +68,11 @@ struct Line<'l> {
 }
 
 /// Writes the first line of the results of a shard, or of the whole batch.
-pub(crate) fn write_head(to: &mut impl Write, batch: &Batch, shard: Option<usize>) -> io::Result<()> {
+pub(crate) fn write_head(
+    to: &mut impl Write,
+    batch: &Batch,
+    shard: Option<usize>,
+) -> io::Result<()> {
     let line = serde_json::to_string(&Head::of(batch, shard))?;
     writeln!(to, "{line}")
 }
@@ -132,7 +136,11 @@ impl<R: BufRead> Results<R> {
     }
 
     fn damaged(&self, problem: impl Into<String>) -> JobError {
-        JobError::Damaged { path: self.path.clone(), line: self.line.max(1), problem: problem.into() }
+        JobError::Damaged {
+            path: self.path.clone(),
+            line: self.line.max(1),
+            problem: problem.into(),
+        }
     }
 
     fn read_line(&mut self) -> Result<(), JobError> {
@@ -142,7 +150,9 @@ impl<R: BufRead> Results<R> {
         self.line += 1;
         match self.text.last() {
             Some(b'\n') => Ok(()),
-            Some(_) if self.text.len() as u64 == MOST_LINE => Err(self.damaged("the line is too long")),
+            Some(_) if self.text.len() as u64 == MOST_LINE => {
+                Err(self.damaged("the line is too long"))
+            }
             _ => Err(self.damaged("the file ends here, before its last item")),
         }
     }
@@ -181,7 +191,9 @@ impl<R: BufRead> Results<R> {
         let line: Line<'_> =
             serde_json::from_slice(&self.text).map_err(|error| self.damaged(error.to_string()))?;
         if line.item != item {
-            return Err(self.damaged(format!("item {} stands where item {item} belongs", line.item)));
+            return Err(
+                self.damaged(format!("item {} stands where item {item} belongs", line.item))
+            );
         }
         let product = match (line.result, line.bytes, line.failed) {
             (Some(json), None, None) => Ok(Product::Json(json.get().to_owned())),

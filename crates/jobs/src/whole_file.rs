@@ -26,9 +26,15 @@ impl WholeFile {
         let computer = rustix::system::uname().nodename().to_string_lossy().replace('/', "-");
         let number = BEGUN.fetch_add(1, Ordering::Relaxed);
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let beside =
-            path.with_file_name(format!(".{name}.{computer}.{}.{number}{UNFINISHED}", std::process::id()));
-        Ok(Self { writer: Some(BufWriter::new(File::create(&beside)?)), beside, path: path.to_owned() })
+        let beside = path.with_file_name(format!(
+            ".{name}.{computer}.{}.{number}{UNFINISHED}",
+            std::process::id()
+        ));
+        Ok(Self {
+            writer: Some(BufWriter::new(File::create(&beside)?)),
+            beside,
+            path: path.to_owned(),
+        })
     }
 
     /// Finishes the file: it is on disk, and then has its name. It replaces a file of that name.

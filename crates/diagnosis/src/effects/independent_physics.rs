@@ -52,6 +52,7 @@ fn context() -> Context {
         unit: "V".to_owned(),
         highest_m: 0.14,
         dark_floor: 0.0,
+        tried: None,
     }
 }
 

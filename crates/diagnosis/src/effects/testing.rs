@@ -42,6 +42,7 @@ impl Bench {
             unit: "V".to_owned(),
             highest_m: 0.15,
             dark_floor: 0.0,
+            tried: None,
         };
         Self { context }
     }

@@ -15,7 +15,7 @@
 //! | waves that come from elsewhere | [`Effect::added_waves`] |
 //! | gain, amplifier and detector, converter | [`Effect::gain`], [`Effect::transfer`], [`Effect::clipped`] |
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use num_complex::Complex64;
 
@@ -188,6 +188,15 @@ pub(crate) struct Context {
     pub highest_m: f64,
     /// The floor that dark readings show, in the reading's unit; zero for none.
     pub dark_floor: f64,
+    /// The only effects that are tried; without it, all.
+    pub tried: Option<BTreeSet<EffectId>>,
+}
+
+impl Context {
+    /// Whether an effect is tried.
+    pub fn tries(&self, effect: EffectId) -> bool {
+        self.tried.as_ref().is_none_or(|tried| tried.contains(&effect))
+    }
 }
 
 /// Speed of sound and frequency, over the believed ones.

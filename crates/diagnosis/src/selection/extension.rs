@@ -52,7 +52,7 @@ impl Extension {
         observations: &Observations,
         context: &Context,
     ) -> Self {
-        let sets = sets(frontier, known, observations);
+        let sets = sets(frontier, known, observations, context);
         let far = frontier.iter().all(|scored| !is_near(&scored.fit, observations));
         let coarse =
             if far { FEW_READINGS } else { COARSE_READINGS_NEAR.min(observations.len() * 2 / 5) };
@@ -106,6 +106,7 @@ fn sets(
     frontier: &[ScoredModel],
     mut known: Vec<Vec<EffectId>>,
     observations: &Observations,
+    context: &Context,
 ) -> Vec<Extended> {
     let mut sets = Vec::new();
     for (number, scored) in frontier.iter().enumerate() {
@@ -113,7 +114,11 @@ fn sets(
         for effect in catalogue() {
             let one_by_one = matches!(effect.search(), Search::Random | Search::Exchanges);
             let too_many = one_by_one && observations.elements() > MOST_ELEMENTS;
-            if too_many || held.contains(&effect.id()) || !effect.can_act(observations) {
+            if too_many
+                || !context.tries(effect.id())
+                || held.contains(&effect.id())
+                || !effect.can_act(observations)
+            {
                 continue;
             }
             let mut ids = held.clone();

@@ -69,7 +69,8 @@ mod tests {
     use super::*;
 
     fn told(reports: &[TaskReport]) -> Vec<String> {
-        let one = |report: &TaskReport| format!("{} {:?} {}", report.tasks, report.state, report.reason);
+        let one =
+            |report: &TaskReport| format!("{} {:?} {}", report.tasks, report.state, report.reason);
         reports.iter().map(one).collect()
     }
 
@@ -85,11 +86,8 @@ mod tests {
     fn squeue_with_others_and_greetings() {
         let text = "Welcome | to | the cluster\n7|0|RUNNING|None\n7|3-5,9%2|PENDING|JobArrayTaskLimit\n8|1|RUNNING|None\n\
                     7|6|NODE_FAIL|NodeDown\n7|N/A|PENDING|None\n7|8|UNHEARD_OF|None\n";
-        let expected = [
-            "0 Running ",
-            "3-5,9 Waiting JobArrayTaskLimit",
-            "6 Failed(\"NODE_FAIL\") NodeDown",
-        ];
+        let expected =
+            ["0 Running ", "3-5,9 Waiting JobArrayTaskLimit", "6 Failed(\"NODE_FAIL\") NodeDown"];
         assert_eq!(told(&parse_squeue(text, 7)), expected);
     }
 
@@ -107,12 +105,16 @@ mod tests {
                     JobState=PENDING Reason=Resources\n\nJobId=3\n   JobState=RUNNING Reason=None\n";
         let expected = ["2 Failed(\"FAILED\") NonZeroExitCode", "4-6 Waiting Resources"];
         assert_eq!(told(&parse_scontrol(text, 7)), expected);
-        assert_eq!(told(&parse_scontrol("slurm_load_jobs error: Invalid job id specified", 7)), [""; 0]);
+        assert_eq!(
+            told(&parse_scontrol("slurm_load_jobs error: Invalid job id specified", 7)),
+            [""; 0]
+        );
     }
 
     #[test]
     fn values_of_the_configuration() {
-        let text = "Configuration data as of 2026\nMaxArraySize            = 1001\nMaxJobCount = 10000\n";
+        let text =
+            "Configuration data as of 2026\nMaxArraySize            = 1001\nMaxJobCount = 10000\n";
         assert_eq!(parse_config(text, "MaxArraySize"), Some("1001"));
         assert_eq!(parse_config(text, "MaxArray"), None);
     }

@@ -28,14 +28,14 @@ fn text(bytes: &[u8]) -> String {
 /// Most tasks of an array job: the largest number of a task is one less than `MaxArraySize`.
 pub(super) fn most_tasks() -> Result<usize, JobError> {
     let answer = call(Command::new("scontrol").args(["show", "config"]))?;
-    let size = parse_config(&text(&answer.stdout), "MaxArraySize").and_then(|size| size.parse().ok());
+    let size =
+        parse_config(&text(&answer.stdout), "MaxArraySize").and_then(|size| size.parse().ok());
     Ok(size.unwrap_or(USUAL_ARRAY).max(1))
 }
 
 /// Submits `script`, a file in `folder`, which is the working folder of its tasks; the number of the job.
 pub(super) fn submit(folder: &Path, script: &str) -> Result<u64, JobError> {
-    let answer =
-        call(Command::new("sbatch").args(["--parsable", script]).current_dir(folder))?;
+    let answer = call(Command::new("sbatch").args(["--parsable", script]).current_dir(folder))?;
     let said = text(&answer.stdout);
     if answer.status.success() {
         return parse_job_id(&said).ok_or_else(|| JobError::NotUnderstood {
@@ -45,7 +45,10 @@ pub(super) fn submit(folder: &Path, script: &str) -> Result<u64, JobError> {
     }
     let said: String = text(&answer.stderr).trim().chars().take(QUOTED).collect();
     let help = remedy(&said);
-    Err(JobError::Refused { said: if said.is_empty() { answer.status.to_string() } else { said }, help })
+    Err(JobError::Refused {
+        said: if said.is_empty() { answer.status.to_string() } else { said },
+        help,
+    })
 }
 
 /// What to do when Slurm refuses a job. The words are those of Slurm's `slurm_errno.c`.
@@ -59,7 +62,10 @@ fn remedy(said: &str) -> &'static str {
         ("time limit", "the partition has a shorter limit: ask for less with --time"),
         ("array", "ask for fewer tasks with --array-size"),
         ("unable to contact", "Slurm's controller does not answer: try again later"),
-        ("temporarily", "Slurm takes no more jobs at present: try again later, or with a smaller --array-size"),
+        (
+            "temporarily",
+            "Slurm takes no more jobs at present: try again later, or with a smaller --array-size",
+        ),
     ];
     let found = helps.iter().find(|(word, _)| said.contains(word));
     found.map_or("submit.sh in the folder of the batch is the script; `sbatch submit.sh` there tries it by hand", |(_, help)| help)

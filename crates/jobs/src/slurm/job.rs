@@ -203,8 +203,11 @@ impl Slurm {
 
 /// Counts the missing shards that have a task which runs or waits.
 fn count_active(missing: &[usize], reports: &[(u64, TaskReport)], progress: &mut SlurmProgress) {
-    let active: Vec<&TaskReport> =
-        reports.iter().map(|(_, report)| report).filter(|report| report.state.is_active()).collect();
+    let active: Vec<&TaskReport> = reports
+        .iter()
+        .map(|(_, report)| report)
+        .filter(|report| report.state.is_active())
+        .collect();
     for &shard in missing {
         let Ok(shard) = u32::try_from(shard) else { continue };
         let mut own = active.iter().filter(|report| report.tasks.contains(shard)).peekable();

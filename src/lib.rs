@@ -16,6 +16,7 @@
 //! | [`exchange`] | files of other programs: import of measured points, export of records |
 //! | [`diagnosis`] | which unmodelled effect explains the gap between scan and simulation |
 //! | [`archive`] | an index of all records below a folder, and queries of it |
+//! | [`reanalysis`] | records compared and diagnosed again, beside their first results |
 //! | [`rig`] | devices, links, safety; no physics |
 //! | [`display`] | tactile displays: paths, modulations, several foci, drive programs, what skin feels |
 //! | [`sensing`] | hand swipes recognised from what four elements receive |
@@ -45,6 +46,7 @@ pub use fieldgap_exchange as exchange;
 pub use fieldgap_input as input;
 pub use fieldgap_jobs as jobs;
 pub use fieldgap_monitoring as monitoring;
+pub use fieldgap_reanalysis as reanalysis;
 pub use fieldgap_records as records;
 pub use fieldgap_report as report;
 pub use fieldgap_rig as rig;

@@ -7,6 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::blind_scans::BlindScans;
+use super::on::{OnArgs, batch_beside};
 use super::output::{print, print_json, report_error, say};
 use fieldgap_acoustics::Simulator;
 use fieldgap_blind::{Run, Score, Seal, SetToMake, Shares, fresh_seed, seal_truth};
@@ -74,6 +76,8 @@ struct RunSet {
     /// The simulator whose gap is diagnosed [default: that of each scan]
     #[arg(long, value_name = "NAME")]
     simulator: Option<Simulator>,
+    #[command(flatten)]
+    on: OnArgs,
 }
 
 #[derive(Debug, Args)]
@@ -157,6 +161,14 @@ impl RunSet {
         let diagnoses = self.out.unwrap_or_else(|| self.folder.join(DIAGNOSES));
         let run = Run { folder: self.folder, diagnoses, only: self.only };
         let names = run.names()?;
+        if self.on.is_given() {
+            let scans = BlindScans::of(&run.folder, names, self.simulator)?;
+            let batch = self.on.run(&scans, &batch_beside(&run.diagnoses), "scans diagnosed")?;
+            return match batch {
+                Some(batch) => scans.keep(&batch, &run),
+                None => Ok(ExitCode::SUCCESS),
+            };
+        }
         let bar = bar(names.len(), "scans diagnosed");
         let failures = AtomicUsize::new(0);
         run.each(

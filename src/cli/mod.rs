@@ -4,6 +4,7 @@
 //! complete it; 4 the gap is above a limit; 70 a fault of the program itself; 130 ended immediately by a second signal.
 
 mod blind;
+mod blind_scans;
 mod characterize;
 mod closing;
 mod compare;
@@ -21,6 +22,7 @@ mod init;
 mod internal_error;
 mod manual;
 mod note;
+mod on;
 mod output;
 mod pause_signals;
 mod permission;
@@ -28,6 +30,7 @@ mod picture_args;
 mod progress;
 mod proposal;
 mod question;
+mod reanalyse;
 mod record_figures;
 mod replay;
 mod resume;
@@ -38,15 +41,18 @@ mod sense;
 mod serve;
 mod serve_user;
 mod settings;
+mod shard;
 mod simulate;
 mod simulate_display;
 mod simulate_sections;
 mod simulate_volume;
 mod stop;
 mod study;
+mod study_cells;
 mod transducers;
 mod trust;
 mod virtual_ports;
+mod volume_planes;
 mod watch;
 mod watchdog;
 
@@ -89,6 +95,8 @@ enum Command {
     Compare(compare::Compare),
     /// Diagnose why a recorded scan and its simulation differ
     Diagnose(diagnose::Diagnose),
+    /// Compare and diagnose records again, with another simulator or a part of the catalogue; results go beside the old ones
+    Reanalyse(reanalyse::Reanalyse),
     /// Predict which causes of a gap a scan can distinguish
     Distinguish(distinguish::Distinguish),
     /// Simulate the field of a plan, of planes above an array, or of a display
@@ -119,6 +127,9 @@ enum Command {
     History(history::History),
     /// Show and operate a rig in a browser
     Serve(serve::Serve),
+    /// Run one shard of a batch; started by Slurm's tasks
+    #[command(hide = true)]
+    Shard(shard::Shard),
     /// Watchdog process; started by the program itself
     #[command(hide = true)]
     Watchdog(watchdog::Watchdog),
@@ -171,6 +182,7 @@ impl Command {
             Self::Replay(command) => command.run(),
             Self::Compare(command) => command.run(),
             Self::Diagnose(command) => command.run(),
+            Self::Reanalyse(command) => command.run(),
             Self::Distinguish(command) => command.run(),
             Self::Simulate(command) => command.run(),
             Self::Study(command) => command.run(),
@@ -186,6 +198,7 @@ impl Command {
             Self::Note(command) => command.run(),
             Self::History(command) => command.run(),
             Self::Serve(command) => command.run(),
+            Self::Shard(command) => command.run(),
             Self::Watchdog(command) => command.run(),
             Self::Manual(command) => command.run(Cli::command()),
             Self::Completions { shell } => {

@@ -7,10 +7,12 @@ use clap::Args;
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
+use super::on::{OnArgs, batch_beside};
 use super::output::{print, print_json, say};
 use super::picture_args::PictureArgs;
 use super::simulate_display::SimulateDisplay;
-use super::simulate_volume::{Heights, simulate_volume};
+use super::simulate_volume::{Heights, VolumePlanes};
+use super::volume_planes::PlanesWork;
 use fieldgap_acoustics::metrics::{
     Convention, PlaneMap, THESIS_THRESHOLD, focal_radius, peak, sub_peaks,
 };
@@ -66,6 +68,8 @@ pub(super) struct Simulate {
     json: bool,
     #[command(flatten)]
     pictures: PictureArgs,
+    #[command(flatten)]
+    on: OnArgs,
 }
 
 /// One simulated plane of one focus.
@@ -98,6 +102,12 @@ impl Simulate {
                 json: self.json,
             }
             .run();
+        }
+        if self.on.is_given() && self.volume_mm.is_none() {
+            return Err(miette!(
+                help = "give --volume-mm, or leave --on out",
+                "only a volume is simulated with --on: planes take less time than their distribution"
+            ));
         }
         if let (Some(heights), Some(folder)) = (self.volume_mm, &self.out) {
             self.volume(heights, folder)?;
@@ -142,7 +152,16 @@ impl Simulate {
         small_enough(self.points_of_a_plane())?;
         let grid = PlaneGrid::square(self.half_m(), self.step_mm.get() * 1e-3, 0.0);
         let (step_mm, style) = (self.step_mm.get(), self.pictures.style()?);
-        simulate_volume(&setup.array, &simulation, &grid, heights, step_mm, folder, style)
+        let planes = VolumePlanes::of(&setup.array, simulation, grid, heights, step_mm)?;
+        if !self.on.is_given() {
+            return planes.write_here(folder, style);
+        }
+        let rig = self.rig.as_deref().expect("clap asks for a plan or a rig");
+        let work = PlanesWork::of(rig, planes)?;
+        match self.on.run(&work, &batch_beside(folder), "planes")? {
+            Some(batch) => work.planes().write_results(&batch, folder, style),
+            None => Ok(()),
+        }
     }
 
     fn setup(&self) -> miette::Result<FieldSetup> {
@@ -271,7 +290,11 @@ fn small_enough(points: f64) -> miette::Result<()> {
     ))
 }
 
-fn simulation(setup: &FieldSetup, simulator: Simulator, excitation: Excitation) -> Simulation {
+pub(super) fn simulation(
+    setup: &FieldSetup,
+    simulator: Simulator,
+    excitation: Excitation,
+) -> Simulation {
     Simulation {
         simulator,
         array: setup.array.array().clone(),

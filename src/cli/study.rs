@@ -7,8 +7,10 @@ use clap::{Args, ValueEnum};
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
+use super::on::{OnArgs, batch_beside};
 use super::output::{fresh_folder, print, print_json, say};
 use super::picture_args::PictureArgs;
+use super::study_cells::StudyCells;
 use fieldgap_acoustics::Simulator;
 use fieldgap_input::TomlSource;
 use fieldgap_report::write_study;
@@ -27,7 +29,7 @@ pub(super) struct StudyCommand {
     #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
     set: Vec<(String, String)>,
     /// Also draw the field of every combination of values
-    #[arg(long)]
+    #[arg(long, conflicts_with = "on")]
     maps: bool,
     /// Folder for tables and pictures [default: out/study-NAME]
     #[arg(long, value_name = "DIR")]
@@ -40,6 +42,8 @@ pub(super) struct StudyCommand {
     show: bool,
     #[command(flatten)]
     pictures: PictureArgs,
+    #[command(flatten)]
+    on: OnArgs,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -84,7 +88,13 @@ impl StudyCommand {
             print(study.source().text())?;
             return Ok(ExitCode::SUCCESS);
         }
-        let result = run(&study, self.maps)?;
+        let result = match self.on.is_given() {
+            false => run(&study, self.maps)?,
+            true => match self.in_shards(&study)? {
+                Some(result) => result,
+                None => return Ok(ExitCode::SUCCESS),
+            },
+        };
         let onsets = onsets(&study, &result);
         if self.json {
             print_json(&json(&study, &result, &onsets))?;
@@ -96,6 +106,20 @@ impl StudyCommand {
         let files = write_study(&folder, &study, &result, &text, pictures).into_diagnostic()?;
         say(format!("tables and {} pictures: {}", files.pictures.len(), folder.display()));
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// The result of the study as a batch; `None` if it was sent away.
+    fn in_shards(&self, study: &Study) -> miette::Result<Option<StudyResult>> {
+        study.check()?;
+        let beside = match &self.out {
+            Some(out) => out.clone(),
+            None => Path::new("out").join(format!("study-{}", study.name)),
+        };
+        let cells = StudyCells::of(study)?;
+        match self.on.run(&cells, &batch_beside(&beside), "combinations")? {
+            Some(batch) => Ok(Some(cells.result(&batch)?)),
+            None => Ok(None),
+        }
     }
 
     fn read(&self) -> miette::Result<Study> {

@@ -30,8 +30,8 @@ pub struct Diagnosed {
     pub name: String,
     /// Its diagnosis.
     pub diagnosis: ParsedDiagnosis,
-    /// Duration, s.
-    pub seconds: f64,
+    /// Duration, s; `None` where it was not measured.
+    pub seconds: Option<f64>,
 }
 
 impl std::fmt::Display for Diagnosed {
@@ -40,14 +40,14 @@ impl std::fmt::Display for Diagnosed {
         let verdict = serde_json::to_value(self.diagnosis.verdict).unwrap_or_default();
         write!(
             f,
-            "{}  {:<11}  {:<40}  gap {}  explained {}  {:.1} s",
+            "{}  {:<11}  {:<40}  gap {}  explained {}",
             self.name,
             verdict.as_str().unwrap_or_default(),
             self.diagnosis.named(),
             number(self.diagnosis.gap_before),
             number(self.diagnosis.explained_fraction),
-            self.seconds
-        )
+        )?;
+        self.seconds.map_or(Ok(()), |seconds| write!(f, "  {seconds:.1} s"))
     }
 }
 
@@ -120,17 +120,27 @@ impl Run {
         let diagnosis = diagnose(std::slice::from_ref(&scan))
             .map_err(|source| BlindError::Incomparable { name: name.to_owned(), source })?;
         let seconds = begun.elapsed().as_secs_f64();
-        let path = diagnosis_of(&self.diagnoses, name);
-        let no_json = |source| {
-            let help = "this is a bug of the program: its diagnosis is not JSON of format 1";
-            BlindError::Json { path: path.clone(), source, help }
-        };
-        let bytes = serde_json::to_vec(&diagnosis).map_err(no_json)?;
-        std::fs::create_dir_all(&self.diagnoses).map_err(BlindError::writing(&self.diagnoses))?;
-        std::fs::write(&path, &bytes).map_err(BlindError::writing(&path))?;
-        let diagnosis = serde_json::from_slice(&bytes).map_err(no_json)?;
-        Ok(Diagnosed { name: name.to_owned(), diagnosis, seconds })
+        let bytes = serde_json::to_vec(&diagnosis).map_err(no_json(&self.diagnoses, name))?;
+        Ok(Diagnosed { seconds: Some(seconds), ..self.keep(name, &bytes)? })
     }
+
+    /// Keeps the diagnosis of a scan that was made elsewhere, as JSON.
+    ///
+    /// # Errors
+    /// [`BlindError`] if it is not a diagnosis or cannot be written.
+    pub fn keep(&self, name: &str, json: &[u8]) -> Result<Diagnosed, BlindError> {
+        let path = diagnosis_of(&self.diagnoses, name);
+        std::fs::create_dir_all(&self.diagnoses).map_err(BlindError::writing(&self.diagnoses))?;
+        std::fs::write(&path, json).map_err(BlindError::writing(&path))?;
+        let diagnosis = serde_json::from_slice(json).map_err(no_json(&self.diagnoses, name))?;
+        Ok(Diagnosed { name: name.to_owned(), diagnosis, seconds: None })
+    }
+}
+
+fn no_json(diagnoses: &Path, name: &str) -> impl FnOnce(serde_json::Error) -> BlindError {
+    let path = diagnosis_of(diagnoses, name);
+    let help = "this is a bug of the program: its diagnosis is not JSON of format 1";
+    move |source| BlindError::Json { path, source, help }
 }
 
 /// The path of a scan's diagnosis.

@@ -1,9 +1,12 @@
 //! A diagnosis from beginning to end: registration, noise, search, verdict, report.
 
+use std::collections::BTreeSet;
+
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::Incomparable;
 use fieldgap_records::RecordedScan;
 
+use crate::effect_id::EffectId;
 use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH};
 use crate::limits::{
@@ -23,6 +26,15 @@ use crate::selection::scored_model::{ScoredModel, believed, is_near};
 use crate::verdict::gap_size::as_believed;
 use crate::verdict::judgement::judge;
 
+/// How a diagnosis is made.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Options {
+    /// The simulator whose gap is in question; without it, the first scan's own.
+    pub simulator: Option<Simulator>,
+    /// The only effects that are tried; without it, all of the catalogue.
+    pub effects: Option<BTreeSet<EffectId>>,
+}
+
 /// Diagnoses one scan, or several of one rig together. The same scans give the same bits.
 ///
 /// `simulator` is the one whose gap is in question; without it, the first scan's own.
@@ -33,8 +45,18 @@ pub fn diagnose(
     scans: &[RecordedScan],
     simulator: Option<Simulator>,
 ) -> Result<Diagnosis, Incomparable> {
-    let Prepared { simulator, mut observations, context, mut registrations } =
-        Prepared::of(scans, simulator)?;
+    diagnose_with(scans, &Options { simulator, effects: None })
+}
+
+/// As [`diagnose`], also with a part of the catalogue. Its verdict is then about that part: a gap that another effect would explain is
+/// `unexplained`.
+///
+/// # Errors
+/// [`Incomparable`] if there is nothing to compare.
+pub fn diagnose_with(scans: &[RecordedScan], options: &Options) -> Result<Diagnosis, Incomparable> {
+    let Prepared { simulator, mut observations, mut context, mut registrations } =
+        Prepared::of(scans, options.simulator)?;
+    context.tried.clone_from(&options.effects);
     let few = (MOST_ELEMENT_READINGS / observations.elements()).max(FEWEST_READINGS);
     observations = observations.thinned(few);
     let scored = searched(&mut observations, &context);

@@ -2,7 +2,7 @@
 //! effect is added.
 //!
 //! Begin with [`diagnose`], which takes recorded scans and gives a [`Diagnosis`]; [`Diagnosis::to_text`] prints it, and serde writes it
-//! as JSON. [`EffectId`] names the effects of the catalogue. [`alike_effects`] tells which of them a scan can separate at all.
+//! as JSON. [`diagnose_with`] tries a part of the catalogue. [`EffectId`] names the effects of the catalogue. [`alike_effects`] tells which of them a scan can separate at all.
 //!
 //! ```
 //! use fieldgap_acoustics::Simulator;
@@ -72,7 +72,7 @@ pub use change::{
     ChangeCandidate, ChangeDiagnosis, ChangeVerdict, CommonModel, NoChangeDiagnosis,
     ParameterChange, RecordName, diagnose_change,
 };
-pub use diagnose::diagnose;
+pub use diagnose::{Options, diagnose, diagnose_with};
 pub use effect_id::{EffectId, UnknownEffect, joined};
 pub use fitted_parameter::FittedParameter;
 pub use remedy::{Remedy, SetupKey};

@@ -100,5 +100,6 @@ fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {
         highest_m: highest.fold(0.0, f64::max),
         dark_floor: floors.fold(0.0, f64::max),
         common: None,
+        tried: None,
     }
 }

@@ -167,6 +167,21 @@ impl Batch {
         })
     }
 
+    /// Checks that the batch is of this kind of work, described in this way. Its items may be others: what lies in a folder changes.
+    ///
+    /// # Errors
+    /// [`JobError::AnotherWork`] if not.
+    pub fn is_of(&self, work: &dyn Work) -> Result<(), JobError> {
+        let another = |differs| JobError::AnotherWork { folder: self.folder.clone(), differs };
+        if self.contents.kind != work.kind() {
+            return Err(another("kind of work"));
+        }
+        match self.contents.work == work.description() {
+            true => Ok(()),
+            false => Err(another("description of the work")),
+        }
+    }
+
     /// The folder, an absolute path.
     pub fn folder(&self) -> &Path {
         &self.folder

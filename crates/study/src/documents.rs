@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
 use toml_edit::{DocumentMut, Value};
 
 use fieldgap_input::{Fault, NotAKey, TomlSource, set_key};
@@ -14,6 +15,15 @@ const RIG_SECTIONS: [&str; 2] = ["array", "medium"];
 pub(super) struct Documents {
     study: (PathBuf, DocumentMut),
     rig: Option<(PathBuf, DocumentMut)>,
+}
+
+/// The files of a study, with all values set: from them another process makes the same study. Paths are absolute where those of the study are.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StudyFiles {
+    /// Path and text of the study file.
+    pub study: (PathBuf, String),
+    /// Path and text of the rig file that it names, if any.
+    pub rig: Option<(PathBuf, String)>,
 }
 
 impl Documents {
@@ -30,6 +40,12 @@ impl Documents {
             Ok((source.path().to_owned(), parsed))
         };
         Ok(Self { study: document(study)?, rig: rig.map(document).transpose()? })
+    }
+
+    /// Paths and texts, in their present state.
+    pub fn files(&self) -> StudyFiles {
+        let file = |(path, document): &(PathBuf, DocumentMut)| (path.clone(), document.to_string());
+        StudyFiles { study: file(&self.study), rig: self.rig.as_ref().map(file) }
     }
 
     /// The study's own document.

@@ -18,10 +18,12 @@
 //! |---|---|
 //! | read a study, or one of the thesis's | [`Study::read`], [`Study::of_thesis`] |
 //! | run it | [`run`] |
+//! | run one combination of its values, perhaps in another process | [`run_cell`], [`StudyFiles`] |
 //! | find where sub-peaks appear between two values | [`onsets`] |
 //! | write the result as a table | [`csv()`], [`draws_csv`], [`text()`] |
 //! | see where a transducer model is valid | [`models_against_integral`] |
 
+mod cell;
 mod documents;
 mod limits;
 mod observation;
@@ -36,6 +38,8 @@ mod table;
 mod text;
 mod transducer_models;
 
+pub use cell::{Cell, run_cell};
+pub use documents::StudyFiles;
 pub use limits::Limits;
 pub use observation::{MapFigures, Observation};
 pub use onset::{Onset, onsets};

@@ -1,13 +1,13 @@
 //! Limits from theory for a set-up, before any simulation.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use fieldgap_acoustics::limits::{critical_pitch_m, near_field_limit_m, steering_rad};
 use fieldgap_acoustics::{Array, Excitation, Medium};
 use fieldgap_records::{ArraySection, Layout, Rims};
 
 /// Limits from theory for a set-up, millimetres.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// Wavelength.
     pub wavelength_mm: f64,

@@ -1,11 +1,11 @@
 //! The figures of one simulated map.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use fieldgap_acoustics::metrics::{Convention, PlaneMap, focal_radius, peak, sub_peaks};
 
 /// What one map shows of its focus.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "peak_position", rename_all = "kebab-case")]
 pub enum Observation {
     /// The peak is on the map.
@@ -18,7 +18,7 @@ pub enum Observation {
 pub(super) const OUTSIDE: &str = "outside the map";
 
 /// The figures of one map: lengths in millimetres, pressures in the simulator's unit.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MapFigures {
     /// Mean half-width at the threshold; `None` if no side falls below it inside the map.
     pub focal_radius_mm: Option<f64>,

@@ -97,26 +97,34 @@ pub fn run(study: &Study, keep_maps: bool) -> Result<StudyResult, Fault> {
         .into_iter()
         .zip(&points)
         .zip(observed)
-        .map(|((values, point), (draws, map))| {
-            let first = &point.draws[0].simulation;
-            let seeds = point.draws.iter().map(|draw| draw.seed);
-            Row {
-                values,
-                simulator: first.simulator,
-                elements: first.array.len(),
-                focus_m: first.excitation.focus_m(),
-                z_mm: point.grid.z_m * 1e3,
-                limits: point.limits,
-                draws: seeds.zip(draws).collect(),
-                map,
-            }
-        })
+        .map(|((values, point), (draws, map))| row(values, point, draws, map))
         .collect();
     Ok(StudyResult { rows })
 }
 
+/// A row, of what was observed at a point.
+pub(super) fn row(
+    values: Vec<usize>,
+    point: &Point,
+    draws: Vec<Observation>,
+    map: Option<PlaneMap>,
+) -> Row {
+    let first = &point.draws[0].simulation;
+    let seeds = point.draws.iter().map(|draw| draw.seed);
+    Row {
+        values,
+        simulator: first.simulator,
+        elements: first.array.len(),
+        focus_m: first.excitation.focus_m(),
+        z_mm: point.grid.z_m * 1e3,
+        limits: point.limits,
+        draws: seeds.zip(draws).collect(),
+        map,
+    }
+}
+
 /// The values of one combination.
-fn values_at<'s>(study: &'s Study, values: &[usize]) -> Vec<&'s SweptValue> {
+pub(super) fn values_at<'s>(study: &'s Study, values: &[usize]) -> Vec<&'s SweptValue> {
     study.sweeps.iter().zip(values).map(|(sweep, &value)| &sweep.values[value]).collect()
 }
 
@@ -132,7 +140,10 @@ fn combinations(study: &Study) -> Vec<Vec<usize>> {
 }
 
 /// Simulates points; returns the figures of all draws and, with `keep_maps`, the map of the first draw.
-fn observe(points: &[Point], keep_maps: bool) -> Vec<(Vec<Observation>, Option<PlaneMap>)> {
+pub(super) fn observe(
+    points: &[Point],
+    keep_maps: bool,
+) -> Vec<(Vec<Observation>, Option<PlaneMap>)> {
     let jobs: Vec<_> = points
         .iter()
         .flat_map(|point| point.draws.iter().map(move |draw| (&draw.simulation, &point.grid)))

@@ -8,7 +8,7 @@ use serde::de::IgnoredAny;
 use toml::Spanned;
 use toml_edit::Value;
 
-use super::documents::Documents;
+use super::documents::{Documents, StudyFiles};
 use super::sweep::{Sweep, SweepTable};
 use fieldgap_acoustics::Simulator;
 use fieldgap_input::{Fault, TomlSource, file_name};
@@ -83,7 +83,6 @@ impl Study {
     /// A [`Fault`] at the first invalid key or value. The swept values are checked when the study runs.
     pub fn read(source: TomlSource) -> Result<Self, Fault> {
         let file: StudyTable = source.parse()?;
-        let name = file_name(&file.name, "the folder of the study", &source)?;
         let rig = match &file.rig {
             None => None,
             Some(rig) => {
@@ -107,10 +106,31 @@ impl Study {
                 })?)
             }
         };
+        Self::of_sources(source, rig)
+    }
+
+    fn of_sources(source: TomlSource, rig: Option<TomlSource>) -> Result<Self, Fault> {
+        let file: StudyTable = source.parse()?;
+        let name = file_name(&file.name, "the folder of the study", &source)?;
         let documents = Documents::parse(&source, rig.as_ref())?;
         let sweeps = sweeps(&file.sweep, &documents, &source)?;
         let draws = draws(file.draws, &sweeps, &source)?;
         Ok(Self { name, sweeps, draws, documents, source })
+    }
+
+    /// The files in their present state, from which another process makes the same study.
+    pub fn files(&self) -> StudyFiles {
+        self.documents.files()
+    }
+
+    /// The study of such files.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the first invalid key or value.
+    pub fn of_files(files: &StudyFiles) -> Result<Self, Fault> {
+        let source = TomlSource::new(&files.study.0, files.study.1.as_str());
+        let rig = files.rig.as_ref().map(|(path, text)| TomlSource::new(path, text.as_str()));
+        Self::of_sources(source, rig)
     }
 
     /// The same study with a value set in its file: `key` as in a sweep, `value` as in TOML, or plain text.

@@ -53,6 +53,7 @@ fn context() -> Context {
         highest_m: 0.14,
         dark_floor: 0.0,
         common: None,
+        tried: None,
     }
 }
 

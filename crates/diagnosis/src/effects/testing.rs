@@ -43,6 +43,7 @@ impl Bench {
             highest_m: 0.15,
             dark_floor: 0.0,
             common: None,
+            tried: None,
         };
         Self { context }
     }

@@ -15,7 +15,7 @@
 //! | waves that come from elsewhere | [`Effect::added_waves`] |
 //! | gain, amplifier and detector, converter | [`Effect::gain`], [`Effect::transfer`], [`Effect::clipped`] |
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use num_complex::Complex64;
 
@@ -190,6 +190,15 @@ pub(crate) struct Context {
     pub dark_floor: f64,
     /// What is known from another record of the same rig, and held; `None` where the set-up alone is believed.
     pub common: Option<Common>,
+    /// The only effects that are tried; without it, all.
+    pub tried: Option<BTreeSet<EffectId>>,
+}
+
+impl Context {
+    /// Whether an effect is tried.
+    pub fn tries(&self, effect: EffectId) -> bool {
+        self.tried.as_ref().is_none_or(|tried| tried.contains(&effect))
+    }
 }
 
 /// What two records of one rig have in common, whatever changed between them.
@@ -199,15 +208,6 @@ pub(crate) struct Common {
     pub effects: Vec<(Instance, Vec<f64>)>,
     /// Share of a piston's near field that the elements show.
     pub near_field: f64,
-}
-
-/// Speed of sound and frequency, over the believed ones.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Carrier {
-    /// True speed of sound over the believed one.
-    pub speed_ratio: f64,
-    /// True frequency over the believed one.
-    pub frequency_ratio: f64,
 }
 
 /// How an element radiates.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 use crate::advice::next_measurement::next_measurement;
-use crate::effect_id::EffectId;
+use crate::effect_id::{EffectId, joined};
 use crate::fit::joint_fit::Fit;
 use crate::fitted_parameter::FittedParameter;
 use crate::limits::{ANOTHER_CAUSE, MOST_CANDIDATES};
@@ -79,6 +79,11 @@ impl ReportBuilder<'_> {
         let (effects, alternatives) = self.named();
         let undetermined = registration.undetermined.iter();
         let undetermined = undetermined.map(|combination| combination.explanation.clone());
+        let untried = context.tried.as_ref().map(|tried| {
+            let tried: Vec<EffectId> = tried.iter().copied().collect();
+            let tried = if tried.is_empty() { "none".to_owned() } else { joined(&tried, ", ") };
+            format!("Of the catalogue only a part was tried ({tried}): another effect may explain the gap as well or better.")
+        });
         Diagnosis {
             format: 1,
             scan: scans[0].setup.name.clone(),
@@ -94,6 +99,7 @@ impl ReportBuilder<'_> {
                 noise_beside: &noise_beside,
                 gaps: &gaps,
                 remainder: remainder.as_ref(),
+                all_tried: context.tried.is_none(),
             }
             .sentence(),
             remainder,
@@ -109,7 +115,7 @@ impl ReportBuilder<'_> {
             planes: maps(observations, &registration, &plotted),
             residual_tests: self.residual_tests(&structure_before),
             waterfall,
-            undetermined: undetermined.collect(),
+            undetermined: undetermined.chain(untried).collect(),
             registration,
             ranked,
         }

@@ -54,6 +54,8 @@ pub(crate) struct Basis<'b> {
     pub gaps: &'b Gaps,
     /// What the best candidate leaves beyond noise.
     pub remainder: Option<&'b Remainder>,
+    /// Whether all effects of the catalogue were tried.
+    pub all_tried: bool,
 }
 
 impl Basis<'_> {
@@ -134,7 +136,8 @@ impl Basis<'_> {
             [one] => format!("{one} comes nearest"),
             several => format!("{} come nearest", names(several)),
         };
-        format!("{gap} is not explained by the catalogue: {nearest} and {why}.")
+        let tried = if self.all_tried { "the catalogue" } else { "the effects that were tried" };
+        format!("{gap} is not explained by {tried}: {nearest} and {why}.")
     }
 }
 

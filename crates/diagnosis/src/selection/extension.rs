@@ -116,7 +116,12 @@ fn sets(
             // A simulator does not change between two records.
             let steady = effect.is_defect() && context.common.is_some();
             let too_many = one_by_one && observations.elements() > MOST_ELEMENTS;
-            if steady || too_many || held.contains(&effect.id()) || !effect.can_act(observations) {
+            if steady
+                || too_many
+                || !context.tries(effect.id())
+                || held.contains(&effect.id())
+                || !effect.can_act(observations)
+            {
                 continue;
             }
             let mut ids = held.clone();

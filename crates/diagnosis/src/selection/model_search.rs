@@ -153,7 +153,10 @@ impl ModelSearch {
         loop {
             let ids = mended.fit.ids();
             let defects = catalogue().filter(|effect| {
-                effect.is_defect() && effect.can_act(observations) && !ids.contains(&effect.id())
+                effect.is_defect()
+                    && context.tries(effect.id())
+                    && effect.can_act(observations)
+                    && !ids.contains(&effect.id())
             });
             let one_more: Vec<ScoredModel> = defects
                 .map(|effect| {

@@ -13,7 +13,7 @@ use fieldgap_comparison::{Comparison, Registering, Scaling, change};
 use fieldgap_records::{Plan, RecordedScan};
 
 /// How scans are compared, for `compare`, `run` and `replay`.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub(super) struct ComparisonArgs {
     /// Simulators to compare with, see `simulate --help` [default: as in the scan]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
@@ -26,8 +26,9 @@ pub(super) struct ComparisonArgs {
     wide: bool,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
 enum Register {
+    #[default]
     /// Gain and a small shift; the whole pose if that explains the gap
     Auto,
     /// Mirror image, rotation, step ratio, shift and gain

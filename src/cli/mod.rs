@@ -5,6 +5,7 @@
 
 mod blind;
 mod blind_scans;
+mod campaign;
 mod characterize;
 mod closing;
 mod compare;
@@ -117,6 +118,8 @@ enum Command {
     Export(export::Export),
     /// Run a virtual rig and print its serial ports
     Virtual(virtual_ports::Virtual),
+    /// Run, follow and report campaigns: many scans against many simulations, by a schedule
+    Campaign(campaign::CampaignCommand),
     /// Test the diagnosis on scans with sealed causes
     Blind(blind::Blind),
     /// Check and operate a rig by hand
@@ -193,6 +196,7 @@ impl Command {
             Self::Import(command) => command.run(),
             Self::Export(command) => command.run(),
             Self::Virtual(command) => command.run(),
+            Self::Campaign(command) => command.run(),
             Self::Blind(command) => command.run(),
             Self::Rig(command) => command.run(),
             Self::Note(command) => command.run(),

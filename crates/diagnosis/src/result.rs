@@ -99,6 +99,17 @@ impl Verdict {
         }
     }
 
+    /// Its name, as in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Explained => "explained",
+            Self::MostlyExplained => "mostly-explained",
+            Self::Ambiguous => "ambiguous",
+            Self::Unexplained => "unexplained",
+            Self::None => "none",
+        }
+    }
+
     /// Whether one set of effects is named.
     pub fn names_a_cause(self) -> bool {
         matches!(self, Self::Explained | Self::MostlyExplained)

@@ -7,8 +7,8 @@ use jiff::Timestamp;
 use tokio::sync::{mpsc, watch};
 
 use super::news::Teller;
-use super::programs::{READING_LIMIT, SETTING_LIMIT, run};
 use super::person;
+use super::programs::{READING_LIMIT, SETTING_LIMIT, run};
 use crate::cli::closing::{Closing, close};
 use crate::cli::compare::ComparisonArgs;
 use crate::cli::output::{say, silently};
@@ -17,8 +17,8 @@ use crate::rig_file::simulated_devices;
 use fieldgap_acquisition::{Ending, Event, PlannedScan, ScanRun, original_rig, read_air};
 use fieldgap_archive::RecordFigures;
 use fieldgap_campaign::{
-    After, Bench, Cell, CellFigures, Condition, ConditionValue, ConfirmedBy, Laboratory, Measured, News, Overview, Sensor,
-    SetBy, Use,
+    After, Bench, Cell, CellFigures, Condition, ConditionValue, ConfirmedBy, Laboratory, Measured,
+    News, Overview, Sensor, SetBy, Use,
 };
 use fieldgap_correction::correct_rig_file;
 use fieldgap_diagnosis::{diagnose, diagnose_change};
@@ -105,7 +105,9 @@ impl Laboratory for ThisLaboratory {
                         Sensor::TemperatureC => Some(air.temperature_c),
                         Sensor::HumidityPercent => air.humidity_percent,
                     };
-                    return reading.map(Some).ok_or_else(|| format!("the sensor gives no {sensor}"));
+                    return reading
+                        .map(Some)
+                        .ok_or_else(|| format!("the sensor gives no {sensor}"));
                 }
                 Err("no rig of the campaign has a sensor of the air, [environment]".to_owned())
             }
@@ -132,7 +134,12 @@ impl Laboratory for ThisLaboratory {
         if self.after.apply { self.corrected(folder).await } else { Ok(()) }
     }
 
-    fn figures_of(&self, folder: &Path, setting: &str, at: Option<Timestamp>) -> Option<CellFigures> {
+    fn figures_of(
+        &self,
+        folder: &Path,
+        setting: &str,
+        at: Option<Timestamp>,
+    ) -> Option<CellFigures> {
         figures_of(folder, setting, at)
     }
 
@@ -208,13 +215,15 @@ impl ThisLaboratory {
                 return Ok(true);
             }
             let scan = RecordedScan::open(&record).map_err(|fault| fault.to_string())?;
-            let original = original_rig(&record).ok_or("the rig file has changed since the scan")?;
+            let original =
+                original_rig(&record).ok_or("the rig file has changed since the scan")?;
             let scans = [scan];
             let diagnosis = diagnose(&scans, None).map_err(|error| error.to_string())?;
             if !diagnosis.verdict.names_a_cause() {
                 return Ok(false);
             }
-            std::fs::create_dir_all(out.parent().unwrap_or(&record)).map_err(|error| error.to_string())?;
+            std::fs::create_dir_all(out.parent().unwrap_or(&record))
+                .map_err(|error| error.to_string())?;
             let corrected = correct_rig_file(&diagnosis, &scans[0].setup, &original, &out);
             corrected.map(|_| true).map_err(|error| format!("not corrected: {error}"))
         });
@@ -228,13 +237,19 @@ impl ThisLaboratory {
         let measured = self.scanned(scan, &again, resume, &hooks).await;
         match measured.map_err(|error| in_one_line(&error))? {
             Measured::Complete(_) => compared(&again, Closing::Comparison).await,
-            Measured::Partial(reason) => Err(format!("the scan with the corrected rig file: {reason}")),
+            Measured::Partial(reason) => {
+                Err(format!("the scan with the corrected rig file: {reason}"))
+            }
         }
     }
 }
 
 /// The figures of the record in a folder, as those of a setting.
-pub(super) fn figures_of(folder: &Path, setting: &str, at: Option<Timestamp>) -> Option<CellFigures> {
+pub(super) fn figures_of(
+    folder: &Path,
+    setting: &str,
+    at: Option<Timestamp>,
+) -> Option<CellFigures> {
     let figures = RecordFigures::read(folder).ok()??;
     let recorded = || Some(ScanSetup::read(&folder.join("scan.toml")).ok()?.recorded);
     let series = figures.series().into_iter().map(|(name, figure)| (name.into(), figure));
@@ -244,7 +259,7 @@ pub(super) fn figures_of(folder: &Path, setting: &str, at: Option<Timestamp>) ->
         temperature_c: figures.air.map(|air| air.temperature_c),
         figures: series.collect(),
     };
-    Some(CellFigures { run, verdict: figures.cause.map(|cause| cause.verdict.to_string()) })
+    Some(CellFigures { run, verdict: figures.cause.map(|cause| cause.verdict.name().to_owned()) })
 }
 
 /// Compares a record and writes its report.

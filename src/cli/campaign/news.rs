@@ -49,13 +49,17 @@ impl Teller {
     }
 
     /// The hook for these news, its event, and what it is told beside the message.
-    fn hook(&self, news: &News<'_>) -> Option<(&HookCommand, &'static str, Vec<(&'static str, String)>)> {
+    fn hook(
+        &self,
+        news: &News<'_>,
+    ) -> Option<(&HookCommand, &'static str, Vec<(&'static str, String)>)> {
         let hooks = &self.hooks;
         let (hook, event, variables) = match news {
             News::Closed { folder, run, gap_change, .. } => {
                 let mut variables = of_record(folder, *run);
                 if let Some(change) = gap_change {
-                    variables.push(("FIELDGAP_GAP_CHANGE_PERCENT", format!("{:.2}", change * 100.0)));
+                    variables
+                        .push(("FIELDGAP_GAP_CHANGE_PERCENT", format!("{:.2}", change * 100.0)));
                 }
                 (&hooks.on_cell, "cell", variables)
             }
@@ -64,12 +68,17 @@ impl Teller {
                 variables.push(("FIELDGAP_ALARM", alarm.to_string()));
                 variables.push(("FIELDGAP_ALARM_FIGURE", alarm.figure.clone()));
                 if let Some(relative) = alarm.relative {
-                    variables.push(("FIELDGAP_CHANGE_PERCENT", format!("{:.2}", relative.value * 100.0)));
+                    variables.push((
+                        "FIELDGAP_CHANGE_PERCENT",
+                        format!("{:.2}", relative.value * 100.0),
+                    ));
                 }
                 variables.extend(cause.map(|cause| ("FIELDGAP_CAUSE", cause.to_owned())));
                 (&hooks.on_alarm, "alarm", variables)
             }
-            News::Failed(..) | News::RigLeft(..) | News::NotSet(..) => (&hooks.on_failure, "failure", Vec::new()),
+            News::Failed(..) | News::RigLeft(..) | News::NotSet(..) => {
+                (&hooks.on_failure, "failure", Vec::new())
+            }
             News::Ended(_) => (&hooks.on_finish, "finish", Vec::new()),
             News::Round(_) | News::Waits(..) | News::Set(..) | News::Begins(_) => return None,
         };
@@ -99,13 +108,17 @@ impl Teller {
                 format!("{} is {} (read: {reading})", condition.name, value.label)
             }
             News::NotSet(condition, value, reason) => {
-                format!("{} cannot be {}; its cells are left out: {reason}", condition.name, value.label)
+                format!(
+                    "{} cannot be {}; its cells are left out: {reason}",
+                    condition.name, value.label
+                )
             }
             News::Begins(cell) => format!("{cell}: scanning"),
             News::Closed { folder, run, gap_change, problem } => {
                 let name = folder.file_name().unwrap_or_default().to_string_lossy();
                 let gap = run.and_then(|run| run.figures.get(GAP));
-                let gap = gap.map_or("done".to_owned(), |gap| format!("gap {:.2} %", gap.value * 100.0));
+                let gap =
+                    gap.map_or("done".to_owned(), |gap| format!("gap {:.2} %", gap.value * 100.0));
                 let change = gap_change.map_or(String::new(), |change| {
                     format!(", {:+.1} % of the baseline's", change * 100.0)
                 });

@@ -98,7 +98,11 @@ pub(super) fn open_question(folder: &Path) -> Option<Question> {
 /// There is none, or the folder cannot be written.
 pub(super) fn answer(folder: &Path, yes: bool) -> miette::Result<()> {
     let question = open_question(folder).ok_or_else(|| {
-        miette!(help = "`fieldgap campaign status` shows what a campaign waits for", "no question is open in {}", folder.display())
+        miette!(
+            help = "`fieldgap campaign status` shows what a campaign waits for",
+            "no question is open in {}",
+            folder.display()
+        )
     })?;
     write(&folder.join(ANSWER), &Answer { asked: question.asked, yes }).into_diagnostic()?;
     say(format!("{}: {}", question.text, if yes { "yes" } else { "no" }));

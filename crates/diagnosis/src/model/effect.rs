@@ -210,6 +210,15 @@ pub(crate) struct Common {
     pub near_field: f64,
 }
 
+/// Speed of sound and frequency, over the believed ones.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Carrier {
+    /// True speed of sound over the believed one.
+    pub speed_ratio: f64,
+    /// True frequency over the believed one.
+    pub frequency_ratio: f64,
+}
+
 /// How an element radiates.
 pub(crate) struct Radiation<'t> {
     /// The model of the transducer.

@@ -45,6 +45,8 @@ pub struct Overview {
     pub not_set: Vec<String>,
     /// What was used. Its time is that of the scans.
     pub used: Use,
+    /// Whether no process works on it any more, as far as its log says.
+    pub ended: bool,
     /// Why the last process ended, if it ended early.
     pub ended_early: Option<String>,
 }
@@ -176,6 +178,7 @@ impl Overview {
             rigs_left: state.rigs_left.clone(),
             not_set: state.not_set.iter().cloned().collect(),
             used: state.used,
+            ended: state.ended.is_some(),
             ended_early: state.ended.clone().flatten(),
         }
     }

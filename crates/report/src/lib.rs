@@ -8,6 +8,7 @@
 //! | study over parameters | [`write_study`] |
 //! | characterized transducer | [`write_transducer`] |
 //! | transducer models | [`write_transducer_models`] |
+//! | campaign of many scans | [`write_campaign`] |
 //! | tactile display | [`write_display`] |
 //!
 //! A page is one HTML file that needs nothing beside it and no network. Its pictures are also written as PNG and SVG, its
@@ -71,6 +72,7 @@
 //! ```
 
 mod answer;
+mod campaign;
 mod context;
 mod control_charts;
 mod diagnosis;
@@ -103,6 +105,7 @@ use std::path::{Path, PathBuf};
 pub use self::answer::{
     Cause, ProposedChange, ProposedCorrection, headline, headline_of_diagnosis,
 };
+pub use self::campaign::write_campaign;
 pub use self::context::{InputFile, ReportContext};
 pub use self::control_charts::write_control_charts;
 pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};

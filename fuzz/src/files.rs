@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use fieldgap::acoustics::transducer::Transducer;
+use fieldgap::campaign::{Campaign, CampaignError};
 use fieldgap::display::{DisplayFile, RadiatingArray, compose};
 use fieldgap::input::{Fault, TomlSource, is_hidden};
 use fieldgap::records::{Plan, TransducerFile};
@@ -51,6 +52,29 @@ pub fn plan(case: &[u8]) {
 pub fn rig(case: &[u8]) {
     if let Err(fault) = RigFile::parse(source(case)) {
         shown(&fault);
+    }
+}
+
+/// Most cells of a campaign whose scans are planned.
+const PLANNED: usize = 40;
+
+/// The file of a campaign, and the scans of its first cells.
+pub fn campaign(case: &[u8]) {
+    let shown_fault = |error: &CampaignError| {
+        if let CampaignError::File(fault) = error {
+            shown(fault);
+        }
+    };
+    match Campaign::parse(source(case)) {
+        Ok(campaign) => {
+            for cell in campaign.cells(1, 1).take(PLANNED) {
+                assert!(campaign.id_of(&cell).len() < 200);
+                if let Err(error) = campaign.scan_of(&cell) {
+                    shown_fault(&error);
+                }
+            }
+        }
+        Err(error) => shown_fault(&error),
     }
 }
 

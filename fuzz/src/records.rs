@@ -4,6 +4,7 @@ use std::path::Path;
 
 use fieldgap::acoustics::Vec3;
 use fieldgap::acquisition::AirRow;
+use fieldgap::campaign::{CampaignError, CampaignFolder};
 use fieldgap::comparison::{Registering, compare};
 use fieldgap::input::{Fault, Positive};
 use fieldgap::records::import::{
@@ -87,6 +88,15 @@ pub fn events(case: &[u8]) {
         check(Note::all_of(folder));
         assert!(AirRow::all_of(folder).iter().all(|row| row.temperature_c.is_finite()));
         check(ScanState::of(folder));
+    });
+}
+
+/// The log of a campaign.
+pub fn campaign_log(case: &[u8]) {
+    with_folder(&[("campaign.jsonl", case)], |folder| match CampaignFolder::read(folder) {
+        Ok(state) => assert!(state.open_alarms().count() <= state.alarms.len()),
+        Err(CampaignError::File(fault)) => shown(&fault),
+        Err(_) => {}
     });
 }
 

@@ -75,6 +75,11 @@ impl Bench {
         Ok(Self { name, rig: Document::read(&source)? })
     }
 
+    /// The path of its rig file.
+    pub fn path(&self) -> &Path {
+        &self.rig.path
+    }
+
     /// The rig as its file describes it.
     ///
     /// # Errors
@@ -100,6 +105,16 @@ impl Filled {
         }
     }
 
+    /// A virtual rig repeats the noise of its seed: each cell gets a seed of its own, the same each time.
+    fn draw_other_noise(&mut self, name: &str) {
+        let devices = self.rig.text.get_mut("virtual").and_then(toml_edit::Item::as_table_like_mut);
+        let Some(devices) = devices else { return };
+        let seed = devices.get("seed").and_then(toml_edit::Item::as_integer).unwrap_or(0);
+        let seed = i64::from(crc32fast::hash(format!("{seed} {name}").as_bytes()));
+        devices.insert("seed", toml_edit::value(seed));
+        self.rig_changed = true;
+    }
+
     /// SHA-256 of both files, hexadecimal: another one means another cell.
     pub(super) fn digest(&self) -> String {
         let mut hasher = Sha256::new();
@@ -114,6 +129,7 @@ impl Filled {
     /// The scan, under a name.
     pub(super) fn scan(mut self, name: &str, label: &str) -> Result<PlannedScan, AcquisitionError> {
         self.plan.text.insert("name", toml_edit::value(name));
+        self.draw_other_noise(name);
         // The current rig file is asked for its ports where nothing was written into it.
         let rig = self.rig.source(if self.rig_changed { label } else { "" });
         PlannedScan::parse(self.plan.source(label), rig)

@@ -1,6 +1,6 @@
 //! The surroundings of a campaign: this computer's clock, the rigs of the benches, persons and programs.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use async_trait::async_trait;
 use jiff::Timestamp;
@@ -14,7 +14,7 @@ use crate::cli::compare::ComparisonArgs;
 use crate::cli::output::{say, silently};
 use crate::cli::watchdog::watchdog;
 use crate::rig_file::simulated_devices;
-use fieldgap_acquisition::{Ending, Event, PlannedScan, ScanRun, original_rig, read_air};
+use fieldgap_acquisition::{Ending, Event, PlannedScan, ScanRun, read_air};
 use fieldgap_archive::RecordFigures;
 use fieldgap_campaign::{
     After, Bench, Cell, CellFigures, Condition, ConditionValue, ConfirmedBy, Laboratory, Measured,
@@ -30,6 +30,8 @@ use fieldgap_report::write_campaign;
 pub(super) struct ThisLaboratory {
     pub(super) teller: Teller,
     pub(super) after: After,
+    /// The rig file of each bench.
+    pub(super) rigs: Vec<PathBuf>,
     /// Hooks of plans and rig files that were agreed to.
     pub(super) agreed: Vec<Hooks>,
     /// Who asked to stop.
@@ -125,13 +127,13 @@ impl Laboratory for ThisLaboratory {
         self.scanned(scan, folder, resume, &hooks).await.map_err(|error| in_one_line(&error))
     }
 
-    async fn close(&self, _: &Cell, folder: &Path) -> Result<(), String> {
+    async fn close(&self, cell: &Cell, folder: &Path) -> Result<(), String> {
         if !self.after.compare {
             return Ok(());
         }
         let closing = if self.after.diagnose { Closing::Cause } else { Closing::Comparison };
         compared(folder, closing).await?;
-        if self.after.apply { self.corrected(folder).await } else { Ok(()) }
+        if self.after.apply { self.corrected(folder, &self.rigs[cell.bench]).await } else { Ok(()) }
     }
 
     fn figures_of(
@@ -203,13 +205,13 @@ impl ThisLaboratory {
     }
 
     /// Corrects the rig file by the named cause, scans once more with it beside the record, and compares. Nothing is done without a named cause.
-    async fn corrected(&self, folder: &Path) -> Result<(), String> {
+    async fn corrected(&self, folder: &Path, original: &Path) -> Result<(), String> {
         let again = folder.join("corrected-rig/scan");
         if again.join("report/index.html").is_file() {
             return Ok(());
         }
         let rig = folder.join("corrected-rig/rig.toml");
-        let (record, out) = (folder.to_owned(), rig.clone());
+        let (record, out, original) = (folder.to_owned(), rig.clone(), original.to_owned());
         let corrected = tokio::task::spawn_blocking(move || -> Result<bool, String> {
             if out.is_file() {
                 return Ok(true);

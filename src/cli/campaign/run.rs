@@ -174,6 +174,7 @@ impl Common {
             let laboratory = ThisLaboratory {
                 teller: Teller::of(campaign, &path, self.json),
                 after: campaign.after,
+                rigs: campaign.benches.iter().map(|bench| bench.path().to_owned()).collect(),
                 agreed,
                 stop,
             };

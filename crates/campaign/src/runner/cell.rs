@@ -131,10 +131,10 @@ impl Runner<'_> {
         let mut gap_change = None;
         if let Some(CellFigures { run, verdict }) = figures {
             let mut follower = self.follower.borrow_mut();
-            gap_change = follower.gap_change(&run);
             let (round, folder) = (cell.round, folder.clone());
-            let alarmed = follower.add(FollowedRun { round, folder, run, verdict });
-            alarms = alarmed.into_iter().filter(|alarm| alarm.new).collect();
+            let followed = FollowedRun { round, folder, run: run.clone(), verdict };
+            alarms = follower.add(followed).into_iter().filter(|alarm| alarm.new).collect();
+            gap_change = follower.gap_change(&run);
         }
         if let Some(run) = &run {
             // All alarms of a run have one cause: it is sought once.

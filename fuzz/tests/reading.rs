@@ -51,6 +51,7 @@ files! {
     elements: records::elements,
     journal: records::journal,
     events: records::events,
+    figures: records::figures,
     thesis_log: records::thesis_log,
     grid: records::grid,
     points: records::points,

@@ -403,7 +403,7 @@ fn filters_find_what_a_look_at_each_record_finds() {
     let all = index.query(&everything()).expect("read");
     let index = std::cell::RefCell::new(index);
     let sorts = [Sort::Recorded, Sort::Name, Sort::Rig, Sort::Gap, Sort::Correlation, Sort::Points];
-    let cases = (filters(), prop::sample::select(&sorts[..]), prop::option::of(0usize..30));
+    let cases = (filters(), prop::sample::select(sorts.to_vec()), prop::option::of(0usize..30));
     let mut runner = proptest::test_runner::TestRunner::default();
     let found = std::cell::Cell::new(0);
     runner

@@ -34,9 +34,12 @@ pub fn to_text(entries: &[Entry], figures: &[SeriesName]) -> String {
             column(&head, entries, |entry| number(entry.figures.get(figure).copied(), 1.0))
         }));
         columns.push(column("gap (%)", entries, |entry| number(entry.gap, 100.0)));
-        columns.push(column("r", entries, |entry| {
-            entry.correlation.map_or(ABSENT.to_owned(), |r| fixed(r.value, 4))
-        }));
+        // The figures that are asked for take its place.
+        if figures.is_empty() {
+            columns.push(column("r", entries, |entry| {
+                entry.correlation.map_or(ABSENT.to_owned(), |r| fixed(r.value, 4))
+            }));
+        }
         columns.push(column("cause", entries, cause));
         columns
     };
@@ -90,8 +93,8 @@ fn fit(columns: &mut [Vec<String>]) {
     let widths: Vec<usize> = columns.iter().map(|column| width(column)).collect();
     let others: usize = widths.iter().sum::<usize>() - widths[1] - widths[last];
     let room = WIDTH.saturating_sub(others + BETWEEN.len() * last);
-    // Half for each, and what one of them leaves is the other's.
-    let name = widths[1].min((room / 2).max(room.saturating_sub(widths[last]))).max(SHORTEST);
+    // Two thirds for the names, and what one of them leaves is the other's.
+    let name = widths[1].min((2 * room / 3).max(room.saturating_sub(widths[last]))).max(SHORTEST);
     let cause = room.saturating_sub(name).max(SHORTEST);
     for (place, width) in [(1, name), (last, cause)] {
         for cell in &mut columns[place] {
@@ -107,7 +110,7 @@ fn shortened(text: &str, width: usize) -> String {
         return text.to_owned();
     }
     let kept = width.saturating_sub(1);
-    let tail = kept / 3;
+    let tail = kept / 2;
     let head: String = characters[..kept - tail].iter().collect();
     let tail: String = characters[characters.len() - tail..].iter().collect();
     format!("{head}…{tail}")

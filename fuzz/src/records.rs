@@ -3,14 +3,16 @@
 use std::path::Path;
 
 use fieldgap::acoustics::Vec3;
-use fieldgap::acquisition::AirRow;
 use fieldgap::campaign::{CampaignError, CampaignFolder};
+use fieldgap::archive::{Index, Query, RecordFigures, Wanted, to_csv, to_text};
 use fieldgap::comparison::{Registering, compare};
 use fieldgap::input::{Fault, Positive};
 use fieldgap::records::import::{
     Anchor, FirstRow, GridCsv, GridPlacement, ThesisLog, ThesisLogSetup,
 };
-use fieldgap::records::{Journal, JournalError, Note, RecordedScan, ScanState, read_events};
+use fieldgap::records::{
+    AirRow, Journal, JournalError, Note, RecordedScan, ScanState, read_events,
+};
 
 use super::files::shown;
 
@@ -98,6 +100,31 @@ pub fn campaign_log(case: &[u8]) {
         Err(CampaignError::File(fault)) => shown(&fault),
         Err(_) => {}
     });
+/// The figures of a record, in both forms, and the index that reads them.
+pub fn figures(case: &[u8]) {
+    for name in ["figures.json", "comparison.json"] {
+        let files = [("scan.toml", SETUP.as_bytes()), ("samples.csv", b"")];
+        with_folder(&files, |folder| {
+            let report = folder.join("report");
+            std::fs::create_dir(&report).expect("made");
+            std::fs::write(report.join(name), case).expect("written");
+            match RecordFigures::read(folder) {
+                Ok(Some(figures)) => {
+                    assert!(figures.series().iter().all(|(_, f)| f.value.is_finite()))
+                }
+                Ok(None) => {}
+                Err(fault) => shown(&fault),
+            }
+            let mut index = Index::open(folder, None).expect("in memory");
+            index.update().expect("read");
+            let query = Query { figures: Wanted::All, ..Query::default() };
+            let entries = index.query(&query).expect("read");
+            assert_eq!(entries.len(), 1);
+            let text = to_text(&entries, &[]);
+            assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+            to_csv(&entries, &[]).expect("text");
+        });
+    }
 }
 
 /// A log of the thesis's robot.

@@ -17,6 +17,7 @@ use fieldgap_archive::{
 };
 use fieldgap_diagnosis::{EffectId, Verdict};
 use fieldgap_input::Positive;
+use fieldgap_report::{Trend, write_trend};
 use fieldgap_text::percent;
 
 /// The `history` command.
@@ -39,6 +40,9 @@ pub(super) struct History {
     /// Compare the records that were never compared, and keep their figures
     #[arg(long)]
     compare: bool,
+    /// Write a page with gap and parameters over time: a file that ends in .html, or a folder
+    #[arg(long, value_name = "FILE|DIR")]
+    page: Option<PathBuf>,
     /// Output format
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -130,6 +134,16 @@ impl History {
             Format::Json => print_json(&entries)?,
         }
         self.tell(&updated, &entries);
+        if let Some(page) = &self.page {
+            let trend = Trend {
+                root: &self.folder,
+                entries: &entries,
+                figures: &self.parameter,
+                software: concat!("fieldgap ", env!("CARGO_PKG_VERSION")),
+            };
+            let files = write_trend(page, trend).into_diagnostic()?;
+            say(format!("page: {}", files.page.display()));
+        }
         Ok(ExitCode::SUCCESS)
     }
 
@@ -153,6 +167,7 @@ impl History {
         };
         let figures = match self.format {
             Format::Json => Wanted::All,
+            _ if self.page.is_some() => Wanted::All,
             _ => Wanted::Named(self.parameter.clone()),
         };
         Ok(Query { filter: self.conditions.filter(), sort, limit: self.limit, figures })

@@ -41,7 +41,17 @@ impl Stamp {
 
 /// Whether a folder is a record.
 pub(crate) fn is_record(folder: &Path) -> bool {
-    folder.join(SET_UP).symlink_metadata().is_ok()
+    set_up(folder).is_some()
+}
+
+/// What the file system says of the set-up in a folder, or of the link in its place.
+fn set_up(folder: &Path) -> Option<Metadata> {
+    folder.join(SET_UP).symlink_metadata().ok()
+}
+
+/// The order of folders, byte by byte: comparing paths part by part takes longer than a look at their files.
+pub(crate) fn by_bytes(a: &Path, b: &Path) -> std::cmp::Ordering {
+    a.as_os_str().as_encoded_bytes().cmp(b.as_os_str().as_encoded_bytes())
 }
 
 /// The records below `root`, in the order of their folders. Records in a record, hidden folders and links are left out.
@@ -50,8 +60,8 @@ pub(crate) fn is_record(folder: &Path) -> bool {
 /// The root cannot be read. A folder below it that cannot be read is in the second list, with the reason.
 pub(crate) fn records_below(root: &Path) -> io::Result<(Vec<Found>, Vec<(PathBuf, io::Error)>)> {
     let now = SystemTime::now();
-    if is_record(root) {
-        return Ok((vec![Found::of(root, PathBuf::new(), now)], Vec::new()));
+    if let Some(set_up) = set_up(root) {
+        return Ok((vec![Found::of(root, PathBuf::new(), set_up, now)], Vec::new()));
     }
     let mut records = Vec::new();
     let mut unreadable = Vec::new();
@@ -72,7 +82,10 @@ pub(crate) fn records_below(root: &Path) -> io::Result<(Vec<Found>, Vec<(PathBuf
             .map(|name| {
                 let below = folder.join(name);
                 let path = root.join(&below);
-                if is_record(&path) { Ok(Found::of(&path, below, now)) } else { Err(below) }
+                match set_up(&path) {
+                    Some(set_up) => Ok(Found::of(&path, below, set_up, now)),
+                    None => Err(below),
+                }
             })
             .collect();
         for found in found {
@@ -82,7 +95,7 @@ pub(crate) fn records_below(root: &Path) -> io::Result<(Vec<Found>, Vec<(PathBuf
             }
         }
     }
-    records.sort_by(|a, b| a.folder.cmp(&b.folder));
+    records.sort_by(|a, b| by_bytes(&a.folder, &b.folder));
     unreadable.sort_by(|(a, _), (b, _)| a.cmp(b));
     Ok((records, unreadable))
 }
@@ -101,13 +114,14 @@ fn folders_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
 }
 
 impl Found {
-    fn of(path: &Path, folder: PathBuf, now: SystemTime) -> Self {
+    fn of(path: &Path, folder: PathBuf, set_up: Metadata, now: SystemTime) -> Self {
+        // The file that a link leads to is the one that changes.
+        let set_up = if set_up.is_symlink() { about(&path.join(SET_UP)) } else { Some(set_up) };
         let report = path.join(REPORT);
         let figures = about(&report.join(FIGURES));
         let why = report.join(WHY).join(FIGURES);
         // A file that is replaced or added changes the time of its folder; only what is written in place needs a look of its own.
-        let mut files =
-            vec![about(path), about(&path.join(SET_UP)), about(&path.join("notes.jsonl"))];
+        let mut files = vec![about(path), set_up, about(&path.join("notes.jsonl"))];
         match figures {
             Some(_) => files.push(about(&why)),
             None => files.push(about(&report.join(COMPARISON))),

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use rusqlite::{Connection, ErrorCode, TransactionBehavior};
 
-use crate::changes::{Found, records_below};
+use crate::changes::{Found, by_bytes, records_below};
 use crate::entry::{Entry, State};
 use crate::place::Place;
 use crate::query::Query;
@@ -259,7 +259,7 @@ impl Index {
         let mut gone = Vec::new();
         while let Some(row) = rows.next()? {
             let folder = folder_of(row.get_ref(0)?);
-            match found.binary_search_by(|found| found.folder.cmp(&folder)) {
+            match found.binary_search_by(|found| by_bytes(&found.folder, &folder)) {
                 Ok(place) => {
                     let stamp: Option<Vec<u8>> = row.get(1)?;
                     current[place] = stamp.as_deref() == Some(found[place].stamp.bytes());

@@ -14,26 +14,40 @@ const WIDTH: usize = 80;
 const BETWEEN: &str = "  ";
 
 /// Names and causes are not made shorter than this.
-const SHORTEST: usize = 10;
+const SHORTEST: usize = 8;
+
+/// Longest name of a figure at the head of its column.
+const FIGURE: usize = 14;
 
 /// Records as a table at most 80 columns wide, unless many figures are asked for; then what is wrong with the damaged ones.
 pub fn to_text(entries: &[Entry], figures: &[SeriesName]) -> String {
-    let mut columns = vec![
-        column("recorded (UTC)", entries, |entry| {
-            let at = entry.recorded.map(|at| at.to_zoned(TimeZone::UTC));
-            at.map_or(ABSENT.to_owned(), |at| at.strftime("%Y-%m-%d %H:%M").to_string())
-        }),
-        column("name", entries, name),
-    ];
-    columns.extend(figures.iter().map(|figure| {
-        column(figure.as_str(), entries, |entry| number(entry.figures.get(figure).copied(), 1.0))
-    }));
-    columns.push(column("gap (%)", entries, |entry| number(entry.gap, 100.0)));
-    columns.push(column("r", entries, |entry| {
-        entry.correlation.map_or(ABSENT.to_owned(), |r| fixed(r.value, 4))
-    }));
-    columns.push(column("cause", entries, cause));
-    fit(&mut columns);
+    let columns_with = |name: fn(&Entry) -> String| {
+        let mut columns = vec![
+            column("recorded (UTC)", entries, |entry| {
+                let at = entry.recorded.map(|at| at.to_zoned(TimeZone::UTC));
+                at.map_or(ABSENT.to_owned(), |at| at.strftime("%Y-%m-%d %H:%M").to_string())
+            }),
+            column("record", entries, name),
+        ];
+        columns.extend(figures.iter().map(|figure| {
+            let head = shortened(figure.as_str(), FIGURE);
+            column(&head, entries, |entry| number(entry.figures.get(figure).copied(), 1.0))
+        }));
+        columns.push(column("gap (%)", entries, |entry| number(entry.gap, 100.0)));
+        // The figures that are asked for take its place.
+        if figures.is_empty() {
+            columns.push(column("r", entries, |entry| {
+                entry.correlation.map_or(ABSENT.to_owned(), |r| fixed(r.value, 4))
+            }));
+        }
+        columns.push(column("cause", entries, cause));
+        columns
+    };
+    let mut columns = columns_with(folder_and_name);
+    if total(&columns) > WIDTH {
+        columns = columns_with(folder);
+        fit(&mut columns);
+    }
     let mut text = String::new();
     for row in 0..=entries.len() {
         let last = columns.len() - 1;
@@ -67,14 +81,20 @@ fn width(column: &[String]) -> usize {
     column.iter().map(|cell| cell.chars().count()).max().unwrap_or(0)
 }
 
+/// Width of a table.
+fn total(columns: &[Vec<String>]) -> usize {
+    let widths: usize = columns.iter().map(|column| width(column)).sum();
+    widths + BETWEEN.len() * columns.len().saturating_sub(1)
+}
+
 /// Shortens names and causes until the table fits.
 fn fit(columns: &mut [Vec<String>]) {
     let last = columns.len() - 1;
     let widths: Vec<usize> = columns.iter().map(|column| width(column)).collect();
     let others: usize = widths.iter().sum::<usize>() - widths[1] - widths[last];
     let room = WIDTH.saturating_sub(others + BETWEEN.len() * last);
-    // Half for each, and what one of them leaves is the other's.
-    let name = widths[1].min((room / 2).max(room.saturating_sub(widths[last]))).max(SHORTEST);
+    // Two thirds for the names, and what one of them leaves is the other's.
+    let name = widths[1].min((2 * room / 3).max(room.saturating_sub(widths[last]))).max(SHORTEST);
     let cause = room.saturating_sub(name).max(SHORTEST);
     for (place, width) in [(1, name), (last, cause)] {
         for cell in &mut columns[place] {
@@ -90,19 +110,24 @@ fn shortened(text: &str, width: usize) -> String {
         return text.to_owned();
     }
     let kept = width.saturating_sub(1);
-    let tail = kept / 3;
+    let tail = kept / 2;
     let head: String = characters[..kept - tail].iter().collect();
     let tail: String = characters[characters.len() - tail..].iter().collect();
     format!("{head}…{tail}")
 }
 
-/// The record's name, and its folder where that is another one.
-fn name(entry: &Entry) -> String {
+/// The record's folder, which other commands take; the name of a record that is the folder of the list itself.
+fn folder(entry: &Entry) -> String {
     let folder = entry.folder.display().to_string();
+    if folder.is_empty() { entry.name.clone().unwrap_or_default() } else { folder }
+}
+
+/// Its folder, and its name where that is another one.
+fn folder_and_name(entry: &Entry) -> String {
+    let folder = folder(entry);
     match &entry.name {
-        Some(name) if folder.is_empty() || *name == folder => name.clone(),
-        Some(name) => format!("{folder} ({name})"),
-        None => folder,
+        Some(name) if !folder.ends_with(name.as_str()) => format!("{folder} ({name})"),
+        _ => folder,
     }
 }
 
@@ -116,7 +141,7 @@ fn number(figure: Option<Uncertain>, factor: f64) -> String {
 /// The cause, and what limits the record.
 fn cause(entry: &Entry) -> String {
     let found = match entry.verdict {
-        _ if entry.fault.is_some() => "damaged, see below".to_owned(),
+        _ if entry.fault.is_some() => "damaged".to_owned(),
         Some(Verdict::None) => "noise alone".to_owned(),
         Some(verdict) if entry.effects.is_empty() => verdict.as_str().to_owned(),
         Some(_) => joined(&entry.effects, " + "),

@@ -30,6 +30,7 @@ create table records (
 create index records_recorded on records (recorded_us);
 create index records_rig on records (rig_folded, recorded_us);
 create index records_gap on records (gap);
+create index records_damaged on records (id) where fault is not null;
 
 create table foci (
     record integer, number integer, x_mm real, y_mm real, z_mm real,

@@ -10,6 +10,7 @@
 //! | transducer models | [`write_transducer_models`] |
 //! | campaign of many scans | [`write_campaign`] |
 //! | tactile display | [`write_display`] |
+//! | many records over time | [`write_trend`] |
 //!
 //! A page is one HTML file that needs nothing beside it and no network. Its pictures are also written as PNG and SVG, its
 //! figures as text, CSV and JSON. The same result gives the same files, byte for byte.
@@ -96,6 +97,7 @@ mod study;
 mod tables;
 mod transducer;
 mod transducer_models;
+mod trend;
 mod verdict;
 mod words;
 mod worst_plane;
@@ -119,6 +121,7 @@ pub use self::study::{StudyFiles, write_study};
 pub use self::tables::csv;
 pub use self::transducer::{TransducerFiles, write_transducer};
 pub use self::transducer_models::write_transducer_models;
+pub use self::trend::{Trend, TrendFiles, write_trend};
 
 use self::figures::Figures;
 use self::folder::Folder;

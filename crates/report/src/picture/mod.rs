@@ -28,6 +28,7 @@ mod study_field;
 mod study_surfaces;
 mod time_axis;
 mod transducer_curves;
+mod trend_curves;
 
 use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
@@ -51,6 +52,7 @@ pub(super) use self::study_curves::StudyCurves;
 pub(super) use self::study_field::StudyField;
 pub(super) use self::study_surfaces::StudySurfaces;
 pub(super) use self::transducer_curves::TransducerCurves;
+pub(super) use self::trend_curves::{TrendCurves, TrendPoint};
 
 pub use self::print::{PrintStyle, PrintStyleError};
 

@@ -1,29 +1,13 @@
-//! Ticks of an axis of time, at round hours and days.
+//! Round times along an axis.
 
-use jiff::Timestamp;
+use jiff::civil::{Date, DateTime};
+use jiff::tz::TimeZone;
+use jiff::{Span, Timestamp, ToSpan};
 use plotters::backend::DrawingBackend;
 
 use super::PictureError;
 use super::axes::{Axes, TICK_TEXT};
 use super::canvas::{Align, BLACK, Canvas, Pen};
-
-const HOUR_S: i64 = 3600;
-const DAY_S: i64 = 86_400;
-
-/// Distances of ticks.
-const STEPS_S: [i64; 11] = [
-    HOUR_S,
-    2 * HOUR_S,
-    6 * HOUR_S,
-    12 * HOUR_S,
-    DAY_S,
-    2 * DAY_S,
-    7 * DAY_S,
-    14 * DAY_S,
-    28 * DAY_S,
-    91 * DAY_S,
-    364 * DAY_S,
-];
 
 /// Room for the label of a tick, CSS pixels.
 const LABEL_WIDTH: f64 = 80.0;
@@ -36,7 +20,8 @@ pub(super) fn time_ticks<B: DrawingBackend>(
 ) -> Result<(), PictureError> {
     let bottom = axes.corner.1 + axes.height;
     let pen = Pen { colour: BLACK, width: 1.0 };
-    for (seconds, label) in ticks(axes.x, axes.width / LABEL_WIDTH) {
+    let most = (axes.width / LABEL_WIDTH) as usize;
+    for (seconds, label) in round_times(axes.x, most) {
         let (x, _) = axes.place(seconds, axes.y.0);
         canvas.line((x, bottom), (x, bottom + 5.0), pen)?;
         if labels {
@@ -46,40 +31,117 @@ pub(super) fn time_ticks<B: DrawingBackend>(
     Ok(())
 }
 
-/// Times and labels of ticks, at most `most` of them unless the range is longer than centuries.
-fn ticks((from, to): (f64, f64), most: f64) -> Vec<(f64, String)> {
-    let fits = |step: &&i64| (to - from) / **step as f64 <= most;
-    let step = *STEPS_S.iter().find(fits).unwrap_or(&STEPS_S[STEPS_S.len() - 1]);
-    let form = match step {
-        ..DAY_S => "%m-%d %H:%M",
-        _ if to - from > 300.0 * DAY_S as f64 => "%Y-%m-%d",
-        _ => "%m-%d",
+/// Distances of ticks that people read at a glance, the smallest first, and how a tick is then written.
+fn distances() -> [(Span, &'static str); 17] {
+    const CLOCK: &str = "%H:%M";
+    const HOUR: &str = "%d %b %H:%M";
+    const DAY: &str = "%d %b";
+    const MONTH: &str = "%b %Y";
+    const YEAR: &str = "%Y";
+    [
+        (1.minute(), CLOCK),
+        (5.minutes(), CLOCK),
+        (15.minutes(), CLOCK),
+        (1.hour(), HOUR),
+        (3.hours(), HOUR),
+        (6.hours(), HOUR),
+        (12.hours(), HOUR),
+        (1.day(), DAY),
+        (2.days(), DAY),
+        (7.days(), DAY),
+        (14.days(), DAY),
+        (1.month(), MONTH),
+        (3.months(), MONTH),
+        (6.months(), MONTH),
+        (1.year(), YEAR),
+        (5.years(), YEAR),
+        (20.years(), YEAR),
+    ]
+}
+
+/// At most `most` round times between two times, both in seconds since 1970 (UTC), with their names.
+pub(super) fn round_times((from_s, to_s): (f64, f64), most: usize) -> Vec<(f64, String)> {
+    let time = |s: f64| {
+        Timestamp::from_second(s as i64).ok().map(|at| at.to_zoned(TimeZone::UTC).datetime())
     };
-    let first = (from / step as f64).ceil() as i64;
-    let last = (to / step as f64).floor() as i64;
-    (first..=last)
-        .filter_map(|count| {
-            let at = Timestamp::from_second(count * step).ok()?;
-            Some(((count * step) as f64, at.strftime(form).to_string()))
-        })
-        .collect()
+    let (Some(from), Some(to)) = (time(from_s), time(to_s)) else { return Vec::new() };
+    for (distance, format) in distances() {
+        let Some(mut at) = first(from, distance) else { continue };
+        let mut ticks = Vec::new();
+        while at <= to && ticks.len() <= most {
+            let Ok(zoned) = at.to_zoned(TimeZone::UTC) else { break };
+            let seconds = zoned.timestamp().as_second() as f64;
+            if seconds >= from_s {
+                ticks.push((seconds, at.strftime(format).to_string()));
+            }
+            let Ok(next) = at.checked_add(distance) else { break };
+            at = next;
+        }
+        if ticks.len() <= most {
+            return ticks;
+        }
+    }
+    Vec::new()
+}
+
+/// The last round time that is not after `from`. Days are counted from the first of 1970, so that ticks are where they were last week.
+fn first(from: DateTime, distance: Span) -> Option<DateTime> {
+    let (years, months, days) = (distance.get_years(), distance.get_months(), distance.get_days());
+    let day = if years > 0 {
+        Date::new(from.year().div_euclid(years) * years, 1, 1)
+    } else if months > 0 {
+        Date::new(from.year(), (from.month() - 1) / months as i8 * months as i8 + 1, 1)
+    } else if days > 0 {
+        let epoch = Date::new(1970, 1, 1).ok()?;
+        let since = epoch.until(from.date()).ok()?.get_days();
+        epoch.checked_add((since - since.rem_euclid(days)).days())
+    } else {
+        // Hours and minutes divide the day.
+        Ok(from.date())
+    };
+    let start = day.ok()?.at(0, 0, 0, 0);
+    if distance.get_hours() == 0 && distance.get_minutes() == 0 {
+        return Some(start);
+    }
+    let step_min = i64::from(distance.get_hours()) * 60 + distance.get_minutes();
+    let now_min = i64::from(from.hour()) * 60 + i64::from(from.minute());
+    start.checked_add((now_min - now_min % step_min).minutes()).ok()
 }
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
-    fn labels(hours: i64, most: f64) -> Vec<String> {
-        let from: Timestamp = "2026-11-20T10:30:00Z".parse().expect("a time");
-        let from = from.as_second() as f64;
-        ticks((from, from + (hours * HOUR_S) as f64), most).into_iter().map(|tick| tick.1).collect()
+    fn names(from: &str, to: &str) -> Vec<String> {
+        let seconds = |at: &str| at.parse::<Timestamp>().expect("a time").as_second() as f64;
+        round_times((seconds(from), seconds(to)), 6).into_iter().map(|(_, name)| name).collect()
     }
 
     #[test]
-    fn ticks_are_at_round_times() {
-        assert_eq!(labels(3, 6.0), ["11-20 11:00", "11-20 12:00", "11-20 13:00"]);
-        assert_eq!(labels(24, 4.0), ["11-20 12:00", "11-20 18:00", "11-21 00:00", "11-21 06:00"]);
-        assert_eq!(labels(96, 6.0), ["11-21", "11-22", "11-23", "11-24"]);
-        assert!(labels(24 * 700, 8.0).iter().all(|label| label.starts_with("202")));
+    fn ticks_are_round_times() {
+        assert_eq!(
+            names("2026-11-20T08:10:00Z", "2026-11-20T13:00:00Z"),
+            ["20 Nov 09:00", "20 Nov 10:00", "20 Nov 11:00", "20 Nov 12:00", "20 Nov 13:00"]
+        );
+        assert_eq!(
+            names("2026-01-20T08:10:00Z", "2026-05-02T00:00:00Z"),
+            ["Feb 2026", "Mar 2026", "Apr 2026", "May 2026"]
+        );
+        assert_eq!(
+            names("2019-06-01T00:00:00Z", "2023-02-01T00:00:00Z"),
+            ["2020", "2021", "2022", "2023"]
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn ticks_lie_inside_in_order_and_are_few(from_s in 0.0..4e9f64, width_s in 60.0..1e9f64, most in 2usize..12) {
+            let ticks = round_times((from_s, from_s + width_s), most);
+            prop_assert!(ticks.len() <= most);
+            prop_assert!(ticks.iter().all(|(at, _)| (from_s..=from_s + width_s).contains(at)));
+            prop_assert!(ticks.windows(2).all(|pair| pair[0].0 < pair[1].0));
+        }
     }
 }

@@ -51,7 +51,9 @@ pub struct Acknowledgement {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Expect {
-    /// What they were before the alarm: it was false, or its cause is repaired.
+    /// The same: the alarm was false. Its runs are learned from too.
+    Unchanged,
+    /// What they were before the alarm: its cause is repaired.
     AsBefore,
     /// Something new, which the runs that follow show. The scatter between runs stays known.
     Anew,
@@ -230,7 +232,8 @@ impl Followed {
             reading,
             score,
             of_the_mean: learn,
-            difference: expected.filter(|_| learn).map(|expected| expected.difference),
+            of_the_scatter: learn,
+            difference: expected.map(|expected| expected.difference),
         });
         if learn {
             self.known.learn(&run.cell, &reading, expected);
@@ -307,7 +310,6 @@ impl Followed {
 
     /// The newest run, corrected for temperature.
     fn corrected(&self, expected: Option<Expected>) -> Uncertain {
-        let scatter = self.known.scatter.ratio_or_one();
         let Some(past) = self.past.last() else {
             return Uncertain { value: f64::NAN, standard_error: f64::NAN };
         };
@@ -316,7 +318,8 @@ impl Followed {
         });
         Uncertain {
             value: past.reading.value - shift,
-            standard_error: scatter * (past.reading.variance + variance).sqrt(),
+            standard_error: self.known.ratio(&past.cell)
+                * (past.reading.variance + variance).sqrt(),
         }
     }
 
@@ -334,7 +337,7 @@ impl Followed {
         for past in &mut self.past[since..] {
             if scope.takes(&past.cell) {
                 past.of_the_mean = false;
-                past.difference = None;
+                past.of_the_scatter = false;
             }
         }
         self.known = known_before(&self.start, &self.past);
@@ -346,11 +349,23 @@ impl Followed {
 
     fn reset(&mut self, cell: Option<&str>, expect: Expect) {
         let concerned = |name: &str| cell.is_none_or(|one| one == name);
-        if expect == Expect::Anew {
-            self.start.cells.retain(|name, _| !concerned(name));
-            self.known.cells.retain(|name, _| !concerned(name));
-            for past in self.past.iter_mut().filter(|past| concerned(&past.cell)) {
-                past.of_the_mean = false;
+        match expect {
+            Expect::Unchanged => {
+                for (place, past) in self.past.iter_mut().enumerate() {
+                    let begin = self.cells.get(&past.cell).map_or(0, |one| one.begin);
+                    if concerned(&past.cell) && place >= begin {
+                        (past.of_the_mean, past.of_the_scatter) = (true, true);
+                    }
+                }
+                self.known = known_before(&self.start, &self.past);
+            }
+            Expect::AsBefore => {}
+            Expect::Anew => {
+                self.start.cells.retain(|name, _| !concerned(name));
+                self.known.cells.retain(|name, _| !concerned(name));
+                for past in self.past.iter_mut().filter(|past| concerned(&past.cell)) {
+                    past.of_the_mean = false;
+                }
             }
         }
         let anew = OneChart { begin: self.past.len(), ..OneChart::default() };

@@ -49,7 +49,7 @@ fn a_quiet_week_raises_no_more_alarms_than_stated() {
 #[test]
 #[ignore = "minutes"]
 fn a_growth_of_the_gap_is_found_within_three_runs() {
-    let (in_time, delays) = found(0..100, SIDE);
+    let (in_time, delays) = found(10_000..10_100, SIDE);
     println!("{in_time} of 100; {delays:?}");
     assert!(in_time >= 95, "{in_time}: {delays:?}");
 }
@@ -58,7 +58,7 @@ fn a_growth_of_the_gap_is_found_within_three_runs() {
 #[test]
 #[ignore = "minutes"]
 fn false_alarms_are_at_most_one_in_a_thousand_runs() {
-    let (alarms, runs) = false_alarms(5000..5035, SIDE);
+    let (alarms, runs) = false_alarms(15_000..15_035, SIDE);
     println!("{alarms} in {runs}");
     assert!(runs >= 10_000 && alarms * 1000 <= runs, "{alarms} in {runs}");
 }
@@ -67,12 +67,12 @@ fn false_alarms_are_at_most_one_in_a_thousand_runs() {
 #[test]
 #[ignore = "minutes; prints a table"]
 fn larger_scans_find_the_growth_sooner() {
-    let rates: Vec<usize> = [7, 9, 11, 13, 17, 21]
+    let rates: Vec<usize> = [5, 7, 9, 13]
         .into_iter()
         .map(|side| {
-            let (in_time, delays) = found(100..150, side);
+            let (in_time, delays) = found(100..140, side);
             let median = delays[delays.len() / 2];
-            println!("{} readings: {in_time} of 50, median {median:?}, {delays:?}", side * side);
+            println!("{} readings: {in_time} of 40, median {median:?}, {delays:?}", side * side);
             in_time
         })
         .collect();

@@ -12,8 +12,8 @@ use crate::reference::{Prediction, Reading, Reference, Scatter};
 use crate::run::Run;
 use crate::settings::Tolerance;
 
-/// Mean, error and temperature of every figure of every cell, from a round, a record, or an earlier campaign. It is written to disk
-/// and read again without loss.
+/// Mean, error and temperature of every figure of every cell, from a round, a record, or an earlier campaign. It can be written to disk:
+/// TOML keeps every digit, `serde_json` all but the last.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Baseline {
     from: Timestamp,

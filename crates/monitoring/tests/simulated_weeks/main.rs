@@ -16,20 +16,26 @@ const SIDE: usize = 17;
 
 /// Number of weeks in which the growth was found within three runs, and all delays in order.
 fn found(seeds: std::ops::Range<u64>, side: usize) -> (usize, Vec<Option<usize>>) {
-    let mut delays: Vec<Option<usize>> =
-        seeds.into_par_iter().map(|seed| changed_week(seed, side)).collect();
+    let delay_of = |seed| {
+        let delay = changed_week(seed, side);
+        println!("changed week {seed}, {} readings: found after {delay:?} runs", side * side);
+        delay
+    };
+    let mut delays: Vec<Option<usize>> = seeds.into_par_iter().map(delay_of).collect();
     delays.sort_by_key(|delay| delay.unwrap_or(usize::MAX));
     (delays.iter().flatten().filter(|delay| **delay <= 3).count(), delays)
 }
 
 /// False alarms and runs in weeks without a change.
 fn false_alarms(seeds: std::ops::Range<u64>, side: usize) -> (usize, usize) {
-    let weeks: Vec<Vec<Vec<String>>> =
-        seeds.into_par_iter().map(|seed| quiet_week(seed, side)).collect();
-    let runs = weeks.iter().map(Vec::len).sum();
-    let alarms: Vec<_> = weeks.iter().flatten().filter(|alarms| !alarms.is_empty()).collect();
-    alarms.iter().for_each(|alarms| println!("{alarms:?}"));
-    (alarms.len(), runs)
+    let week_of = |seed| {
+        let week = quiet_week(seed, side);
+        let alarms: Vec<_> = week.iter().filter(|alarms| !alarms.is_empty()).collect();
+        println!("quiet week {seed}: {} alarms in {} runs, {alarms:?}", alarms.len(), week.len());
+        (alarms.len(), week.len())
+    };
+    let weeks: Vec<(usize, usize)> = seeds.into_par_iter().map(week_of).collect();
+    weeks.into_iter().fold((0, 0), |(alarms, runs), (a, r)| (alarms + a, runs + r))
 }
 
 #[test]

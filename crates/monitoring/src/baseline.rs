@@ -144,10 +144,10 @@ impl Known {
     }
 
     /// Adds a reading to what is known.
-    pub fn learn(&mut self, cell: &str, reading: &Reading, expected: Option<Expected>) {
+    pub fn learn(&mut self, cell: &str, reading: &Reading, difference: Option<f64>) {
         self.cells.entry(cell.to_owned()).or_default().add(reading);
-        if let Some(expected) = expected {
-            self.add_difference(cell, expected.difference);
+        if let Some(difference) = difference {
+            self.add_difference(cell, difference);
         }
     }
 }
@@ -167,7 +167,8 @@ impl Baseline {
                 let known = figures.entry(figure.clone()).or_default();
                 let slope = environment.slope(figure, &run.cell);
                 let expected = known.expect(&run.cell, &reading, slope, None);
-                known.learn(&run.cell, &reading, expected);
+                let difference = expected.map(|expected| expected.difference);
+                known.learn(&run.cell, &reading, difference);
             }
         }
         match (ordered.first(), ordered.last()) {

@@ -18,6 +18,8 @@ pub struct Past {
     pub reading: Reading,
     /// Normal score of the difference from what was expected.
     pub score: Option<f64>,
+    /// Whether it is to be learned from later.
+    pub may_teach: bool,
     /// Whether the run is one of those whose mean is the reference.
     pub of_the_mean: bool,
     /// Whether the scatter between runs was learned from it.

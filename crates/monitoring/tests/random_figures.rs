@@ -155,3 +155,38 @@ fn a_change_is_found_with_its_time_and_size() {
     // Of 40, 38 are expected within two errors; fewer than 33 have a chance of 1 in 300.
     assert!(within >= 33, "{within} of {found}");
 }
+
+/// How often a change of all cells is found within three runs, and within a round of 12, against its size and the length of the baseline.
+#[test]
+#[ignore = "prints a table"]
+fn longer_baselines_find_smaller_changes() {
+    const WEEKS: u64 = 120;
+    const SIZES: [f64; 6] = [3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
+    let mut in_three = Vec::new();
+    for rounds in [4, 8, 16] {
+        let mut found = [[0; 2]; SIZES.len()];
+        for seed in 0..WEEKS {
+            let mut draws = Draws { swing_c: 1.0, ..Draws::new(4000 + seed) };
+            let first: Vec<Run> = (0..rounds * CELLS).map(|n| draws.run(n, 0.0)).collect();
+            let baseline = Baseline::of_runs(&first, Environment::default()).expect("figures");
+            let mut quiet = Monitor::new(Settings::default(), &baseline);
+            let change = (rounds + 1) * CELLS + 5;
+            for number in rounds * CELLS..change {
+                quiet.judge(&draws.run(number, 0.0));
+            }
+            for (size, found) in SIZES.iter().zip(&mut found) {
+                let mut monitor = quiet.clone();
+                let grown = size * draws.scatter * STATED;
+                let delay = (1..=CELLS).find(|delay| {
+                    let run = draws.run(change + delay - 1, grown);
+                    monitor.judge(&run).alarms.iter().any(|alarm| alarm.figure == "gap")
+                });
+                found[0] += usize::from(delay.is_some_and(|delay| delay <= 3));
+                found[1] += usize::from(delay.is_some());
+            }
+        }
+        println!("{rounds} rounds, changes of {SIZES:?} deviations: {found:?} of {WEEKS}");
+        in_three.push(found.iter().map(|found| found[0]).sum::<usize>());
+    }
+    assert!(in_three.is_sorted(), "{in_three:?}");
+}

@@ -86,10 +86,10 @@ impl Known {
     /// A reading of a cell against the runs before; `None` if these do not determine what is expected.
     ///
     /// The difference, over its standard error with that of the prediction in it, is the recursive residual of Brown, Durbin
-    /// and Evans (J. R. Statist. Soc. B 37, 149, 1975). Without a change these are independent, so that an error of the baseline does not
-    /// return in every run. Their quotient by the scatter known before has Student's distribution, and its normal score is
-    /// standard normal from the first run on, what is tolerated taken off (self-starting charts: Hawkins, The Statistician 36, 299, 1987; Quesenberry, J. Quality
-    /// Technology 23, 213, 1991).
+    /// and Evans (J. R. Statist. Soc. B 37, 149, 1975). Without a change, these are independent if every run is learned from at once, so that
+    /// an error of the baseline does not return in every run; a round of waiting changes this little. Their quotient by the scatter
+    /// known before has nearly Student's distribution, and its normal score is charted (self-starting charts: Hawkins, The Statistician 36,
+    /// 299, 1987; Quesenberry, J. Quality Technology 23, 213, 1991). What is tolerated is taken off before.
     pub fn expect(
         &self,
         cell: &str,

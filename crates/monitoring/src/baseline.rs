@@ -12,8 +12,8 @@ use crate::reference::{Prediction, Reading, Reference, Scatter};
 use crate::run::Run;
 use crate::settings::Tolerance;
 
-/// Mean, error and temperature of every figure of every cell, from a round, a record, or an earlier campaign. It is written to disk
-/// and read again without loss.
+/// Mean, error and temperature of every figure of every cell, from a round, a record, or an earlier campaign. It can be written to disk:
+/// TOML keeps every digit, `serde_json` all but the last.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Baseline {
     from: Timestamp,
@@ -45,12 +45,28 @@ pub struct BaselineFigure {
     pub per_k: Option<Uncertain>,
 }
 
-/// What is known of one figure: a reference for each cell, and the scatter between runs pooled over them.
+/// What is known of one figure: a reference and the scatter between runs for each cell, and the scatter pooled over them.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct Known {
     pub cells: BTreeMap<String, Reference>,
-    pub scatter: Scatter,
+    scatter: Scatter,
+    scatter_of_cells: BTreeMap<String, Scatter>,
 }
+
+/// The scatter of a cell against stated errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct CellScatter {
+    ratio: f64,
+    degrees_of_freedom: f64,
+}
+
+/// The pooled scatter counts as much as this many differences of the cell itself. Cells scatter differently: a focus near an edge moves more.
+/// With few runs of a cell the others say how much to expect, with many its own decide.
+const POOLED_WEIGHT: f64 = 4.0;
+
+/// Scatter is not normal beyond a few standard errors: a peak can jump between two maxima. However many runs there are, differences are
+/// therefore judged by a distribution with tails as long as those of t with this many degrees of freedom.
+const MOST_DEGREES_OF_FREEDOM: f64 = 10.0;
 
 /// A scatter known from fewer differences is too uncertain to judge by.
 const FEWEST_DIFFERENCES: u32 = 2;
@@ -70,10 +86,10 @@ impl Known {
     /// A reading of a cell against the runs before; `None` if these do not determine what is expected.
     ///
     /// The difference, over its standard error with that of the prediction in it, is the recursive residual of Brown, Durbin
-    /// and Evans (J. R. Statist. Soc. B 37, 149, 1975). Without a change these are independent, so that an error of the baseline does not
-    /// return in every run. Their quotient by the scatter known before has Student's distribution, and its normal score is
-    /// standard normal from the first run on, what is tolerated taken off (self-starting charts: Hawkins, The Statistician 36, 299, 1987; Quesenberry, J. Quality
-    /// Technology 23, 213, 1991).
+    /// and Evans (J. R. Statist. Soc. B 37, 149, 1975). Without a change, these are independent if every run is learned from at once, so that
+    /// an error of the baseline does not return in every run; a round of waiting changes this little. Their quotient by the scatter
+    /// known before has nearly Student's distribution, and its normal score is charted (self-starting charts: Hawkins, The Statistician 36,
+    /// 299, 1987; Quesenberry, J. Quality Technology 23, 213, 1991). What is tolerated is taken off before.
     pub fn expect(
         &self,
         cell: &str,
@@ -81,16 +97,41 @@ impl Known {
         slope: Slope,
         tolerance: Option<Tolerance>,
     ) -> Option<Expected> {
-        let scatter = self.scatter.ratio_or_one();
-        let prediction = self.cells.get(cell)?.predict(reading, slope, scatter)?;
+        let scatter = self.cell_scatter(cell);
+        let prediction = self.cells.get(cell)?.predict(reading, slope, self.ratio(cell))?;
         let error = prediction.variance.sqrt();
         let difference = (reading.value - prediction.value) / error;
         let tolerated = tolerance.map_or(0.0, |one| one.about(prediction.value)) / error;
         let counted = (difference.abs() - tolerated).max(0.0).copysign(difference);
-        let freedom = self.scatter.degrees_of_freedom();
-        let ratio = self.scatter.ratio().filter(|_| freedom >= FEWEST_DIFFERENCES);
-        let score = ratio.map(|ratio| score_of_t(counted / ratio.value, f64::from(freedom)));
+        let score =
+            scatter.map(|scatter| score_of_t(counted / scatter.ratio, scatter.degrees_of_freedom));
         Some(Expected { prediction, difference, score })
+    }
+
+    /// Scatter of a cell: its own, and that of all cells as if it were some differences more (the moderated variance of Smyth, Statistical
+    /// Applications in Genetics and Molecular Biology 3, 3, 2004); `None` while all of it is unknown.
+    fn cell_scatter(&self, cell: &str) -> Option<CellScatter> {
+        let pooled_freedom = self.scatter.degrees_of_freedom();
+        let pooled = self.scatter.ratio().filter(|_| pooled_freedom >= FEWEST_DIFFERENCES)?;
+        let own = self.scatter_of_cells.get(cell).copied().unwrap_or_default();
+        let weight = POOLED_WEIGHT.min(f64::from(pooled_freedom));
+        let freedom = weight + f64::from(own.degrees_of_freedom());
+        let variance = (weight * pooled.value.powi(2) + own.squares()) / freedom;
+        Some(CellScatter {
+            ratio: variance.sqrt(),
+            degrees_of_freedom: freedom.min(MOST_DEGREES_OF_FREEDOM),
+        })
+    }
+
+    /// Ratio of the scatter of a cell to stated errors, 1 while it is unknown.
+    pub fn ratio(&self, cell: &str) -> f64 {
+        self.cell_scatter(cell).map_or(1.0, |scatter| scatter.ratio)
+    }
+
+    /// Adds a difference to what is known of the scatter.
+    pub fn add_difference(&mut self, cell: &str, difference: f64) {
+        self.scatter.add(difference);
+        self.scatter_of_cells.entry(cell.to_owned()).or_default().add(difference);
     }
 
     /// Mean of a cell with its error, scatter between runs included as far as it is known.
@@ -98,15 +139,15 @@ impl Known {
         let reference = self.cells.get(cell)?;
         Some(Uncertain {
             value: reference.mean(),
-            standard_error: self.scatter.ratio_or_one() * reference.variance().sqrt(),
+            standard_error: self.ratio(cell) * reference.variance().sqrt(),
         })
     }
 
     /// Adds a reading to what is known.
-    pub fn learn(&mut self, cell: &str, reading: &Reading, expected: Option<Expected>) {
+    pub fn learn(&mut self, cell: &str, reading: &Reading, difference: Option<f64>) {
         self.cells.entry(cell.to_owned()).or_default().add(reading);
-        if let Some(expected) = expected {
-            self.scatter.add(expected.difference);
+        if let Some(difference) = difference {
+            self.add_difference(cell, difference);
         }
     }
 }
@@ -126,7 +167,8 @@ impl Baseline {
                 let known = figures.entry(figure.clone()).or_default();
                 let slope = environment.slope(figure, &run.cell);
                 let expected = known.expect(&run.cell, &reading, slope, None);
-                known.learn(&run.cell, &reading, expected);
+                let difference = expected.map(|expected| expected.difference);
+                known.learn(&run.cell, &reading, difference);
             }
         }
         match (ordered.first(), ordered.last()) {
@@ -174,12 +216,11 @@ impl Baseline {
     pub fn figure(&self, figure: &str, cell: &str) -> Option<BaselineFigure> {
         let known = self.figures.get(figure)?;
         let reference = known.cells.get(cell)?;
-        let scatter = known.scatter.ratio_or_one();
         Some(BaselineFigure {
             mean: known.mean(cell)?,
             runs: reference.runs(),
             temperature_c: reference.temperature_c(),
-            per_k: reference.per_k(self.environment.slope(figure, cell), scatter),
+            per_k: reference.per_k(self.environment.slope(figure, cell), known.ratio(cell)),
         })
     }
 

@@ -18,9 +18,13 @@ pub struct Past {
     pub reading: Reading,
     /// Normal score of the difference from what was expected.
     pub score: Option<f64>,
+    /// Whether it is to be learned from later.
+    pub may_teach: bool,
     /// Whether the run is one of those whose mean is the reference.
     pub of_the_mean: bool,
-    /// The difference in stated errors, if the scatter was learned from it.
+    /// Whether the scatter between runs was learned from it.
+    pub of_the_scatter: bool,
+    /// The difference from what was expected, in stated errors.
     pub difference: Option<f64>,
 }
 
@@ -43,8 +47,8 @@ pub fn known_before(start: &Known, past: &[Past]) -> Known {
         if one.of_the_mean {
             known.cells.entry(one.cell.clone()).or_default().add(&one.reading);
         }
-        if let Some(difference) = one.difference {
-            known.scatter.add(difference);
+        if let Some(difference) = one.difference.filter(|_| one.of_the_scatter) {
+            known.add_difference(&one.cell, difference);
         }
     }
     known
@@ -60,18 +64,16 @@ pub fn size(known: &Known, after: &[&Past], figure: &str, environment: &Environm
         .iter()
         .filter_map(|(cell, past)| cell_change(known, cell, past, environment.slope(figure, cell)))
         .collect();
-    let scatter = known.scatter.ratio_or_one();
-    let well =
-        |cell: &CellChange| cell.mean.abs() > WELL_ABOVE_ZERO * scatter * cell.mean_variance.sqrt();
+    let well = |cell: &CellChange| cell.mean.abs() > WELL_ABOVE_ZERO * cell.mean_variance.sqrt();
     let cells: BTreeSet<&str> = after.iter().map(|one| one.cell.as_str()).collect();
     Size {
-        change: weighted(changes.iter().map(|cell| (cell.change, cell.variance)), scatter),
+        change: weighted(changes.iter().map(|cell| (cell.change, cell.variance))),
         relative: if changes.iter().all(well) {
             let ratio = |cell: &CellChange| {
                 let size = cell.mean.abs();
                 (cell.change / size, cell.variance / size.powi(2))
             };
-            weighted(changes.iter().map(ratio), scatter)
+            weighted(changes.iter().map(ratio))
         } else {
             None
         },
@@ -90,7 +92,7 @@ struct CellChange {
 /// The mean difference of a cell's runs from its reference. The error of the reference and that of the slope are common to them.
 fn cell_change(known: &Known, cell: &str, past: &[&Past], slope: Slope) -> Option<CellChange> {
     let reference = known.cells.get(cell)?;
-    let scatter = known.scatter.ratio_or_one();
+    let scatter = known.ratio(cell);
     let (mut sum, mut weight, mut common) = (0.0, 0.0, 0.0);
     for one in past {
         let prediction = reference.predict(&one.reading, slope, scatter)?;
@@ -101,17 +103,16 @@ fn cell_change(known: &Known, cell: &str, past: &[&Past], slope: Slope) -> Optio
     }
     Some(CellChange {
         change: sum / weight,
-        variance: 1.0 / weight + (common / weight).powi(2),
+        variance: scatter.powi(2) * (1.0 / weight + (common / weight).powi(2)),
         mean: reference.mean(),
-        mean_variance: reference.variance(),
+        mean_variance: scatter.powi(2) * reference.variance(),
     })
 }
 
 /// Weighted mean and its error; `None` of nothing.
-fn weighted(values: impl Iterator<Item = (f64, f64)>, scatter: f64) -> Option<Uncertain> {
+fn weighted(values: impl Iterator<Item = (f64, f64)>) -> Option<Uncertain> {
     let (sum, weight) = values.fold((0.0, 0.0), |(sum, total), (value, variance)| {
         (sum + value / variance, total + 1.0 / variance)
     });
-    (weight > 0.0)
-        .then(|| Uncertain { value: sum / weight, standard_error: scatter / weight.sqrt() })
+    (weight > 0.0).then(|| Uncertain { value: sum / weight, standard_error: 1.0 / weight.sqrt() })
 }

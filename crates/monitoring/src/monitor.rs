@@ -21,6 +21,10 @@ use crate::settings::{Settings, Sides};
 /// later changes. Of unchanged runs it leaves out 1 in 2,000.
 const MOST_TO_LEARN_FROM: f64 = 3.5;
 
+/// A judged run is learned from only after a round, and not at all if an alarm came by then: the first runs of a change would otherwise
+/// hide the next ones. With few cells, after this many runs.
+const SHORTEST_LAG: usize = 3;
+
 /// Follows the figures of repeated runs. Its state follows from settings, baseline, runs and acknowledgements alone, so that
 /// [`Monitor::replay`] builds the same one from records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -51,7 +55,9 @@ pub struct Acknowledgement {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Expect {
-    /// What they were before the alarm: it was false, or its cause is repaired.
+    /// The same: the alarm was false. Its runs are learned from too.
+    Unchanged,
+    /// What they were before the alarm: its cause is repaired.
     AsBefore,
     /// Something new, which the runs that follow show. The scatter between runs stays known.
     Anew,
@@ -73,6 +79,10 @@ struct Followed {
     /// What is known now: that, and what the runs since taught.
     known: Known,
     past: Vec<Past>,
+    /// Place in the past up to which runs were learned from.
+    learned: usize,
+    /// So many runs pass before one is learned from.
+    lag: usize,
     all_cells: OneChart,
     cells: BTreeMap<String, OneChart>,
     /// Cells whose reference stays as it was before their alarm.
@@ -107,6 +117,8 @@ impl Monitor {
             start: known.clone(),
             known: known.clone(),
             past: Vec::new(),
+            learned: 0,
+            lag: known.cells.len().max(SHORTEST_LAG),
             all_cells: OneChart::default(),
             cells: BTreeMap::new(),
             held: BTreeSet::new(),
@@ -221,26 +233,46 @@ impl Followed {
         } else if score.is_none() {
             judgement.notes.push(Note::ScatterUnknown { figure });
         }
-        let usual = score.is_none_or(|score| score.abs() <= MOST_TO_LEARN_FROM);
-        let learn = usual && !self.held.contains(&run.cell);
         let before = self.known.mean(&run.cell);
+        let usual = score.is_none_or(|score| score.abs() <= MOST_TO_LEARN_FROM);
         self.past.push(Past {
             cell: run.cell.clone(),
             at: run.at,
             reading,
             score,
-            of_the_mean: learn,
-            difference: expected.filter(|_| learn).map(|expected| expected.difference),
+            may_teach: usual && !self.held.contains(&run.cell),
+            of_the_mean: false,
+            of_the_scatter: false,
+            difference: expected.map(|expected| expected.difference),
         });
-        if learn {
-            self.known.learn(&run.cell, &reading, expected);
-        }
+        self.learn();
         let mut scopes = vec![Scope::Cell(run.cell.clone())];
         if context.limits.with_all_cells {
             scopes.push(Scope::AllCells);
         }
         for scope in scopes {
             self.chart(run, scope, (expected, before), context, judgement);
+        }
+    }
+
+    /// Learns from the newest run if it could not be judged, and from those that have waited long enough.
+    fn learn(&mut self) {
+        let newest = self.past.len() - 1;
+        if self.past[newest].score.is_none() {
+            self.learn_from(newest);
+        }
+        while self.learned + self.lag <= newest {
+            self.learn_from(self.learned);
+            self.learned += 1;
+        }
+    }
+
+    fn learn_from(&mut self, place: usize) {
+        let past = &mut self.past[place];
+        if past.may_teach {
+            past.may_teach = false;
+            (past.of_the_mean, past.of_the_scatter) = (true, true);
+            self.known.learn(&past.cell, &past.reading, past.difference);
         }
     }
 
@@ -307,7 +339,6 @@ impl Followed {
 
     /// The newest run, corrected for temperature.
     fn corrected(&self, expected: Option<Expected>) -> Uncertain {
-        let scatter = self.known.scatter.ratio_or_one();
         let Some(past) = self.past.last() else {
             return Uncertain { value: f64::NAN, standard_error: f64::NAN };
         };
@@ -316,7 +347,8 @@ impl Followed {
         });
         Uncertain {
             value: past.reading.value - shift,
-            standard_error: scatter * (past.reading.variance + variance).sqrt(),
+            standard_error: self.known.ratio(&past.cell)
+                * (past.reading.variance + variance).sqrt(),
         }
     }
 
@@ -333,8 +365,9 @@ impl Followed {
     fn hold(&mut self, scope: &Scope, since: usize) {
         for past in &mut self.past[since..] {
             if scope.takes(&past.cell) {
+                past.may_teach = false;
                 past.of_the_mean = false;
-                past.difference = None;
+                past.of_the_scatter = false;
             }
         }
         self.known = known_before(&self.start, &self.past);
@@ -346,11 +379,25 @@ impl Followed {
 
     fn reset(&mut self, cell: Option<&str>, expect: Expect) {
         let concerned = |name: &str| cell.is_none_or(|one| one == name);
-        if expect == Expect::Anew {
-            self.start.cells.retain(|name, _| !concerned(name));
-            self.known.cells.retain(|name, _| !concerned(name));
-            for past in self.past.iter_mut().filter(|past| concerned(&past.cell)) {
-                past.of_the_mean = false;
+        match expect {
+            Expect::Unchanged => {
+                for (place, past) in self.past.iter_mut().enumerate() {
+                    let begin = self.cells.get(&past.cell).map_or(0, |one| one.begin);
+                    if concerned(&past.cell) && place >= begin {
+                        past.may_teach = false;
+                        (past.of_the_mean, past.of_the_scatter) = (true, true);
+                    }
+                }
+                self.known = known_before(&self.start, &self.past);
+            }
+            Expect::AsBefore => {}
+            Expect::Anew => {
+                self.start.cells.retain(|name, _| !concerned(name));
+                self.known.cells.retain(|name, _| !concerned(name));
+                for past in self.past.iter_mut().filter(|past| concerned(&past.cell)) {
+                    past.may_teach = false;
+                    past.of_the_mean = false;
+                }
             }
         }
         let anew = OneChart { begin: self.past.len(), ..OneChart::default() };

@@ -171,9 +171,9 @@ impl Scatter {
             .then(|| Uncertain { value, standard_error: value / (2.0 * freedom).sqrt() })
     }
 
-    /// The ratio, or 1 while it is unknown.
-    pub fn ratio_or_one(&self) -> f64 {
-        self.ratio().map_or(1.0, |ratio| ratio.value)
+    /// Sum of the squared differences.
+    pub(crate) fn squares(&self) -> f64 {
+        self.squares
     }
 
     /// Adds a standardised difference.

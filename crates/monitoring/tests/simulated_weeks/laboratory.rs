@@ -28,6 +28,9 @@ const ADDITIVE_NOISE: f64 = 0.003;
 const HOMING_MM: f64 = 0.05;
 const JITTER_MM: f64 = 0.03;
 
+/// Distance of readings, mm.
+const STEP_MM: f64 = 3.0;
+
 /// The air: mean temperature, swing of day and night from end to end, and scatter from run to run, °C.
 const AIR_C: f64 = 22.0;
 const SWING_C: f64 = 2.0;
@@ -80,6 +83,8 @@ impl Unmodelled {
 pub struct Laboratory {
     setups: Vec<ScanSetup>,
     grid_mm: Vec<Vec3>,
+    /// Of 81 points over the same area, for sizes of causes.
+    coarse_grid_mm: Vec<Vec3>,
     array: u64,
     /// Volts for 1/m.
     gain_v_m: f64,
@@ -98,6 +103,11 @@ fn speed_m_s(air_c: f64) -> f64 {
     331.3 * (1.0 + air_c / 273.15).sqrt()
 }
 
+fn grid_mm(side: usize, step_mm: f64) -> Vec<Vec3> {
+    let at = |i: usize| step_mm * (i as f64 - 0.5 * (side as f64 - 1.0));
+    (0..side * side).map(|n| Vec3::new(at(n % side), at(n / side), 0.0)).collect()
+}
+
 impl Laboratory {
     /// With an array and draws of its own; scans of `side`² readings 3 mm apart.
     pub fn new(seed: u64, side: usize) -> Self {
@@ -112,11 +122,10 @@ impl Laboratory {
             );
             ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), &text)).expect("a set-up")
         };
-        let half = 1.5 * (side as f64 - 1.0);
-        let at = |i: usize| 3.0 * i as f64 - half;
         Self {
             setups: (0..CELLS).map(setup).collect(),
-            grid_mm: (0..side * side).map(|n| Vec3::new(at(n % side), at(n / side), 0.0)).collect(),
+            grid_mm: grid_mm(side, STEP_MM),
+            coarse_grid_mm: grid_mm(9, STEP_MM * (side - 1) as f64 / 8.0),
             array: seed,
             gain_v_m: 0.01,
             draws: ChaCha8Rng::seed_from_u64(seed),
@@ -140,13 +149,13 @@ impl Laboratory {
     fn readings(
         &self,
         cell: usize,
-        unmodelled: Unmodelled,
-        air_c: f64,
+        grid_mm: &[Vec3],
+        (unmodelled, air_c): (Unmodelled, f64),
         mut off_mm: impl FnMut() -> Vec3,
     ) -> Vec<(Vec3, f64)> {
         let (x, _, z) = cell_mm(cell);
         let places: Vec<Vec3> =
-            self.grid_mm.iter().map(|at| (at + Vec3::new(x, 0.0, z)) * 1e-3).collect();
+            grid_mm.iter().map(|at| (at + Vec3::new(x, 0.0, z)) * 1e-3).collect();
         let visits: Vec<Visit> = places
             .iter()
             .map(|at| Visit {
@@ -181,7 +190,8 @@ impl Laboratory {
     /// Mean gap of the cells without noise.
     pub fn mean_gap(&self, unmodelled: Unmodelled) -> f64 {
         let gap = |cell| {
-            let readings = self.readings(cell, unmodelled, AIR_C, Vec3::zeros);
+            let readings =
+                self.readings(cell, &self.coarse_grid_mm, (unmodelled, AIR_C), Vec3::zeros);
             let comparison = compared(&self.scan(cell, &readings));
             comparison.overall.residual_rms_ratio
         };
@@ -205,7 +215,7 @@ impl Laboratory {
         };
         let homing_mm = vector_mm(HOMING_MM);
         let off_mm = || homing_mm + vector_mm(JITTER_MM);
-        let mut readings = self.readings(cell, unmodelled, air_c, off_mm);
+        let mut readings = self.readings(cell, &self.grid_mm, (unmodelled, air_c), off_mm);
         let full_scale = readings.iter().map(|(_, reading)| *reading).fold(0.0, f64::max);
         for (_, reading) in &mut readings {
             let noise = PROPORTIONAL_NOISE * *reading * self.normal()

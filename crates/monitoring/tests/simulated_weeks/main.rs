@@ -16,20 +16,26 @@ const SIDE: usize = 17;
 
 /// Number of weeks in which the growth was found within three runs, and all delays in order.
 fn found(seeds: std::ops::Range<u64>, side: usize) -> (usize, Vec<Option<usize>>) {
-    let mut delays: Vec<Option<usize>> =
-        seeds.into_par_iter().map(|seed| changed_week(seed, side)).collect();
+    let delay_of = |seed| {
+        let delay = changed_week(seed, side);
+        println!("changed week {seed}, {} readings: found after {delay:?} runs", side * side);
+        delay
+    };
+    let mut delays: Vec<Option<usize>> = seeds.into_par_iter().map(delay_of).collect();
     delays.sort_by_key(|delay| delay.unwrap_or(usize::MAX));
     (delays.iter().flatten().filter(|delay| **delay <= 3).count(), delays)
 }
 
 /// False alarms and runs in weeks without a change.
 fn false_alarms(seeds: std::ops::Range<u64>, side: usize) -> (usize, usize) {
-    let weeks: Vec<Vec<Vec<String>>> =
-        seeds.into_par_iter().map(|seed| quiet_week(seed, side)).collect();
-    let runs = weeks.iter().map(Vec::len).sum();
-    let alarms: Vec<_> = weeks.iter().flatten().filter(|alarms| !alarms.is_empty()).collect();
-    alarms.iter().for_each(|alarms| println!("{alarms:?}"));
-    (alarms.len(), runs)
+    let week_of = |seed| {
+        let week = quiet_week(seed, side);
+        let alarms: Vec<_> = week.iter().filter(|alarms| !alarms.is_empty()).collect();
+        println!("quiet week {seed}: {} alarms in {} runs, {alarms:?}", alarms.len(), week.len());
+        (alarms.len(), week.len())
+    };
+    let weeks: Vec<(usize, usize)> = seeds.into_par_iter().map(week_of).collect();
+    weeks.into_iter().fold((0, 0), |(alarms, runs), (a, r)| (alarms + a, runs + r))
 }
 
 #[test]
@@ -49,7 +55,7 @@ fn a_quiet_week_raises_no_more_alarms_than_stated() {
 #[test]
 #[ignore = "minutes"]
 fn a_growth_of_the_gap_is_found_within_three_runs() {
-    let (in_time, delays) = found(0..100, SIDE);
+    let (in_time, delays) = found(10_000..10_100, SIDE);
     println!("{in_time} of 100; {delays:?}");
     assert!(in_time >= 95, "{in_time}: {delays:?}");
 }
@@ -58,7 +64,7 @@ fn a_growth_of_the_gap_is_found_within_three_runs() {
 #[test]
 #[ignore = "minutes"]
 fn false_alarms_are_at_most_one_in_a_thousand_runs() {
-    let (alarms, runs) = false_alarms(5000..5035, SIDE);
+    let (alarms, runs) = false_alarms(15_000..15_035, SIDE);
     println!("{alarms} in {runs}");
     assert!(runs >= 10_000 && alarms * 1000 <= runs, "{alarms} in {runs}");
 }
@@ -67,12 +73,12 @@ fn false_alarms_are_at_most_one_in_a_thousand_runs() {
 #[test]
 #[ignore = "minutes; prints a table"]
 fn larger_scans_find_the_growth_sooner() {
-    let rates: Vec<usize> = [7, 9, 11, 13, 17, 21]
+    let rates: Vec<usize> = [5, 7, 9, 13]
         .into_iter()
         .map(|side| {
-            let (in_time, delays) = found(100..150, side);
+            let (in_time, delays) = found(100..140, side);
             let median = delays[delays.len() / 2];
-            println!("{} readings: {in_time} of 50, median {median:?}, {delays:?}", side * side);
+            println!("{} readings: {in_time} of 40, median {median:?}, {delays:?}", side * side);
             in_time
         })
         .collect();

@@ -28,13 +28,13 @@ pub fn settings() -> Settings {
 fn laboratory(seed: u64, side: usize) -> (Laboratory, Unmodelled) {
     let mut laboratory = Laboratory::new(seed, side);
     let wanted = laboratory.draw_between(0.15, 0.20);
-    let by = bisected(0.1, 4.0, |by| laboratory.mean_gap(SHARES.scaled(by)) < wanted);
+    let by = bisected(0.1, 4.0, 7, |by| laboratory.mean_gap(SHARES.scaled(by)) < wanted);
     (laboratory, SHARES.scaled(by))
 }
 
-/// Where `below` ends, to a thousandth of the range.
-fn bisected(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
-    for _ in 0..10 {
+/// Where `below` ends, by so many halvings of the range.
+fn bisected(mut low: f64, mut high: f64, halvings: u32, below: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..halvings {
         let middle = 0.5 * (low + high);
         if below(middle) {
             low = middle;
@@ -58,7 +58,7 @@ fn acknowledged(monitor: &mut Monitor, run: &Run) {
         at: run.at,
         figure: None,
         cell: None,
-        expect: Expect::AsBefore,
+        expect: Expect::Unchanged,
     });
 }
 
@@ -82,10 +82,10 @@ pub fn quiet_week(seed: u64, side: usize) -> Vec<Vec<String>> {
 pub fn changed_week(seed: u64, side: usize) -> Option<usize> {
     let (mut laboratory, unmodelled) = laboratory(seed, side);
     let mut monitor = after_a_day(&mut laboratory, unmodelled);
-    let change = A_DAY + laboratory.draw_below(4 * A_DAY);
+    let change = A_DAY + laboratory.draw_below(2 * A_DAY);
     let cause = [Cause::Gain, Cause::Phase, Cause::Reflection][laboratory.draw_below(3)];
     let grown = (1.0 + GROWTH) * laboratory.mean_gap(unmodelled);
-    let by = bisected(1.0, 3.0, |by| laboratory.mean_gap(unmodelled.with(cause, by)) < grown);
+    let by = bisected(1.0, 3.0, 10, |by| laboratory.mean_gap(unmodelled.with(cause, by)) < grown);
     for number in A_DAY..change {
         let run = laboratory.run(number, unmodelled);
         if !monitor.judge(&run).alarms.is_empty() {

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
-use miette::{IntoDiagnostic, miette};
+use miette::IntoDiagnostic;
 
 use super::gap::GapLimit;
 use super::output::{print, print_json};
 use fieldgap_acoustics::Simulator;
-use fieldgap_comparison::{Comparison, Registering, Scaling, change};
+use fieldgap_comparison::{Aligning, Comparison, Registering, Scaling, aligned_change};
 use fieldgap_records::{Plan, RecordedScan};
 
 /// How scans are compared, for `compare`, `run` and `replay`.
@@ -18,9 +18,10 @@ pub(super) struct ComparisonArgs {
     /// Simulators to compare with, see `simulate --help` [default: as in the scan]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     simulator: Vec<Simulator>,
-    /// How the scan is aligned and scaled to the simulation
-    #[arg(long, value_enum, default_value = "auto")]
-    register: Register,
+    /// How the scan is aligned and scaled to the simulation, or a second record to the first [default: auto; a second record is
+    /// compared as read]
+    #[arg(long, value_enum)]
+    register: Option<Register>,
     /// Print every column of the table, wider than 80 characters
     #[arg(long)]
     wide: bool,
@@ -109,17 +110,16 @@ impl Compare {
 impl Compare {
     /// Compares two records.
     fn changed(&self, a: &RecordedScan, b: &RecordedScan) -> miette::Result<ExitCode> {
-        let scaling = match self.comparison.register {
-            Register::Auto | Register::None => Scaling::AsRead,
-            Register::Gain => Scaling::Gain,
-            _ => {
-                return Err(miette!(
-                    help = "use --register none or --register gain",
-                    "two records are compared at the same places, or scaled to each other, but not aligned"
-                ));
-            }
+        let (aligning, scaling) = match self.comparison.register {
+            None | Some(Register::None) => (Aligning::None, Scaling::AsRead),
+            Some(Register::Gain) => (Aligning::None, Scaling::Gain),
+            Some(Register::Shift) => (Aligning::Shift, Scaling::AsRead),
+            Some(Register::GainAndShift) => (Aligning::Shift, Scaling::Gain),
+            Some(Register::Pose) => (Aligning::Pose, Scaling::Gain),
+            Some(Register::Auto) if a.setup.unit != b.setup.unit => (Aligning::Auto, Scaling::Gain),
+            Some(Register::Auto) => (Aligning::Auto, Scaling::AsRead),
         };
-        let change = change(a, b, scaling).into_diagnostic()?;
+        let change = aligned_change(a, b, aligning, scaling).into_diagnostic()?;
         match self.format {
             Format::Json => print_json(&change)?,
             _ if self.json => print_json(&change)?,
@@ -157,7 +157,12 @@ impl ComparisonArgs {
         scan: &RecordedScan,
         simulator: Simulator,
     ) -> miette::Result<Comparison> {
-        fieldgap_comparison::compare(scan, simulator, self.register.into()).into_diagnostic()
+        fieldgap_comparison::compare(
+            scan,
+            simulator,
+            self.register.unwrap_or(Register::Auto).into(),
+        )
+        .into_diagnostic()
     }
 
     /// The requested simulators; by default that of the scan, and further ones named in its plan.

@@ -71,6 +71,7 @@
 //! ```
 
 mod answer;
+mod change;
 mod context;
 mod diagnosis;
 mod display;
@@ -102,6 +103,7 @@ use std::path::{Path, PathBuf};
 pub use self::answer::{
     Cause, ProposedChange, ProposedCorrection, headline, headline_of_diagnosis,
 };
+pub use self::change::{ChangeFiles, write_change};
 pub use self::context::{InputFile, ReportContext};
 pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};
 pub use self::display::{DisplayFiles, PlayedDisplay, write_display};

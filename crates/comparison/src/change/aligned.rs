@@ -47,7 +47,7 @@ pub fn aligned_change(
     let mut kept = Vec::new();
     let mut layers = Vec::new();
     for (plane, other, mapped) in &pairs {
-        if let Some(map) = Polynomial::of(&mapped.map, &noise_a) {
+        if let Some(map) = Polynomial::of(&mapped.map, noise_of_map(plane, &noise_a)) {
             kept.push((*plane, *other, mapped));
             layers.push(Layer { map, places: places_of(other, &noise_b) });
         }
@@ -99,6 +99,17 @@ pub fn aligned_change(
     let mut change = differing(heights).compared(scaling)?;
     change.alignment = Some(alignment);
     Ok(change)
+}
+
+/// Noise of a point of a map, which is the mean of its readings.
+fn noise_of_map(plane: &Plane<'_>, noise: &Noise) -> Noise {
+    let places = visited(&owned(&plane.samples), SAME_POINT_MM).len();
+    let less = (places as f64 / plane.samples.len() as f64).sqrt();
+    Noise {
+        additive: noise.additive * less,
+        multiplicative: noise.multiplicative * less,
+        source: noise.source,
+    }
 }
 
 /// The places of a plane in its own coordinates, each read once or more often.

@@ -215,7 +215,7 @@ impl<'m> Layers<'m> {
             cost: 0.0,
             correlation: covariance / spreads.max(f64::MIN_POSITIVE).sqrt(),
             information: DMatrix::zeros(4, 4),
-            of_noise: [0.0; 3],
+            of_noise: DMatrix::zeros(3, 3),
             downhill: DVector::zeros(4),
         };
         for (a, b, arc) in read {
@@ -232,9 +232,11 @@ impl<'m> Layers<'m> {
             normal.downhill += &columns * (residual / variance);
             normal.information += &columns * columns.transpose() / variance;
             let [x, y] = a.slope_variances.map(|square| gain * gain * square / variance);
-            normal.of_noise[0] += x;
-            normal.of_noise[1] += y;
-            normal.of_noise[2] += x * arc[0] * arc[0] + y * arc[1] * arc[1];
+            // The slopes along x and y are independent, and that along the arc is made of them.
+            let [along_x, along_y] =
+                [[1.0, 0.0, arc[0]], [0.0, 1.0, arc[1]]].map(|by| DVector::from_row_slice(&by));
+            normal.of_noise +=
+                &along_x * along_x.transpose() * x + &along_y * along_y.transpose() * y;
         }
         normal
     }
@@ -247,7 +249,7 @@ struct Normal {
     correlation: f64,
     information: DMatrix<f64>,
     /// What noise adds to the information about x, y and turn.
-    of_noise: [f64; 3],
+    of_noise: DMatrix<f64>,
     downhill: DVector<f64>,
 }
 
@@ -265,8 +267,7 @@ impl Normal {
         let downhill = DVector::from_fn(free, |i, _| {
             self.downhill[i] - self.information[(i, 3)] * self.downhill[3] / of_gain
         });
-        let of_noise =
-            DMatrix::from_fn(free, free, |i, j| if i == j { self.of_noise[i] } else { 0.0 });
+        let of_noise = self.of_noise.view((0, 0), (free, free)).into_owned();
         (reduced, downhill, of_noise)
     }
 
@@ -375,7 +376,8 @@ pub(super) fn align(
     undetermined.extend(rival.map(|rival| {
         let [x, y] = rival.placement.shift_m.map(|m| m * 1e3);
         format!(
-            "a shift of {x:.1} mm along x and {y:.1} mm along y with a turn of {:.1}° agrees nearly as well: the field repeats itself",
+            "which of several positions; a shift of {x:.1} mm along x and {y:.1} mm along y with a turn of {:.1}° agrees nearly as well, as the field \
+             repeats itself",
             rival.placement.turn_rad.to_degrees()
         )
     }));
@@ -466,7 +468,7 @@ fn in_words([x, y, turn]: &[f64; 3]) -> String {
         .map(|(_, name)| name)
         .collect();
     match parts.len() {
-        1 => format!("{} is not determined: the field hardly changes with it", parts[0]),
-        _ => format!("{} are known in combination only", parts.join(" and ")),
+        1 => format!("{}; the field hardly changes with it", parts[0]),
+        _ => format!("a combination of {}", parts.join(" and ")),
     }
 }

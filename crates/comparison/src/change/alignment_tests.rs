@@ -84,7 +84,7 @@ fn shifts_and_turns_are_found_within_their_errors() {
         let turn = (alignment.turn_rad.value - truth.turn_rad) / alignment.turn_rad.standard_error;
         // Three numbers, each within 3.5 standard errors: one in 700 is not, by chance.
         assert!([x, y, turn].iter().all(|z| z.abs() < 3.5), "{seed}: {x} {y} {turn} {alignment:?}");
-        assert!(alignment.shift_m[0].standard_error < 0.05e-3, "{alignment:?}");
+        assert!(alignment.shift_m[0].standard_error < 0.1e-3, "{alignment:?}");
         let gain = found.overall.gain;
         assert!((gain.value - 0.9).abs() < 0.01, "{gain:?}");
         assert!(alignment.gap_after_alignment < 0.2 * alignment.gap_as_read.expect("common"));

@@ -10,6 +10,7 @@ mod alignment_search;
 #[cfg(test)]
 mod alignment_tests;
 mod conditions;
+mod headline;
 mod polynomial;
 mod resample;
 #[cfg(test)]

@@ -13,7 +13,7 @@ const TAPS: usize = 6;
 #[derive(Debug)]
 pub(super) struct Polynomial<'m> {
     map: &'m PlaneMap,
-    noise: &'m Noise,
+    noise: Noise,
     /// Error of the interpolation in the middle of a cell, along x and y.
     errors: [f64; 2],
 }
@@ -41,13 +41,13 @@ struct Taps {
 }
 
 impl<'m> Polynomial<'m> {
-    /// Of a map with at least six points along each axis.
+    /// Of a map with at least six points along each axis, and the noise of its points.
     ///
     /// The error of an interpolation through six points grows with the sixth power of the step. Each point is left out in turn and
     /// interpolated from its neighbours at one, three and five steps, which are twice as far apart as those about a place. What that misses,
     /// over 32, is the error in the middle of a cell: the ratio is 64 for small steps, and 25 for a wave with 4.5 points a period. It is an
     /// upper bound, as noise is in it. Where an axis is too short for that, the nearest points stand in for the far ones.
-    pub fn of(map: &'m PlaneMap, noise: &'m Noise) -> Option<Self> {
+    pub fn of(map: &'m PlaneMap, noise: Noise) -> Option<Self> {
         let (columns, rows) = (map.x_m().len(), map.y_m().len());
         if columns < TAPS || rows < TAPS {
             return None;
@@ -166,7 +166,7 @@ mod tests {
     fn a_cubic_is_read_without_error_with_its_slopes() {
         let of = |x: f64, y: f64| 1.0 + 20.0 * x - 3e3 * x * y + 4e5 * y.powi(3);
         let map = map(of);
-        let polynomial = Polynomial::of(&map, &QUIET).expect("a map");
+        let polynomial = Polynomial::of(&map, QUIET).expect("a map");
         for (x, y) in [(0.0, 0.0), (0.0033, 0.0171), (0.0211, 0.0005), (0.022, 0.022)] {
             let read = polynomial.at(x, y).expect("inside");
             assert!((read.value - of(x, y)).abs() < 1e-9, "{x} {y}");
@@ -180,7 +180,7 @@ mod tests {
     fn the_error_of_a_wave_is_that_between_its_points() {
         let of = |x: f64, y: f64| (700.0 * x).sin() * (700.0 * y).cos();
         let map = map(of);
-        let polynomial = Polynomial::of(&map, &QUIET).expect("a map");
+        let polynomial = Polynomial::of(&map, QUIET).expect("a map");
         let missed: Vec<f64> = (0..200)
             .map(|n| (0.005 + 0.002 * f64::from(n % 5), 0.005 + 0.0003 * f64::from(n / 5)))
             .map(|(x, y)| polynomial.at(x, y).expect("inside").value - of(x, y))

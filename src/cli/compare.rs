@@ -6,10 +6,12 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use miette::IntoDiagnostic;
 
+use super::diagnose::context_of_all;
 use super::gap::GapLimit;
-use super::output::{print, print_json};
+use super::output::{print, print_json, say};
 use fieldgap_acoustics::Simulator;
-use fieldgap_comparison::{Aligning, Comparison, Registering, Scaling, aligned_change};
+use fieldgap_comparison::{Aligning, Change, Comparison, Registering, Scaling, aligned_change};
+use fieldgap_diagnosis::ChangeDiagnosis;
 use fieldgap_records::{Plan, RecordedScan};
 
 /// How scans are compared, for `compare`, `run` and `replay`.
@@ -68,6 +70,9 @@ pub(super) struct Compare {
     comparison: ComparisonArgs,
     #[command(flatten)]
     limit: GapLimit,
+    /// Write the difference of the two records as a page into this folder
+    #[arg(long, value_name = "DIR", requires = "other")]
+    report: Option<PathBuf>,
     /// Output format
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -90,7 +95,7 @@ impl Compare {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         let scan = RecordedScan::open(&self.folder)?;
         if let Some(other) = &self.other {
-            return self.changed(&scan, &RecordedScan::open(other)?);
+            return self.changed([&self.folder, other], [scan, RecordedScan::open(other)?]);
         }
         let comparisons = self.comparison.compare(&self.folder, &scan)?;
         match self.format {
@@ -108,8 +113,13 @@ impl Compare {
 }
 
 impl Compare {
-    /// Compares two records.
-    fn changed(&self, a: &RecordedScan, b: &RecordedScan) -> miette::Result<ExitCode> {
+    /// Compares two records, kept in these folders.
+    fn changed(
+        &self,
+        folders: [&PathBuf; 2],
+        scans: [RecordedScan; 2],
+    ) -> miette::Result<ExitCode> {
+        let [a, b] = &scans;
         let (aligning, scaling) = match self.comparison.register {
             None | Some(Register::None) => (Aligning::None, Scaling::AsRead),
             Some(Register::Gain) => (Aligning::None, Scaling::Gain),
@@ -126,8 +136,28 @@ impl Compare {
             Format::Text => print(&change.to_text())?,
             Format::Csv => print(&change.to_csv())?,
         }
+        if let Some(out) = &self.report {
+            let page = write_change_page(out, &folders.map(PathBuf::clone), &scans, &change, None)?;
+            say(format!("report: {}", page.display()));
+        }
         Ok(self.limit.exit_code_of(change.overall.gap * 100.0, "the difference"))
     }
+}
+
+/// Writes the page of two records, kept in these folders, into the folder `out`, with the cause of the change if it is known; gives the page.
+pub(super) fn write_change_page(
+    out: &Path,
+    folders: &[PathBuf],
+    scans: &[RecordedScan],
+    change: &Change,
+    cause: Option<&ChangeDiagnosis>,
+) -> miette::Result<PathBuf> {
+    let context = context_of_all(folders, scans)?;
+    let files = fieldgap_report::write_change(out, &context, change, cause).into_diagnostic()?;
+    for warning in &context.warnings {
+        say(warning);
+    }
+    Ok(files.index)
 }
 
 impl ComparisonArgs {

@@ -39,8 +39,7 @@ fn record(folder: &Path, name: &str, hour: u32, silent: Option<usize>, shifted_m
         .map(|n| Vec3::new(f64::from(n % 29 - 14), f64::from(n / 29 - 14), 40.0) * 2e-3)
         .map(|at_m| Vec3::new(at_m.x, at_m.y, 0.08))
         .collect();
-    let there: Vec<Vec3> =
-        places.iter().map(|at_m| at_m + Vec3::x() * shifted_mm * 1e-3).collect();
+    let there: Vec<Vec3> = places.iter().map(|at_m| at_m + Vec3::x() * shifted_mm * 1e-3).collect();
     let levels = simulation.magnitudes(&there);
     let top = levels.iter().fold(0.0f64, |top, level| top.max(*level));
     let mut rows = format!("{HEADER}\n");
@@ -105,7 +104,8 @@ fn a_shift_is_found_removed_and_reported_and_the_limit_holds_for_what_is_left() 
     record(&b, "after", 11, None, 1.5);
     let [a, b, out] = [&a, &b, &out].map(|path| path.to_str().expect("text"));
     let limited = |register: &str| {
-        let of = fieldgap(&["compare", a, b, "--register", register, "--fail-above", "5", "--json"]);
+        let of =
+            fieldgap(&["compare", a, b, "--register", register, "--fail-above", "5", "--json"]);
         let json: serde_json::Value = serde_json::from_slice(&of.stdout).expect("JSON");
         (of.status.code(), json)
     };

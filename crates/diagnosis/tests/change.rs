@@ -199,6 +199,64 @@ fn is_exact(found: &ChangeDiagnosis, truth: Option<EffectId>) -> bool {
 }
 
 #[test]
+fn a_dead_element_is_named_beside_causes_that_both_records_have() {
+    let laboratory = Laboratory::new(1, 3.0, &[70.0, 130.0]);
+    let dead = Differs { effects: table("[dead-elements]\nelements = [17]"), ..Differs::default() };
+    let (a, b, size) = laboratory.pair(&dead, 1);
+    let found = diagnose_change(&a, &b, None).expect("comparable");
+    assert_eq!(found.effects, [EffectId::DeadElements], "{}", found.sentence);
+    assert!(
+        found.sentence.starts_with("Element 17 died between 10:02 and 10:31 UTC"),
+        "{}",
+        found.sentence
+    );
+    assert!((found.size_in_sigma / size - 1.0).abs() < 0.15, "{} {size}", found.size_in_sigma);
+    assert!(found.explained_fraction > 0.95, "{}", found.explained_fraction);
+    assert!(found.common.chi_square_believed > 2.0 && found.common.chi_square_fitted < 1.1);
+    assert!(found.to_text().lines().all(|line| line.chars().count() <= 80), "{}", found.to_text());
+    // Backwards in time it is one element more, which no effect of the catalogue names as dead.
+    let back = diagnose_change(&b, &a, None).expect("comparable");
+    assert_ne!(back.effects, [EffectId::DeadElements], "{}", back.sentence);
+    assert_ne!(back.verdict, ChangeVerdict::None, "{}", back.sentence);
+}
+
+#[test]
+fn a_change_of_level_is_told_as_one_and_no_change_as_none() {
+    let laboratory = Laboratory::new(2, 3.0, &[70.0, 130.0]);
+    let (a, b, _) = laboratory.pair(&Differs { gain: Some(0.95), ..Differs::default() }, 2);
+    let found = diagnose_change(&a, &b, None).expect("comparable");
+    assert_eq!(found.verdict, ChangeVerdict::Level, "{}", found.sentence);
+    assert!((found.level.value - 0.95).abs() < 4.0 * found.level.standard_error);
+    assert!(found.effects.is_empty());
+    let (a, b, _) = laboratory.pair(&Differs::default(), 3);
+    let found = diagnose_change(&a, &b, None).expect("comparable");
+    assert_eq!(found.verdict, ChangeVerdict::None, "{}", found.sentence);
+    assert_eq!(found.size_in_sigma, 0.0);
+}
+
+#[test]
+fn records_without_common_places_are_refused() {
+    let laboratory = Laboratory::new(3, 6.0, &[70.0]);
+    let (a, mut b, _) = laboratory.pair(&Differs::default(), 4);
+    for sample in &mut b.samples {
+        sample.position_mm.x += 3.0;
+    }
+    let refused = diagnose_change(&a, &b, None).expect_err("no common places").to_string();
+    assert!(refused.contains("0 pairs of readings") && refused.contains("one plan"), "{refused}");
+}
+
+#[test]
+#[ignore = "fifty records take a minute"]
+fn of_fifty_pairs_without_a_change_none_raises_an_alarm() {
+    for case in 0..50u64 {
+        let laboratory = Laboratory::new(500 + case, 2.0, &[70.0, 100.0, 130.0]);
+        let (a, b, _) = laboratory.pair(&Differs::default(), 500 + case);
+        let found = diagnose_change(&a, &b, None).expect("comparable");
+        assert_eq!(found.verdict, ChangeVerdict::None, "{case}: {}", found.sentence);
+    }
+}
+
+#[test]
 #[ignore = "a hundred records take a minute"]
 fn of_a_hundred_changes_nearly_all_are_named() {
     let (mut exact, mut among, mut wrong, mut counted) = (0, 0, 0, 0);

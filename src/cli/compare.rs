@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
-use miette::{IntoDiagnostic, miette};
+use miette::IntoDiagnostic;
 
+use super::diagnose::context_of_all;
 use super::gap::GapLimit;
-use super::output::{print, print_json};
+use super::output::{print, print_json, say};
 use fieldgap_acoustics::Simulator;
-use fieldgap_comparison::{Comparison, Registering, Scaling, change};
+use fieldgap_comparison::{Aligning, Change, Comparison, Registering, Scaling, aligned_change};
+use fieldgap_diagnosis::ChangeDiagnosis;
 use fieldgap_records::{Plan, RecordedScan};
 
 /// How scans are compared, for `compare`, `run` and `replay`.
@@ -18,9 +20,10 @@ pub(super) struct ComparisonArgs {
     /// Simulators to compare with, see `simulate --help` [default: as in the scan]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     simulator: Vec<Simulator>,
-    /// How the scan is aligned and scaled to the simulation
-    #[arg(long, value_enum, default_value = "auto")]
-    register: Register,
+    /// How the scan is aligned and scaled to the simulation, or a second record to the first [default: auto; a second record is
+    /// compared as read]
+    #[arg(long, value_enum)]
+    register: Option<Register>,
     /// Print every column of the table, wider than 80 characters
     #[arg(long)]
     wide: bool,
@@ -68,6 +71,9 @@ pub(super) struct Compare {
     comparison: ComparisonArgs,
     #[command(flatten)]
     limit: GapLimit,
+    /// Write the difference of the two records as a page into this folder
+    #[arg(long, value_name = "DIR", requires = "other")]
+    report: Option<PathBuf>,
     /// Output format
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -90,7 +96,7 @@ impl Compare {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         let scan = RecordedScan::open(&self.folder)?;
         if let Some(other) = &self.other {
-            return self.changed(&scan, &RecordedScan::open(other)?);
+            return self.changed([&self.folder, other], [scan, RecordedScan::open(other)?]);
         }
         let comparisons = self.comparison.compare(&self.folder, &scan)?;
         match self.format {
@@ -108,27 +114,51 @@ impl Compare {
 }
 
 impl Compare {
-    /// Compares two records.
-    fn changed(&self, a: &RecordedScan, b: &RecordedScan) -> miette::Result<ExitCode> {
-        let scaling = match self.comparison.register {
-            Register::Auto | Register::None => Scaling::AsRead,
-            Register::Gain => Scaling::Gain,
-            _ => {
-                return Err(miette!(
-                    help = "use --register none or --register gain",
-                    "two records are compared at the same places, or scaled to each other, but not aligned"
-                ));
-            }
+    /// Compares two records, kept in these folders.
+    fn changed(
+        &self,
+        folders: [&PathBuf; 2],
+        scans: [RecordedScan; 2],
+    ) -> miette::Result<ExitCode> {
+        let [a, b] = &scans;
+        let (aligning, scaling) = match self.comparison.register {
+            None | Some(Register::None) => (Aligning::None, Scaling::AsRead),
+            Some(Register::Gain) => (Aligning::None, Scaling::Gain),
+            Some(Register::Shift) => (Aligning::Shift, Scaling::AsRead),
+            Some(Register::GainAndShift) => (Aligning::Shift, Scaling::Gain),
+            Some(Register::Pose) => (Aligning::Pose, Scaling::Gain),
+            Some(Register::Auto) if a.setup.unit != b.setup.unit => (Aligning::Auto, Scaling::Gain),
+            Some(Register::Auto) => (Aligning::Auto, Scaling::AsRead),
         };
-        let change = change(a, b, scaling).into_diagnostic()?;
+        let change = aligned_change(a, b, aligning, scaling).into_diagnostic()?;
         match self.format {
             Format::Json => print_json(&change)?,
             _ if self.json => print_json(&change)?,
             Format::Text => print(&change.to_text())?,
             Format::Csv => print(&change.to_csv())?,
         }
+        if let Some(out) = &self.report {
+            let page = write_change_page(out, &folders.map(PathBuf::clone), &scans, &change, None)?;
+            say(format!("report: {}", page.display()));
+        }
         Ok(self.limit.exit_code_of(change.overall.gap * 100.0, "the difference"))
     }
+}
+
+/// Writes the page of two records, kept in these folders, into the folder `out`, with the cause of the change if it is known; gives the page.
+pub(super) fn write_change_page(
+    out: &Path,
+    folders: &[PathBuf],
+    scans: &[RecordedScan],
+    change: &Change,
+    cause: Option<&ChangeDiagnosis>,
+) -> miette::Result<PathBuf> {
+    let context = context_of_all(folders, scans)?;
+    let files = fieldgap_report::write_change(out, &context, change, cause).into_diagnostic()?;
+    for warning in &context.warnings {
+        say(warning);
+    }
+    Ok(files.index)
 }
 
 impl ComparisonArgs {
@@ -158,7 +188,12 @@ impl ComparisonArgs {
         scan: &RecordedScan,
         simulator: Simulator,
     ) -> miette::Result<Comparison> {
-        fieldgap_comparison::compare(scan, simulator, self.register.into()).into_diagnostic()
+        fieldgap_comparison::compare(
+            scan,
+            simulator,
+            self.register.unwrap_or(Register::Auto).into(),
+        )
+        .into_diagnostic()
     }
 
     /// The requested simulators; by default that of the scan, and further ones named in its plan.

@@ -4,15 +4,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use miette::IntoDiagnostic;
+use miette::{IntoDiagnostic, miette};
 
+use super::compare::write_change_page;
 use super::output::{print, print_json, say};
 use super::record_figures::keep_figures;
 use super::replay::context;
 use fieldgap_acoustics::Simulator;
-use fieldgap_comparison::{Registering, compare};
+use fieldgap_comparison::{Registering, Scaling, change, compare};
 use fieldgap_correction::{Corrected, correct_recorded_scan, correct_rig_file};
-use fieldgap_diagnosis::{Diagnosis, diagnose};
+use fieldgap_diagnosis::{Diagnosis, diagnose, diagnose_change};
 use fieldgap_records::RecordedScan;
 use fieldgap_report::ReportContext;
 
@@ -39,6 +40,9 @@ pub(super) struct Diagnose {
     /// New rig file or folder for the corrected set-up; existing files are not overwritten
     #[arg(long, value_name = "PATH", requires = "apply")]
     out: Option<PathBuf>,
+    /// Of two scans: which effect changed from the first to the second, both against one simulation
+    #[arg(long, conflicts_with = "apply")]
+    change: bool,
     /// Print the diagnosis as JSON
     #[arg(long)]
     json: bool,
@@ -51,6 +55,9 @@ impl Diagnose {
             .iter()
             .map(|folder| RecordedScan::open(folder))
             .collect::<Result<Vec<_>, _>>()?;
+        if self.change {
+            return self.changed(&scans);
+        }
         let diagnosis = diagnose(&scans, self.simulator).into_diagnostic()?;
         if self.json {
             print_json(&diagnosis)?;
@@ -75,6 +82,35 @@ impl Diagnose {
                 correct_rig_file(&diagnosis, scanned, set_up, out)?
             };
             tell(&corrected);
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+impl Diagnose {
+    /// Says what changed between two records.
+    fn changed(&self, scans: &[RecordedScan]) -> miette::Result<ExitCode> {
+        let [a, b] = scans else {
+            return Err(miette!(
+                help = "name the record before the change, then the one after it",
+                "--change takes two scans; the number given is {}",
+                scans.len()
+            ));
+        };
+        let diagnosis = diagnose_change(a, b, self.simulator).into_diagnostic()?;
+        if self.json {
+            print_json(&diagnosis)?;
+        } else {
+            print(&diagnosis.to_text())?;
+        }
+        if let Some(out) = &self.report {
+            let scaling = match a.setup.unit == b.setup.unit {
+                true => Scaling::AsRead,
+                false => Scaling::Gain,
+            };
+            let change = change(a, b, scaling).into_diagnostic()?;
+            let page = write_change_page(out, &self.folders, scans, &change, Some(&diagnosis))?;
+            say(format!("report: {}", page.display()));
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -110,7 +146,10 @@ pub(super) fn tell(corrected: &Corrected) {
 }
 
 /// Where the data of all scans are from. Of several, each file and fact is given with its scan.
-fn context_of_all(folders: &[PathBuf], scans: &[RecordedScan]) -> miette::Result<ReportContext> {
+pub(super) fn context_of_all(
+    folders: &[PathBuf],
+    scans: &[RecordedScan],
+) -> miette::Result<ReportContext> {
     let mut all = ReportContext::default();
     for (folder, scan) in folders.iter().zip(scans) {
         let one = context(folder, scan)?;

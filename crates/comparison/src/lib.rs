@@ -70,7 +70,8 @@ mod standard_errors;
 mod table;
 
 pub use change::{
-    Change, ChangeFigures, Condition, HeightChange, NoChange, PlaceChange, Scaling, change,
+    Aligning, Alignment, Change, ChangeFigures, Condition, HeightChange, NoChange, PlaceChange,
+    Scaling, aligned_change, change,
 };
 pub use compare::{Incomparable, compare, register_scan};
 pub use comparison::{

@@ -274,6 +274,14 @@ pub(crate) const MOST_CHANGES: usize = 2;
 /// Elements of which the departure of one alone is fitted. Set by judgement.
 pub(crate) const ELEMENTS_TRIED: usize = 3;
 
+/// Share to which the amplitude of an element is known from the model of A; an element that lost all but this is dead. Of 15 dead elements
+/// in the virtual rig's records, one had 2 % too little by its departure.
+pub(crate) const ELEMENT_KNOWN: f64 = 0.04;
+
+/// Share of a change that may be left with structure: the signature of an effect is as good as the model of the first record. Of 100
+/// changes of the virtual rig's records, four left more than noise, and none more than 1 %.
+pub(crate) const SIGNATURE_SHARE: f64 = 0.02;
+
 /// Standard errors from which on a change of the level is told: of normal noise one in 16,000.
 pub(crate) const LEVEL_SIGMA: f64 = 4.0;
 

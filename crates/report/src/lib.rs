@@ -74,6 +74,7 @@
 
 mod answer;
 mod campaign;
+mod change;
 mod context;
 mod control_charts;
 mod diagnosis;
@@ -108,6 +109,7 @@ pub use self::answer::{
     Cause, ProposedChange, ProposedCorrection, headline, headline_of_diagnosis,
 };
 pub use self::campaign::write_campaign;
+pub use self::change::{ChangeFiles, write_change};
 pub use self::context::{InputFile, ReportContext};
 pub use self::control_charts::write_control_charts;
 pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};

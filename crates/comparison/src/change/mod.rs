@@ -1,9 +1,17 @@
 //! Two records of one field against each other: what changed between them.
 //!
 //! Readings at the same place under the same drive are compared as they are. Where the places of the second record differ, its map is
-//! interpolated, and the error of that is estimated from the map itself.
+//! interpolated, and the error of that is estimated from the map itself. If asked, the second record is first laid on the map of the first
+//! ([`alignment`]); its places then lie between those of the first, which is interpolated.
 
+mod aligned;
+mod alignment;
+mod alignment_search;
+#[cfg(test)]
+mod alignment_tests;
 mod conditions;
+mod headline;
+mod polynomial;
 mod resample;
 #[cfg(test)]
 mod tests;
@@ -13,6 +21,8 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
+pub use self::aligned::aligned_change;
+pub use self::alignment::{Aligning, Alignment};
 pub use self::conditions::Condition;
 use self::conditions::{conditions, predicted};
 use self::resample::Resampled;
@@ -72,6 +82,45 @@ pub enum NoChange {
         /// What the second record has, in words.
         extent_b: String,
     },
+    /// No drive and height of both is a map, so that nothing can be aligned.
+    #[error(
+        "`{a}` and `{b}` cannot be aligned: no drive and height of both is a map of at least 6 by 6 places: {extent_a}; {extent_b}"
+    )]
+    NoMap {
+        /// Name of the first record.
+        a: String,
+        /// Name of the second record.
+        b: String,
+        /// What the first record has, in words.
+        extent_a: String,
+        /// What the second record has, in words.
+        extent_b: String,
+    },
+    /// Where the records agree best, too little is common.
+    #[error(
+        "`{a}` and `{b}` cannot be aligned: where they agree best, {} % of the places of `{b}` lie within the map of `{a}`, and half are needed",
+        (100.0 * share).round()
+    )]
+    LittleOverlap {
+        /// Name of the first record.
+        a: String,
+        /// Name of the second record.
+        b: String,
+        /// Share of the places of the second within the map of the first.
+        share: f64,
+    },
+    /// The maps are unlike wherever the second is laid on the first.
+    #[error(
+        "`{a}` and `{b}` cannot be aligned: in no position with half of the places in common do they correlate by 0.6; the best is {correlation:.2}"
+    )]
+    Unlike {
+        /// Name of the first record.
+        a: String,
+        /// Name of the second record.
+        b: String,
+        /// The best correlation.
+        correlation: f64,
+    },
     /// A record is zero at all common places.
     #[error("`{0}` reads zero at all common places: was the receiver connected?")]
     AllZero(String),
@@ -92,6 +141,8 @@ pub struct Change {
     pub noise_a: Noise,
     /// Noise of a reading of the second, in its own unit.
     pub noise_b: Noise,
+    /// Where the second record was laid, if that was asked for.
+    pub alignment: Option<Alignment>,
     /// Over all common places.
     pub overall: ChangeFigures,
     /// For each drive and height of the first record that the second has too.
@@ -100,7 +151,7 @@ pub struct Change {
     pub conditions: Vec<Condition>,
     /// Share of the squared change that the simulation of the two set-ups predicts; `None` if they are alike. Below zero if it predicts another change.
     pub explained_by_set_up: Option<f64>,
-    /// Places of the first record at which the second has nothing.
+    /// Places of the first record at which the second has nothing; of an aligned record, its own places outside the first.
     pub left_out: usize,
 }
 
@@ -109,7 +160,7 @@ pub struct Change {
 pub struct ChangeFigures {
     /// Common places.
     pub points: usize,
-    /// Those at which the second record was interpolated.
+    /// Those at which the second record was interpolated, or the first if the second was aligned.
     pub interpolated: usize,
     /// Readings of the second over those of the first, by least squares.
     pub gain: Uncertain,
@@ -132,7 +183,7 @@ pub struct HeightChange {
     pub z_m: f64,
     /// How the readings differ.
     pub figures: ChangeFigures,
-    /// Standard error of the interpolation, in the unit of the second record; `None` where nothing was interpolated.
+    /// Standard error of the interpolation, in the unit of the record that was interpolated; `None` where nothing was.
     pub interpolation_error: Option<f64>,
     /// Peak and focal radius of the first record; `None` if its places are no map.
     pub a_figures: Option<FieldFigures>,
@@ -156,7 +207,7 @@ pub struct PlaceChange {
     pub a_error: f64,
     /// Standard error of the second, divided by the scale.
     pub b_error: f64,
-    /// Whether the second was interpolated.
+    /// Whether one of the two was interpolated.
     pub interpolated: bool,
 }
 
@@ -177,15 +228,7 @@ fn metres<S: serde::Serializer>(at_m: &Vec3, serializer: S) -> Result<S::Ok, S::
 /// # Errors
 /// [`NoChange`].
 pub fn change(a: &RecordedScan, b: &RecordedScan, scaling: Scaling) -> Result<Change, NoChange> {
-    let (name_a, name_b) = (&a.setup.name, &b.setup.name);
-    if scaling == Scaling::AsRead && a.setup.unit != b.setup.unit {
-        return Err(NoChange::OtherUnit {
-            a: name_a.clone(),
-            unit_a: a.setup.unit.clone(),
-            b: name_b.clone(),
-            unit_b: b.setup.unit.clone(),
-        });
-    }
+    same_unit(a, b, scaling)?;
     let (noise_a, noise_b) = (noise_of(a), noise_of(b));
     let planes_b = b.planes(SAME_HEIGHT_MM);
     let (mut heights, mut left_out) = (Vec::new(), 0);
@@ -206,58 +249,90 @@ pub fn change(a: &RecordedScan, b: &RecordedScan, scaling: Scaling) -> Result<Ch
             heights.push(height);
         }
     }
-    let common: usize = heights.iter().map(|height| height.places.len()).sum();
-    if common < FEWEST {
-        return Err(NoChange::TooFewCommon {
+    Differing { a, b, noises: [noise_a, noise_b], heights, left_out }.compared(scaling)
+}
+
+/// Readings in volts and in counts are comparable at the gain only.
+fn same_unit(a: &RecordedScan, b: &RecordedScan, scaling: Scaling) -> Result<(), NoChange> {
+    match scaling == Scaling::AsRead && a.setup.unit != b.setup.unit {
+        true => Err(NoChange::OtherUnit {
+            a: a.setup.name.clone(),
+            unit_a: a.setup.unit.clone(),
+            b: b.setup.name.clone(),
+            unit_b: b.setup.unit.clone(),
+        }),
+        false => Ok(()),
+    }
+}
+
+/// The common places of two records, the second unscaled.
+struct Differing<'r> {
+    a: &'r RecordedScan,
+    b: &'r RecordedScan,
+    noises: [Noise; 2],
+    heights: Vec<HeightChange>,
+    left_out: usize,
+}
+
+impl Differing<'_> {
+    fn compared(self, scaling: Scaling) -> Result<Change, NoChange> {
+        let Self { a, b, noises: [noise_a, noise_b], mut heights, left_out } = self;
+        let (name_a, name_b) = (&a.setup.name, &b.setup.name);
+        let common: usize = heights.iter().map(|height| height.places.len()).sum();
+        if common < FEWEST {
+            return Err(NoChange::TooFewCommon {
+                a: name_a.clone(),
+                b: name_b.clone(),
+                common,
+                extent_a: extent(a),
+                extent_b: extent(b),
+            });
+        }
+        let all = |heights: &[HeightChange]| -> Vec<PlaceChange> {
+            heights.iter().flat_map(|height| height.places.iter().copied()).collect()
+        };
+        let unscaled = all(&heights);
+        for (record, silent) in [
+            (name_a, unscaled.iter().all(|place| place.a == 0.0)),
+            (name_b, unscaled.iter().all(|place| place.b == 0.0)),
+        ] {
+            if silent {
+                return Err(NoChange::AllZero(record.clone()));
+            }
+        }
+        let gain = gain(&unscaled);
+        let scale = if scaling == Scaling::Gain { gain.value } else { 1.0 };
+        for height in &mut heights {
+            let gain = self::gain(&height.places);
+            for place in &mut height.places {
+                place.b /= scale;
+                place.b_error /= scale;
+            }
+            height.figures = figures(&height.places, gain);
+        }
+        let places = all(&heights);
+        let predicted = predicted(a, b, scaling, &heights);
+        let explained_by_set_up = predicted.map(|predicted| {
+            let difference = places.iter().map(|place| place.b - place.a);
+            let left =
+                difference.clone().zip(&predicted).map(|(d, p)| (d - p).powi(2)).sum::<f64>();
+            1.0 - left / difference.map(|d| d * d).sum::<f64>()
+        });
+        Ok(Change {
             a: name_a.clone(),
             b: name_b.clone(),
-            common,
-            extent_a: extent(a),
-            extent_b: extent(b),
-        });
+            unit: a.setup.unit.clone(),
+            scale,
+            overall: figures(&places, gain),
+            noise_a,
+            noise_b,
+            heights,
+            conditions: conditions(a, b),
+            explained_by_set_up: explained_by_set_up.filter(|share| share.is_finite()),
+            left_out,
+            alignment: None,
+        })
     }
-    let all = |heights: &[HeightChange]| -> Vec<PlaceChange> {
-        heights.iter().flat_map(|height| height.places.iter().copied()).collect()
-    };
-    let unscaled = all(&heights);
-    for (record, silent) in [
-        (name_a, unscaled.iter().all(|place| place.a == 0.0)),
-        (name_b, unscaled.iter().all(|place| place.b == 0.0)),
-    ] {
-        if silent {
-            return Err(NoChange::AllZero(record.clone()));
-        }
-    }
-    let gain = gain(&unscaled);
-    let scale = if scaling == Scaling::Gain { gain.value } else { 1.0 };
-    for height in &mut heights {
-        let gain = self::gain(&height.places);
-        for place in &mut height.places {
-            place.b /= scale;
-            place.b_error /= scale;
-        }
-        height.figures = figures(&height.places, gain);
-    }
-    let places = all(&heights);
-    let predicted = predicted(a, b, scaling, &heights);
-    let explained_by_set_up = predicted.map(|predicted| {
-        let difference = places.iter().map(|place| place.b - place.a);
-        let left = difference.clone().zip(&predicted).map(|(d, p)| (d - p).powi(2)).sum::<f64>();
-        1.0 - left / difference.map(|d| d * d).sum::<f64>()
-    });
-    Ok(Change {
-        a: name_a.clone(),
-        b: name_b.clone(),
-        unit: a.setup.unit.clone(),
-        scale,
-        overall: figures(&places, gain),
-        noise_a,
-        noise_b,
-        heights,
-        conditions: conditions(a, b),
-        explained_by_set_up: explained_by_set_up.filter(|share| share.is_finite()),
-        left_out,
-    })
 }
 
 fn owned(samples: &[&fieldgap_records::RecordedSample]) -> Vec<fieldgap_records::RecordedSample> {

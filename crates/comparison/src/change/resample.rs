@@ -56,7 +56,7 @@ impl<'m> Resampled<'m> {
 }
 
 /// The cell of a place along an axis, and the share of the cell before it.
-fn cell(axis_m: &[f64], at_m: f64) -> Option<(usize, f64)> {
+pub(super) fn cell(axis_m: &[f64], at_m: f64) -> Option<(usize, f64)> {
     let (&first, &last) = (axis_m.first()?, axis_m.last()?);
     if axis_m.len() < 2 || !(first..=last).contains(&at_m) {
         return None;

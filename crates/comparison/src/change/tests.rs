@@ -11,7 +11,7 @@ use super::*;
 use fieldgap_input::TomlSource;
 use fieldgap_records::{RecordedSample, ScanSetup};
 
-fn setup(unit: &str, speed_m_s: f64) -> ScanSetup {
+pub(super) fn setup(unit: &str, speed_m_s: f64) -> ScanSetup {
     let text = format!(
         "format = 1\nname = \"plane\"\nrecorded = 2026-11-20T17:00:00Z\nreading = \"{unit}\"\n\
          [array]\nfrequency_hz = 40000.0\nlayout = \"square\"\ncolumns = 6\nrows = 6\nelement_diameter_mm = 10.5\nspacing_mm = 0.0\n\

@@ -1,12 +1,64 @@
 //! What changed, as text of 80 columns and as CSV.
 
 use super::Change;
+use super::alignment::{Aligning, Alignment};
 use fieldgap_text::{
     Uncertain, height_mm, millimetres, paragraph, percent, significant, table, uncertain,
 };
 
+impl Alignment {
+    /// Whether the second record was moved.
+    pub fn is_applied(&self) -> bool {
+        self.chosen != Aligning::None
+    }
+
+    /// Where B was laid, in a few sentences.
+    pub fn to_text(&self) -> String {
+        let [x, y] = self.shift_m.map(|of| in_words(of.value * 1e3, of.standard_error * 1e3, "mm"));
+        let turn = match self.turn_rad.estimated {
+            true => {
+                let of = self.turn_rad;
+                let degrees = in_words(of.value.to_degrees(), of.standard_error.to_degrees(), "°");
+                format!("turned by {degrees} about z and ")
+            }
+            false => String::new(),
+        };
+        let what = match self.is_applied() {
+            true => format!("B was {turn}shifted by {x} along x and {y} along y"),
+            false => "B was not moved".to_owned(),
+        };
+        let gap = |gap: Option<f64>| gap.map_or("–".to_owned(), percent);
+        let mut text = paragraph(
+            &format!(
+                "{what} ({}). Difference as read {}, after the gain {}, after gain and alignment {}.",
+                self.why,
+                gap(self.gap_as_read),
+                gap(self.gap_after_gain),
+                percent(self.gap_after_alignment)
+            ),
+            0,
+            2,
+        );
+        for words in &self.undetermined {
+            text += &paragraph(&format!("Not determined: {words}."), 0, 2);
+        }
+        text
+    }
+}
+
+/// An estimate with its error; says so where there is none.
+fn in_words(value: f64, standard_error: f64, unit: &str) -> String {
+    match standard_error.is_finite() {
+        true => {
+            let unit = if unit == "°" { unit.to_owned() } else { format!(" {unit}") };
+            format!("{}{unit}", uncertain(Uncertain { value, standard_error }))
+        }
+        false => "an unknown length".to_owned(),
+    }
+}
+
 impl Change {
-    /// For a terminal.
+    /// What changed, for a terminal.
     pub fn to_text(&self) -> String {
         let overall = &self.overall;
         let unit = &self.unit;
@@ -15,15 +67,18 @@ impl Change {
         } else {
             format!(" B was divided by {}.", significant(self.scale, 4))
         };
+        let aligned = self.alignment.as_ref().is_some_and(Alignment::is_applied);
+        let (read_between, without) = if aligned { ("A", ["B", "A"]) } else { ("B", ["A", "B"]) };
         let interpolated = match overall.interpolated {
             0 => String::new(),
-            n => format!(" At {n} of them B was interpolated."),
+            n => format!(" At {n} of them {read_between} was interpolated."),
         };
         let left_out = match self.left_out {
             0 => String::new(),
-            n => format!(" {n} places of A are not in B."),
+            n => format!(" {n} places of {} are not in {}.", without[0], without[1]),
         };
-        let mut text = format!("A: {}\nB: {}\n\n", self.a, self.b);
+        let mut text = paragraph(&self.sentence(), 0, 0);
+        text += &format!("\nA: {}\nB: {}\n\n", self.a, self.b);
         text += &paragraph(
             &format!("{} common places.{interpolated}{left_out}{scaled}", overall.points),
             0,
@@ -42,6 +97,7 @@ impl Change {
             0,
             2,
         );
+        text += &self.alignment.as_ref().map_or(String::new(), Alignment::to_text);
         let mut rows = vec![
             ["", "difference", "gain", "χ²", "peak A", "peak B", "moved"].map(str::to_owned),
             ["", "", "", "", unit, unit, "mm"].map(str::to_owned),
@@ -99,7 +155,7 @@ impl Change {
                 2,
             );
         }
-        text
+        text.replace('\u{a0}', " ")
     }
 
     /// One row per drive and height.

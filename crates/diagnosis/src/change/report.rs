@@ -16,12 +16,13 @@ use crate::change::words::{Clause, Headline, clause};
 use crate::effect_id::EffectId;
 use crate::fit::joint_fit::{Fit, Start, cost_on, fit};
 use crate::fitted_parameter::FittedParameter;
-use crate::limits::{ANOTHER_CAUSE, LEVEL_SIGMA, MOST_CANDIDATES};
+use crate::limits::{ANOTHER_CAUSE, CLEAR, LEVEL_SIGMA, MOST_CANDIDATES, SIGNATURE_SHARE};
 use crate::model::effect::{Context, Estimate};
 use crate::model::instance::Instance;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::Observations;
 use crate::residual_structure::ResidualStructure;
+use crate::residual_structure::patterns::in_slow_patterns;
 use crate::result::{ResidualTest, Verdict};
 use crate::selection::scored_model::ScoredModel;
 use crate::statistics::scatter::Scatter;
@@ -48,7 +49,11 @@ impl Report<'_> {
         let nothing = self.nothing();
         let structure =
             ResidualStructure::of(&self.scored[0].fit, &self.observations, &self.context);
-        let judgement = judge(&self.observations, &self.scored, nothing, &structure);
+        let judgement = self.lenient(
+            judge(&self.observations, &self.scored, nothing, &structure),
+            nothing,
+            &structure,
+        );
         let ranked = self.ranked(&judgement);
         let count = self.observations.len() as f64;
         let unchanged = self.cost_unchanged(&self.observations) / count;
@@ -79,10 +84,12 @@ impl Report<'_> {
             })
             .collect();
         // A pair has the noise of two readings, and the change is in one.
-        let size_in_sigma = match verdict {
-            ChangeVerdict::None => 0.0,
-            _ => (2.0 * (unchanged - 1.0)).max(0.0).sqrt(),
+        let noise_left = match verdict {
+            ChangeVerdict::None => unchanged,
+            ChangeVerdict::Unexplained => 1.0,
+            _ => self.scored[0].fit.cost / count,
         };
+        let size_in_sigma = (2.0 * (unchanged - noise_left)).max(0.0).sqrt();
         let sentence = Headline {
             records: [&a, &b],
             verdict,
@@ -131,6 +138,26 @@ impl Report<'_> {
             residual_tests,
             a,
             b,
+        }
+    }
+
+    /// A clear cause that leaves a small share of a large change with structure explains most of it: the signature of an effect is as good
+    /// as the model of A.
+    fn lenient(
+        &self,
+        judgement: Judgement,
+        nothing: &ScoredModel,
+        structure: &ResidualStructure,
+    ) -> Judgement {
+        let best = &self.scored[0];
+        let count = self.observations.len() as f64;
+        let left =
+            (best.fit.cost - count).max(in_slow_patterns(&self.observations, &structure.residuals));
+        let is_small = left < SIGNATURE_SHARE * (nothing.fit.cost - count);
+        let is_clear = judgement.probabilities[0] >= CLEAR && !best.fit.instances.is_empty();
+        match judgement.verdict == Verdict::Unexplained && is_small && is_clear {
+            true => Judgement { verdict: Verdict::MostlyExplained, named: vec![0], ..judgement },
+            false => judgement,
         }
     }
 

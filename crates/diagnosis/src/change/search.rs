@@ -10,7 +10,8 @@ use crate::fit::any::fit_any;
 use crate::fit::joint_fit::{Fit, SEARCH, Start};
 use crate::fit::score_statistic::ScoreStatistics;
 use crate::limits::{
-    ELEMENTS_TRIED, MATERIAL_OF_CHANGE, MOST_CHANGES, RIVALS, SINGLES_EXTENDED, WORTH_EXTENDING,
+    ELEMENT_KNOWN, ELEMENTS_TRIED, MATERIAL_OF_CHANGE, MOST_CHANGES, RIVALS, SINGLES_EXTENDED,
+    WORTH_EXTENDING,
 };
 use crate::model::effect::{Choice, Context, Effect};
 use crate::model::observations::Observations;
@@ -33,7 +34,7 @@ pub(crate) fn searched(observations: &Observations, context: &Context) -> Vec<Sc
             .par_iter()
             .flat_map(|set| with_one_element(set, observations, context))
             .collect();
-        grown.extend(of_one);
+        grown.extend(of_one.into_iter().filter(|set| !is_dead_element(&set.fit)));
         grown.retain(|set| {
             set.fit.instances.len() < 2 || best.fit.cost - set.fit.cost > MATERIAL_OF_CHANGE * gap
         });
@@ -54,6 +55,14 @@ pub(crate) fn searched(observations: &Observations, context: &Context) -> Vec<Sc
         frontier = grown;
     }
     scored
+}
+
+/// Whether a fit has an element that lost all of its amplitude but for what is within the error of the model of A: it is called dead.
+fn is_dead_element(fit: &Fit) -> bool {
+    fit.instances.iter().zip(&fit.values).any(|(instance, values)| {
+        instance.effect.id() == EffectId::ElementGain
+            && matches!(values[..], [departure] if departure < ELEMENT_KNOWN - 1.0)
+    })
 }
 
 /// Sorted by evidence; of sets with the same effects the best is kept.

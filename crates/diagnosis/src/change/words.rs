@@ -201,20 +201,18 @@ impl Headline<'_> {
                 };
                 let left = match self.verdict {
                     ChangeVerdict::MostlyExplained => format!(
-                        " A small share is left that is not noise ({}).",
+                        "this explains {} of the change; what is left has structure ({})",
+                        percent(named.explained_fraction),
                         self.structure.join("; ")
                     ),
-                    _ => String::new(),
+                    _ => "what is left is noise".to_owned(),
                 };
                 let clauses = named.readings.join(", and ");
                 let clauses = match clauses.split_once(':') {
                     Some((what, numbers)) => format!("{what}{when}:{numbers}"),
                     None => format!("{clauses}{when}"),
                 };
-                format!(
-                    "{clauses}; this explains {} of the change.{beside}{left}",
-                    percent(named.explained_fraction)
-                )
+                format!("{clauses}; {left}.{beside}")
             }
             ChangeVerdict::Ambiguous => {
                 let rivals: Vec<String> =

@@ -41,8 +41,10 @@ pub(super) struct MapLayout {
     map_width: f64,
     map_height: f64,
     panel_width: f64,
-    /// Between the first panel and the second, beyond the gap that all have.
-    after_first: f64,
+    /// Room for the bar of a panel before the last, beyond the gap that all have.
+    bar_room: f64,
+    /// The panel after which that is.
+    bar_after: usize,
     /// Whether the panels stand one below the other.
     stacked: bool,
     /// Labels of the axes, across and up.
@@ -70,7 +72,8 @@ impl MapLayout {
             map_width,
             map_height: (high_mm * per_mm).max(4.0),
             panel_width: map_width.max(LEAST_PANEL_WIDTH),
-            after_first: 0.0,
+            bar_room: 0.0,
+            bar_after: 0,
             stacked: false,
             labels: ["x (mm)", "y (mm)"],
         })
@@ -78,7 +81,13 @@ impl MapLayout {
 
     /// The same with room for a separate colour bar of the first panel.
     pub fn with_bar_after_first(mut self) -> Self {
-        self.after_first = RIGHT_ROOM;
+        self.bar_room = RIGHT_ROOM;
+        self
+    }
+
+    /// The same with room for a colour bar that the first two panels share.
+    pub fn with_bar_after_second(mut self) -> Self {
+        (self.bar_room, self.bar_after) = (RIGHT_ROOM, 1);
         self
     }
 
@@ -100,8 +109,8 @@ impl MapLayout {
     /// The least width.
     pub fn fit(&mut self, panels: usize, width: f64) -> Result<(), f64> {
         let right = PANEL_GAP + RIGHT_ROOM;
-        let between = (panels - 1) as f64 * PANEL_GAP
-            + self.after_first.min((panels - 1) as f64 * RIGHT_ROOM);
+        let between =
+            (panels - 1) as f64 * PANEL_GAP + self.bar_room.min((panels - 1) as f64 * RIGHT_ROOM);
         let in_row = (width - LEFT_ROOM - between - right) / panels as f64;
         self.stacked = in_row < LEAST_PANEL_WIDTH;
         let panel_width = if self.stacked { width - LEFT_ROOM - right } else { in_row };
@@ -137,12 +146,12 @@ impl MapLayout {
     /// The frame of a panel, its axes in millimetres.
     pub fn panel(&self, index: usize) -> Axes {
         let ends = |borders: &[f64]| (borders[0], borders[borders.len() - 1]);
-        let beyond_first = if index > 0 { self.after_first } else { 0.0 };
+        let beyond_bar = if index > self.bar_after { self.bar_room } else { 0.0 };
         let corner = match self.stacked {
             true => (LEFT_ROOM, TOP_ROOM + index as f64 * (self.map_height + STACKED_GAP)),
             false => {
                 let step = self.panel_width + PANEL_GAP;
-                (LEFT_ROOM + index as f64 * step + beyond_first, TOP_ROOM)
+                (LEFT_ROOM + index as f64 * step + beyond_bar, TOP_ROOM)
             }
         };
         Axes {
@@ -240,7 +249,11 @@ impl MapLayout {
     fn bar_axes(&self, after: usize, range: (f64, f64)) -> Axes {
         let panel = self.panel(after);
         // A bar between two panels stands close to its own.
-        let gap = if after == 0 && self.after_first > 0.0 { PANEL_GAP / 2.0 } else { PANEL_GAP };
+        let gap = if after == self.bar_after && self.bar_room > 0.0 {
+            PANEL_GAP / 2.0
+        } else {
+            PANEL_GAP
+        };
         Axes {
             corner: (panel.corner.0 + self.panel_width + gap, panel.corner.1),
             width: BAR_WIDTH,

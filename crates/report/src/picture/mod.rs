@@ -4,6 +4,7 @@ mod animation;
 mod axes;
 mod bar_chart;
 mod canvas;
+mod change_maps;
 mod colour_scale;
 mod control_chart;
 mod cyclic_scale;
@@ -38,6 +39,7 @@ use rayon::prelude::*;
 
 pub(super) use self::animation::animated;
 pub(super) use self::bar_chart::{Bar, BarChart, Weight};
+pub(super) use self::change_maps::ChangeMaps;
 pub(super) use self::control_chart::ControlChart;
 pub(super) use self::display_map::{DisplayMap, DisplayPanel};
 pub(super) use self::height_curves::HeightCurves;

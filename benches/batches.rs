@@ -31,7 +31,9 @@ impl Work for Kilobytes {
 
 fn main() {
     println!("   items  shards  made (s)  run (s)  a shard (ms)  an item (us)  merged (s)");
-    for (items, shards) in [(100, 100), (1_000, 100), (1_000, 1_000), (10_000, 1_000), (100_000, 1_000)] {
+    for (items, shards) in
+        [(100, 100), (1_000, 100), (1_000, 1_000), (10_000, 1_000), (100_000, 1_000)]
+    {
         let folder = std::env::temp_dir().join(format!("fieldgap-batches-{}", std::process::id()));
         let make = MakeBatch { software: "benchmark", made: "now", shards };
         let work = Kilobytes(items);

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use fieldgap::jobs::slurm::{parse_config, parse_job_id, parse_sacct, parse_scontrol, parse_squeue};
+use fieldgap::jobs::slurm::{
+    parse_config, parse_job_id, parse_sacct, parse_scontrol, parse_squeue,
+};
 use fieldgap::jobs::{Batch, JobError, Results};
 
 /// The batch whose results are read.

@@ -4,6 +4,7 @@
 //! [`MOST_SECONDS`](bounds::MOST_SECONDS). `corpus/TARGET` has the seeds, which are valid, and the cases that were once at fault.
 //! `tests/reading.rs` reads each byte for byte, and then mutations of them for as long as `BOLERO_RANDOM_TEST_TIME_MS` says.
 
+pub mod batches;
 pub mod bounds;
 pub mod corpus;
 pub mod devices;

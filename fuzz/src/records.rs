@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use fieldgap::acoustics::Vec3;
-use fieldgap::campaign::{CampaignError, CampaignFolder};
 use fieldgap::archive::{Index, Query, RecordFigures, Wanted, to_csv, to_text};
+use fieldgap::campaign::{CampaignError, CampaignFolder};
 use fieldgap::comparison::{Registering, compare};
 use fieldgap::input::{Fault, Positive};
 use fieldgap::records::import::{
@@ -100,6 +100,8 @@ pub fn campaign_log(case: &[u8]) {
         Err(CampaignError::File(fault)) => shown(&fault),
         Err(_) => {}
     });
+}
+
 /// The figures of a record, in both forms, and the index that reads them.
 pub fn figures(case: &[u8]) {
     for name in ["figures.json", "comparison.json"] {

@@ -4,7 +4,7 @@ use fieldgap_fuzz::bounds::bounded;
 use fieldgap_fuzz::corpus::cases;
 use fieldgap_fuzz::devices::devices;
 use fieldgap_fuzz::mutation::{Step, mutated};
-use fieldgap_fuzz::{files, records};
+use fieldgap_fuzz::{batches, files, records};
 
 /// Which kept case, and how it is changed.
 type Recipe = (u16, Vec<Step>);
@@ -57,6 +57,9 @@ files! {
     thesis_log: records::thesis_log,
     grid: records::grid,
     points: records::points,
+    batch: batches::batch,
+    results: batches::results,
+    slurm: batches::slurm,
 }
 
 macro_rules! devices {

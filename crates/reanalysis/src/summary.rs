@@ -175,3 +175,77 @@ fn quoted(cell: &str) -> String {
         false => cell.to_owned(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::Simulator;
+
+    use super::*;
+
+    fn row(
+        record: &str,
+        before: Before,
+        gap: f64,
+        verdict: Verdict,
+        effects: &[EffectId],
+    ) -> SummaryRow {
+        let after =
+            After { gap, gap_error: 0.0005, verdict: Some(verdict), effects: effects.to_vec() };
+        SummaryRow {
+            record: record.to_owned(),
+            failed: None,
+            before: Some(before),
+            after: Some(after),
+        }
+    }
+
+    fn summary() -> Summary {
+        let known = Before {
+            simulator: Simulator::AsWritten,
+            gap: Some(0.1834),
+            verdict: Some(Verdict::Unexplained),
+            effects: Vec::new(),
+            from_report: true,
+        };
+        let unknown = Before { gap: None, verdict: None, from_report: false, ..known.clone() };
+        let pitch = [EffectId::Pitch];
+        let failed = "samples.csv:2:1: `a, \"b\"` is not a number".to_owned();
+        Summary {
+            rows: vec![
+                row("2026/a", known.clone(), 0.0312, Verdict::Explained, &pitch),
+                row("2026/b", known, 0.2, Verdict::Unexplained, &[]),
+                row("2026/c", unknown, 0.03, Verdict::None, &[]),
+                SummaryRow {
+                    record: "d".to_owned(),
+                    failed: Some(failed),
+                    before: None,
+                    after: None,
+                },
+            ],
+        }
+    }
+
+    #[test]
+    fn the_table_as_text() {
+        insta::assert_snapshot!(summary().to_text(), @r#"
+        record   gap (%)   now (%)  verdict
+        2026/a    18.34       3.12  unexplained -> explained (pitch)
+        2026/b    18.34      20.00  unexplained
+        2026/c        -*      3.00  - -> none
+        d       failed: samples.csv:2:1: `a, "b"` is not a number
+        * 1 without figures in report/: the gap is computed now, with the record's own simulator
+        1 of 4 records failed
+        "#);
+    }
+
+    #[test]
+    fn the_table_as_csv() {
+        insta::assert_snapshot!(summary().to_csv(), @r#"
+        record,simulator_before,gap_before,before_from,verdict_before,effects_before,gap_after,gap_after_error,verdict_after,effects_after,failed
+        2026/a,as-written,0.1834,report,unexplained,,0.0312,0.0005,explained,pitch,
+        2026/b,as-written,0.1834,report,unexplained,,0.2,0.0005,unexplained,,
+        2026/c,as-written,,computed,,,0.03,0.0005,none,,
+        d,,,,,,,,,,"samples.csv:2:1: `a, ""b""` is not a number"
+        "#);
+    }
+}

@@ -1,6 +1,6 @@
 //! Calls of Slurm's commands.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use super::answers::{
@@ -15,6 +15,19 @@ const USUAL_ARRAY: usize = 1001;
 /// Most characters of an answer that is quoted.
 const QUOTED: usize = 300;
 
+/// Where Slurm's commands are.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct SlurmCommands {
+    /// Their folder; without it they are found on PATH.
+    pub folder: Option<PathBuf>,
+}
+
+impl SlurmCommands {
+    fn command(&self, name: &str) -> Command {
+        Command::new(self.folder.as_ref().map_or_else(|| name.into(), |folder| folder.join(name)))
+    }
+}
+
 fn call(command: &mut Command) -> Result<Output, JobError> {
     let program = command.get_program().to_string_lossy().into_owned();
     let output = command.stdin(Stdio::null()).output();
@@ -26,16 +39,16 @@ fn text(bytes: &[u8]) -> String {
 }
 
 /// Most tasks of an array job: the largest number of a task is one less than `MaxArraySize`.
-pub(super) fn most_tasks() -> Result<usize, JobError> {
-    let answer = call(Command::new("scontrol").args(["show", "config"]))?;
+pub(super) fn most_tasks(slurm: &SlurmCommands) -> Result<usize, JobError> {
+    let answer = call(slurm.command("scontrol").args(["show", "config"]))?;
     let size =
         parse_config(&text(&answer.stdout), "MaxArraySize").and_then(|size| size.parse().ok());
     Ok(size.unwrap_or(USUAL_ARRAY).max(1))
 }
 
 /// Submits `script`, a file in `folder`, which is the working folder of its tasks; the number of the job.
-pub(super) fn submit(folder: &Path, script: &str) -> Result<u64, JobError> {
-    let answer = call(Command::new("sbatch").args(["--parsable", script]).current_dir(folder))?;
+pub(super) fn submit(slurm: &SlurmCommands, folder: &Path, script: &str) -> Result<u64, JobError> {
+    let answer = call(slurm.command("sbatch").args(["--parsable", script]).current_dir(folder))?;
     let said = text(&answer.stdout);
     if answer.status.success() {
         return parse_job_id(&said).ok_or_else(|| JobError::NotUnderstood {
@@ -75,9 +88,9 @@ fn remedy(said: &str) -> &'static str {
 ///
 /// `squeue` tells of waiting and running tasks, `sacct` of ended ones where the cluster keeps accounts, and `scontrol` of those that ended in the
 /// last minutes.
-pub(super) fn ask(job: u64) -> Result<Option<Vec<TaskReport>>, JobError> {
+pub(super) fn ask(slurm: &SlurmCommands, job: u64) -> Result<Option<Vec<TaskReport>>, JobError> {
     let id = job.to_string();
-    let queue = call(Command::new("squeue").args([
+    let queue = call(slurm.command("squeue").args([
         "--noheader",
         "--array",
         "--states=all",
@@ -89,11 +102,11 @@ pub(super) fn ask(job: u64) -> Result<Option<Vec<TaskReport>>, JobError> {
         return Ok(None);
     }
     let mut reports = parse_squeue(&text(&queue.stdout), job);
-    let ended = call(Command::new("scontrol").args(["show", "job", &id]));
+    let ended = call(slurm.command("scontrol").args(["show", "job", &id]));
     if let Some(answer) = answered(ended) {
         reports.extend(parse_scontrol(&answer, job));
     }
-    let kept = call(Command::new("sacct").args([
+    let kept = call(slurm.command("sacct").args([
         "--noheader",
         "--parsable2",
         "--allocations",

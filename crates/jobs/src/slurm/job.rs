@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::commands::{ask, most_tasks, submit};
+use super::commands::{SlurmCommands, ask, most_tasks, submit};
 use super::failed::failed_shard;
 use super::numbers::TaskNumbers;
 use super::options::SlurmOptions;
@@ -28,6 +28,8 @@ pub struct Slurm {
     pub program: PathBuf,
     /// What the job asks for.
     pub options: SlurmOptions,
+    /// Slurm's commands.
+    pub commands: SlurmCommands,
     /// Time between two looks at the folder.
     pub look: Duration,
     /// Time between two questions to Slurm, which serves many.
@@ -63,7 +65,13 @@ impl SlurmProgress {
 impl Slurm {
     /// Slurm, with usual times between questions.
     pub fn new(program: PathBuf, options: SlurmOptions) -> Self {
-        Self { program, options, look: Duration::from_secs(1), ask: Duration::from_secs(15) }
+        Self {
+            program,
+            options,
+            commands: SlurmCommands::default(),
+            look: Duration::from_secs(1),
+            ask: Duration::from_secs(15),
+        }
     }
 
     /// Most shards of a batch: the tasks of an array job.
@@ -71,7 +79,7 @@ impl Slurm {
     /// # Errors
     /// [`JobError::NoSlurm`] if there is no Slurm on this computer.
     pub fn most_shards(&self) -> Result<usize, JobError> {
-        most_tasks()
+        most_tasks(&self.commands)
     }
 
     /// Sends what was not sent or failed, once more at most, and tells where the batch is.
@@ -141,7 +149,7 @@ impl Slurm {
         }
         let mut reports = Vec::new();
         for job in &sent.jobs {
-            match ask(job.job)? {
+            match ask(&self.commands, job.job)? {
                 Some(of_job) => reports.extend(of_job.into_iter().map(|report| (job.job, report))),
                 None => progress.answers = false,
             }
@@ -183,7 +191,7 @@ impl Slurm {
         shards: &[usize],
         sent: &mut Sent,
     ) -> Result<(u64, usize), JobError> {
-        let most = most_tasks()?;
+        let most = most_tasks(&self.commands)?;
         if batch.shards() > most {
             return Err(JobError::TooManyShards { shards: batch.shards(), most });
         }
@@ -194,7 +202,7 @@ impl Slurm {
         fs::create_dir_all(&logs).map_err(JobError::writing(&logs))?;
         let path = batch.folder().join(SCRIPT);
         write_whole(&path, text.as_bytes()).map_err(JobError::writing(&path))?;
-        let job = submit(batch.folder(), SCRIPT)?;
+        let job = submit(&self.commands, batch.folder(), SCRIPT)?;
         sent.jobs.push(SentJob { job, tasks: tasks.to_string() });
         sent.write(batch)?;
         Ok((job, shards.len()))

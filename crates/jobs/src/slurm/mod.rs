@@ -14,6 +14,7 @@ mod sent;
 mod task_state;
 
 pub use answers::{parse_config, parse_job_id, parse_sacct, parse_scontrol, parse_squeue};
+pub use commands::SlurmCommands;
 pub use job::{Slurm, SlurmProgress};
 pub use numbers::{TaskNumbers, WrongNumbers};
 pub use options::{Memory, NotAnOption, Partition, SlurmOptions, TimeLimit};

@@ -225,9 +225,9 @@ fn signed_percent(ratio: f64) -> String {
 fn legend(scales: &Scales, overview: &Overview) -> Markup {
     let bar = |letter: char, steps: usize, ends: [String; 2], words: &str| {
         html! {
-            (ends[0])
+            (ends[0]) " "
             @for step in 0..steps { i class={ (letter) (step) } {} }
-            (ends[1]) " " (words)
+            " " (ends[1]) " " (words)
         }
     };
     let alarms = overview.cells.iter().any(|cell| cell.alarm);
@@ -280,7 +280,7 @@ mod tests {
             Verdict::Unexplained,
         ];
         assert_eq!(
-            all.map(|verdict| verdict.to_string()),
+            all.map(|verdict| verdict.as_str().to_owned()),
             VERDICTS.map(|(word, ..)| word.to_owned())
         );
     }

@@ -130,7 +130,12 @@ fn column_name(
     let name = match layout {
         Layout::Rounds => {
             let begun = overview.rounds_begun.get(place.saturating_sub(1));
-            let day = begun.map_or(String::new(), |at| at.strftime(" (%m-%d)").to_string());
+            // Rounds of one day are told apart by the hour.
+            let day = |at: &jiff::Timestamp| at.strftime("%Y-%m-%d").to_string();
+            let days = &overview.rounds_begun;
+            let one_day = days.len() > 1 && days.iter().all(|at| day(at) == day(&days[0]));
+            let form = if one_day { " (%H:%M)" } else { " (%m-%d)" };
+            let day = begun.map_or(String::new(), |at| at.strftime(form).to_string());
             format!("{place}{day}")
         }
         Layout::LastDimension => {

@@ -71,6 +71,7 @@ pub(super) fn trends(overview: &Overview) -> Result<Markup, ReportError> {
             details id={ "figure-" (file_name(&figure.figure)) } open[figure.open] {
                 summary { (figure.figure) }
                 @for chart in &figure.shown { (picture(chart)) }
+                @if figure.shown.is_empty() { p { "Nothing is judged yet: the scatter between runs is not known." } }
                 @if !figure.folded.is_empty() {
                     details id={ "settings-" (file_name(&figure.figure)) } {
                         summary { "Charts of " (figure.folded.len()) (if figure.shown.is_empty() { " settings" } else { " further settings" }) }
@@ -155,7 +156,10 @@ fn control_charts(
         let file = format!("{}.svg", file_name(&format!("{figure}-{scope}")));
         let digest = digest(points);
         let points: Vec<ChartPoint> = points.iter().map(|point| (*point).clone()).collect();
-        let Some(chart) = ControlChart::new(&points) else { return Ok(None) };
+        // The chart of all cells shows nothing but judgements.
+        let judged = points.iter().any(|point| point.statistic.is_some());
+        let shown = ControlChart::new(&points).filter(|_| judged || **scope != Scope::AllCells);
+        let Some(chart) = shown else { return Ok(None) };
         if !old.has(&file, digest) {
             put(&folder.join(&file), svg_file(&chart)?.as_bytes())?;
         }

@@ -1,4 +1,4 @@
-//! Ticks of an axis of time, at round hours and days.
+//! Ticks of an axis of time, at round minutes, hours and days.
 
 use jiff::Timestamp;
 use plotters::backend::DrawingBackend;
@@ -7,11 +7,15 @@ use super::PictureError;
 use super::axes::{Axes, TICK_TEXT};
 use super::canvas::{Align, BLACK, Canvas, Pen};
 
+const MINUTE_S: i64 = 60;
 const HOUR_S: i64 = 3600;
 const DAY_S: i64 = 86_400;
 
 /// Distances of ticks.
-const STEPS_S: [i64; 11] = [
+const STEPS_S: [i64; 14] = [
+    MINUTE_S,
+    5 * MINUTE_S,
+    15 * MINUTE_S,
     HOUR_S,
     2 * HOUR_S,
     6 * HOUR_S,
@@ -77,6 +81,10 @@ mod tests {
 
     #[test]
     fn ticks_are_at_round_times() {
+        assert_eq!(
+            labels(1, 4.0),
+            ["11-20 10:30", "11-20 10:45", "11-20 11:00", "11-20 11:15", "11-20 11:30"]
+        );
         assert_eq!(labels(3, 6.0), ["11-20 11:00", "11-20 12:00", "11-20 13:00"]);
         assert_eq!(labels(24, 4.0), ["11-20 12:00", "11-20 18:00", "11-21 00:00", "11-21 06:00"]);
         assert_eq!(labels(96, 6.0), ["11-21", "11-22", "11-23", "11-24"]);

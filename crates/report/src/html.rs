@@ -3,7 +3,7 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// The whole document, with its style sheets. It asks for nothing from outside.
-pub(super) fn document(title: &str, styles: &[&'static str], body: &Markup) -> String {
+pub(super) fn document(title: &str, styles: &[&str], body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {

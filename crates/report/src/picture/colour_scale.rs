@@ -8,7 +8,7 @@ use super::canvas::{BLACK, Rgb, WHITE};
 /// From zero to a top, through viridis: even steps look even, and its lightness only rises, so that it
 /// stays readable in print without colour and to the colour-blind.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct ColourScale {
+pub(crate) struct ColourScale {
     /// The reading of the lightest colour; finite, above zero.
     pub top: f64,
 }

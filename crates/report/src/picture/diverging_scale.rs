@@ -5,7 +5,7 @@ use super::canvas::{BLACK, Rgb, WHITE};
 /// White where there is no difference, through blue to dark below zero and through orange to dark above: a pair that the
 /// colour-blind tell apart, as light on one side as on the other. Without colour at all, signs say which side it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct DivergingScale {
+pub(crate) struct DivergingScale {
     /// The size of a difference from which on the colour stays the darkest; finite, above zero.
     pub reach: f64,
 }

@@ -11,6 +11,7 @@ mod cyclic_scale;
 mod display_map;
 mod diverging_scale;
 mod font;
+mod gap_over_time;
 mod height_curves;
 mod map_layout;
 mod marker;
@@ -24,6 +25,7 @@ mod raster;
 mod residual_maps;
 mod residual_planes;
 mod simulated_panels;
+mod small_map;
 mod study_curves;
 mod study_field;
 mod study_surfaces;
@@ -39,9 +41,13 @@ use rayon::prelude::*;
 
 pub(super) use self::animation::animated;
 pub(super) use self::bar_chart::{Bar, BarChart, Weight};
+pub(super) use self::canvas::Rgb;
 pub(super) use self::change_maps::ChangeMaps;
+pub(super) use self::colour_scale::ColourScale;
 pub(super) use self::control_chart::ControlChart;
 pub(super) use self::display_map::{DisplayMap, DisplayPanel};
+pub(super) use self::diverging_scale::DivergingScale;
+pub(super) use self::gap_over_time::{GapLine, GapOverTime};
 pub(super) use self::height_curves::HeightCurves;
 pub(super) use self::model_against_integral::ModelCurves;
 pub(super) use self::noise_scale::REACH_SIGMA;
@@ -50,6 +56,7 @@ pub(super) use self::polar_lobe::PolarLobe;
 pub(super) use self::residual_maps::{LEAST_SIGNED_SIGMA, ResidualMaps, rms};
 pub(super) use self::residual_planes::ResidualPlanes;
 pub(super) use self::simulated_panels::SimulatedPanels;
+pub(super) use self::small_map::small_map;
 pub(super) use self::study_curves::StudyCurves;
 pub(super) use self::study_field::StudyField;
 pub(super) use self::study_surfaces::StudySurfaces;
@@ -158,6 +165,11 @@ impl Drawn {
             svg: svg(&picture, Some(style))?,
         })
     }
+}
+
+/// A picture as an SVG file alone: much sooner drawn than its pixels.
+pub(super) fn svg_file(picture: &impl Picture) -> Result<String, PictureError> {
+    svg(picture, None)
 }
 
 fn png(picture: &impl Picture) -> Result<Vec<u8>, PictureError> {

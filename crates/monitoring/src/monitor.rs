@@ -21,7 +21,7 @@ use crate::settings::{Settings, Sides};
 /// later changes. Of unchanged runs it leaves out 1 in 2,000.
 const MOST_TO_LEARN_FROM: f64 = 3.5;
 
-/// A judged run is learned from only after a round, and not at all if an alarm came by then: the first runs of a change would otherwise
+/// A judged run is learned from only when its cell comes again, and not at all if an alarm came by then: the first runs of a change would otherwise
 /// hide the next ones. With few cells, after this many runs.
 const SHORTEST_LAG: usize = 3;
 
@@ -118,7 +118,7 @@ impl Monitor {
             known: known.clone(),
             past: Vec::new(),
             learned: 0,
-            lag: known.cells.len().max(SHORTEST_LAG),
+            lag: known.cells.len().saturating_sub(1).max(SHORTEST_LAG),
             all_cells: OneChart::default(),
             cells: BTreeMap::new(),
             held: BTreeSet::new(),

@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn one_degree_of_freedom_is_cauchy() {
         for t in [0.1, 1.0, 30.0, 1e4] {
-            let tail = (1.0 / t as f64).atan() / std::f64::consts::PI;
+            let tail = (1.0_f64 / t).atan() / std::f64::consts::PI;
             assert!((t_tail(t, 1.0) / tail - 1.0).abs() < 1e-9, "{t}");
         }
     }

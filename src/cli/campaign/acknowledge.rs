@@ -35,7 +35,9 @@ pub(super) struct Acknowledge {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Expected {
-    /// What they were before the alarm: it was false, or its cause is repaired
+    /// What they were: the alarm was false
+    Unchanged,
+    /// What they were before the alarm: its cause is repaired
     AsBefore,
     /// Something new, which the runs that follow show
     Anew,
@@ -62,6 +64,7 @@ impl Acknowledge {
         let before = folder.state().open_alarms().count();
         let at = Timestamp::now();
         let expect = match self.expect {
+            Expected::Unchanged => Expect::Unchanged,
             Expected::AsBefore => Expect::AsBefore,
             Expected::Anew => Expect::Anew,
         };

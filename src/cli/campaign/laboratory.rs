@@ -217,8 +217,6 @@ impl ThisLaboratory {
                 return Ok(true);
             }
             let scan = RecordedScan::open(&record).map_err(|fault| fault.to_string())?;
-            let original =
-                original_rig(&record).ok_or("the rig file has changed since the scan")?;
             let scans = [scan];
             let diagnosis = diagnose(&scans, None).map_err(|error| error.to_string())?;
             if !diagnosis.verdict.names_a_cause() {

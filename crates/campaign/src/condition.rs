@@ -177,8 +177,8 @@ impl ConditionValue {
     fn of(value: &toml::Value) -> Option<Self> {
         let (label, number) = match value {
             toml::Value::String(text) => (text.clone(), None),
-            toml::Value::Integer(whole) => (whole.to_string(), Some(*whole as f64)),
-            toml::Value::Float(real) if real.is_finite() => (real.to_string(), Some(*real)),
+            toml::Value::Integer(whole) => (value.to_string(), Some(*whole as f64)),
+            toml::Value::Float(real) if real.is_finite() => (value.to_string(), Some(*real)),
             _ => return None,
         };
         Some(Self { label, number, value: value.clone() })

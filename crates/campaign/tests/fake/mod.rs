@@ -125,7 +125,7 @@ impl Laboratory for FakeLaboratory {
             Scan::Complete => {
                 state("state = \"complete\"\n");
                 self.measured.borrow_mut().push((self.now.get(), name));
-                Ok(Measured::Complete(Use { time_s: 600.0, emitting_s: 500.0, way_m: 2.0 }))
+                Ok(Measured::Complete(Use { time_s: 600.0, emitting_s: 25.0, way_m: 2.0 }))
             }
             Scan::Fails => {
                 state("state = \"partial\"\nreason = \"the receiver is silent\"\n");

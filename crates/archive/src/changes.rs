@@ -32,6 +32,15 @@ pub(crate) struct Found {
     pub settled: bool,
 }
 
+/// What a search below a folder found.
+#[derive(Debug, Default)]
+pub(crate) struct Search {
+    /// The records, in the [order](by_bytes) of their folders.
+    pub records: Vec<Found>,
+    /// Folders that cannot be read, with the reason.
+    pub unreadable: Vec<(PathBuf, io::Error)>,
+}
+
 impl Stamp {
     /// As it is stored.
     pub(crate) fn bytes(&self) -> &[u8] {
@@ -54,17 +63,17 @@ pub(crate) fn by_bytes(a: &Path, b: &Path) -> std::cmp::Ordering {
     a.as_os_str().as_encoded_bytes().cmp(b.as_os_str().as_encoded_bytes())
 }
 
-/// The records below `root`, in the order of their folders. Records in a record, hidden folders and links are left out.
+/// The records below `root`. Records in a record, hidden folders and links are left out.
 ///
 /// # Errors
-/// The root cannot be read. A folder below it that cannot be read is in the second list, with the reason.
-pub(crate) fn records_below(root: &Path) -> io::Result<(Vec<Found>, Vec<(PathBuf, io::Error)>)> {
+/// The root cannot be read.
+pub(crate) fn records_below(root: &Path) -> io::Result<Search> {
     let now = SystemTime::now();
     if let Some(set_up) = set_up(root) {
-        return Ok((vec![Found::of(root, PathBuf::new(), set_up, now)], Vec::new()));
+        let records = vec![Found::of(root, PathBuf::new(), set_up, now)];
+        return Ok(Search { records, ..Search::default() });
     }
-    let mut records = Vec::new();
-    let mut unreadable = Vec::new();
+    let Search { mut records, mut unreadable } = Search::default();
     let mut folders = vec![PathBuf::new()];
     while let Some(folder) = folders.pop() {
         let inside = match folders_in(&root.join(&folder)) {
@@ -97,7 +106,7 @@ pub(crate) fn records_below(root: &Path) -> io::Result<(Vec<Found>, Vec<(PathBuf
     }
     records.sort_by(|a, b| by_bytes(&a.folder, &b.folder));
     unreadable.sort_by(|(a, _), (b, _)| a.cmp(b));
-    Ok((records, unreadable))
+    Ok(Search { records, unreadable })
 }
 
 /// The folders in a folder, without hidden ones and links.

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use rusqlite::{Connection, ErrorCode, TransactionBehavior};
 
-use crate::changes::{Found, by_bytes, records_below};
+use crate::changes::{Found, Search, by_bytes, records_below};
 use crate::entry::{Entry, State};
 use crate::place::Place;
 use crate::query::Query;
@@ -190,14 +190,14 @@ impl Index {
         match work(self) {
             Err(error) if is_damage(&error) => {
                 self.renew(DAMAGED)?;
-                let (found, _) = self.found()?;
+                let found = self.search()?.records;
                 self.bring_up_to_date(&found).and_then(|_| work(self)).map_err(failed(&self.place))
             }
             done => done.map_err(failed(&self.place)),
         }
     }
 
-    fn found(&self) -> Result<(Vec<Found>, Vec<(PathBuf, io::Error)>), ArchiveError> {
+    fn search(&self) -> Result<Search, ArchiveError> {
         let unreadable = |source| ArchiveError::Folder { folder: self.root.clone(), source };
         records_below(&self.root).map_err(unreadable)
     }
@@ -207,7 +207,7 @@ impl Index {
     /// # Errors
     /// [`ArchiveError`] if the folder cannot be read, or the index not written.
     pub fn update(&mut self) -> Result<Updated, ArchiveError> {
-        let (found, unreadable) = self.found()?;
+        let Search { records: found, unreadable } = self.search()?;
         let (read, removed) = self.recovering(|index| index.bring_up_to_date(&found))?;
         let damaged = self.recovering(|index| {
             let count = "select count(*) from records where fault is not null";

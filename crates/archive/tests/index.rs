@@ -93,7 +93,7 @@ fn an_index_that_follows_changes_is_that_made_anew() {
     let mut index = open(root);
     index.update().expect("read");
     let record = |number: u64| root.join(format!("week-000/scan-{number:05}"));
-    // Changed in place, with the same length, and old at once.
+    // Changed in place, with the same length.
     let setup = record(3).join("scan.toml");
     let text = fs::read_to_string(&setup).expect("there").replace("daily 3", "DAILY 3");
     fs::write(&setup, text).expect("written");

@@ -278,8 +278,8 @@ pub(crate) const ELEMENTS_TRIED: usize = 3;
 /// in the virtual rig's records, one had 2 % too little by its departure.
 pub(crate) const ELEMENT_KNOWN: f64 = 0.04;
 
-/// Share of a change that may be left with structure: the signature of an effect is as good as the model of the first record. Of 100
-/// changes of the virtual rig's records, four left more than noise, and none more than 1 %.
+/// Share of a change that may be left with structure: the signature of an effect is as good as the model of the first record. Set by
+/// judgement.
 pub(crate) const SIGNATURE_SHARE: f64 = 0.02;
 
 /// Standard errors from which on a change of the level is told: of normal noise one in 16,000.

@@ -283,7 +283,7 @@ pub(crate) const ELEMENT_KNOWN: f64 = 0.04;
 pub(crate) const SIGNATURE_SHARE: f64 = 0.02;
 
 /// Mean squared difference in units of its variance below which two records are copies of each other, and tests of their differences say
-/// nothing: of 60 pairs with noise of their own it is below a half once in 20,000.
+/// nothing: of 60 pairs with noise of their own it is below a half once in 2000 (by the distribution of χ²).
 pub(crate) const COPIES: f64 = 0.5;
 
 /// Standard errors from which on a change of the level is told: of normal noise one in 16,000.

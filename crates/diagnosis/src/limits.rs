@@ -278,9 +278,18 @@ pub(crate) const ELEMENTS_TRIED: usize = 3;
 /// in the virtual rig's records, one had 2 % too little by its departure.
 pub(crate) const ELEMENT_KNOWN: f64 = 0.04;
 
-/// Share of a change that may be left with structure: the signature of an effect is as good as the model of the first record. Of 100
-/// changes of the virtual rig's records, four left more than noise, and none more than 1 %.
+/// Share of a change that may be left with structure: the signature of an effect is as good as the model of the first record. Set by
+/// judgement.
 pub(crate) const SIGNATURE_SHARE: f64 = 0.02;
+
+/// Nats by which no change is likelier beforehand than one particular change, beyond [`NO_EFFECT`]: of many records of one rig, nearly all are
+/// like the one before. With three nats in all, one of 12 pairs of the virtual rig's records without a change was given one (3.2 standard
+/// errors). A change of half a standard deviation has hundreds.
+pub(crate) const UNCHANGED: f64 = 6.0;
+
+/// Mean squared difference in units of its variance below which two records are copies of each other, and tests of their differences say
+/// nothing: of 60 pairs with noise of their own it is below a half once in 2000 (by the distribution of χ²).
+pub(crate) const COPIES: f64 = 0.5;
 
 /// Standard errors from which on a change of the level is told: of normal noise one in 16,000.
 pub(crate) const LEVEL_SIGMA: f64 = 4.0;

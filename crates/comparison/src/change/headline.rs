@@ -2,7 +2,7 @@
 
 use super::alignment::Alignment;
 use super::{Change, HeightChange, PlaceChange};
-use fieldgap_text::{Uncertain, percent, significant, uncertain};
+use fieldgap_text::{Uncertain, percent, significant, uncertain, with_minus_signs};
 
 /// Standard errors beyond which a change of level or a move of the peak is stated: of normal noise one in 16,000.
 const SHOWN: f64 = 4.0;
@@ -93,5 +93,7 @@ fn laid(alignment: &Alignment) -> String {
         true => format!(" and turned by {:.2}°", alignment.turn_rad.value.to_degrees()),
         false => String::new(),
     };
-    format!("B was shifted by {x:.2}\u{a0}mm along x and {y:.2}\u{a0}mm along y{turn} to lie on A")
+    with_minus_signs(&format!(
+        "B was shifted by {x:.2}\u{a0}mm along x and {y:.2}\u{a0}mm along y{turn} to lie on A"
+    ))
 }

@@ -16,7 +16,7 @@ use crate::change::words::{Clause, Headline, clause};
 use crate::effect_id::EffectId;
 use crate::fit::joint_fit::{Fit, Start, cost_on, fit};
 use crate::fitted_parameter::FittedParameter;
-use crate::limits::{ANOTHER_CAUSE, CLEAR, LEVEL_SIGMA, MOST_CANDIDATES, SIGNATURE_SHARE};
+use crate::limits::{ANOTHER_CAUSE, CLEAR, COPIES, LEVEL_SIGMA, MOST_CANDIDATES, SIGNATURE_SHARE};
 use crate::model::effect::{Context, Estimate};
 use crate::model::instance::Instance;
 use crate::model::nuisance::Nuisance;
@@ -151,6 +151,11 @@ impl Report<'_> {
     ) -> Judgement {
         let best = &self.scored[0];
         let count = self.observations.len() as f64;
+        if self.cost_unchanged(&self.observations) < COPIES * count {
+            let number = self.scored.iter().position(|set| set.fit.instances.is_empty());
+            let named = number.into_iter().collect();
+            return Judgement { verdict: Verdict::None, named, ..judgement };
+        }
         let left =
             (best.fit.cost - count).max(in_slow_patterns(&self.observations, &structure.residuals));
         let is_small = left < SIGNATURE_SHARE * (nothing.fit.cost - count);

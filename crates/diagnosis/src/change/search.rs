@@ -11,7 +11,7 @@ use crate::fit::joint_fit::{Fit, SEARCH, Start};
 use crate::fit::score_statistic::ScoreStatistics;
 use crate::limits::{
     ELEMENT_KNOWN, ELEMENTS_TRIED, MATERIAL_OF_CHANGE, MOST_CHANGES, RIVALS, SINGLES_EXTENDED,
-    WORTH_EXTENDING,
+    UNCHANGED, WORTH_EXTENDING,
 };
 use crate::model::effect::{Choice, Context, Effect};
 use crate::model::observations::Observations;
@@ -21,7 +21,8 @@ use crate::selection::starts::extended;
 
 /// Every set that was fitted, the best first; among them that of no effect, in which the level alone may have changed.
 pub(crate) fn searched(observations: &Observations, context: &Context) -> Vec<ScoredModel> {
-    let nothing = believed(observations, context);
+    let mut nothing = believed(observations, context);
+    nothing.log_evidence += UNCHANGED;
     let gap = (nothing.fit.cost - observations.len() as f64).max(0.0);
     let mut scored = vec![nothing.clone()];
     let mut frontier = vec![nothing];

@@ -201,9 +201,8 @@ impl Headline<'_> {
                 };
                 let left = match self.verdict {
                     ChangeVerdict::MostlyExplained => format!(
-                        "this explains {} of the change; what is left has structure ({})",
-                        percent(named.explained_fraction),
-                        self.structure.join("; ")
+                        "this explains {} of the change, and a small share is left that is not noise",
+                        percent(named.explained_fraction)
                     ),
                     _ => "what is left is noise".to_owned(),
                 };

@@ -180,7 +180,11 @@ fn the_alignment(alignment: &Alignment) -> Markup {
 }
 
 fn maps(change: &Change, figures: &[Option<Figure>]) -> Markup {
+    let is_turned = change.alignment.as_ref().is_some_and(|of| of.turn_rad.estimated);
     let content = html! {
+        @if is_turned {
+            p { "The places of B were turned and lie on no grid along x and y: each cell shows the place nearest to it." }
+        }
         @for (height, figure) in change.heights.iter().zip(figures) {
             h3 { (heading(height)) }
             @match figure {

@@ -143,9 +143,9 @@ impl Follower {
         Some(run.figures.get(GAP)?.value / before - 1.0)
     }
 
-    /// The folder of the last run of an alarm's setting before the change: what to compare the changed record with.
-    pub fn before(&self, alarm: &Alarm, setting: &str) -> Option<&PathBuf> {
+    /// The last run of an alarm's setting before the change: its record is what the changed one is compared with.
+    pub fn before(&self, alarm: &Alarm, setting: &str) -> Option<&FollowedRun> {
         let before = |one: &&FollowedRun| one.run.cell == setting && one.run.at < alarm.since;
-        self.runs.iter().rev().find(before).map(|one| &one.folder)
+        self.runs.iter().rev().find(before)
     }
 }

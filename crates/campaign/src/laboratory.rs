@@ -121,8 +121,12 @@ pub trait Laboratory {
         at: Option<Timestamp>,
     ) -> Option<CellFigures>;
 
-    /// What changed from the first of two records to the second, in a sentence.
-    async fn explain(&self, before: &Path, after: &Path) -> Option<String>;
+    /// What changed from the first of two records to the second, in a sentence; each with the time at which it was complete.
+    async fn explain(
+        &self,
+        before: (&Path, Timestamp),
+        after: (&Path, Timestamp),
+    ) -> Option<String>;
 
     /// Tells a person or a program.
     async fn tell(&self, news: News<'_>);

@@ -145,11 +145,20 @@ impl Laboratory for ThisLaboratory {
         figures_of(folder, setting, at)
     }
 
-    async fn explain(&self, before: &Path, after: &Path) -> Option<String> {
-        let (before, after) = (before.to_owned(), after.to_owned());
+    async fn explain(
+        &self,
+        before: (&Path, Timestamp),
+        after: (&Path, Timestamp),
+    ) -> Option<String> {
+        let records = [before, after].map(|(folder, at)| (folder.to_owned(), at));
         let explained = tokio::task::spawn_blocking(move || {
-            let [before, after] = [&before, &after].map(|folder| RecordedScan::open(folder));
-            diagnose_change(&before.ok()?, &after.ok()?, None).ok()
+            let [before, after] = records.map(|(folder, at)| {
+                let mut scan = RecordedScan::open(&folder).ok()?;
+                // Every record of a virtual rig begins at one time; the campaign knows when it was made.
+                scan.setup.recorded = at.round(jiff::Unit::Second).unwrap_or(at);
+                Some(scan)
+            });
+            diagnose_change(&before?, &after?, None).ok()
         });
         Some(explained.await.ok()??.sentence.replace('\u{a0}', " "))
     }

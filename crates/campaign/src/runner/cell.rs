@@ -142,7 +142,10 @@ impl Runner<'_> {
                 .first()
                 .and_then(|alarm| self.follower.borrow().before(alarm, &setting).cloned());
             let cause = match before {
-                Some(before) => self.laboratory.explain(&before, &folder).await,
+                Some(before) => {
+                    let before = (before.folder.as_path(), before.run.at);
+                    self.laboratory.explain(before, (&folder, run.at)).await
+                }
                 None => None,
             };
             for alarm in alarms {

@@ -160,8 +160,13 @@ impl Laboratory for FakeLaboratory {
         Some(CellFigures { run, verdict: None })
     }
 
-    async fn explain(&self, before: &Path, after: &Path) -> Option<String> {
-        Some(format!("{} against {}", name(after), name(before)))
+    async fn explain(
+        &self,
+        before: (&Path, Timestamp),
+        after: (&Path, Timestamp),
+    ) -> Option<String> {
+        assert!(before.1 < after.1);
+        Some(format!("{} against {}", name(after.0), name(before.0)))
     }
 
     async fn tell(&self, news: News<'_>) {

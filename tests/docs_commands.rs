@@ -100,6 +100,7 @@ pages! {
     exchange: "docs/exchange.md",
     first_scan: "docs/first-scan.md",
     gallery: "docs/gallery.md",
+    many_computers: "docs/many-computers.md",
     own_rig: "docs/own-rig.md",
     performance: "docs/performance.md",
     plans: "docs/plans.md",

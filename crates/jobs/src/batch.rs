@@ -11,7 +11,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use super::error::JobError;
-use super::whole_file::write_whole;
+use super::whole_file::{WholeFile, write_whole};
 use super::work::Work;
 
 /// Format of `batch.json` and of the results.
@@ -256,6 +256,20 @@ impl Batch {
             }
         }
         Ok((0..self.shards()).filter(|&shard| !there[shard]).collect())
+    }
+
+    /// As [`Batch::missing`], when another computer may have written results just now.
+    ///
+    /// A computer remembers the list of a folder on a network file system, for half a minute and more (`acdirmin` of nfs(5)). A change of its own
+    /// makes it ask anew, because the answer to it tells that others have changed the folder as well (RFC 8881, section 10.8.1).
+    ///
+    /// # Errors
+    /// [`JobError`] if the folder cannot be read or written.
+    pub fn missing_now(&self) -> Result<Vec<usize>, JobError> {
+        let path = self.folder.join("shards").join("look");
+        // It is never finished, and removed at once.
+        drop(WholeFile::begin(&path).map_err(JobError::writing(&path))?);
+        self.missing()
     }
 
     /// Items of the shards that are missing.

@@ -160,7 +160,7 @@ impl Slurm {
             return Ok(progress);
         }
         // A task may have finished between the look at the folder and the answer.
-        missing = batch.missing()?;
+        missing = batch.missing_now()?;
         progress.done = batch.shards() - missing.len();
         if missing.is_empty() {
             return Ok(progress);

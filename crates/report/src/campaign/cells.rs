@@ -73,12 +73,12 @@ pub(super) fn cells(overview: &Overview) -> Markup {
             }
         }
         (legend(&scales, overview))
+        p class="counts" {
+            "Rows: " (matrix.row_names) ". Columns: " (matrix.column_names)
+            ". A cell leads to its report."
+        }
         div class="wide matrix" role="region" aria-label="Table of cells" tabindex="0" {
             table {
-                caption {
-                    "Rows: " (matrix.row_names) ". Columns: " (matrix.column_names)
-                    ". A cell leads to its report."
-                }
                 thead {
                     tr {
                         th scope="col" { (matrix.row_names) }
@@ -123,6 +123,9 @@ fn classes(cell: &CellOverview, scales: &Scales) -> String {
     let value = |name: &str| figure(cell, name).map(|figure| figure.value);
     let verdict = cell.verdict.as_deref().and_then(place_of_verdict);
     let status = status(cell);
+    if !matches!(cell.status, CellStatus::Done { .. }) {
+        return format!("s{status} {}", STATUSES[status].0);
+    }
     [
         step('g', of(scales.gap, value(GAP))),
         step('c', of(scales.correlation, value(CORRELATION))),
@@ -130,7 +133,6 @@ fn classes(cell: &CellOverview, scales: &Scales) -> String {
         step('v', verdict),
         step('s', Some(status)),
         cell.alarm.then(|| "alarm".to_owned()),
-        (STATUSES[status].0 == "failed").then(|| "failed".to_owned()),
         (STATUSES[status].0 == "changed").then(|| "changed".to_owned()),
     ]
     .into_iter()

@@ -73,12 +73,12 @@ pub(super) fn cells(overview: &Overview) -> Markup {
             }
         }
         (legend(&scales, overview))
+        p class="counts" {
+            "Rows: " (matrix.row_names) ". Columns: " (matrix.column_names)
+            ". A cell leads to its report."
+        }
         div class="wide matrix" role="region" aria-label="Table of cells" tabindex="0" {
             table {
-                caption {
-                    "Rows: " (matrix.row_names) ". Columns: " (matrix.column_names)
-                    ". A cell leads to its report."
-                }
                 thead {
                     tr {
                         th scope="col" { (matrix.row_names) }
@@ -122,7 +122,10 @@ fn classes(cell: &CellOverview, scales: &Scales) -> String {
     let of = |steps: Option<Steps>, value: Option<f64>| steps.and_then(|steps| steps.step(value?));
     let value = |name: &str| figure(cell, name).map(|figure| figure.value);
     let verdict = cell.verdict.as_deref().and_then(place_of_verdict);
-    let (status, _) = status(cell);
+    let status = status(cell);
+    if !matches!(cell.status, CellStatus::Done { .. }) {
+        return format!("s{status} {}", STATUSES[status].0);
+    }
     [
         step('g', of(scales.gap, value(GAP))),
         step('c', of(scales.correlation, value(CORRELATION))),
@@ -130,7 +133,6 @@ fn classes(cell: &CellOverview, scales: &Scales) -> String {
         step('v', verdict),
         step('s', Some(status)),
         cell.alarm.then(|| "alarm".to_owned()),
-        (STATUSES[status].0 == "failed").then(|| "failed".to_owned()),
         (STATUSES[status].0 == "changed").then(|| "changed".to_owned()),
     ]
     .into_iter()
@@ -141,7 +143,7 @@ fn classes(cell: &CellOverview, scales: &Scales) -> String {
 
 /// The text for each choice; the status where there is no other.
 fn texts(cell: &CellOverview) -> Vec<(&'static str, String)> {
-    let status = STATUSES[status(cell).0].0;
+    let status = STATUSES[status(cell)].0;
     if !matches!(cell.status, CellStatus::Done { .. }) {
         return vec![("any", status.to_owned())];
     }
@@ -175,7 +177,7 @@ fn description(cell: &CellOverview) -> String {
     let mut words = format!("Round {}{repeat}, {}: ", cell.round, cell.setting);
     words.push_str(match &cell.status {
         CellStatus::Failed { reason } => reason,
-        _ => STATUSES[status(cell).0].1,
+        _ => STATUSES[status(cell)].1,
     });
     if let Some(gap) = figure(cell, GAP) {
         let hundredfold =
@@ -194,8 +196,8 @@ fn description(cell: &CellOverview) -> String {
     words
 }
 
-/// The place of the status in [`STATUSES`], and its word.
-fn status(cell: &CellOverview) -> (usize, &'static str) {
+/// The place of the status in [`STATUSES`].
+fn status(cell: &CellOverview) -> usize {
     let word = match &cell.status {
         CellStatus::Open => "open",
         CellStatus::Scanning => "scanning",
@@ -204,7 +206,7 @@ fn status(cell: &CellOverview) -> (usize, &'static str) {
         CellStatus::Done { .. } => "done",
         CellStatus::Failed { .. } => "failed",
     };
-    (STATUSES.iter().position(|(of, ..)| *of == word).unwrap_or(0), word)
+    STATUSES.iter().position(|(of, ..)| *of == word).unwrap_or(0)
 }
 
 fn place_of_verdict(verdict: &str) -> Option<usize> {

@@ -87,7 +87,7 @@ fn map(cell: &CellOverview, file: &MapFile) -> Markup {
                 @let (width, height) = size(*extent_mm);
                 @let peak = format!("{} {unit}", significant(*peak, 3));
                 a href=(report_address(&cell.id)) title=(title) {
-                    img loading="lazy" width=(width) height=(height) src={ (FOLDER) "/" (encoded(&map_name(cell))) }
+                    img loading="lazy" width=(width) height=(height) style={ "width:" (width) "px" } src={ (FOLDER) "/" (encoded(&map_name(cell))) }
                         alt=(format!("Map of readings, {title}: the largest is {}", peak.trim_end()));
                     span { "round " (cell.round) ": peak " (peak.trim_end()) }
                 }
@@ -183,7 +183,7 @@ mod tests {
         assert!(page.contains("z = 100 mm, 6.00 × 6.00 mm") && page.contains("2.0 V"), "{page}");
         assert!(
             page.contains(
-                "loading=\"lazy\" width=\"144\" height=\"144\" src=\"maps/r001-focus=left.png\""
+                "loading=\"lazy\" width=\"144\" height=\"144\" style=\"width:144px\" src=\"maps/r001-focus=left.png\""
             ),
             "{page}"
         );

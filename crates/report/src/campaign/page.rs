@@ -103,6 +103,34 @@ mod tests {
         assert!(page_of(&campaign).contains("id=\"renew\" checked"));
     }
 
+    /// The words of a page, a line for each block: no tags, no style, no script.
+    fn words(page: &str) -> String {
+        let body = page.split_once("<body>").expect("a body").1;
+        let body = body.split_once("<script>").expect("a script").0;
+        let mut words = String::new();
+        for piece in body.split('<') {
+            let (tag, text) = piece.split_once('>').unwrap_or(("", piece));
+            let name = tag.split(' ').next().unwrap_or_default();
+            match name {
+                "/td" | "/th" | "/span" => words.push_str(" | "),
+                "tr" | "p" | "li" | "h1" | "h2" | "h3" | "summary" | "pre" | "label" => {
+                    words.push('\n')
+                }
+                _ => {}
+            }
+            words.push_str(text);
+        }
+        let lines = words.lines().map(str::trim).filter(|line| !line.is_empty());
+        lines.collect::<Vec<_>>().join("\n")
+    }
+
+    #[test]
+    fn the_words_of_a_page() {
+        let mut campaign = overview();
+        campaign.alarms.push(super::super::example::alarm(false));
+        insta::assert_snapshot!(words(&page_of(&campaign)));
+    }
+
     #[test]
     fn nothing_comes_from_outside() {
         let page = page_of(&overview());

@@ -236,12 +236,12 @@ mod tests {
         campaign.alarms[0].alarm.figure = "z100.peak_ratio".to_owned();
         let page = trends(&campaign).expect("drawn").into_string();
         let place = |words: &str| page.find(words).unwrap_or_else(|| panic!("{words} in {page}"));
-        let peak = place("<details id=\"figure-z100.peak-ratio\" open>");
+        let peak = place("<details id=\"figure-z100.peak_ratio\" open>");
         assert!(peak < place("<details id=\"figure-gap\" open>"));
         assert!(place("figure-gap") < place("figure-level"));
         campaign.alarms.clear();
         let page = trends(&campaign).expect("drawn").into_string();
-        assert!(page.contains("<details id=\"figure-z100.peak-ratio\">"), "{page}");
+        assert!(page.contains("<details id=\"figure-z100.peak_ratio\">"), "{page}");
     }
 
     #[test]

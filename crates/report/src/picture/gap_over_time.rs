@@ -114,7 +114,7 @@ impl Picture for GapOverTime {
         let runs: usize = self.lines.iter().map(|line| line.points.len()).sum();
         let alarms = self.lines.iter().filter(|line| line.alarms.contains(&true)).count();
         format!(
-            "The gap over time: {} settings, {runs} runs, {:.2} % to {:.2} %, {alarms} settings with an open alarm.",
+            "The gap over time: {} settings, {runs} runs, {:.2} % to {:.2} %. Settings with an open alarm: {alarms}.",
             self.lines.len(),
             self.y.0,
             self.y.1
@@ -173,7 +173,7 @@ mod tests {
         assert!(drawn.svg.contains("gap (%)") && drawn.svg.contains("setting with an open alarm"));
         assert!(
             drawn.description.contains("2 settings, 6 runs")
-                && drawn.description.contains("1 settings with")
+                && drawn.description.contains("alarm: 1.")
         );
         let image = image::load_from_memory(&drawn.png).expect("a PNG").to_rgb8();
         let (x, y) = picture.axes().place(1.795e9 + 2.0 * 86_400.0, 25.0);

@@ -45,7 +45,7 @@ enum Expected {
 
 impl Acknowledge {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let (_, overview) = overview_of(&self.folder)?;
+        let (_, overview) = overview_of(&self.folder, None)?;
         if let Some(setting) = &self.setting
             && !overview.cells.iter().any(|cell| cell.setting == *setting)
         {

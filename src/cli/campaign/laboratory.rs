@@ -15,7 +15,7 @@ use crate::cli::output::{say, silently};
 use crate::cli::watchdog::watchdog;
 use crate::rig_file::simulated_devices;
 use fieldgap_acquisition::{Ending, Event, PlannedScan, ScanRun, read_air};
-use fieldgap_archive::RecordFigures;
+use fieldgap_archive::{FIGURES, RecordFigures};
 use fieldgap_campaign::{
     After, Bench, Cell, CellFigures, Condition, ConditionValue, ConfirmedBy, Laboratory, Measured,
     News, Overview, Sensor, SetBy, Use,
@@ -23,6 +23,7 @@ use fieldgap_campaign::{
 use fieldgap_correction::correct_rig_file;
 use fieldgap_diagnosis::{diagnose, diagnose_change};
 use fieldgap_monitoring::Run;
+use fieldgap_reanalysis::{FOLDER as REANALYSES, ReanalysisName};
 use fieldgap_records::{Hooks, RecordedScan, ScanSetup};
 use fieldgap_report::write_campaign;
 
@@ -259,7 +260,26 @@ pub(super) fn figures_of(
     setting: &str,
     at: Option<Timestamp>,
 ) -> Option<CellFigures> {
-    let figures = RecordFigures::read(folder).ok()??;
+    as_of_cell(RecordFigures::read(folder).ok()??, folder, setting, at)
+}
+
+/// The same, from a reanalysis of the record.
+pub(super) fn reanalysed_figures_of(
+    folder: &Path,
+    name: &ReanalysisName,
+    setting: &str,
+    at: Option<Timestamp>,
+) -> Option<CellFigures> {
+    let file = folder.join(REANALYSES).join(name.to_string()).join(FIGURES);
+    as_of_cell(RecordFigures::read_file(&file).ok()??, folder, setting, at)
+}
+
+fn as_of_cell(
+    figures: RecordFigures,
+    folder: &Path,
+    setting: &str,
+    at: Option<Timestamp>,
+) -> Option<CellFigures> {
     let recorded = || Some(ScanSetup::read(&folder.join("scan.toml")).ok()?.recorded);
     let series = figures.series().into_iter().map(|(name, figure)| (name.into(), figure));
     let run = Run {

@@ -11,6 +11,9 @@ use fieldgap_campaign::{Campaign, CampaignHooks, GAP, News, Schedule};
 use fieldgap_monitoring::Run;
 use fieldgap_records::HookCommand;
 
+/// Environment variables of a hook, by name.
+type Variables = Vec<(&'static str, String)>;
+
 /// Tells what happens in a campaign.
 pub(super) struct Teller {
     pub(super) folder: std::path::PathBuf,
@@ -49,10 +52,7 @@ impl Teller {
     }
 
     /// The hook for these news, its event, and what it is told beside the message.
-    fn hook(
-        &self,
-        news: &News<'_>,
-    ) -> Option<(&HookCommand, &'static str, Vec<(&'static str, String)>)> {
+    fn hook(&self, news: &News<'_>) -> Option<(&HookCommand, &'static str, Variables)> {
         let hooks = &self.hooks;
         let (hook, event, variables) = match news {
             News::Closed { folder, run, gap_change, .. } => {
@@ -139,7 +139,7 @@ impl Teller {
     }
 }
 
-fn of_record(folder: &Path, run: Option<&Run>) -> Vec<(&'static str, String)> {
+fn of_record(folder: &Path, run: Option<&Run>) -> Variables {
     let mut variables = vec![
         ("FIELDGAP_SCAN", folder.display().to_string()),
         ("FIELDGAP_REPORT", folder.join("report/index.html").display().to_string()),

@@ -1,7 +1,7 @@
 //! Questions to a person during a campaign: at the terminal, or by `fieldgap campaign answer` where there is none.
 
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use jiff::Timestamp;
@@ -109,7 +109,7 @@ pub(super) fn answer(folder: &Path, yes: bool) -> miette::Result<()> {
     Ok(())
 }
 
-fn read<T: serde::de::DeserializeOwned>(path: &PathBuf) -> Option<T> {
+fn read<T: serde::de::DeserializeOwned>(path: &Path) -> Option<T> {
     serde_json::from_str(&read_text(path, MOST_TEXT).ok()?).ok()
 }
 

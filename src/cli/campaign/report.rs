@@ -9,6 +9,7 @@ use miette::IntoDiagnostic;
 use super::status::overview_of;
 use crate::cli::output::{print, print_json, say};
 use fieldgap_campaign::{CellOverview, CellStatus, GAP, Overview};
+use fieldgap_reanalysis::ReanalysisName;
 use fieldgap_report::write_campaign;
 
 /// The `report` command.
@@ -16,6 +17,9 @@ use fieldgap_report::write_campaign;
 pub(super) struct Report {
     /// Folder of the campaign
     folder: PathBuf,
+    /// Take the figures of this reanalysis (see `fieldgap reanalyse`) instead of those that the campaign compared
+    #[arg(long, value_name = "NAME")]
+    reanalysis: Option<ReanalysisName>,
     /// Output format
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -33,7 +37,7 @@ enum Format {
 
 impl Report {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let (_, overview) = overview_of(&self.folder)?;
+        let (_, overview) = overview_of(&self.folder, self.reanalysis.as_ref())?;
         let page = write_campaign(&overview).into_diagnostic()?;
         match self.format {
             Format::Text => print(&table(&overview))?,

@@ -7,10 +7,11 @@ use clap::Args;
 use jiff::Timestamp;
 use serde::Serialize;
 
-use super::laboratory::figures_of;
+use super::laboratory::{figures_of, reanalysed_figures_of};
 use super::person::open_question;
 use crate::cli::output::{print, print_json};
 use fieldgap_campaign::{Campaign, CampaignFolder, CellStatus, Overview, followed};
+use fieldgap_reanalysis::ReanalysisName;
 
 /// The `status` command.
 #[derive(Debug, Args)]
@@ -34,18 +35,25 @@ struct StatusJson {
     overview: Overview,
 }
 
-/// A campaign's file, and its overview, as they are now.
-pub(super) fn overview_of(folder: &Path) -> miette::Result<(Campaign, Overview)> {
+/// A campaign's file, and its overview, as they are now; with the figures of a reanalysis in place of those of the cells' reports if its name is given.
+pub(super) fn overview_of(
+    folder: &Path,
+    reanalysis: Option<&ReanalysisName>,
+) -> miette::Result<(Campaign, Overview)> {
     let campaign = CampaignFolder::campaign(folder)?;
     let state = CampaignFolder::read(folder)?;
-    let follower = followed(&campaign, folder, &state, &figures_of)?;
+    let figures = |record: &Path, setting: &str, at| match reanalysis {
+        Some(name) => reanalysed_figures_of(record, name, setting, at),
+        None => figures_of(record, setting, at),
+    };
+    let follower = followed(&campaign, folder, &state, &figures)?;
     let overview = Overview::of(&campaign, folder, &state, &follower);
     Ok((campaign, overview))
 }
 
 impl Status {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let (campaign, overview) = overview_of(&self.folder)?;
+        let (campaign, overview) = overview_of(&self.folder, None)?;
         let running = CampaignFolder::is_running(&self.folder);
         let question =
             open_question(&self.folder).map(|question| question.text).filter(|_| running);

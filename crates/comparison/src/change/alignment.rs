@@ -12,6 +12,9 @@ use super::polynomial::Polynomial;
 use crate::registration::Estimate;
 use fieldgap_text::{Uncertain, uncertain};
 
+/// A direction of the parameters, and its information.
+type Informed = (DVector<f64>, f64);
+
 /// How the second record is aligned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -271,12 +274,8 @@ impl Normal {
         (reduced, downhill, of_noise)
     }
 
-    /// The directions that the readings determine, each with its information.
-    fn known(
-        &self,
-        free: usize,
-        wavelength_m: f64,
-    ) -> (Vec<(DVector<f64>, f64)>, Vec<DVector<f64>>) {
+    /// The directions that the readings determine, and those that they do not.
+    fn known(&self, free: usize, wavelength_m: f64) -> (Vec<Informed>, Vec<DVector<f64>>) {
         let (reduced, _, of_noise) = self.reduced(free);
         let eigen = SymmetricEigen::new(&reduced - &of_noise);
         let inflation = self.chi_square().max(1.0);

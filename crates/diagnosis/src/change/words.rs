@@ -67,22 +67,20 @@ fn with_numbers(of: &Clause<'_>) -> String {
     let parts: Vec<String> = of
         .changes
         .iter()
-        .filter_map(|(name, change)| {
+        .map(|(name, change)| {
             let full = format!("{}.{name}", of.id);
             let unit = FittedParameter::unit(&full, of.reading_unit);
             let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
             let label = label(name);
             match (change.change, change.before) {
-                (Some(by), Some(before)) if before != 0.0 => Some(format!(
+                (Some(by), Some(before)) if before != 0.0 => format!(
                     "{label}{}{unit}, from {} to {}",
                     signed(by),
                     rounded_like(before, by),
                     rounded_like(before + by.value, by),
-                )),
-                (Some(by), _) => Some(format!("{label}{}{unit}", signed(by))),
-                (None, _) => {
-                    Some(format!("{label}{}", change.after.in_words(&full, of.reading_unit)))
-                }
+                ),
+                (Some(by), _) => format!("{label}{}{unit}", signed(by)),
+                (None, _) => format!("{label}{}", change.after.in_words(&full, of.reading_unit)),
             }
         })
         .collect();

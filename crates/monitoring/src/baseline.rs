@@ -60,7 +60,7 @@ struct CellScatter {
     degrees_of_freedom: f64,
 }
 
-/// The pooled scatter counts as much as this many differences of the cell itself. Cells scatter differently: a focus near an edge moves more.
+/// The scatter of the other cells counts as much as this many differences of the cell itself. Cells scatter differently: a focus near an edge moves more.
 /// With few runs of a cell the others say how much to expect, with many its own decide.
 const POOLED_WEIGHT: f64 = 4.0;
 
@@ -108,16 +108,16 @@ impl Known {
         Some(Expected { prediction, difference, score })
     }
 
-    /// Scatter of a cell: its own, and that of all cells as if it were some differences more (the moderated variance of Smyth, Statistical
-    /// Applications in Genetics and Molecular Biology 3, 3, 2004); `None` while all of it is unknown.
+    /// Scatter of a cell: its own, and that of the other cells as if it were some differences more (the moderated variance of Smyth,
+    /// Statistical Applications in Genetics and Molecular Biology 3, 3, 2004); `None` while there are too few of both.
     fn cell_scatter(&self, cell: &str) -> Option<CellScatter> {
-        let pooled_freedom = self.scatter.degrees_of_freedom();
-        let pooled = self.scatter.ratio().filter(|_| pooled_freedom >= FEWEST_DIFFERENCES)?;
         let own = self.scatter_of_cells.get(cell).copied().unwrap_or_default();
-        let weight = POOLED_WEIGHT.min(f64::from(pooled_freedom));
+        let others = self.scatter.without(own);
+        let weight = POOLED_WEIGHT.min(f64::from(others.degrees_of_freedom()));
+        let of_others = others.ratio().map_or(0.0, |ratio| ratio.value.powi(2));
         let freedom = weight + f64::from(own.degrees_of_freedom());
-        let variance = (weight * pooled.value.powi(2) + own.squares()) / freedom;
-        Some(CellScatter {
+        let variance = (weight * of_others + own.squares()) / freedom;
+        (freedom >= f64::from(FEWEST_DIFFERENCES) && variance > 0.0).then(|| CellScatter {
             ratio: variance.sqrt(),
             degrees_of_freedom: freedom.min(MOST_DEGREES_OF_FREEDOM),
         })

@@ -171,6 +171,14 @@ impl Scatter {
             .then(|| Uncertain { value, standard_error: value / (2.0 * freedom).sqrt() })
     }
 
+    /// The scatter without a part of its differences.
+    pub(crate) fn without(&self, part: Self) -> Self {
+        Self {
+            degrees_of_freedom: self.degrees_of_freedom - part.degrees_of_freedom,
+            squares: (self.squares - part.squares).max(0.0),
+        }
+    }
+
     /// Sum of the squared differences.
     pub(crate) fn squares(&self) -> f64 {
         self.squares

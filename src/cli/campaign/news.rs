@@ -140,6 +140,8 @@ impl Teller {
 }
 
 fn of_record(folder: &Path, run: Option<&Run>) -> Variables {
+    // A hook may work in another folder.
+    let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
     let mut variables = vec![
         ("FIELDGAP_SCAN", folder.display().to_string()),
         ("FIELDGAP_REPORT", folder.join("report/index.html").display().to_string()),

@@ -96,7 +96,9 @@ impl Grid {
 impl<'a> ChangeMaps<'a> {
     /// The maps of a height; `None` where there are too few places for a map.
     pub fn new(height: &'a HeightChange, unit: &'a str) -> Option<Self> {
-        let grid = Grid::of(&height.places)?;
+        // Places on one line are no map.
+        let grid =
+            Grid::of(&height.places).filter(|grid| grid.x_m.len().min(grid.y_m.len()) > 1)?;
         let layout = MapLayout::new(&grid.x_m, &grid.y_m)?.with_bar_after_second();
         let values = |of: fn(&PlaceChange) -> f64| -> Vec<f64> {
             let value = |place: &Option<usize>| place.map_or(f64::NAN, |n| of(&height.places[n]));

@@ -301,7 +301,7 @@ mod tests {
         let near = of_scope(&Scope::Cell("near".to_owned()));
         let chart = ControlChart::new(&near).expect("points");
         let drawn = Drawn::new(&chart).expect("drawn");
-        for label in ["gap, cell near", "time (UTC)", "statistic", "baseline ± 2 errors", "11-19"]
+        for label in ["gap, cell near", "time (UTC)", "statistic", "baseline ± 2 errors", "19 Nov"]
         {
             assert!(drawn.svg.contains(label), "{label}");
         }

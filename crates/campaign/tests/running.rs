@@ -165,7 +165,7 @@ fn a_budget_ends_the_campaign_before_it_is_exceeded() {
     };
     assert!(reason.contains("2 min with the array driven"), "{reason}");
     let used = CampaignFolder::read(&folder).expect("a state").used.emitting_s;
-    assert!(used <= 120.0 && used >= 75.0, "{used}");
+    assert!((75.0..=120.0).contains(&used), "{used}");
 }
 
 #[test]

@@ -183,6 +183,36 @@ fn a_rig_that_fails_is_left_alone_while_the_other_goes_on() {
     );
 }
 
+#[test]
+fn a_person_answers_from_elsewhere() {
+    let laboratory = Laboratory::new();
+    let condition =
+        "[[condition]]\nname = \"screen\"\nvalues = [\"in\"]\nask = \"Is the screen {value}?\"\n";
+    laboratory.write("c.toml", &format!("{TWO_FOCI}{condition}[after]\ncompare = false\n"));
+    let mut running = laboratory
+        .command(&["campaign", "run", "c.toml", "--out", "c"])
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it starts");
+    let begun = Instant::now();
+    let question = loop {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no question is asked");
+        let status = laboratory.fieldgap(&["campaign", "status", "c", "--json"]);
+        let status: serde_json::Value = serde_json::from_slice(&status.stdout).unwrap_or_default();
+        if let Some(question) = status["question"].as_str() {
+            break question.to_owned();
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    };
+    assert_eq!(question, "Is the screen in?");
+    assert!(laboratory.state().cells.is_empty(), "no cell begins before the answer");
+    laboratory.done(&["campaign", "answer", "c", "yes"]);
+    assert!(running.wait().expect("it ended").success());
+    assert_eq!(laboratory.state().cells.len(), 4);
+    let none = laboratory.fieldgap(&["campaign", "answer", "c", "yes"]);
+    assert!(String::from_utf8_lossy(&none.stderr).contains("no question is open"));
+}
+
 /// Runs a campaign of so many cells and kills it so many times, each time after a random number of milliseconds.
 fn killed(cells: usize, kills: usize, seed: u64) {
     let laboratory = Laboratory::new();

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use fieldgap::campaign::CampaignFolder;
+use fieldgap::records::Note;
 
 const PLAN: &str = r#"
 name = "watched"
@@ -62,4 +63,8 @@ fn an_element_that_dies_between_two_cells_is_named_with_the_times() {
     assert!(named.iter().any(|words| cause.starts_with(words)), "{cause}");
     assert!(cause.contains(" UTC"), "{cause}");
     assert!(text.contains("\"event\":\"alarm\""));
+    // The record has it too, where the history of records finds it.
+    let record = home.path().join("watch/cells").join(&alarm.cell);
+    let notes = Note::all_of(&record).expect("notes");
+    assert!(notes.iter().any(|note| note.text().contains("Element 17 died")), "{notes:?}");
 }

@@ -218,3 +218,40 @@ fn two_processes_do_not_run_one_campaign() {
     drop(first);
     assert!(!CampaignFolder::is_running(&folder));
 }
+
+#[test]
+fn another_campaign_is_the_baseline_from_the_first_round_on() {
+    let rounds = format!("{TWO_FOCI}[schedule]\nrounds = 6\nevery = \"1h\"\ntime_zone = \"UTC\"\n");
+    let noisy = |grown: f64| {
+        let mut number = 1_u32;
+        move |_: &str| {
+            number = number.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            0.18 * grown + 0.001 * (f64::from(number) / f64::from(u32::MAX) - 0.5)
+        }
+    };
+    let laboratory = FakeLaboratory::at("2026-10-23T08:00:00Z");
+    *laboratory.gaps.borrow_mut() = Box::new(noisy(1.0));
+    let (_keep, last_month) = folder();
+    run(&campaign(&rounds), &laboratory, &last_month, Selection::Open);
+    // The file of the first campaign is gone; its folder has a copy, whose paths hold.
+    let baseline = format!("{rounds}[baseline]\ncampaign = \"{}\"\n", last_month.display());
+    for (grown, alarms) in [(1.0, false), (1.1, true)] {
+        let laboratory = FakeLaboratory::at("2026-11-23T08:00:00Z");
+        let before = noisy(1.0);
+        let now = noisy(grown);
+        let (mut before, mut now) = (before, now);
+        let old = last_month.clone();
+        *laboratory.gaps_by_folder.borrow_mut() = Some(Box::new(
+            move |folder: &std::path::Path| {
+                if folder.starts_with(&old) { before("") } else { now("") }
+            },
+        ));
+        let (_keep, folder) = folder();
+        run(&campaign(&baseline), &laboratory, &folder, Selection::Open);
+        let state = CampaignFolder::read(&folder).expect("a state");
+        assert_eq!(!state.alarms.is_empty(), alarms, "{grown}: {:?}", state.alarms);
+        if alarms {
+            assert!(state.alarms[0].cell.starts_with("r001"), "{}", state.alarms[0].cell);
+        }
+    }
+}

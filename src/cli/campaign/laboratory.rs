@@ -24,7 +24,7 @@ use fieldgap_correction::correct_rig_file;
 use fieldgap_diagnosis::{diagnose, diagnose_change};
 use fieldgap_monitoring::Run;
 use fieldgap_reanalysis::{FOLDER as REANALYSES, ReanalysisName};
-use fieldgap_records::{Hooks, RecordedScan, ScanSetup};
+use fieldgap_records::{Hooks, Note, NoteKind, RecordedScan, ScanSetup};
 use fieldgap_report::write_campaign;
 
 /// The laboratory that the command works in.
@@ -165,6 +165,16 @@ impl Laboratory for ThisLaboratory {
     }
 
     async fn tell(&self, news: News<'_>) {
+        if let News::Alarm { folder, alarm, cause, .. } = &news {
+            let text = [Some(alarm.to_string()), cause.map(str::to_owned)];
+            let text = text.into_iter().flatten().collect::<Vec<_>>().join(". ");
+            // The history of records marks it.
+            let note = Note::new(self.now(), "fieldgap campaign", &text.replace('\u{a0}', " "));
+            let kept = note.and_then(|note| note.of_kind(NoteKind::Alarm).add_to(folder));
+            if let Err(error) = kept {
+                say(format!("the alarm is not noted in its record: {error}"));
+            }
+        }
         self.teller.tell(&news).await;
     }
 

@@ -35,6 +35,9 @@ pub struct FakeLaboratory {
     pub scans: Answers<Scan>,
     /// The gap of a record.
     pub gaps: Answers<f64>,
+    /// The gap of a record by its folder, in place of `gaps`.
+    #[allow(clippy::type_complexity)]
+    pub gaps_by_folder: RefCell<Option<Box<dyn FnMut(&Path) -> f64>>>,
     /// What a sensor reads.
     pub readings: Answers<Option<f64>>,
     pub measured: RefCell<Vec<(Timestamp, String)>>,
@@ -53,6 +56,7 @@ impl FakeLaboratory {
             now: Cell::new(now.parse().expect("a time")),
             scans: RefCell::new(Box::new(|_| Scan::Complete)),
             gaps: RefCell::new(Box::new(|_| 0.18)),
+            gaps_by_folder: RefCell::default(),
             readings: RefCell::new(Box::new(|_| None)),
             measured: RefCell::default(),
             told: RefCell::default(),
@@ -149,7 +153,10 @@ impl Laboratory for FakeLaboratory {
         setting: &str,
         at: Option<Timestamp>,
     ) -> Option<CellFigures> {
-        let gap = (self.gaps.borrow_mut())(&name(folder));
+        let gap = match self.gaps_by_folder.borrow_mut().as_mut() {
+            Some(gap) => gap(folder),
+            None => (self.gaps.borrow_mut())(&name(folder)),
+        };
         let figures = [("gap".to_owned(), Uncertain { value: gap, standard_error: 0.001 })];
         let run = Run {
             cell: setting.to_owned(),

@@ -102,6 +102,7 @@ pages! {
     exchange: "docs/exchange.md",
     first_scan: "docs/first-scan.md",
     gallery: "docs/gallery.md",
+    history: "docs/history.md",
     many_computers: "docs/many-computers.md",
     monitoring: "docs/monitoring.md",
     own_rig: "docs/own-rig.md",

@@ -4,7 +4,7 @@ use super::alignment::{Aligning, Fitted, Layer, Layers, PlaceOfB, Placement, Una
 use super::polynomial::Polynomial;
 use super::{
     Change, Differing, HeightChange, NoChange, PlaceChange, Scaling, change, extent, figures,
-    noise_of, owned, same_unit,
+    noise_of_both, owned, same_unit,
 };
 use crate::comparison::{FieldFigures, Noise, Uncertain};
 use fieldgap_acoustics::Vec3;
@@ -30,7 +30,7 @@ pub fn aligned_change(
         return change(a, b, scaling);
     }
     same_unit(a, b, scaling)?;
-    let (noise_a, noise_b) = (noise_of(a), noise_of(b));
+    let (noise_a, noise_b) = noise_of_both(a, b);
     let planes_b = b.planes(SAME_HEIGHT_MM);
     let planes_a = a.planes(SAME_HEIGHT_MM);
     let pairs: Vec<(&Plane<'_>, &Plane<'_>, MappedPlane)> = planes_a

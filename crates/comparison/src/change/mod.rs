@@ -11,6 +11,7 @@ mod alignment_search;
 mod alignment_tests;
 mod conditions;
 mod headline;
+mod noise_of_records;
 mod polynomial;
 mod resample;
 #[cfg(test)]
@@ -25,10 +26,10 @@ pub use self::aligned::aligned_change;
 pub use self::alignment::{Aligning, Alignment};
 pub use self::conditions::Condition;
 use self::conditions::{conditions, predicted};
+use self::noise_of_records::noise_of_both;
 use self::resample::Resampled;
 use super::agreement::{correlation, rms};
-use super::comparison::{FieldFigures, Noise, NoiseSource, Uncertain};
-use super::noise::Roughness;
+use super::comparison::{FieldFigures, Noise, Uncertain};
 use fieldgap_acoustics::Vec3;
 use fieldgap_records::{
     OFF_LINE_MM, Plane, RecordedScan, Repeat, SAME_HEIGHT_MM, SAME_POINT_MM, plane_map, visited,
@@ -229,7 +230,7 @@ fn metres<S: serde::Serializer>(at_m: &Vec3, serializer: S) -> Result<S::Ok, S::
 /// [`NoChange`].
 pub fn change(a: &RecordedScan, b: &RecordedScan, scaling: Scaling) -> Result<Change, NoChange> {
     same_unit(a, b, scaling)?;
-    let (noise_a, noise_b) = (noise_of(a), noise_of(b));
+    let (noise_a, noise_b) = noise_of_both(a, b);
     let planes_b = b.planes(SAME_HEIGHT_MM);
     let (mut heights, mut left_out) = (Vec::new(), 0);
     for plane in a.planes(SAME_HEIGHT_MM) {
@@ -408,19 +409,6 @@ impl Index {
             .min_by(|(_, one), (_, other)| one.total_cmp(other))
             .map(|(point, _)| point)
     }
-}
-
-/// Noise of a record; where it has neither repeats nor dark readings, an upper bound from the third differences of its own maps.
-fn noise_of(scan: &RecordedScan) -> Noise {
-    let mut roughness = Roughness::default();
-    for plane in scan.planes(SAME_HEIGHT_MM) {
-        if let Ok(mapped) = plane_map(&plane, OFF_LINE_MM) {
-            let nothing = vec![0.0; mapped.map.values().len()];
-            roughness.add(mapped.map.values(), &nothing, mapped.map.x_m().len());
-        }
-    }
-    let unknown = Noise { additive: f64::NAN, multiplicative: 0.0, source: NoiseSource::Residual };
-    Noise::of(scan, roughness.noise().unwrap_or(unknown))
 }
 
 /// B over A by least squares, with the error that the noise of both makes.

@@ -68,6 +68,31 @@ fn a_gain_is_found_with_its_error_and_noise_is_noise() {
 }
 
 #[test]
+fn on_a_coarse_grid_without_repeats_the_difference_shows_the_noise() {
+    // A step of 3 mm across a focus of 8 mm: the field's own third differences are a hundred times those of the noise.
+    let noise = 0.01;
+    let once = |gain: f64, seed: u64| {
+        let mut record = record(0.0, 3.0, gain, noise, seed);
+        record.samples.truncate(100);
+        record
+    };
+    let (a, b) = (once(1.0, 11), once(1.2, 12));
+    let change = change(&a, &b, Scaling::Gain).expect("comparable");
+    let chi = change.overall.chi_square_per_point;
+    assert!((0.5..2.0).contains(&chi), "{chi}");
+    for noise_found in [&change.noise_a, &change.noise_b] {
+        let at = noise_found.at(0.5);
+        assert!((0.5 * noise..2.0 * noise).contains(&at), "{noise_found:?}");
+    }
+    // A place that really changed is far beyond it.
+    let mut changed = b.clone();
+    changed.samples[44].reading += 0.2;
+    let change = super::change(&a, &changed, Scaling::Gain).expect("comparable");
+    let largest = change.heights[0].places.iter().map(|place| place.in_standard_errors().abs());
+    assert!(largest.fold(0.0, f64::max) > 4.0);
+}
+
+#[test]
 fn another_grid_is_interpolated_with_its_error() {
     let a = record(0.0, 1.5, 1.0, 0.01, 3);
     let b = record(0.7, 1.2, 1.0, 0.01, 4);

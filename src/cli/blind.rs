@@ -5,11 +5,11 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::{Args, Subcommand};
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::blind_scans::BlindScans;
 use super::on::{OnArgs, batch_beside};
 use super::output::{print, print_json, report_error, say};
+use super::progress::counting_bar;
 use fieldgap_acoustics::Simulator;
 use fieldgap_blind::{Run, Score, Seal, SetToMake, Shares, fresh_seed, seal_truth};
 use fieldgap_diagnosis::diagnose;
@@ -146,7 +146,7 @@ impl Make {
         seal.is_free()?;
         let shares = Shares { none: self.none, pairs: self.pairs, unmodelled: self.outside };
         let seed = self.seed.map_or_else(fresh_seed, Ok)?;
-        let bar = bar(self.count, "scans made");
+        let bar = counting_bar(self.count, "scans made");
         let set = SetToMake { count: self.count, seed, shares };
         let answers = set.make(&self.out, || bar.inc(1))?;
         let commitment = seal.close(&answers)?;
@@ -169,7 +169,7 @@ impl RunSet {
                 None => Ok(ExitCode::SUCCESS),
             };
         }
-        let bar = bar(names.len(), "scans diagnosed");
+        let bar = counting_bar(names.len(), "scans diagnosed");
         let failures = AtomicUsize::new(0);
         run.each(
             &names,
@@ -226,16 +226,6 @@ impl Sealed {
         let seal = Seal::of(&self.set, self.key.as_deref());
         Ok(seal.open(self.commitment.as_deref())?)
     }
-}
-
-fn bar(count: usize, what: &'static str) -> ProgressBar {
-    let bar = ProgressBar::new(count as u64);
-    let style =
-        ProgressStyle::with_template("{elapsed_precise} [{bar:30}] {pos}/{len} {msg}, {eta} left")
-            .expect("the template is well formed");
-    bar.set_style(style.progress_chars("=> "));
-    bar.set_message(what);
-    bar
 }
 
 fn share(text: &str) -> Result<f64, String> {

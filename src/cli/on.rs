@@ -4,10 +4,10 @@ use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, WrapErr};
 
 use super::output::say;
+use super::progress::counting_bar;
 use fieldgap_input::{MOST_TEXT, read_text};
 use fieldgap_jobs::slurm::{Memory, Partition, Slurm, SlurmOptions, SlurmProgress, TimeLimit};
 use fieldgap_jobs::{Batch, JobError, MakeBatch, USUAL_SHARDS, Work, run_here};
@@ -96,7 +96,7 @@ impl OnArgs {
     fn here(&self, work: &dyn Work, folder: &Path, what: &'static str) -> miette::Result<Batch> {
         let batch = make(work, folder, self.shards())?;
         let left = batch.items_of(&batch.missing()?);
-        let bar = bar(batch.items().len(), what);
+        let bar = counting_bar(batch.items().len(), what);
         bar.set_position((batch.items().len() - left) as u64);
         bar.reset_eta();
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
@@ -160,7 +160,7 @@ fn make(work: &dyn Work, folder: &Path, shards: usize) -> Result<Batch, JobError
 }
 
 fn wait(slurm: &Slurm, batch: &Batch, shards: usize) -> Result<(), JobError> {
-    let bar = bar(shards, "shards done");
+    let bar = counting_bar(shards, "shards done");
     let told = |progress: &SlurmProgress| {
         bar.set_position(progress.done as u64);
         if let Some((job, tasks)) = progress.sent {
@@ -192,14 +192,4 @@ fn tell(progress: &SlurmProgress) {
 
 fn counted(tasks: usize) -> String {
     if tasks == 1 { "1 task".to_owned() } else { format!("{tasks} tasks") }
-}
-
-fn bar(count: usize, what: &'static str) -> ProgressBar {
-    let bar = ProgressBar::new(count as u64);
-    let style =
-        ProgressStyle::with_template("{elapsed_precise} [{bar:30}] {pos}/{len} {msg}, {eta} left")
-            .expect("the template is well formed");
-    bar.set_style(style.progress_chars("=> "));
-    bar.set_message(what);
-    bar
 }

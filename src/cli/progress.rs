@@ -11,6 +11,17 @@ use super::output::{json_line, say};
 use super::watch::Watching;
 use fieldgap_acquisition::Event;
 
+/// A bar on standard error that counts things.
+pub(super) fn counting_bar(count: usize, what: &'static str) -> ProgressBar {
+    let bar = ProgressBar::new(count as u64);
+    let style =
+        ProgressStyle::with_template("{elapsed_precise} [{bar:30}] {pos}/{len} {msg}, {eta} left")
+            .expect("the template is well formed");
+    bar.set_style(style.progress_chars("=> "));
+    bar.set_message(what);
+    bar
+}
+
 /// A progress display.
 pub(super) enum Progress {
     /// A bar with the remaining time and the current point, on standard error.

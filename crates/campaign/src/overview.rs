@@ -43,6 +43,8 @@ pub struct Overview {
     pub rigs_left: BTreeMap<String, String>,
     /// Conditions that could not be set since the last resume, with reasons.
     pub not_set: Vec<String>,
+    /// The question to a person whose answer it waits for.
+    pub question: Option<String>,
     /// What was used. Its time is that of the scans.
     pub used: Use,
     /// Whether no process works on it any more, as far as its log says.
@@ -126,7 +128,7 @@ pub struct AlarmOverview {
 }
 
 impl Overview {
-    /// The overview of a campaign in its folder.
+    /// The overview of a campaign in its folder, without an open question.
     pub fn of(campaign: &Campaign, folder: &Path, state: &State, follower: &Follower) -> Self {
         let open: Vec<&LoggedAlarm> = state.open_alarms().collect();
         let runs: BTreeMap<&Path, _> =
@@ -177,6 +179,7 @@ impl Overview {
             why_no_charts: follower.why_no_charts().map(str::to_owned),
             rigs_left: state.rigs_left.clone(),
             not_set: state.not_set.iter().cloned().collect(),
+            question: None,
             used: state.used,
             ended: state.ended.is_some(),
             ended_early: state.ended.clone().flatten(),

@@ -80,7 +80,7 @@ impl<'a> Runner<'a> {
             CampaignEnd::Early(reason) => Some(reason.clone()),
         };
         self.log(What::Ended { reason: reason.clone() })?;
-        self.draw().await;
+        self.draw(None).await;
         self.laboratory.tell(News::Ended(reason.as_deref())).await;
         Ok(ended)
     }
@@ -201,12 +201,13 @@ impl<'a> Runner<'a> {
         self.folder.borrow_mut().log(self.laboratory.now(), what)
     }
 
-    async fn draw(&self) {
+    /// Draws the campaign as it is, with the question that it waits for.
+    async fn draw(&self, question: Option<String>) {
         let overview = {
             let folder = self.folder.borrow();
             Overview::of(self.campaign, folder.path(), folder.state(), &self.follower.borrow())
         };
-        self.laboratory.draw(overview).await;
+        self.laboratory.draw(Overview { question, ..overview }).await;
     }
 }
 

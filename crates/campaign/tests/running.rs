@@ -155,6 +155,19 @@ fn a_condition_is_confirmed_before_its_cells_or_they_are_left_out() {
 }
 
 #[test]
+fn the_page_shows_a_question_while_a_person_is_asked() {
+    let condition = "[[condition]]\nname = \"screen\"\nvalues = [\"in\", \"out\"]\nask = \"Is the screen {value}?\"\n";
+    let campaign = campaign(&format!("order = \"given\"\n{condition}"));
+    let laboratory = FakeLaboratory::at("2026-11-23T08:00:00Z");
+    let (_keep, folder) = folder();
+    run(&campaign, &laboratory, &folder, Selection::Open);
+    let shown = laboratory.shown_questions.borrow();
+    assert_eq!(*shown, ["Is the screen in?", "Is the screen out?"]);
+    let last = laboratory.last.borrow_mut().take().expect("drawn");
+    assert_eq!((last.question, laboratory.measured_cells().len()), (None, 2));
+}
+
+#[test]
 fn a_budget_ends_the_campaign_before_it_is_exceeded() {
     // Each scan is planned to take 29 s, and takes 25 s.
     let campaign = campaign(&format!("repeats = 10\n{TWO_FOCI}[budget]\nemitting_min = 2\n"));

@@ -26,7 +26,6 @@ pub(super) struct Status {
 #[derive(Debug, Serialize)]
 struct StatusJson {
     running: bool,
-    question: Option<String>,
     next_round: Option<Timestamp>,
     done: usize,
     failed: usize,
@@ -47,7 +46,10 @@ pub(super) fn overview_of(
         None => figures_of(record, setting, at),
     };
     let follower = followed(&campaign, folder, &state, &figures)?;
-    let overview = Overview::of(&campaign, folder, &state, &follower);
+    let mut overview = Overview::of(&campaign, folder, &state, &follower);
+    if CampaignFolder::is_running(folder) {
+        overview.question = open_question(folder).map(|question| question.text);
+    }
     Ok((campaign, overview))
 }
 
@@ -55,20 +57,10 @@ impl Status {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         let (campaign, overview) = overview_of(&self.folder, None)?;
         let running = CampaignFolder::is_running(&self.folder);
-        let question =
-            open_question(&self.folder).map(|question| question.text).filter(|_| running);
         let [done, failed, open] = overview.counts();
         let next_round = next_round(&campaign, &overview, open);
         if self.json {
-            print_json(&StatusJson {
-                running,
-                question,
-                next_round,
-                done,
-                failed,
-                open,
-                overview,
-            })?;
+            print_json(&StatusJson { running, next_round, done, failed, open, overview })?;
             return Ok(ExitCode::SUCCESS);
         }
         let mut lines = vec![format!(
@@ -78,7 +70,7 @@ impl Status {
             overview.rounds,
             if running { "running" } else { "not running" }
         )];
-        if let Some(question) = question {
+        if let Some(question) = &overview.question {
             lines.push(format!("waits for an answer: {question}"));
             lines.push(format!("  `fieldgap campaign answer {} yes`", self.folder.display()));
         }

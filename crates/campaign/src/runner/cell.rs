@@ -32,7 +32,7 @@ impl Runner<'_> {
             self.laboratory.tell(News::Failed(&id, reason)).await;
             attempts -= 1;
             if attempts == 0 {
-                self.draw().await;
+                self.draw(None).await;
                 return Ok(outcome);
             }
             let wait_s = self.campaign.retry.wait_min.get() * 60.0;
@@ -161,7 +161,7 @@ impl Runner<'_> {
         self.log(What::Closed { cell: id.to_owned(), problem: problem.clone() })?;
         let (run, problem) = (run.as_ref(), problem.as_deref());
         self.laboratory.tell(News::Closed { folder: &folder, run, gap_change, problem }).await;
-        self.draw().await;
+        self.draw(None).await;
         Ok(Outcome::Done)
     }
 }

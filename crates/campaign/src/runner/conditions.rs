@@ -3,7 +3,7 @@
 use jiff::SignedDuration;
 
 use super::Runner;
-use crate::condition::{Condition, ConditionValue, Confirmation, ConfirmedBy};
+use crate::condition::{Condition, ConditionValue, Confirmation, ConfirmedBy, SetBy};
 use crate::design::Block;
 use crate::error::CampaignError;
 use crate::folder::What;
@@ -40,7 +40,17 @@ impl Runner<'_> {
         condition: &Condition,
         value: &ConditionValue,
     ) -> Result<Option<f64>, String> {
+        let question = match &condition.setting {
+            SetBy::Person(question) => Some(value.within(question)),
+            SetBy::Program(_) => None,
+        };
+        if question.is_some() {
+            self.draw(question.clone()).await;
+        }
         self.laboratory.set(condition, value).await?;
+        if question.is_some() {
+            self.draw(None).await;
+        }
         let Some(Confirmation { by, within_s, every_s }) = &condition.confirm else {
             return Ok(None);
         };

@@ -43,6 +43,8 @@ pub struct FakeLaboratory {
     pub measured: RefCell<Vec<(Timestamp, String)>>,
     pub told: RefCell<Vec<String>>,
     pub last: RefCell<Option<Overview>>,
+    /// The questions that the page showed while a condition was set.
+    pub shown_questions: RefCell<Vec<String>>,
     killed: Cell<bool>,
     pub stop_after: Cell<usize>,
 }
@@ -61,6 +63,7 @@ impl FakeLaboratory {
             measured: RefCell::default(),
             told: RefCell::default(),
             last: RefCell::default(),
+            shown_questions: RefCell::default(),
             killed: Cell::new(false),
             stop_after: Cell::new(usize::MAX),
         }
@@ -100,6 +103,8 @@ impl Laboratory for FakeLaboratory {
 
     async fn set(&self, condition: &Condition, value: &ConditionValue) -> Result<(), String> {
         self.told.borrow_mut().push(format!("set {} {}", condition.name, value.label));
+        let shown = self.last.borrow().as_ref().and_then(|overview| overview.question.clone());
+        self.shown_questions.borrow_mut().extend(shown);
         Ok(())
     }
 

@@ -120,6 +120,7 @@ pub(crate) fn overview() -> Overview {
         why_no_charts: Some("the first round is the baseline, and is not complete".to_owned()),
         rigs_left: [("bench-b".to_owned(), "3 cells in a row failed".to_owned())].into(),
         not_set: vec!["screen = in: the answer was no".to_owned()],
+        question: None,
         used: Use { time_s: 5400.0, emitting_s: 1800.0, way_m: 12.3 },
         ended: true,
         ended_early: Some("the operator asked to stop".to_owned()),

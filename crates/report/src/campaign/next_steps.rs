@@ -13,6 +13,18 @@ struct Step {
     command: String,
 }
 
+/// The question that a campaign waits for, and how it is answered.
+pub(super) fn question(overview: &Overview) -> Option<Markup> {
+    let question = overview.question.as_ref()?;
+    let command = format!("fieldgap campaign answer {} yes", quoted(&overview.folder));
+    Some(html! {
+        div class="question" role="status" {
+            p { b { "The campaign waits for a person: " (question) } }
+            pre { (command) }
+        }
+    })
+}
+
 /// The steps; `None` where nobody has to do anything.
 pub(super) fn next_steps(overview: &Overview) -> Option<Markup> {
     let steps = steps(overview);

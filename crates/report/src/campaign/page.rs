@@ -34,6 +34,7 @@ pub(super) fn page(overview: &Overview, trends: &Markup, maps: Option<Markup>) -
             h1 { (headline::headline(overview)) }
             p class="subtitle" { (subtitle(overview)) }
             (progress(overview))
+            @if let Some(question) = next_steps::question(overview) { (question) }
         }
         (navigation(present.iter().map(|(id, heading, _)| (*id, *heading))))
         main { @for (id, heading, content) in &present { (section(id, heading, content)) } }
@@ -132,6 +133,17 @@ mod tests {
     }
 
     #[test]
+    fn an_open_question_stands_at_the_top_with_the_command_that_answers_it() {
+        let mut campaign = overview();
+        assert!(!page_of(&campaign).contains("campaign answer"));
+        (campaign.question, campaign.ended) = (Some("Put the screen in".to_owned()), false);
+        let page = page_of(&campaign);
+        let place = |words: &str| page.find(words).unwrap_or_else(|| panic!("{words}"));
+        assert!(place("waits for a person: Put the screen in") < place("<nav"));
+        assert!(place("fieldgap campaign answer 'out/two foci' yes") < place("<nav"));
+    }
+
+    #[test]
     fn nothing_comes_from_outside() {
         let page = page_of(&overview());
         for outside in ["http:", "https:", "@import", "src=\"//"] {
@@ -182,6 +194,7 @@ mod tests {
                 campaign.rigs_left = [(name.to_owned(), name.to_owned())].into();
                 campaign.not_set = vec![name.to_owned()];
                 campaign.ended_early = Some(name.to_owned());
+                campaign.question = Some(name.to_owned());
                 campaign.cells[1].id = name.to_owned();
                 campaign.cells[3].setting = name.to_owned();
                 campaign.cells[3].status = CellStatus::Failed { reason: name.to_owned() };

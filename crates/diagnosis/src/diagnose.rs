@@ -57,8 +57,6 @@ pub fn diagnose_with(scans: &[RecordedScan], options: &Options) -> Result<Diagno
     let Prepared { simulator, mut observations, mut context, mut registrations } =
         Prepared::of(scans, options.simulator)?;
     context.tried.clone_from(&options.effects);
-    let few = (MOST_ELEMENT_READINGS / observations.elements()).max(FEWEST_READINGS);
-    observations = observations.thinned(few);
     let scored = searched(&mut observations, &context);
     let base = scored
         .iter()
@@ -74,10 +72,12 @@ pub fn diagnose_with(scans: &[RecordedScan], options: &Options) -> Result<Diagno
 }
 
 /// Searches first on some of the readings, with the noise that repeats and dark readings give. The best set then refines the noise, and
-/// the search continues on all readings until noise and effects agree.
+/// the search continues on more readings until noise and effects agree. The noise is judged from all readings, because few of
+/// them hold few repeats. The best sets are fitted to all readings at the end.
 fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredModel> {
     let nuisance = as_believed(observations);
     settle_scatter(observations, &ForwardModel::believed(), &nuisance, context, false);
+    let most = (MOST_ELEMENT_READINGS / observations.elements()).max(FEWEST_READINGS);
     let mut search = ModelSearch::begin(&observations.thinned(READINGS_OF_A_SEARCH), context);
     let noise_is_told = observations.scans.iter().all(|scan| scan.scatter.is_told_by_repeats());
     let best = refined(search.scored[0].fit.clone(), observations, context, SEARCH);
@@ -89,7 +89,8 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
     if noise == NoiseChange::Misled {
         search.forget_rejections();
     }
-    search = search.on_all(observations, context).and_on(observations, context);
+    let mut some = observations.thinned(most);
+    search = search.on_all(&some, context).and_on(&some, context);
     for _ in 0..NOISE_ROUNDS {
         let best = search.scored[0].fit.clone();
         if noise == NoiseChange::Alike || !is_near(&best, observations) {
@@ -97,8 +98,12 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
         }
         noise = settled_by(&best, observations, context);
         if noise != NoiseChange::Alike {
-            search = search.on_all(observations, context).and_on(observations, context);
+            some = observations.thinned(most);
+            search = search.on_all(&some, context).and_on(&some, context);
         }
+    }
+    if some.len() < observations.len() {
+        search = search.on_all(observations, context).and_on(observations, context);
     }
     search.found()
 }

@@ -183,6 +183,9 @@ pub(crate) const PLANES: usize = 6;
 /// Elements in a set at most, by the catalogue.
 pub(crate) const MOST_IN_A_SET: usize = 3;
 
+/// Numbers of phase steps whose zeros are chosen again on all readings. Set by judgement.
+pub(crate) const STEPS_REFINED: usize = 6;
+
 /// Sets of elements that are extended by one element more. Set by judgement.
 pub(crate) const SET_BEAM: usize = 40;
 

@@ -18,7 +18,7 @@ use crate::limits::{
 use crate::model::effect::{Context, Effect, Timing};
 use crate::model::forward_model::ForwardModel;
 use crate::model::nuisance::Nuisance;
-use crate::model::observations::{Observations, ObservedDrive, ObservedScan, Visit};
+use crate::model::observations::{NOT_RECORDED, Observations, ObservedDrive, ObservedScan, Visit};
 use crate::model::residuals::Residuals;
 use crate::result::NextMeasurement;
 use crate::statistics::noise_scale::NoiseScale;
@@ -320,6 +320,7 @@ impl Proposal {
                 let readings = vec![0.0; visits.len()];
                 ObservedDrive {
                     focus,
+                    number: NOT_RECORDED,
                     believed,
                     stabilised: readings.clone(),
                     readings,

@@ -124,6 +124,7 @@ fn some_of(drive: &ObservedDrive, numbers: &[usize]) -> ObservedDrive {
     otherwise.sort_by_key(|(index, _)| *index);
     ObservedDrive {
         focus: drive.focus,
+        number: drive.number,
         believed: drive.believed.clone(),
         visits: numbers.iter().map(|&n| drive.visits[n]).collect(),
         readings: take(&drive.readings),

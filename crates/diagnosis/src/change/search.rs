@@ -103,7 +103,7 @@ fn with_one_element(
     let scans = observations.scans.iter().zip(&set.fit.nuisance);
     let parts: Vec<Vec<Vec<Complex64>>> = scans
         .flat_map(|(scan, nuisance)| scan.drives.iter().map(move |drive| (drive, nuisance)))
-        .map(|(drive, nuisance)| model.contributions(&drive.believed, &drive.visits, nuisance))
+        .map(|(drive, nuisance)| model.contributions(drive.driven(), &drive.visits, nuisance))
         .collect();
     let column = |element: usize, by: Complex64| -> Vec<f64> {
         let parts = parts.iter().flat_map(|drive| &drive[element]);

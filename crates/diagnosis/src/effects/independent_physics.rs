@@ -187,7 +187,7 @@ fn case(id: EffectId) -> Option<Case> {
             truth: toml::toml! { phase-quantisation = { steps = 10 } },
             values: Vec::new(),
             // The rig's driver counts from a delay that the model does not know.
-            choices: (0..16).map(|zero| Choice::Steps(10, zero)).collect(),
+            choices: (0..16).map(|zero| Choice::Steps(10, vec![zero << 12])).collect(),
         }),
         EffectId::DriveFrequency => {
             plain(toml::toml! { drive-frequency = { ratio = 1.01 } }, &[1.01])

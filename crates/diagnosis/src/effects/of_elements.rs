@@ -72,7 +72,13 @@ impl Effect for OfElements {
         }
     }
 
-    fn drive_phases(&self, at: Setting<'_>, _carrier: &Carrier, phases_rad: &mut [f64]) {
+    fn drive_phases(
+        &self,
+        at: Setting<'_>,
+        _drive: usize,
+        _carrier: &Carrier,
+        phases_rad: &mut [f64],
+    ) {
         if let (Act::Exchange, [a, b]) = (self.act, at.choice.elements()) {
             phases_rad.swap(*a, *b);
         }

@@ -1,6 +1,7 @@
 //! The driver rounds the delay to n steps in a period.
 //!
-//! Where in a step its zero lies depends on which delay the driver counts from, and is fitted.
+//! Where in a step its zero lies depends on which delay the driver counts from. A driver that counts from an element, or from the least delay,
+//! has another zero for every focus. A common zero is tried, and one for each drive.
 
 use std::f64::consts::TAU;
 
@@ -19,6 +20,9 @@ use crate::remedy::{Remedy, SetupKey};
 const EVERY_STEPS: u32 = 64;
 const MOST_STEPS: u32 = 256;
 const OFTEN: usize = 4;
+
+/// The unit of a zero, as parts of a step.
+const PARTS_OF_A_STEP: f64 = 65536.0;
 
 /// The effect.
 pub(crate) struct PhaseQuantisation;
@@ -50,10 +54,19 @@ impl Effect for PhaseQuantisation {
         Search::Steps
     }
 
-    fn drive_phases(&self, at: Setting<'_>, carrier: &Carrier, phases_rad: &mut [f64]) {
-        if let Choice::Steps(steps, zero) = at.choice {
+    fn drive_phases(
+        &self,
+        at: Setting<'_>,
+        drive: usize,
+        carrier: &Carrier,
+        phases_rad: &mut [f64],
+    ) {
+        if let Choice::Steps(steps, zeros) = at.choice
+            && let Some(zero) = zeros.get(drive).or(zeros.first())
+        {
+            let step_rad = step_rad(*steps, carrier.frequency_ratio);
             for phase_rad in phases_rad {
-                *phase_rad = rounded_rad(*phase_rad, *steps, *zero, carrier.frequency_ratio);
+                *phase_rad = rounded_rad(*phase_rad, step_rad, *zero);
             }
         }
     }
@@ -69,21 +82,59 @@ impl Effect for PhaseQuantisation {
     }
 }
 
-/// All steps in a period that are looked at, and the sixteenths of a step in which their zero may lie.
-pub(crate) fn steps_and_zeros() -> impl Iterator<Item = (u32, u8)> {
+/// All numbers of steps in a period that are looked at.
+pub(crate) fn steps_in_a_period() -> impl Iterator<Item = u32> {
     let often = (EVERY_STEPS..=MOST_STEPS).step_by(OFTEN).skip(1);
-    (2..=EVERY_STEPS).chain(often).flat_map(|steps| (0..16).map(move |zero| (steps, zero)))
+    (2..=EVERY_STEPS).chain(often)
 }
 
-/// A phase, rad, of a delay rounded to steps, counted from a number of sixteenths of a step.
-pub(crate) fn rounded_rad(phase_rad: f64, steps: u32, zero: u8, frequency_ratio: f64) -> f64 {
-    let step_rad = TAU * frequency_ratio / f64::from(steps);
-    let from = f64::from(zero) / 16.0;
+/// The zeros of all drives together that are looked at: sixteenths of a step.
+pub(crate) const COMMON_ZEROS: u16 = 16;
+
+/// A number of the [`COMMON_ZEROS`], in the unit of a choice.
+pub(crate) fn common_zero(number: u16) -> u16 {
+    number * (u16::MAX / COMMON_ZEROS + 1)
+}
+
+/// A step, rad.
+pub(crate) fn step_rad(steps: u32, frequency_ratio: f64) -> f64 {
+    TAU * frequency_ratio / f64::from(steps)
+}
+
+/// A phase, rad, of a delay rounded to steps, counted from a number of 65,536ths of a step.
+pub(crate) fn rounded_rad(phase_rad: f64, step_rad: f64, zero: u16) -> f64 {
+    let from = f64::from(zero) / PARTS_OF_A_STEP;
     ((phase_rad / step_rad + from).round() - from) * step_rad
+}
+
+/// The same but for a phase that all elements share, which readings do not show: a multiple of a step.
+pub(crate) fn whole_steps_rad(phase_rad: f64, step_rad: f64, zero: u16) -> f64 {
+    (phase_rad / step_rad + f64::from(zero) / PARTS_OF_A_STEP).round() * step_rad
+}
+
+/// The zeros that round the phases of a drive differently: one between each two neighbours of the places that phases have within a step.
+pub(crate) fn zeros_of_a_drive(phases_rad: &[f64], step_rad: f64) -> Vec<u16> {
+    let mut places: Vec<f64> =
+        phases_rad.iter().map(|phase| (phase / step_rad).rem_euclid(1.0)).collect();
+    places.sort_by(f64::total_cmp);
+    let next = places.iter().skip(1).copied().chain([places[0] + 1.0]);
+    let mut zeros: Vec<u16> = places
+        .iter()
+        .zip(next)
+        // Closer ones are equal but for rounding errors.
+        .filter(|(place, next)| next - *place > 4.0 / PARTS_OF_A_STEP)
+        // What lies half a step from the zero is rounded to either side.
+        .map(|(place, next)| (0.5 - 0.5 * (place + next)).rem_euclid(1.0) * PARTS_OF_A_STEP)
+        .map(|zero| zero as u16)
+        .collect();
+    zeros.sort_unstable();
+    zeros
 }
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     #[test]
@@ -91,12 +142,35 @@ mod tests {
         let step_rad = TAU / 16.0;
         for n in 0..100 {
             let phase_rad = 0.1 * f64::from(n);
-            let rounded = rounded_rad(phase_rad, 16, 0, 1.0);
+            let rounded = rounded_rad(phase_rad, step_rad, 0);
             assert!((rounded / step_rad - (rounded / step_rad).round()).abs() < 1e-9);
             assert!((rounded - phase_rad).abs() <= 0.5 * step_rad + 1e-12);
             // Counted from half a step later, the steps lie between these.
-            let between = rounded_rad(phase_rad, 16, 8, 1.0) / step_rad;
+            let between = rounded_rad(phase_rad, step_rad, 1 << 15) / step_rad;
             assert!((between.rem_euclid(1.0) - 0.5).abs() < 1e-9);
+        }
+    }
+
+    proptest! {
+        /// Whatever a driver counts from, one of the zeros rounds as it does but for a phase that all elements share.
+        #[test]
+        fn one_of_the_zeros_of_a_drive_rounds_as_any_driver_does(
+            phases_rad in prop::collection::vec(-30.0..30.0f64, 1..40),
+            from in 0.0..1.0f64,
+            steps in 2..64u32,
+        ) {
+            let step_rad = step_rad(steps, 1.0);
+            let counted = |phase: &f64| phase / step_rad + from;
+            // (Near a boundary either side is right.)
+            prop_assume!(phases_rad.iter().all(|phase| (counted(phase).rem_euclid(1.0) - 0.5).abs() > 1e-4));
+            let driven: Vec<f64> = phases_rad.iter().map(|phase| counted(phase).round()).collect();
+            let rounds_alike = |zero: &u16| {
+                let steps_of = |phase: &f64| rounded_rad(*phase, step_rad, *zero) / step_rad;
+                let off: Vec<f64> =
+                    phases_rad.iter().zip(&driven).map(|(phase, driven)| steps_of(phase) - driven).collect();
+                off.iter().all(|one| (one - off[0]).abs() < 1e-6)
+            };
+            prop_assert!(zeros_of_a_drive(&phases_rad, step_rad).iter().any(rounds_alike));
         }
     }
 }

@@ -30,7 +30,7 @@ mod tests {
         let mut phases_rad = [0.1, 0.2, 0.3];
         let carrier = Carrier { speed_ratio: 1.0, frequency_ratio: 1.0 };
         let at = Setting { choice: &choice, ..bench.at(&[]) };
-        SWAPPED_CHANNELS.drive_phases(at, &carrier, &mut phases_rad);
+        SWAPPED_CHANNELS.drive_phases(at, 0, &carrier, &mut phases_rad);
         assert_eq!(phases_rad, [0.3, 0.2, 0.1]);
         assert_eq!(amplitudes_with(&SWAPPED_CHANNELS, &[0, 2]), [1.0; 3]);
     }

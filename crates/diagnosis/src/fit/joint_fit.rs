@@ -99,6 +99,16 @@ impl Fit {
         self.instances.iter().any(|instance| instance.effect.search() == Search::Random)
     }
 
+    /// The same without one effect, not fitted again.
+    pub fn less(mut self, number: usize, observations: &Observations, context: &Context) -> Self {
+        self.instances.remove(number);
+        self.values.remove(number);
+        self.spreads.remove(number);
+        self.covariance = None;
+        self.cost = cost_on(observations, &self, context);
+        Self { penalised: self.cost, ..self }
+    }
+
     /// The same with the effects in another order.
     pub fn in_order(self, order: &[usize]) -> Self {
         let ranges = self.ranges();

@@ -268,7 +268,7 @@ impl<'o> Problem<'o> {
             scans
                 .flat_map(|(scan, nuisance)| scan.drives.iter().map(move |drive| (drive, nuisance)))
                 .map(|(drive, nuisance)| {
-                    model.contributions(&drive.believed, &model.visits(drive), nuisance)
+                    model.contributions(drive.driven(), &model.visits(drive), nuisance)
                 })
                 .collect()
         })

@@ -56,8 +56,9 @@ pub(crate) enum Choice {
     Elements(Vec<usize>),
     /// One of two laws.
     Law(u8),
-    /// A number of steps in a period, and the sixteenth of a step at which they are counted from.
-    Steps(u32, u8),
+    /// A number of steps in a period, and where each drive counts them from, in 65,536ths of a step: one for every drive by its number, or
+    /// one for all.
+    Steps(u32, Vec<u16>),
 }
 
 impl Choice {
@@ -354,7 +355,14 @@ pub(crate) trait Effect: Sync {
     fn carrier(&self, _at: Setting<'_>, _carrier: &mut Carrier) {}
 
     /// Changes the phases that the elements are driven with, rad, one for each element.
-    fn drive_phases(&self, _at: Setting<'_>, _carrier: &Carrier, _phases_rad: &mut [f64]) {}
+    fn drive_phases(
+        &self,
+        _at: Setting<'_>,
+        _drive: usize,
+        _carrier: &Carrier,
+        _phases_rad: &mut [f64],
+    ) {
+    }
 
     /// Changes the elements.
     fn elements(&self, _at: Setting<'_>, _elements: &mut [Element]) {}

@@ -18,7 +18,7 @@ use fieldgap_acoustics::{
 use super::effect::{Carrier, Context, Radiation, Stage, SurroundingField, Timing};
 use super::instance::{Active, Instance};
 use super::nuisance::Nuisance;
-use super::observations::{Observations, ObservedDrive, Visit};
+use super::observations::{Driven, Observations, ObservedDrive, Visit};
 use super::pressure::Pressure;
 
 /// The believed set-up with some effects added.
@@ -160,7 +160,7 @@ impl<'c> ForwardModel<'c> {
         scans
             .map(|(scan, nuisance)| {
                 let of_drive = |drive: &ObservedDrive| {
-                    self.pressures_at(&drive.believed, &self.visits(drive), nuisance)
+                    self.pressures_at(drive.driven(), &self.visits(drive), nuisance)
                 };
                 scan.drives.iter().map(of_drive).collect()
             })
@@ -177,13 +177,13 @@ impl<'c> ForwardModel<'c> {
     }
 
     /// The pressure at each visit of one drive, with the shift and the near field of its scan.
-    pub fn pressures_at(
+    pub fn pressures_at<'d>(
         &self,
-        believed: &Simulation,
+        driven: impl Into<Driven<'d>>,
         visits: &[Visit],
         nuisance: &Nuisance,
     ) -> Vec<Pressure> {
-        let chain = Chain::of(self, believed, nuisance);
+        let chain = Chain::of(self, driven.into(), nuisance);
         let points_m = self.places(visits, nuisance);
         let scattered = self.effects().find_map(|active| {
             active
@@ -196,29 +196,29 @@ impl<'c> ForwardModel<'c> {
     /// What each element adds to the coherent pressure at each visit, element by element.
     pub fn contributions(
         &self,
-        believed: &Simulation,
+        driven: Driven<'_>,
         visits: &[Visit],
         nuisance: &Nuisance,
     ) -> Vec<Vec<Complex64>> {
         let points_m = self.places(visits, nuisance);
-        let kernel = Chain::of(self, believed, nuisance).kernel;
-        (0..believed.array.len()).map(|n| kernel.of_element(n).at(&points_m)).collect()
+        let kernel = Chain::of(self, driven, nuisance).kernel;
+        (0..driven.believed.array.len()).map(|n| kernel.of_element(n).at(&points_m)).collect()
     }
 
     /// The field of the array's images in a plane, if it reflects all of it.
     pub fn images(
         &self,
-        believed: &Simulation,
+        driven: Driven<'_>,
         height_m: f64,
         points_m: &[Vec3],
         nuisance: &Nuisance,
     ) -> Vec<Complex64> {
-        Chain::of(self, believed, nuisance).images(height_m, points_m)
+        Chain::of(self, driven, nuisance).images(height_m, points_m)
     }
 
     /// What each element is driven with, rad.
-    pub fn phases_rad(&self, believed: &Simulation) -> Vec<f64> {
-        self.sources(believed).phases_rad
+    pub fn phases_rad<'d>(&self, driven: impl Into<Driven<'d>>) -> Vec<f64> {
+        self.sources(driven.into()).phases_rad
     }
 
     /// Relative change of one element's complex amplitude from this model to another.
@@ -229,7 +229,7 @@ impl<'c> ForwardModel<'c> {
         weight(other) / weight(self) - 1.0
     }
 
-    fn sources(&self, believed: &Simulation) -> Sources {
+    fn sources(&self, Driven { believed, number }: Driven<'_>) -> Sources {
         let carrier = self.carrier();
         let frequency_hz = believed.frequency_hz;
         let mut phases_rad: Vec<f64> = match &believed.excitation {
@@ -242,7 +242,7 @@ impl<'c> ForwardModel<'c> {
         };
         // The driver rounds delays before its outputs are routed to the elements: the catalogue backwards.
         for active in self.effects().rev() {
-            active.effect.drive_phases(active.setting(), &carrier, &mut phases_rad);
+            active.effect.drive_phases(active.setting(), number, &carrier, &mut phases_rad);
         }
         let mut elements = believed.array.elements().to_vec();
         self.effects().for_each(|active| active.effect.elements(active.setting(), &mut elements));
@@ -303,10 +303,10 @@ struct Chain<'m, 'c> {
 }
 
 impl<'m, 'c> Chain<'m, 'c> {
-    fn of(model: &'m ForwardModel<'c>, believed: &'m Simulation, nuisance: &'m Nuisance) -> Self {
-        let sources = model.sources(believed);
-        let kernel = model.kernel(believed, &sources, nuisance);
-        Self { model, believed, nuisance, sources, kernel }
+    fn of(model: &'m ForwardModel<'c>, driven: Driven<'m>, nuisance: &'m Nuisance) -> Self {
+        let sources = model.sources(driven);
+        let kernel = model.kernel(driven.believed, &sources, nuisance);
+        Self { model, believed: driven.believed, nuisance, sources, kernel }
     }
 
     fn pressures(&self, points_m: &[Vec3]) -> Vec<Pressure> {

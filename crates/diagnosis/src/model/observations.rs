@@ -34,6 +34,8 @@ pub(crate) struct ObservedScan {
 pub(crate) struct ObservedDrive {
     /// Its number in the record.
     pub focus: usize,
+    /// Its number among the drives of all scans.
+    pub number: usize,
     /// The set-up as believed.
     pub believed: Simulation,
     /// Where and when.
@@ -45,6 +47,31 @@ pub(crate) struct ObservedDrive {
     /// Other possible arrivals at visits that were not reached in even steps along x: the first of a row, one after a jump. There play may or
     /// may not have been taken up, and the speed is not the mean speed.
     pub otherwise: Vec<(usize, Visit)>,
+}
+
+/// The number of a drive that no record has.
+pub(crate) const NOT_RECORDED: usize = usize::MAX;
+
+/// The set-up of a drive as believed, and which drive it is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Driven<'b> {
+    pub believed: &'b Simulation,
+    /// Its number among the drives of all scans.
+    pub number: usize,
+}
+
+impl ObservedDrive {
+    /// The set-up, and which drive it is.
+    pub fn driven(&self) -> Driven<'_> {
+        Driven { believed: &self.believed, number: self.number }
+    }
+}
+
+/// A set-up with one drive.
+impl<'b> From<&'b Simulation> for Driven<'b> {
+    fn from(believed: &'b Simulation) -> Self {
+        Self { believed, number: 0 }
+    }
 }
 
 /// The robot at the moment of one reading.
@@ -67,6 +94,7 @@ pub(crate) struct Visit {
 impl Observations {
     /// The driven readings of scans, simulated by `simulator`, their coordinates laid on the array's by a pose each.
     pub fn of(scans: &[RecordedScan], simulator: Simulator, poses: &[Pose]) -> Self {
+        let mut numbers = 0..;
         let scans = scans
             .iter()
             .zip(poses)
@@ -83,6 +111,7 @@ impl Observations {
                         let (stabilised, otherwise) = (Vec::new(), otherwise(&visits));
                         let drive = ObservedDrive {
                             focus,
+                            number: numbers.next().unwrap_or(0),
                             believed,
                             visits,
                             readings,

@@ -224,7 +224,7 @@ mod tests {
             excitation: Excitation::Uniform,
         };
         let (readings, stabilised, otherwise) = (Vec::new(), Vec::new(), Vec::new());
-        ObservedDrive { focus: 0, believed, visits, readings, stabilised, otherwise }
+        ObservedDrive { focus: 0, number: 0, believed, visits, readings, stabilised, otherwise }
     }
 
     /// Sound reflected by a wall beside the field makes fringes of half a wavelength, here 2.1 steps: neighbours are not correlated, and slow

@@ -7,7 +7,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::effects::phase_quantisation::steps_and_zeros;
+use crate::effects::phase_quantisation::{COMMON_ZEROS, steps_in_a_period};
 use crate::fit::joint_fit::Fit;
 use crate::limits::{ANOTHER_EFFECT, EFFECT_SIZE_SPAN, MOST_IN_A_SET, NO_EFFECT, SPREAD_SPAN};
 use crate::model::effect::{Choice, Search};
@@ -73,7 +73,13 @@ pub(crate) fn cost_of_choice(choice: &Choice, elements: usize) -> f64 {
     match choice {
         Choice::None => 0.0,
         Choice::Law(_) => 2f64.ln(),
-        Choice::Steps(..) => (steps_and_zeros().count() as f64).ln(),
+        Choice::Steps(_, zeros) => {
+            let zeros = match zeros.len() {
+                0 | 1 => f64::from(COMMON_ZEROS).ln(),
+                drives => drives as f64 * (elements as f64).ln(),
+            };
+            (steps_in_a_period().count() as f64).ln() + zeros
+        }
         Choice::Elements(set) => {
             let ways: f64 =
                 (0..set.len()).map(|i| (elements - i) as f64 / (i + 1) as f64).product();

@@ -20,8 +20,9 @@ use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::Instance;
 use crate::model::observations::Observations;
 use crate::selection::evidence::{cost_of_freedom, log_evidence};
+use crate::selection::quick_scores::QuickScores;
 use crate::selection::scored_model::{ScoredModel, is_near};
-use crate::selection::starts::{Beginning, QuickScores, beginnings, extended};
+use crate::selection::starts::{Beginning, beginnings, extended};
 
 /// When a fit to few readings stops, and when the first fit from one of several starts stops.
 const ROUGH: Stopping = Stopping { iterations: 12, step: 5e-2, fall: 1e-4 };

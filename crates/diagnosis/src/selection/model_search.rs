@@ -10,7 +10,7 @@ use crate::limits::{
     ENOUGH_AT_FIRST, EXCHANGES, KEPT_IN_ANY_CASE, MATERIAL, MATERIAL_OF_VERY_LARGE, MOST_EFFECTS,
     MOST_RIVALS, RIVALS, SETS_EXTENDED, SINGLES_EXTENDED, VERY_LARGE, WORTH_EXTENDING,
 };
-use crate::model::effect::{Choice, Context};
+use crate::model::effect::{Choice, Context, PerElement};
 use crate::model::observations::Observations;
 use crate::selection::extension::Extension;
 use crate::selection::scored_model::{ScoredModel, believed, is_near};
@@ -284,7 +284,15 @@ impl ModelSearch {
                 ScoredModel::of(fit_any(observations, context, start, SEARCH), observations)
             })
             .collect();
-        let extended = self.extend(&without, known, observations, context);
+        // Fitted without the phases of single elements, all else is wrong, and no other account of these phases is recognised beside it.
+        let beside = (0..best.instances.len()).filter_map(|number| {
+            let phases = best.instances[number].effect.facts().per_element == PerElement::Phase;
+            phases.then(|| {
+                ScoredModel::of(best.clone().less(number, observations, context), observations)
+            })
+        });
+        let frontier: Vec<ScoredModel> = beside.chain(without.iter().cloned()).collect();
+        let extended = self.extend(&frontier, known, observations, context);
         self.scored.extend(extended);
         self.scored.extend(without);
         sort(&mut self.scored);

@@ -1,24 +1,15 @@
 //! Where the search for an effect starts: at its own starts or, where the cost has many minima, at the best of all candidates by a cheap
 //! score.
-//!
-//! The score is the cost after a first-order refit of the gain. The pressure is linear in the elements, so a
-//! silent, reversed or exchanged element changes it by what that element contributes.
 
 use fieldgap_acoustics::{Element, Vec3};
 use nalgebra::{Matrix3, Vector3};
 use num_complex::Complex64;
 
-use crate::effects::phase_quantisation::{rounded_rad, steps_and_zeros};
 use crate::fit::joint_fit::Fit;
-use crate::limits::{
-    FEW_READINGS, HIGHEST_PLANE_M, MOST_IN_A_SET, PLANES, SET_BEAM, START_SHORT_BY,
-};
+use crate::limits::{HIGHEST_PLANE_M, MOST_IN_A_SET, PLANES, SET_BEAM, START_SHORT_BY};
 use crate::model::effect::{Choice, Context, Effect, Search};
-use crate::model::forward_model::ForwardModel;
 use crate::model::instance::{Instance, Setting};
-use crate::model::observations::Observations;
-use crate::model::pressure::Pressure;
-use crate::selection::evidence::cost_of_choice;
+use crate::selection::quick_scores::{QuickScores, ScoredDrive, Slope, best_of};
 
 /// Step between the heights tried for a plane, in wavelengths: the minima of the score are half a wavelength apart.
 const HEIGHT_STEP: f64 = 1.0 / 12.0;
@@ -67,110 +58,7 @@ pub(crate) fn beginnings(
     }
 }
 
-/// A fit, ready to have its elements changed.
-pub(crate) struct QuickScores<'o> {
-    observations: &'o Observations,
-    fit: &'o Fit,
-    model: ForwardModel<'o>,
-    drives: Vec<ScoredDrive>,
-    /// Cost of the fit itself, over all readings.
-    cost: f64,
-    /// The first comparison uses one reading in this many.
-    stride: usize,
-}
-
-struct ScoredDrive {
-    number: usize,
-    scan: usize,
-    drive: usize,
-    pressures: Vec<Pressure>,
-    /// By element, then visit.
-    contributions: Vec<Vec<Complex64>>,
-    /// What each element is driven with, rad.
-    phases_rad: Vec<f64>,
-}
-
-impl<'o> QuickScores<'o> {
-    pub fn of(fit: &'o Fit, observations: &'o Observations, context: &'o Context) -> Self {
-        let model = fit.model(context);
-        let pressures = model.pressures(observations, &fit.nuisance);
-        let mut drives = Vec::new();
-        for (scan_number, scan) in observations.scans.iter().enumerate() {
-            for (number, drive) in scan.drives.iter().enumerate() {
-                let nuisance = &fit.nuisance[scan_number];
-                drives.push(ScoredDrive {
-                    number: drives.len(),
-                    scan: scan_number,
-                    drive: number,
-                    pressures: pressures[scan_number][number].clone(),
-                    contributions: model.contributions(&drive.believed, &drive.visits, nuisance),
-                    phases_rad: model.phases_rad(&drive.believed),
-                });
-            }
-        }
-        let stride = (observations.len() / FEW_READINGS).max(1);
-        let mut quick = Self { observations, fit, model, drives, cost: 0.0, stride };
-        quick.cost = quick.cost(1, |_, _| Complex64::ZERO);
-        quick
-    }
-
-    /// Visits one reading in `stride`, drive by drive, with a changed pressure.
-    fn evaluate(
-        &self,
-        stride: usize,
-        mut change: impl FnMut(&ScoredDrive, usize) -> Complex64,
-        mut see: impl FnMut(Slope),
-    ) {
-        for drive in &self.drives {
-            let scan = &self.observations.scans[drive.scan];
-            let observed = &scan.drives[drive.drive];
-            let gain = self.fit.nuisance[drive.scan].log_gain.exp();
-            for i in (0..observed.visits.len()).step_by(stride) {
-                let mut pressure = drive.pressures[i];
-                pressure.coherent += change(drive, i);
-                let progress = observed.visits[i].progress;
-                let expected = self.model.expected_on_scale(&pressure, gain, progress, scan);
-                see(Slope {
-                    residual: observed.stabilised[i] - expected.value,
-                    by_gain: expected.by_log_level,
-                    pressure: pressure.coherent,
-                });
-            }
-        }
-    }
-
-    /// The cost over one reading in `stride` with changed pressures, after a first-order refit of the gain.
-    fn cost(&self, stride: usize, change: impl Fn(&ScoredDrive, usize) -> Complex64) -> f64 {
-        let (mut rr, mut rg, mut gg) = (0.0, 0.0, 0.0);
-        self.evaluate(stride, change, |Slope { residual, by_gain, .. }| {
-            rr += residual * residual;
-            rg += residual * by_gain;
-            gg += by_gain * by_gain;
-        });
-        rr - rg * rg / gg.max(f64::MIN_POSITIVE)
-    }
-
-    /// Whether a change with this cost over all readings gains about the penalty of its choice.
-    fn is_worth_a_fit(&self, cost: f64, choice: &Choice) -> bool {
-        0.5 * (self.cost - cost) > cost_of_choice(choice, self.elements()) - START_SHORT_BY
-    }
-
-    /// Of the best choices on few readings, those worth a fit to all, the best first.
-    fn worth_a_fit(
-        &self,
-        rough: Vec<(f64, Choice)>,
-        count: usize,
-        cost: impl Fn(&Choice) -> f64,
-    ) -> Vec<Choice> {
-        let all = best_of(rough, 4 * count).into_iter().map(|choice| (cost(&choice), choice));
-        let worth = all.filter(|(cost, choice)| self.is_worth_a_fit(*cost, choice));
-        best_of(worth.collect(), count)
-    }
-
-    fn elements(&self) -> usize {
-        self.drives[0].contributions.len()
-    }
-
+impl QuickScores<'_> {
     /// The best set of each size.
     fn sets(&self, times: f64) -> Vec<Choice> {
         let score = |stride: usize, set: &[usize]| {
@@ -222,38 +110,6 @@ impl<'o> QuickScores<'o> {
             Choice::Elements(pair) => score(1, pair[0], pair[1]),
             Choice::None | Choice::Law(_) | Choice::Steps(..) => f64::INFINITY,
         })
-    }
-
-    fn steps(&self) -> Vec<Choice> {
-        let mut rough = Vec::new();
-        for (steps, zero) in steps_and_zeros() {
-            let cost = self.cost_of_steps(self.stride, steps, zero);
-            rough.push((cost, Choice::Steps(steps, zero)));
-        }
-        self.worth_a_fit(rough, 1, |choice| match choice {
-            Choice::Steps(steps, zero) => self.cost_of_steps(1, *steps, *zero),
-            Choice::None | Choice::Law(_) | Choice::Elements(_) => f64::INFINITY,
-        })
-    }
-
-    fn cost_of_steps(&self, stride: usize, steps: u32, zero: u8) -> f64 {
-        let frequency_ratio = self.model.carrier().frequency_ratio;
-        let rounded = |phase: f64| rounded_rad(phase, steps, zero, frequency_ratio);
-        let changes: Vec<Vec<Complex64>> = self
-            .drives
-            .iter()
-            .map(|drive| {
-                let mut change = vec![Complex64::ZERO; drive.pressures.len()];
-                for (phase, part) in drive.phases_rad.iter().zip(&drive.contributions) {
-                    let turn = Complex64::cis(rounded(*phase) - phase) - 1.0;
-                    for i in (0..part.len()).step_by(stride) {
-                        change[i] += turn * part[i];
-                    }
-                }
-                change
-            })
-            .collect();
-        self.cost(stride, |drive, i| changes[drive.number][i])
     }
 
     /// Height, mm, and coefficient of the planes that explain most.
@@ -326,23 +182,9 @@ impl<'o> QuickScores<'o> {
             let visits = observed.visits.iter().step_by(stride);
             let points_m: Vec<Vec3> =
                 visits.map(|visit| self.model.place(visit) + nuisance.shift_m).collect();
-            self.model.images(&observed.believed, height_m, &points_m, nuisance)
+            self.model.images(observed.driven(), height_m, &points_m, nuisance)
         };
         self.drives.iter().flat_map(of_drive).collect()
-    }
-}
-
-/// A residual, the slope of the expected reading by the logarithm of the gain, and the pressure.
-struct Slope {
-    residual: f64,
-    by_gain: f64,
-    pressure: Complex64,
-}
-
-impl Slope {
-    /// The slope of the expected reading by the pressure: its change is the real part of this times a change of pressure.
-    fn by_pressure(&self) -> Complex64 {
-        self.by_gain / self.pressure.norm_sqr().max(f64::MIN_POSITIVE) * self.pressure.conj()
     }
 }
 
@@ -388,11 +230,6 @@ impl Descent {
     fn expected_fall(&self) -> f64 {
         self.whole_step().map_or(0.0, |step| self.downhill.dot(&step) - self.by_gain())
     }
-}
-
-fn best_of<T>(mut quick: Vec<(f64, T)>, count: usize) -> Vec<T> {
-    quick.sort_by(|a, b| a.0.total_cmp(&b.0));
-    quick.into_iter().take(count).map(|(_, what)| what).collect()
 }
 
 /// The effects of a fit and one more.

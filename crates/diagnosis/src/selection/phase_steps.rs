@@ -1,0 +1,101 @@
+//! The numbers of phase steps, and where drives count them from, that explain most.
+//!
+//! The zero of a drive matters only by which phases are rounded up and which down, so there are as many zeros as elements. From one to the next one
+//! element is turned by a step: all of them are tried.
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::effects::phase_quantisation::{
+    COMMON_ZEROS, common_zero, rounded_rad, step_rad, steps_in_a_period, whole_steps_rad,
+    zeros_of_a_drive,
+};
+use crate::limits::STEPS_REFINED;
+use crate::model::effect::Choice;
+use crate::selection::evidence::cost_of_choice;
+use crate::selection::quick_scores::{QuickScores, ScoredDrive, best_of};
+
+impl QuickScores<'_> {
+    /// The best steps and zeros, if they are worth a fit.
+    pub(super) fn steps(&self) -> Vec<Choice> {
+        let rough: Vec<(f64, u32)> = steps_in_a_period()
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .map(|steps| (self.penalised(self.stride, &self.zeros(self.stride, steps)), steps))
+            .collect();
+        let finer = best_of(rough, STEPS_REFINED).into_par_iter().map(|steps| {
+            let choice = self.zeros(1, steps);
+            (self.cost_of_steps(1, &choice), choice)
+        });
+        let worth = |(cost, choice): &(f64, Choice)| self.is_worth_a_fit(*cost, choice);
+        let worth: Vec<(f64, Choice)> = finer.filter(worth).collect();
+        let penalised =
+            |(cost, choice)| (cost + 2.0 * cost_of_choice(&choice, self.elements()), choice);
+        best_of(worth.into_iter().map(penalised).collect(), 1)
+    }
+
+    /// The best zeros for a number of steps by one reading in `stride`: a common one, or one for each drive.
+    fn zeros(&self, stride: usize, steps: u32) -> Choice {
+        let common =
+            (0..COMMON_ZEROS).map(|number| Choice::Steps(steps, vec![common_zero(number)]));
+        let last = self.drives.iter().map(|drive| drive.number).max().unwrap_or(0);
+        let mut of_each = vec![0; last + 1];
+        for drive in &self.drives {
+            of_each[drive.number] = self.zero_of(drive, stride, steps);
+        }
+        let all = common.chain([Choice::Steps(steps, of_each)]);
+        all.map(|choice| (self.penalised(stride, &choice), choice))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map_or(Choice::None, |(_, choice)| choice)
+    }
+
+    /// The best zero of a drive, by its readings alone.
+    fn zero_of(&self, drive: &ScoredDrive, stride: usize, steps: u32) -> u16 {
+        let step_rad = step_rad(steps, self.model.carrier().frequency_ratio);
+        let mut driven_rad = drive.phases_rad.clone();
+        let mut change = vec![Complex64::ZERO; drive.pressures.len()];
+        let costs = zeros_of_a_drive(&drive.phases_rad, step_rad).into_iter().map(|zero| {
+            for (n, part) in drive.contributions.iter().enumerate() {
+                let rad = whole_steps_rad(drive.phases_rad[n], step_rad, zero);
+                if (rad - driven_rad[n]).abs() > 1e-9 {
+                    let turn = |to_rad: f64| Complex64::cis(to_rad - drive.phases_rad[n]);
+                    let turn = turn(rad) - turn(driven_rad[n]);
+                    for i in (0..part.len()).step_by(stride) {
+                        change[i] += turn * part[i];
+                    }
+                    driven_rad[n] = rad;
+                }
+            }
+            (self.cost_of_drive(drive, stride, &change), zero)
+        });
+        costs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |(_, zero)| zero)
+    }
+
+    /// The cost of steps over one reading in `stride`, scaled to all readings, with the penalty of the choice.
+    fn penalised(&self, stride: usize, choice: &Choice) -> f64 {
+        let share = self.observations.len() as f64 / self.readings_in(stride) as f64;
+        share * self.cost_of_steps(stride, choice) + 2.0 * cost_of_choice(choice, self.elements())
+    }
+
+    fn cost_of_steps(&self, stride: usize, choice: &Choice) -> f64 {
+        let Choice::Steps(steps, zeros) = choice else { return f64::INFINITY };
+        let step_rad = step_rad(*steps, self.model.carrier().frequency_ratio);
+        let changes: Vec<Vec<Complex64>> = self
+            .drives
+            .iter()
+            .map(|drive| {
+                let zero = zeros.get(drive.number).or(zeros.first()).copied().unwrap_or(0);
+                let mut change = vec![Complex64::ZERO; drive.pressures.len()];
+                for (phase, part) in drive.phases_rad.iter().zip(&drive.contributions) {
+                    let turn = rounded_rad(*phase, step_rad, zero) - phase;
+                    let turn = Complex64::cis(turn) - 1.0;
+                    for i in (0..part.len()).step_by(stride) {
+                        change[i] += turn * part[i];
+                    }
+                }
+                change
+            })
+            .collect();
+        self.cost(stride, |drive, i| changes[drive.place][i])
+    }
+}

@@ -1,0 +1,190 @@
+//! What a change of some elements' drives would cost, by a cheap score.
+//!
+//! The score is the cost after a first-order refit of the gain. The pressure is linear in the elements, so a
+//! silent, reversed or exchanged element changes it by what that element contributes.
+
+use num_complex::Complex64;
+
+use crate::fit::joint_fit::Fit;
+use crate::limits::{FEW_READINGS, START_SHORT_BY};
+use crate::model::effect::{Choice, Context};
+use crate::model::forward_model::ForwardModel;
+use crate::model::observations::Observations;
+use crate::model::pressure::Pressure;
+use crate::selection::evidence::cost_of_choice;
+
+/// A fit, ready to have its elements changed.
+pub(crate) struct QuickScores<'o> {
+    pub(super) observations: &'o Observations,
+    pub(super) fit: &'o Fit,
+    pub(super) model: ForwardModel<'o>,
+    pub(super) drives: Vec<ScoredDrive>,
+    /// Cost of the fit itself, over all readings.
+    cost: f64,
+    /// The first comparison uses one reading in this many.
+    pub(super) stride: usize,
+}
+
+/// A drive, with what its elements add to its readings.
+pub(super) struct ScoredDrive {
+    /// Its place among the drives that are scored.
+    pub place: usize,
+    /// Its number among the drives of all scans.
+    pub number: usize,
+    pub scan: usize,
+    pub drive: usize,
+    pub pressures: Vec<Pressure>,
+    /// By element, then visit.
+    pub contributions: Vec<Vec<Complex64>>,
+    /// What each element is driven with, rad.
+    pub phases_rad: Vec<f64>,
+}
+
+impl<'o> QuickScores<'o> {
+    pub fn of(fit: &'o Fit, observations: &'o Observations, context: &'o Context) -> Self {
+        let model = fit.model(context);
+        let pressures = model.pressures(observations, &fit.nuisance);
+        let mut drives = Vec::new();
+        for (scan_number, scan) in observations.scans.iter().enumerate() {
+            for (number, drive) in scan.drives.iter().enumerate() {
+                let nuisance = &fit.nuisance[scan_number];
+                drives.push(ScoredDrive {
+                    place: drives.len(),
+                    number: drive.number,
+                    scan: scan_number,
+                    drive: number,
+                    pressures: pressures[scan_number][number].clone(),
+                    contributions: model.contributions(drive.driven(), &drive.visits, nuisance),
+                    phases_rad: model.phases_rad(drive.driven()),
+                });
+            }
+        }
+        let stride = (observations.len() / FEW_READINGS).max(1);
+        let mut quick = Self { observations, fit, model, drives, cost: 0.0, stride };
+        quick.cost = quick.cost(1, |_, _| Complex64::ZERO);
+        quick
+    }
+
+    /// Visits one reading in `stride`, drive by drive, with a changed pressure.
+    pub(super) fn evaluate(
+        &self,
+        stride: usize,
+        mut change: impl FnMut(&ScoredDrive, usize) -> Complex64,
+        mut see: impl FnMut(Slope),
+    ) {
+        for drive in &self.drives {
+            self.evaluate_drive(drive, stride, |i| change(drive, i), &mut see);
+        }
+    }
+
+    fn evaluate_drive(
+        &self,
+        drive: &ScoredDrive,
+        stride: usize,
+        mut change: impl FnMut(usize) -> Complex64,
+        mut see: impl FnMut(Slope),
+    ) {
+        let scan = &self.observations.scans[drive.scan];
+        let observed = &scan.drives[drive.drive];
+        let gain = self.fit.nuisance[drive.scan].log_gain.exp();
+        for i in (0..observed.visits.len()).step_by(stride) {
+            let mut pressure = drive.pressures[i];
+            pressure.coherent += change(i);
+            let progress = observed.visits[i].progress;
+            let expected = self.model.expected_on_scale(&pressure, gain, progress, scan);
+            see(Slope {
+                residual: observed.stabilised[i] - expected.value,
+                by_gain: expected.by_log_level,
+                pressure: pressure.coherent,
+            });
+        }
+    }
+
+    /// How many readings one in `stride` are.
+    pub(super) fn readings_in(&self, stride: usize) -> usize {
+        self.drives.iter().map(|drive| drive.pressures.len().div_ceil(stride)).sum()
+    }
+
+    /// The cost over one reading in `stride` with changed pressures, after a first-order refit of the gain.
+    pub(super) fn cost(
+        &self,
+        stride: usize,
+        change: impl Fn(&ScoredDrive, usize) -> Complex64,
+    ) -> f64 {
+        let mut sums = CostByGain::default();
+        self.evaluate(stride, change, |slope| sums.add(&slope));
+        sums.cost()
+    }
+
+    /// The same of one drive, by its readings alone.
+    pub(super) fn cost_of_drive(
+        &self,
+        drive: &ScoredDrive,
+        stride: usize,
+        change: &[Complex64],
+    ) -> f64 {
+        let mut sums = CostByGain::default();
+        self.evaluate_drive(drive, stride, |i| change[i], |slope| sums.add(&slope));
+        sums.cost()
+    }
+
+    /// Whether a change with this cost over all readings gains about the penalty of its choice.
+    pub(super) fn is_worth_a_fit(&self, cost: f64, choice: &Choice) -> bool {
+        0.5 * (self.cost - cost) > cost_of_choice(choice, self.elements()) - START_SHORT_BY
+    }
+
+    /// Of the best choices on few readings, those worth a fit to all, the best first.
+    pub(super) fn worth_a_fit(
+        &self,
+        rough: Vec<(f64, Choice)>,
+        count: usize,
+        cost: impl Fn(&Choice) -> f64,
+    ) -> Vec<Choice> {
+        let all = best_of(rough, 4 * count).into_iter().map(|choice| (cost(&choice), choice));
+        let worth = all.filter(|(cost, choice)| self.is_worth_a_fit(*cost, choice));
+        best_of(worth.collect(), count)
+    }
+
+    pub(super) fn elements(&self) -> usize {
+        self.drives[0].contributions.len()
+    }
+}
+
+/// The cost after a first-order refit of the gain: sums of squares and products of residuals and slopes.
+#[derive(Default)]
+struct CostByGain {
+    rr: f64,
+    rg: f64,
+    gg: f64,
+}
+
+impl CostByGain {
+    fn add(&mut self, slope: &Slope) {
+        self.rr += slope.residual * slope.residual;
+        self.rg += slope.residual * slope.by_gain;
+        self.gg += slope.by_gain * slope.by_gain;
+    }
+
+    fn cost(&self) -> f64 {
+        self.rr - self.rg * self.rg / self.gg.max(f64::MIN_POSITIVE)
+    }
+}
+
+/// A residual, the slope of the expected reading by the logarithm of the gain, and the pressure.
+pub(super) struct Slope {
+    pub residual: f64,
+    pub by_gain: f64,
+    pub pressure: Complex64,
+}
+
+impl Slope {
+    /// The slope of the expected reading by the pressure: its change is the real part of this times a change of pressure.
+    pub fn by_pressure(&self) -> Complex64 {
+        self.by_gain / self.pressure.norm_sqr().max(f64::MIN_POSITIVE) * self.pressure.conj()
+    }
+}
+
+pub(super) fn best_of<T>(mut quick: Vec<(f64, T)>, count: usize) -> Vec<T> {
+    quick.sort_by(|a, b| a.0.total_cmp(&b.0));
+    quick.into_iter().take(count).map(|(_, what)| what).collect()
+}

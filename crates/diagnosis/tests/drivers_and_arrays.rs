@@ -1,0 +1,176 @@
+//! Drivers that round phases, and arrays of many elements, on readings of the virtual rig's vibrating pistons, which share nothing with the
+//! diagnosis.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use fieldgap_acoustics::{Excitation, Simulation, Vec3};
+use fieldgap_diagnosis::{Diagnosis, EffectId, FittedParameter, Verdict, diagnose};
+use fieldgap_input::TomlSource;
+use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
+use fieldgap_virtual_rig::{Visit, noise_free_readings};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Proportional noise of a reading, and each quadrature's over the largest reading.
+const NOISE: (f64, f64) = (0.017, 0.003);
+
+/// Places that are read again.
+const REPEATS: usize = 150;
+
+/// A scan of planes through the foci of a square array, drive by drive.
+struct Scan {
+    setup: ScanSetup,
+    foci: usize,
+    places_m: Vec<Vec3>,
+}
+
+impl Scan {
+    fn new(side: usize, foci_mm: &[[f64; 3]], points_a_row: usize, heights_mm: &[f64]) -> Self {
+        let foci: String = foci_mm
+            .iter()
+            .map(|[x, y, z]| format!("[[focus]]\nx_mm = {x:.1}\ny_mm = {y:.1}\nz_mm = {z:.1}\n"))
+            .collect();
+        let text = format!(
+            "format = 1\nname = \"a\"\nrecorded = 2026-11-20T10:02:00Z\nreading = \"V\"\n\
+             [array]\nfrequency_hz = 40000.0\nlayout = \"square\"\ncolumns = {side}\nrows = {side}\nelement_diameter_mm = 10.0\nspacing_mm = 0.5\n\
+             [medium]\nspeed_of_sound_m_s = 343.0\n[simulator]\nmodel = \"piston\"\n{foci}"
+        );
+        let setup =
+            ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), text)).expect("a set-up");
+        let step_mm = 70.0 / (points_a_row - 1) as f64;
+        let at_mm = |n: usize| step_mm * n as f64 - 35.0;
+        let mut places_m: Vec<Vec3> = heights_mm
+            .iter()
+            .flat_map(|z| (0..points_a_row * points_a_row).map(move |n| (n, *z)))
+            .map(|(n, z)| Vec3::new(at_mm(n % points_a_row), at_mm(n / points_a_row), z) * 1e-3)
+            .collect();
+        let again: Vec<Vec3> =
+            (0..REPEATS).map(|n| places_m[n * places_m.len() / REPEATS]).collect();
+        places_m.extend(again);
+        Self { setup, foci: foci_mm.len(), places_m }
+    }
+
+    /// The scan of an array whose phases a driver changes, with causes that the set-up does not know.
+    fn read(&self, causes: &str, seed: u64, driven: impl Fn(&[f64]) -> Vec<f64>) -> RecordedScan {
+        let effects: toml::Table = causes.parse().expect("TOML");
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let fields: Vec<Vec<f64>> = (0..self.foci)
+            .map(|focus| {
+                let believed = self.setup.simulation(self.setup.simulator, focus).expect("a focus");
+                let Excitation::Focus(at_m) = &believed.excitation else { panic!("a focus") };
+                // Waves of all elements arrive together.
+                let wavenumber = TAU * 40e3 / 343.0;
+                let phases_rad: Vec<f64> = believed
+                    .array
+                    .elements()
+                    .iter()
+                    .map(|element| -wavenumber * (at_m - element.centre_m).norm())
+                    .collect();
+                let excitation = Excitation::Phases(driven(&phases_rad));
+                let visits: Vec<Visit> = self
+                    .places_m
+                    .iter()
+                    .map(|at| Visit { position_m: *at, velocity_m_s: Vec3::zeros(), time_s: 0.0 })
+                    .collect();
+                let simulation = Simulation { excitation, ..believed };
+                noise_free_readings(&simulation, &effects, 0.05, &visits, seed).expect("valid")
+            })
+            .collect();
+        let largest = fields.iter().flatten().fold(0.0f64, |most, level| most.max(*level));
+        let mut read = |level: f64| {
+            let (re, im) = (level + NOISE.1 * largest * normal(), NOISE.1 * largest * normal());
+            (re.hypot(im) * (1.0 + NOISE.0 * normal())).max(0.0)
+        };
+        let mut samples = Vec::new();
+        let mut add = |focus: Option<usize>, at_m: Vec3, reading: f64| {
+            let time_s = 0.1 * samples.len() as f64;
+            samples.push(RecordedSample::measured(time_s, focus, at_m, reading, None));
+        };
+        for _ in 0..40 {
+            add(None, Vec3::z() * 0.1, read(0.0));
+        }
+        for (n, place_m) in self.places_m.iter().enumerate() {
+            for (focus, field) in fields.iter().enumerate() {
+                add(Some(focus), *place_m, read(field[n]));
+            }
+        }
+        RecordedScan { setup: self.setup.clone(), samples }
+    }
+}
+
+/// How a driver rounds a phase, in steps, given those of all elements.
+type Rounding = fn(f64, &[f64]) -> f64;
+
+fn rounded(steps: u32, rounding: Rounding) -> impl Fn(&[f64]) -> Vec<f64> {
+    let step_rad = TAU / f64::from(steps);
+    move |phases_rad: &[f64]| {
+        let in_steps: Vec<f64> = phases_rad.iter().map(|phase| phase / step_rad).collect();
+        in_steps.iter().map(|phase| rounding(*phase, &in_steps) * step_rad).collect()
+    }
+}
+
+fn named_alone(diagnosis: &Diagnosis, id: EffectId) {
+    assert_eq!(diagnosis.verdict, Verdict::Explained, "{}", diagnosis.to_text());
+    assert_eq!(diagnosis.effects, [id], "{}", diagnosis.to_text());
+}
+
+fn real(diagnosis: &Diagnosis, name: &str) -> f64 {
+    match diagnosis.ranked[0].parameters.get(name) {
+        Some(FittedParameter::Real { value, .. }) => *value,
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+#[test]
+fn steps_are_named_whatever_the_driver_counts_from() {
+    let foci = [[5.0, 0.0, 100.0], [-12.0, 8.0, 90.0]];
+    let drivers: [(u32, Rounding); 4] = [
+        (16, |phase, _| phase.round()),
+        // Counted from the eighth element, by a counter that cuts.
+        (16, |phase, all| all[7] + (phase - all[7]).floor()),
+        // Counted from the least delay.
+        (10, |phase, all| {
+            let least = all.iter().copied().fold(f64::INFINITY, f64::min);
+            least + (phase - least).round()
+        }),
+        // Counted from the centre of the array, a quarter of a step off.
+        (32, |phase, all| {
+            let mean = all.iter().sum::<f64>() / all.len() as f64 + 0.25;
+            mean + (phase - mean).ceil()
+        }),
+    ];
+    for (seed, (steps, rounding)) in drivers.into_iter().enumerate() {
+        let scan = Scan::new(6, &foci, 23, &[100.0, 130.0]);
+        let record = scan.read("", seed as u64, rounded(steps, rounding));
+        let diagnosis = diagnose(&[record], None).expect("comparable");
+        named_alone(&diagnosis, EffectId::PhaseQuantisation);
+        assert_eq!(real(&diagnosis, "phase-quantisation.steps"), f64::from(steps));
+    }
+}
+
+#[test]
+fn six_steps_beside_unequal_elements_are_one_number_and_not_thirty_six_phases() {
+    let scan = Scan::new(6, &[[15.0, -20.0, 100.0]], 26, &[60.0, 100.0, 140.0]);
+    let record =
+        scan.read("[element-gain]\nspread = 0.2\n", 3, rounded(6, |phase, _| phase.round()));
+    let diagnosis = diagnose(&[record], None).expect("comparable");
+    assert_eq!(diagnosis.verdict, Verdict::Explained, "{}", diagnosis.to_text());
+    let named: std::collections::BTreeSet<EffectId> = diagnosis.effects.iter().copied().collect();
+    assert_eq!(named, [EffectId::ElementGain, EffectId::PhaseQuantisation].into());
+}
+
+/// Of 3,000 readings of 256 elements a search uses half, which hold a quarter of the repeats.
+#[test]
+fn the_noise_of_a_large_array_is_that_of_all_its_repeats() {
+    let foci = [[5.0, 0.0, 100.0], [-12.0, 8.0, 90.0]];
+    let scan = Scan::new(16, &foci, 26, &[90.0, 130.0]);
+    let causes = "[dead-elements]\nelements = [119, 165, 224]\n";
+    let record = scan.read(causes, 5, |phases_rad| phases_rad.to_vec());
+    let diagnosis = diagnose(&[record], None).expect("comparable");
+    named_alone(&diagnosis, EffectId::DeadElements);
+    assert!((diagnosis.noise.multiplicative / NOISE.0 - 1.0).abs() < 0.1, "{:?}", diagnosis.noise);
+    assert!(diagnosis.points > 2900, "all readings count: {}", diagnosis.points);
+}

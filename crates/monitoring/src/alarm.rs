@@ -43,6 +43,8 @@ pub enum Scope {
     Cell(String),
     /// Those of all cells, in the order of time: finds a change that all have in common sooner.
     AllCells,
+    /// The same without signs: finds a change that raises a figure in some cells and lowers it in others.
+    CellByCell,
 }
 
 impl fmt::Display for Scope {
@@ -50,6 +52,20 @@ impl fmt::Display for Scope {
         match self {
             Self::Cell(cell) => write!(out, "cell {cell}"),
             Self::AllCells => out.write_str("all cells"),
+            Self::CellByCell => out.write_str("single cells"),
+        }
+    }
+}
+
+impl Alarm {
+    /// What the figure did.
+    pub fn verb(&self) -> &'static str {
+        match (&self.scope, self.figure.as_str(), self.statistic > 0.0) {
+            (Scope::CellByCell, ..) => "changed",
+            (_, "gap", true) => "grew",
+            (_, "gap", false) => "shrank",
+            (_, _, true) => "rose",
+            (_, _, false) => "fell",
         }
     }
 }
@@ -57,19 +73,17 @@ impl fmt::Display for Scope {
 impl fmt::Display for Alarm {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let figure = &self.figure;
-        let verb = match (figure.as_str(), self.statistic > 0.0) {
-            ("gap", true) => "grew",
-            ("gap", false) => "shrank",
-            (_, true) => "rose",
-            (_, false) => "fell",
-        };
-        write!(out, "The {figure} of {} {verb}", self.scope)?;
+        write!(out, "The {figure} of {} {}", self.scope, self.verb())?;
         let sign = self.statistic.signum();
         let part = |ratio: Uncertain| Uncertain {
             value: 100.0 * sign * ratio.value,
             standard_error: 100.0 * ratio.standard_error,
         };
         match (self.relative, self.change) {
+            // Rises and falls do not add up to a size.
+            _ if self.scope == Scope::CellByCell => {
+                write!(out, ", more in some than in others")?;
+            }
             (Some(relative), _) => {
                 write!(out, " by {}\u{a0}% of its size", uncertain(part(relative)))?
             }

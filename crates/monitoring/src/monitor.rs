@@ -13,6 +13,7 @@ use crate::chart::Chart;
 use crate::environment::Environment;
 use crate::history::{Past, known_before, size};
 use crate::judgement::{ChartPoint, Judgement, Note};
+use crate::normal::score_of_size;
 use crate::reference::Reading;
 use crate::run::Run;
 use crate::settings::{Settings, Sides};
@@ -84,6 +85,7 @@ struct Followed {
     /// So many runs pass before one is learned from.
     lag: usize,
     all_cells: OneChart,
+    cell_by_cell: OneChart,
     cells: BTreeMap<String, OneChart>,
     /// Cells whose reference stays as it was before their alarm.
     held: BTreeSet<String>,
@@ -100,12 +102,12 @@ struct OneChart {
 impl Monitor {
     /// A monitor that has seen no run.
     ///
-    /// A run is on one chart of its cell and on one of all cells for every figure. Each chart gets the limit at which its average run
+    /// A run is on one chart of its cell and on two of all cells for every figure, with and without signs. Each chart gets the limit at which its average run
     /// length is `arl_runs` times the number of these charts (Bonferroni), so that false alarms of all together are at most
     /// one in `arl_runs` runs. Figures that vary together make them rarer.
     pub fn new(settings: Settings, baseline: &Baseline) -> Self {
         let with_all_cells = baseline.cells().len() > 1;
-        let charts = baseline.known().len() * if with_all_cells { 2 } else { 1 };
+        let charts = baseline.known().len() * if with_all_cells { 3 } else { 1 };
         let runs = settings.arl_runs() * charts as f64;
         let limit = |sides| settings.chart().statistic(sides).limit_for(runs);
         let limits = Limits {
@@ -120,6 +122,7 @@ impl Monitor {
             learned: 0,
             lag: known.cells.len().saturating_sub(1).max(SHORTEST_LAG),
             all_cells: OneChart::default(),
+            cell_by_cell: OneChart::default(),
             cells: BTreeMap::new(),
             held: BTreeSet::new(),
         };
@@ -248,7 +251,7 @@ impl Followed {
         self.learn();
         let mut scopes = vec![Scope::Cell(run.cell.clone())];
         if context.limits.with_all_cells {
-            scopes.push(Scope::AllCells);
+            scopes.extend([Scope::AllCells, Scope::CellByCell]);
         }
         for scope in scopes {
             self.chart(run, scope, (expected, before), context, judgement);
@@ -285,18 +288,25 @@ impl Followed {
         context: &Context,
         judgement: &mut Judgement,
     ) {
-        let sides = context.settings.sides(context.figure);
+        let of_figure = context.settings.sides(context.figure);
+        let without_sign = scope == Scope::CellByCell;
+        let sides = if without_sign { Sides::Rises } else { of_figure };
         let limit = context.limits.of(sides);
-        let one = match &scope {
-            Scope::Cell(cell) => self.cells.entry(cell.clone()).or_default(),
-            Scope::AllCells => &mut self.all_cells,
-        };
+        // A change that all cells have in common has its alarm, with a sign and a size.
+        let known_otherwise = without_sign && self.all_cells.alarmed;
         let score = expected.and_then(|expected| expected.score);
+        let score = if without_sign { score.map(score_of_size) } else { score };
+        let one = self.chart_of(&scope);
         let statistic = score.map(|score| one.chart.step(context.settings.chart(), sides, score));
-        let beyond = statistic.filter(|statistic| statistic.abs() > limit);
+        let begin = one.begin;
+        let beyond = statistic.filter(|statistic| statistic.abs() > limit && !known_otherwise);
+        let since = beyond
+            .and_then(|statistic| self.changed_since(&scope, begin, statistic))
+            .filter(|since| !without_sign || self.is_to_the_worse(&self.past[*since..], of_figure));
+        let beyond = beyond.filter(|_| since.is_some());
+        let one = self.chart_of(&scope);
         let new = beyond.is_some() && !one.alarmed;
         one.alarmed |= beyond.is_some();
-        let begin = one.begin;
         judgement.charts.push(ChartPoint {
             figure: context.figure.to_owned(),
             cell: run.cell.clone(),
@@ -310,9 +320,7 @@ impl Followed {
             sides,
             alarm: beyond.is_some(),
         });
-        if let Some(statistic) = beyond
-            && let Some(since) = self.changed_since(&scope, begin, statistic)
-        {
+        if let (Some(statistic), Some(since)) = (beyond, since) {
             let known = known_before(&self.start, &self.past[..since]);
             let after: Vec<&Past> =
                 self.past[since..].iter().filter(|past| scope.takes(&past.cell)).collect();
@@ -337,6 +345,24 @@ impl Followed {
         }
     }
 
+    fn chart_of(&mut self, scope: &Scope) -> &mut OneChart {
+        match scope {
+            Scope::Cell(cell) => self.cells.entry(cell.clone()).or_default(),
+            Scope::AllCells => &mut self.all_cells,
+            Scope::CellByCell => &mut self.cell_by_cell,
+        }
+    }
+
+    /// Whether changes to the side that raises alarms outweigh those to the other, in squares of scores.
+    fn is_to_the_worse(&self, past: &[Past], sides: Sides) -> bool {
+        let signed = past.iter().filter_map(|past| past.score).map(|z| z * z.abs()).sum::<f64>();
+        match sides {
+            Sides::Both => true,
+            Sides::Rises => signed > 0.0,
+            Sides::Falls => signed < 0.0,
+        }
+    }
+
     /// The newest run, corrected for temperature.
     fn corrected(&self, expected: Option<Expected>) -> Uncertain {
         let Some(past) = self.past.last() else {
@@ -356,7 +382,11 @@ impl Followed {
     fn changed_since(&self, scope: &Scope, begin: usize, direction: f64) -> Option<usize> {
         let (places, scores): (Vec<usize>, Vec<f64>) = (begin..self.past.len())
             .filter(|place| scope.takes(&self.past[*place].cell))
-            .filter_map(|place| Some((place, self.past[place].score?)))
+            .filter_map(|place| {
+                let score = self.past[place].score?;
+                let score = if *scope == Scope::CellByCell { score_of_size(score) } else { score };
+                Some((place, score))
+            })
             .unzip();
         change_point(&scores, direction).map(|first| places[first])
     }
@@ -373,7 +403,9 @@ impl Followed {
         self.known = known_before(&self.start, &self.past);
         match scope {
             Scope::Cell(cell) => drop(self.held.insert(cell.clone())),
-            Scope::AllCells => self.held.extend(self.known.cells.keys().cloned()),
+            Scope::AllCells | Scope::CellByCell => {
+                self.held.extend(self.known.cells.keys().cloned());
+            }
         }
     }
 
@@ -401,7 +433,7 @@ impl Followed {
             }
         }
         let anew = OneChart { begin: self.past.len(), ..OneChart::default() };
-        self.all_cells = anew;
+        (self.all_cells, self.cell_by_cell) = (anew, anew);
         for (_, one) in self.cells.iter_mut().filter(|(name, _)| concerned(name)) {
             *one = anew;
         }
@@ -414,7 +446,7 @@ impl Scope {
     fn takes(&self, cell: &str) -> bool {
         match self {
             Self::Cell(own) => own == cell,
-            Self::AllCells => true,
+            Self::AllCells | Self::CellByCell => true,
         }
     }
 }

@@ -43,6 +43,18 @@ pub fn score_of_t(t: f64, degrees_of_freedom: f64) -> f64 {
 }
 
 /// Probability that Student's t with ν degrees of freedom exceeds `t` >= 0: half of I_x(ν/2, 1/2), x = ν/(ν + t²).
+/// The normal score of a score's size, whatever its sign: normal too where nothing changed.
+/// Limited to ±20.
+pub fn score_of_size(score: f64) -> f64 {
+    let tail = 2.0 * below(-score.abs());
+    match tail {
+        // (Of a score of zero, the tail is one.)
+        _ if tail > 0.5 => -exceeded_with((1.0 - tail).max(1e-12)),
+        _ if tail > 1e-88 => exceeded_with(tail).min(MOST_SCORE),
+        _ => MOST_SCORE,
+    }
+}
+
 fn t_tail(t: f64, degrees_of_freedom: f64) -> f64 {
     let x = degrees_of_freedom / (degrees_of_freedom + t * t);
     0.5 * incomplete_beta(x, 0.5 * degrees_of_freedom, 0.5)
@@ -119,6 +131,18 @@ mod tests {
     }
 
     /// With one degree of freedom t is Cauchy's distribution, whose tail is known in closed form.
+    /// Two-sided quantiles of the normal distribution.
+    #[test]
+    fn sizes_have_scores_of_their_two_sided_probability() {
+        for (size, score) in [(1.959_964, 1.644_854), (2.575_829, 2.326_348), (0.674_490, 0.0)] {
+            for signed in [size, -size] {
+                assert!((score_of_size(signed) - score).abs() < 1e-5, "{size}");
+            }
+        }
+        assert!(score_of_size(0.0) < -6.0 && score_of_size(0.0) > -10.0);
+        assert_eq!(score_of_size(40.0), MOST_SCORE);
+    }
+
     #[test]
     fn one_degree_of_freedom_is_cauchy() {
         for t in [0.1, 1.0, 30.0, 1e4] {

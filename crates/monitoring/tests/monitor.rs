@@ -220,3 +220,32 @@ proptest! {
         prop_assert_eq!(step, monitor);
     }
 }
+
+/// The gap of one cell rises and that of the other falls, by factors of its scatter.
+fn opposed(near: f64, far: f64) -> Vec<Run> {
+    let changed = |number: usize| run(number, 0.001 * [near, far][number % 2]);
+    runs(10..16, 0.0).into_iter().chain((16..22).map(changed)).collect()
+}
+
+#[test]
+fn changes_that_differ_in_sign_from_cell_to_cell_raise_an_alarm() {
+    let scopes = |runs: &[Run]| -> Vec<Scope> {
+        let (_, judged) = replayed(runs, &[]);
+        judged.into_iter().flat_map(|one| one.alarms).map(|alarm| alarm.scope).collect()
+    };
+    // Each by itself is too small for the chart of its cell, and they cancel on the chart of all.
+    let found = scopes(&opposed(5.0, -4.5));
+    assert!(found.contains(&Scope::CellByCell) && !found.contains(&Scope::AllCells), "{found:?}");
+    let (_, judged) = replayed(&opposed(5.0, -4.5), &[]);
+    let alarm = judged.iter().flat_map(|one| &one.alarms).next().expect("an alarm");
+    let words = alarm.to_string();
+    assert!(
+        words.starts_with(
+            "The gap of single cells changed, more in some than in others since 2026-11-19"
+        ),
+        "{words}"
+    );
+    // A gap that falls more than it rises is an improvement.
+    assert_eq!(scopes(&opposed(4.5, -5.5)), [], "more fall than rise");
+    assert_eq!(scopes(&opposed(-6.0, -6.0)), [], "all fall");
+}

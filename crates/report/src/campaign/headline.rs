@@ -55,18 +55,16 @@ fn largest<'a>(alarms: &[&'a AlarmOverview]) -> Option<&'a AlarmOverview> {
 /// What changed, where, by how much and since when.
 fn change(one: &AlarmOverview) -> String {
     let alarm = &one.alarm;
-    let verb = match (alarm.figure == GAP, alarm.statistic > 0.0) {
-        (true, true) => "grew",
-        (true, false) => "shrank",
-        (false, true) => "rose",
-        (false, false) => "fell",
-    };
+    let verb = alarm.verb();
     let place = match &alarm.scope {
         Scope::AllCells => "all cells".to_owned(),
+        Scope::CellByCell => "single cells".to_owned(),
         Scope::Cell(cell) => short(cell, WORDS_OF_A_NAME),
     };
-    let size =
-        alarm.relative.map_or(String::new(), |part| format!(" by {}", percent(part.value.abs())));
+    let size = alarm
+        .relative
+        .filter(|_| alarm.scope != Scope::CellByCell)
+        .map_or(String::new(), |part| format!(" by {}", percent(part.value.abs())));
     let since = alarm.since.strftime("%Y-%m-%d");
     format!("the {} of {place} {verb}{size} since {since}", short(&alarm.figure, 1))
 }

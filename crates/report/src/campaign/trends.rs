@@ -158,7 +158,8 @@ fn control_charts(
         let points: Vec<ChartPoint> = points.iter().map(|point| (*point).clone()).collect();
         // The chart of all cells shows nothing but judgements.
         let judged = points.iter().any(|point| point.statistic.is_some());
-        let shown = ControlChart::new(&points).filter(|_| judged || **scope != Scope::AllCells);
+        let shown =
+            ControlChart::new(&points).filter(|_| judged || matches!(scope, Scope::Cell(_)));
         let Some(chart) = shown else { return Ok(None) };
         if !old.has(&file, digest) {
             put(&folder.join(&file), svg_file(&chart)?.as_bytes())?;
@@ -181,6 +182,8 @@ fn control_charts(
         match scope {
             // That of all cells is the last of the order, and goes first.
             Scope::AllCells => of.shown.insert(0, chart),
+            Scope::CellByCell if alarm => of.shown.push(chart),
+            Scope::CellByCell => of.folded.push(chart),
             Scope::Cell(_) if alarm => of.shown.push(chart),
             Scope::Cell(_) => of.folded.push(chart),
         }

@@ -194,7 +194,7 @@ fn shown(point: &ChartPoint) -> (f64, f64) {
 }
 
 fn of_all_cells(point: &ChartPoint) -> bool {
-    matches!(point.scope, fieldgap_monitoring::Scope::AllCells)
+    !matches!(point.scope, fieldgap_monitoring::Scope::Cell(_))
 }
 
 /// Baseline less and plus two of its standard errors.

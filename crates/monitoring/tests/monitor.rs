@@ -246,6 +246,6 @@ fn changes_that_differ_in_sign_from_cell_to_cell_raise_an_alarm() {
         "{words}"
     );
     // A gap that falls more than it rises is an improvement.
-    assert_eq!(scopes(&opposed(4.5, -5.5)), [], "more fall than rise");
+    assert_eq!(scopes(&opposed(1.0, -6.0)), [], "more fall than rise");
     assert_eq!(scopes(&opposed(-6.0, -6.0)), [], "all fall");
 }

@@ -1,5 +1,5 @@
-//! Drivers that round phases, and arrays of many elements, on readings of the virtual rig's vibrating pistons, which share nothing with the
-//! diagnosis.
+//! Drivers that round phases, arrays of many elements, and lobes of no formula. The readings are those of the virtual rig's vibrating pistons, or
+//! a sum written here: neither shares anything with the diagnosis.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -9,6 +9,7 @@ use fieldgap_diagnosis::{Diagnosis, EffectId, FittedParameter, Verdict, diagnose
 use fieldgap_input::TomlSource;
 use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
 use fieldgap_virtual_rig::{Visit, noise_free_readings};
+use num_complex::Complex64;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -55,30 +56,47 @@ impl Scan {
     /// The scan of an array whose phases a driver changes, with causes that the set-up does not know.
     fn read(&self, causes: &str, seed: u64, driven: impl Fn(&[f64]) -> Vec<f64>) -> RecordedScan {
         let effects: toml::Table = causes.parse().expect("TOML");
+        let field = |focus: usize| {
+            let believed = self.believed(focus);
+            let excitation = Excitation::Phases(driven(&phases_rad(&believed)));
+            let visits: Vec<Visit> = self
+                .places_m
+                .iter()
+                .map(|at| Visit { position_m: *at, velocity_m_s: Vec3::zeros(), time_s: 0.0 })
+                .collect();
+            let simulation = Simulation { excitation, ..believed };
+            noise_free_readings(&simulation, &effects, 0.05, &visits, seed).expect("valid")
+        };
+        self.record((0..self.foci).map(field).collect(), seed)
+    }
+
+    /// The scan of point sources with this lobe, a function of the angle in rad.
+    fn read_lobes(&self, seed: u64, lobe: impl Fn(f64) -> f64) -> RecordedScan {
+        let field = |focus: usize| -> Vec<f64> {
+            let believed = self.believed(focus);
+            let phases_rad = phases_rad(&believed);
+            let level = |at: &Vec3| {
+                let sources = believed.array.elements().iter().zip(&phases_rad);
+                let wave = |(element, phase_rad): (&fieldgap_acoustics::Element, &f64)| {
+                    let way = at - element.centre_m;
+                    let amplitude = lobe((way.z / way.norm()).acos()) / way.norm();
+                    Complex64::from_polar(amplitude, WAVENUMBER_RAD_M * way.norm() + phase_rad)
+                };
+                0.001 * sources.map(wave).sum::<Complex64>().norm()
+            };
+            self.places_m.iter().map(level).collect()
+        };
+        self.record((0..self.foci).map(field).collect(), seed)
+    }
+
+    fn believed(&self, focus: usize) -> Simulation {
+        self.setup.simulation(self.setup.simulator, focus).expect("a focus")
+    }
+
+    /// The readings of these fields, drive by drive, with noise.
+    fn record(&self, fields: Vec<Vec<f64>>, seed: u64) -> RecordedScan {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-        let fields: Vec<Vec<f64>> = (0..self.foci)
-            .map(|focus| {
-                let believed = self.setup.simulation(self.setup.simulator, focus).expect("a focus");
-                let Excitation::Focus(at_m) = &believed.excitation else { panic!("a focus") };
-                // Waves of all elements arrive together.
-                let wavenumber = TAU * 40e3 / 343.0;
-                let phases_rad: Vec<f64> = believed
-                    .array
-                    .elements()
-                    .iter()
-                    .map(|element| -wavenumber * (at_m - element.centre_m).norm())
-                    .collect();
-                let excitation = Excitation::Phases(driven(&phases_rad));
-                let visits: Vec<Visit> = self
-                    .places_m
-                    .iter()
-                    .map(|at| Visit { position_m: *at, velocity_m_s: Vec3::zeros(), time_s: 0.0 })
-                    .collect();
-                let simulation = Simulation { excitation, ..believed };
-                noise_free_readings(&simulation, &effects, 0.05, &visits, seed).expect("valid")
-            })
-            .collect();
         let largest = fields.iter().flatten().fold(0.0f64, |most, level| most.max(*level));
         let mut read = |level: f64| {
             let (re, im) = (level + NOISE.1 * largest * normal(), NOISE.1 * largest * normal());
@@ -99,6 +117,15 @@ impl Scan {
         }
         RecordedScan { setup: self.setup.clone(), samples }
     }
+}
+
+const WAVENUMBER_RAD_M: f64 = TAU * 40e3 / 343.0;
+
+/// Phases with which the waves of all elements arrive together at the focus.
+fn phases_rad(believed: &Simulation) -> Vec<f64> {
+    let Excitation::Focus(at_m) = &believed.excitation else { panic!("a focus") };
+    let elements = believed.array.elements().iter();
+    elements.map(|element| -WAVENUMBER_RAD_M * (at_m - element.centre_m).norm()).collect()
 }
 
 /// How a driver rounds a phase, in steps, given those of all elements.
@@ -173,4 +200,33 @@ fn the_noise_of_a_large_array_is_that_of_all_its_repeats() {
     named_alone(&diagnosis, EffectId::DeadElements);
     assert!((diagnosis.noise.multiplicative / NOISE.0 - 1.0).abs() < 0.1, "{:?}", diagnosis.noise);
     assert!(diagnosis.points > 2900, "all readings count: {}", diagnosis.points);
+}
+
+/// Lobes as data sheets have them, in decibels at every ten degrees, between which a cubic is laid: neither is that of a piston, and neither is the
+/// other's stretched.
+#[test]
+fn a_lobe_of_no_formula_is_not_taken_for_unequal_elements() {
+    let lobes_db = [
+        [0.0, -0.3, -1.6, -4.4, -7.2, -8.6, -10.0, -13.5, -17.0, -19.0],
+        [0.0, -0.6, -1.9, -3.0, -3.9, -5.6, -8.9, -12.6, -15.0, -16.0],
+    ];
+    for (seed, lobe_db) in lobes_db.into_iter().enumerate() {
+        let scan = Scan::new(6, &[[8.0, -5.0, 110.0]], 36, &[90.0, 130.0]);
+        let lobe =
+            |theta_rad: f64| 10f64.powf(between(&lobe_db, theta_rad.to_degrees() / 10.0) / 20.0);
+        let record = scan.read_lobes(40 + seed as u64, lobe);
+        let diagnosis = diagnose(&[record], None).expect("comparable");
+        named_alone(&diagnosis, EffectId::Directivity);
+    }
+}
+
+/// A cubic through four points (Catmull and Rom), even about the first.
+fn between(table: &[f64], place: f64) -> f64 {
+    let last = table.len() as i64 - 1;
+    let at = |n: i64| table[n.abs().min(last) as usize];
+    let (whole, part) = (place.floor() as i64, place.fract());
+    let [a, b, c, d] = [-1, 0, 1, 2].map(|n| at(whole + n));
+    b + 0.5
+        * part
+        * (c - a + part * (2.0 * a - 5.0 * b + 4.0 * c - d + part * (3.0 * (b - c) + d - a)))
 }

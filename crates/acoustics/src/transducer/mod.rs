@@ -17,6 +17,7 @@ mod multi_gaussian;
 mod murata_fit;
 mod piston;
 mod rayleigh_piston;
+mod shaped;
 mod table;
 mod widened;
 
@@ -26,6 +27,7 @@ pub use multi_gaussian::{MultiGaussian, multi_gaussian_beam};
 pub use murata_fit::MurataFit;
 pub use piston::Piston;
 pub use rayleigh_piston::RayleighPiston;
+pub use shaped::Shaped;
 pub use table::{MeasuredTable, TableError};
 pub use widened::Widened;
 

@@ -1,7 +1,7 @@
 //! The elements' lobes are wider or narrower than modelled.
 //!
 //! Either every angle of the directivity is stretched, or the face is smaller, which stretches a piston's lobe in the sine of
-//! the angle: both are tried.
+//! the angle, or the lobe has a shape of its own, as a measured one has: all are tried.
 
 use fieldgap_acoustics::Simulator;
 
@@ -13,6 +13,16 @@ use crate::model::effect::{
 use crate::model::instance::Setting;
 use crate::remedy::{Remedy, SetupKey};
 
+/// The lobe has a shape of its own.
+const OF_ANOTHER_SHAPE: Choice = Choice::Law(2);
+
+/// Its width, and its shape by the factors of [`Shaped`](fieldgap_acoustics::transducer::Shaped).
+const SHAPED: [Parameter; 3] = [
+    Parameter { neutral: 1.0, scale: 0.01, least: 0.4, most: 2.5 },
+    Parameter { neutral: 0.0, scale: 0.05, least: -10.0, most: 10.0 },
+    Parameter { neutral: 0.0, scale: 0.05, least: -10.0, most: 10.0 },
+];
+
 /// The effect.
 pub(crate) struct Directivity;
 
@@ -22,7 +32,11 @@ impl Effect for Directivity {
     }
 
     fn parameters(&self) -> &'static [Parameter] {
-        &[Parameter { neutral: 1.0, scale: 0.01, least: 0.4, most: 2.5 }]
+        &SHAPED[..1]
+    }
+
+    fn parameters_of(&self, choice: &Choice) -> &'static [Parameter] {
+        if *choice == OF_ANOTHER_SHAPE { &SHAPED } else { self.parameters() }
     }
 
     fn facts(&self) -> Facts {
@@ -48,7 +62,7 @@ impl Effect for Directivity {
     }
 
     fn choices(&self) -> Vec<Choice> {
-        vec![Choice::Law(0), Choice::Law(1)]
+        vec![Choice::Law(0), Choice::Law(1), OF_ANOTHER_SHAPE]
     }
 
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
@@ -58,14 +72,24 @@ impl Effect for Directivity {
     fn radiation(&self, at: Setting<'_>, radiation: &mut Radiation<'_>) {
         radiation.width_ratio *= at.values[0];
         radiation.by_face = *at.choice == Choice::Law(1);
+        if let [_, a, b] = *at.values {
+            radiation.shape = [a, b];
+        }
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
-        let sentence = format!(
-            "the elements' lobes are {:.3} ± {:.3} times as wide as modelled",
-            fitted[0].value, fitted[0].error
-        );
-        Finding::new([("width_ratio", fitted[0].real())], sentence)
+        let width =
+            format!("{:.3} ± {:.3} times as wide as modelled", fitted[0].value, fitted[0].error);
+        let width_ratio = ("width_ratio", fitted[0].real());
+        match fitted {
+            [_, a, b] => Finding::new(
+                [width_ratio, ("shape_2", a.real()), ("shape_4", b.real())],
+                format!(
+                    "the elements' lobes have another shape; by the level at 45°, they are {width}"
+                ),
+            ),
+            _ => Finding::new([width_ratio], format!("the elements' lobes are {width}")),
+        }
     }
 }
 

@@ -82,6 +82,7 @@ pub(crate) fn radiation() -> Radiation<'static> {
         transducer: &Piston,
         width_ratio: 1.0,
         by_face: false,
+        shape: [0.0; 2],
         on_axis: None,
         paths: PathLengths::Observed,
     }

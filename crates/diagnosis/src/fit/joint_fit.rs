@@ -224,7 +224,7 @@ pub(crate) fn unknowns(
             let prior = Some((0.0, *spread));
             unknowns.extend(values.iter().map(|&start| Unknown { start, scale: 0.01, prior }));
         } else {
-            let parameters = instance.effect.parameters();
+            let parameters = instance.effect.parameters_of(&instance.choice);
             unknowns.extend(values.iter().zip(parameters).map(|(v, p)| unknown(*v, p)));
         }
     }

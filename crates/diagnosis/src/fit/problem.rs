@@ -282,7 +282,7 @@ pub(crate) fn is_plausible(
     instance: &Instance,
     values: &[f64],
 ) -> bool {
-    let parameters = instance.effect.parameters();
+    let parameters = instance.effect.parameters_of(&instance.choice);
     if !parameters.iter().zip(values).all(|(p, v)| (p.least..=p.most).contains(v)) {
         return false;
     }

@@ -54,7 +54,7 @@ pub(crate) enum Choice {
     None,
     /// These elements.
     Elements(Vec<usize>),
-    /// One of two laws.
+    /// One of several laws.
     Law(u8),
     /// A number of steps in a period, and where each drive counts them from, in 65,536ths of a step: one for every drive by its number, or
     /// one for all.
@@ -228,6 +228,8 @@ pub(crate) struct Radiation<'t> {
     pub width_ratio: f64,
     /// Whether the lobe is wider because the face is smaller, and not because every angle is stretched.
     pub by_face: bool,
+    /// Its shape; see [`Shaped`](fieldgap_acoustics::transducer::Shaped).
+    pub shape: [f64; 2],
     /// Another law on the axis.
     pub on_axis: Option<OnAxis>,
     /// Where path lengths are taken.
@@ -291,6 +293,21 @@ pub(crate) trait Effect: Sync {
 
     /// What a fit of it found.
     fn describe(&self, fitted: &[Estimate], choice: &Choice, context: &Context) -> Finding;
+
+    /// Its real parameters under one of its choices.
+    fn parameters_of(&self, _choice: &Choice) -> &'static [Parameter] {
+        self.parameters()
+    }
+
+    /// Values that were fitted under another choice, as a start under this one: neutral where there are more or fewer of them.
+    fn carried(&self, values: Vec<f64>, choice: &Choice) -> Vec<f64> {
+        let parameters = self.parameters_of(choice);
+        let random = self.search() == Search::Random;
+        match random || values.len() == parameters.len() {
+            true => values,
+            false => parameters.iter().map(|parameter| parameter.neutral).collect(),
+        }
+    }
 
     // How it is looked for.
 

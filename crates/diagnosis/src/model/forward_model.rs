@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 
-use fieldgap_acoustics::transducer::Widened;
+use fieldgap_acoustics::transducer::{Shaped, Transducer, Widened};
 use fieldgap_acoustics::{
     Array, Excitation, FieldKernel, FieldSum, PathLengths, Propagation, Simulation, Simulator,
     Vec3, delays_s,
@@ -256,8 +256,14 @@ impl<'c> ForwardModel<'c> {
             _ => PathLengths::Observed,
         };
         let transducer = believed.transducer();
-        let mut radiation =
-            Radiation { transducer, width_ratio: 1.0, by_face: false, on_axis: None, paths };
+        let mut radiation = Radiation {
+            transducer,
+            width_ratio: 1.0,
+            by_face: false,
+            shape: [0.0; 2],
+            on_axis: None,
+            paths,
+        };
         self.effects().for_each(|active| active.effect.radiation(active.setting(), &mut radiation));
         radiation
     }
@@ -271,11 +277,13 @@ impl<'c> ForwardModel<'c> {
 
     fn kernel(&self, believed: &Simulation, sources: &Sources, nuisance: &Nuisance) -> FieldKernel {
         let wavenumber = self.wavenumber_rad_m(believed);
-        let Radiation { transducer, width_ratio, by_face, on_axis, paths } =
+        let Radiation { transducer, width_ratio, by_face, shape, on_axis, paths } =
             self.radiation(believed);
         let widened = Widened { transducer, ratio: width_ratio, by_face };
+        let shaped = Shaped { transducer: &widened, shape };
+        let lobe: &dyn Transducer = if shape == [0.0; 2] { &widened } else { &shaped };
         let mut kernel =
-            FieldKernel::new(&sources.array, &sources.phases_rad, &widened, wavenumber, paths);
+            FieldKernel::new(&sources.array, &sources.phases_rad, lobe, wavenumber, paths);
         if let Some(on_axis) = on_axis {
             kernel = kernel.with_on_axis(on_axis);
         }

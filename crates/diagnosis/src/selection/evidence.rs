@@ -22,7 +22,10 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
     let ranges = fit.ranges();
     for (number, instance) in fit.instances.iter().enumerate() {
         let values = &fit.values[number];
-        log -= cost_of_choice(&instance.choice, observations.elements());
+        log -= match instance.choice {
+            Choice::Law(_) => (instance.effect.choices().len() as f64).ln(),
+            _ => cost_of_choice(&instance.choice, observations.elements()),
+        };
         let block = fit.covariance.as_ref().map(|covariance| {
             let range = ranges[number].clone();
             covariance.view((range.start, range.start), (range.len(), range.len())).into_owned()
@@ -42,7 +45,7 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
             log += 0.5 * determinant - SPREAD_SPAN.ln() + 0.5 * (PI / values.len() as f64).ln();
             continue;
         }
-        let parameters = instance.effect.parameters();
+        let parameters = instance.effect.parameters_of(&instance.choice);
         let departures = nalgebra::DVector::from_iterator(
             values.len(),
             values.iter().zip(parameters).map(|(v, p)| v - p.neutral),
@@ -69,10 +72,10 @@ pub(crate) fn cost_of_freedom(parameters: usize, size: f64) -> f64 {
     (p * size.max(1.0).ln() + (EFFECT_SIZE_SPAN * sphere).ln() - 0.5 * p * TAU.ln()).max(0.0)
 }
 
+/// The penalty, nats, for a choice among elements or steps.
 pub(crate) fn cost_of_choice(choice: &Choice, elements: usize) -> f64 {
     match choice {
-        Choice::None => 0.0,
-        Choice::Law(_) => 2f64.ln(),
+        Choice::None | Choice::Law(_) => 0.0,
         Choice::Steps(_, zeros) => {
             let zeros = match zeros.len() {
                 0 | 1 => f64::from(COMMON_ZEROS).ln(),

@@ -36,9 +36,12 @@ pub(crate) fn beginnings(
             .choices()
             .into_iter()
             .flat_map(|choice| {
-                let begin = move |values| Beginning { choice: choice.clone(), values };
                 let starts =
                     if slope_leads { vec![effect.neutral()] } else { effect.starts(context) };
+                let mut starts: Vec<Vec<f64>> =
+                    starts.into_iter().map(|values| effect.carried(values, &choice)).collect();
+                starts.dedup();
+                let begin = move |values| Beginning { choice: choice.clone(), values };
                 starts.into_iter().map(begin)
             })
             .collect(),

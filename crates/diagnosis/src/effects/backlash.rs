@@ -19,7 +19,7 @@ impl Effect for Backlash {
     }
 
     fn parameters(&self) -> &'static [Parameter] {
-        &[Parameter { neutral: 0.0, scale: 0.02, least: -4.0, most: 4.0 }]
+        &[Parameter { neutral: 0.0, scale: 0.02, least: 0.0, most: 4.0 }]
     }
 
     fn facts(&self) -> Facts {
@@ -37,12 +37,12 @@ impl Effect for Backlash {
     }
 
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
-        vec![vec![0.3], vec![-0.3]]
+        vec![vec![0.3]]
     }
 
     fn position(&self, at: Setting<'_>, visit: &Visit, at_m: Vec3) -> Vec3 {
         let play_m = 1e-3 * at.values[0];
-        at_m - Vec3::x() * (0.5 * visit.x_direction * play_m)
+        at_m - Vec3::x() * (0.5 * visit.motion.x_direction * play_m)
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
@@ -58,12 +58,14 @@ impl Effect for Backlash {
 mod tests {
     use super::*;
     use crate::effects::testing::{Bench, visit};
+    use crate::model::motion::Motion;
 
     #[test]
     fn the_two_directions_of_travel_differ_by_the_play() {
         let bench = Bench::new();
         let x_mm = |x_direction: f64| {
-            let visit = Visit { x_direction, ..visit() };
+            let motion = Motion::steady(Vec3::zeros(), x_direction);
+            let visit = Visit { motion, ..visit() };
             1e3 * Backlash.position(bench.at(&[0.4]), &visit, Vec3::zeros()).x
         };
         assert!((x_mm(-1.0) - x_mm(1.0) - 0.4).abs() < 1e-12);

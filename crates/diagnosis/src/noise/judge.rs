@@ -187,9 +187,11 @@ fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
     for (drive, levels) in scan.drives.iter().zip(levels) {
         let beyond = |i: usize| drive.readings[i] - levels[i].reading;
         for i in 0..drive.visits.len().saturating_sub(3) {
-            let even = (i + 2..i + 4).all(|j| {
-                let (a, b) = (&drive.visits[j], &drive.visits[i + 1]);
-                (a.velocity_m_s - b.velocity_m_s).norm() <= 1e-3 * b.velocity_m_s.norm()
+            let velocity_m_s = drive.visits[i + 1].motion.velocity_m_s();
+            let even = drive.visits[i + 1..i + 4].iter().all(|visit| {
+                visit.is_in_row()
+                    && (visit.motion.velocity_m_s() - velocity_m_s).norm()
+                        <= 1e-3 * velocity_m_s.norm()
             });
             let seen = drive.readings[i..i + 4].iter().all(|&reading| reading < full_scale);
             if even && seen {

@@ -18,8 +18,10 @@ const OF_SPEEDS: f64 = 4.0;
 /// Steps of a row at least: two or three readings stand in a line by chance.
 const FEWEST_STEPS: usize = 3;
 
-/// Share of the usual step below which a move along x does not turn its direction: it may be an error of the recorded place.
-const MOVED: f64 = 0.1;
+/// Share of the usual step by which a recorded place may be off: a move along x of less does not turn its direction, and a row whose places
+/// are off by less from those at a constant velocity has that velocity. (Differences of neighbours would average the errors of the places
+/// wherever a lag is fitted, which speaks for a lag.)
+const OFF: f64 = 0.1;
 
 /// Moments before a reading at which the place is kept, and the least time from one to the next, s: about the lags of receivers and
 /// averages.
@@ -70,7 +72,7 @@ pub(crate) struct Approach {
 /// The approach to each reading, from its time, s, and place, m.
 pub(crate) fn approaches(readings: &[(f64, Vec3)]) -> Vec<Approach> {
     let ways = Ways::of(readings);
-    let mut x = Direction { usual_m: ways.usual_step_m(), ..Direction::default() };
+    let mut x = Direction { usual_m: ways.usual_m, ..Direction::default() };
     (0..readings.len())
         .map(|reading| {
             x.follow(readings[reading].1.x);
@@ -122,6 +124,10 @@ struct Ways<'r> {
     steps: Vec<Step>,
     /// Whether the step to each reading belongs to a row.
     in_row: Vec<bool>,
+    /// The velocity of the row of each reading, if it is constant, m/s; the first reading of a row included.
+    steady_m_s: Vec<Option<Vec3>>,
+    /// Median step, m.
+    usual_m: f64,
 }
 
 impl<'r> Ways<'r> {
@@ -135,17 +141,17 @@ impl<'r> Ways<'r> {
         // Between the readings of several drives at one place the robot stands, and its row goes on.
         let moves: Vec<usize> = (0..steps.len()).filter(|&n| !steps[n].stands()).collect();
         let joined = |a: &usize, b: &usize| steps[*a].is_continued_by(&steps[*b]);
+        let usual_m = median(moves.iter().map(|&n| steps[n].moved_m.norm()).collect());
+        let mut steady_m_s = vec![None; readings.len()];
         for row in moves.chunk_by(joined).filter(|row| row.len() >= FEWEST_STEPS) {
-            in_row[row[0] + 1..=row[row.len() - 1] + 1].fill(true);
+            let (first, last) = (row[0], row[row.len() - 1] + 1);
+            let velocity_m_s = constant_velocity_m_s(&readings[first..=last], usual_m);
+            // Where one row goes over into another, their common reading has the velocity of the one before.
+            let from = if in_row[first] { first + 1 } else { first };
+            steady_m_s[from..=last].fill(velocity_m_s);
+            in_row[first + 1..=last].fill(true);
         }
-        Self { readings, steps, in_row }
-    }
-
-    fn usual_step_m(&self) -> f64 {
-        let mut moved_m: Vec<f64> = self.steps.iter().map(|step| step.moved_m.norm()).collect();
-        moved_m.retain(|moved| *moved > 0.0);
-        moved_m.sort_by(f64::total_cmp);
-        moved_m.get(moved_m.len() / 2).copied().unwrap_or(0.0)
+        Self { readings, steps, in_row, steady_m_s, usual_m }
     }
 
     /// The first step of the row that begins with a reading.
@@ -153,17 +159,14 @@ impl<'r> Ways<'r> {
         self.in_row.get(reading + 1).copied().unwrap_or(false).then_some(reading)
     }
 
-    /// The velocity at the first reading of a row, to the second order in time: that of a start from rest is zero.
+    /// The velocity before the first reading of a row: none if the row begins slowly, and so from rest.
     fn first_velocity_m_s(&self, reading: usize) -> Vec3 {
         let Some(first) = self.row_from(reading) else { return Vec3::zeros() };
         let one = self.steps[first];
+        let velocity_m_s = one.velocity_m_s();
         let two = self.steps.get(first + 1).copied().unwrap_or(one);
-        if two.stands() {
-            return Vec3::zeros();
-        }
-        let (velocity, next) = (one.velocity_m_s(), two.velocity_m_s());
-        let share = one.took_s / (one.took_s + two.took_s);
-        if share.is_finite() { velocity - (next - velocity) * share } else { velocity }
+        let slower_m = (two.velocity_m_s().norm() - velocity_m_s.norm()) * one.took_s;
+        if two.stands() || slower_m > OFF * self.usual_m { Vec3::zeros() } else { velocity_m_s }
     }
 
     fn is_timed_in_row(&self, reading: usize) -> bool {
@@ -172,6 +175,9 @@ impl<'r> Ways<'r> {
 
     /// The motion before a reading along its row, and before the row as at its first reading.
     fn motion(&self, reading: usize, x_direction: f64) -> Motion {
+        if let Some(velocity_m_s) = self.steady_m_s[reading] {
+            return Motion::steady(velocity_m_s, x_direction);
+        }
         let (now_s, at_m) = self.readings[reading];
         let took_s = if self.in_row[reading] { self.steps[reading - 1].took_s } else { 0.0 };
         let step_s = took_s.max(LEAST_STEP_S);
@@ -192,6 +198,29 @@ impl<'r> Ways<'r> {
     }
 }
 
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The velocity with which all readings of a row agree, if there is one: the least-squares line through places over times.
+fn constant_velocity_m_s(row: &[(f64, Vec3)], usual_m: f64) -> Option<Vec3> {
+    let count = row.len() as f64;
+    let middle_s = row.iter().map(|(time_s, _)| time_s).sum::<f64>() / count;
+    let middle_m = row.iter().map(|(_, at_m)| at_m).sum::<Vec3>() / count;
+    let (mut product, mut square) = (Vec3::zeros(), 0.0);
+    for (time_s, at_m) in row {
+        product += (at_m - middle_m) * (time_s - middle_s);
+        square += (time_s - middle_s).powi(2);
+    }
+    let velocity_m_s = if square > 0.0 { product / square } else { Vec3::zeros() };
+    let off_m = |(time_s, at_m): &(f64, Vec3)| {
+        (at_m - middle_m - velocity_m_s * (time_s - middle_s)).norm()
+    };
+    (square > 0.0 && row.iter().map(off_m).fold(0.0, f64::max) <= OFF * usual_m)
+        .then_some(velocity_m_s)
+}
+
 /// The direction of travel along x, which small moves do not turn.
 #[derive(Debug, Default)]
 struct Direction {
@@ -203,7 +232,7 @@ struct Direction {
 
 impl Direction {
     fn is_a_move(&self, moved_m: f64) -> bool {
-        moved_m != 0.0 && moved_m.abs() > MOVED * self.usual_m
+        moved_m != 0.0 && moved_m.abs() > OFF * self.usual_m
     }
 
     fn follow(&mut self, x_m: f64) {
@@ -357,7 +386,10 @@ mod tests {
             plane(true, 0.05, 0.7).into_iter().map(|(_, at_m)| (0.0, at_m)).collect();
         for (n, approach) in approaches(&timeless).into_iter().enumerate() {
             assert_near(approach.motion.velocity_m_s(), Vec3::zeros());
-            assert_eq!(approach.motion.x_direction, if (n / SIDE) % 2 == 0 { 1.0 } else { -1.0 });
+            assert_eq!(
+                approach.motion.x_direction,
+                if (n / SIDE).is_multiple_of(2) { 1.0 } else { -1.0 }
+            );
         }
     }
 }

@@ -122,6 +122,13 @@ impl Observations {
 
     /// Only the readings for which `kept` holds, given scan and number.
     pub fn only(&self, kept: impl Fn(usize, &Visit) -> bool) -> Self {
+        let mut some = self.part(kept);
+        some.scans.retain(|scan| !scan.drives.is_empty());
+        some
+    }
+
+    /// The same, with the scans of which nothing is left: each has its own gain and shift.
+    pub fn part(&self, kept: impl Fn(usize, &Visit) -> bool) -> Self {
         let mut scans = self.scans.clone();
         for (scan_number, scan) in scans.iter_mut().enumerate() {
             for drive in &mut scan.drives {
@@ -138,7 +145,6 @@ impl Observations {
             }
             scan.drives.retain(|drive| !drive.readings.is_empty());
         }
-        scans.retain(|scan| !scan.drives.is_empty());
         Self { scans }
     }
 

@@ -1,4 +1,7 @@
 //! Play between motor and tool head along x: the nozzle trails by half of it, to either side of where it is believed.
+//!
+//! It may also lead by half of it: where a firmware compensates for play that is not there, or where the reported place is that of a part
+//! behind the play. The play itself is not negative; the fit works on a number that is positive where the nozzle trails.
 
 use fieldgap_acoustics::{Simulator, Vec3};
 
@@ -19,7 +22,7 @@ impl Effect for Backlash {
     }
 
     fn parameters(&self) -> &'static [Parameter] {
-        &[Parameter { neutral: 0.0, scale: 0.02, least: 0.0, most: 4.0 }]
+        &[Parameter { neutral: 0.0, scale: 0.02, least: -4.0, most: 4.0 }]
     }
 
     fn facts(&self) -> Facts {
@@ -37,7 +40,7 @@ impl Effect for Backlash {
     }
 
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
-        vec![vec![0.3]]
+        vec![vec![0.3], vec![-0.3]]
     }
 
     fn position(&self, at: Setting<'_>, visit: &Visit, at_m: Vec3) -> Vec3 {
@@ -46,11 +49,16 @@ impl Effect for Backlash {
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
-        let sentence = format!(
-            "the robot has {:.2} ± {:.2} mm of play along x",
-            fitted[0].value, fitted[0].error
-        );
-        Finding::new([("mm", fitted[0].real())], sentence)
+        let play = fitted[0].map(fitted[0].value.abs(), 1.0);
+        let how = match fitted[0].value < 0.0 {
+            true => {
+                ", which the nozzle leads by half of, as where more play is compensated than there is"
+            }
+            false => "",
+        };
+        let sentence =
+            format!("the robot has {:.2} ± {:.2} mm of play along x{how}", play.value, play.error);
+        Finding::new([("mm", play.real())], sentence)
     }
 }
 
@@ -70,5 +78,17 @@ mod tests {
         };
         assert!((x_mm(-1.0) - x_mm(1.0) - 0.4).abs() < 1e-12);
         assert_eq!(x_mm(0.0), 0.0);
+    }
+
+    #[test]
+    fn a_play_is_told_as_a_size_whether_the_nozzle_trails_or_leads() {
+        let bench = Bench::new();
+        for (value, leads) in [(0.4, false), (-0.4, true)] {
+            let fitted = [Estimate { value, error: 0.01 }];
+            let told = Backlash.describe(&fitted, &Choice::None, &bench.context);
+            let play = Estimate { value: 0.4, error: 0.01 }.real();
+            assert_eq!(told.parameters["mm"], play);
+            assert_eq!(told.sentence.contains("leads"), leads, "{}", told.sentence);
+        }
     }
 }

@@ -16,7 +16,7 @@ use fieldgap_acoustics::{
     Vec3, delays_s,
 };
 
-use super::effect::{Carrier, Context, Radiation, Stage, SurroundingField, Timing};
+use super::effect::{Carrier, Context, Radiation, Stage, SurroundingField};
 use super::instance::{Active, Instance};
 use super::nuisance::Nuisance;
 use super::observations::{Observations, ObservedDrive, Visit};
@@ -78,9 +78,7 @@ impl<'c> ForwardModel<'c> {
             sorted.iter().copied().filter(of_stage).collect::<Vec<_>>()
         };
         let scatters = |active: &Active<'_>| active.effect.changes_scatter(active.setting());
-        let arrival = |active: &Active<'_>| {
-            matches!(active.effect.facts().timing, Timing::Direction | Timing::Velocity)
-        };
+        let arrival = |active: &Active<'_>| active.effect.facts().timing.is_of_arrival();
         Self {
             detector: at_stage(Stage::Detector),
             changes_scatter: added.iter().any(scatters),

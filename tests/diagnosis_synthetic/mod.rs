@@ -8,8 +8,9 @@ use fieldgap::comparison::{
     UndeterminedCombination,
 };
 use fieldgap::diagnosis::{
-    Candidate, DiagnosedPlane, Diagnosis, EffectId, FittedParameter, KindShares, NextMeasurement,
-    PlaneShare, Region, RegionShare, ResidualTest, Verdict, WaterfallPart, WaterfallStep, Where,
+    Candidate, DiagnosedPlane, Diagnosis, EffectId, FittedParameter, HeldOutBy, KindShares,
+    NextMeasurement, PlaneShare, Region, RegionShare, ResidualTest, Verdict, WaterfallPart,
+    WaterfallStep, Where,
 };
 
 use crate::report_synthetic::{FOCUS_M, figured, noise};
@@ -66,6 +67,7 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
         ranked,
         gap_before: gap(&before),
         gap_before_held_out: 1.02 * gap(&before),
+        held_out_by: HeldOutBy::Place,
         noise_floor: gap(&noise),
         explained_fraction: 0.9982,
         r#where: Where {

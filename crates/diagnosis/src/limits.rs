@@ -351,5 +351,6 @@ pub(crate) const ANOTHER_CAUSE: f64 = 0.02;
 /// Candidates that a report lists: one line each on a screen.
 pub(crate) const MOST_CANDIDATES: usize = 12;
 
-/// Half-angles of the receiver beyond this one, degrees, are not determined: a receiver that looks at the array hears nothing from behind.
+/// Half-angles of the receiver beyond this one, degrees, are not determined and told as this one, without an error: a receiver that looks at
+/// the array hears nothing from behind.
 pub(crate) const MOST_HALF_ANGLE_DEG: f64 = 90.0;

@@ -41,6 +41,8 @@ pub struct Diagnosis {
     pub gap_before: f64,
     /// The same over readings kept out of the fit.
     pub gap_before_held_out: f64,
+    /// How these readings were chosen.
+    pub held_out_by: HeldOutBy,
     /// What noise alone leaves, relative to the scan's rms.
     pub noise_floor: f64,
     /// Share of the squared gap beyond noise, on readings kept out of the fit, that the best candidate explains; 0 to 1.
@@ -113,6 +115,29 @@ impl Verdict {
     /// Whether one set of effects is named.
     pub fn names_a_cause(self) -> bool {
         matches!(self, Self::Explained | Self::MostlyExplained)
+    }
+}
+
+/// What the readings kept out of a fit have in common: a fifth of the blocks of places, of the drives, or of the stretches of time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HeldOutBy {
+    /// Blocks of neighbouring places.
+    Place,
+    /// Drives, of a scan with few places.
+    Drive,
+    /// Stretches of time, of a scan with few places and few drives.
+    Time,
+}
+
+impl HeldOutBy {
+    /// What a fifth was kept out of, as a plural.
+    pub const fn of_what(self) -> &'static str {
+        match self {
+            Self::Place => "places",
+            Self::Drive => "drives",
+            Self::Time => "stretches of time",
+        }
     }
 }
 

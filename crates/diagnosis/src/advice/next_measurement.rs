@@ -17,6 +17,7 @@ use crate::limits::{
 };
 use crate::model::effect::{Context, Effect, Timing};
 use crate::model::forward_model::ForwardModel;
+use crate::model::motion::Motion;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::{NOT_RECORDED, Observations, ObservedDrive, ObservedScan, Visit};
 use crate::model::residuals::Residuals;
@@ -137,7 +138,8 @@ fn proposals(
         rivals.iter().any(|fit| fit.instances.iter().any(|i| i.effect.facts().timing == timing))
     };
     // Only where the readings lag behind the motion does the speed of the robot matter.
-    let speed_m_s = of_motion(Timing::Velocity).then(|| speed_along_rows_m_s(first));
+    let moves = of_motion(Timing::Velocity);
+    let speed_m_s = if moves { speed_along_rows_m_s(first) } else { None };
     // What scatters repeats, or changes in time, shows where each point is measured again.
     let scatters = differing(rivals).any(|effect| effect.scatters_repeats());
     let passes = if scatters || of_motion(Timing::Moment) { 2 } else { 1 };
@@ -224,10 +226,11 @@ fn random_phases(elements: usize, number: u64) -> Excitation {
     Excitation::Phases((0..elements).map(|_| draws.random_range(0.0..TAU)).collect())
 }
 
-/// The largest apparent speed of the robot along rows.
-fn speed_along_rows_m_s(drive: &ObservedDrive) -> f64 {
-    let even = drive.visits.iter().filter(|visit| visit.even);
-    even.map(|visit| visit.velocity_m_s.x.abs()).fold(0.0, f64::max)
+/// The largest apparent speed of the robot along rows; `None` where it has none.
+fn speed_along_rows_m_s(drive: &ObservedDrive) -> Option<f64> {
+    let in_rows = drive.visits.iter().filter(|visit| visit.is_in_row());
+    let speeds = in_rows.map(|visit| visit.motion.velocity_m_s().norm());
+    speeds.max_by(f64::total_cmp).filter(|speed_m_s| *speed_m_s > 0.0)
 }
 
 /// Standard deviations by which the second fit, refitted, misses the expected readings of the first.
@@ -306,9 +309,11 @@ impl Proposal {
                             visits.push(Visit {
                                 number,
                                 at_m: Vec3::new(x_m, y_m, 1e-3 * z_mm),
-                                velocity_m_s: Vec3::x() * x_direction * speed,
-                                x_direction,
-                                even: true,
+                                motion: Motion::steady(
+                                    Vec3::x() * x_direction * speed,
+                                    x_direction,
+                                ),
+                                otherwise: None,
                                 progress: number as f64 / total,
                             });
                             number += 1;
@@ -325,7 +330,6 @@ impl Proposal {
                     stabilised: readings.clone(),
                     readings,
                     visits,
-                    otherwise: Vec::new(),
                 }
             })
             .collect();

@@ -110,18 +110,6 @@ fn as_emitted(believed: &Simulation, b: &Simulation) -> Simulation {
 /// Some readings of a drive, in this order.
 fn some_of(drive: &ObservedDrive, numbers: &[usize]) -> ObservedDrive {
     let take = |values: &[f64]| numbers.iter().filter_map(|&n| values.get(n).copied()).collect();
-    let at = |old: usize| numbers.iter().position(|&n| n == old);
-    let mut ways: HashMap<usize, Vec<Visit>> = HashMap::new();
-    for (index, visit) in &drive.otherwise {
-        ways.entry(*index).or_default().push(*visit);
-    }
-    let mut otherwise: Vec<(usize, Visit)> = Vec::new();
-    for (old, visits) in ways {
-        if let Some(new) = at(old) {
-            otherwise.extend(visits.into_iter().map(|visit| (new, visit)));
-        }
-    }
-    otherwise.sort_by_key(|(index, _)| *index);
     ObservedDrive {
         focus: drive.focus,
         number: drive.number,
@@ -129,7 +117,6 @@ fn some_of(drive: &ObservedDrive, numbers: &[usize]) -> ObservedDrive {
         visits: numbers.iter().map(|&n| drive.visits[n]).collect(),
         readings: take(&drive.readings),
         stabilised: take(&drive.stabilised),
-        otherwise,
     }
 }
 

@@ -26,7 +26,7 @@ use crate::residual_structure::patterns::in_slow_patterns;
 use crate::result::{ResidualTest, Verdict};
 use crate::selection::scored_model::ScoredModel;
 use crate::statistics::scatter::Scatter;
-use crate::verdict::gap_size::HeldOut;
+use crate::verdict::held_out::HeldOut;
 use crate::verdict::judgement::{Judgement, judge};
 
 /// What was found, to be put together.

@@ -1,4 +1,7 @@
 //! Play between motor and tool head along x: the nozzle trails by half of it, to either side of where it is believed.
+//!
+//! It may also lead by half of it: where a firmware compensates for play that is not there, or where the reported place is that of a part
+//! behind the play. The play itself is not negative; the fit works on a number that is positive where the nozzle trails.
 
 use fieldgap_acoustics::{Simulator, Vec3};
 
@@ -42,15 +45,20 @@ impl Effect for Backlash {
 
     fn position(&self, at: Setting<'_>, visit: &Visit, at_m: Vec3) -> Vec3 {
         let play_m = 1e-3 * at.values[0];
-        at_m - Vec3::x() * (0.5 * visit.x_direction * play_m)
+        at_m - Vec3::x() * (0.5 * visit.motion.x_direction * play_m)
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
-        let sentence = format!(
-            "the robot has {:.2} ± {:.2} mm of play along x",
-            fitted[0].value, fitted[0].error
-        );
-        Finding::new([("mm", fitted[0].real())], sentence)
+        let play = fitted[0].map(fitted[0].value.abs(), 1.0);
+        let how = match fitted[0].value < 0.0 {
+            true => {
+                ", which the nozzle leads by half of, as where more play is compensated than there is"
+            }
+            false => "",
+        };
+        let sentence =
+            format!("the robot has {:.2} ± {:.2} mm of play along x{how}", play.value, play.error);
+        Finding::new([("mm", play.real())], sentence)
     }
 }
 
@@ -58,15 +66,29 @@ impl Effect for Backlash {
 mod tests {
     use super::*;
     use crate::effects::testing::{Bench, visit};
+    use crate::model::motion::Motion;
 
     #[test]
     fn the_two_directions_of_travel_differ_by_the_play() {
         let bench = Bench::new();
         let x_mm = |x_direction: f64| {
-            let visit = Visit { x_direction, ..visit() };
+            let motion = Motion::steady(Vec3::zeros(), x_direction);
+            let visit = Visit { motion, ..visit() };
             1e3 * Backlash.position(bench.at(&[0.4]), &visit, Vec3::zeros()).x
         };
         assert!((x_mm(-1.0) - x_mm(1.0) - 0.4).abs() < 1e-12);
         assert_eq!(x_mm(0.0), 0.0);
+    }
+
+    #[test]
+    fn a_play_is_told_as_a_size_whether_the_nozzle_trails_or_leads() {
+        let bench = Bench::new();
+        for (value, leads) in [(0.4, false), (-0.4, true)] {
+            let fitted = [Estimate { value, error: 0.01 }];
+            let told = Backlash.describe(&fitted, &Choice::None, &bench.context);
+            let play = Estimate { value: 0.4, error: 0.01 }.real();
+            assert_eq!(told.parameters["mm"], play);
+            assert_eq!(told.sentence.contains("leads"), leads, "{}", told.sentence);
+        }
     }
 }

@@ -15,6 +15,7 @@ use crate::effects::testing::nuisance;
 use crate::model::effect::{Choice, Context, PerElement};
 use crate::model::forward_model::ForwardModel;
 use crate::model::instance::Instance;
+use crate::model::motion::Motion;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::{ObservedScan, Visit};
 use crate::statistics::noise_scale::NoiseScale;
@@ -106,9 +107,8 @@ fn expected(model: &ForwardModel<'_>, visits: &[rig::Visit], log_gain: f64) -> V
         .map(|(number, visit)| Visit {
             number,
             at_m: visit.position_m,
-            velocity_m_s: visit.velocity_m_s,
-            x_direction: visit.velocity_m_s.x.signum(),
-            even: true,
+            motion: Motion::steady(visit.velocity_m_s, visit.velocity_m_s.x.signum()),
+            otherwise: None,
             progress: visit.time_s / SCAN_S,
         })
         .collect();

@@ -43,7 +43,7 @@ impl Effect for Lag {
     }
 
     fn position(&self, at: Setting<'_>, visit: &Visit, at_m: Vec3) -> Vec3 {
-        at_m - visit.velocity_m_s * at.values[0]
+        at_m + visit.motion.back_m(at.values[0])
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
@@ -60,11 +60,13 @@ impl Effect for Lag {
 mod tests {
     use super::*;
     use crate::effects::testing::{Bench, visit};
+    use crate::model::motion::Motion;
 
     #[test]
     fn a_reading_belongs_where_the_nozzle_was() {
         let bench = Bench::new();
-        let visit = Visit { velocity_m_s: Vec3::new(0.05, 0.0, 0.0), ..visit() };
+        let motion = Motion::steady(Vec3::x() * 0.05, 1.0);
+        let visit = Visit { motion, ..visit() };
         let at_m = Lag.position(bench.at(&[0.02]), &visit, Vec3::new(0.01, 0.0, 0.1));
         assert!((at_m - Vec3::new(0.009, 0.0, 0.1)).norm() < 1e-12);
     }

@@ -58,7 +58,10 @@ impl Effect for ReceiverDirectivity {
         let half_rad = 1.0 / fitted[0].value.max(1e-6).sqrt();
         let half_deg =
             fitted[0].map(half_rad.to_degrees(), 0.5 * half_rad.to_degrees() * half_rad * half_rad);
-        let sentence = match half_deg.value <= MOST_HALF_ANGLE_DEG {
+        let is_determined = half_deg.value < MOST_HALF_ANGLE_DEG;
+        let bound = Estimate { value: MOST_HALF_ANGLE_DEG, error: f64::NAN };
+        let half_deg = if is_determined { half_deg } else { bound };
+        let sentence = match is_determined {
             true => format!(
                 "the receiver's sensitivity is halved (-6 dB) at {:.1} ± {:.1} degrees from its axis",
                 half_deg.value, half_deg.error
@@ -85,6 +88,7 @@ pub(crate) fn lobe(half_rad: f64, angle_rad: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::effects::testing::Bench;
+    use crate::fitted_parameter::FittedParameter;
 
     #[test]
     fn the_sensitivity_is_a_half_at_the_half_angle() {
@@ -97,5 +101,20 @@ mod tests {
             (sensitivity(half_rad) - 0.5).abs() < 1e-12 && (sensitivity(0.0) - 1.0).abs() < 1e-12
         );
         assert!(ReceiverDirectivity.sensitivity(bench.at(&[0.0]), 732.0).is_none());
+    }
+
+    #[test]
+    fn no_half_angle_is_told_from_behind_the_receiver() {
+        let bench = Bench::new();
+        for value in [0.0, 1e-3, 0.3] {
+            let fitted = [Estimate { value, error: 0.01 }];
+            let told = ReceiverDirectivity.describe(&fitted, &Choice::None, &bench.context);
+            assert!(told.sentence.contains("too little"), "{}", told.sentence);
+            let FittedParameter::Real { value, standard_error } = told.parameters["half_angle_deg"]
+            else {
+                panic!("a number")
+            };
+            assert!(value == MOST_HALF_ANGLE_DEG && standard_error.is_nan());
+        }
     }
 }

@@ -11,6 +11,7 @@ use crate::effect_id::EffectId;
 use crate::model::effect::{Choice, Context, Effect, Radiation};
 use crate::model::forward_model::ForwardModel;
 use crate::model::instance::{Instance, Setting};
+use crate::model::motion::Motion;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::Visit;
 
@@ -66,9 +67,8 @@ pub(crate) fn visit() -> Visit {
     Visit {
         number: 0,
         at_m: Vec3::z() * 0.1,
-        velocity_m_s: Vec3::zeros(),
-        x_direction: 0.0,
-        even: true,
+        motion: Motion::steady(Vec3::zeros(), 0.0),
+        otherwise: None,
         progress: 0.0,
     }
 }

@@ -126,6 +126,13 @@ pub(crate) enum Timing {
     Velocity,
 }
 
+impl Timing {
+    /// Whether it matters how the robot arrived at a reading.
+    pub fn is_of_arrival(self) -> bool {
+        matches!(self, Self::Direction | Self::Velocity)
+    }
+}
+
 /// What differs from element to element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PerElement {

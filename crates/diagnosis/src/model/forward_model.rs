@@ -5,6 +5,7 @@
 //! the place of the receiver: there the position is followed from the robot's own reading to the array's frame, which is the catalogue
 //! backwards.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
@@ -15,7 +16,7 @@ use fieldgap_acoustics::{
     Vec3, delays_s,
 };
 
-use super::effect::{Carrier, Context, Radiation, Stage, SurroundingField, Timing};
+use super::effect::{Carrier, Context, Radiation, Stage, SurroundingField};
 use super::instance::{Active, Instance};
 use super::nuisance::Nuisance;
 use super::observations::{Driven, Observations, ObservedDrive, Visit};
@@ -36,8 +37,8 @@ pub(crate) struct ForwardModel<'c> {
     depends_on_arrival: bool,
 }
 
-/// Pressures of every reading: by scan, then drive, then visit. Where it matters how the robot arrived, those of the other ways in
-/// which it may have arrived follow after the visits.
+/// Pressures of every reading: by scan, then drive, then visit. Where it matters how the robot arrived, those of the visits outside of rows
+/// follow after them, with the other motion.
 pub(crate) type Pressures = Vec<Vec<Vec<Pressure>>>;
 
 impl<'c> ForwardModel<'c> {
@@ -77,9 +78,7 @@ impl<'c> ForwardModel<'c> {
             sorted.iter().copied().filter(of_stage).collect::<Vec<_>>()
         };
         let scatters = |active: &Active<'_>| active.effect.changes_scatter(active.setting());
-        let arrival = |active: &Active<'_>| {
-            matches!(active.effect.facts().timing, Timing::Direction | Timing::Velocity)
-        };
+        let arrival = |active: &Active<'_>| active.effect.facts().timing.is_of_arrival();
         Self {
             detector: at_stage(Stage::Detector),
             changes_scatter: added.iter().any(scatters),
@@ -167,13 +166,15 @@ impl<'c> ForwardModel<'c> {
             .collect()
     }
 
-    /// The visits of a drive and, where it matters how the robot arrived, the other ways in which it may have arrived.
-    pub fn visits(&self, drive: &ObservedDrive) -> Vec<Visit> {
-        let mut visits = drive.visits.clone();
-        if self.depends_on_arrival {
-            visits.extend(drive.otherwise.iter().map(|(_, visit)| *visit));
+    /// The visits of a drive and, where it matters how the robot arrived, those outside of rows again with the other motion.
+    pub fn visits<'d>(&self, drive: &'d ObservedDrive) -> Cow<'d, [Visit]> {
+        if !self.depends_on_arrival {
+            return Cow::Borrowed(&drive.visits);
         }
-        visits
+        let mut visits = drive.visits.clone();
+        let other = |visit: &Visit| Some(Visit { motion: visit.otherwise?, ..*visit });
+        visits.extend(drive.visits.iter().filter_map(other));
+        Cow::Owned(visits)
     }
 
     /// The pressure at each visit of one drive, with the shift and the near field of its scan.

@@ -13,6 +13,7 @@
 pub mod effect;
 pub mod forward_model;
 pub mod instance;
+pub mod motion;
 pub mod nuisance;
 pub mod observations;
 pub mod planes;

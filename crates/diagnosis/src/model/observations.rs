@@ -4,6 +4,7 @@ use fieldgap_acoustics::{Simulation, Simulator, Vec3, golden_section};
 use fieldgap_comparison::{Pose, averaged};
 use fieldgap_records::RecordedScan;
 
+use crate::model::motion::{Approach, Motion, approaches};
 use crate::statistics::noise_scale::NoiseScale;
 use crate::statistics::scatter::Scatter;
 
@@ -44,9 +45,6 @@ pub(crate) struct ObservedDrive {
     pub readings: Vec<f64>,
     /// The same on the scale on which it scatters by one.
     pub stabilised: Vec<f64>,
-    /// Other possible arrivals at visits that were not reached in even steps along x: the first of a row, one after a jump. There play may or
-    /// may not have been taken up, and the speed is not the mean speed.
-    pub otherwise: Vec<(usize, Visit)>,
 }
 
 /// The number of a drive that no record has.
@@ -81,12 +79,10 @@ pub(crate) struct Visit {
     pub number: usize,
     /// Reported position, array's frame, m.
     pub at_m: Vec3,
-    /// Its mean velocity since the reading before, m/s.
-    pub velocity_m_s: Vec3,
-    /// Its last direction of travel along x: 1, -1, or 0 before it moved.
-    pub x_direction: f64,
-    /// Whether it arrived in even steps along x.
-    pub even: bool,
+    /// How the robot moved before it; outside of a row after a run-up or at rest.
+    pub motion: Motion,
+    /// Outside of a row: the motion if it came straight from the reading before.
+    pub otherwise: Option<Motion>,
     /// How far through the scan, 0 at the first driven reading to 1 at the last.
     pub progress: f64,
 }
@@ -108,7 +104,7 @@ impl Observations {
                             .filter(|(of, _, _)| *of == focus)
                             .map(|(_, visit, reading)| (*visit, *reading))
                             .unzip();
-                        let (stabilised, otherwise) = (Vec::new(), otherwise(&visits));
+                        let stabilised = Vec::new();
                         let drive = ObservedDrive {
                             focus,
                             number: numbers.next().unwrap_or(0),
@@ -116,7 +112,6 @@ impl Observations {
                             visits,
                             readings,
                             stabilised,
-                            otherwise,
                         };
                         (!drive.readings.is_empty()).then_some(drive)
                     })
@@ -162,6 +157,13 @@ impl Observations {
 
     /// Only the readings for which `kept` holds, given scan and number.
     pub fn only(&self, kept: impl Fn(usize, &Visit) -> bool) -> Self {
+        let mut some = self.part(kept);
+        some.scans.retain(|scan| !scan.drives.is_empty());
+        some
+    }
+
+    /// The same, with the scans of which nothing is left: each has its own gain and shift.
+    pub fn part(&self, kept: impl Fn(usize, &Visit) -> bool) -> Self {
         let mut scans = self.scans.clone();
         for (scan_number, scan) in scans.iter_mut().enumerate() {
             for drive in &mut scan.drives {
@@ -175,11 +177,9 @@ impl Observations {
                 };
                 drive.readings = take(&drive.readings);
                 drive.stabilised = take(&drive.stabilised);
-                drive.otherwise = otherwise(&drive.visits);
             }
             scan.drives.retain(|drive| !drive.readings.is_empty());
         }
-        scans.retain(|scan| !scan.drives.is_empty());
         Self { scans }
     }
 
@@ -194,6 +194,13 @@ impl Observations {
         let (_, last, _) = places.select_nth_unstable_by(count, f64::total_cmp);
         let last = *last;
         self.only(|_, visit| place(visit) < last)
+    }
+}
+
+impl Visit {
+    /// Whether the robot's way to it is known.
+    pub fn is_in_row(&self) -> bool {
+        self.otherwise.is_none()
     }
 }
 
@@ -214,23 +221,6 @@ impl ObservedScan {
     }
 }
 
-/// For each visit not reached in even steps, the same visit with an even arrival from either side.
-fn otherwise(visits: &[Visit]) -> Vec<(usize, Visit)> {
-    let mut speeds: Vec<f64> =
-        visits.iter().filter(|visit| visit.even).map(|visit| visit.velocity_m_s.x.abs()).collect();
-    speeds.sort_by(f64::total_cmp);
-    let Some(&speed_m_s) = speeds.get(speeds.len() / 2) else { return Vec::new() };
-    let uneven = visits.iter().enumerate().filter(|(_, visit)| !visit.even);
-    uneven
-        .flat_map(|(index, visit)| {
-            [1.0, -1.0].map(|x_direction| {
-                let velocity_m_s = Vec3::x() * x_direction * speed_m_s;
-                (index, Visit { x_direction, velocity_m_s, ..*visit })
-            })
-        })
-        .collect()
-}
-
 /// Drive, visit and reading of each driven sample.
 fn visits(scan: &RecordedScan, pose: &Pose) -> Vec<(usize, Visit, f64)> {
     let driven: Vec<_> = scan.samples.iter().filter(|sample| sample.focus.is_some()).collect();
@@ -239,35 +229,13 @@ fn visits(scan: &RecordedScan, pose: &Pose) -> Vec<(usize, Visit, f64)> {
         _ => return Vec::new(),
     };
     let length_s = (last_s - first_s).max(f64::MIN_POSITIVE);
-    let mut x_direction = 0.0;
-    let steps_m = driven.windows(2).map(|pair| (pair[1].position_mm - pair[0].position_mm) / 1e3);
-    let mut along_x: Vec<f64> = steps_m
-        .filter(|step| step.x != 0.0 && step.yz().norm() < 0.05 * step.x.abs())
-        .map(|step| step.x.abs())
-        .collect();
-    along_x.sort_by(f64::total_cmp);
-    let usual_m = along_x.get(along_x.len() / 2).copied().unwrap_or(f64::NAN);
-    (0..driven.len())
-        .map(|number| {
-            let sample = driven[number];
-            let at_m = pose.to_array(&sample.position_m());
-            let mut velocity_m_s = Vec3::zeros();
-            let mut even = false;
-            if let Some(before) = number.checked_sub(1).map(|before| driven[before]) {
-                let moved_m = at_m - pose.to_array(&before.position_m());
-                let took_s = sample.time_s - before.time_s;
-                if took_s > 0.0 {
-                    velocity_m_s = moved_m / took_s;
-                }
-                even = (moved_m.x.abs() - usual_m).abs() < 0.2 * usual_m
-                    && moved_m.yz().norm() < 0.05 * usual_m;
-                if moved_m.x != 0.0 {
-                    x_direction = moved_m.x.signum();
-                }
-            }
-            let progress = (sample.time_s - first_s) / length_s;
-            let visit = Visit { number, at_m, velocity_m_s, x_direction, even, progress };
-            (sample.focus.expect("driven"), visit, sample.reading)
-        })
-        .collect()
+    let places: Vec<(f64, Vec3)> =
+        driven.iter().map(|sample| (sample.time_s, pose.to_array(&sample.position_m()))).collect();
+    let visit = |(number, Approach { motion, otherwise }): (usize, Approach)| {
+        let (time_s, at_m) = places[number];
+        let progress = (time_s - first_s) / length_s;
+        let visit = Visit { number, at_m, motion, otherwise, progress };
+        (driven[number].focus.expect("driven"), visit, driven[number].reading)
+    };
+    approaches(&places).into_iter().enumerate().map(visit).collect()
 }

@@ -1,15 +1,18 @@
 //! Readings of one height, and the step between neighbours.
 
-use super::observations::ObservedDrive;
+use super::observations::{ObservedDrive, Visit};
 
-/// Median step of a drive's even visits, m; `None` if it has none.
+/// Median step along x or y from one visit of a drive to the next, m; `None` if it has none.
 pub(crate) fn step_m(drive: &ObservedDrive) -> Option<f64> {
-    let mut steps: Vec<f64> = drive
-        .visits
-        .windows(2)
-        .filter(|pair| pair[1].even && pair[1].number == pair[0].number + 1)
-        .map(|pair| (pair[1].at_m - pair[0].at_m).norm())
-        .collect();
+    /// Largest share of a step that goes across: places are off by some percent of it.
+    const ACROSS: f64 = 0.05;
+    let along_an_axis = |pair: &[Visit]| {
+        let moved_m = (pair[1].at_m - pair[0].at_m).abs();
+        let (step_m, across_m) = (moved_m.xy().max(), moved_m.xy().min().max(moved_m.z));
+        let is_next = pair[1].number == pair[0].number + 1;
+        (is_next && step_m > 0.0 && across_m < ACROSS * step_m).then_some(step_m)
+    };
+    let mut steps: Vec<f64> = drive.visits.windows(2).filter_map(along_an_axis).collect();
     steps.sort_by(f64::total_cmp);
     steps.get(steps.len() / 2).copied()
 }

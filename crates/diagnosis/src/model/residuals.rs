@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use super::effect::Expected;
 use super::forward_model::{ForwardModel, Pressures};
 use super::nuisance::Nuisance;
-use super::observations::{Observations, ObservedScan, Visit};
+use super::observations::{Observations, ObservedDrive, ObservedScan, Visit};
 use super::pressure::Pressure;
 use super::receiver::Scaled;
 use crate::limits::LEAST_VARIANCE_RATIO;
@@ -56,27 +56,15 @@ impl ForwardModel<'_> {
         for ((scan, pressures), nuisance) in observations.scans.iter().zip(pressures).zip(nuisance)
         {
             let gain = nuisance.log_gain.exp();
+            let straight = self.came_straight(scan, pressures, gain);
             for (drive, pressures) in scan.drives.iter().zip(pressures) {
-                let residual = |index: usize, visit: &Visit, pressure: &Pressure| {
+                let arrived = arrived(drive, pressures, straight);
+                for ((visit, pressure), stabilised) in arrived.zip(&drive.stabilised) {
                     let Scaled { value, variance_ratio, .. } =
                         self.expected_on_scale(pressure, gain, visit.progress, scan);
-                    ((drive.stabilised[index] - value) / variance_ratio.sqrt(), variance_ratio)
-                };
-                let first = residuals.scaled.len();
-                for (index, (visit, pressure)) in drive.visits.iter().zip(pressures).enumerate() {
-                    let (scaled, variance_ratio) = residual(index, visit, pressure);
-                    residuals.scaled.push(scaled);
+                    residuals.scaled.push((stabilised - value) / variance_ratio.sqrt());
                     if self.changes_scatter() {
                         residuals.log_variances.push(variance_ratio.ln());
-                    }
-                }
-                if self.depends_on_arrival() {
-                    let pressures = &pressures[drive.visits.len()..];
-                    for (ways, pressures) in drive.otherwise.chunks(2).zip(pressures.chunks(2)) {
-                        let index = ways[0].0;
-                        let other = |way: usize| residual(index, &ways[way].1, &pressures[way]).0;
-                        let scaled = &mut residuals.scaled[first + index];
-                        *scaled = of_three_arrivals([*scaled, other(0), other(1)]);
                     }
                 }
             }
@@ -104,23 +92,39 @@ impl ForwardModel<'_> {
         for ((scan, pressures), nuisance) in observations.scans.iter().zip(&pressures).zip(nuisance)
         {
             let gain = nuisance.log_gain.exp();
+            let straight = self.came_straight(scan, pressures, gain);
             for (drive, pressures) in scan.drives.iter().zip(pressures) {
-                let first = expected.len();
-                let of =
-                    |visit: &Visit, pressure| self.expected(pressure, gain, visit.progress, scan);
-                let (visits, others) = pressures.split_at(drive.visits.len());
-                expected.extend(drive.visits.iter().zip(visits).map(|(visit, p)| of(visit, p)));
-                // Where it is not known how the robot arrived, the way that fits best.
-                for ((index, visit), pressure) in drive.otherwise.iter().zip(others) {
-                    let (other, reading) = (of(visit, pressure), drive.readings[*index]);
-                    let taken = &mut expected[first + index];
-                    if (other.reading - reading).abs() < (taken.reading - reading).abs() {
-                        *taken = other;
-                    }
-                }
+                let arrived = arrived(drive, pressures, straight);
+                expected.extend(
+                    arrived.map(|(visit, pressure)| {
+                        self.expected(pressure, gain, visit.progress, scan)
+                    }),
+                );
             }
         }
         expected
+    }
+
+    /// Whether the readings of a scan outside of rows are likelier if the robot came to each straight from the one before.
+    fn came_straight(&self, scan: &ObservedScan, pressures: &[Vec<Pressure>], gain: f64) -> bool {
+        if !self.depends_on_arrival() {
+            return false;
+        }
+        let mut gained = 0.0;
+        for (drive, pressures) in scan.drives.iter().zip(pressures) {
+            let [run_up, straight] = [false, true].map(|way| arrived(drive, pressures, way));
+            let visits = run_up.zip(straight).zip(&drive.stabilised);
+            for (((visit, one), (_, other)), stabilised) in visits.filter(|v| !v.0.0.0.is_in_row())
+            {
+                let cost = |pressure: &Pressure| {
+                    let Scaled { value, variance_ratio, .. } =
+                        self.expected_on_scale(pressure, gain, visit.progress, scan);
+                    (stabilised - value).powi(2) / variance_ratio + variance_ratio.ln()
+                };
+                gained += cost(one) - cost(other);
+            }
+        }
+        gained > 0.0
     }
 
     /// No shift, and the gain of each scan that fits best beside this near field.
@@ -146,15 +150,18 @@ impl ForwardModel<'_> {
     }
 }
 
-/// The residual that is as likely as three, one of which is true, each with the same chance.
-fn of_three_arrivals(residuals: [f64; 3]) -> f64 {
-    let [first, second, third] = residuals;
-    let smaller = |a: f64, b: f64| if b.abs() < a.abs() { b } else { a };
-    let least = smaller(smaller(first, second), third);
-    // Summed relative to the largest term, which would else underflow.
-    let share: f64 =
-        residuals.iter().map(|r| (0.5 * (least * least - r * r)).exp()).sum::<f64>() / 3.0;
-    (least * least - 2.0 * share.ln()).max(0.0).sqrt().copysign(least)
+/// Each visit of a drive with its pressure; outside of rows that of the other motion if the robot came `straight` from the reading before.
+fn arrived<'p>(
+    drive: &'p ObservedDrive,
+    pressures: &'p [Pressure],
+    straight: bool,
+) -> impl Iterator<Item = (&'p Visit, &'p Pressure)> {
+    let (own, others) = pressures.split_at(drive.visits.len());
+    let mut others = others.iter();
+    drive.visits.iter().zip(own).map(move |(visit, own)| {
+        let other = if visit.is_in_row() { None } else { others.next() };
+        (visit, other.filter(|_| straight).unwrap_or(own))
+    })
 }
 
 /// The gain that brings a scan's pressures nearest to its readings, its logarithm.

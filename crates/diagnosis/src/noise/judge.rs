@@ -187,9 +187,11 @@ fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
     for (drive, levels) in scan.drives.iter().zip(levels) {
         let beyond = |i: usize| drive.readings[i] - levels[i].reading;
         for i in 0..drive.visits.len().saturating_sub(3) {
-            let even = (i + 2..i + 4).all(|j| {
-                let (a, b) = (&drive.visits[j], &drive.visits[i + 1]);
-                (a.velocity_m_s - b.velocity_m_s).norm() <= 1e-3 * b.velocity_m_s.norm()
+            let velocity_m_s = drive.visits[i + 1].motion.velocity_m_s();
+            let even = drive.visits[i + 1..i + 4].iter().all(|visit| {
+                visit.is_in_row()
+                    && (visit.motion.velocity_m_s() - velocity_m_s).norm()
+                        <= 1e-3 * velocity_m_s.norm()
             });
             let seen = drive.readings[i..i + 4].iter().all(|&reading| reading < full_scale);
             if even && seen {
@@ -205,17 +207,77 @@ fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
         let largest = readings.fold(0.0f64, |largest, r| largest.max(*r));
         return (default.share, 5e-3 * largest);
     }
-    known.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (low, high) = known.split_at(known.len() / 2);
-    // Medians are robust where a gap is rough. The median of a squared normal number is 0.455 times its mean.
-    let middle = |part: &[(f64, f64)]| {
-        let mut variances: Vec<f64> = part.iter().map(|(_, variance)| *variance).collect();
-        variances.sort_by(f64::total_cmp);
-        let levels = part.iter().map(|(level, _)| level).sum::<f64>() / part.len().max(1) as f64;
-        (levels, variances.get(variances.len() / 2).copied().unwrap_or(0.0) / 0.455)
+    let [proportional, additive] = line_through_medians(known);
+    let share = proportional.sqrt().max(1e-3);
+    (share, additive.sqrt())
+}
+
+/// Slope and intercept of the variance over the squared level, from pairs of both: neither is negative.
+///
+/// Medians of groups of like levels are robust where a gap is rough. (Within a group of unlike levels the median would be far below the mean.)
+/// Each group counts in inverse proportion to the square of its variance, which is the square of its error.
+fn line_through_medians(mut known: Vec<(f64, f64)>) -> [f64; 2] {
+    const GROUPS: usize = 8;
+    const ROUNDS: usize = 8;
+    /// Of the square of a normal number, over its mean.
+    const MEDIAN: f64 = 0.455;
+    let median = |values: &mut dyn Iterator<Item = f64>| {
+        let mut values: Vec<f64> = values.collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
     };
-    let ((low_level, low), (high_level, high)) = (middle(low), middle(high));
-    let share = ((high - low) / (high_level - low_level).max(f64::MIN_POSITIVE)).max(0.0).sqrt();
-    let additive = (low - share * share * low_level).max(1e-4 * low).sqrt();
-    (share.max(1e-3), additive)
+    known.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let groups: Vec<(f64, f64)> = known
+        .chunks(known.len().div_ceil(GROUPS))
+        .map(|group| {
+            let level = median(&mut group.iter().map(|(level, _)| *level));
+            (level, median(&mut group.iter().map(|(_, variance)| *variance)) / MEDIAN)
+        })
+        .collect();
+    let least = groups.iter().map(|(_, variance)| *variance).fold(f64::INFINITY, f64::min);
+    let mut line = [0.0, least];
+    for _ in 0..ROUNDS {
+        let (mut n, mut x, mut y, mut xx, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for (level, variance) in &groups {
+            let weight = (line[0] * level + line[1]).max(f64::MIN_POSITIVE).powi(-2);
+            n += weight;
+            x += weight * level;
+            y += weight * variance;
+            xx += weight * level * level;
+            xy += weight * level * variance;
+        }
+        let slope = ((n * xy - x * y) / (n * xx - x * x)).max(0.0);
+        let intercept = ((y - slope * x) / n).max(1e-4 * least);
+        if !slope.is_finite() || !intercept.is_finite() {
+            break;
+        }
+        line = [slope, intercept];
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::line_through_medians;
+
+    /// Levels as in a focused field: few are large.
+    #[test]
+    fn both_parts_of_the_noise_are_found_where_few_levels_are_large() {
+        const SHARE: f64 = 0.02;
+        const ADDITIVE: f64 = 0.004;
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let known = (1..5000).map(|n| {
+            let level = (f64::from(n) / 5000.0).powi(3);
+            let normal: f64 = StandardNormal.sample(&mut random);
+            let deviation = (SHARE * level).hypot(ADDITIVE);
+            (level * level, (deviation * normal).powi(2))
+        });
+        let [share, additive] = line_through_medians(known.collect()).map(f64::sqrt);
+        assert!((share / SHARE - 1.0).abs() < 0.1, "{share}");
+        assert!((additive / ADDITIVE - 1.0).abs() < 0.06, "{additive}");
+    }
 }

@@ -23,7 +23,8 @@ use crate::result::{
 };
 use crate::selection::scored_model::ScoredModel;
 use crate::verdict::gap_budget::gap_budget;
-use crate::verdict::gap_size::{HeldOut, as_believed, gap, noise_floor, scatter_beside};
+use crate::verdict::gap_size::{as_believed, gap, noise_floor, scatter_beside};
+use crate::verdict::held_out::HeldOut;
 use crate::verdict::judgement::Judgement;
 use crate::verdict::waterfall::waterfall;
 
@@ -107,6 +108,7 @@ impl ReportBuilder<'_> {
             alternatives,
             gap_before: gaps.before,
             gap_before_held_out: gaps.before_held_out,
+            held_out_by: held_out.by,
             noise_floor: gaps.noise,
             explained_fraction: gaps.explained_fraction(ranked[0].gap_after_held_out),
             r#where: gap_budget(observations, &nuisance, &before, &after),

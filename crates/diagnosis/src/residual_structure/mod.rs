@@ -89,7 +89,7 @@ fn of_one_thing(
     if !fit.model(context).depends_on_arrival() {
         return ask(observations, residuals);
     }
-    let known = observations.only(|_, visit| visit.even);
+    let known = observations.only(|_, visit| visit.is_in_row());
     match known.scans.len() == observations.scans.len() && 2 * known.len() > observations.len() {
         true => ask(&known, &residuals_of(fit, &known, context)),
         false => Vec::new(),

@@ -197,6 +197,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     use super::*;
+    use crate::model::motion::Motion;
     use fieldgap_acoustics::{Array, Excitation, Medium, Simulation, Simulator, Vec3};
 
     /// Four planes of 36 x 36 points, two millimetres apart.
@@ -205,16 +206,9 @@ mod tests {
         for number in 0..4 * 36 * 36 {
             let (plane, row, column) = (number / 1296, number / 36 % 36, number % 36);
             let steps = Vec3::new(f64::from(column), f64::from(row), f64::from(25 * plane));
-            let (at_m, velocity_m_s) = (2e-3 * steps, Vec3::x());
-            let (number, progress) = (number as usize, 0.0);
-            visits.push(Visit {
-                number,
-                at_m,
-                velocity_m_s,
-                x_direction: 1.0,
-                even: true,
-                progress,
-            });
+            let (at_m, motion) = (2e-3 * steps, Motion::steady(Vec3::x(), 1.0));
+            let number = number as usize;
+            visits.push(Visit { number, at_m, motion, otherwise: None, progress: 0.0 });
         }
         let believed = Simulation {
             simulator: Simulator::Piston,
@@ -223,8 +217,8 @@ mod tests {
             frequency_hz: 40e3,
             excitation: Excitation::Uniform,
         };
-        let (readings, stabilised, otherwise) = (Vec::new(), Vec::new(), Vec::new());
-        ObservedDrive { focus: 0, number: 0, believed, visits, readings, stabilised, otherwise }
+        let (readings, stabilised) = (Vec::new(), Vec::new());
+        ObservedDrive { focus: 0, number: 0, believed, visits, readings, stabilised }
     }
 
     /// Sound reflected by a wall beside the field makes fringes of half a wavelength, here 2.1 steps: neighbours are not correlated, and slow

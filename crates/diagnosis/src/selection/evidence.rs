@@ -4,8 +4,15 @@
 //! standard deviations of its parameters. The prior gives every order of magnitude of u, and every direction, the same probability.
 //! Then p parameters cost p ln u + ln(L S_p) - (p/2) ln 2π (Laplace's method; S_p is the surface of the unit sphere, L the span of
 //! ln u). The result does not depend on an arbitrary width of a prior. A discrete choice costs the logarithm of the number of choices.
+//!
+//! Each size is in units of the effect's own standard deviations, all else fitted anew. Where two effects are alike for these readings, these
+//! deviations are wide, and the readings still determine what the two make together: the volume of the whole covariance is smaller than the
+//! product of the effects' own by the determinant of their correlations, whose root is a further penalty.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+
+use nalgebra::DMatrix;
 
 use crate::effects::phase_quantisation::{COMMON_ZEROS, steps_in_a_period};
 use crate::fit::joint_fit::Fit;
@@ -55,10 +62,33 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
             .map_or(1.0, |cholesky| departures.dot(&cholesky.solve(&departures)).sqrt());
         log -= cost_of_freedom(values.len(), size);
     }
+    log -= cost_of_likeness(fit);
     match fit.instances.len() {
         0 => log + NO_EFFECT,
         _ => log - ANOTHER_EFFECT * fit.physical_effects().saturating_sub(1) as f64,
     }
+}
+
+/// The penalty, nats, for effects that the readings tell apart only in part: half the logarithm of the product of the determinants of their
+/// covariances over the determinant of their common covariance. Departures of single elements are left out.
+fn cost_of_likeness(fit: &Fit) -> f64 {
+    let Some(covariance) = &fit.covariance else { return 0.0 };
+    let ranges = fit.ranges();
+    let smooth = fit.instances.iter().zip(&ranges);
+    let smooth = smooth.filter(|(instance, _)| instance.effect.search() != Search::Random);
+    let ranges: Vec<&Range<usize>> = smooth.map(|(_, range)| range).collect();
+    let log_determinant = |of: Vec<usize>| {
+        let deviation = |n: usize| covariance[(of[n], of[n])].sqrt();
+        let correlations = DMatrix::from_fn(of.len(), of.len(), |i, j| {
+            covariance[(of[i], of[j])] / (deviation(i) * deviation(j))
+        });
+        let cholesky = correlations.cholesky()?;
+        Some(cholesky.l().diagonal().iter().map(|d| 2.0 * d.ln()).sum::<f64>())
+    };
+    let each: Option<f64> =
+        ranges.iter().map(|range| log_determinant((*range).clone().collect())).sum();
+    let together = log_determinant(ranges.iter().flat_map(|range| (*range).clone()).collect());
+    each.zip(together).map_or(0.0, |(each, together)| 0.5 * (each - together).max(0.0))
 }
 
 /// The penalty, nats, for this many parameters of an effect of this size in standard deviations.

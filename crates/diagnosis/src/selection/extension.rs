@@ -245,6 +245,8 @@ impl<'o> Base<'o> {
 fn expected_nats(scores: &ScoreStatistics<'_>, effect: &'static dyn Effect) -> f64 {
     match effect.search() {
         Search::Smooth if effect.begins_flat(scores.context) => f64::INFINITY,
+        // The way on which the robot arrived outside of rows is chosen anew for each size: the slope is that of one way only.
+        Search::Smooth if effect.facts().timing.is_of_arrival() => f64::INFINITY,
         Search::Smooth => {
             let score = scores.of_effect(effect, &effect.neutral());
             let Some(gained) = score.gained() else { return f64::INFINITY };

@@ -93,7 +93,10 @@ impl Diagnosis {
             String::new(),
             percent(self.explained_fraction),
         ));
-        let mut text = "Gap, relative to the scan's rms\n".to_owned() + &table(&rows);
+        let of_what = self.held_out_by.of_what();
+        let mut text =
+            format!("Gap, relative to the scan's rms; held out: a fifth of the {of_what}\n");
+        text += &table(&rows);
         if let Some(Remainder { share, gap, looks_like }) = &self.remainder {
             let rest = format!(
                 "left beyond noise: {}, which is {} of the squared gap; tests that find structure in it: {}",

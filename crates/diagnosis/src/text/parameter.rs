@@ -35,7 +35,7 @@ impl FittedParameter {
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         match self {
             Self::Real { value, .. }
-                if name.ends_with("half_angle_deg") && *value > MOST_HALF_ANGLE_DEG =>
+                if name.ends_with("half_angle_deg") && *value >= MOST_HALF_ANGLE_DEG =>
             {
                 "not determined".to_owned()
             }

@@ -1,11 +1,13 @@
 //! The verdict, and the size of the gap.
 //!
 //! - [`judgement`]: which set, if any, is named.
-//! - [`gap_size`]: the gap over all readings and over readings kept out of the fit.
+//! - [`gap_size`]: the gap over some readings.
+//! - [`held_out`]: the gap over readings kept out of the fit.
 //! - [`waterfall`]: how the gap shrinks as the effects are added one after another.
 //! - [`gap_budget`]: the gap shared out over heights, regions and kinds.
 
 pub mod gap_budget;
 pub mod gap_size;
+pub mod held_out;
 pub mod judgement;
 pub mod waterfall;

@@ -129,11 +129,12 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
 /// The check on readings that no fit used.
 fn held_out(diagnosis: &Diagnosis) -> String {
     let before = percent(diagnosis.gap_before_held_out);
+    let of_what = diagnosis.held_out_by.of_what();
     let Some(best) = diagnosis.best().filter(|best| !best.effects.is_empty()) else {
-        return format!("Over a fifth of the readings, kept out of every fit, it is {before}.");
+        return format!("Over a fifth of the {of_what}, kept out of every fit, it is {before}.");
     };
     format!(
-        "Check: over a fifth of the readings, kept out of the fit, it falls from {before} to {}, which explains {} of its square \
+        "Check: over a fifth of the {of_what}, kept out of the fit, it falls from {before} to {}, which explains {} of its square \
          beyond noise.",
         percent(best.gap_after_held_out),
         percent(diagnosis.explained_fraction)

@@ -1,0 +1,97 @@
+//! Readings that are kept out of a fit to check it: a fifth, by place, by drive or by time, whichever a record has enough of.
+//!
+//! Neighbouring places, readings under one drive and readings one after another are alike. So whole blocks of places are kept out; where the
+//! places are too few for that, whole drives; and where there are few of both, stretches of time.
+
+use std::collections::BTreeSet;
+
+use fieldgap_acoustics::least_squares::Stopping;
+
+use crate::fit::joint_fit::{Fit, Start, fit as fit_again};
+use crate::limits::HELD_OUT_BLOCK_M;
+use crate::model::effect::Context;
+use crate::model::forward_model::ForwardModel;
+use crate::model::observations::{Observations, ObservedScan};
+use crate::result::HeldOutBy;
+use crate::verdict::gap_size::{as_believed, gap};
+
+/// One group in so many is kept out.
+const ONE_IN: usize = 5;
+
+/// Stretches of time, of which a fifth is kept out.
+const STRETCHES: usize = 25;
+
+/// The readings of a fit and those kept out of it.
+pub(crate) struct HeldOut {
+    pub training: Observations,
+    pub kept_out: Observations,
+    /// How they were chosen.
+    pub by: HeldOutBy,
+}
+
+impl HeldOut {
+    pub fn of(observations: &Observations) -> Self {
+        let by = |by: HeldOutBy| {
+            let kept: Vec<BTreeSet<usize>> =
+                observations.scans.iter().map(|scan| kept_out(scan, by)).collect();
+            let is_fair = observations
+                .scans
+                .iter()
+                .zip(&kept)
+                .all(|(scan, kept)| !kept.is_empty() && 2 * kept.len() < scan.len());
+            (is_fair || by == HeldOutBy::Time).then_some((by, kept))
+        };
+        let by_time = || by(HeldOutBy::Time).expect("the last resort");
+        let (by, kept) =
+            by(HeldOutBy::Place).or_else(|| by(HeldOutBy::Drive)).unwrap_or_else(by_time);
+        let part =
+            |out: bool| observations.part(|scan, visit| kept[scan].contains(&visit.number) == out);
+        Self { training: part(false), kept_out: part(true), by }
+    }
+
+    /// Of the believed set-up, its gain from the training points.
+    pub fn before(&self) -> f64 {
+        let nuisance = as_believed(&self.training);
+        gap(&self.kept_out, &ForwardModel::believed().expected_readings(&self.kept_out, &nuisance))
+    }
+
+    /// Of a fit, repeated on the training points with the same spread of random departures.
+    pub fn after(&self, fit: &Fit, context: &Context) -> f64 {
+        let start = Start {
+            instances: fit.instances.clone(),
+            values: fit.values.clone(),
+            spreads: fit.spreads.clone(),
+            nuisance: Some(fit.nuisance.clone()),
+        };
+        let few = Stopping { iterations: 4, step: 1e-2, fall: 1e-6 };
+        let again = fit_again(&self.training, context, start, few);
+        let model = again.model(context);
+        gap(&self.kept_out, &model.expected_readings(&self.kept_out, &again.nuisance))
+    }
+}
+
+/// Numbers of the readings of a scan that are kept out.
+fn kept_out(scan: &ObservedScan, by: HeldOutBy) -> BTreeSet<usize> {
+    let visits = || scan.drives.iter().flat_map(|drive| &drive.visits);
+    let block = |m: f64, side_m: f64| (m / side_m).floor() as i64;
+    match by {
+        HeldOutBy::Place => visits()
+            .filter(|visit| {
+                let [x, y] = [visit.at_m.x, visit.at_m.y].map(|m| block(m, HELD_OUT_BLOCK_M));
+                (x + 2 * y + block(visit.at_m.z, 1e-3)).rem_euclid(ONE_IN as i64) == 0
+            })
+            .map(|visit| visit.number)
+            .collect(),
+        HeldOutBy::Drive => {
+            let drives = scan.drives.iter().skip(ONE_IN - 1).step_by(ONE_IN);
+            drives.flat_map(|drive| &drive.visits).map(|visit| visit.number).collect()
+        }
+        HeldOutBy::Time => {
+            let mut numbers: Vec<usize> = visits().map(|visit| visit.number).collect();
+            numbers.sort_unstable();
+            let stretch = numbers.len().div_ceil(STRETCHES).max(1);
+            let stretches = numbers.chunks(stretch).skip(ONE_IN - 1).step_by(ONE_IN);
+            stretches.flatten().copied().collect()
+        }
+    }
+}

@@ -35,6 +35,10 @@ pub(crate) fn beginnings(
         Search::Smooth => effect
             .choices()
             .into_iter()
+            // Far from the readings, a choice with more parameters follows whatever else is missing, slowly.
+            .filter(|choice| {
+                slope_leads || effect.parameters_of(choice).len() == effect.parameters().len()
+            })
             .flat_map(|choice| {
                 let starts =
                     if slope_leads { vec![effect.neutral()] } else { effect.starts(context) };

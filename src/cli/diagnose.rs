@@ -23,7 +23,7 @@ pub(super) struct Diagnose {
     /// The folders of one recorded scan, or of several of the same rig, which are then diagnosed together
     #[arg(required = true, value_name = "SCAN")]
     folders: Vec<PathBuf>,
-    /// The simulator whose gap is in question (see `simulate --help`); without it the first scan's own
+    /// The simulator whose gap is in question (see `simulate --help`) [default: the first scan's own; with --change, that of the transducers that the array's file names, or of pistons]
     #[arg(long, value_name = "NAME")]
     simulator: Option<Simulator>,
     /// Write the diagnosis as a page into this folder

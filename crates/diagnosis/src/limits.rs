@@ -271,6 +271,11 @@ pub(crate) const MOST_ADDED_TO_COMMON: usize = 2;
 /// Decrease of the cost a reading for which one is added. Set by judgement.
 pub(crate) const WORTH_ADDING_TO_COMMON: f64 = 0.02;
 
+/// Squared residual a reading, in units of its noise, that the model of the first record may leave, and its signatures still be those of the array. With
+/// the thesis's lobes in place of pistons it leaves 19 on the virtual rig's record, and a faster sound was named as pitch and scale of an axis. Set by
+/// judgement.
+pub(crate) const FAR_MODEL: f64 = 9.0;
+
 /// Effects in a change at most: between two records one thing changes, seldom two.
 pub(crate) const MOST_CHANGES: usize = 2;
 

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use fieldgap_acoustics::{Array, Simulation, Vec3};
+use fieldgap_acoustics::{Array, Simulation, Simulator, Vec3};
 use fieldgap_diagnosis::{ChangeDiagnosis, ChangeVerdict, EffectId, diagnose_change};
 use fieldgap_input::TomlSource;
 use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
@@ -232,6 +232,27 @@ fn a_change_of_level_is_told_as_one_and_no_change_as_none() {
     let found = diagnose_change(&a, &b, None).expect("comparable");
     assert_eq!(found.verdict, ChangeVerdict::None, "{}", found.sentence);
     assert_eq!(found.size_in_sigma, 0.0);
+}
+
+/// The plan of the thesis reads one place several times, and its simulator has defects: neither tells the noise of a record.
+#[test]
+fn a_simulator_with_defects_and_a_record_without_repeats_hide_no_change() {
+    let mut laboratory = Laboratory::new(21, 3.0, &[90.0, 120.0]);
+    laboratory.setup.simulator = Simulator::AsWritten;
+    let driven = laboratory.visits.len() - 30;
+    laboratory.visits.truncate(driven);
+    let (a, b, _) = laboratory.pair(&Differs::default(), 1);
+    let none = diagnose_change(&a, &b, None).expect("comparable");
+    assert_eq!(none.verdict, ChangeVerdict::None, "{}", none.to_text());
+    assert!((0.8..1.3).contains(&none.chi_square_unchanged), "{}", none.to_text());
+    let dead = Differs { effects: table("[dead-elements]\nelements = [17]"), ..Differs::default() };
+    let (a, b, _) = laboratory.pair(&dead, 2);
+    let found = diagnose_change(&a, &b, None).expect("comparable");
+    assert_eq!(found.effects, [EffectId::DeadElements], "{}", found.to_text());
+    // By the thesis's simulator the signatures are wrong, and this is said.
+    let wrong = diagnose_change(&a, &b, Some(Simulator::AsWritten)).expect("comparable");
+    assert_eq!(wrong.verdict, ChangeVerdict::Unexplained, "{}", wrong.to_text());
+    assert!(wrong.sentence.contains("try another --simulator"), "{}", wrong.sentence);
 }
 
 #[test]

@@ -8,12 +8,13 @@
 use fieldgap_acoustics::Vec3;
 use fieldgap_acoustics::least_squares::Stopping;
 
+use crate::change::noise::MostNoise;
 use crate::effect_id::EffectId;
 use crate::effects::{catalogue, effect};
 use crate::fit::joint_fit::{Fit, Start, cost_on, fit};
 use crate::fit::score_statistic::ScoreStatistics;
 use crate::limits::{
-    COMMON_SPREADS, FEW_READINGS, MOST_ADDED_TO_COMMON, MOST_ELEMENTS, READINGS_OF_COMMON,
+    COMMON_SPREADS, FEW_READINGS, MOST_ADDED_TO_COMMON, MOST_ELEMENTS, NEAR, READINGS_OF_COMMON,
     WORTH_ADDING_TO_COMMON,
 };
 use crate::model::effect::{Choice, Common, Context, Search};
@@ -41,20 +42,30 @@ pub(crate) struct ModelOfA {
 
 impl ModelOfA {
     /// Fits the model and judges the noise of A beside it.
-    pub fn of(observations: &mut Observations, context: &Context) -> Self {
+    pub fn of(observations: &mut Observations, most: Option<MostNoise>, context: &Context) -> Self {
         let believed = as_believed(observations);
+        let held = |observations: &mut Observations| {
+            most.iter().for_each(|most| most.hold(&mut observations.scans[0]));
+        };
         settle_scatter(observations, &ForwardModel::believed(), &believed, context, false);
+        held(observations);
+        let settled_by = |fitted: &Fit, observations: &mut Observations| {
+            // A model far from the readings says nothing about their noise.
+            let near = cost_on(observations, fitted, context) < NEAR * observations.len() as f64;
+            settle_scatter(observations, &fitted.model(context), &fitted.nuisance, context, near);
+            held(observations);
+        };
         let smooth = best_speed(observations, context);
         let some = observations.thinned(READINGS_OF_COMMON);
         let fitted = with_elements(smooth, &some, context);
-        settle_scatter(observations, &fitted.model(context), &fitted.nuisance, context, true);
+        settled_by(&fitted, observations);
         let some = observations.thinned(READINGS_OF_COMMON);
         let mut fitted = again(fitted, &some, context);
         for _ in 0..MOST_ADDED_TO_COMMON {
             let Some(more) = with_one_more(&fitted, &some, context) else { break };
             fitted = more;
         }
-        settle_scatter(observations, &fitted.model(context), &fitted.nuisance, context, true);
+        settled_by(&fitted, observations);
         let count = observations.len() as f64;
         let of_believed = Fit::of_nothing(as_believed(observations));
         let cost_a_reading =

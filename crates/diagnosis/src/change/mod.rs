@@ -30,6 +30,7 @@
 //! (`search`). Evidence, rivals and tests of the residual are those of a diagnosis.
 
 mod common;
+mod noise;
 mod pairs;
 mod report;
 mod result;
@@ -42,6 +43,7 @@ use fieldgap_comparison::Incomparable;
 use fieldgap_records::RecordedScan;
 
 use self::common::ModelOfA;
+use self::noise::MostNoise;
 use self::pairs::Pairs;
 use self::report::Report;
 pub use self::result::{
@@ -78,7 +80,8 @@ pub enum NoChangeDiagnosis {
 
 /// Diagnoses what changed from record `a` to record `b`. The same records give the same bits.
 ///
-/// Both are held against one simulation: that of A's set-up by `simulator`, or by A's own without it, driven as each was.
+/// Both are held against one simulation: that of A's set-up by `simulator`, driven as each was. Without it, it is that of the transducers that the
+/// array's file names, or of pistons, and not A's own: what is sought is what changed, and a simulator with defects has wrong signatures.
 /// A plan of 5000 readings and 36 elements takes seconds. The records need common places: readings of B at places that A does not have are left out.
 ///
 /// # Errors
@@ -88,18 +91,23 @@ pub fn diagnose_change(
     b: &RecordedScan,
     simulator: Option<Simulator>,
 ) -> Result<ChangeDiagnosis, NoChangeDiagnosis> {
-    let prepared = Prepared::of_one_pose(&[a.clone(), b.clone()], simulator)?;
+    let simulator = simulator.unwrap_or(Simulator::Transducer);
+    let prepared = Prepared::of_one_pose(&[a.clone(), b.clone()], Some(simulator))?;
     let most = (MOST_ELEMENT_READINGS / prepared.observations.elements()).max(FEWEST_READINGS);
     let pairs = Pairs::of(a, b, prepared.simulator, &prepared)?.thinned(most.min(MOST_PAIRS));
     let Pairs { a: mut of_a, b: mut of_b, left_out } = pairs;
     let context = prepared.context;
-    let model = ModelOfA::of(&mut of_a, &context);
-    let common = Context { common: Some(model.common()), ..context };
     // The gain by which A's readings become those of B, without regard to what changed.
     let (readings_a, readings_b) = (of_a.readings(), of_b.readings());
     let product: f64 = readings_a.iter().zip(&readings_b).map(|(a, b)| a * b).sum();
     let gain = product / readings_a.iter().map(|a| a * a).sum::<f64>();
+    let most = MostNoise::of_difference(&of_a, &of_b, gain);
+    let model = ModelOfA::of(&mut of_a, most.map(|[a, _]| a), &context);
+    let common = Context { common: Some(model.common()), ..context };
     judge_noise_of_b(&of_a, &mut of_b, &model, gain, &common);
+    if let Some([_, of_b_at_most]) = most {
+        of_b_at_most.hold(&mut of_b.scans[0]);
+    }
     let noise = of_b.scans[0].scatter.clone();
     let observations =
         model.beside(&of_a, &of_b, gain, &Context { common: None, ..common.clone() });

@@ -16,7 +16,9 @@ use crate::change::words::{Clause, Headline, clause};
 use crate::effect_id::EffectId;
 use crate::fit::joint_fit::{Fit, Start, cost_on, fit};
 use crate::fitted_parameter::FittedParameter;
-use crate::limits::{ANOTHER_CAUSE, CLEAR, COPIES, LEVEL_SIGMA, MOST_CANDIDATES, SIGNATURE_SHARE};
+use crate::limits::{
+    ANOTHER_CAUSE, CLEAR, COPIES, FAR_MODEL, LEVEL_SIGMA, MOST_CANDIDATES, SIGNATURE_SHARE,
+};
 use crate::model::effect::{Context, Estimate};
 use crate::model::instance::Instance;
 use crate::model::nuisance::Nuisance;
@@ -101,6 +103,12 @@ impl Report<'_> {
                 .iter()
                 .filter(|test| test.fails())
                 .map(|test| test.in_words())
+                .chain(self.is_far().then(|| {
+                    format!(
+                        "the model of the first record by {} leaves {:.0} times the square of its noise: try another --simulator",
+                        self.simulator, self.model.cost_a_reading[1]
+                    )
+                }))
                 .collect(),
         }
         .sentence();
@@ -171,8 +179,16 @@ impl Report<'_> {
         nothing.expect("it is tried first")
     }
 
+    /// Whether the model of A leaves so much that the signatures of changes by it are not those of the array.
+    fn is_far(&self) -> bool {
+        self.model.cost_a_reading[1] > FAR_MODEL
+    }
+
     fn verdict(&self, judgement: &Judgement) -> ChangeVerdict {
         match judgement.verdict {
+            Verdict::Explained | Verdict::MostlyExplained | Verdict::Ambiguous if self.is_far() => {
+                ChangeVerdict::Unexplained
+            }
             Verdict::Explained => ChangeVerdict::Explained,
             Verdict::MostlyExplained => ChangeVerdict::MostlyExplained,
             Verdict::Ambiguous => ChangeVerdict::Ambiguous,

@@ -32,7 +32,7 @@ fn most_floor(dark: &DarkReadings, known: f64, additive: f64) -> f64 {
 /// Dark readings give the additive part. Repeats give the proportional part, and a fluctuation by how their scatter depends on the
 /// level. Without repeats the fine structure of the residual along the rows gives an upper bound of both.
 pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
-    let rough = roughness(scan, levels);
+    let rough = roughness_or_usual(scan, levels);
     // A converter with coarse steps makes every dark reading zero.
     let largest = scan.drives.iter().flat_map(|d| &d.readings).fold(0.0f64, |a, r| a.max(*r));
     let lowest = (LEAST_ADDITIVE_NOISE * largest).max(f64::MIN_POSITIVE);
@@ -179,20 +179,34 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     fluctuating.unwrap_or(steady).with_limits()
 }
 
+/// The parts that fine structure shows, or usual ones where there are no rows.
+fn roughness_or_usual(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
+    let readings = scan.drives.iter().flat_map(|drive| &drive.readings);
+    let largest = readings.fold(0.0f64, |largest, r| largest.max(*r));
+    roughness(scan, levels).unwrap_or((Scatter::default().share, 5e-3 * largest))
+}
+
 /// Proportional and additive part from third differences of the residual along evenly spaced visits: the mean square of these is 20
-/// times the variance of white noise.
-fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
+/// times the variance of white noise. `None` without such visits.
+pub(crate) fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> Option<(f64, f64)> {
+    /// Share of a step by which steps of a row may differ.
+    const UNEVEN: f64 = 0.1;
     let full_scale = full_scale(scan);
     let mut known: Vec<(f64, f64)> = Vec::new();
     for (drive, levels) in scan.drives.iter().zip(levels) {
         let beyond = |i: usize| drive.readings[i] - levels[i].reading;
         for i in 0..drive.visits.len().saturating_sub(3) {
             let velocity_m_s = drive.visits[i + 1].motion.velocity_m_s();
-            let even = drive.visits[i + 1..i + 4].iter().all(|visit| {
+            let in_row = drive.visits[i + 1..i + 4].iter().all(|visit| {
                 visit.is_in_row()
                     && (visit.motion.velocity_m_s() - velocity_m_s).norm()
                         <= 1e-3 * velocity_m_s.norm()
             });
+            // Some readings of a row may have been left out.
+            let step_m = |j: usize| drive.visits[j + 1].at_m - drive.visits[j].at_m;
+            let first_m = step_m(i);
+            let uneven = |j: usize| (step_m(j) - first_m).norm() > UNEVEN * first_m.norm();
+            let even = in_row && !uneven(i + 1) && !uneven(i + 2);
             let seen = drive.readings[i..i + 4].iter().all(|&reading| reading < full_scale);
             if even && seen {
                 let third = beyond(i + 3) - 3.0 * beyond(i + 2) + 3.0 * beyond(i + 1) - beyond(i);
@@ -202,14 +216,10 @@ fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
         }
     }
     if known.is_empty() {
-        let default = Scatter::default();
-        let readings = scan.drives.iter().flat_map(|drive| &drive.readings);
-        let largest = readings.fold(0.0f64, |largest, r| largest.max(*r));
-        return (default.share, 5e-3 * largest);
+        return None;
     }
     let [proportional, additive] = line_through_medians(known);
-    let share = proportional.sqrt().max(1e-3);
-    (share, additive.sqrt())
+    Some((proportional.sqrt().max(1e-3), additive.sqrt()))
 }
 
 /// Slope and intercept of the variance over the squared level, from pairs of both: neither is negative.

@@ -188,5 +188,5 @@ fn longer_baselines_find_smaller_changes() {
         println!("{rounds} rounds, changes of {SIZES:?} deviations: {found:?} of {WEEKS}");
         in_three.push(found.iter().map(|found| found[0]).sum::<usize>());
     }
-    assert!(in_three.is_sorted(), "{in_three:?}");
+    assert!(in_three[1..].iter().all(|found| *found > in_three[0]), "{in_three:?}");
 }

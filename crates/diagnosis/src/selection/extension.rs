@@ -158,12 +158,15 @@ impl<'o> Base<'o> {
         context: &'o Context,
     ) -> Self {
         let near = is_near(&scored.fit, observations);
+        // Without repeats the noise is an estimate from the residual, of which a fluctuation would only take up the error.
+        let noise_is_told = observations.scans.iter().all(|scan| scan.scatter.is_told_by_repeats());
         Self {
             scored,
             scores: ScoreStatistics::of(observations, context, &scored.fit),
             quick: QuickScores::of(&scored.fit, observations, context),
             near,
-            may_fluctuate: observations.are_fluctuating() || near && noise_is_settled,
+            may_fluctuate: observations.are_fluctuating()
+                || near && noise_is_settled && noise_is_told,
             coarse_cost: cost_on(coarse, &scored.fit, context),
         }
     }

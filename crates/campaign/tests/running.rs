@@ -165,6 +165,13 @@ fn the_page_shows_a_question_while_a_person_is_asked() {
     assert_eq!(*shown, ["Is the screen in?", "Is the screen out?"]);
     let last = laboratory.last.borrow_mut().take().expect("drawn");
     assert_eq!((last.question, laboratory.measured_cells().len()), (None, 2));
+    // Whatever the answer was, the question is gone from the page.
+    let laboratory = FakeLaboratory::at("2026-11-23T08:00:00Z");
+    *laboratory.refused.borrow_mut() = "in".to_owned();
+    let (_keep, folder) = self::folder();
+    run(&campaign, &laboratory, &folder, Selection::Open);
+    assert_eq!(laboratory.measured_cells().len(), 1);
+    assert_eq!(*laboratory.shown_questions.borrow(), ["Is the screen in?", "Is the screen out?"]);
 }
 
 #[test]

@@ -23,7 +23,7 @@ pub struct Alarm {
     pub since: Timestamp,
     /// Number of runs from that one on.
     pub runs: usize,
-    /// Change in the figure's unit, corrected for temperature; `None` if no run was before the change.
+    /// Change in the figure's unit, corrected for temperature; `None` if no run was before the change, or the chart is without signs.
     pub change: Option<Uncertain>,
     /// Change as a part of the figure's size; `None` where the size is not well above zero.
     pub relative: Option<Uncertain>,
@@ -80,16 +80,15 @@ impl fmt::Display for Alarm {
             standard_error: 100.0 * ratio.standard_error,
         };
         match (self.relative, self.change) {
-            // Rises and falls do not add up to a size.
-            _ if self.scope == Scope::CellByCell => {
-                write!(out, ", more in some than in others")?;
-            }
             (Some(relative), _) => {
                 write!(out, " by {}\u{a0}% of its size", uncertain(part(relative)))?
             }
             (None, Some(change)) => {
                 let change = Uncertain { value: sign * change.value, ..change };
                 write!(out, " by {}", uncertain(change))?;
+            }
+            (None, None) if self.scope == Scope::CellByCell => {
+                write!(out, ", more in some than in others")?;
             }
             (None, None) => {}
         }

@@ -302,7 +302,7 @@ impl Followed {
         let beyond = statistic.filter(|statistic| statistic.abs() > limit && !known_otherwise);
         let since = beyond
             .and_then(|statistic| self.changed_since(&scope, begin, statistic))
-            .filter(|since| !without_sign || self.is_to_the_worse(&self.past[*since..], of_figure));
+            .filter(|since| !without_sign || is_to_the_worse(&self.past[*since..], of_figure));
         let beyond = beyond.filter(|_| since.is_some());
         let one = self.chart_of(&scope);
         let new = beyond.is_some() && !one.alarmed;
@@ -331,8 +331,9 @@ impl Followed {
                 new,
                 since: self.past[since].at,
                 runs: size.runs,
-                change: size.change,
-                relative: size.relative,
+                // Rises and falls do not add up to a size.
+                change: size.change.filter(|_| !without_sign),
+                relative: size.relative.filter(|_| !without_sign),
                 cells: size.cells,
                 scope: scope.clone(),
                 statistic,
@@ -350,16 +351,6 @@ impl Followed {
             Scope::Cell(cell) => self.cells.entry(cell.clone()).or_default(),
             Scope::AllCells => &mut self.all_cells,
             Scope::CellByCell => &mut self.cell_by_cell,
-        }
-    }
-
-    /// Whether changes to the side that raises alarms outweigh those to the other, in squares of scores.
-    fn is_to_the_worse(&self, past: &[Past], sides: Sides) -> bool {
-        let signed = past.iter().filter_map(|past| past.score).map(|z| z * z.abs()).sum::<f64>();
-        match sides {
-            Sides::Both => true,
-            Sides::Rises => signed > 0.0,
-            Sides::Falls => signed < 0.0,
         }
     }
 
@@ -438,6 +429,16 @@ impl Followed {
             *one = anew;
         }
         self.held.retain(|name| !concerned(name));
+    }
+}
+
+/// Whether changes to the side that raises alarms outweigh those to the other, in squares of scores.
+fn is_to_the_worse(past: &[Past], sides: Sides) -> bool {
+    let signed = past.iter().filter_map(|past| past.score).map(|z| z * z.abs()).sum::<f64>();
+    match sides {
+        Sides::Both => true,
+        Sides::Rises => signed > 0.0,
+        Sides::Falls => signed < 0.0,
     }
 }
 

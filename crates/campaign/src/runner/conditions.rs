@@ -47,10 +47,12 @@ impl Runner<'_> {
         if question.is_some() {
             self.draw(question.clone()).await;
         }
-        self.laboratory.set(condition, value).await?;
+        let set = self.laboratory.set(condition, value).await;
+        // Whatever the answer was, nobody is asked any more.
         if question.is_some() {
             self.draw(None).await;
         }
+        set?;
         let Some(Confirmation { by, within_s, every_s }) = &condition.confirm else {
             return Ok(None);
         };

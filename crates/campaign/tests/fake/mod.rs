@@ -45,6 +45,8 @@ pub struct FakeLaboratory {
     pub last: RefCell<Option<Overview>>,
     /// The questions that the page showed while a condition was set.
     pub shown_questions: RefCell<Vec<String>>,
+    /// The value of a condition that cannot be set.
+    pub refused: RefCell<String>,
     killed: Cell<bool>,
     pub stop_after: Cell<usize>,
 }
@@ -64,6 +66,7 @@ impl FakeLaboratory {
             told: RefCell::default(),
             last: RefCell::default(),
             shown_questions: RefCell::default(),
+            refused: RefCell::default(),
             killed: Cell::new(false),
             stop_after: Cell::new(usize::MAX),
         }
@@ -71,6 +74,11 @@ impl FakeLaboratory {
 
     pub fn measured_cells(&self) -> Vec<String> {
         self.measured.borrow().iter().map(|(_, cell)| cell.clone()).collect()
+    }
+
+    /// The question that the page shows.
+    pub fn shown_question(&self) -> Option<String> {
+        self.last.borrow().as_ref().and_then(|overview| overview.question.clone())
     }
 
     /// The process lives again after a kill.
@@ -103,9 +111,11 @@ impl Laboratory for FakeLaboratory {
 
     async fn set(&self, condition: &Condition, value: &ConditionValue) -> Result<(), String> {
         self.told.borrow_mut().push(format!("set {} {}", condition.name, value.label));
-        let shown = self.last.borrow().as_ref().and_then(|overview| overview.question.clone());
-        self.shown_questions.borrow_mut().extend(shown);
-        Ok(())
+        self.shown_questions.borrow_mut().extend(self.shown_question());
+        match *self.refused.borrow() == value.label {
+            true => Err("the answer was no".to_owned()),
+            false => Ok(()),
+        }
     }
 
     async fn read(
@@ -188,6 +198,7 @@ impl Laboratory for FakeLaboratory {
             }
             News::RigLeft(rig, reason) => format!("left {rig}: {reason}"),
             News::NotSet(condition, value, reason) => {
+                assert_eq!(self.shown_question(), None, "it is answered");
                 format!("not set {} {}: {reason}", condition.name, value.label)
             }
             News::Failed(cell, reason) => format!("failed {cell}: {reason}"),

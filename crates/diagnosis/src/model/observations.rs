@@ -145,6 +145,11 @@ impl Observations {
         self.first().believed.array.len()
     }
 
+    /// Whether the repeats of every scan tell its noise.
+    pub fn is_noise_told(&self) -> bool {
+        self.scans.iter().all(|scan| scan.scatter.is_told_by_repeats())
+    }
+
     /// Whether the repeats of a scan show a fluctuating field.
     pub fn are_fluctuating(&self) -> bool {
         self.scans.iter().any(|scan| scan.scatter.fluctuation > 0.0)

@@ -159,7 +159,7 @@ impl<'o> Base<'o> {
     ) -> Self {
         let near = is_near(&scored.fit, observations);
         // Without repeats the noise is an estimate from the residual, of which a fluctuation would only take up the error.
-        let noise_is_told = observations.scans.iter().all(|scan| scan.scatter.is_told_by_repeats());
+        let noise_is_told = observations.is_noise_told();
         Self {
             scored,
             scores: ScoreStatistics::of(observations, context, &scored.fit),

@@ -134,7 +134,6 @@ impl ModelSearch {
                     let mut fit = scored.fit.clone();
                     fit.values[number] = effect.carried(fit.values[number].clone(), &choice);
                     fit.instances[number].choice = choice;
-                    fit.covariance = None;
                     let other =
                         ScoredModel::of(refined(fit, observations, context, SEARCH), observations);
                     if other.log_evidence > scored.log_evidence {

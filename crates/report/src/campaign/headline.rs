@@ -61,10 +61,8 @@ fn change(one: &AlarmOverview) -> String {
         Scope::CellByCell => "single cells".to_owned(),
         Scope::Cell(cell) => short(cell, WORDS_OF_A_NAME),
     };
-    let size = alarm
-        .relative
-        .filter(|_| alarm.scope != Scope::CellByCell)
-        .map_or(String::new(), |part| format!(" by {}", percent(part.value.abs())));
+    let size =
+        alarm.relative.map_or(String::new(), |part| format!(" by {}", percent(part.value.abs())));
     let since = alarm.since.strftime("%Y-%m-%d");
     format!("the {} of {place} {verb}{size} since {since}", short(&alarm.figure, 1))
 }

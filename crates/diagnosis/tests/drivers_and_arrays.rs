@@ -189,6 +189,19 @@ fn six_steps_beside_unequal_elements_are_one_number_and_not_thirty_six_phases() 
     assert_eq!(named, [EffectId::ElementGain, EffectId::PhaseQuantisation].into());
 }
 
+/// Without repeats the noise is an estimate. Of ten such scans, turbulence took up its error in these two.
+#[test]
+fn no_fluctuation_is_inferred_where_no_place_was_read_again() {
+    for seed in [7, 8] {
+        let mut scan = Scan::new(6, &[[5.0, 0.0, 100.0]], 36, &[80.0, 100.0, 120.0]);
+        scan.places_m.truncate(scan.places_m.len() - REPEATS);
+        let record =
+            scan.read("[sound-speed]\nc_m_s = 348.0\n", seed, |phases_rad| phases_rad.to_vec());
+        let diagnosis = diagnose(&[record], None).expect("comparable");
+        named_alone(&diagnosis, EffectId::SoundSpeed);
+    }
+}
+
 /// Of 3,000 readings of 256 elements a search uses half, which hold a quarter of the repeats.
 #[test]
 fn the_noise_of_a_large_array_is_that_of_all_its_repeats() {

@@ -7,6 +7,7 @@ mod blind;
 mod blind_scans;
 mod campaign;
 mod characterize;
+mod closed_loop;
 mod closing;
 mod compare;
 mod diagnose;

@@ -164,6 +164,7 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
                 ))
             });
         }
+        Event::RoundChosen { text } => bar.suspend(|| say(text)),
         Event::ReferenceRevisited { first, now, .. } => {
             let drift = (now / first - 1.0) * 100.0;
             bar.suspend(|| {
@@ -177,7 +178,8 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
         }
         Event::Question { text } => bar.suspend(|| say(format!("ATTENTION: {text}"))),
         Event::HookFailed { text } => bar.suspend(|| say(text)),
-        Event::Measured { row, focus, at_mm: [x, y, z], reading, clipped, .. } => {
+        Event::Measured { row, of, focus, at_mm: [x, y, z], reading, clipped } => {
+            bar.set_length(*of as u64);
             bar.set_position(*row as u64 + 1);
             let what = if *focus < 0 { "silent".to_owned() } else { format!("focus {focus}") };
             let clip = if *clipped { ", clipped" } else { "" };

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
+use super::closed_loop::go_on;
 use super::permission::{Act, Permission};
 use super::scan::{Showing, report_ending, run_scan};
 use super::trust::Trust;
@@ -30,7 +31,11 @@ impl Resume {
         let scan = PlannedScan::of_record(&self.folder)?;
         let hooks = self.trust.in_hooks_of(&scan)?;
         self.permission.to(Act::Scan, scan.rig_setup())?;
-        let scan_run = ScanRun::resume(&self.folder, simulated_devices);
+        let scan_run = async {
+            let mut scan_run = ScanRun::resume(&self.folder, simulated_devices).await?;
+            go_on(&mut scan_run, &self.folder)?;
+            Ok(scan_run)
+        };
         let ending = run_scan(scan_run, &hooks, &self.showing)?;
         Ok(report_ending(&self.folder, &ending))
     }

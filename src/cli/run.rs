@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use miette::IntoDiagnostic;
 
+use super::closed_loop::LoopArgs;
 use super::closing::{Closing, close};
 use super::compare::ComparisonArgs;
 use super::gap::{GapLimit, gap_line};
@@ -19,6 +20,8 @@ pub(super) struct Run {
     #[command(flatten)]
     scan: ScanArgs,
     #[command(flatten)]
+    in_loop: LoopArgs,
+    #[command(flatten)]
     comparison: ComparisonArgs,
     #[command(flatten)]
     limit: GapLimit,
@@ -29,7 +32,7 @@ pub(super) struct Run {
 
 impl Run {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let Scanned::Done { folder, ending, diagnose } = self.scan.scan()? else {
+        let Scanned::Done { folder, ending, diagnose } = self.scan.scan(&self.in_loop)? else {
             return Ok(ExitCode::SUCCESS);
         };
         let report = folder.join("report");

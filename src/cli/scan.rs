@@ -9,6 +9,7 @@ use miette::{IntoDiagnostic, miette};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 use super::ENDED_PARTIAL;
+use super::closed_loop::LoopArgs;
 use super::output::say;
 use super::output::{fresh_folder, print_json};
 use super::pause_signals::PauseSignals;
@@ -75,7 +76,7 @@ pub(super) enum Scanned {
 
 impl Scan {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        match self.args.scan()? {
+        match self.args.scan(&LoopArgs::default())? {
             Scanned::Checked => Ok(ExitCode::SUCCESS),
             Scanned::Done { folder, ending, .. } => Ok(report_ending(&folder, &ending)),
         }
@@ -89,10 +90,18 @@ impl ScanArgs {
     }
 
     /// Checks the plan, then runs it unless `--dry-run` is given.
-    pub(super) fn scan(&self) -> miette::Result<Scanned> {
+    pub(super) fn scan(&self, in_loop: &LoopArgs) -> miette::Result<Scanned> {
         self.showing.is_possible()?;
         let scan = PlannedScan::read(&self.plan, self.rig.as_deref())?;
         RigFile::of(scan.rig_setup().clone())?.check_truth()?;
+        let folder = self.out.clone().unwrap_or_else(|| fresh_folder(scan.name()));
+        let (scan, opening) = match in_loop.is_asked(&scan)? {
+            true => {
+                let (scan, opening) = in_loop.opened(scan, &folder)?;
+                (scan, Some(opening))
+            }
+            false => (scan, None),
+        };
         let check = scan.dry_run()?;
         if self.dry_run && self.showing.json {
             print_json(&check)?;
@@ -107,9 +116,12 @@ impl ScanArgs {
         }
         let hooks = self.trust.in_hooks_of(&scan)?;
         self.permission.to(Act::Scan, scan.rig_setup())?;
-        let folder = self.out.clone().unwrap_or_else(|| fresh_folder(scan.name()));
-        let diagnose = scan.plan().diagnose;
-        let scan_run = ScanRun::begin(scan, &folder, simulated_devices);
+        let diagnose = scan.plan().diagnose || opening.is_some();
+        let scan_run = async {
+            let mut scan_run = ScanRun::begin(scan, &folder, simulated_devices).await?;
+            opening.map_or(Ok(()), |opening| opening.begin(&mut scan_run))?;
+            Ok(scan_run)
+        };
         let ending = run_scan(scan_run, &hooks, &self.showing)?;
         Ok(Scanned::Done { folder, ending, diagnose })
     }

@@ -71,8 +71,14 @@ pub(super) fn dry_run(
     plan.fits_array(rig_setup.nominal_array().len())?;
     foci_within_travel(plan, rig_setup)?;
     let (envelope, frame) = (rig_setup.rig.motion.envelope(), rig_setup.rig.motion.frame());
-    let settle_s = rig_setup.rig.receiver.settle().as_secs_f64();
-    let reading_s = settle_s + rig_setup.rig.receiver.count() as f64 / USUAL_RATE_HZ + TALK_S;
+    let reading_s = reading_s(rig_setup);
+    if visits.is_empty() {
+        return Err(Fault::of_file(
+            plan.path(),
+            "the plan names no readings: it leaves them to a closed loop",
+            "run it with `fieldgap run`, which chooses them",
+        ));
+    }
     let mut from = RobotPosition::from_axes_m(envelope.travel.least_m);
     reference_within_travel(plan, rig_setup)?;
     let (mut way_m, mut about_s, mut slowest_s) = (0.0, 0.0, 0.0_f64);
@@ -165,8 +171,14 @@ fn reference_within_travel(plan: &Plan, rig_setup: &RigSetup) -> Result<(), Faul
     })
 }
 
+/// Estimated time of a reading with its settling, s.
+pub fn reading_s(rig_setup: &RigSetup) -> f64 {
+    let receiver = &rig_setup.rig.receiver;
+    receiver.settle().as_secs_f64() + receiver.count() as f64 / USUAL_RATE_HZ + TALK_S
+}
+
 /// Duration of a move from standstill to standstill, s: a trapezoidal speed profile, or a triangular one for a short move.
-fn move_s(distance_m: f64, feed_m_s: f64) -> f64 {
+pub fn move_s(distance_m: f64, feed_m_s: f64) -> f64 {
     let ramps_m = feed_m_s * feed_m_s / USUAL_ACCELERATION_M_S2;
     if distance_m < ramps_m {
         2.0 * (distance_m / USUAL_ACCELERATION_M_S2).sqrt()

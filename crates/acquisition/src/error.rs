@@ -105,6 +105,10 @@ pub enum AcquisitionError {
         /// Each key that changed, with its old and new value.
         changes: Vec<String>,
     },
+    /// The next readings of a closed loop cannot be chosen.
+    #[error("the next readings cannot be chosen: {0}")]
+    #[diagnostic(help("what was measured is kept; `fieldgap resume` tries again"))]
+    NoNextRound(#[source] Box<dyn std::error::Error + Send + Sync>),
     /// On resuming: points measured again differ from their first reading.
     #[error("the rig has changed since the scan stopped: {0}")]
     #[diagnostic(help(

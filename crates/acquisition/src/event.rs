@@ -86,6 +86,11 @@ pub enum Event {
         /// Whether the converter was at its limit.
         clipped: bool,
     },
+    /// All readings of the plan are taken, and the next round was chosen, or none.
+    RoundChosen {
+        /// The decision in words.
+        text: String,
+    },
     /// The disk is full. The array is silent, and the scan waits for free space.
     #[serde(rename = "waiting")]
     DiskFull {

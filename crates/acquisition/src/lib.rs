@@ -49,7 +49,7 @@ mod suspension;
 mod transcript;
 pub mod watchdog;
 
-pub use dry_run::DryRun;
+pub use dry_run::{DryRun, move_s, reading_s};
 pub use error::{AcquisitionError, FlightFault};
 pub use event::{Event, EventSink};
 pub use hook::{HookFault, TIME_LIMIT as HOOK_TIME_LIMIT, run_hook};
@@ -61,7 +61,7 @@ pub use planned_scan::{PlannedScan, rig_of};
 pub use references::RigChange;
 pub use replay_wire::replay_wire;
 pub use rig_setup::RigSetup;
-pub use scan_run::{Ending, ScanRun};
+pub use scan_run::{ChooseRounds, Ending, NextRound, NoNextRound, ScanRun};
 pub use sequencer::element_delays;
 pub use suspension::SuspensionClock;
 pub use transcript::check_with_transcript;

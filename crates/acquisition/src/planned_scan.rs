@@ -76,7 +76,7 @@ impl PlannedScan {
         Ok(Self::new(Plan::parse(plan)?, RigSetup::parse(rig)?))
     }
 
-    fn new(plan: Plan, rig_setup: RigSetup) -> Self {
+    pub(super) fn new(plan: Plan, rig_setup: RigSetup) -> Self {
         let visits = plan.visits();
         Self { plan, rig_setup, visits }
     }

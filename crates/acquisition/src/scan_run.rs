@@ -2,6 +2,7 @@
 
 mod pausing;
 mod recording;
+mod rounds;
 mod sequence;
 mod unguarded;
 mod waking;
@@ -34,6 +35,9 @@ use fieldgap_records::{
 };
 use fieldgap_rig::ReceiverIdentity;
 
+use self::rounds::Rounds;
+pub use self::rounds::{ChooseRounds, NextRound, NoNextRound};
+
 /// Log of the watchdog; it exists only if the watchdog had to act.
 const WATCHDOG_LOG: &str = "watchdog.log";
 
@@ -48,6 +52,7 @@ pub struct ScanRun {
     pause: Pause,
     suspensions: Suspensions,
     losses: u32,
+    rounds: Rounds,
 }
 
 /// How a scan ended. In either case the record is on disk and the rig is safe.
@@ -103,6 +108,7 @@ impl ScanRun {
             pause: Pause::never(),
             suspensions: Suspensions::default(),
             losses: 0,
+            rounds: Rounds::none(),
         })
     }
 
@@ -142,6 +148,7 @@ impl ScanRun {
                 pause: Pause::never(),
                 suspensions: Suspensions::default(),
                 losses: 0,
+                rounds: Rounds::none(),
             }),
             Err(error) => {
                 end(resumed.journal, Some(&AcquisitionError::to_string(&error)))?;

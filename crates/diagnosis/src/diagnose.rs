@@ -3,9 +3,11 @@
 use std::collections::BTreeSet;
 
 use fieldgap_acoustics::Simulator;
-use fieldgap_comparison::Incomparable;
+use fieldgap_comparison::{Incomparable, Registration};
 use fieldgap_records::RecordedScan;
+use rayon::prelude::*;
 
+use crate::advice::outlook::{Outlook, PossibleReading, outlook};
 use crate::effect_id::EffectId;
 use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH};
@@ -20,9 +22,10 @@ use crate::noise::settle::settle_scatter;
 use crate::preparation::Prepared;
 use crate::report::builder::ReportBuilder;
 use crate::residual_structure::ResidualStructure;
-use crate::result::Diagnosis;
+use crate::result::{Diagnosis, Verdict};
 use crate::selection::model_search::ModelSearch;
 use crate::selection::scored_model::{ScoredModel, believed, is_near};
+use crate::verdict::fresh::{FreshTest, fresh_test};
 use crate::verdict::gap_size::as_believed;
 use crate::verdict::judgement::judge;
 
@@ -54,21 +57,80 @@ pub fn diagnose(
 /// # Errors
 /// [`Incomparable`] if there is nothing to compare.
 pub fn diagnose_with(scans: &[RecordedScan], options: &Options) -> Result<Diagnosis, Incomparable> {
-    let Prepared { simulator, mut observations, mut context, mut registrations } =
-        Prepared::of(scans, options.simulator)?;
-    context.tried.clone_from(&options.effects);
-    let scored = searched(&mut observations, &context);
-    let base = scored
-        .iter()
-        .find(|scored| scored.fit.instances.is_empty())
-        .cloned()
-        .unwrap_or_else(|| believed(&observations, &context));
-    let structure = ResidualStructure::of(&scored[0].fit, &observations, &context);
-    let judgement = judge(&observations, &scored, &base, &structure);
-    let registration = registrations.swap_remove(0);
-    let report =
-        ReportBuilder { scans, simulator, observations, context, scored, structure, judgement };
-    Ok(report.build(registration))
+    Ok(Findings::of(scans, options)?.into_diagnosis())
+}
+
+/// What a search among the effects of the catalogue found: every set that was fitted, and which is named.
+pub struct Findings<'s> {
+    report: ReportBuilder<'s>,
+    registration: Registration,
+}
+
+impl<'s> Findings<'s> {
+    /// Of one scan, or of several of one rig together. The same scans give the same bits.
+    ///
+    /// # Errors
+    /// [`Incomparable`] if there is nothing to compare.
+    pub fn of(scans: &'s [RecordedScan], options: &Options) -> Result<Self, Incomparable> {
+        let Prepared { simulator, mut observations, mut context, mut registrations } =
+            Prepared::of(scans, options.simulator)?;
+        context.tried.clone_from(&options.effects);
+        let scored = searched(&mut observations, &context);
+        let base = scored
+            .iter()
+            .find(|scored| scored.fit.instances.is_empty())
+            .cloned()
+            .unwrap_or_else(|| believed(&observations, &context));
+        let structure = ResidualStructure::of(&scored[0].fit, &observations, &context);
+        let judgement = judge(&observations, &scored, &base, &structure);
+        let registration = registrations.swap_remove(0);
+        let report =
+            ReportBuilder { scans, simulator, observations, context, scored, structure, judgement };
+        Ok(Self { report, registration })
+    }
+
+    /// The verdict.
+    pub fn verdict(&self) -> Verdict {
+        self.report.judgement.verdict
+    }
+
+    /// The sets with their probabilities, the most probable first; an empty set is the set-up as believed.
+    pub fn probabilities(&self) -> Vec<(Vec<EffectId>, f64)> {
+        let ReportBuilder { scored, judgement, .. } = &self.report;
+        let ids = scored.iter().map(|scored| scored.fit.ids());
+        ids.zip(judgement.probabilities.iter().copied()).collect()
+    }
+
+    /// The named set, or the rivals.
+    pub fn named(&self) -> Vec<Vec<EffectId>> {
+        let ReportBuilder { scored, judgement, .. } = &self.report;
+        judgement.named.iter().map(|&number| scored[number].fit.ids()).collect()
+    }
+
+    /// What the `most` most probable sets expect of readings that could be taken next, in the order of the probabilities.
+    pub fn outlooks(&self, possible: &[PossibleReading], most: usize) -> Vec<Outlook> {
+        let ReportBuilder { observations, context, scored, judgement, .. } = &self.report;
+        let sets = scored.iter().zip(&judgement.probabilities).take(most);
+        let sets: Vec<_> = sets.collect();
+        sets.into_par_iter()
+            .map(|(scored, &probability)| {
+                outlook(observations, context, scored, probability, possible)
+            })
+            .collect()
+    }
+
+    /// Holds the named set, or the most probable one, against the readings of `whole` that follow those of the (one) scan of these findings.
+    pub fn on_fresh(&self, whole: &RecordedScan) -> FreshTest {
+        let ReportBuilder { simulator, observations, context, scored, judgement, .. } =
+            &self.report;
+        let number = judgement.named.first().copied().unwrap_or(0);
+        fresh_test(observations, whole, *simulator, &scored[number], context)
+    }
+
+    /// The whole diagnosis.
+    pub fn into_diagnosis(self) -> Diagnosis {
+        self.report.build(self.registration)
+    }
 }
 
 /// Searches first on some of the readings, with the noise that repeats and dark readings give. The best set then refines the noise, and

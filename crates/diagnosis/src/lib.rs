@@ -68,11 +68,12 @@ mod text;
 mod verdict;
 
 pub use advice::distinguish::{AlikeEffects, alike_effects};
+pub use advice::outlook::{Outlook, PossibleReading};
 pub use change::{
     ChangeCandidate, ChangeDiagnosis, ChangeVerdict, CommonModel, NoChangeDiagnosis,
     ParameterChange, RecordName, diagnose_change,
 };
-pub use diagnose::{Options, diagnose, diagnose_with};
+pub use diagnose::{Findings, Options, diagnose, diagnose_with};
 pub use effect_id::{EffectId, UnknownEffect, joined};
 pub use fitted_parameter::FittedParameter;
 pub use remedy::{Remedy, SetupKey};
@@ -81,3 +82,4 @@ pub use result::{
     Region, RegionShare, Remainder, ResidualTest, Verdict, WaterfallPart, WaterfallStep, Where,
 };
 pub use text::Standing;
+pub use verdict::fresh::FreshTest;

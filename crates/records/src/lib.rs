@@ -99,8 +99,8 @@ pub use layout::{Layout, Rims};
 pub use medium_section::{MediumSection, MediumTable};
 pub use notes::{Note, NoteError, NoteKind};
 pub use plan::{
-    Axis, Dark, Fly, Layers, Order, Plan, PlanPart, Reference, Region, Shape, Tolerances, Visit,
-    VisitKind,
+    Axis, BoxMm, ClosedLoop, Criterion, Dark, Fly, Layers, Order, Plan, PlanPart, Readings,
+    Reference, Region, Shape, Tolerances, Visit, VisitKind,
 };
 pub use plane_map::{MappedPlane, NotAGrid, OFF_LINE_MM, plane_map};
 pub use planes::{Plane, SAME_HEIGHT_MM, planes};

@@ -1,7 +1,9 @@
 //! The plan of a scan: which foci, which points, in what order.
 
+mod closed_loop;
 mod fly;
 mod one_or_many;
+mod readings;
 mod reference;
 mod region;
 mod visits;
@@ -12,7 +14,11 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
+use self::closed_loop::ClosedLoopTable;
+pub use self::closed_loop::{BoxMm, ClosedLoop, Criterion};
 pub use self::fly::Fly;
+pub use self::readings::Readings;
+use self::readings::ReadingsTable;
 pub use self::reference::Reference;
 use self::reference::ReferenceTable;
 pub use self::region::{Axis, Layers, Region, Shape};
@@ -56,6 +62,9 @@ struct PlanFile {
     line: Vec<Spanned<LineTable>>,
     #[serde(default)]
     points: Vec<Spanned<PointsTable>>,
+    #[serde(default)]
+    readings: Vec<Spanned<ReadingsTable>>,
+    closed_loop: Option<Spanned<ClosedLoopTable>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -137,8 +146,12 @@ pub struct Plan {
     pub hooks: Hooks,
     /// When a scan without progress raises an alarm.
     pub alarm: Alarm,
-    /// The points to be measured; at least one region. Planes, volumes, lines, lists of points, each in the order of the plan.
+    /// The points to be measured; at least one region or one list of readings, unless the rig chooses them itself. Planes, volumes, lines, lists of points, each in the order of the plan.
     pub regions: Vec<Region>,
+    /// Readings in a given order, after the regions.
+    pub readings: Vec<Readings>,
+    /// Where the rig chooses further readings itself, and when it stops; `None` if it chooses none.
+    pub closed_loop: Option<ClosedLoop>,
     source: TomlSource,
     rig_place: Option<Range<usize>>,
     focus_places: Vec<Range<usize>>,
@@ -153,6 +166,8 @@ pub enum PlanPart {
     Focus(usize),
     /// One of [`Plan::regions`], by its index.
     Region(usize),
+    /// One of [`Plan::readings`], by its index.
+    Readings(usize),
     /// The point of `[reference]`.
     Reference,
 }
@@ -183,7 +198,11 @@ impl Plan {
             .chain(file.line.iter().map(|table| reader.line(table)))
             .chain(file.points.iter().map(|table| reader.points(table)))
             .collect::<Result<Vec<_>, _>>()?;
-        if regions.is_empty() {
+        let readings = file.readings.iter().map(|table| Readings::read(table, &reader));
+        let readings = readings.collect::<Result<Vec<_>, _>>()?;
+        let closed_loop =
+            file.closed_loop.as_ref().map(|table| ClosedLoop::read(table, &source)).transpose()?;
+        if regions.is_empty() && readings.is_empty() && closed_loop.is_none() {
             return Err(Fault::of_file(
                 source.path(),
                 "the plan has nothing to measure",
@@ -213,11 +232,14 @@ impl Plan {
             hooks: file.hooks,
             alarm: file.alarm,
             regions,
+            readings,
+            closed_loop,
             rig_place: file.rig.as_ref().map(Spanned::span),
             focus_places: file.focus.iter().map(Spanned::span).collect(),
             source,
         };
         plan.within_bounds()?;
+        plan.grows_at_its_end(file.closed_loop.as_ref())?;
         Ok(plan)
     }
 
@@ -242,6 +264,7 @@ impl Plan {
             PlanPart::Rig => self.rig_place.clone(),
             PlanPart::Focus(number) => self.focus_places.get(number).cloned(),
             PlanPart::Region(index) => self.regions.get(index).map(|region| region.place.clone()),
+            PlanPart::Readings(index) => self.readings.get(index).map(|list| list.place.clone()),
             PlanPart::Reference => self.reference.place.clone(),
         };
         match place {
@@ -283,6 +306,22 @@ impl Plan {
             }
         }
         Ok(())
+    }
+
+    /// A closed loop adds readings at the end: whatever else comes last would come twice.
+    fn grows_at_its_end(&self, table: Option<&Spanned<ClosedLoopTable>>) -> Result<(), Fault> {
+        let Some(table) = table else { return Ok(()) };
+        let last = match (self.dark.after, self.reference.every_points, self.regions.is_empty()) {
+            (0, None, true) => return Ok(()),
+            (0, None, false) => "regions to measure",
+            (0, Some(_), _) => "a reference point after so many points",
+            _ => "silent readings after all others",
+        };
+        Err(self.source.fault(
+            table.span(),
+            format!("a closed loop chooses its readings itself, and the plan has {last}"),
+            "leave planes, volumes, lines, points, `every_points` and `dark.after` out of this plan",
+        ))
     }
 }
 

@@ -173,6 +173,7 @@ impl ScanView {
                 let text = format!("lag of readings: {lag_ms:.2} ± {standard_error_ms:.2} ms");
                 self.note(at, text, false);
             }
+            Event::RoundChosen { text } => self.note(at, text.clone(), false),
             Event::DiskFull { reason } => {
                 self.faults += 1;
                 self.note(at, format!("waiting, the array is silent: {reason}"), true);

@@ -14,6 +14,7 @@ use crate::itinerary::Itinerary;
 use crate::references::{RigChange, compare};
 use crate::rows::Leg;
 use crate::sequencer::{PointSequencer, distance_mm};
+use fieldgap_acoustics::Vec3;
 use fieldgap_records::EventKind;
 
 impl ScanRun {
@@ -49,25 +50,52 @@ impl ScanRun {
             at_m = itinerary.ends_m(&Leg::Row(row.clone()), &self.scan.visits)[0];
             self.find_lag(flights, &mut sequencer, row, &mut *watch).await?;
         }
+        self.measure_legs(
+            &itinerary,
+            &mut sequencer,
+            &mut flights,
+            &mut drift,
+            &mut at_m,
+            &mut *watch,
+        )
+        .await?;
+        self.measure_rounds(&mut sequencer, &mut flights, &mut drift, &mut at_m, &mut *watch)
+            .await?;
+        if let Some(text) = flights.and_then(|flights| flights.evenness()) {
+            self.journal.record(Timestamp::now(), EventKind::Flown, &text)?;
+        }
+        Ok(())
+    }
+
+    /// Measures the legs of an itinerary; the robot stands at `at_m` before and after them.
+    pub(super) async fn measure_legs(
+        &mut self,
+        itinerary: &Itinerary,
+        sequencer: &mut PointSequencer,
+        flights: &mut Option<Flights>,
+        drift: &mut Option<Drift>,
+        at_m: &mut Vec3,
+        watch: EventSink<'_>,
+    ) -> Result<(), Stopped> {
         let mut now_s = self.kept.last().map_or(0.0, |last| last.time_s);
         for leg in &itinerary.legs {
             let rows = leg.rows();
             let next = self.scan.visits[rows.start];
             let [begins_m, ends_m] = itinerary.ends_m(leg, &self.scan.visits);
-            let way_m = [at_m, begins_m];
-            self.revisit(&mut sequencer, drift.as_mut(), now_s, way_m, &mut *watch).await?;
-            let measured = match (leg, &mut flights) {
+            let way_m = [*at_m, begins_m];
+            self.revisit(sequencer, drift.as_mut(), now_s, way_m, &mut *watch).await?;
+            let measured = match (leg, flights.as_mut()) {
                 (Leg::Row(row), Some(flights)) => {
-                    self.fly(flights, &mut sequencer, row, &mut *watch).await?
+                    self.fly(flights, sequencer, row, &mut *watch).await?
                 }
-                _ => vec![self.measure(&mut sequencer, &next, &mut *watch).await?],
+                _ => vec![self.measure(sequencer, &next, &mut *watch).await?],
             };
-            at_m = ends_m;
+            *at_m = ends_m;
             now_s = measured.last().map_or(now_s, |measurement| measurement.sample.time_s);
-            self.keep_row(rows, &measured, &mut sequencer, drift.as_mut(), &mut *watch).await?;
-        }
-        if let Some(text) = flights.and_then(|flights| flights.evenness()) {
-            self.journal.record(Timestamp::now(), EventKind::Flown, &text)?;
+            self.keep_row(rows, &measured, sequencer, drift.as_mut(), &mut *watch).await?;
+            if self.has_rounds() {
+                self.kept.extend(measured.iter().map(|measurement| measurement.sample));
+            }
         }
         Ok(())
     }

@@ -35,6 +35,8 @@ pub enum EventKind {
     ReferenceChecked,
     /// Rows were measured in motion; the text has the lag of the readings and how uniform the speed was.
     Flown,
+    /// The readings of a round were chosen, or none.
+    RoundChosen,
     /// The scan was paused.
     Paused,
     /// The scan was continued after a pause.

@@ -29,11 +29,11 @@ pub struct Visit {
 }
 
 impl Plan {
-    /// The visits, in their order; at least one. The same plan always gives the same visits.
+    /// The visits, in their order; at least one, unless a closed loop has not chosen any yet. The same plan always gives the same visits.
     ///
     /// For each focus: planes by height, then volumes, lines and lists of points. The reference point is first, after each
     /// `every_points` points, and last. Readings with the array silent are taken at the first of these points before it, and at the last
-    /// after it.
+    /// after it. Then follow the readings that are listed one by one.
     pub fn visits(&self) -> Vec<Visit> {
         let driven = self.with_references(self.points());
         let silent = |at: Option<&Visit>, count: u32| {
@@ -42,7 +42,19 @@ impl Plan {
         };
         let before = silent(driven.first(), self.dark.before);
         let after = silent(driven.last(), self.dark.after);
-        before.chain(driven.iter().copied()).chain(after).collect()
+        before.chain(driven.iter().copied()).chain(after).chain(self.listed()).collect()
+    }
+
+    fn listed(&self) -> impl Iterator<Item = Visit> {
+        let lists = self.readings.iter().enumerate();
+        lists.flat_map(|(index, readings)| {
+            readings.list.iter().map(move |&(at_mm, focus)| Visit {
+                kind: if focus.is_some() { VisitKind::Point } else { VisitKind::Dark },
+                focus,
+                position_m: at_mm / 1e3,
+                part: PlanPart::Readings(index),
+            })
+        })
     }
 
     fn points(&self) -> Vec<Visit> {

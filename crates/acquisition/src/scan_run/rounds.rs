@@ -1,0 +1,125 @@
+//! A scan that goes on in rounds: after the last reading of its plan, more readings are chosen by what was read.
+
+use std::fmt;
+
+use jiff::Timestamp;
+
+use super::{ScanRun, Stopped};
+use crate::AcquisitionError;
+use crate::drift::Drift;
+use crate::dry_run::dry_run;
+use crate::event::{Event, EventSink};
+use crate::fly::Flights;
+use crate::itinerary::Itinerary;
+use crate::origin::PLAN_COPY;
+use crate::planned_scan::PlannedScan;
+use crate::sequencer::PointSequencer;
+use fieldgap_acoustics::Vec3;
+use fieldgap_input::TomlSource;
+use fieldgap_records::{EventKind, JournalError, Plan, RecordedScan, write_whole};
+
+/// What follows after the readings of a plan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NextRound {
+    /// The decision in words.
+    pub decision: String,
+    /// The plan with the readings of the next round added at its end; `None` if the scan is complete.
+    pub plan: Option<String>,
+}
+
+/// A next round cannot be chosen.
+pub type NoNextRound = Box<dyn std::error::Error + Send + Sync>;
+
+/// Chooses the readings of the next round of a scan.
+pub trait ChooseRounds: Send {
+    /// Chooses from the plan so far and the record of all its readings. The robot stands still and the array is silent meanwhile.
+    ///
+    /// # Errors
+    /// [`NoNextRound`] ends the scan as partial.
+    fn next(&mut self, plan: &Plan, record: &RecordedScan) -> Result<NextRound, NoNextRound>;
+}
+
+/// How a scan chooses its rounds.
+pub(super) struct Rounds(Option<Box<dyn ChooseRounds>>);
+
+impl fmt::Debug for Rounds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Rounds")
+    }
+}
+
+impl Rounds {
+    /// None after the plan.
+    pub(super) fn none() -> Self {
+        Self(None)
+    }
+}
+
+impl ScanRun {
+    /// Lets `choose` add rounds after the last reading of the plan, until it chooses none.
+    pub fn in_rounds(&mut self, choose: Box<dyn ChooseRounds>) {
+        self.rounds = Rounds(Some(choose));
+    }
+
+    /// Whether readings must be kept in memory to choose further ones by.
+    pub(super) fn has_rounds(&self) -> bool {
+        self.rounds.0.is_some()
+    }
+
+    /// Chooses and measures rounds until none follows. The array is silent while the next one is chosen.
+    pub(super) async fn measure_rounds(
+        &mut self,
+        sequencer: &mut PointSequencer,
+        flights: &mut Option<Flights>,
+        drift: &mut Option<Drift>,
+        at_m: &mut Vec3,
+        watch: EventSink<'_>,
+    ) -> Result<(), Stopped> {
+        while let Some(mut choose) = self.rounds.0.take() {
+            sequencer.silence(self.open.rig()).await?;
+            let plan = self.scan.plan.clone();
+            let record = RecordedScan { setup: self.setup.clone(), samples: self.kept.clone() };
+            // A search takes seconds; the watchdog and the requests to stop must be heard meanwhile.
+            let chosen = tokio::task::spawn_blocking(move || {
+                let next = choose.next(&plan, &record);
+                (choose, next)
+            });
+            let (choose, next) = chosen.await.map_err(|error| match error.try_into_panic() {
+                Ok(panic) => Stopped::Panicked(super::panic_message(&*panic)),
+                Err(error) => Stopped::Panicked(error.to_string()),
+            })?;
+            let NextRound { decision, plan } = next.map_err(AcquisitionError::NoNextRound)?;
+            self.journal.record(Timestamp::now(), EventKind::RoundChosen, &decision)?;
+            watch(&Event::RoundChosen { text: decision });
+            let Some(text) = plan else { return Ok(()) };
+            self.go_on_with(text)?;
+            self.rounds = Rounds(Some(choose));
+            let itinerary = {
+                let (plan, visits) = (&self.scan.plan, &self.scan.visits);
+                Itinerary::of(plan, &self.scan.rig_setup, visits, &self.kept)
+            };
+            self.measure_legs(&itinerary, sequencer, flights, drift, at_m, &mut *watch).await?;
+        }
+        Ok(())
+    }
+
+    /// Takes a longer plan, of which all readings so far are the beginning, and keeps it in the record before anything of it is measured.
+    fn go_on_with(&mut self, text: String) -> Result<(), AcquisitionError> {
+        let source = TomlSource::new(self.scan.plan.path(), text);
+        let longer = PlannedScan::new(Plan::parse(source)?, self.scan.rig_setup.clone());
+        let done = self.scan.visits.len();
+        if longer.visits.get(..done) != Some(&self.scan.visits[..])
+            || longer.plan.foci != self.setup.foci
+        {
+            return Err(AcquisitionError::NoNextRound(
+                "the plan of the next round does not begin with the readings so far".into(),
+            ));
+        }
+        dry_run(&longer.plan, &longer.rig_setup, &longer.visits, &self.kept)?;
+        let path = self.journal.folder().join(PLAN_COPY);
+        write_whole(&path, |file| std::io::Write::write_all(file, longer.plan.text().as_bytes()))
+            .map_err(|source| JournalError::Write { path, source })?;
+        self.scan = longer;
+        Ok(())
+    }
+}

@@ -1,0 +1,221 @@
+//! The readings of a round: what is measured next, and in which order.
+
+use fieldgap_acoustics::Vec3;
+use fieldgap_diagnosis::{Findings, PossibleReading};
+use fieldgap_records::{ClosedLoop, Criterion};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::information::Contest;
+use crate::places::places_m;
+use crate::robot::Robot;
+use crate::route::route;
+
+/// One reading to take: place, m, and drive; `None` with the array silent.
+pub(crate) type Planned = (Vec3, Option<usize>);
+
+/// Sets that are held against each other at most: more have probabilities too small to matter.
+const MOST_SETS: usize = 8;
+
+/// Share of the probability that is dealt out evenly among them, because probabilities from few readings are too sure of themselves. Set by
+/// judgement.
+const DEALT_OUT: f64 = 0.2;
+
+/// Possible places among which a round is chosen, and drives of each. Set by judgement: with twice as many the information of a round grew
+/// by less than a tenth.
+const POSSIBLE_PLACES: usize = 500;
+const DRIVES_OF_A_PLACE: usize = 3;
+
+/// One reading in so many is spread evenly whatever the criterion: what no set of the catalogue makes shows only there.
+const EVEN_ONE_IN: usize = 4;
+
+/// One reading in so many is a repeat, which tells the noise; and one in so many of the first round is silent.
+const REPEAT_ONE_IN: usize = 10;
+const SILENT_ONE_IN: usize = 20;
+
+/// A batch of readings, and what was expected of it.
+pub(crate) struct Batch {
+    pub readings: Vec<Planned>,
+    /// Expected information about which set holds, nats; `None` where no set was asked.
+    pub information: Option<f64>,
+    /// Expected divergence of each set from the most probable, nats, in the order of the probabilities.
+    pub apart: Vec<f64>,
+}
+
+/// What the choices of all rounds have in common.
+pub(crate) struct Chooser<'c> {
+    pub settings: &'c ClosedLoop,
+    pub robot: &'c Robot,
+    /// Drives of the plan, and all drives.
+    pub planned_drives: usize,
+    pub drives: usize,
+    /// Where the robot stands, m.
+    pub at_m: Vec3,
+    /// Places of the even sequence that earlier rounds have used.
+    pub places_used: usize,
+}
+
+impl Chooser<'_> {
+    /// The first round: silent readings, then places spread evenly, at each a drive of the plan and one of the others, then repeats.
+    pub fn first(&self) -> Batch {
+        let count = self.settings.first_readings;
+        let (silent, repeats) = (count / SILENT_ONE_IN, count / REPEAT_ONE_IN);
+        let pairs = (count - silent - repeats) / 2;
+        let further = self.drives - self.planned_drives;
+        let mut main: Vec<(Vec3, Vec<usize>)> = self
+            .even_places(pairs)
+            .enumerate()
+            .map(|(n, at_m)| {
+                let mut drives = vec![n % self.planned_drives];
+                drives.extend((further > 0).then(|| self.planned_drives + n % further.max(1)));
+                (at_m, drives)
+            })
+            .collect();
+        main = self.in_order(main);
+        let mut readings: Vec<Planned> = main
+            .iter()
+            .flat_map(|(at_m, drives)| drives.iter().map(|&drive| (*at_m, Some(drive))))
+            .collect();
+        let again = self.repeats(&readings, repeats);
+        readings.extend(again);
+        let first_m = readings.first().map_or(self.at_m, |(at_m, _)| *at_m);
+        readings.splice(0..0, std::iter::repeat_n((first_m, None), silent));
+        Batch { readings, information: None, apart: Vec::new() }
+    }
+
+    /// Readings by what they would tell the sets of `findings` apart, per second, and some spread evenly.
+    pub fn next(&self, findings: &Findings<'_>, count: usize) -> Batch {
+        let repeats = count / REPEAT_ONE_IN;
+        let even = match self.settings.criterion {
+            Criterion::Even => count - repeats,
+            _ => count / EVEN_ONE_IN,
+        };
+        let mut chosen: Vec<(Vec3, Vec<usize>)> = self.even_readings(even);
+        let possible = self.possible();
+        let outlooks = findings.outlooks(&possible, MOST_SETS);
+        let mut contest = Contest::new(&outlooks, DEALT_OUT);
+        for (at_m, drives) in &chosen {
+            let same = |one: &PossibleReading| one.at_m == *at_m && drives.contains(&one.focus);
+            if let Some(number) = possible.iter().position(same) {
+                contest.choose(number);
+            }
+        }
+        let mut seconds: Vec<f64> = possible
+            .iter()
+            .map(|one| self.way_s(one.at_m, chosen.iter().map(|(at_m, _)| *at_m)))
+            .collect();
+        for _ in 0..count - repeats - even {
+            let worth = |number: usize| {
+                let told = match self.settings.criterion {
+                    Criterion::Parameters => contest.narrowing(number),
+                    _ => contest.gain(number),
+                };
+                told / seconds[number]
+            };
+            let best = (0..possible.len()).map(|number| (worth(number), number));
+            let Some((_, best)) = best.max_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+            contest.choose(best);
+            let PossibleReading { at_m, focus, .. } = possible[best];
+            for (one, seconds) in possible.iter().zip(&mut seconds) {
+                *seconds = seconds.min(self.way_s(one.at_m, [at_m]));
+            }
+            match chosen.iter_mut().find(|(place_m, _)| *place_m == at_m) {
+                Some((_, drives)) => drives.push(focus),
+                None => chosen.push((at_m, vec![focus])),
+            }
+        }
+        let ordered = self.in_order(chosen);
+        let mut readings: Vec<Planned> = ordered
+            .iter()
+            .flat_map(|(at_m, drives)| drives.iter().map(|&drive| (*at_m, Some(drive))))
+            .collect();
+        readings.extend(self.repeats(&readings, repeats));
+        let apart = (1..outlooks.len()).map(|other| contest.apart(0, other)).collect();
+        Batch { readings, information: Some(contest.information()), apart }
+    }
+
+    /// Fresh readings at the drives of the plan, drawn at random where the plan wants the cure verified.
+    pub fn fresh(&self, round: usize) -> Batch {
+        let within = &self.settings.verify_within;
+        // Each verification draws its own places; the same round draws the same ones, so that a resumed loop goes on alike.
+        let mut draws = ChaCha8Rng::seed_from_u64(round as u64);
+        let size = within.most - within.least;
+        let mut places = Vec::new();
+        let mut tried = 0;
+        while places.len() < self.settings.verify_readings
+            && tried < 100 * self.settings.verify_readings
+        {
+            tried += 1;
+            let at_mm = within.least + size.map(|size| size * draws.random_range(0.0..1.0));
+            let at_m = crate::places::rounded_m(at_mm);
+            if self.robot.reaches(at_m) {
+                places.push((at_m, vec![places.len() % self.planned_drives]));
+            }
+        }
+        let readings = self.in_order(places).into_iter();
+        let readings = readings
+            .flat_map(|(at_m, drives)| drives.into_iter().map(move |drive| (at_m, Some(drive))));
+        Batch { readings: readings.collect(), information: None, apart: Vec::new() }
+    }
+
+    /// Time of a reading and of the way to it from the nearest of some places, s.
+    fn way_s(&self, to_m: Vec3, from: impl IntoIterator<Item = Vec3>) -> f64 {
+        let ways = from.into_iter().map(|from_m| self.robot.move_s(from_m, to_m));
+        self.robot.reading_s() + ways.reduce(f64::min).unwrap_or(0.0)
+    }
+
+    fn even_places(&self, count: usize) -> impl Iterator<Item = Vec3> {
+        places_m(&self.settings.within, self.places_used)
+            .take(100 * count.max(1))
+            .filter(|at_m| self.robot.reaches(*at_m))
+            .take(count)
+    }
+
+    /// Places spread evenly, each with a drive in turn.
+    fn even_readings(&self, count: usize) -> Vec<(Vec3, Vec<usize>)> {
+        let places = self.even_places(count).enumerate();
+        places.map(|(n, at_m)| (at_m, vec![(self.places_used + n) % self.drives])).collect()
+    }
+
+    /// The readings among which a round is chosen: the places that it takes in any case, and more of the same sequence.
+    fn possible(&self) -> Vec<PossibleReading> {
+        self.even_places(POSSIBLE_PLACES)
+            .enumerate()
+            .flat_map(|(n, at_m)| {
+                (0..DRIVES_OF_A_PLACE.min(self.drives)).map(move |k| PossibleReading {
+                    at_m,
+                    // Another third of the drives at each place, the drive of an even reading first.
+                    focus: (self.places_used + n + k * self.drives.div_ceil(DRIVES_OF_A_PLACE))
+                        % self.drives,
+                    from_below: n % 2 == 0,
+                })
+            })
+            .collect()
+    }
+
+    fn in_order(&self, places: Vec<(Vec3, Vec<usize>)>) -> Vec<(Vec3, Vec<usize>)> {
+        let places_m: Vec<Vec3> = places.iter().map(|(at_m, _)| *at_m).collect();
+        let order = route(self.at_m, &places_m, |from_m, to_m| {
+            self.robot.is_free(from_m, to_m).then(|| self.robot.move_s(from_m, to_m))
+        });
+        order.into_iter().map(|index| places[index].clone()).collect()
+    }
+
+    /// Some of the readings once more, spread over them, on the way back.
+    fn repeats(&self, readings: &[Planned], count: usize) -> Vec<Planned> {
+        let Some(&(last_m, _)) = readings.last() else { return Vec::new() };
+        let step = (readings.len() / count.max(1)).max(1);
+        let mut at_m = last_m;
+        let again = readings.iter().rev().skip(step / 2).step_by(step).take(count);
+        again
+            .filter(|(to_m, _)| {
+                let is_free = self.robot.is_free(at_m, *to_m);
+                if is_free {
+                    at_m = *to_m;
+                }
+                is_free
+            })
+            .copied()
+            .collect()
+    }
+}

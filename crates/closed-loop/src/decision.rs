@@ -1,0 +1,302 @@
+//! What follows after a round: another one, a verification, or the end.
+
+use fieldgap_diagnosis::{EffectId, Findings, Verdict, joined};
+use fieldgap_records::ClosedLoop;
+
+use crate::batch::Batch;
+use crate::round::{End, Purpose, Round, Verification};
+
+/// Nats by which a rival must be apart to be excluded at the probability asked for; at 0.95 three.
+fn excluded(probability: f64) -> f64 {
+    -(1.0 - probability).max(1e-6).ln()
+}
+
+/// Rounds in a row that must agree: the second chose its readings to contradict the first.
+const AGREEING: usize = 2;
+
+/// Rounds in a row without an explanation after which none is expected. Set by judgement.
+const UNEXPLAINED: usize = 4;
+
+/// What the readings so far say.
+pub(crate) struct Standing {
+    pub verdict: Verdict,
+    /// The named set, or the rivals.
+    pub named: Vec<Vec<EffectId>>,
+    pub probabilities: Vec<(Vec<EffectId>, f64)>,
+}
+
+impl Standing {
+    pub fn of(findings: &Findings<'_>) -> Self {
+        Self {
+            verdict: findings.verdict(),
+            named: findings.named(),
+            probabilities: findings.probabilities(),
+        }
+    }
+
+    /// Probability that the named set is at work, whatever else is: that of all sets that hold it. Of no gap, that of the set-up as
+    /// believed.
+    fn support(&self) -> f64 {
+        let named: &[EffectId] = self.named.first().map_or(&[], Vec::as_slice);
+        let holds = |ids: &[EffectId]| match self.verdict {
+            Verdict::None => ids.is_empty(),
+            _ => named.iter().all(|id| ids.contains(id)),
+        };
+        let sets = self.probabilities.iter().filter(|(ids, _)| holds(ids));
+        sets.map(|(_, probability)| probability).sum()
+    }
+
+    /// Whether it names one cause, or no gap, with the probability asked for.
+    fn is_certain(&self, settings: &ClosedLoop) -> bool {
+        let names = self.verdict.names_a_cause() || self.verdict == Verdict::None;
+        names && self.support() >= settings.probability
+    }
+
+    /// How many rounds in a row said the same, this one included.
+    fn agreeing(&self, earlier: &[Round]) -> usize {
+        let same = |round: &&Round| {
+            let kind = |verdict: Verdict| match verdict {
+                Verdict::MostlyExplained => Verdict::Explained,
+                other => other,
+            };
+            round.purpose == Purpose::Explore
+                && round.verdict.map(kind) == Some(kind(self.verdict))
+                && sorted(&round.named) == sorted(&self.named)
+        };
+        1 + earlier.iter().rev().take_while(same).count()
+    }
+
+    fn unexplained(&self, earlier: &[Round]) -> usize {
+        let same = |round: &&Round| round.verdict == Some(Verdict::Unexplained);
+        match self.verdict {
+            Verdict::Unexplained => 1 + earlier.iter().rev().take_while(same).count(),
+            _ => 0,
+        }
+    }
+
+    /// In words.
+    pub fn in_words(&self) -> String {
+        let sets = |joint: &str| {
+            let sets: Vec<String> = self.named.iter().map(|ids| joined(ids, " + ")).collect();
+            sets.join(joint)
+        };
+        match self.verdict {
+            Verdict::None => "no gap beyond noise".to_owned(),
+            Verdict::Unexplained => "a gap that no set of effects explains".to_owned(),
+            Verdict::Ambiguous => format!("{} are left", sets(" or ")),
+            _ => format!("{} ({:.1} %)", sets(", "), 100.0 * self.support()),
+        }
+    }
+}
+
+fn sorted(sets: &[Vec<EffectId>]) -> Vec<Vec<EffectId>> {
+    let mut sets = sets.to_vec();
+    sets.iter_mut().for_each(|set| set.sort_unstable());
+    sets.sort_unstable();
+    sets
+}
+
+/// What follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Next {
+    Explore,
+    Verify,
+    End(End),
+}
+
+/// Decides by what the readings say. `earlier` are the rounds that were measured, the last of which was not a verification that holds.
+pub(crate) fn next(standing: &Standing, earlier: &[Round], settings: &ClosedLoop) -> Next {
+    if standing.is_certain(settings) && standing.agreeing(earlier) >= AGREEING {
+        return match (standing.verdict, settings.verify_readings) {
+            (Verdict::None, _) => Next::End(End::NoGap),
+            (_, 0) => Next::End(End::Explained),
+            _ => Next::Verify,
+        };
+    }
+    if standing.unexplained(earlier) >= UNEXPLAINED {
+        return Next::End(End::Unexplained);
+    }
+    Next::Explore
+}
+
+/// Whether no readings that are left in the budget would tell the rivals apart: as many rounds like this one would not.
+pub(crate) fn is_inseparable(
+    standing: &Standing,
+    batch: &Batch,
+    earlier: &[Round],
+    readings: usize,
+    settings: &ClosedLoop,
+) -> bool {
+    if standing.verdict != Verdict::Ambiguous || standing.agreeing(earlier) < AGREEING {
+        return false;
+    }
+    let left = settings.most_readings.saturating_sub(readings) as f64;
+    let rounds = left / settings.round_readings as f64;
+    let rivals = standing.named.iter().skip(1);
+    let apart = |rival: &Vec<EffectId>| {
+        let place = standing.probabilities.iter().position(|(ids, _)| ids == rival)?;
+        batch.apart.get(place.checked_sub(1)?).copied()
+    };
+    let apart: Vec<f64> = rivals.filter_map(apart).collect();
+    !apart.is_empty() && apart.iter().all(|nats| nats * rounds < excluded(settings.probability))
+}
+
+/// Whether the budget of the plan ends the loop before a round of so many readings and seconds.
+pub(crate) fn budget(
+    settings: &ClosedLoop,
+    spent: Spent,
+    round_readings: usize,
+    round_s: f64,
+) -> Option<End> {
+    let over = |longest_s: Option<f64>, spent_s: f64| {
+        longest_s.is_some_and(|longest_s| spent_s + round_s > longest_s)
+    };
+    if spent.readings + round_readings > settings.most_readings {
+        Some(End::Readings)
+    } else if over(settings.longest_s, spent.time_s) {
+        Some(End::Time)
+    } else if over(settings.longest_sounding_s, spent.sounding_s) {
+        Some(End::Sounding)
+    } else {
+        None
+    }
+}
+
+/// What the loop has used up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Spent {
+    pub readings: usize,
+    pub time_s: f64,
+    pub sounding_s: f64,
+}
+
+/// The end in words.
+pub(crate) fn in_words(end: End, verification: Option<&Verification>) -> String {
+    match (end, verification) {
+        (End::Verified, Some(test)) => format!(
+            "It holds on {} fresh readings: the gap falls from {:.1} % to {:.1} %, and noise alone leaves {:.1} %.",
+            test.readings,
+            100.0 * test.gap_before,
+            100.0 * test.gap_after,
+            100.0 * test.noise
+        ),
+        (End::Verified | End::Explained, _) => "The cause is known.".to_owned(),
+        (End::NoGap, _) => "Scan and simulation agree within the noise.".to_owned(),
+        (End::Inseparable, _) => {
+            "No readings of this rig within its budget would tell them apart.".to_owned()
+        }
+        (End::Unexplained, _) => {
+            format!(
+                "It has been so for {UNEXPLAINED} rounds: the cause is outside of the catalogue."
+            )
+        }
+        (End::Readings, _) => "The readings of the plan are used up.".to_owned(),
+        (End::Time, _) => "The time of the plan is used up.".to_owned(),
+        (End::Sounding, _) => "The sounding time of the plan is used up.".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fieldgap_acoustics::Vec3;
+    use fieldgap_records::BoxMm;
+
+    fn settings() -> ClosedLoop {
+        ClosedLoop::within(BoxMm { least: Vec3::zeros(), most: Vec3::repeat(100.0) })
+    }
+
+    fn standing(verdict: Verdict, named: &[EffectId], probability: f64) -> Standing {
+        Standing {
+            verdict,
+            named: if named.is_empty() { Vec::new() } else { vec![named.to_vec()] },
+            probabilities: vec![
+                (named.to_vec(), probability),
+                (vec![EffectId::Lag], 1.0 - probability),
+            ],
+        }
+    }
+
+    fn round(verdict: Verdict, named: &[EffectId]) -> Round {
+        Round {
+            round: 0,
+            purpose: Purpose::Explore,
+            before: 0,
+            readings: 96,
+            drives: [1, 11],
+            verdict: Some(verdict),
+            named: if named.is_empty() { Vec::new() } else { vec![named.to_vec()] },
+            probabilities: Vec::new(),
+            expected_bits: None,
+            expected_s: 10.0,
+            verification: None,
+            end: None,
+            reason: String::new(),
+        }
+    }
+
+    #[test]
+    fn a_cause_is_verified_when_two_rounds_agree() {
+        let now = standing(Verdict::Explained, &[EffectId::Pitch], 0.99);
+        let same = round(Verdict::Explained, &[EffectId::Pitch]);
+        let other = round(Verdict::Explained, &[EffectId::Skew]);
+        assert_eq!(next(&now, &[], &settings()), Next::Explore);
+        assert_eq!(next(&now, std::slice::from_ref(&other), &settings()), Next::Explore);
+        assert_eq!(next(&now, std::slice::from_ref(&same), &settings()), Next::Verify);
+        let unverified = ClosedLoop { verify_readings: 0, ..settings() };
+        assert_eq!(next(&now, std::slice::from_ref(&same), &unverified), Next::End(End::Explained));
+        // A probability below the one asked for is not enough, however many rounds agree.
+        let doubtful = standing(Verdict::Explained, &[EffectId::Pitch], 0.9);
+        assert_eq!(next(&doubtful, &[same.clone(), same], &settings()), Next::Explore);
+    }
+
+    #[test]
+    fn a_verification_that_failed_does_not_count_as_agreement() {
+        let now = standing(Verdict::Explained, &[EffectId::Pitch], 0.99);
+        let same = round(Verdict::Explained, &[EffectId::Pitch]);
+        let failed = Round { purpose: Purpose::Verify, ..same.clone() };
+        assert_eq!(next(&now, &[same, failed], &settings()), Next::Explore);
+    }
+
+    #[test]
+    fn no_gap_and_no_explanation_end_the_loop() {
+        let none = standing(Verdict::None, &[], 0.97);
+        assert_eq!(next(&none, &[round(Verdict::None, &[])], &settings()), Next::End(End::NoGap));
+        let unexplained = standing(Verdict::Unexplained, &[], 0.5);
+        let rounds = vec![round(Verdict::Unexplained, &[]); UNEXPLAINED - 1];
+        assert_eq!(next(&unexplained, &rounds[1..], &settings()), Next::Explore);
+        assert_eq!(next(&unexplained, &rounds, &settings()), Next::End(End::Unexplained));
+    }
+
+    #[test]
+    fn every_limit_of_the_budget_ends_the_loop() {
+        let spent = Spent { readings: 1750, time_s: 500.0, sounding_s: 400.0 };
+        let limits = |s, sounding_s| ClosedLoop {
+            longest_s: s,
+            longest_sounding_s: sounding_s,
+            ..settings()
+        };
+        assert_eq!(budget(&limits(None, None), spent, 51, 10.0), Some(End::Readings));
+        assert_eq!(budget(&limits(Some(505.0), None), spent, 50, 10.0), Some(End::Time));
+        assert_eq!(budget(&limits(None, Some(405.0)), spent, 50, 10.0), Some(End::Sounding));
+        assert_eq!(budget(&limits(Some(600.0), Some(600.0)), spent, 50, 10.0), None);
+    }
+
+    #[test]
+    fn rivals_that_the_budget_cannot_part_are_inseparable() {
+        let rivals = Standing {
+            verdict: Verdict::Ambiguous,
+            named: vec![vec![EffectId::Pitch], vec![EffectId::SoundSpeed]],
+            probabilities: vec![(vec![EffectId::Pitch], 0.5), (vec![EffectId::SoundSpeed], 0.5)],
+        };
+        let before = Round { named: rivals.named.clone(), ..round(Verdict::Ambiguous, &[]) };
+        let batch = |nats| Batch { readings: Vec::new(), information: None, apart: vec![nats] };
+        let is = |nats, earlier: &[Round]| {
+            is_inseparable(&rivals, &batch(nats), earlier, 840, &settings())
+        };
+        // Ten rounds are left, and three nats are wanted.
+        assert!(is(0.2, std::slice::from_ref(&before)));
+        assert!(!is(0.4, std::slice::from_ref(&before)));
+        assert!(!is(0.2, &[]));
+    }
+}

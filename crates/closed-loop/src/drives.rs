@@ -1,0 +1,62 @@
+//! The drives among which a closed loop chooses: those of the plan, and some that show what a focus hides.
+//!
+//! All elements in phase, one half reversed, random phases and further foci are what any controller of a phased array can drive. In the
+//! focus alone all elements add up, so that errors of single elements hide behind each other; random phases separate them.
+
+use std::f64::consts::{PI, TAU};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use fieldgap_acoustics::{Array, Medium, Vec3};
+use fieldgap_records::{BoxMm, FocusSection};
+
+use crate::places::places_m;
+
+/// Further foci, and sets of random phases. Set by judgement: with more, each is measured too seldom to settle its own steps of phase.
+const FURTHER_FOCI: usize = 3;
+const RANDOM_DRIVES: u64 = 4;
+
+/// Digits of a phase behind the point that a plan states: below a thousandth of a period.
+const PER_RADIAN: f64 = 1e4;
+
+/// Drives beside those of the plan, for an array that is believed to be this one.
+pub(crate) fn further_drives(
+    planned: &[FocusSection],
+    array: &Array,
+    medium: &Medium,
+    frequency_hz: f64,
+    within: &BoxMm,
+) -> Vec<FocusSection> {
+    let mut drives = Vec::new();
+    if !planned.contains(&FocusSection::AllZero) {
+        drives.push(FocusSection::AllZero);
+    }
+    // Foci in the inner half of the box, so that the box holds their surroundings.
+    let middle = (within.least + within.most) / 2.0;
+    let inner = BoxMm {
+        least: middle + (within.least - middle) / 2.0,
+        most: middle + (within.most - middle) / 2.0,
+    };
+    drives
+        .extend(places_m(&inner, 0).take(FURTHER_FOCI).map(|at_m| FocusSection::Point(at_m * 1e3)));
+    let phases_rad = planned[0].excitation().phases_rad(array, medium, frequency_hz);
+    for side in [Vec3::x(), Vec3::y()] {
+        let elements = array.elements().iter().zip(&phases_rad);
+        let reversed = elements.map(|(element, phase_rad)| {
+            let turn_rad = if element.centre_m.dot(&side) > 0.0 { PI } else { 0.0 };
+            rounded(phase_rad + turn_rad)
+        });
+        drives.push(FocusSection::Phases(reversed.collect()));
+    }
+    for number in 0..RANDOM_DRIVES {
+        let mut draws = ChaCha8Rng::seed_from_u64(number);
+        let phases = (0..array.len()).map(|_| rounded(draws.random_range(0.0..TAU)));
+        drives.push(FocusSection::Phases(phases.collect()));
+    }
+    drives
+}
+
+fn rounded(phase_rad: f64) -> f64 {
+    (phase_rad.rem_euclid(TAU) * PER_RADIAN).round() / PER_RADIAN
+}

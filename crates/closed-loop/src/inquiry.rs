@@ -1,0 +1,314 @@
+//! The loop itself: after each round a search, a decision, and the readings of the next round.
+//!
+//! A decision depends on the plan, the readings and the earlier decisions alone. A loop that was interrupted therefore goes on as it would
+//! have, and a record shows offline why it went as it did.
+
+use std::path::{Path, PathBuf};
+
+use fieldgap_acoustics::Vec3;
+use fieldgap_acquisition::{ChooseRounds, NextRound, NoNextRound, RigSetup};
+use fieldgap_diagnosis::{Findings, Options};
+use fieldgap_input::{Fault, TomlSource};
+use fieldgap_records::{ClosedLoop, Plan, RecordedSample, RecordedScan};
+
+use crate::batch::{Batch, Chooser};
+use crate::decision::{Next, Spent, Standing, budget, in_words, is_inseparable, next};
+use crate::drives::further_drives;
+use crate::plan_text::{with_drives, with_readings};
+use crate::robot::Robot;
+use crate::round::{
+    End, Likely, Purpose, Round, RoundsError, Verification, read_rounds, write_rounds,
+};
+
+/// Sets that a round keeps in its log.
+const MOST_LOGGED: usize = 6;
+
+/// A rig that chooses its readings until the cause is known.
+pub struct Inquiry {
+    settings: ClosedLoop,
+    robot: Robot,
+    folder: PathBuf,
+    options: Options,
+}
+
+/// Why a closed loop cannot begin or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum InquiryError {
+    /// A file is wrong.
+    #[error(transparent)]
+    File(#[from] Fault),
+    /// The log of the rounds.
+    #[error(transparent)]
+    Rounds(#[from] RoundsError),
+    /// The plan has no `[closed_loop]`.
+    #[error("the plan has no [closed_loop]")]
+    NoClosedLoop,
+    /// Nothing in the box can be reached.
+    #[error(
+        "the robot reaches too little of the box of [closed_loop]: {reached} of {wanted} readings"
+    )]
+    OutOfReach {
+        /// Readings that it reaches.
+        reached: usize,
+        /// Readings of the round.
+        wanted: usize,
+    },
+    /// The readings cannot be compared with a simulation.
+    #[error(transparent)]
+    Incomparable(#[from] fieldgap_comparison::Incomparable),
+    /// The log of the rounds is not that of the plan.
+    #[error("{} rounds are planned, but rounds.jsonl has {}", .planned, .logged)]
+    OtherRounds {
+        /// Lists of readings in the plan.
+        planned: usize,
+        /// Rounds in the log.
+        logged: usize,
+    },
+}
+
+impl Inquiry {
+    /// The loop of a plan on a rig, whose record is or will be in `folder`.
+    ///
+    /// # Errors
+    /// [`InquiryError::NoClosedLoop`].
+    pub fn new(plan: &Plan, rig_setup: &RigSetup, folder: &Path) -> Result<Self, InquiryError> {
+        let settings = plan.closed_loop.clone().ok_or(InquiryError::NoClosedLoop)?;
+        let options = Options { simulator: Some(plan.simulator), effects: None };
+        Ok(Self { settings, robot: Robot::of(rig_setup), folder: folder.to_owned(), options })
+    }
+
+    /// The plan of the first round: the given one with further drives and its first readings. The decision is logged in the folder when the
+    /// scan has begun; see [`Inquiry::begin`].
+    ///
+    /// # Errors
+    /// [`InquiryError::OutOfReach`]; a [`Fault`] if the plan does not fit the rig.
+    pub fn first_plan(
+        &self,
+        plan: &Plan,
+        rig_setup: &RigSetup,
+    ) -> Result<(Plan, Round), InquiryError> {
+        plan.fits_array(rig_setup.nominal_array().len())?;
+        let further = further_drives(
+            &plan.foci,
+            rig_setup.nominal_array(),
+            &rig_setup.nominal_medium(),
+            rig_setup.array.frequency_hz(),
+            &self.settings.within,
+        );
+        let drives = [plan.foci.len(), plan.foci.len() + further.len()];
+        let batch = self.chooser(drives, self.robot.home_m(), 0).first();
+        self.is_enough(&batch, self.settings.first_readings)?;
+        let reason = format!("A first look: {} readings spread evenly.", batch.readings.len());
+        let text = with_drives(plan.text(), &further);
+        let text = with_readings(&text, &reason, &batch.readings);
+        let round = Round {
+            round: 0,
+            purpose: Purpose::First,
+            before: 0,
+            readings: batch.readings.len(),
+            drives,
+            verdict: None,
+            named: Vec::new(),
+            probabilities: Vec::new(),
+            expected_bits: None,
+            expected_s: self.duration_s(&batch, self.robot.home_m()),
+            verification: None,
+            end: None,
+            reason,
+        };
+        Ok((Plan::parse(TomlSource::new(plan.path(), text))?, round))
+    }
+
+    /// Logs the first round in the folder of the record.
+    ///
+    /// # Errors
+    /// [`RoundsError`].
+    pub fn begin(&self, first: Round) -> Result<(), RoundsError> {
+        write_rounds(&self.folder, &[first])
+    }
+
+    /// The decision after the readings of a record, by the rounds before it; and the longer plan.
+    ///
+    /// # Errors
+    /// [`InquiryError`] if the readings cannot be compared, or if the earlier rounds are not those of the plan.
+    pub fn decide(
+        &self,
+        plan: &Plan,
+        record: &RecordedScan,
+        earlier: &[Round],
+    ) -> Result<(Round, Option<String>), InquiryError> {
+        let planned = plan.readings.len();
+        let (Some(last), true) = (earlier.last(), earlier.len() == planned) else {
+            return Err(InquiryError::OtherRounds { planned, logged: earlier.len() });
+        };
+        let mut verification = None;
+        if last.purpose == Purpose::Verify {
+            let seen = RecordedScan {
+                setup: record.setup.clone(),
+                samples: record.samples[..last.before].to_vec(),
+            };
+            let seen = [seen];
+            let findings = Findings::of(&seen, &self.options)?;
+            let tested = Verification::of(findings.on_fresh(record));
+            if tested.holds {
+                let standing = Standing::of(&findings);
+                let end = self.round(&standing, earlier, record, Some(tested), Some(End::Verified));
+                return Ok((end, None));
+            }
+            verification = Some(tested);
+        }
+        let scans = std::slice::from_ref(record);
+        let findings = Findings::of(scans, &self.options)?;
+        let standing = Standing::of(&findings);
+        let at_m = record.samples.last().map_or(self.robot.home_m(), RecordedSample::position_m);
+        let places_used = self.places_used(earlier);
+        let chooser = self.chooser(last.drives, at_m, places_used);
+        let (purpose, batch) = match next(&standing, earlier, &self.settings) {
+            Next::End(end) => {
+                return Ok((self.round(&standing, earlier, record, verification, Some(end)), None));
+            }
+            Next::Verify => (Purpose::Verify, chooser.fresh(earlier.len())),
+            Next::Explore => {
+                let batch = chooser.next(&findings, self.settings.round_readings);
+                let readings = record.samples.len();
+                if is_inseparable(&standing, &batch, earlier, readings, &self.settings) {
+                    let end = Some(End::Inseparable);
+                    return Ok((self.round(&standing, earlier, record, verification, end), None));
+                }
+                (Purpose::Explore, batch)
+            }
+        };
+        let expected_s = self.duration_s(&batch, at_m);
+        if let Some(end) =
+            budget(&self.settings, spent(&record.samples), batch.readings.len(), expected_s)
+        {
+            return Ok((self.round(&standing, earlier, record, verification, Some(end)), None));
+        }
+        self.is_enough(&batch, batch.readings.len().max(1))?;
+        let mut round = self.round(&standing, earlier, record, verification, None);
+        round.purpose = purpose;
+        round.readings = batch.readings.len();
+        round.expected_bits = batch.information.map(|nats| nats / std::f64::consts::LN_2);
+        round.expected_s = expected_s;
+        round.reason = self.words(&standing, &round);
+        let text = with_readings(plan.text(), &round.reason, &batch.readings);
+        Ok((round, Some(text)))
+    }
+
+    fn words(&self, standing: &Standing, round: &Round) -> String {
+        let taken_back = match round.verification {
+            Some(failed) => format!(
+                " It did not hold on fresh readings ({:.2} times the noise) and is taken back.",
+                failed.chi_square.sqrt()
+            ),
+            None => String::new(),
+        };
+        let next = match round.purpose {
+            Purpose::Verify => "fresh readings to test it",
+            _ => "readings to tell the rest apart",
+        };
+        format!(
+            "After {} readings: {}.{taken_back} Next {} {next}.",
+            round.before,
+            standing.in_words(),
+            round.readings
+        )
+    }
+
+    /// A round without readings.
+    fn round(
+        &self,
+        standing: &Standing,
+        earlier: &[Round],
+        record: &RecordedScan,
+        verification: Option<Verification>,
+        end: Option<End>,
+    ) -> Round {
+        let before = record.samples.len();
+        let likely = standing.probabilities.iter().take(MOST_LOGGED);
+        let reason = end.map_or(String::new(), |end| {
+            let words = in_words(end, verification.as_ref());
+            format!("After {before} readings: {}. {words}", standing.in_words())
+        });
+        Round {
+            round: earlier.len(),
+            purpose: Purpose::End,
+            before,
+            readings: 0,
+            drives: earlier[0].drives,
+            verdict: Some(standing.verdict),
+            named: standing.named.clone(),
+            probabilities: likely
+                .map(|(effects, probability)| Likely {
+                    effects: effects.clone(),
+                    probability: *probability,
+                })
+                .collect(),
+            expected_bits: None,
+            expected_s: 0.0,
+            verification,
+            end,
+            reason,
+        }
+    }
+
+    fn chooser(&self, [planned, all]: [usize; 2], at_m: Vec3, places_used: usize) -> Chooser<'_> {
+        Chooser {
+            settings: &self.settings,
+            robot: &self.robot,
+            planned_drives: planned,
+            drives: all,
+            at_m,
+            places_used,
+        }
+    }
+
+    /// Places of the even sequence that rounds have used: as many as their readings at most, so that none comes twice.
+    fn places_used(&self, earlier: &[Round]) -> usize {
+        let spread = earlier.iter().filter(|round| round.purpose != Purpose::Verify);
+        spread.map(|round| round.readings).sum()
+    }
+
+    fn duration_s(&self, batch: &Batch, from_m: Vec3) -> f64 {
+        let mut at_m = from_m;
+        let each = batch.readings.iter().map(|(to_m, _)| {
+            let took_s = self.robot.move_s(at_m, *to_m) + self.robot.reading_s();
+            at_m = *to_m;
+            took_s
+        });
+        each.sum()
+    }
+
+    fn is_enough(&self, batch: &Batch, wanted: usize) -> Result<(), InquiryError> {
+        let reached = batch.readings.len();
+        // Half of a box behind a keep-out box still tells a cause; less would be another box.
+        if 2 * reached >= wanted && reached > 0 {
+            return Ok(());
+        }
+        Err(InquiryError::OutOfReach { reached, wanted })
+    }
+}
+
+impl ChooseRounds for Inquiry {
+    fn next(&mut self, plan: &Plan, record: &RecordedScan) -> Result<NextRound, NoNextRound> {
+        // A decision that was logged, and its plan not yet written, is made again.
+        let mut rounds = read_rounds(&self.folder)?;
+        rounds.truncate(plan.readings.len());
+        let (round, plan) = self.decide(plan, record, &rounds)?;
+        let decision = round.reason.clone();
+        rounds.push(round);
+        write_rounds(&self.folder, &rounds)?;
+        Ok(NextRound { decision, plan })
+    }
+}
+
+/// What a loop has used up.
+fn spent(samples: &[RecordedSample]) -> Spent {
+    let time_s = |from: &RecordedSample, to: &RecordedSample| to.time_s - from.time_s;
+    let sounding = samples.windows(2).filter(|pair| pair.iter().all(|s| s.focus.is_some()));
+    Spent {
+        readings: samples.len(),
+        time_s: samples.first().zip(samples.last()).map_or(0.0, |(a, b)| time_s(a, b)),
+        sounding_s: sounding.map(|pair| time_s(&pair[0], &pair[1])).sum(),
+    }
+}

@@ -1,0 +1,248 @@
+//! What a closed loop decided, round by round: `rounds.jsonl` in the folder of the record.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use fieldgap_diagnosis::{EffectId, FreshTest, Verdict};
+use fieldgap_input::{MOST_TABLE, read_text};
+use fieldgap_records::write_whole;
+use serde::{Deserialize, Serialize};
+
+/// The file.
+pub const FILE: &str = "rounds.jsonl";
+
+/// What the readings of a round are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Purpose {
+    /// A first look, spread evenly.
+    First,
+    /// To tell the sets apart.
+    Explore,
+    /// Fresh readings that test the named cause.
+    Verify,
+    /// None: the loop has ended.
+    End,
+}
+
+/// Why a loop ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum End {
+    /// One cause explains the gap, and it holds on fresh readings.
+    Verified,
+    /// One cause explains the gap; the plan wanted no verification.
+    Explained,
+    /// There is no gap.
+    NoGap,
+    /// Rivals are left that no reading of this rig would tell apart within its budget.
+    Inseparable,
+    /// No set of the catalogue explains the gap.
+    Unexplained,
+    /// The readings of the plan are used up.
+    Readings,
+    /// The time of the plan is used up.
+    Time,
+    /// The time with the array driven is used up.
+    Sounding,
+}
+
+/// A set of effects and its probability.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Likely {
+    /// The set; empty for the set-up as believed.
+    pub effects: Vec<EffectId>,
+    /// Its probability.
+    pub probability: f64,
+}
+
+/// A cause held against fresh readings; see [`FreshTest`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Verification {
+    /// Fresh readings.
+    pub readings: usize,
+    /// Gap before the cause was added.
+    pub gap_before: f64,
+    /// Gap after.
+    pub gap_after: f64,
+    /// What noise alone leaves.
+    pub noise: f64,
+    /// Mean square of the standardized residuals.
+    pub chi_square: f64,
+    /// Whether the cause holds.
+    pub holds: bool,
+}
+
+/// One decision: what was known, and what is measured next.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Round {
+    /// Its number, from 0.
+    pub round: usize,
+    /// What its readings are for.
+    pub purpose: Purpose,
+    /// Readings before it.
+    pub before: usize,
+    /// Readings that it takes.
+    pub readings: usize,
+    /// Drives of the plan, and all drives with those that the loop added.
+    pub drives: [usize; 2],
+    /// The verdict on the readings before it; `None` before the first.
+    pub verdict: Option<Verdict>,
+    /// The named set, or the rivals.
+    pub named: Vec<Vec<EffectId>>,
+    /// The most probable sets.
+    pub probabilities: Vec<Likely>,
+    /// Information about the cause that its readings are expected to give, bits.
+    pub expected_bits: Option<f64>,
+    /// Time that its readings are expected to take, s.
+    pub expected_s: f64,
+    /// How the cause did on the fresh readings of the round before.
+    pub verification: Option<Verification>,
+    /// Why the loop ended; `None` while it goes on.
+    pub end: Option<End>,
+    /// The decision in a sentence.
+    pub reason: String,
+}
+
+/// A log of rounds that cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum RoundsError {
+    /// The file cannot be read or written.
+    #[error("{path}: {source}", path = .path.display())]
+    File {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A line is no round.
+    #[error("{path}, line {line}: {reason}", path = .path.display())]
+    Line {
+        /// The file.
+        path: std::path::PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+}
+
+impl Verification {
+    /// The limit of the mean square: 1.2 times the noise.
+    pub const MOST_CHI_SQUARE: f64 = 1.44;
+
+    /// The result of a test on fresh readings. The cause holds if the residual is within 1.2 times the noise, or within two
+    /// standard errors of it where the readings are few.
+    pub fn of(test: FreshTest) -> Self {
+        let most = Self::MOST_CHI_SQUARE.max(1.0 + 2.0 * test.standard_error());
+        let FreshTest { readings, gap_before, gap_after, noise, chi_square } = test;
+        Self { readings, gap_before, gap_after, noise, chi_square, holds: chi_square <= most }
+    }
+}
+
+/// Reads the rounds of the record in `folder`; none without the file.
+///
+/// # Errors
+/// [`RoundsError`] if the file cannot be read or a line of it is no round.
+pub fn read_rounds(folder: &Path) -> Result<Vec<Round>, RoundsError> {
+    let path = folder.join(FILE);
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let text = read_text(&path, MOST_TABLE)
+        .map_err(|source| RoundsError::File { path: path.clone(), source })?;
+    parse_rounds(&path, &text)
+}
+
+/// Reads the text of a `rounds.jsonl`.
+///
+/// # Errors
+/// [`RoundsError::Line`] at the first line that is no round, or that is out of order.
+pub fn parse_rounds(path: &Path, text: &str) -> Result<Vec<Round>, RoundsError> {
+    let mut rounds = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        let wrong =
+            |reason: String| RoundsError::Line { path: path.to_owned(), line: index + 1, reason };
+        let round: Round = serde_json::from_str(line).map_err(|error| wrong(error.to_string()))?;
+        if round.round != index {
+            return Err(wrong(format!("round {} stands where {index} is due", round.round)));
+        }
+        rounds.push(round);
+    }
+    Ok(rounds)
+}
+
+/// Writes the rounds of the record in `folder`. They are on disk when this returns.
+///
+/// # Errors
+/// [`RoundsError::File`].
+pub fn write_rounds(folder: &Path, rounds: &[Round]) -> Result<(), RoundsError> {
+    let path = folder.join(FILE);
+    let file = |source| RoundsError::File { path: path.clone(), source };
+    let lines: Result<Vec<String>, serde_json::Error> =
+        rounds.iter().map(serde_json::to_string).collect();
+    let text = lines.map_err(|error| file(error.into()))?.join("\n") + "\n";
+    fs::create_dir_all(folder).map_err(file)?;
+    write_whole(&path, |to| io::Write::write_all(to, text.as_bytes())).map_err(file)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn round(number: usize) -> Round {
+        Round {
+            round: number,
+            purpose: Purpose::Explore,
+            before: 240,
+            readings: 96,
+            drives: [1, 11],
+            verdict: Some(Verdict::Ambiguous),
+            named: vec![vec![EffectId::Pitch], vec![EffectId::SoundSpeed]],
+            probabilities: vec![Likely { effects: vec![EffectId::Pitch], probability: 0.5 }],
+            expected_bits: Some(0.7),
+            expected_s: 21.0,
+            verification: None,
+            end: None,
+            reason: "two sets are left".to_owned(),
+        }
+    }
+
+    #[test]
+    fn rounds_are_read_as_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        assert_eq!(read_rounds(folder.path()).expect("none"), []);
+        let rounds = [round(0), round(1)];
+        write_rounds(folder.path(), &rounds).expect("written");
+        assert_eq!(read_rounds(folder.path()).expect("there"), rounds);
+    }
+
+    #[test]
+    fn a_line_that_is_no_round_is_named() {
+        let line = |number| serde_json::to_string(&round(number)).expect("JSON");
+        let text = format!("{}\n{{}}\n", line(0));
+        let error = parse_rounds(Path::new("rounds.jsonl"), &text).expect_err("no round");
+        assert!(error.to_string().starts_with("rounds.jsonl, line 2: "), "{error}");
+        let text = format!("{}\n{}\n", line(0), line(2));
+        let error = parse_rounds(Path::new("rounds.jsonl"), &text).expect_err("one is missing");
+        assert!(error.to_string().contains("round 2 stands where 1 is due"), "{error}");
+    }
+
+    #[test]
+    fn a_cause_holds_within_a_fifth_of_the_noise() {
+        let test = |readings, chi_square| {
+            Verification::of(FreshTest {
+                readings,
+                gap_before: 0.1,
+                gap_after: 0.02,
+                noise: 0.02,
+                chi_square,
+            })
+            .holds
+        };
+        assert!(test(64, 1.4) && !test(64, 1.5));
+        // Sixteen readings scatter by a third.
+        assert!(test(16, 1.7) && !test(16, 1.75));
+    }
+}

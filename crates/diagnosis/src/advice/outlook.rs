@@ -1,0 +1,129 @@
+//! What the sets of effects expect of readings that could still be taken.
+//!
+//! Each set that is still probable gives, for every possible reading, its mean, its scatter, and its derivatives by all that the fit left free.
+//! With the covariance of these parameters a program can compute what the reading would tell, without this crate knowing the robot's time.
+
+use nalgebra::DMatrix;
+
+use fieldgap_acoustics::Vec3;
+
+use crate::effect_id::EffectId;
+use crate::fit::joint_fit::unknowns;
+use crate::fit::problem::Problem;
+use crate::model::effect::Context;
+use crate::model::motion::Motion;
+use crate::model::observations::{Observations, ObservedDrive, ObservedScan, Visit};
+use crate::selection::scored_model::ScoredModel;
+
+/// A reading that could be taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PossibleReading {
+    /// Place, array frame, m.
+    pub at_m: Vec3,
+    /// Number of the record's drive.
+    pub focus: usize,
+    /// Whether the robot comes to it from smaller x.
+    pub from_below: bool,
+}
+
+/// What one set of effects expects of possible readings. Readings are on the scale on which they scatter by one.
+#[derive(Debug, Clone)]
+pub struct Outlook {
+    /// The set; empty for the set-up as believed.
+    pub effects: Vec<EffectId>,
+    /// Its probability among all sets.
+    pub probability: f64,
+    /// The expected readings, in standard deviations of their noise.
+    pub means: Vec<f64>,
+    /// Variance of each reading about its mean with the parameters known: one, but for effects that change the scatter, and for what the
+    /// set leaves unexplained.
+    pub variances: Vec<f64>,
+    /// Derivatives of the means: a row for each parameter, a column for each reading.
+    pub slopes: DMatrix<f64>,
+    /// Covariance of the parameters after the readings so far.
+    pub covariance: DMatrix<f64>,
+}
+
+/// What a scored set expects of possible readings, taken after all others.
+pub(crate) fn outlook(
+    observations: &Observations,
+    context: &Context,
+    scored: &ScoredModel,
+    probability: f64,
+    possible: &[PossibleReading],
+) -> Outlook {
+    let (possible, order) = as_observations(observations, possible);
+    let fit = &scored.fit;
+    let problem = Problem::new(&possible, context, &fit.instances, &fit.values);
+    let unknowns = unknowns(&fit.instances, &fit.values, &fit.spreads, &fit.nuisance[..1], context);
+    let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
+    let evaluation = problem.evaluate(&numbers);
+    let residuals = &evaluation.residuals;
+    let variance_of =
+        |index: usize| residuals.log_variances.get(index).map_or(1.0, |log| log.exp());
+    // A set that leaves more than noise expects as much of the next readings.
+    let misfit = (fit.cost / observations.len() as f64).max(1.0);
+    let silent = possible.scans[0].scale.of(0.0);
+    let columns = match &fit.covariance {
+        Some(_) => problem.columns(&numbers, &unknowns, 0..numbers.len(), &evaluation),
+        None => Vec::new(),
+    };
+    let slope =
+        |parameter: usize, index: usize| -columns[parameter][index] * variance_of(index).sqrt();
+    Outlook {
+        effects: fit.ids(),
+        probability,
+        means: order
+            .iter()
+            .map(|&index| silent - residuals.scaled[index] * variance_of(index).sqrt())
+            .collect(),
+        variances: order.iter().map(|&index| misfit * variance_of(index)).collect(),
+        slopes: DMatrix::from_fn(columns.len(), order.len(), |parameter, reading| {
+            slope(parameter, order[reading])
+        }),
+        covariance: match &fit.covariance {
+            Some(covariance) => covariance * misfit,
+            None => DMatrix::zeros(0, 0),
+        },
+    }
+}
+
+/// Possible readings as observations that read nothing, drive by drive; and where each stands among them.
+fn as_observations(
+    observations: &Observations,
+    possible: &[PossibleReading],
+) -> (Observations, Vec<usize>) {
+    let scan = &observations.scans[0];
+    let mut order = vec![0; possible.len()];
+    let mut before = 0;
+    let mut drives = Vec::new();
+    for drive in &scan.drives {
+        let mut visits = Vec::new();
+        let of_drive = possible.iter().enumerate().filter(|(_, one)| one.focus == drive.focus);
+        for (index, one) in of_drive {
+            order[index] = before + visits.len();
+            let x_direction = if one.from_below { 1.0 } else { -1.0 };
+            visits.push(Visit {
+                number: index,
+                at_m: one.at_m,
+                motion: Motion::steady(Vec3::zeros(), x_direction),
+                otherwise: None,
+                progress: 1.0,
+            });
+        }
+        before += visits.len();
+        let readings = vec![0.0; visits.len()];
+        if !visits.is_empty() {
+            drives.push(ObservedDrive {
+                focus: drive.focus,
+                number: drive.number,
+                believed: drive.believed.clone(),
+                stabilised: vec![scan.scale.of(0.0); visits.len()],
+                readings,
+                visits,
+            });
+        }
+    }
+    let scan = ObservedScan { drives, dark: Vec::new(), ..scan.clone() };
+    (Observations { scans: vec![scan] }, order)
+}

@@ -1,0 +1,86 @@
+//! A scan whose plan leaves the choice of readings to the rig.
+
+use std::path::Path;
+
+use clap::Args;
+use miette::{IntoDiagnostic, miette};
+
+use super::output::say;
+use fieldgap_acquisition::{AcquisitionError, PlannedScan, ScanRun};
+use fieldgap_closed_loop::{Inquiry, Round, in_closed_loop};
+use fieldgap_input::{Time, TomlSource};
+
+/// Whether and how long a rig chooses its own readings.
+#[derive(Debug, Default, Args)]
+pub(super) struct LoopArgs {
+    /// Let the rig choose its readings, in rounds, until the cause of the gap is known; the regions of the plan only bound where it
+    /// measures. A plan with [closed_loop] does so in any case
+    #[arg(long)]
+    until_explained: bool,
+    /// End the choosing after so many minutes on the rig's clock [default: as in the plan]
+    #[arg(long, value_name = "MINUTES")]
+    minutes: Option<f64>,
+}
+
+/// A closed loop that is ready to begin.
+pub(super) struct Opening {
+    inquiry: Inquiry,
+    first: Round,
+}
+
+impl LoopArgs {
+    /// Whether the rig chooses the readings of a plan.
+    ///
+    /// # Errors
+    /// A time for it is given, and it does not choose them.
+    pub(super) fn is_asked(&self, scan: &PlannedScan) -> miette::Result<bool> {
+        let asked = self.until_explained || scan.plan().closed_loop.is_some();
+        if self.minutes.is_some() && !asked {
+            return Err(miette!(
+                help = "add --until-explained, or [closed_loop] to the plan",
+                "--minutes is for a rig that chooses its readings; this plan gives them"
+            ));
+        }
+        Ok(asked)
+    }
+
+    /// The plan of the first round, and the loop that goes on from there.
+    pub(super) fn opened(
+        &self,
+        scan: PlannedScan,
+        folder: &Path,
+    ) -> miette::Result<(PlannedScan, Opening)> {
+        let minutes = self.minutes.map(Time::new).transpose().into_diagnostic()?;
+        let plan = in_closed_loop(scan.plan(), minutes.map(Time::get))?;
+        let inquiry = Inquiry::new(&plan, scan.rig_setup(), folder).into_diagnostic()?;
+        let (plan, first) = inquiry.first_plan(&plan, scan.rig_setup()).into_diagnostic()?;
+        let plan = TomlSource::new(plan.path(), plan.text());
+        let scan = PlannedScan::parse(plan, scan.rig_setup().source().clone())?;
+        let settings = scan.plan().closed_loop.as_ref();
+        let most = settings.map_or(0, |settings| settings.most_readings);
+        say(format!("the rig chooses its readings, {most} at most; the first round:"));
+        Ok((scan, Opening { inquiry, first }))
+    }
+}
+
+impl Opening {
+    /// Begins the rounds of a scan that has begun.
+    pub(super) fn begin(self, scan_run: &mut ScanRun) -> Result<(), AcquisitionError> {
+        let Self { inquiry, first } = self;
+        inquiry.begin(first).map_err(|error| AcquisitionError::NoNextRound(error.into()))?;
+        scan_run.in_rounds(Box::new(inquiry));
+        Ok(())
+    }
+}
+
+/// Lets a resumed scan go on in rounds, if its plan says so.
+pub(super) fn go_on(scan_run: &mut ScanRun, folder: &Path) -> Result<(), AcquisitionError> {
+    let scan = scan_run.scan();
+    if scan.plan().closed_loop.is_none() {
+        return Ok(());
+    }
+    let inquiry = Inquiry::new(scan.plan(), scan.rig_setup(), folder)
+        .map_err(|error| AcquisitionError::NoNextRound(error.into()))?;
+    scan_run.in_rounds(Box::new(inquiry));
+    Ok(())
+}

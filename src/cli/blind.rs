@@ -6,12 +6,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::{Args, Subcommand};
 
+use super::blind_rigs::{BlindRigs, rigs_in, usual_plan};
 use super::blind_scans::BlindScans;
 use super::on::{OnArgs, batch_beside};
 use super::output::{print, print_json, report_error, say};
 use super::progress::counting_bar;
 use fieldgap_acoustics::Simulator;
-use fieldgap_blind::{Run, Score, Seal, SetToMake, Shares, fresh_seed, seal_truth};
+use fieldgap_blind::{RigsToMake, Run, Score, Seal, SetToMake, Shares, fresh_seed, seal_truth};
 use fieldgap_diagnosis::diagnose;
 use fieldgap_input::Fraction;
 
@@ -55,9 +56,12 @@ struct Make {
     /// Share of scans with two effects
     #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
     pairs: f64,
-    /// Share of scans with a cause that is not in the catalogue
-    #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
-    outside: f64,
+    /// Share of scans with a cause that is not in the catalogue [default: 0.2; none with --rigs]
+    #[arg(long, value_name = "SHARE", value_parser = share, conflicts_with = "rigs")]
+    outside: Option<f64>,
+    /// Make sealed virtual rigs in place of scans: `run` measures each by its plan, which leaves the readings to the rig
+    #[arg(long)]
+    rigs: bool,
     /// Where the key is written [default: answers.key in the set's folder]
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
@@ -70,6 +74,9 @@ struct RunSet {
     /// Only these scans
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     only: Vec<String>,
+    /// Of sealed rigs: the plan in the folder of each by which it is measured [default: find-out.toml, a closed loop; full-scan.toml is a scan of planes]
+    #[arg(long, value_name = "NAME")]
+    plan: Option<String>,
     /// Where the diagnoses go [default: diagnoses in the folder]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -136,7 +143,8 @@ impl Blind {
 
 impl Make {
     fn run(self) -> miette::Result<ExitCode> {
-        if self.none + self.pairs + self.outside > 1.0 + 1e-9 {
+        let outside = self.outside.unwrap_or(if self.rigs { 0.0 } else { 0.2 });
+        if self.none + self.pairs + outside > 1.0 + 1e-9 {
             miette::bail!(
                 help = "the rest of the scans has one effect",
                 "--none, --pairs and --outside add up to more than 1"
@@ -144,11 +152,14 @@ impl Make {
         }
         let seal = Seal::of(&self.out, self.key.as_deref());
         seal.is_free()?;
-        let shares = Shares { none: self.none, pairs: self.pairs, unmodelled: self.outside };
+        let shares = Shares { none: self.none, pairs: self.pairs, unmodelled: outside };
         let seed = self.seed.map_or_else(fresh_seed, Ok)?;
-        let bar = counting_bar(self.count, "scans made");
-        let set = SetToMake { count: self.count, seed, shares };
-        let answers = set.make(&self.out, || bar.inc(1))?;
+        let (count, rigs) = (self.count, self.rigs);
+        let bar = counting_bar(count, if rigs { "rigs made" } else { "scans made" });
+        let answers = match rigs {
+            true => RigsToMake { count, seed, shares }.make(&self.out, || bar.inc(1))?,
+            false => SetToMake { count, seed, shares }.make(&self.out, || bar.inc(1))?,
+        };
         let commitment = seal.close(&answers)?;
         bar.finish_and_clear();
         print(&format!("commitment {commitment}\n"))?;
@@ -160,6 +171,10 @@ impl RunSet {
     fn run(self) -> miette::Result<ExitCode> {
         let diagnoses = self.out.unwrap_or_else(|| self.folder.join(DIAGNOSES));
         let run = Run { folder: self.folder, diagnoses, only: self.only };
+        let rigs = rigs_in(&run.folder);
+        if !rigs.is_empty() {
+            return measure_rigs(&run, rigs, self.plan);
+        }
         let names = run.names()?;
         if self.on.is_given() {
             let scans = BlindScans::of(&run.folder, names, self.simulator)?;
@@ -190,6 +205,33 @@ impl RunSet {
         let failed = failures.into_inner() > 0;
         Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
     }
+}
+
+/// Measures and diagnoses sealed rigs.
+fn measure_rigs(
+    run: &Run,
+    mut names: Vec<String>,
+    plan: Option<String>,
+) -> miette::Result<ExitCode> {
+    if let Some(missing) = run.only.iter().find(|name| !names.contains(name)) {
+        miette::bail!("{} has no rig {missing}", run.folder.display());
+    }
+    names.retain(|name| run.only.is_empty() || run.only.contains(name));
+    let rigs = BlindRigs { run, plan: plan.unwrap_or_else(usual_plan) };
+    let bar = counting_bar(names.len(), "rigs diagnosed");
+    let failures = AtomicUsize::new(0);
+    rigs.each(&names, |done| {
+        bar.suspend(|| match done {
+            Ok(diagnosed) => drop(print(&format!("{diagnosed}\n"))),
+            Err(error) => {
+                failures.fetch_add(1, Ordering::Relaxed);
+                report_error(&error);
+            }
+        });
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    Ok(if failures.into_inner() > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
 impl ScoreSet {

@@ -5,7 +5,6 @@ use std::path::Path;
 use clap::Args;
 use miette::{IntoDiagnostic, miette};
 
-use super::output::say;
 use fieldgap_acquisition::{AcquisitionError, PlannedScan, ScanRun};
 use fieldgap_closed_loop::{Inquiry, Round, in_closed_loop};
 use fieldgap_input::{Time, TomlSource};
@@ -56,9 +55,6 @@ impl LoopArgs {
         let (plan, first) = inquiry.first_plan(&plan, scan.rig_setup()).into_diagnostic()?;
         let plan = TomlSource::new(plan.path(), plan.text());
         let scan = PlannedScan::parse(plan, scan.rig_setup().source().clone())?;
-        let settings = scan.plan().closed_loop.as_ref();
-        let most = settings.map_or(0, |settings| settings.most_readings);
-        say(format!("the rig chooses its readings, {most} at most; the first round:"));
         Ok((scan, Opening { inquiry, first }))
     }
 }

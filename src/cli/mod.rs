@@ -4,6 +4,7 @@
 //! complete it; 4 the gap is above a limit; 70 a fault of the program itself; 130 ended immediately by a second signal.
 
 mod blind;
+mod blind_rigs;
 mod blind_scans;
 mod campaign;
 mod characterize;

@@ -98,6 +98,10 @@ impl ScanArgs {
         let (scan, opening) = match in_loop.is_asked(&scan)? {
             true => {
                 let (scan, opening) = in_loop.opened(scan, &folder)?;
+                let most = scan.plan().closed_loop.as_ref().map_or(0, |all| all.most_readings);
+                if !(self.dry_run && self.showing.json) {
+                    say(format!("the rig chooses its readings, {most} at most; the first round:"));
+                }
                 (scan, Some(opening))
             }
             false => (scan, None),

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::catalogue::IDS;
 use super::random_sequence::RandomSequence;
 use super::unmodelled::UNMODELLED;
 
@@ -47,25 +46,30 @@ pub(super) enum Assignment {
     Unmodelled(usize),
 }
 
-/// Assigns `count` scans.
-pub(super) fn assign(count: usize, shares: Shares, random: &mut RandomSequence) -> Vec<Assignment> {
+/// Assigns `count` scans, of effects with these ids.
+pub(super) fn assign(
+    count: usize,
+    shares: Shares,
+    ids: &[&'static str],
+    random: &mut RandomSequence,
+) -> Vec<Assignment> {
     let of = |share: f64| (share * count as f64).round() as usize;
     let (none, pairs, unmodelled) = (of(shares.none), of(shares.pairs), of(shares.unmodelled));
     let one = count.saturating_sub(none + pairs + unmodelled);
     let mut assignments = vec![Assignment::None; none];
-    let mut singles = Rounds::new(IDS.len());
-    assignments.extend((0..one).map(|_| Assignment::Effects(vec![IDS[singles.next(random)]])));
-    let mut halves = Rounds::new(IDS.len());
+    let mut singles = Rounds::new(ids.len());
+    assignments.extend((0..one).map(|_| Assignment::Effects(vec![ids[singles.next(random)]])));
+    let mut halves = Rounds::new(ids.len());
     assignments.extend((0..pairs).map(|_| {
         let first = halves.next(random);
         let mut second = halves.next(random);
         // Across two rounds the same effect may come twice in a row.
         while second == first {
-            second = random.index(IDS.len());
+            second = random.index(ids.len());
         }
         let mut both = [first, second];
         both.sort_unstable();
-        Assignment::Effects(both.map(|number| IDS[number]).to_vec())
+        Assignment::Effects(both.map(|number| ids[number]).to_vec())
     }));
     let mut unmodelled_causes = Rounds::new(UNMODELLED.len());
     assignments
@@ -97,12 +101,14 @@ impl Rounds {
 
 #[cfg(test)]
 mod tests {
+    use super::super::catalogue::IDS;
     use super::*;
     use fieldgap_virtual_rig::counter_rng::CounterRng;
 
     #[test]
     fn all_effects_are_equally_often_and_the_shares_are_kept() {
-        let assigned = assign(620, Shares::default(), &mut RandomSequence::new(CounterRng::new(1)));
+        let assigned =
+            assign(620, Shares::default(), &IDS, &mut RandomSequence::new(CounterRng::new(1)));
         let count = |wanted: &dyn Fn(&Assignment) -> bool| {
             assigned.iter().filter(|assignment| wanted(assignment)).count()
         };

@@ -70,6 +70,14 @@ impl Causes {
         epochs
     }
 
+    /// The effects of the catalogue as tables of a truth file.
+    pub fn tables(&self) -> toml::Table {
+        let tables = self.catalogue.iter();
+        tables
+            .map(|(id, parameters)| ((*id).to_owned(), toml::Value::Table(parameters.clone())))
+            .collect()
+    }
+
     fn effects_of(&self, catalogue: &[(&'static str, Parameters)]) -> Effects {
         let tables = catalogue
             .iter()

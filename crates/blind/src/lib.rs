@@ -46,6 +46,7 @@ mod noise_units;
 mod parameters;
 mod parsed_diagnosis;
 mod random_sequence;
+mod rigs;
 mod run;
 mod score;
 mod seal;
@@ -59,7 +60,11 @@ pub use answer::{Answer, Answers};
 pub use assignment::{Category, Shares};
 pub use error::BlindError;
 pub use make::SetToMake;
-pub use parsed_diagnosis::{ParsedCandidate, ParsedDiagnosis, ParsedParameter, ParsedVerdict};
+pub use parsed_diagnosis::{
+    ParsedCandidate, ParsedDiagnosis, ParsedMeasurement, ParsedParameter, ParsedVerdict,
+    ParsedVerification,
+};
+pub use rigs::{LOOP_PLAN, RIG, RigsToMake};
 pub use run::{Diagnosed, Run};
 pub use score::{
     Calibration, CalibrationBin, ConfusionRow, Figure, ParameterScore, Rate, Score, Target,

@@ -44,7 +44,7 @@ impl SetToMake {
     pub fn make(self, out: &Path, made: impl Fn() + Sync) -> Result<Answers, BlindError> {
         let rng = CounterRng::new(self.seed).stream("blind set");
         let mut random = RandomSequence::new(rng.stream("assignment"));
-        let assignments = assign(self.count, self.shares, &mut random);
+        let assignments = assign(self.count, self.shares, &catalogue::IDS, &mut random);
         let width = self.count.saturating_sub(1).to_string().len().max(4);
         let answers = assignments
             .par_iter()
@@ -63,6 +63,21 @@ impl SetToMake {
 
 /// One scan and its answer.
 fn one(name: String, assignment: &Assignment, rng: CounterRng) -> (RecordedScan, Answer) {
+    let Drawn { laboratory, causes, believed, answer } = drawn(name, assignment, rng);
+    let world = World::new(&laboratory, &causes, believed.volts, rng);
+    (scan(&answer.name, &laboratory, &world), answer)
+}
+
+/// A laboratory with the causes at work in it.
+pub(super) struct Drawn {
+    pub laboratory: Laboratory,
+    pub causes: Causes,
+    pub believed: Believed,
+    pub answer: Answer,
+}
+
+/// Draws a laboratory and its causes, each of the size that leaves a random gap in the survey of the laboratory.
+pub(super) fn drawn(name: String, assignment: &Assignment, rng: CounterRng) -> Drawn {
     let mut random = RandomSequence::new(rng.stream("draws"));
     let laboratory = Laboratory::draw(&mut random);
     let believed = Believed::new(&laboratory);
@@ -101,9 +116,10 @@ fn one(name: String, assignment: &Assignment, rng: CounterRng) -> (RecordedScan,
         elements: elements(&world, &laboratory),
         noise: [laboratory.noise().multiplicative, laboratory.noise().additive_v],
         peak_v: laboratory.peak_v,
-        name: name.clone(),
+        name,
     };
-    (scan(&name, &laboratory, &world), answer)
+    drop(world);
+    Drawn { laboratory, causes, believed, answer }
 }
 
 fn scan(name: &str, laboratory: &Laboratory, world: &World<'_>) -> RecordedScan {

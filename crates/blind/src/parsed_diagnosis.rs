@@ -47,6 +47,28 @@ pub struct ParsedDiagnosis {
     /// Explained share of the squared gap beyond noise.
     #[serde(default)]
     pub explained_fraction: Option<f64>,
+    /// What was measured for it, of a sealed rig.
+    #[serde(default)]
+    pub measurement: Option<ParsedMeasurement>,
+}
+
+/// What was measured for a diagnosis of a sealed rig.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct ParsedMeasurement {
+    /// Readings.
+    pub readings: usize,
+    /// Time on the rig's clock, s.
+    pub seconds: f64,
+    /// How the named cause did on fresh readings; `None` where it was not tested.
+    #[serde(default)]
+    pub verification: Option<ParsedVerification>,
+}
+
+/// A cause held against fresh readings.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct ParsedVerification {
+    /// Whether it holds.
+    pub holds: bool,
 }
 
 /// A candidate.

@@ -22,12 +22,20 @@ pub fn seal_truth(plain: &Path, out: &Path) -> Result<PathBuf, BlindError> {
     }
     let source = TomlSource::read(plain)?;
     Truth::from_source(&source)?;
+    seal_text(source.text(), out)
+}
+
+/// Seals the text of a valid truth file as `out`, and returns the path of its new key.
+///
+/// # Errors
+/// [`BlindError`] if one of the two files exists already, or they cannot be written.
+pub(super) fn seal_text(text: &str, out: &Path) -> Result<PathBuf, BlindError> {
     let key_path = key_path(out);
     if out.exists() {
         return Err(BlindError::SealedExists(out.to_owned()));
     }
     let key = Key::draw()?;
-    let sealed = sealed_bytes(&key, source.text())?;
+    let sealed = sealed_bytes(&key, text)?;
     write_new(&key_path, key.text().as_bytes(), BlindError::KeyExists)?;
     write_new(out, &sealed, BlindError::SealedExists)?;
     Ok(key_path)

@@ -83,6 +83,14 @@ impl ArrayFirmware {
         }
     }
 
+    /// The same with another division of the carrier's period.
+    pub fn with_period_steps(mut self, period_steps: u32) -> Self {
+        let carrier_hz = self.identity.carrier_hz();
+        self.identity.clock_hz = carrier_hz * f64::from(period_steps);
+        self.identity.period_steps = period_steps;
+        self
+    }
+
     fn answer(&mut self, line: &[u8], now_s: f64) -> String {
         let Some((seq, command, args)) = self.checked(line) else {
             return format!("- error {ERROR_CHECKSUM} checksum");

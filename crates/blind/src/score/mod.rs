@@ -6,6 +6,7 @@
 mod calibration;
 mod confusion;
 mod judged;
+mod measurement;
 mod parameters;
 mod rate;
 mod rates;
@@ -80,12 +81,16 @@ impl Score {
         let parameters = ParameterScore::of_all(&judged);
         let mut rates = rates::rates(&judged);
         rates.push(parameters::overall(&parameters));
+        rates.extend(measurement::proven(&judged));
         Self {
             scored: judged.len(),
             not_diagnosed: missing.map(|(answer, _)| answer.name.clone()).collect(),
             verdicts: VerdictRow::of_all(&judged),
             rates,
-            figures: vec![rates::median_explained(&judged), calibration.figure()],
+            figures: [rates::median_explained(&judged), calibration.figure()]
+                .into_iter()
+                .chain(measurement::medians(&judged))
+                .collect(),
             confusion: ConfusionRow::of_all(&judged),
             calibration,
             parameters,

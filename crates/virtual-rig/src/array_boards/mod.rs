@@ -31,6 +31,8 @@ pub struct ArraySettings {
     /// The channel that each element is truly wired to. Absent: the maker's numbering, or the order of the elements where the array
     /// has another number of them.
     pub channels: Option<Vec<usize>>,
+    /// Steps that the thesis's controller divides a period of the carrier into. Absent: its own 256.
+    pub period_steps: Option<std::num::NonZeroU32>,
 }
 
 /// The known controllers.
@@ -54,7 +56,12 @@ pub enum Controller {
 
 impl Default for ArraySettings {
     fn default() -> Self {
-        Self { controller: Controller::Thesis, boards: std::num::NonZeroUsize::MIN, channels: None }
+        Self {
+            controller: Controller::Thesis,
+            boards: std::num::NonZeroUsize::MIN,
+            channels: None,
+            period_steps: None,
+        }
     }
 }
 
@@ -83,7 +90,13 @@ pub(super) fn firmware(
         Box::new(SonicSurfaceBoards::new(dialect, boards, wired)) as Box<dyn Firmware>
     };
     match settings.controller {
-        Controller::Thesis => Box::new(ArrayFirmware::new(elements, frequency_hz, world.clone())),
+        Controller::Thesis => {
+            let firmware = ArrayFirmware::new(elements, frequency_hz, world.clone());
+            Box::new(match settings.period_steps {
+                Some(steps) => firmware.with_period_steps(steps.get()),
+                None => firmware,
+            })
+        }
         Controller::SonicSurface => sonic_surface(Dialect::Open),
         Controller::SonicSurfaceTactile => sonic_surface(Dialect::Tactile),
         Controller::UltrainoMega => ultraino(UltrainoModel::Mega),

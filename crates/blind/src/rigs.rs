@@ -1,0 +1,201 @@
+//! Sealed rigs in place of sealed scans: whoever diagnoses one decides what to measure.
+//!
+//! Each is a virtual rig whose truth file is sealed, with a plan that leaves the readings to a closed loop, and one of the scan that a
+//! sealed scan has. Laboratories and causes are drawn as those of sealed scans, and the sizes are those that leave a gap there.
+//!
+//! Lag is not among the causes: a robot that stops at each point does not show it. Nor are causes outside of the catalogue, which a truth
+//! file cannot state.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::answer::{Answer, Answers};
+use super::assignment::{Shares, assign};
+use super::catalogue;
+use super::error::BlindError;
+use super::make::{Drawn, drawn};
+use super::random_sequence::RandomSequence;
+use super::seal_truth::seal_text;
+use super::survey::Survey;
+use fieldgap_records::Layout;
+use fieldgap_virtual_rig::counter_rng::CounterRng;
+
+/// The files of a rig, in its folder.
+pub const RIG: &str = "rig.toml";
+/// The plan that leaves the readings to a closed loop.
+pub const LOOP_PLAN: &str = "find-out.toml";
+/// The plan of a full scan.
+const FULL_PLAN: &str = "full-scan.toml";
+const TRUTH: &str = "truth.sealed";
+
+/// Samples that a reading averages. Each has as much more noise as the average has less.
+const SAMPLES: f64 = 16.0;
+
+/// Time over which a drift has its stated size, s: the order of a scan of a closed loop.
+const DRIFT_OVER_S: f64 = 120.0;
+
+/// The specification of a set of rigs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RigsToMake {
+    /// Number of rigs.
+    pub count: usize,
+    /// Seed of all random numbers but those that encrypt.
+    pub seed: u64,
+    /// Shares of the categories; none has a cause outside of the catalogue.
+    pub shares: Shares,
+}
+
+impl RigsToMake {
+    /// Writes each rig into a folder of its own under `out`, and returns the answers. `made` is called after each.
+    ///
+    /// # Errors
+    /// [`BlindError`] if a rig cannot be written.
+    pub fn make(self, out: &Path, made: impl Fn() + Sync) -> Result<Answers, BlindError> {
+        let rng = CounterRng::new(self.seed).stream("blind rigs");
+        let mut random = RandomSequence::new(rng.stream("assignment"));
+        let ids: Vec<&'static str> = catalogue::IDS.into_iter().filter(|id| *id != "lag").collect();
+        let shares = Shares { unmodelled: 0.0, ..self.shares };
+        let assignments = assign(self.count, shares, &ids, &mut random);
+        let width = self.count.saturating_sub(1).to_string().len().max(4);
+        let answers = assignments
+            .par_iter()
+            .enumerate()
+            .map(|(number, assignment)| {
+                let name = format!("{number:0width$}");
+                let rng = rng.substream(number as u64);
+                let drawn = drawn(name, assignment, rng);
+                write(&drawn, &out.join(&drawn.answer.name), self.seed ^ number as u64)?;
+                made();
+                Ok(drawn.answer)
+            })
+            .collect::<Result<Vec<Answer>, BlindError>>()?;
+        Ok(Answers { format: 1, seed: self.seed, answers })
+    }
+}
+
+fn write(drawn: &Drawn, folder: &Path, seed: u64) -> Result<(), BlindError> {
+    std::fs::create_dir_all(folder).map_err(BlindError::writing(folder))?;
+    let files = [
+        (RIG, rig(drawn, seed)),
+        (LOOP_PLAN, format!("{}{CLOSED_LOOP}", plan_head(drawn))),
+        (FULL_PLAN, format!("{}{}", plan_head(drawn), full_scan(drawn))),
+    ];
+    for (name, text) in files {
+        let path = folder.join(name);
+        std::fs::write(&path, text).map_err(BlindError::writing(&path))?;
+    }
+    seal_text(&truth(drawn), &folder.join(TRUTH)).map(drop)
+}
+
+/// The truth file: a field of 1/m is a pressure of 1 Pa, and the microphone makes the expected level of it.
+fn truth(drawn: &Drawn) -> String {
+    let noise = drawn.laboratory.noise();
+    let mut effects = drawn.causes.tables();
+    if let Some(over_s) = effects.get_mut("gain-drift").and_then(|drift| drift.get_mut("over_s")) {
+        *over_s = DRIFT_OVER_S.into();
+    }
+    let table = |entries: &[(&str, f64)]| {
+        toml::Value::Table(
+            entries.iter().map(|(key, value)| ((*key).to_owned(), (*value).into())).collect(),
+        )
+    };
+    let file = toml::Table::from_iter([
+        ("source".to_owned(), table(&[("pressure_pa_at_1_m", 1.0)])),
+        ("microphone".to_owned(), table(&[("sensitivity_v_pa", drawn.believed.volts)])),
+        (
+            "noise".to_owned(),
+            table(&[
+                ("multiplicative", noise.multiplicative * SAMPLES.sqrt()),
+                ("additive_v", noise.additive_v * SAMPLES.sqrt()),
+            ]),
+        ),
+        ("effects".to_owned(), toml::Value::Table(effects)),
+    ]);
+    toml::to_string(&file).expect("numbers and lists of them")
+}
+
+fn rig(drawn: &Drawn, seed: u64) -> String {
+    let layout = match drawn.laboratory.array.layout() {
+        Layout::Hexagonal { rings, .. } => format!("layout = \"hexagonal\"\nrings = {rings}\n"),
+        _ => "layout = \"square\"\ncolumns = 6\nrows = 6\n".to_owned(),
+    };
+    // TOML has signed numbers.
+    let seed = seed >> 1;
+    format!(
+        "name = \"sealed\"\n\n[array]\nfrequency_hz = 40000.0\n{layout}element_diameter_mm = 10.5\nspacing_mm = 0.0\n\n\
+         [medium]\nspeed_of_sound_m_s = 343.0\n\n\
+         [motion]\norigin_mm = [150.0, 150.0, -20.0]\ntravel_mm = {{ x = [0.0, 300.0], y = [0.0, 300.0], z = [0.0, 250.0] }}\n\
+         feed_mm_s = 80.0\nposition_tolerance_mm = 0.05\n\n[motion.marlin]\n\n\
+         [receiver]\nsettle_ms = 20.0\nsamples = {SAMPLES}\n\n[receiver.stream]\nencoding = \"binary\"\n\n\
+         [focus_array]\nmodulation_hz = 0.0\nmodulation_duty_percent = 100.0\n\n[focus_array.thesis]\n\n\
+         [virtual]\nseed = {seed}\npace = \"lockstep\"\ntruth = \"{TRUTH}\"\n\n\
+         [virtual.robot]\ntravel_mm = [300.0, 300.0, 250.0]\nacceleration_mm_s2 = 1000.0\n\n\
+         [virtual.receiver]\nrate_hz = 1000.0\nfull_scale_v = 10.0\nresolution_bits = 18\n\n\
+         [virtual.array]\nperiod_steps = 8192\n"
+    )
+}
+
+fn plan_head(drawn: &Drawn) -> String {
+    let mut text = format!(
+        "name = \"{}\"\nrig = \"{RIG}\"\n\n[simulator]\nmodel = \"piston\"\n",
+        drawn.answer.name
+    );
+    for focus_mm in &drawn.laboratory.foci_mm {
+        let [x, y, z] = [focus_mm.x, focus_mm.y, focus_mm.z];
+        let _ = write!(text, "\n[[focus]]\nx_mm = {x:?}\ny_mm = {y:?}\nz_mm = {z:?}\n");
+    }
+    text
+}
+
+/// The box of the full scan.
+const CLOSED_LOOP: &str =
+    "\n[closed_loop]\nmin_mm = [-35.0, -35.0, 80.0]\nmax_mm = [35.0, 35.0, 200.0]\n";
+
+/// The readings of the survey, in their order.
+fn full_scan(drawn: &Drawn) -> String {
+    let Survey { stops } = &drawn.laboratory.survey;
+    let mut text = "\n[[readings]]\nat_mm = [\n".to_owned();
+    for stop in stops {
+        let [x, y, z] = [stop.at_mm.x, stop.at_mm.y, stop.at_mm.z];
+        let _ = writeln!(text, "  [{x}, {y}, {z}],");
+    }
+    text += "]\nfocus = [\n";
+    for stop in stops {
+        let _ = writeln!(text, "  {},", stop.focus.map_or(-1, |focus| focus as i64));
+    }
+    text + "]\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assignment::Category;
+    use fieldgap_virtual_rig::Truth;
+
+    #[test]
+    fn a_rig_has_the_noise_and_the_causes_of_its_answer_and_its_plans_are_valid() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let shares = Shares { none: 0.0, pairs: 1.0, unmodelled: 0.0 };
+        let set = RigsToMake { count: 2, seed: 4, shares };
+        let answers = set.make(folder.path(), || ()).expect("made");
+        for answer in &answers.answers {
+            assert_eq!(answer.category, Category::Two);
+            let at = folder.path().join(&answer.name);
+            let truth = Truth::read(&at.join(TRUTH)).expect("it opens");
+            let ids: Vec<&str> = truth.effects.iter().map(|(id, _)| *id).collect();
+            assert!(answer.effects.iter().all(|id| ids.contains(&id.as_str())), "{ids:?}");
+            let [multiplicative, additive_v] = answer.noise;
+            assert!((truth.noise.multiplicative.get() / 4.0 - multiplicative).abs() < 1e-12);
+            assert!((truth.noise.additive_v.get() / 4.0 - additive_v).abs() < 1e-12);
+            for (plan, readings) in [(LOOP_PLAN, 0), (FULL_PLAN, 64 + 4 * 1296 + 240)] {
+                let plan = fieldgap_records::Plan::read(&at.join(plan)).expect("a plan");
+                assert!(plan.visits().len() == readings || plan.foci.len() == 2);
+            }
+            // What the closed loop reads does not say what is sealed.
+            let text = std::fs::read_to_string(at.join(RIG)).expect("there");
+            assert!(answer.effects.iter().all(|id| !text.contains(id.as_str())));
+        }
+    }
+}

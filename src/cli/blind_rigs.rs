@@ -1,0 +1,133 @@
+//! Sealed rigs: each is measured by its own plan, and what was measured is diagnosed.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use miette::{IntoDiagnostic, miette};
+use serde::Serialize;
+
+use super::closed_loop::{LoopArgs, Opening};
+use crate::rig_file::simulated_devices;
+use fieldgap_acquisition::{Ending, PlannedScan, ScanRun};
+use fieldgap_blind::{Diagnosed, LOOP_PLAN, RIG, Run};
+use fieldgap_closed_loop::{End, Verification, read_rounds};
+use fieldgap_diagnosis::{Diagnosis, diagnose};
+use fieldgap_records::RecordedScan;
+
+/// Where the records go, in the folder of the set.
+const RECORDS: &str = "records";
+
+/// Rigs of a set.
+pub(super) struct BlindRigs<'r> {
+    pub(super) run: &'r Run,
+    /// The plan, in the folder of each rig.
+    pub(super) plan: String,
+}
+
+/// A diagnosis with what it cost.
+#[derive(Serialize)]
+struct OfRig {
+    #[serde(flatten)]
+    diagnosis: Diagnosis,
+    measurement: Measurement,
+}
+
+/// What was measured.
+#[derive(Serialize)]
+struct Measurement {
+    readings: usize,
+    /// On the rig's clock.
+    seconds: f64,
+    end: Option<End>,
+    verification: Option<Verification>,
+}
+
+/// The names of the rigs in a folder; none where it holds scans.
+pub(super) fn rigs_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let rigs = entries.filter(|entry| entry.path().join(RIG).exists());
+    let mut names: Vec<String> =
+        rigs.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort_unstable();
+    names
+}
+
+/// The plan of a closed loop, which a rig is measured by if no other is named.
+pub(super) fn usual_plan() -> String {
+    LOOP_PLAN.to_owned()
+}
+
+impl BlindRigs<'_> {
+    /// Measures and diagnoses rigs, as many at a time as there are processors. `done` is called after each. One that fails does not stop
+    /// the others.
+    pub(super) fn each(&self, names: &[String], done: impl Fn(miette::Result<Diagnosed>) + Sync) {
+        let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        let next = AtomicUsize::new(0);
+        let (next, done) = (&next, &done);
+        std::thread::scope(|scope| {
+            for _ in 0..threads.min(names.len()) {
+                scope.spawn(move || {
+                    while let Some(name) = names.get(next.fetch_add(1, Ordering::Relaxed)) {
+                        done(self.one(name));
+                    }
+                });
+            }
+        });
+    }
+
+    fn one(&self, name: &str) -> miette::Result<Diagnosed> {
+        let begun = std::time::Instant::now();
+        let folder = self.measured(name)?;
+        let scans = [RecordedScan::open(&folder)?];
+        let diagnosis = diagnose(&scans, None).into_diagnostic()?;
+        let last = read_rounds(&folder).into_diagnostic()?.pop();
+        let samples = &scans[0].samples;
+        let measurement = Measurement {
+            readings: samples.len(),
+            seconds: samples.first().zip(samples.last()).map_or(0.0, |(a, b)| b.time_s - a.time_s),
+            end: last.as_ref().and_then(|round| round.end),
+            verification: last.and_then(|round| round.verification),
+        };
+        let json = serde_json::to_vec(&OfRig { diagnosis, measurement }).into_diagnostic()?;
+        let diagnosed = self.run.keep(name, &json)?;
+        Ok(Diagnosed { seconds: Some(begun.elapsed().as_secs_f64()), ..diagnosed })
+    }
+
+    /// Measures a rig, and gives the folder of the record. One that was measured before is kept.
+    fn measured(&self, name: &str) -> miette::Result<PathBuf> {
+        let at = self.run.folder.join(name);
+        let beside = self.run.diagnoses.with_file_name(format!(
+            "{}-{RECORDS}",
+            self.run.diagnoses.file_name().unwrap_or_default().to_string_lossy()
+        ));
+        let record = beside.join(name);
+        if record.join("state.toml").exists() {
+            return Ok(record);
+        }
+        let scan = PlannedScan::read(&at.join(&self.plan), Some(&at.join(RIG)))?;
+        let asked = LoopArgs::default();
+        let (scan, opening): (PlannedScan, Option<Opening>) = match asked.is_asked(&scan)? {
+            true => {
+                let (scan, opening) = asked.opened(scan, &record)?;
+                (scan, Some(opening))
+            }
+            false => (scan, None),
+        };
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(1)
+            .enable_all()
+            .build()
+            .into_diagnostic()?;
+        let ending = runtime.block_on(async {
+            let mut scan_run = ScanRun::begin(scan, &record, simulated_devices).await?;
+            opening.map_or(Ok(()), |opening| opening.begin(&mut scan_run))?;
+            scan_run.run(&mut |_| (), std::future::pending()).await
+        })?;
+        match ending {
+            Ending::Complete => Ok(record),
+            Ending::Partial { reason } => {
+                Err(miette!("{name} was measured only in part: {reason}"))
+            }
+        }
+    }
+}

@@ -51,6 +51,12 @@ pub(crate) const MARGIN_OF_A_PROPOSAL: f64 = 2.0;
 /// scale.
 pub(crate) const LEAST_ADDITIVE_NOISE: f64 = 1e-4;
 
+/// Noise in quadrature where nothing tells it, as a share of the largest reading: that of a receiver that sees a focus well. Set by judgement.
+pub(crate) const USUAL_ADDITIVE_NOISE: f64 = 5e-3;
+
+/// Standard deviation of the logarithm of either part of the noise where nothing tells it: a factor of e. Set by judgement.
+pub(crate) const USUAL_NOISE_WITHIN: f64 = 1.0;
+
 /// Pairs of repeats below which they say nothing: eight tell a standard deviation to 25 %.
 pub(crate) const FEWEST_REPEATS: usize = 8;
 

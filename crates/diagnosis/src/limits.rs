@@ -313,15 +313,11 @@ pub(crate) const MATERIAL_OF_CHANGE: f64 = 0.01;
 
 // Verdict.
 
-/// Probability above which a set is named alone. Of 147 sealed scans with one effect of half a standard deviation or more, 143 were
-/// named exactly.
-pub(crate) const CLEAR: f64 = 0.85;
+/// Probability above which a set is named alone, with the larger sets that hold it, and that rivals must reach together. Set by judgement.
+pub(crate) const CERTAIN: f64 = 0.9;
 
-/// Probability that a set must have by itself to be named for larger sets that hold it. Set by judgement.
-pub(crate) const SUFFICES_ALONE: f64 = 0.1;
-
-/// Probability that rivals must reach together to be named as rivals. Set by judgement.
-pub(crate) const RIVALS_TOGETHER: f64 = 0.9;
+/// Probability that a set must have by itself to be named for larger sets that hold it: it is likelier than not that nothing else acts.
+pub(crate) const SUFFICES_ALONE: f64 = 0.5;
 
 /// Rivals that are named at most, by the contract of the output.
 pub(crate) const MOST_RIVALS: usize = 3;

@@ -292,9 +292,10 @@ fn first_is_right(small: &Small, found: &Diagnosis) -> bool {
 fn line(small: &Small, found: &Diagnosis) -> String {
     let names = |set: &[EffectId]| set.iter().map(EffectId::to_string).collect::<Vec<_>>().join("+");
     let truth: Vec<EffectId> = small.truth().into_iter().collect();
+    let failed: Vec<String> = found.residual_tests.iter().filter(|t| t.is_structure()).map(|t| format!("{} {:.1}", t.name, t.z)).collect();
     let rivals: Vec<String> = found.alternatives.iter().map(|set| names(set)).collect();
     format!(
-        "{:11} {:3} {:?} n={} again {:.1} dark {} noise {:.2} % {:.2} % (read {:.2} % {:.2} %) truth [{}] {:.2} σ: {} {} {} p={:.3} first [{}]",
+        "{:11} {:3} {:?} n={} again {:.1} dark {} noise {:.2} % {:.2} % (read {:.2} % {:.2} %) truth [{}] {:.2} σ: {} {} {} p={:.3} first [{}] {}",
         format!("{:?}", outcome(small, found)),
         small.seed,
         small.shape,
@@ -312,6 +313,7 @@ fn line(small: &Small, found: &Diagnosis) -> String {
         rivals.join(" | "),
         found.ranked[0].probability,
         names(&found.ranked[0].effects),
+        failed.join("; "),
     )
 }
 

@@ -68,7 +68,8 @@ impl Left {
             let lowest = (LOWEST * scan.scatter.additive).max(f64::MIN_POSITIVE);
             let mut cells: Vec<Cell> = Vec::new();
             for (residual, expected) in rest.by_ref().take(scan.len()) {
-                let number = ((expected.reading / lowest).max(1.0).ln() / CELL) as usize;
+                let above = expected.reading.max(lowest).ln() - lowest.ln();
+                let number = (above / CELL) as usize;
                 if cells.len() <= number {
                     cells.resize(number + 1, Cell { level: 0.0, count: 0.0, squares: 0.0 });
                 }

@@ -51,6 +51,12 @@ pub(crate) const MARGIN_OF_A_PROPOSAL: f64 = 2.0;
 /// scale.
 pub(crate) const LEAST_ADDITIVE_NOISE: f64 = 1e-4;
 
+/// Noise in quadrature where nothing tells it, as a share of the largest reading: that of a receiver that sees a focus well. Set by judgement.
+pub(crate) const USUAL_ADDITIVE_NOISE: f64 = 5e-3;
+
+/// Standard deviation of the logarithm of either part of the noise where nothing tells it: a factor of e. Set by judgement.
+pub(crate) const USUAL_NOISE_WITHIN: f64 = 1.0;
+
 /// Pairs of repeats below which they say nothing: eight tell a standard deviation to 25 %.
 pub(crate) const FEWEST_REPEATS: usize = 8;
 
@@ -307,15 +313,11 @@ pub(crate) const MATERIAL_OF_CHANGE: f64 = 0.01;
 
 // Verdict.
 
-/// Probability above which a set is named alone. Of 147 sealed scans with one effect of half a standard deviation or more, 143 were
-/// named exactly.
-pub(crate) const CLEAR: f64 = 0.85;
+/// Probability above which a set is named alone, with the larger sets that hold it, and that rivals must reach together. Set by judgement.
+pub(crate) const CERTAIN: f64 = 0.9;
 
-/// Probability that a set must have by itself to be named for larger sets that hold it. Set by judgement.
-pub(crate) const SUFFICES_ALONE: f64 = 0.1;
-
-/// Probability that rivals must reach together to be named as rivals. Set by judgement.
-pub(crate) const RIVALS_TOGETHER: f64 = 0.9;
+/// Probability that a set must have by itself to be named for larger sets that hold it: it is likelier than not that nothing else acts.
+pub(crate) const SUFFICES_ALONE: f64 = 0.5;
 
 /// Rivals that are named at most, by the contract of the output.
 pub(crate) const MOST_RIVALS: usize = 3;

@@ -17,7 +17,7 @@ use crate::effect_id::EffectId;
 use crate::fit::joint_fit::{Fit, Start, cost_on, fit};
 use crate::fitted_parameter::FittedParameter;
 use crate::limits::{
-    ANOTHER_CAUSE, CLEAR, COPIES, FAR_MODEL, LEVEL_SIGMA, MOST_CANDIDATES, SIGNATURE_SHARE,
+    ANOTHER_CAUSE, CERTAIN, COPIES, FAR_MODEL, LEVEL_SIGMA, MOST_CANDIDATES, SIGNATURE_SHARE,
 };
 use crate::model::effect::{Context, Estimate};
 use crate::model::instance::Instance;
@@ -167,7 +167,7 @@ impl Report<'_> {
         let left =
             (best.fit.cost - count).max(in_slow_patterns(&self.observations, &structure.residuals));
         let is_small = left < SIGNATURE_SHARE * (nothing.fit.cost - count);
-        let is_clear = judgement.probabilities[0] >= CLEAR && !best.fit.instances.is_empty();
+        let is_clear = judgement.probabilities[0] >= CERTAIN && !best.fit.instances.is_empty();
         match judgement.verdict == Verdict::Unexplained && is_small && is_clear {
             true => Judgement { verdict: Verdict::MostlyExplained, named: vec![0], ..judgement },
             false => judgement,

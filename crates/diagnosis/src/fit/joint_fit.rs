@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use std::ops::Range;
 
 use crate::effect_id::EffectId;
+use crate::fit::left::Left;
 use crate::fit::problem::Problem;
 use crate::limits::{NEAR_FIELD_PRIOR, REPEATED_PLACE_M, SAME_NEAR_FIELD, SHIFT_PRIOR_M};
 use crate::model::effect::{Context, Parameter, Search};
@@ -41,6 +42,8 @@ pub(crate) struct Fit {
     pub cost: f64,
     /// The same with the penalties of the priors.
     pub penalised: f64,
+    /// What is left, by level; `None` where the noise is held, or the fit is not one of these readings.
+    pub left: Option<Left>,
     /// Covariance: nuisance first, then the effects' parameters; `None` where some combination changes nothing.
     pub covariance: Option<DMatrix<f64>>,
 }
@@ -55,6 +58,7 @@ impl Fit {
             nuisance,
             cost: f64::INFINITY,
             penalised: f64::INFINITY,
+            left: None,
             covariance: None,
         }
     }
@@ -105,7 +109,16 @@ impl Fit {
         self.values.remove(number);
         self.spreads.remove(number);
         self.covariance = None;
-        self.cost = cost_on(observations, &self, context);
+        let model = self.model(context);
+        let pressures = model.pressures(observations, &self.nuisance);
+        let residuals = model.residuals(observations, &pressures, &self.nuisance);
+        let expected = model.received(observations, &pressures, &self.nuisance);
+        let freedom = self.values.iter().map(Vec::len).sum::<usize>() as f64;
+        self.left = context
+            .common
+            .is_none()
+            .then(|| Left::of(observations, &residuals, &expected, freedom));
+        self.cost = residuals.cost();
         Self { penalised: self.cost, ..self }
     }
 
@@ -184,12 +197,20 @@ pub(crate) fn fit(
     let evaluation = problem.evaluate(&parameters);
     let residuals = &evaluation.residuals;
     let constant = evaluation.squared.iter().map(|r| r * r).sum::<f64>() - residuals.cost();
+    let determined = |(n, unknown): (usize, &Unknown)| match (&covariance, unknown.prior) {
+        (Some(covariance), Some((_, sd))) => 1.0 - covariance[(n, n)] / (sd * sd),
+        _ => 1.0,
+    };
+    let freedom = unknowns.iter().enumerate().map(determined).sum();
+    // Between two records the noise is that of both, which their own readings tell.
+    let left = context.common.is_none().then(|| problem.left(&evaluation, freedom));
     let nuisance = problem.nuisance(&parameters);
     let mut rest = parameters[Nuisance::COUNT * nuisance.len()..].to_vec();
     let values = problem.lengths.iter().map(|&length| rest.drain(..length).collect()).collect();
     Fit {
         cost: residuals.cost(),
         penalised: penalised - constant,
+        left,
         instances,
         values,
         spreads,

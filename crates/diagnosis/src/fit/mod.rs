@@ -3,11 +3,13 @@
 //! - [`joint_fit`]: the fit of a set, gain, shift and near field beside it.
 //! - [`problem`]: its residuals and derivatives.
 //! - [`random_elements`]: amplitudes or phases that differ from element to element, their spread found with them.
+//! - [`left`]: what it leaves, and how likely that is beside a noise that is not known exactly.
 //! - [`any`]: either kind of set.
 //! - [`score_statistic`]: what the readings say of an effect before it is fitted.
 
 pub mod any;
 pub mod joint_fit;
+pub mod left;
 pub mod problem;
 pub mod random_elements;
 pub mod score_statistic;

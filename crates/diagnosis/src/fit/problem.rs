@@ -6,6 +6,7 @@ use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
+use crate::fit::left::Left;
 use crate::model::effect::{Context, Search, Stage};
 use crate::model::forward_model::{ForwardModel, Pressures};
 use crate::model::instance::{Instance, Setting};
@@ -111,6 +112,14 @@ impl<'o> Problem<'o> {
         });
         *last = Some(Arc::clone(&evaluation));
         evaluation
+    }
+
+    /// What is left at an evaluated point by level, of which the readings determine so many numbers.
+    pub fn left(&self, evaluation: &Evaluation, freedom: f64) -> Left {
+        let Evaluation { numbers, pressures, residuals, .. } = evaluation;
+        let nuisance = self.nuisance(numbers);
+        let expected = self.model(numbers).received(self.observations, pressures, &nuisance);
+        Left::of(self.observations, residuals, &expected, freedom)
     }
 
     /// Residuals at a point; NaN where a parameter is not plausible.

@@ -87,9 +87,18 @@ impl ForwardModel<'_> {
         observations: &Observations,
         nuisance: &[Nuisance],
     ) -> Vec<Expected> {
-        let pressures = self.pressures(observations, nuisance);
+        self.received(observations, &self.pressures(observations, nuisance), nuisance)
+    }
+
+    /// The same, given the pressures.
+    pub fn received(
+        &self,
+        observations: &Observations,
+        pressures: &Pressures,
+        nuisance: &[Nuisance],
+    ) -> Vec<Expected> {
         let mut expected = Vec::with_capacity(observations.len());
-        for ((scan, pressures), nuisance) in observations.scans.iter().zip(&pressures).zip(nuisance)
+        for ((scan, pressures), nuisance) in observations.scans.iter().zip(pressures).zip(nuisance)
         {
             let gain = nuisance.log_gain.exp();
             let straight = self.came_straight(scan, pressures, gain);

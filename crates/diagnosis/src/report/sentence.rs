@@ -96,10 +96,16 @@ impl Basis<'_> {
             }
             Verdict::Ambiguous => {
                 let rivals = judgement.named.iter().map(|&n| names(&ranked[n].effects));
-                format!(
-                    "{gap} is explained equally well by {}; these data cannot distinguish them.",
-                    rivals.collect::<Vec<_>>().join(", or by ")
-                )
+                let named = rivals.collect::<Vec<_>>().join(", or by ");
+                match judgement.rivals > judgement.named.len() {
+                    false => format!(
+                        "{gap} is explained equally well by {named}; these data cannot distinguish them."
+                    ),
+                    true => format!(
+                        "{gap} is explained about equally well by {} sets of effects, which these data cannot distinguish; the likeliest: by {named}.",
+                        judgement.rivals
+                    ),
+                }
             }
             Verdict::Unexplained => self.unexplained(&gap, &ranked[0]),
             Verdict::None => {
@@ -124,12 +130,9 @@ impl Basis<'_> {
     fn unexplained(&self, gap: &str, best: &Candidate) -> String {
         let failed = self.structure.tests.iter().filter(|test| test.fails());
         let failed: Vec<String> = failed.map(Test::in_words).collect();
-        let why = match failed.is_empty() {
+        let why = match self.judgement.too_faint {
+            true => "so faint a gap seldom comes from several effects at once".to_owned(),
             false => format!("the residual is not noise ({})", failed.join("; ")),
-            true if self.judgement.too_faint => {
-                "so faint a gap seldom comes from several effects at once".to_owned()
-            }
-            true => "many sets of effects fit equally well".to_owned(),
         };
         let nearest = match &best.effects[..] {
             [] => "no effect fits better than the nominal set-up,".to_owned(),

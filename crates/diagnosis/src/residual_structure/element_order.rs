@@ -4,24 +4,48 @@
 //! crosstalk differs between edge and middle. Random ones do neither.
 
 use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 
 use crate::fit::joint_fit::Fit;
+use crate::limits::FEWEST_ELEMENTS;
 use crate::model::effect::{PerElement, Search};
 use crate::model::observations::Observations;
 
+/// Departures drawn of each fit.
+const DRAWS: u64 = 8;
+
 /// The largest z-score of order among the departures of a fit; `None` if it has none, or too few elements.
+///
+/// What few readings tell of the departures is smooth across the array, however the elements are: the fitted ones are drawn towards zero where the
+/// readings do not tell them. With what is not known of them drawn at random beside them, they are as random as the elements.
 pub(crate) fn order_of_elements(observations: &Observations, fit: &Fit) -> Option<f64> {
     let elements = observations.first().believed.array.elements();
-    let random = fit.instances.iter().zip(&fit.values);
+    let random = fit.instances.iter().zip(&fit.values).zip(fit.ranges());
     random
-        .filter(|(instance, _)| instance.effect.search() == Search::Random)
-        .filter(|(_, values)| values.len() >= 12)
-        .map(|(instance, values)| {
+        .filter(|((instance, values), _)| {
+            instance.effect.search() == Search::Random && values.len() >= FEWEST_ELEMENTS
+        })
+        .map(|((instance, values), range)| {
             let places: Vec<(f64, f64)> =
                 elements.iter().map(|element| (element.centre_m.x, element.centre_m.y)).collect();
             // Phases that grow along x or y steer the beam, which a shift of the scan absorbs.
             let with_slopes = instance.effect.facts().per_element == PerElement::Amplitude;
-            order(&places, values, with_slopes).max(likeness(&places, values))
+            let size = (range.len(), range.len());
+            let unknown = fit.covariance.as_ref().and_then(|covariance| {
+                let block = covariance.view((range.start, range.start), size).into_owned();
+                Some(block.cholesky()?.l())
+            });
+            let Some(unknown) = unknown else { return 0.0 };
+            let of_draw = |seed: u64| {
+                let lots = StandardNormal.sample_iter(ChaCha8Rng::seed_from_u64(seed));
+                let lots = DVector::from_iterator(values.len(), lots.take(values.len()));
+                let drawn: Vec<f64> =
+                    values.iter().zip(&(&unknown * lots)).map(|(v, lot)| v + lot).collect();
+                order(&places, &drawn, with_slopes).max(likeness(&places, &drawn))
+            };
+            (0..DRAWS).map(of_draw).sum::<f64>() / DRAWS as f64
         })
         .max_by(f64::total_cmp)
 }

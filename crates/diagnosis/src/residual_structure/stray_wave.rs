@@ -32,8 +32,8 @@ const MOST_WITHIN: f64 = 60e3;
 /// How far the field reaches beyond the outermost readings, m.
 const MARGIN_M: f64 = 10e-3;
 
-/// The variance by noise is estimated from one reading in this many.
-const ONE_IN: usize = 7;
+/// Readings of a drive from which the variance by noise is estimated at least. Of few readings a single one may be most of it.
+const ENOUGH: usize = 700;
 
 /// Radius of an omnidirectional face, m.
 const POINT_M: f64 = 1e-5;
@@ -105,12 +105,13 @@ fn met(
         .with_precision(Precision::Single);
     let places_m: Vec<Vec3> = places_m.iter().map(on_its_head).collect();
     let met = kernel.at(&places_m);
-    // (The variance by noise hardly changes from reading to reading.)
+    // (Of many readings the variance by noise hardly changes from one to the next.)
+    let one_in = (radiated.len() / ENOUGH).max(1);
     let some: Vec<(Vec3, f64)> = readings_m
         .into_iter()
         .zip(radiated)
-        .step_by(ONE_IN)
-        .map(|(at_m, (_, slope))| (at_m, ONE_IN as f64 * slope.norm_sqr()))
+        .step_by(one_in)
+        .map(|(at_m, (_, slope))| (at_m, one_in as f64 * slope.norm_sqr()))
         .collect();
     let of_noise = |at_m: &Vec3| -> f64 {
         let below = some.iter().filter(|(reading_m, _)| reading_m.z < at_m.z);

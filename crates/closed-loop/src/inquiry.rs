@@ -163,7 +163,8 @@ impl Inquiry {
         let at_m = record.samples.last().map_or(self.robot.home_m(), RecordedSample::position_m);
         let places_used = self.places_used(earlier);
         let chooser = self.chooser(last.drives, at_m, places_used);
-        let (purpose, batch) = match next(&standing, earlier, &self.settings) {
+        let (purpose, batch) = match next(&standing, earlier, record.samples.len(), &self.settings)
+        {
             Next::End(end) => {
                 return Ok((self.round(&standing, earlier, record, verification, Some(end)), None));
             }

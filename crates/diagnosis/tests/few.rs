@@ -48,7 +48,9 @@ impl Shape {
     fn places_mm(self, random: &mut ChaCha8Rng) -> Vec<Vec3> {
         let focus_mm = Vec3::from_column_slice(&FOCUS_MM);
         let plane = |side: u32, step_tenths: u32, z_mm: f64| {
-            let at = move |n: u32| 0.1 * f64::from(step_tenths) * (f64::from(n) - 0.5 * f64::from(side - 1));
+            let at = move |n: u32| {
+                0.1 * f64::from(step_tenths) * (f64::from(n) - 0.5 * f64::from(side - 1))
+            };
             (0..side * side).map(move |n| {
                 let (row, column) = (n / side, n % side);
                 let column = if row % 2 == 1 { side - 1 - column } else { column };
@@ -122,9 +124,10 @@ impl Small {
             product += one * other;
             power += other * other;
         }
-        let squares = with.iter().zip(&without).map(|(with, without)| {
-            weighted(with - product / power * without, *without).powi(2)
-        });
+        let squares = with
+            .iter()
+            .zip(&without)
+            .map(|(with, without)| weighted(with - product / power * without, *without).powi(2));
         (squares.sum::<f64>() / with.len() as f64).sqrt()
     }
 
@@ -290,9 +293,15 @@ fn first_is_right(small: &Small, found: &Diagnosis) -> bool {
 }
 
 fn line(small: &Small, found: &Diagnosis) -> String {
-    let names = |set: &[EffectId]| set.iter().map(EffectId::to_string).collect::<Vec<_>>().join("+");
+    let names =
+        |set: &[EffectId]| set.iter().map(EffectId::to_string).collect::<Vec<_>>().join("+");
     let truth: Vec<EffectId> = small.truth().into_iter().collect();
-    let failed: Vec<String> = found.residual_tests.iter().filter(|t| t.is_structure()).map(|t| format!("{} {:.1}", t.name, t.z)).collect();
+    let failed: Vec<String> = found
+        .residual_tests
+        .iter()
+        .filter(|t| t.is_structure())
+        .map(|t| format!("{} {:.1}", t.name, t.z))
+        .collect();
     let rivals: Vec<String> = found.alternatives.iter().map(|set| names(set)).collect();
     format!(
         "{:11} {:3} {:?} n={} again {:.1} dark {} noise {:.2} % {:.2} % (read {:.2} % {:.2} %) truth [{}] {:.2} σ: {} {} {} p={:.3} first [{}] {}",
@@ -305,7 +314,8 @@ fn line(small: &Small, found: &Diagnosis) -> String {
         100.0 * small.noise.0,
         100.0 * small.noise.1,
         100.0 * found.noise.multiplicative,
-        100.0 * found.noise.additive / small.field(&small.causes).iter().fold(0.0f64, |most, level| most.max(*level)),
+        100.0 * found.noise.additive
+            / small.field(&small.causes).iter().fold(0.0f64, |most, level| most.max(*level)),
         names(&truth),
         if truth.is_empty() { 0.0 } else { small.size() },
         found.verdict.name(),
@@ -345,7 +355,10 @@ fn stated_probabilities_are_rates_of_being_right() {
         let is = |small: &Small| small.causes.is_empty() != with;
         println!("causes: {name}, {} scans", count(&|small, _| is(small)));
         for kind in [Outcome::Right, Outcome::AmongRivals, Outcome::Undecided, Outcome::Wrong] {
-            println!("  {kind:?}: {}", count(&|small, found| is(small) && outcome(small, found) == kind));
+            println!(
+                "  {kind:?}: {}",
+                count(&|small, found| is(small) && outcome(small, found) == kind)
+            );
         }
     }
     println!("probability of the likeliest set: scans, mean stated, rate of being right");
@@ -354,7 +367,17 @@ fn stated_probabilities_are_rates_of_being_right() {
         let within = |found: &Diagnosis| (edge[0]..edge[1]).contains(&found.ranked[0].probability);
         let n = count(&|_, found| within(found));
         let right = count(&|small, found| within(found) && first_is_right(small, found));
-        let stated: f64 = all.iter().filter(|(_, found)| within(found)).map(|(_, found)| found.ranked[0].probability).sum();
-        println!("  {:.2} to {:.2}: {n:4} {:.3} {:.3}", edge[0], edge[1], stated / n as f64, right as f64 / n as f64);
+        let stated: f64 = all
+            .iter()
+            .filter(|(_, found)| within(found))
+            .map(|(_, found)| found.ranked[0].probability)
+            .sum();
+        println!(
+            "  {:.2} to {:.2}: {n:4} {:.3} {:.3}",
+            edge[0],
+            edge[1],
+            stated / n as f64,
+            right as f64 / n as f64
+        );
     }
 }

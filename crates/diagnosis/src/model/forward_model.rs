@@ -12,8 +12,7 @@ use num_complex::Complex64;
 
 use fieldgap_acoustics::transducer::{Shaped, Transducer, Widened};
 use fieldgap_acoustics::{
-    Array, Excitation, FieldKernel, FieldSum, PathLengths, Propagation, Simulation, Simulator,
-    Vec3, delays_s,
+    Array, FieldKernel, FieldSum, PathLengths, Propagation, Simulation, Simulator, Vec3, delays_s,
 };
 
 use super::effect::{Carrier, Context, Radiation, Stage, SurroundingField};
@@ -233,14 +232,13 @@ impl<'c> ForwardModel<'c> {
     fn sources(&self, Driven { believed, number }: Driven<'_>) -> Sources {
         let carrier = self.carrier();
         let frequency_hz = believed.frequency_hz;
-        let mut phases_rad: Vec<f64> = match &believed.excitation {
-            Excitation::Phases(phases_rad) => phases_rad.clone(),
-            excitation => delays_s(excitation, &believed.array, &believed.medium, frequency_hz)
-                .into_iter()
-                // Delays are kept in seconds, whatever the carrier.
-                .map(|delay_s| TAU * frequency_hz * carrier.frequency_ratio * delay_s)
-                .collect(),
-        };
+        let delays_s =
+            delays_s(&believed.excitation, &believed.array, &believed.medium, frequency_hz);
+        // Delays are kept in seconds, whatever the carrier, also those that make given phases.
+        let mut phases_rad: Vec<f64> = delays_s
+            .into_iter()
+            .map(|delay_s| TAU * frequency_hz * carrier.frequency_ratio * delay_s)
+            .collect();
         // The driver rounds delays before its outputs are routed to the elements: the catalogue backwards.
         for active in self.effects().rev() {
             active.effect.drive_phases(active.setting(), number, &carrier, &mut phases_rad);

@@ -1,5 +1,7 @@
 //! Readings of one height, and the step between neighbours.
 
+use std::collections::BTreeMap;
+
 use super::observations::{ObservedDrive, Visit};
 
 /// Median step along x or y from one visit of a drive to the next, m; `None` if it has none.
@@ -17,7 +19,13 @@ pub(crate) fn step_m(drive: &ObservedDrive) -> Option<f64> {
     steps.get(steps.len() / 2).copied()
 }
 
-/// The readings of a drive at each height, as indices, the lowest height first.
+/// Readings of a drive at one height on average, below which they lie on no planes: a line across the focus has more.
+const FEWEST_OF_A_PLANE: usize = 4;
+
+/// Depth of a layer of readings that lie on no planes, m: about the depth of a focus of an array of 6 x 6 elements.
+const LAYER_M: f64 = 20e-3;
+
+/// The readings of a drive at each height, as indices, the lowest height first; in layers where they lie on no planes.
 pub(crate) fn by_height(drive: &ObservedDrive) -> Vec<Vec<usize>> {
     let mut planes: Vec<(i64, Vec<usize>)> = Vec::new();
     for (index, visit) in drive.visits.iter().enumerate() {
@@ -27,6 +35,25 @@ pub(crate) fn by_height(drive: &ObservedDrive) -> Vec<Vec<usize>> {
             None => planes.push((height, vec![index])),
         }
     }
+    if planes.len() * FEWEST_OF_A_PLANE > drive.visits.len() {
+        return in_layers(drive);
+    }
     planes.sort_by_key(|(height, _)| *height);
     planes.into_iter().map(|(_, indices)| indices).collect()
+}
+
+fn in_layers(drive: &ObservedDrive) -> Vec<Vec<usize>> {
+    let mut layers: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
+    for (index, visit) in drive.visits.iter().enumerate() {
+        layers.entry((visit.at_m.z / LAYER_M).floor() as i64).or_default().push(index);
+    }
+    layers.into_values().collect()
+}
+
+/// Whether some readings of a drive lie at one height.
+pub(crate) fn is_flat(drive: &ObservedDrive, indices: &[usize]) -> bool {
+    /// Heights of one plane differ by less, m, as they are rounded.
+    const SAME_M: f64 = 3e-4;
+    let first_m = drive.visits[indices[0]].at_m.z;
+    indices.iter().all(|&index| (drive.visits[index].at_m.z - first_m).abs() < SAME_M)
 }

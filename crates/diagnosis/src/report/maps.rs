@@ -6,7 +6,7 @@ use fieldgap_comparison::{FieldFigures, Noise, NoiseSource};
 use fieldgap_records::{OFF_LINE_MM, Plane, RecordedSample, plane_map};
 
 use crate::model::observations::Observations;
-use crate::model::planes::by_height;
+use crate::model::planes::{by_height, is_flat};
 use crate::result::DiagnosedPlane;
 
 /// What is drawn of each reading.
@@ -35,7 +35,8 @@ pub(crate) fn maps(
             source: NoiseSource::Repeats,
         };
         for drive in &observed.drives {
-            for own in by_height(drive) {
+            // Layers of scattered readings make no map.
+            for own in by_height(drive).into_iter().filter(|own| is_flat(drive, own)) {
                 let map_of = |values: &dyn Fn(usize) -> f64| -> Option<PlaneMap> {
                     let samples: Vec<RecordedSample> = own
                         .iter()

@@ -17,7 +17,7 @@ use crate::limits::{FARTHEST_SOURCE_M, TOUCHED_M};
 use crate::model::forward_model::ForwardModel;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::{Observations, ObservedDrive};
-use crate::model::planes::by_height;
+use crate::model::planes::{by_height, is_flat};
 use crate::residual_structure::patterns::mean_square;
 use crate::residual_structure::test::Test;
 use crate::statistics::significance::{less_by_chance, z_of_sum_of_squares};
@@ -135,12 +135,21 @@ fn places(observations: &Observations) -> Vec<Vec3> {
     for at_m in readings_m() {
         (least, most) = (least.inf(&at_m), most.sup(&at_m));
     }
-    let heights_m: Vec<f64> = all()
-        .flat_map(|drive| by_height(drive).into_iter().map(|plane| drive.visits[plane[0]].at_m.z))
-        .collect();
+    let (mut heights_m, mut scattered_m) = (Vec::new(), Vec::new());
+    for drive in all() {
+        for plane in by_height(drive) {
+            match is_flat(drive, &plane) {
+                true => heights_m.push(drive.visits[plane[0]].at_m.z),
+                false => scattered_m.extend(plane.iter().map(|&index| drive.visits[index].at_m)),
+            }
+        }
+    }
     let (least, most) = (least - Vec3::repeat(MARGIN_M), most + Vec3::repeat(MARGIN_M));
     let within = |at_m: &Vec3| (0..2).all(|axis| (least[axis]..=most[axis]).contains(&at_m[axis]));
-    let touched = |at_m: &Vec3| heights_m.iter().any(|z_m| (z_m - at_m.z).abs() < TOUCHED_M);
+    let touched = |at_m: &Vec3| {
+        heights_m.iter().any(|z_m| (z_m - at_m.z).abs() < TOUCHED_M)
+            || scattered_m.iter().any(|reading_m| (reading_m - at_m).norm() < TOUCHED_M)
+    };
     let (across_m, up_m) = WITHIN_M;
     let count = (most.x - least.x) * (most.y - least.y) * most.z / (across_m * across_m * up_m);
     let wider = (count / MOST_WITHIN).cbrt().max(1.0);

@@ -4,7 +4,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use fieldgap_acoustics::Vec3;
-use fieldgap_input::{Exact, Fault, Fraction, Place, Time, TomlSource};
+use fieldgap_input::{Exact, Fault, Fraction, Place, Positive, Time, TomlSource};
 
 /// Readings of the first round by default: about eight at each of twelve drives, and as many places again.
 const FIRST_READINGS: usize = 240;
@@ -20,6 +20,9 @@ const PROBABILITY: f64 = 0.95;
 
 /// Fresh readings of a verification by default: they tell a residual of 1.2 times the noise from the noise by 2.4 standard deviations.
 const VERIFIED_READINGS: usize = 64;
+
+/// Smallest gap of interest by default, in standard deviations of a reading: some thousand readings show it.
+const SMALLEST_GAP_SIGMA: f64 = 0.15;
 
 /// Fewest readings of a round or a verification, and most of a plan.
 const FEWEST: usize = 16;
@@ -37,6 +40,7 @@ pub(super) struct ClosedLoopTable {
     first_readings: Option<Spanned<usize>>,
     round_readings: Option<Spanned<usize>>,
     probability: Option<Fraction>,
+    smallest_gap_sigma: Option<Positive>,
     #[serde(default)]
     criterion: Criterion,
     verify: Option<Spanned<VerifyTable>>,
@@ -90,6 +94,8 @@ pub struct ClosedLoop {
     pub round_readings: usize,
     /// Probability at which a cause is accepted.
     pub probability: f64,
+    /// Smallest gap of interest, in standard deviations of a reading's noise: no gap is accepted before the readings would show it.
+    pub smallest_gap_sigma: f64,
     /// What makes one possible reading better than another.
     pub criterion: Criterion,
     /// Fresh readings that test a cause; zero for none.
@@ -109,6 +115,7 @@ impl ClosedLoop {
             first_readings: FIRST_READINGS,
             round_readings: ROUND_READINGS,
             probability: PROBABILITY,
+            smallest_gap_sigma: SMALLEST_GAP_SIGMA,
             criterion: Criterion::default(),
             verify_readings: VERIFIED_READINGS,
             verify_within: within,
@@ -163,6 +170,9 @@ impl ClosedLoop {
             first_readings,
             round_readings: count(&keys.round_readings, usual.round_readings)?,
             probability: keys.probability.map_or(usual.probability, Fraction::get),
+            smallest_gap_sigma: keys
+                .smallest_gap_sigma
+                .map_or(usual.smallest_gap_sigma, Positive::get),
             criterion: keys.criterion,
             verify_readings,
             verify_within,

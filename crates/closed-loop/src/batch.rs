@@ -57,26 +57,18 @@ pub(crate) struct Chooser<'c> {
 }
 
 impl Chooser<'_> {
-    /// The first round: silent readings, then places spread evenly, at each a drive of the plan and one of the others, then repeats.
+    /// The first round: silent readings, then places spread evenly, every other with a drive of the plan, then repeats.
     pub fn first(&self) -> Batch {
         let count = self.settings.first_readings;
         let (silent, repeats) = (count / SILENT_ONE_IN, count / REPEAT_ONE_IN);
-        let pairs = (count - silent - repeats) / 2;
         let further = self.drives - self.planned_drives;
-        let mut main: Vec<(Vec3, Vec<usize>)> = self
-            .even_places(pairs)
-            .enumerate()
-            .map(|(n, at_m)| {
-                let mut drives = vec![n % self.planned_drives];
-                drives.extend((further > 0).then(|| self.planned_drives + n % further.max(1)));
-                (at_m, drives)
-            })
-            .collect();
-        main = self.in_order(main);
-        let mut readings: Vec<Planned> = main
-            .iter()
-            .flat_map(|(at_m, drives)| drives.iter().map(|&drive| (*at_m, Some(drive))))
-            .collect();
+        let drive = |n: usize| match (n % 2, further) {
+            (1, 1..) => self.planned_drives + n / 2 % further,
+            _ => n / 2 % self.planned_drives,
+        };
+        let places = self.even_places(count - silent - repeats).enumerate();
+        let mut readings =
+            self.in_order(self.at_m, places.map(|(n, at_m)| (at_m, Some(drive(n)))).collect());
         let again = self.repeats(&readings, repeats);
         readings.extend(again);
         let first_m = readings.first().map_or(self.at_m, |(at_m, _)| *at_m);
@@ -85,27 +77,29 @@ impl Chooser<'_> {
     }
 
     /// Readings by what they would tell the sets of `findings` apart, per second, and some spread evenly.
+    ///
+    /// Each has a place of its own, or comes again on the way back: readings of a robot that has not moved share the error of its place.
     pub fn next(&self, findings: &Findings<'_>, count: usize) -> Batch {
         let repeats = count / REPEAT_ONE_IN;
         let even = match self.settings.criterion {
             Criterion::Even => count - repeats,
             _ => count / EVEN_ONE_IN,
         };
-        let mut chosen: Vec<(Vec3, Vec<usize>)> = self.even_readings(even);
         let possible = self.possible();
         let outlooks = findings.outlooks(&possible, MOST_SETS);
         let mut contest = Contest::new(&outlooks, DEALT_OUT);
-        for (at_m, drives) in &chosen {
-            let same = |one: &PossibleReading| one.at_m == *at_m && drives.contains(&one.focus);
+        let mut chosen: Vec<Planned> = Vec::new();
+        for (at_m, focus) in self.even_readings(even) {
+            let same = |one: &PossibleReading| one.at_m == at_m && one.focus == focus;
             if let Some(number) = possible.iter().position(same) {
                 contest.choose(number);
             }
+            chosen.push((at_m, Some(focus)));
         }
         let mut seconds: Vec<f64> = possible
             .iter()
             .map(|one| self.way_s(one.at_m, chosen.iter().map(|(at_m, _)| *at_m)))
             .collect();
-        // The same reading twice in a row would be one of a robot that has not moved: it comes again on the way back.
         let mut again: Vec<Planned> = Vec::new();
         for _ in 0..count - repeats - even {
             let worth = |number: usize| {
@@ -120,21 +114,19 @@ impl Chooser<'_> {
             contest.choose(best);
             let PossibleReading { at_m, focus, .. } = possible[best];
             for (one, seconds) in possible.iter().zip(&mut seconds) {
-                *seconds = seconds.min(self.way_s(one.at_m, [at_m]));
+                // Beside a chosen place the way is short; at that place itself the robot has to come back.
+                if one.at_m != at_m {
+                    *seconds = seconds.min(self.way_s(one.at_m, [at_m]));
+                }
             }
-            match chosen.iter_mut().find(|(place_m, _)| *place_m == at_m) {
-                Some((_, drives)) if drives.contains(&focus) => again.push((at_m, Some(focus))),
-                Some((_, drives)) => drives.push(focus),
-                None => chosen.push((at_m, vec![focus])),
+            match chosen.iter().any(|(place_m, _)| *place_m == at_m) {
+                true => again.push((at_m, Some(focus))),
+                false => chosen.push((at_m, Some(focus))),
             }
         }
-        let ordered = self.in_order(chosen);
-        let mut readings: Vec<Planned> = ordered
-            .iter()
-            .flat_map(|(at_m, drives)| drives.iter().map(|&drive| (*at_m, Some(drive))))
-            .collect();
+        let mut readings = self.in_order(self.at_m, chosen);
         let end_m = readings.last().map_or(self.at_m, |(at_m, _)| *at_m);
-        readings.extend(self.back(end_m, again));
+        readings.extend(self.in_order(end_m, again));
         readings.extend(self.repeats(&readings, repeats));
         let apart = (1..outlooks.len()).map(|other| contest.apart(0, other)).collect();
         Batch { readings, information: Some(contest.information()), apart }
@@ -155,13 +147,11 @@ impl Chooser<'_> {
             let at_mm = within.least + size.map(|size| size * draws.random_range(0.0..1.0));
             let at_m = crate::places::rounded_m(at_mm);
             if self.robot.reaches(at_m) {
-                places.push((at_m, vec![places.len() % self.planned_drives]));
+                places.push((at_m, Some(places.len() % self.planned_drives)));
             }
         }
-        let readings = self.in_order(places).into_iter();
-        let readings = readings
-            .flat_map(|(at_m, drives)| drives.into_iter().map(move |drive| (at_m, Some(drive))));
-        Batch { readings: readings.collect(), information: None, apart: Vec::new() }
+        let readings = self.in_order(self.at_m, places);
+        Batch { readings, information: None, apart: Vec::new() }
     }
 
     /// Time of a reading and of the way to it from the nearest of some places, s.
@@ -178,9 +168,9 @@ impl Chooser<'_> {
     }
 
     /// Places spread evenly, each with a drive in turn.
-    fn even_readings(&self, count: usize) -> Vec<(Vec3, Vec<usize>)> {
+    fn even_readings(&self, count: usize) -> Vec<(Vec3, usize)> {
         let places = self.even_places(count).enumerate();
-        places.map(|(n, at_m)| (at_m, vec![(self.places_used + n) % self.drives])).collect()
+        places.map(|(n, at_m)| (at_m, (self.places_used + n) % self.drives)).collect()
     }
 
     /// The readings among which a round is chosen: the places that it takes in any case, and more of the same sequence.
@@ -199,16 +189,8 @@ impl Chooser<'_> {
             .collect()
     }
 
-    fn in_order(&self, places: Vec<(Vec3, Vec<usize>)>) -> Vec<(Vec3, Vec<usize>)> {
-        let places_m: Vec<Vec3> = places.iter().map(|(at_m, _)| *at_m).collect();
-        let order = route(self.at_m, &places_m, |from_m, to_m| {
-            self.robot.is_free(from_m, to_m).then(|| self.robot.move_s(from_m, to_m))
-        });
-        order.into_iter().map(|index| places[index].clone()).collect()
-    }
-
     /// Readings on a short way from a place, without those that no free way reaches.
-    fn back(&self, from_m: Vec3, readings: Vec<Planned>) -> Vec<Planned> {
+    fn in_order(&self, from_m: Vec3, readings: Vec<Planned>) -> Vec<Planned> {
         let places_m: Vec<Vec3> = readings.iter().map(|(at_m, _)| *at_m).collect();
         let order = route(from_m, &places_m, |from_m, to_m| {
             self.robot.is_free(from_m, to_m).then(|| self.robot.move_s(from_m, to_m))

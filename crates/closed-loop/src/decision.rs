@@ -6,10 +6,9 @@ use fieldgap_records::ClosedLoop;
 use crate::batch::Batch;
 use crate::round::{End, Purpose, Round, Verification};
 
-/// Nats by which a rival must be apart to be excluded at the probability asked for; at 0.95 three.
-fn excluded(probability: f64) -> f64 {
-    -(1.0 - probability).max(1e-6).ln()
-}
+/// Nats by which the rest of the budget must part two rivals to be worth measuring: what is expected of sets as they are fitted may be too
+/// little by some. Three would exclude one of them at a probability of 0.95.
+const WORTH_PARTING: f64 = 1.0;
 
 /// Rounds in a row that must agree: the second chose its readings to contradict the first.
 const AGREEING: usize = 2;
@@ -154,7 +153,7 @@ pub(crate) fn is_inseparable(
         batch.apart.get(place.checked_sub(1)?).copied()
     };
     let apart: Vec<f64> = rivals.filter_map(apart).collect();
-    !apart.is_empty() && apart.iter().all(|nats| nats * rounds < excluded(settings.probability))
+    !apart.is_empty() && apart.iter().all(|nats| nats * rounds < WORTH_PARTING)
 }
 
 /// Whether the budget of the plan ends the loop before a round of so many readings and seconds.
@@ -321,9 +320,9 @@ mod tests {
         let is = |nats, earlier: &[Round]| {
             is_inseparable(&rivals, &batch(nats), earlier, 840, &settings())
         };
-        // Ten rounds are left, and three nats are wanted.
-        assert!(is(0.2, std::slice::from_ref(&before)));
-        assert!(!is(0.4, std::slice::from_ref(&before)));
-        assert!(!is(0.2, &[]));
+        // Ten rounds are left, and a nat is wanted.
+        assert!(is(0.08, std::slice::from_ref(&before)));
+        assert!(!is(0.12, std::slice::from_ref(&before)));
+        assert!(!is(0.08, &[]));
     }
 }

@@ -103,7 +103,7 @@ pub use plan::{
     Reference, Region, Shape, Tolerances, Visit, VisitKind,
 };
 pub use plane_map::{MappedPlane, NotAGrid, OFF_LINE_MM, plane_map};
-pub use planes::{Plane, SAME_HEIGHT_MM, planes};
+pub use planes::{LAYER_MM, Plane, SAME_HEIGHT_MM, are_scattered, planes};
 pub use recorded::{RecordError, RecordedScan};
 pub use repeats::{Repeat, SAME_POINT_MM, repeats, visited};
 pub use sample::{RecordedSample, Spread};

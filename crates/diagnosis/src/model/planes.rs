@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use fieldgap_records::{LAYER_MM, are_scattered};
+
 use super::observations::{ObservedDrive, Visit};
 
 /// Median step along x or y from one visit of a drive to the next, m; `None` if it has none.
@@ -19,13 +21,7 @@ pub(crate) fn step_m(drive: &ObservedDrive) -> Option<f64> {
     steps.get(steps.len() / 2).copied()
 }
 
-/// Readings of a drive at one height on average, below which they lie on no planes: a line across the focus has more.
-const FEWEST_OF_A_PLANE: usize = 4;
-
-/// Depth of a layer of readings that lie on no planes, m: about the depth of a focus of an array of 6 x 6 elements.
-const LAYER_M: f64 = 20e-3;
-
-/// The readings of a drive at each height, as indices, the lowest height first; in layers where they lie on no planes.
+/// The readings of a drive at each height, as indices, the lowest height first; in layers where they are scattered.
 pub(crate) fn by_height(drive: &ObservedDrive) -> Vec<Vec<usize>> {
     let mut planes: Vec<(i64, Vec<usize>)> = Vec::new();
     for (index, visit) in drive.visits.iter().enumerate() {
@@ -35,7 +31,7 @@ pub(crate) fn by_height(drive: &ObservedDrive) -> Vec<Vec<usize>> {
             None => planes.push((height, vec![index])),
         }
     }
-    if planes.len() * FEWEST_OF_A_PLANE > drive.visits.len() {
+    if are_scattered(planes.len(), drive.visits.len()) {
         return in_layers(drive);
     }
     planes.sort_by_key(|(height, _)| *height);
@@ -45,7 +41,7 @@ pub(crate) fn by_height(drive: &ObservedDrive) -> Vec<Vec<usize>> {
 fn in_layers(drive: &ObservedDrive) -> Vec<Vec<usize>> {
     let mut layers: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
     for (index, visit) in drive.visits.iter().enumerate() {
-        layers.entry((visit.at_m.z / LAYER_M).floor() as i64).or_default().push(index);
+        layers.entry((1e3 * visit.at_m.z / LAYER_MM).floor() as i64).or_default().push(index);
     }
     layers.into_values().collect()
 }

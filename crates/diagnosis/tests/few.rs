@@ -48,7 +48,9 @@ impl Shape {
     fn places_mm(self, random: &mut ChaCha8Rng) -> Vec<Vec3> {
         let focus_mm = Vec3::from_column_slice(&FOCUS_MM);
         let plane = |side: u32, step_tenths: u32, z_mm: f64| {
-            let at = move |n: u32| 0.1 * f64::from(step_tenths) * (f64::from(n) - 0.5 * f64::from(side - 1));
+            let at = move |n: u32| {
+                0.1 * f64::from(step_tenths) * (f64::from(n) - 0.5 * f64::from(side - 1))
+            };
             (0..side * side).map(move |n| {
                 let (row, column) = (n / side, n % side);
                 let column = if row % 2 == 1 { side - 1 - column } else { column };
@@ -122,9 +124,10 @@ impl Small {
             product += one * other;
             power += other * other;
         }
-        let squares = with.iter().zip(&without).map(|(with, without)| {
-            weighted(with - product / power * without, *without).powi(2)
-        });
+        let squares = with
+            .iter()
+            .zip(&without)
+            .map(|(with, without)| weighted(with - product / power * without, *without).powi(2));
         (squares.sum::<f64>() / with.len() as f64).sqrt()
     }
 
@@ -155,11 +158,15 @@ impl Small {
 }
 
 fn setup() -> ScanSetup {
+    setup_of("piston")
+}
+
+fn setup_of(simulator: &str) -> ScanSetup {
     let [x, y, z] = FOCUS_MM;
     let text = format!(
         "format = 1\nname = \"small\"\nrecorded = 2026-11-20T10:02:00Z\nreading = \"V\"\n\
          [array]\nfrequency_hz = 40000.0\nlayout = \"square\"\ncolumns = 6\nrows = 6\nelement_diameter_mm = 10.5\nspacing_mm = 0.0\n\
-         [medium]\nspeed_of_sound_m_s = 343.0\n[simulator]\nmodel = \"piston\"\n\
+         [medium]\nspeed_of_sound_m_s = 343.0\n[simulator]\nmodel = \"{simulator}\"\n\
          [[focus]]\nx_mm = {x:?}\ny_mm = {y:?}\nz_mm = {z:?}\n"
     );
     ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), text)).expect("a set-up")
@@ -290,9 +297,15 @@ fn first_is_right(small: &Small, found: &Diagnosis) -> bool {
 }
 
 fn line(small: &Small, found: &Diagnosis) -> String {
-    let names = |set: &[EffectId]| set.iter().map(EffectId::to_string).collect::<Vec<_>>().join("+");
+    let names =
+        |set: &[EffectId]| set.iter().map(EffectId::to_string).collect::<Vec<_>>().join("+");
     let truth: Vec<EffectId> = small.truth().into_iter().collect();
-    let failed: Vec<String> = found.residual_tests.iter().filter(|t| t.is_structure()).map(|t| format!("{} {:.1}", t.name, t.z)).collect();
+    let failed: Vec<String> = found
+        .residual_tests
+        .iter()
+        .filter(|t| t.is_structure())
+        .map(|t| format!("{} {:.1}", t.name, t.z))
+        .collect();
     let rivals: Vec<String> = found.alternatives.iter().map(|set| names(set)).collect();
     format!(
         "{:11} {:3} {:?} n={} again {:.1} dark {} noise {:.2} % {:.2} % (read {:.2} % {:.2} %) truth [{}] {:.2} σ: {} {} {} p={:.3} first [{}] {}",
@@ -305,7 +318,8 @@ fn line(small: &Small, found: &Diagnosis) -> String {
         100.0 * small.noise.0,
         100.0 * small.noise.1,
         100.0 * found.noise.multiplicative,
-        100.0 * found.noise.additive / small.field(&small.causes).iter().fold(0.0f64, |most, level| most.max(*level)),
+        100.0 * found.noise.additive
+            / small.field(&small.causes).iter().fold(0.0f64, |most, level| most.max(*level)),
         names(&truth),
         if truth.is_empty() { 0.0 } else { small.size() },
         found.verdict.name(),
@@ -317,20 +331,64 @@ fn line(small: &Small, found: &Diagnosis) -> String {
     )
 }
 
+/// The scan of a seed in the sweep.
+fn of_sweep(seed: u64) -> Small {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let shape = SHAPES[seed as usize % SHAPES.len()];
+    // Half of the scans have no cause.
+    let id = random.random_bool(0.5).then(|| CAUSES[random.random_range(0..CAUSES.len())]);
+    let target = 0.3 * 20f64.powf(random.random_range(0.0..1.0));
+    drawn(seed, shape, id, target)
+}
+
+/// Of the sweep's scans those in which causes were named that were not there, most with a probability above nine tenths, while the noise was taken
+/// for known.
+#[test]
+fn few_readings_name_no_cause_that_is_not_there() {
+    let wrong: Vec<String> = [12, 17, 27, 92, 135, 137, 216, 260, 267, 291, 305, 311, 326, 328]
+        .into_par_iter()
+        .filter_map(|seed| {
+            let small = of_sweep(seed);
+            let found = diagnose(&[small.record()], None).expect("comparable");
+            (outcome(&small, &found) == Outcome::Wrong).then(|| line(&small, &found))
+        })
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A plane of 169 points through the focus, as in a first look, of pistons that are simulated as Gaussian lobes. It shows that the formula is not
+/// exact, and no cause.
+#[test]
+fn a_first_look_is_not_explained_by_what_is_not_there() {
+    for (seed, share) in [(1, 0.0025), (2, 0.005), (3, 0.01)] {
+        let small = Small {
+            shape: Shape::Plane(13, 20),
+            again: 0.0,
+            dark: 4,
+            noise: (share, 0.4 * share),
+            causes: toml::Table::new(),
+            seed,
+        };
+        let record = RecordedScan { setup: setup_of("corrected"), ..small.record() };
+        let found = diagnose(&[record], None).expect("comparable");
+        let of_lobes = [EffectId::Directivity, EffectId::Spreading];
+        let is_there = |set: &Vec<EffectId>| set.iter().all(|id| of_lobes.contains(id));
+        match found.verdict {
+            Verdict::Explained | Verdict::MostlyExplained => {
+                assert!(is_there(&found.effects), "{}", found.sentence);
+            }
+            Verdict::Ambiguous => assert!(found.next_measurement.is_some(), "{}", found.sentence),
+            Verdict::Unexplained | Verdict::None => {}
+        }
+        println!("{}", found.sentence);
+    }
+}
+
 #[test]
 #[ignore = "hundreds of small scans take minutes"]
 fn stated_probabilities_are_rates_of_being_right() {
     let seeds: u64 = std::env::var("SMALL_SCANS").ok().and_then(|n| n.parse().ok()).unwrap_or(480);
-    let scans: Vec<Small> = (0..seeds)
-        .map(|seed| {
-            let mut random = ChaCha8Rng::seed_from_u64(seed);
-            let shape = SHAPES[seed as usize % SHAPES.len()];
-            // Half of the scans have no cause.
-            let id = random.random_bool(0.5).then(|| CAUSES[random.random_range(0..CAUSES.len())]);
-            let target = 0.3 * 20f64.powf(random.random_range(0.0..1.0));
-            drawn(seed, shape, id, target)
-        })
-        .collect();
+    let scans: Vec<Small> = (0..seeds).map(of_sweep).collect();
     let found: Vec<Diagnosis> = scans
         .par_iter()
         .map(|small| diagnose(&[small.record()], None).expect("comparable"))
@@ -345,7 +403,10 @@ fn stated_probabilities_are_rates_of_being_right() {
         let is = |small: &Small| small.causes.is_empty() != with;
         println!("causes: {name}, {} scans", count(&|small, _| is(small)));
         for kind in [Outcome::Right, Outcome::AmongRivals, Outcome::Undecided, Outcome::Wrong] {
-            println!("  {kind:?}: {}", count(&|small, found| is(small) && outcome(small, found) == kind));
+            println!(
+                "  {kind:?}: {}",
+                count(&|small, found| is(small) && outcome(small, found) == kind)
+            );
         }
     }
     println!("probability of the likeliest set: scans, mean stated, rate of being right");
@@ -354,7 +415,17 @@ fn stated_probabilities_are_rates_of_being_right() {
         let within = |found: &Diagnosis| (edge[0]..edge[1]).contains(&found.ranked[0].probability);
         let n = count(&|_, found| within(found));
         let right = count(&|small, found| within(found) && first_is_right(small, found));
-        let stated: f64 = all.iter().filter(|(_, found)| within(found)).map(|(_, found)| found.ranked[0].probability).sum();
-        println!("  {:.2} to {:.2}: {n:4} {:.3} {:.3}", edge[0], edge[1], stated / n as f64, right as f64 / n as f64);
+        let stated: f64 = all
+            .iter()
+            .filter(|(_, found)| within(found))
+            .map(|(_, found)| found.ranked[0].probability)
+            .sum();
+        println!(
+            "  {:.2} to {:.2}: {n:4} {:.3} {:.3}",
+            edge[0],
+            edge[1],
+            stated / n as f64,
+            right as f64 / n as f64
+        );
     }
 }

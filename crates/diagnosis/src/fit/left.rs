@@ -11,7 +11,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::limits::USUAL_ADDITIVE_NOISE;
 use crate::model::effect::Expected;
-use crate::model::observations::{ObservedScan, Observations};
+use crate::model::observations::{Observations, ObservedScan};
 use crate::model::residuals::Residuals;
 use crate::statistics::noise_scale::{LEAST_SHARE, lost_with_mean};
 use crate::statistics::scatter::against_unusual;
@@ -155,12 +155,9 @@ impl<'s> UnknownNoise<'s> {
         let [right, left, up, down] =
             [beside(1.0, 0.0), beside(-1.0, 0.0), beside(0.0, 1.0), beside(0.0, -1.0)];
         let across = beside(1.0, 1.0) - right - up + here;
-        let curvature = Matrix2::new(
-            right + left - 2.0 * here,
-            across,
-            across,
-            up + down - 2.0 * here,
-        ) / (STEP * STEP);
+        let curvature =
+            Matrix2::new(right + left - 2.0 * here, across, across, up + down - 2.0 * here)
+                / (STEP * STEP);
         (Vector2::new(right - left, up - down) / (2.0 * STEP), curvature)
     }
 

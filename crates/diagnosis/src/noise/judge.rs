@@ -265,9 +265,8 @@ fn likeliest_by_medians(mut known: Vec<(f64, f64)>, largest: f64) -> (f64, f64) 
             + against_share(share)
             + against_additive(additive, largest)
     };
-    let best_share = |additive: f64| {
-        least_positive(LEAST_SHARE, 1.0, |share| against(share, additive))
-    };
+    let best_share =
+        |additive: f64| least_positive(LEAST_SHARE, 1.0, |share| against(share, additive));
     let lowest = (LEAST_ADDITIVE_NOISE * largest).max(f64::MIN_POSITIVE);
     let (additive, _) =
         least_positive(lowest, largest.max(2.0 * lowest), |additive| best_share(additive).1);

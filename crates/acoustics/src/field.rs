@@ -215,6 +215,13 @@ impl FieldKernel {
         Self { instructions, ..self }
     }
 
+    /// The same with other phases of the drive, rad, one for each element.
+    pub fn driven(&self, phases_rad: &[f64]) -> Self {
+        let mut driven = self.clone();
+        driven.sources.iter_mut().for_each(|source| source.drive_rad = phases_rad[source.element]);
+        driven
+    }
+
     /// The field of one element alone.
     pub fn of_element(&self, element: usize) -> Self {
         self.of_elements(&[element])

@@ -112,6 +112,11 @@ pub(crate) fn whole_steps_rad(phase_rad: f64, step_rad: f64, zero: u16) -> f64 {
     (phase_rad / step_rad + f64::from(zero) / PARTS_OF_A_STEP).round() * step_rad
 }
 
+/// The zero from which on a phase is rounded to the next step: half a step from its place within a step.
+pub(crate) fn turned_from(phase_rad: f64, step_rad: f64) -> f64 {
+    (0.5 - phase_rad / step_rad).rem_euclid(1.0) * PARTS_OF_A_STEP
+}
+
 /// The zeros that round the phases of a drive differently: one between each two neighbours of the places that phases have within a step.
 pub(crate) fn zeros_of_a_drive(phases_rad: &[f64], step_rad: f64) -> Vec<u16> {
     let mut places: Vec<f64> =

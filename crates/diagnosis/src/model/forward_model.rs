@@ -158,8 +158,12 @@ impl<'c> ForwardModel<'c> {
         let scans = observations.scans.iter().zip(nuisance);
         scans
             .map(|(scan, nuisance)| {
-                let of_drive = |drive: &ObservedDrive| {
-                    self.pressures_at(drive.driven(), &self.visits(drive), nuisance)
+                let mut before: Option<Chain<'_, '_>> = None;
+                let of_drive = |drive| {
+                    let chain = Chain::after(before.take(), self, ObservedDrive::driven(drive), nuisance);
+                    let pressures = self.pressures_of(&chain, &self.visits(drive));
+                    before = Some(chain);
+                    pressures
                 };
                 scan.drives.iter().map(of_drive).collect()
             })
@@ -184,8 +188,11 @@ impl<'c> ForwardModel<'c> {
         visits: &[Visit],
         nuisance: &Nuisance,
     ) -> Vec<Pressure> {
-        let chain = Chain::of(self, driven.into(), nuisance);
-        let points_m = self.places(visits, nuisance);
+        self.pressures_of(&Chain::of(self, driven.into(), nuisance), visits)
+    }
+
+    fn pressures_of(&self, chain: &Chain<'_, '_>, visits: &[Visit]) -> Vec<Pressure> {
+        let points_m = self.places(visits, chain.nuisance);
         let scattered = self.effects().find_map(|active| {
             active
                 .effect
@@ -206,15 +213,34 @@ impl<'c> ForwardModel<'c> {
         (0..driven.believed.array.len()).map(|n| kernel.of_element(n).at(&points_m)).collect()
     }
 
-    /// The field of the array's images in a plane, if it reflects all of it.
-    pub fn images(
+    /// The field of the array's images in a plane, if it reflects all of it, at points of each of these drives of one scan.
+    pub fn images<'d>(
         &self,
-        driven: Driven<'_>,
+        drives: impl IntoIterator<Item = (Driven<'d>, Vec<Vec3>)>,
         height_m: f64,
-        points_m: &[Vec3],
         nuisance: &Nuisance,
     ) -> Vec<Complex64> {
-        Chain::of(self, driven, nuisance).images(height_m, points_m)
+        let mut images = Vec::new();
+        let mut before: Option<(Chain<'_, '_>, FieldKernel)> = None;
+        for (driven, points_m) in drives {
+            let known = before.as_ref().map(|(chain, _)| (chain.sources.array.clone(), chain.believed));
+            let (chain, mirrored) = match before.take() {
+                None => (Chain::of(self, driven, nuisance), None),
+                Some((chain, kernel)) => {
+                    (Chain::after(Some(chain), self, driven, nuisance), Some(kernel))
+                }
+            };
+            let same = known.is_some_and(|(array, believed)| {
+                array == chain.sources.array && are_alike(believed, chain.believed)
+            });
+            let kernel = match mirrored.filter(|_| same) {
+                Some(kernel) => kernel.driven(&chain.sources.phases_rad),
+                None => chain.mirrored(height_m),
+            };
+            images.extend(kernel.at(&points_m));
+            before = Some((chain, kernel));
+        }
+        images
     }
 
     /// What each element is driven with, rad.
@@ -251,11 +277,15 @@ impl<'c> ForwardModel<'c> {
         Sources { array, phases_rad }
     }
 
-    fn radiation<'b>(&self, believed: &'b Simulation) -> Radiation<'b> {
-        let paths = match (believed.simulator, believed.excitation.focus_m()) {
+    fn believed_paths(believed: &Simulation) -> PathLengths {
+        match (believed.simulator, believed.excitation.focus_m()) {
             (Simulator::AsWritten, Some(focus_m)) => PathLengths::FrozenAt(focus_m.z),
             _ => PathLengths::Observed,
-        };
+        }
+    }
+
+    fn radiation<'b>(&self, believed: &'b Simulation) -> Radiation<'b> {
+        let paths = Self::believed_paths(believed);
         let transducer = believed.transducer();
         let mut radiation = Radiation {
             transducer,
@@ -302,6 +332,14 @@ impl<'c> ForwardModel<'c> {
     }
 }
 
+/// Whether what two drives have apart from array and phases is the same.
+fn are_alike(one: &Simulation, other: &Simulation) -> bool {
+    one.simulator == other.simulator
+        && one.medium == other.medium
+        && one.frequency_hz == other.frequency_hz
+        && ForwardModel::believed_paths(one) == ForwardModel::believed_paths(other)
+}
+
 /// The chain of one drive, ready to be sampled at any points.
 struct Chain<'m, 'c> {
     model: &'m ForwardModel<'c>,
@@ -315,6 +353,26 @@ impl<'m, 'c> Chain<'m, 'c> {
     fn of(model: &'m ForwardModel<'c>, driven: Driven<'m>, nuisance: &'m Nuisance) -> Self {
         let sources = model.sources(driven);
         let kernel = model.kernel(driven.believed, &sources, nuisance);
+        Self { model, believed: driven.believed, nuisance, sources, kernel }
+    }
+
+    /// Of a drive, after that of another of the same scan: where only the phases differ, the kernel is the other's with these phases. (Its lobes
+    /// take longer to prepare than to be summed at a few points.)
+    fn after(
+        before: Option<Self>,
+        model: &'m ForwardModel<'c>,
+        driven: Driven<'m>,
+        nuisance: &'m Nuisance,
+    ) -> Self {
+        let alike = before.filter(|before| are_alike(before.believed, driven.believed));
+        let Some(before) = alike else {
+            return Self::of(model, driven, nuisance);
+        };
+        let sources = model.sources(driven);
+        if sources.array != before.sources.array {
+            return Self::of(model, driven, nuisance);
+        }
+        let kernel = before.kernel.driven(&sources.phases_rad);
         Self { model, believed: driven.believed, nuisance, sources, kernel }
     }
 
@@ -342,9 +400,9 @@ impl<'m, 'c> Chain<'m, 'c> {
             .unwrap_or_else(|| self.kernel.at(points_m).into_iter().map(Pressure::steady).collect())
     }
 
-    fn images(&self, height_m: f64, points_m: &[Vec3]) -> Vec<Complex64> {
+    fn mirrored(&self, height_m: f64) -> FieldKernel {
         let mirrored = self.sources.mirrored(height_m);
-        self.model.kernel(self.believed, &mirrored, self.nuisance).at(points_m)
+        self.model.kernel(self.believed, &mirrored, self.nuisance)
     }
 }
 
@@ -364,7 +422,7 @@ impl SurroundingField for Around<'_, '_, '_> {
     }
 
     fn images(&self, height_m: f64) -> Vec<Complex64> {
-        self.chain.images(height_m, self.points_m)
+        self.chain.mirrored(height_m).at(self.points_m)
     }
 }
 

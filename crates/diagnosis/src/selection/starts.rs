@@ -183,15 +183,19 @@ impl QuickScores<'_> {
 
     /// The images of the elements in a plane, at one visit in `stride`, drive by drive.
     fn images(&self, stride: usize, height_m: f64) -> Vec<Complex64> {
-        let of_drive = |drive: &ScoredDrive| {
-            let observed = &self.observations.scans[drive.scan].drives[drive.drive];
-            let nuisance = &self.fit.nuisance[drive.scan];
-            let visits = observed.visits.iter().step_by(stride);
-            let points_m: Vec<Vec3> =
-                visits.map(|visit| self.model.place(visit) + nuisance.shift_m).collect();
-            self.model.images(observed.driven(), height_m, &points_m, nuisance)
-        };
-        self.drives.iter().flat_map(of_drive).collect()
+        let mut images = Vec::new();
+        for of_scan in self.drives.chunk_by(|one, other| one.scan == other.scan) {
+            let nuisance = &self.fit.nuisance[of_scan[0].scan];
+            let drives = of_scan.iter().map(|drive| {
+                let observed = &self.observations.scans[drive.scan].drives[drive.drive];
+                let visits = observed.visits.iter().step_by(stride);
+                let points_m: Vec<Vec3> =
+                    visits.map(|visit| self.model.place(visit) + nuisance.shift_m).collect();
+                (observed.driven(), points_m)
+            });
+            images.extend(self.model.images(drives, height_m, nuisance));
+        }
+        images
     }
 }
 

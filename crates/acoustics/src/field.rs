@@ -216,10 +216,10 @@ impl FieldKernel {
     }
 
     /// The same with other phases of the drive, rad, one for each element.
-    pub fn driven(&self, phases_rad: &[f64]) -> Self {
-        let mut driven = self.clone();
-        driven.sources.iter_mut().for_each(|source| source.drive_rad = phases_rad[source.element]);
-        driven
+    #[must_use]
+    pub fn driven(mut self, phases_rad: &[f64]) -> Self {
+        self.sources.iter_mut().for_each(|source| source.drive_rad = phases_rad[source.element]);
+        self
     }
 
     /// The field of one element alone.

@@ -129,7 +129,12 @@ fn odd_calibrations_are_diagnosed_without_a_panic() {
 #[test]
 #[ignore = "times a calibration of 256 elements"]
 fn hundreds_of_drives_of_256_elements_take_seconds() {
-    for causes in ["", "[sound-speed]\nc_m_s = 346.0", "[element-gain]\nspread = 0.1", "[dead-elements]\nelements = [30, 77, 200]"] {
+    for causes in [
+        "",
+        "[sound-speed]\nc_m_s = 346.0",
+        "[element-gain]\nspread = 0.1",
+        "[dead-elements]\nelements = [30, 77, 200]",
+    ] {
         for reads in [1, 4] {
             let coded = Coded { causes, reads, places_m: vec![PLACE], ..NOTHING };
             coded.diagnosed().expect("comparable");

@@ -159,13 +159,17 @@ impl<'c> ForwardModel<'c> {
         scans
             .map(|(scan, nuisance)| {
                 let mut before: Option<Chain<'_, '_>> = None;
-                let of_drive = |drive| {
-                    let chain = Chain::after(before.take(), self, ObservedDrive::driven(drive), nuisance);
-                    let pressures = self.pressures_of(&chain, &self.visits(drive));
+                let mut of_scan = Vec::with_capacity(scan.drives.len());
+                for drive in &scan.drives {
+                    let driven = drive.driven();
+                    let chain = match before.take() {
+                        Some(chain) if chain.differs_in_phases_from(driven) => chain.driven(driven),
+                        _ => Chain::of(self, driven, nuisance),
+                    };
+                    of_scan.push(self.pressures_of(&chain, &self.visits(drive)));
                     before = Some(chain);
-                    pressures
-                };
-                scan.drives.iter().map(of_drive).collect()
+                }
+                of_scan
             })
             .collect()
     }
@@ -223,19 +227,17 @@ impl<'c> ForwardModel<'c> {
         let mut images = Vec::new();
         let mut before: Option<(Chain<'_, '_>, FieldKernel)> = None;
         for (driven, points_m) in drives {
-            let known = before.as_ref().map(|(chain, _)| (chain.sources.array.clone(), chain.believed));
-            let (chain, mirrored) = match before.take() {
-                None => (Chain::of(self, driven, nuisance), None),
-                Some((chain, kernel)) => {
-                    (Chain::after(Some(chain), self, driven, nuisance), Some(kernel))
+            let (chain, kernel) = match before.take() {
+                Some((chain, kernel)) if chain.differs_in_phases_from(driven) => {
+                    let chain = chain.driven(driven);
+                    let kernel = kernel.driven(&chain.sources.phases_rad);
+                    (chain, kernel)
                 }
-            };
-            let same = known.is_some_and(|(array, believed)| {
-                array == chain.sources.array && are_alike(believed, chain.believed)
-            });
-            let kernel = match mirrored.filter(|_| same) {
-                Some(kernel) => kernel.driven(&chain.sources.phases_rad),
-                None => chain.mirrored(height_m),
+                _ => {
+                    let chain = Chain::of(self, driven, nuisance);
+                    let kernel = chain.mirrored(height_m);
+                    (chain, kernel)
+                }
             };
             images.extend(kernel.at(&points_m));
             before = Some((chain, kernel));
@@ -243,20 +245,20 @@ impl<'c> ForwardModel<'c> {
         images
     }
 
+    /// What the image of each element in a plane adds at each point, element by element, if it reflects all of it.
+    pub fn contributions_of_images(
+        &self,
+        driven: Driven<'_>,
+        height_m: f64,
+        points_m: &[Vec3],
+        nuisance: &Nuisance,
+    ) -> Vec<Vec<Complex64>> {
+        Chain::of(self, driven, nuisance).mirrored(height_m).contributions_at(points_m)
+    }
+
     /// What each element is driven with, rad.
     pub fn phases_rad<'d>(&self, driven: impl Into<Driven<'d>>) -> Vec<f64> {
-        self.sources(driven.into()).phases_rad
-    }
-
-    /// Relative change of one element's complex amplitude from this model to another.
-    pub fn change_of_element(&self, element: usize, other: &Self) -> Complex64 {
-        let weight = |model: &Self| -> Complex64 {
-            model.effects().map(|active| active.element_weight(element)).product()
-        };
-        weight(other) / weight(self) - 1.0
-    }
-
-    fn sources(&self, Driven { believed, number }: Driven<'_>) -> Sources {
+        let Driven { believed, number } = driven.into();
         let carrier = self.carrier();
         let frequency_hz = believed.frequency_hz;
         let mut phases_rad: Vec<f64> = match &believed.excitation {
@@ -271,10 +273,22 @@ impl<'c> ForwardModel<'c> {
         for active in self.effects().rev() {
             active.effect.drive_phases(active.setting(), number, &carrier, &mut phases_rad);
         }
-        let mut elements = believed.array.elements().to_vec();
+        phases_rad
+    }
+
+    /// Relative change of one element's complex amplitude from this model to another.
+    pub fn change_of_element(&self, element: usize, other: &Self) -> Complex64 {
+        let weight = |model: &Self| -> Complex64 {
+            model.effects().map(|active| active.element_weight(element)).product()
+        };
+        weight(other) / weight(self) - 1.0
+    }
+
+    fn sources(&self, driven: Driven<'_>) -> Sources {
+        let mut elements = driven.believed.array.elements().to_vec();
         self.effects().for_each(|active| active.effect.elements(active.setting(), &mut elements));
         let array = Array::from_elements(elements).expect("as many elements as are believed");
-        Sources { array, phases_rad }
+        Sources { array, phases_rad: self.phases_rad(driven) }
     }
 
     fn believed_paths(believed: &Simulation) -> PathLengths {
@@ -332,14 +346,6 @@ impl<'c> ForwardModel<'c> {
     }
 }
 
-/// Whether what two drives have apart from array and phases is the same.
-fn are_alike(one: &Simulation, other: &Simulation) -> bool {
-    one.simulator == other.simulator
-        && one.medium == other.medium
-        && one.frequency_hz == other.frequency_hz
-        && ForwardModel::believed_paths(one) == ForwardModel::believed_paths(other)
-}
-
 /// The chain of one drive, ready to be sampled at any points.
 struct Chain<'m, 'c> {
     model: &'m ForwardModel<'c>,
@@ -356,24 +362,22 @@ impl<'m, 'c> Chain<'m, 'c> {
         Self { model, believed: driven.believed, nuisance, sources, kernel }
     }
 
-    /// Of a drive, after that of another of the same scan: where only the phases differ, the kernel is the other's with these phases. (Its lobes
-    /// take longer to prepare than to be summed at a few points.)
-    fn after(
-        before: Option<Self>,
-        model: &'m ForwardModel<'c>,
-        driven: Driven<'m>,
-        nuisance: &'m Nuisance,
-    ) -> Self {
-        let alike = before.filter(|before| are_alike(before.believed, driven.believed));
-        let Some(before) = alike else {
-            return Self::of(model, driven, nuisance);
-        };
-        let sources = model.sources(driven);
-        if sources.array != before.sources.array {
-            return Self::of(model, driven, nuisance);
-        }
-        let kernel = before.kernel.driven(&sources.phases_rad);
-        Self { model, believed: driven.believed, nuisance, sources, kernel }
+    /// Whether another drive differs from this one in its phases alone.
+    fn differs_in_phases_from(&self, other: Driven<'_>) -> bool {
+        let (one, other) = (self.believed, other.believed);
+        one.simulator == other.simulator
+            && one.medium == other.medium
+            && one.frequency_hz == other.frequency_hz
+            && ForwardModel::believed_paths(one) == ForwardModel::believed_paths(other)
+            && one.array == other.array
+    }
+
+    /// The chain of a drive that differs in its phases alone. (The lobes of a kernel take longer to prepare than to be summed at a few points.)
+    fn driven(self, driven: Driven<'m>) -> Self {
+        let phases_rad = self.model.phases_rad(driven);
+        let kernel = self.kernel.driven(&phases_rad);
+        let sources = Sources { phases_rad, ..self.sources };
+        Self { believed: driven.believed, sources, kernel, ..self }
     }
 
     fn pressures(&self, points_m: &[Vec3]) -> Vec<Pressure> {

@@ -7,8 +7,8 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::effects::phase_quantisation::{
-    COMMON_ZEROS, common_zero, rounded_rad, step_rad, steps_in_a_period, turned_from,
-    whole_steps_rad, zeros_of_a_drive,
+    COMMON_ZEROS, common_zero, step_rad, steps_in_a_period, turned_from, whole_steps,
+    zeros_of_a_drive,
 };
 use crate::limits::STEPS_REFINED;
 use crate::model::effect::Choice;
@@ -63,7 +63,7 @@ impl QuickScores<'_> {
         };
         let turned = |n: usize| {
             let phase_rad = drive.phases_rad[n];
-            Complex64::cis(whole_steps_rad(phase_rad, step_rad, first) - phase_rad)
+            Complex64::cis(whole_steps(phase_rad, step_rad, first) as f64 * step_rad - phase_rad)
         };
         let mut next: Vec<(f64, usize)> = Vec::with_capacity(drive.phases_rad.len());
         for (n, part) in drive.contributions.iter().enumerate() {
@@ -95,16 +95,26 @@ impl QuickScores<'_> {
 
     fn cost_of_steps(&self, stride: usize, choice: &Choice) -> f64 {
         let Choice::Steps(steps, zeros) = choice else { return f64::INFINITY };
-        let step_rad = step_rad(*steps, self.model.carrier().frequency_ratio);
+        let ratio = self.model.carrier().frequency_ratio;
+        let step_rad = step_rad(*steps, ratio);
+        // At the believed frequency a whole number of steps is a turn.
+        let in_turn: Option<Vec<Complex64>> = (ratio == 1.0)
+            .then(|| (0..*steps).map(|n| Complex64::cis(f64::from(n) * step_rad)).collect());
         let changes: Vec<Vec<Complex64>> = self
             .drives
             .par_iter()
             .map(|drive| {
                 let zero = zeros.get(drive.number).or(zeros.first()).copied().unwrap_or(0);
                 let mut change = vec![Complex64::ZERO; drive.pressures.len()];
-                for (phase, part) in drive.phases_rad.iter().zip(&drive.contributions) {
-                    let turn = rounded_rad(*phase, step_rad, zero) - phase;
-                    let turn = Complex64::cis(turn) - 1.0;
+                let of_elements =
+                    drive.phases_rad.iter().zip(&drive.turns).zip(&drive.contributions);
+                for ((phase, turn), part) in of_elements {
+                    let whole = whole_steps(*phase, step_rad, zero);
+                    let turn = match &in_turn {
+                        Some(in_turn) => in_turn[whole.rem_euclid(i64::from(*steps)) as usize],
+                        None => Complex64::cis(whole as f64 * step_rad),
+                    } * turn.conj()
+                        - 1.0;
                     for i in (0..part.len()).step_by(stride) {
                         change[i] += turn * part[i];
                     }

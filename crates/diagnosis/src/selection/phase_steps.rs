@@ -39,11 +39,16 @@ impl QuickScores<'_> {
         let common =
             (0..COMMON_ZEROS).map(|number| Choice::Steps(steps, vec![common_zero(number)]));
         let last = self.drives.iter().map(|drive| drive.number).max().unwrap_or(0);
-        let mut of_each = vec![0; last + 1];
-        for drive in &self.drives {
-            of_each[drive.number] = self.zero_of(drive, stride, steps);
-        }
-        let all = common.chain([Choice::Steps(steps, of_each)]);
+        // A perfect fit would not be worth a zero for each of many drives with few readings.
+        let is_worth_it = self.is_worth_a_fit(0.0, &Choice::Steps(steps, vec![0; last + 1]));
+        let each = is_worth_it.then(|| {
+            let mut of_each = vec![0; last + 1];
+            for drive in &self.drives {
+                of_each[drive.number] = self.zero_of(drive, stride, steps);
+            }
+            Choice::Steps(steps, of_each)
+        });
+        let all = common.chain(each);
         all.map(|choice| (self.penalised(stride, &choice), choice))
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map_or(Choice::None, |(_, choice)| choice)
@@ -95,11 +100,16 @@ impl QuickScores<'_> {
 
     fn cost_of_steps(&self, stride: usize, choice: &Choice) -> f64 {
         let Choice::Steps(steps, zeros) = choice else { return f64::INFINITY };
-        let ratio = self.model.carrier().frequency_ratio;
-        let step_rad = step_rad(*steps, ratio);
-        // At the believed frequency a whole number of steps is a turn.
-        let in_turn: Option<Vec<Complex64>> = (ratio == 1.0)
-            .then(|| (0..*steps).map(|n| Complex64::cis(f64::from(n) * step_rad)).collect());
+        let step_rad = step_rad(*steps, self.model.carrier().frequency_ratio);
+        // Of many elements the turns are looked up: most recur.
+        let all_rad = || self.drives.iter().flat_map(|drive| &drive.phases_rad);
+        let least_rad = all_rad().copied().fold(f64::INFINITY, f64::min);
+        let most_rad = all_rad().copied().fold(f64::NEG_INFINITY, f64::max);
+        let first = whole_steps(least_rad, step_rad, 0);
+        let count = (whole_steps(most_rad, step_rad, u16::MAX) - first + 1) as usize;
+        let turn_of = |whole: i64| Complex64::cis(whole as f64 * step_rad);
+        let turns: Option<Vec<Complex64>> = (count < self.drives.len() * self.elements())
+            .then(|| (first..).take(count).map(turn_of).collect());
         let changes: Vec<Vec<Complex64>> = self
             .drives
             .par_iter()
@@ -110,11 +120,11 @@ impl QuickScores<'_> {
                     drive.phases_rad.iter().zip(&drive.turns).zip(&drive.contributions);
                 for ((phase, turn), part) in of_elements {
                     let whole = whole_steps(*phase, step_rad, zero);
-                    let turn = match &in_turn {
-                        Some(in_turn) => in_turn[whole.rem_euclid(i64::from(*steps)) as usize],
-                        None => Complex64::cis(whole as f64 * step_rad),
-                    } * turn.conj()
-                        - 1.0;
+                    let turned = match &turns {
+                        Some(turns) => turns[(whole - first) as usize],
+                        None => turn_of(whole),
+                    };
+                    let turn = turned * turn.conj() - 1.0;
                     for i in (0..part.len()).step_by(stride) {
                         change[i] += turn * part[i];
                     }

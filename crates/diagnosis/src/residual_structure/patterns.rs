@@ -248,4 +248,30 @@ mod tests {
         assert!(z(ripples, &fringes) > 6.0, "{}", z(ripples, &fringes));
         assert!(z(neighbours, &fringes) < 3.0 && z(slow_patterns, &fringes) < 3.0);
     }
+
+    /// Few pairs of noise pass 3.3 deviations no more often than many do; pairs that share half of their variance pass it.
+    #[test]
+    fn repeats_that_share_an_error_are_told_from_noise_by_few_pairs_and_by_many() {
+        let whole = planes_of_points();
+        let mut draws = rand_chacha::ChaCha8Rng::seed_from_u64(2);
+        let mut normal = || (0..12).map(|_| draws.random_range(-0.5..0.5)).sum::<f64>();
+        for (pairs, scans) in [(8, 2000), (300, 200)] {
+            let visits = whole.visits[..pairs].iter().flat_map(|visit| [*visit; 2]).collect();
+            let drive = ObservedDrive { visits, ..whole.clone() };
+            let mut z = |shared: f64| {
+                let residuals: Vec<f64> = (0..pairs)
+                    .flat_map(|_| {
+                        let both = shared.sqrt() * normal();
+                        [(); 2].map(|()| both + (1.0 - shared).sqrt() * normal())
+                    })
+                    .collect();
+                repeats(&[DriveResiduals { drive: &drive, residuals: &residuals }])
+            };
+            let loud = (0..scans).filter(|_| z(0.0) > 3.3).count();
+            assert!(loud <= 4, "{loud} of {scans} with {pairs} pairs");
+            if pairs > 8 {
+                assert!(z(0.5) > 6.0);
+            }
+        }
+    }
 }

@@ -215,6 +215,13 @@ impl FieldKernel {
         Self { instructions, ..self }
     }
 
+    /// The same with other phases of the drive, rad, one for each element.
+    #[must_use]
+    pub fn driven(mut self, phases_rad: &[f64]) -> Self {
+        self.sources.iter_mut().for_each(|source| source.drive_rad = phases_rad[source.element]);
+        self
+    }
+
     /// The field of one element alone.
     pub fn of_element(&self, element: usize) -> Self {
         self.of_elements(&[element])

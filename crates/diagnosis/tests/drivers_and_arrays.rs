@@ -189,6 +189,28 @@ fn six_steps_beside_unequal_elements_are_one_number_and_not_thirty_six_phases() 
     assert_eq!(named, [EffectId::ElementGain, EffectId::PhaseQuantisation].into());
 }
 
+/// A rig that warms up by an exponential law while it scans. By a linear one it was left unexplained, or a standing wave was named beside it.
+#[test]
+fn a_rig_that_warms_up_drifts() {
+    for (seed, change, constants) in [(31, 0.1, 4.0), (32, -0.06, 8.0)] {
+        let scan = Scan::new(6, &[[5.0, 0.0, 100.0]], 26, &[80.0, 100.0, 120.0]);
+        let believed = scan.believed(0);
+        let visits: Vec<Visit> = scan
+            .places_m
+            .iter()
+            .map(|at| Visit { position_m: *at, velocity_m_s: Vec3::zeros(), time_s: 0.0 })
+            .collect();
+        let field = noise_free_readings(&believed, &toml::Table::new(), 0.05, &visits, seed);
+        let last = visits.len() as f64 - 1.0;
+        let warm = |(n, level): (usize, f64)| {
+            level * (1.0 - change * (-constants * n as f64 / last).exp())
+        };
+        let field = field.expect("no effects").into_iter().enumerate().map(warm).collect();
+        let diagnosis = diagnose(&[scan.record(vec![field], seed)], None).expect("comparable");
+        named_alone(&diagnosis, EffectId::GainDrift);
+    }
+}
+
 /// Without repeats the noise is an estimate. Of ten such scans, turbulence took up its error in these two.
 #[test]
 fn no_fluctuation_is_inferred_where_no_place_was_read_again() {

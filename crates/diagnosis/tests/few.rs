@@ -158,11 +158,15 @@ impl Small {
 }
 
 fn setup() -> ScanSetup {
+    setup_of("piston")
+}
+
+fn setup_of(simulator: &str) -> ScanSetup {
     let [x, y, z] = FOCUS_MM;
     let text = format!(
         "format = 1\nname = \"small\"\nrecorded = 2026-11-20T10:02:00Z\nreading = \"V\"\n\
          [array]\nfrequency_hz = 40000.0\nlayout = \"square\"\ncolumns = 6\nrows = 6\nelement_diameter_mm = 10.5\nspacing_mm = 0.0\n\
-         [medium]\nspeed_of_sound_m_s = 343.0\n[simulator]\nmodel = \"piston\"\n\
+         [medium]\nspeed_of_sound_m_s = 343.0\n[simulator]\nmodel = \"{simulator}\"\n\
          [[focus]]\nx_mm = {x:?}\ny_mm = {y:?}\nz_mm = {z:?}\n"
     );
     ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), text)).expect("a set-up")
@@ -327,20 +331,64 @@ fn line(small: &Small, found: &Diagnosis) -> String {
     )
 }
 
+/// The scan of a seed in the sweep.
+fn of_sweep(seed: u64) -> Small {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let shape = SHAPES[seed as usize % SHAPES.len()];
+    // Half of the scans have no cause.
+    let id = random.random_bool(0.5).then(|| CAUSES[random.random_range(0..CAUSES.len())]);
+    let target = 0.3 * 20f64.powf(random.random_range(0.0..1.0));
+    drawn(seed, shape, id, target)
+}
+
+/// Of the sweep's scans those in which causes were named that were not there, most with a probability above nine tenths, while the noise was taken
+/// for known.
+#[test]
+fn few_readings_name_no_cause_that_is_not_there() {
+    let wrong: Vec<String> = [12, 17, 27, 92, 135, 137, 216, 260, 267, 291, 305, 311, 326, 328]
+        .into_par_iter()
+        .filter_map(|seed| {
+            let small = of_sweep(seed);
+            let found = diagnose(&[small.record()], None).expect("comparable");
+            (outcome(&small, &found) == Outcome::Wrong).then(|| line(&small, &found))
+        })
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A plane of 169 points through the focus, as in a first look, of pistons that are simulated as Gaussian lobes. It shows that the formula is not
+/// exact, and no cause.
+#[test]
+fn a_first_look_is_not_explained_by_what_is_not_there() {
+    for (seed, share) in [(1, 0.0025), (2, 0.005), (3, 0.01)] {
+        let small = Small {
+            shape: Shape::Plane(13, 20),
+            again: 0.0,
+            dark: 4,
+            noise: (share, 0.4 * share),
+            causes: toml::Table::new(),
+            seed,
+        };
+        let record = RecordedScan { setup: setup_of("corrected"), ..small.record() };
+        let found = diagnose(&[record], None).expect("comparable");
+        let of_lobes = [EffectId::Directivity, EffectId::Spreading];
+        let is_there = |set: &Vec<EffectId>| set.iter().all(|id| of_lobes.contains(id));
+        match found.verdict {
+            Verdict::Explained | Verdict::MostlyExplained => {
+                assert!(is_there(&found.effects), "{}", found.sentence);
+            }
+            Verdict::Ambiguous => assert!(found.next_measurement.is_some(), "{}", found.sentence),
+            Verdict::Unexplained | Verdict::None => {}
+        }
+        println!("{}", found.sentence);
+    }
+}
+
 #[test]
 #[ignore = "hundreds of small scans take minutes"]
 fn stated_probabilities_are_rates_of_being_right() {
     let seeds: u64 = std::env::var("SMALL_SCANS").ok().and_then(|n| n.parse().ok()).unwrap_or(480);
-    let scans: Vec<Small> = (0..seeds)
-        .map(|seed| {
-            let mut random = ChaCha8Rng::seed_from_u64(seed);
-            let shape = SHAPES[seed as usize % SHAPES.len()];
-            // Half of the scans have no cause.
-            let id = random.random_bool(0.5).then(|| CAUSES[random.random_range(0..CAUSES.len())]);
-            let target = 0.3 * 20f64.powf(random.random_range(0.0..1.0));
-            drawn(seed, shape, id, target)
-        })
-        .collect();
+    let scans: Vec<Small> = (0..seeds).map(of_sweep).collect();
     let found: Vec<Diagnosis> = scans
         .par_iter()
         .map(|small| diagnose(&[small.record()], None).expect("comparable"))

@@ -20,9 +20,9 @@ impl Effect for AxisScale {
 
     fn parameters(&self) -> &'static [Parameter] {
         &[
-            Parameter { neutral: 1.0, scale: 0.001, least: 0.8, most: 1.25 },
-            Parameter { neutral: 1.0, scale: 0.001, least: 0.8, most: 1.25 },
-            Parameter { neutral: 1.0, scale: 0.001, least: 0.8, most: 1.25 },
+            Parameter { neutral: 1.0, scale: 0.001, least: 0.9, most: 1.1 },
+            Parameter { neutral: 1.0, scale: 0.001, least: 0.9, most: 1.1 },
+            Parameter { neutral: 1.0, scale: 0.001, least: 0.9, most: 1.1 },
         ]
     }
 

@@ -107,9 +107,15 @@ pub(crate) fn rounded_rad(phase_rad: f64, step_rad: f64, zero: u16) -> f64 {
     ((phase_rad / step_rad + from).round() - from) * step_rad
 }
 
-/// The same but for a phase that all elements share, which readings do not show: a multiple of a step.
-pub(crate) fn whole_steps_rad(phase_rad: f64, step_rad: f64, zero: u16) -> f64 {
-    (phase_rad / step_rad + f64::from(zero) / PARTS_OF_A_STEP).round() * step_rad
+/// The whole steps of that: the same but for a phase that all elements of a drive share, which readings do not show.
+pub(crate) fn whole_steps(phase_rad: f64, step_rad: f64, zero: u16) -> i64 {
+    // (The library's rounding takes much longer.)
+    (phase_rad / step_rad + f64::from(zero) / PARTS_OF_A_STEP + 0.5).floor() as i64
+}
+
+/// The zero from which on a phase is rounded to the next step: half a step from its place within a step.
+pub(crate) fn turned_from(phase_rad: f64, step_rad: f64) -> f64 {
+    (0.5 - phase_rad / step_rad).rem_euclid(1.0) * PARTS_OF_A_STEP
 }
 
 /// The zeros that round the phases of a drive differently: one between each two neighbours of the places that phases have within a step.

@@ -157,10 +157,18 @@ impl<'c> ForwardModel<'c> {
         let scans = observations.scans.iter().zip(nuisance);
         scans
             .map(|(scan, nuisance)| {
-                let of_drive = |drive: &ObservedDrive| {
-                    self.pressures_at(drive.driven(), &self.visits(drive), nuisance)
-                };
-                scan.drives.iter().map(of_drive).collect()
+                let mut before: Option<Chain<'_, '_>> = None;
+                let mut of_scan = Vec::with_capacity(scan.drives.len());
+                for drive in &scan.drives {
+                    let driven = drive.driven();
+                    let chain = match before.take() {
+                        Some(chain) if chain.differs_in_phases_from(driven) => chain.driven(driven),
+                        _ => Chain::of(self, driven, nuisance),
+                    };
+                    of_scan.push(self.pressures_of(&chain, &self.visits(drive)));
+                    before = Some(chain);
+                }
+                of_scan
             })
             .collect()
     }
@@ -183,8 +191,11 @@ impl<'c> ForwardModel<'c> {
         visits: &[Visit],
         nuisance: &Nuisance,
     ) -> Vec<Pressure> {
-        let chain = Chain::of(self, driven.into(), nuisance);
-        let points_m = self.places(visits, nuisance);
+        self.pressures_of(&Chain::of(self, driven.into(), nuisance), visits)
+    }
+
+    fn pressures_of(&self, chain: &Chain<'_, '_>, visits: &[Visit]) -> Vec<Pressure> {
+        let points_m = self.places(visits, chain.nuisance);
         let scattered = self.effects().find_map(|active| {
             active
                 .effect
@@ -205,31 +216,48 @@ impl<'c> ForwardModel<'c> {
         (0..driven.believed.array.len()).map(|n| kernel.of_element(n).at(&points_m)).collect()
     }
 
-    /// The field of the array's images in a plane, if it reflects all of it.
-    pub fn images(
+    /// The field of the array's images in a plane, if it reflects all of it, at points of each of these drives of one scan.
+    pub fn images<'d>(
+        &self,
+        drives: impl IntoIterator<Item = (Driven<'d>, Vec<Vec3>)>,
+        height_m: f64,
+        nuisance: &Nuisance,
+    ) -> Vec<Complex64> {
+        let mut images = Vec::new();
+        let mut before: Option<(Chain<'_, '_>, FieldKernel)> = None;
+        for (driven, points_m) in drives {
+            let (chain, kernel) = match before.take() {
+                Some((chain, kernel)) if chain.differs_in_phases_from(driven) => {
+                    let chain = chain.driven(driven);
+                    let kernel = kernel.driven(&chain.sources.phases_rad);
+                    (chain, kernel)
+                }
+                _ => {
+                    let chain = Chain::of(self, driven, nuisance);
+                    let kernel = chain.mirrored(height_m);
+                    (chain, kernel)
+                }
+            };
+            images.extend(kernel.at(&points_m));
+            before = Some((chain, kernel));
+        }
+        images
+    }
+
+    /// What the image of each element in a plane adds at each point, element by element, if it reflects all of it.
+    pub fn contributions_of_images(
         &self,
         driven: Driven<'_>,
         height_m: f64,
         points_m: &[Vec3],
         nuisance: &Nuisance,
-    ) -> Vec<Complex64> {
-        Chain::of(self, driven, nuisance).images(height_m, points_m)
+    ) -> Vec<Vec<Complex64>> {
+        Chain::of(self, driven, nuisance).mirrored(height_m).contributions_at(points_m)
     }
 
     /// What each element is driven with, rad.
     pub fn phases_rad<'d>(&self, driven: impl Into<Driven<'d>>) -> Vec<f64> {
-        self.sources(driven.into()).phases_rad
-    }
-
-    /// Relative change of one element's complex amplitude from this model to another.
-    pub fn change_of_element(&self, element: usize, other: &Self) -> Complex64 {
-        let weight = |model: &Self| -> Complex64 {
-            model.effects().map(|active| active.element_weight(element)).product()
-        };
-        weight(other) / weight(self) - 1.0
-    }
-
-    fn sources(&self, Driven { believed, number }: Driven<'_>) -> Sources {
+        let Driven { believed, number } = driven.into();
         let carrier = self.carrier();
         let frequency_hz = believed.frequency_hz;
         let delays_s =
@@ -243,17 +271,33 @@ impl<'c> ForwardModel<'c> {
         for active in self.effects().rev() {
             active.effect.drive_phases(active.setting(), number, &carrier, &mut phases_rad);
         }
-        let mut elements = believed.array.elements().to_vec();
+        phases_rad
+    }
+
+    /// Relative change of one element's complex amplitude from this model to another.
+    pub fn change_of_element(&self, element: usize, other: &Self) -> Complex64 {
+        let weight = |model: &Self| -> Complex64 {
+            model.effects().map(|active| active.element_weight(element)).product()
+        };
+        weight(other) / weight(self) - 1.0
+    }
+
+    fn sources(&self, driven: Driven<'_>) -> Sources {
+        let mut elements = driven.believed.array.elements().to_vec();
         self.effects().for_each(|active| active.effect.elements(active.setting(), &mut elements));
         let array = Array::from_elements(elements).expect("as many elements as are believed");
-        Sources { array, phases_rad }
+        Sources { array, phases_rad: self.phases_rad(driven) }
+    }
+
+    fn believed_paths(believed: &Simulation) -> PathLengths {
+        match (believed.simulator, believed.excitation.focus_m()) {
+            (Simulator::AsWritten, Some(focus_m)) => PathLengths::FrozenAt(focus_m.z),
+            _ => PathLengths::Observed,
+        }
     }
 
     fn radiation<'b>(&self, believed: &'b Simulation) -> Radiation<'b> {
-        let paths = match (believed.simulator, believed.excitation.focus_m()) {
-            (Simulator::AsWritten, Some(focus_m)) => PathLengths::FrozenAt(focus_m.z),
-            _ => PathLengths::Observed,
-        };
+        let paths = Self::believed_paths(believed);
         let transducer = believed.transducer();
         let mut radiation = Radiation {
             transducer,
@@ -316,6 +360,24 @@ impl<'m, 'c> Chain<'m, 'c> {
         Self { model, believed: driven.believed, nuisance, sources, kernel }
     }
 
+    /// Whether another drive differs from this one in its phases alone.
+    fn differs_in_phases_from(&self, other: Driven<'_>) -> bool {
+        let (one, other) = (self.believed, other.believed);
+        one.simulator == other.simulator
+            && one.medium == other.medium
+            && one.frequency_hz == other.frequency_hz
+            && ForwardModel::believed_paths(one) == ForwardModel::believed_paths(other)
+            && one.array == other.array
+    }
+
+    /// The chain of a drive that differs in its phases alone. (The lobes of a kernel take longer to prepare than to be summed at a few points.)
+    fn driven(self, driven: Driven<'m>) -> Self {
+        let phases_rad = self.model.phases_rad(driven);
+        let kernel = self.kernel.driven(&phases_rad);
+        let sources = Sources { phases_rad, ..self.sources };
+        Self { believed: driven.believed, sources, kernel, ..self }
+    }
+
     fn pressures(&self, points_m: &[Vec3]) -> Vec<Pressure> {
         let mut pressures = self.of_elements(points_m);
         let around = Around { chain: self, points_m };
@@ -340,9 +402,9 @@ impl<'m, 'c> Chain<'m, 'c> {
             .unwrap_or_else(|| self.kernel.at(points_m).into_iter().map(Pressure::steady).collect())
     }
 
-    fn images(&self, height_m: f64, points_m: &[Vec3]) -> Vec<Complex64> {
+    fn mirrored(&self, height_m: f64) -> FieldKernel {
         let mirrored = self.sources.mirrored(height_m);
-        self.model.kernel(self.believed, &mirrored, self.nuisance).at(points_m)
+        self.model.kernel(self.believed, &mirrored, self.nuisance)
     }
 }
 
@@ -362,7 +424,7 @@ impl SurroundingField for Around<'_, '_, '_> {
     }
 
     fn images(&self, height_m: f64) -> Vec<Complex64> {
-        self.chain.images(height_m, self.points_m)
+        self.chain.mirrored(height_m).at(self.points_m)
     }
 }
 

@@ -16,11 +16,12 @@ pub mod test;
 
 use crate::fit::joint_fit::Fit;
 use crate::fit::score_statistic::ScoreStatistics;
-use crate::limits::{ORDER_LIMIT, PATTERN_LIMIT, ROUNDING_LIMIT};
+use crate::limits::{ORDER_LIMIT, PATTERN_LIMIT, ROUNDING_LIMIT, SINGLE_CAUSE_LIMIT};
 use crate::model::effect::Context;
 use crate::model::observations::Observations;
 use crate::residual_structure::converter_steps::ConverterSteps;
 use crate::residual_structure::element_order::order_of_elements;
+use crate::residual_structure::patterns::REPEATS_ALIKE;
 use crate::residual_structure::test::{Kind, Test};
 
 /// The residuals of a fit and their tests.
@@ -49,7 +50,10 @@ impl ResidualStructure {
         let mut tests =
             vec![plain(Kind::NoFlaw, PATTERN_LIMIT)(("more scatter than the noise", scatter))];
         let patterns = patterns::z_scores(observations, &residuals);
-        tests.extend(patterns.into_iter().map(plain(Kind::Pattern, PATTERN_LIMIT)));
+        tests.extend(patterns.into_iter().map(|(name, z)| {
+            let limit = if name == REPEATS_ALIKE { SINGLE_CAUSE_LIMIT } else { PATTERN_LIMIT };
+            plain(Kind::Pattern, limit)((name, z))
+        }));
         let order = order_of_elements(observations, fit).map(|z| ("order among the elements", z));
         tests.extend(order.map(plain(Kind::NoFlaw, ORDER_LIMIT)));
         tests.extend(ConverterSteps::of(observations).map(|steps| Test {

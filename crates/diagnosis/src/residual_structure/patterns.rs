@@ -7,6 +7,9 @@ use crate::model::observations::{Observations, ObservedDrive, Visit};
 use crate::model::planes::{by_height, step_m};
 use crate::statistics::significance::z_of_sum_of_squares;
 
+/// Readings of one place with the same error: no noise of a reading makes them.
+pub(crate) const REPEATS_ALIKE: &str = "repeats alike";
+
 /// Residuals laid out by drive, in the order of the observations, with where they stand.
 struct DriveResiduals<'o> {
     drive: &'o ObservedDrive,
@@ -22,7 +25,7 @@ pub(crate) fn z_scores(observations: &Observations, residuals: &[f64]) -> Vec<(&
         ("neighbours alike", neighbours(&by_drive, power)),
         ("ripples across a plane", ripples(&by_drive, power)),
         ("slow patterns across a plane", slow_patterns(&by_drive, power)),
-        ("repeats alike", repeats(&by_drive, power)),
+        (REPEATS_ALIKE, repeats(&by_drive)),
         ("planes off as a whole", planes(&by_drive, power)),
     ]
 }
@@ -163,20 +166,26 @@ fn energy_of_slow_patterns(by_drive: &[DriveResiduals<'_>]) -> (f64, f64) {
     (energy, count)
 }
 
-/// Products of residuals of points that were visited again.
-fn repeats(by_drive: &[DriveResiduals<'_>], power: f64) -> f64 {
-    let (mut products, mut count) = (0.0, 0.0);
+/// Correlation of the residuals of points that were visited again, by R. A. Fisher's transform (*Metron* 1, 3, 1921), which is normal of few pairs
+/// too.
+fn repeats(by_drive: &[DriveResiduals<'_>]) -> f64 {
+    /// A correlation of one is no number of standard deviations.
+    const MOST: f64 = 0.999;
+    let (mut products, mut squares, mut count) = (0.0, 0.0, 0.0);
     for DriveResiduals { drive, residuals } in by_drive {
         let mut seen: HashMap<[i64; 3], usize> = HashMap::new();
         for (index, visit) in drive.visits.iter().enumerate() {
             let cell: [i64; 3] = visit.at_m.map(|m| (m * 1e5).round() as i64).into();
             if let Some(before) = seen.insert(cell, index) {
-                products += residuals[index] * residuals[before];
+                let [one, other] = [residuals[index], residuals[before]];
+                products += one * other;
+                squares += 0.5 * (one * one + other * other);
                 count += 1.0;
             }
         }
     }
-    if count > 0.0 { products / (power * f64::sqrt(count)) } else { 0.0 }
+    let correlation = (products / f64::max(squares, f64::MIN_POSITIVE)).clamp(-MOST, MOST);
+    correlation.atanh() * f64::max(count - 1.5, 0.0).sqrt()
 }
 
 /// Means of whole planes.
@@ -238,5 +247,31 @@ mod tests {
         assert!(z(ripples, &noise).abs() < 3.0, "{}", z(ripples, &noise));
         assert!(z(ripples, &fringes) > 6.0, "{}", z(ripples, &fringes));
         assert!(z(neighbours, &fringes) < 3.0 && z(slow_patterns, &fringes) < 3.0);
+    }
+
+    /// Few pairs of noise pass 3.3 deviations no more often than many do; pairs that share half of their variance pass it.
+    #[test]
+    fn repeats_that_share_an_error_are_told_from_noise_by_few_pairs_and_by_many() {
+        let whole = planes_of_points();
+        let mut draws = rand_chacha::ChaCha8Rng::seed_from_u64(2);
+        let mut normal = || (0..12).map(|_| draws.random_range(-0.5..0.5)).sum::<f64>();
+        for (pairs, scans) in [(8, 2000), (300, 200)] {
+            let visits = whole.visits[..pairs].iter().flat_map(|visit| [*visit; 2]).collect();
+            let drive = ObservedDrive { visits, ..whole.clone() };
+            let mut z = |shared: f64| {
+                let residuals: Vec<f64> = (0..pairs)
+                    .flat_map(|_| {
+                        let both = shared.sqrt() * normal();
+                        [(); 2].map(|()| both + (1.0 - shared).sqrt() * normal())
+                    })
+                    .collect();
+                repeats(&[DriveResiduals { drive: &drive, residuals: &residuals }])
+            };
+            let loud = (0..scans).filter(|_| z(0.0) > 3.3).count();
+            assert!(loud <= 4, "{loud} of {scans} with {pairs} pairs");
+            if pairs > 8 {
+                assert!(z(0.5) > 6.0);
+            }
+        }
     }
 }

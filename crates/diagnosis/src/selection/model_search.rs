@@ -10,7 +10,7 @@ use crate::limits::{
     ENOUGH_AT_FIRST, EXCHANGES, KEPT_IN_ANY_CASE, MATERIAL, MATERIAL_OF_VERY_LARGE, MOST_EFFECTS,
     MOST_RIVALS, RIVALS, SETS_EXTENDED, SINGLES_EXTENDED, VERY_LARGE, WORTH_EXTENDING,
 };
-use crate::model::effect::{Choice, Context, PerElement};
+use crate::model::effect::{Choice, Context, PerElement, Search};
 use crate::model::observations::Observations;
 use crate::selection::extension::Extension;
 use crate::selection::scored_model::{ScoredModel, believed, is_near};
@@ -327,15 +327,18 @@ impl ModelSearch {
     }
 }
 
-/// Whether a set explains materially more of a gap than a part of it does. Of a very large gap only the excess over the noise counts. A
-/// set that replaces random departures need not explain more.
+/// Whether a set explains materially more of a gap than a part of it does. Of a very large gap only the excess over the noise counts. One
+/// cause in place of random departures need not explain more than they do.
 fn explains_more(smaller: &Fit, larger: &Fit, gap: f64, n: f64) -> bool {
     let [smaller_cost, larger_cost] = [smaller, larger].map(Fit::cost_with_shifts);
     let material = match gap > VERY_LARGE * n {
         true => smaller_cost.max(n) - larger_cost.max(n) > MATERIAL_OF_VERY_LARGE * gap,
         false => smaller_cost - larger_cost > MATERIAL * gap,
     };
-    material || smaller.has_random_elements()
+    let departures = |fit: &Fit| {
+        fit.instances.iter().filter(|instance| instance.effect.search() == Search::Random).count()
+    };
+    material || departures(smaller) > 0 && departures(larger) == departures(smaller)
 }
 
 /// Whether a set holds all effects of another and more.

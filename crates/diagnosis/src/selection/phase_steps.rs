@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::effects::phase_quantisation::{
-    COMMON_ZEROS, common_zero, rounded_rad, step_rad, steps_in_a_period, whole_steps_rad,
+    COMMON_ZEROS, common_zero, step_rad, steps_in_a_period, turned_from, whole_steps,
     zeros_of_a_drive,
 };
 use crate::limits::STEPS_REFINED;
@@ -39,36 +39,57 @@ impl QuickScores<'_> {
         let common =
             (0..COMMON_ZEROS).map(|number| Choice::Steps(steps, vec![common_zero(number)]));
         let last = self.drives.iter().map(|drive| drive.number).max().unwrap_or(0);
-        let mut of_each = vec![0; last + 1];
-        for drive in &self.drives {
-            of_each[drive.number] = self.zero_of(drive, stride, steps);
-        }
-        let all = common.chain([Choice::Steps(steps, of_each)]);
+        // A perfect fit would not be worth a zero for each of many drives with few readings.
+        let is_worth_it = self.is_worth_a_fit(0.0, &Choice::Steps(steps, vec![0; last + 1]));
+        let each = is_worth_it.then(|| {
+            let mut of_each = vec![0; last + 1];
+            for drive in &self.drives {
+                of_each[drive.number] = self.zero_of(drive, stride, steps);
+            }
+            Choice::Steps(steps, of_each)
+        });
+        let all = common.chain(each);
         all.map(|choice| (self.penalised(stride, &choice), choice))
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map_or(Choice::None, |(_, choice)| choice)
     }
 
-    /// The best zero of a drive, by its readings alone.
+    /// The best zero of a drive, by its readings alone. From one zero to the next higher one an element is turned by a step, each once.
     fn zero_of(&self, drive: &ScoredDrive, stride: usize, steps: u32) -> u16 {
         let step_rad = step_rad(steps, self.model.carrier().frequency_ratio);
-        let mut driven_rad = drive.phases_rad.clone();
+        let mut zeros = zeros_of_a_drive(&drive.phases_rad, step_rad);
+        zeros.sort_unstable();
+        let first = zeros.first().copied().unwrap_or(0);
         let mut change = vec![Complex64::ZERO; drive.pressures.len()];
-        let costs = zeros_of_a_drive(&drive.phases_rad, step_rad).into_iter().map(|zero| {
-            for (n, part) in drive.contributions.iter().enumerate() {
-                let rad = whole_steps_rad(drive.phases_rad[n], step_rad, zero);
-                if (rad - driven_rad[n]).abs() > 1e-9 {
-                    let turn = |to_rad: f64| Complex64::cis(to_rad - drive.phases_rad[n]);
-                    let turn = turn(rad) - turn(driven_rad[n]);
-                    for i in (0..part.len()).step_by(stride) {
-                        change[i] += turn * part[i];
-                    }
-                    driven_rad[n] = rad;
-                }
+        let add = |change: &mut [Complex64], turn: Complex64, part: &[Complex64]| {
+            for i in (0..part.len()).step_by(stride) {
+                change[i] += turn * part[i];
             }
-            (self.cost_of_drive(drive, stride, &change), zero)
-        });
-        costs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |(_, zero)| zero)
+        };
+        let turned = |n: usize| {
+            let phase_rad = drive.phases_rad[n];
+            Complex64::cis(whole_steps(phase_rad, step_rad, first) as f64 * step_rad - phase_rad)
+        };
+        let mut next: Vec<(f64, usize)> = Vec::with_capacity(drive.phases_rad.len());
+        for (n, part) in drive.contributions.iter().enumerate() {
+            add(&mut change, turned(n) - 1.0, part);
+            next.push((turned_from(drive.phases_rad[n], step_rad), n));
+        }
+        next.retain(|(from, _)| *from > f64::from(first));
+        next.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let by_a_step = Complex64::cis(step_rad) - 1.0;
+        let mut next = next.into_iter().peekable();
+        let mut best = (f64::INFINITY, 0);
+        for zero in zeros {
+            while let Some((_, n)) = next.next_if(|(from, _)| *from <= f64::from(zero)) {
+                add(&mut change, turned(n) * by_a_step, &drive.contributions[n]);
+            }
+            let cost = self.cost_of_drive(drive, stride, &change);
+            if cost < best.0 {
+                best = (cost, zero);
+            }
+        }
+        best.1
     }
 
     /// The cost of steps over one reading in `stride`, scaled to all readings, with the penalty of the choice.
@@ -80,15 +101,30 @@ impl QuickScores<'_> {
     fn cost_of_steps(&self, stride: usize, choice: &Choice) -> f64 {
         let Choice::Steps(steps, zeros) = choice else { return f64::INFINITY };
         let step_rad = step_rad(*steps, self.model.carrier().frequency_ratio);
+        // Of many elements the turns are looked up: most recur.
+        let all_rad = || self.drives.iter().flat_map(|drive| &drive.phases_rad);
+        let least_rad = all_rad().copied().fold(f64::INFINITY, f64::min);
+        let most_rad = all_rad().copied().fold(f64::NEG_INFINITY, f64::max);
+        let first = whole_steps(least_rad, step_rad, 0);
+        let count = (whole_steps(most_rad, step_rad, u16::MAX) - first + 1) as usize;
+        let turn_of = |whole: i64| Complex64::cis(whole as f64 * step_rad);
+        let turns: Option<Vec<Complex64>> = (count < self.drives.len() * self.elements())
+            .then(|| (first..).take(count).map(turn_of).collect());
         let changes: Vec<Vec<Complex64>> = self
             .drives
-            .iter()
+            .par_iter()
             .map(|drive| {
                 let zero = zeros.get(drive.number).or(zeros.first()).copied().unwrap_or(0);
                 let mut change = vec![Complex64::ZERO; drive.pressures.len()];
-                for (phase, part) in drive.phases_rad.iter().zip(&drive.contributions) {
-                    let turn = rounded_rad(*phase, step_rad, zero) - phase;
-                    let turn = Complex64::cis(turn) - 1.0;
+                let of_elements =
+                    drive.phases_rad.iter().zip(&drive.turns).zip(&drive.contributions);
+                for ((phase, turn), part) in of_elements {
+                    let whole = whole_steps(*phase, step_rad, zero);
+                    let turned = match &turns {
+                        Some(turns) => turns[(whole - first) as usize],
+                        None => turn_of(whole),
+                    };
+                    let turn = turned * turn.conj() - 1.0;
                     for i in (0..part.len()).step_by(stride) {
                         change[i] += turn * part[i];
                     }

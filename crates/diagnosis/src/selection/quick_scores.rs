@@ -38,6 +38,8 @@ pub(super) struct ScoredDrive {
     pub contributions: Vec<Vec<Complex64>>,
     /// What each element is driven with, rad.
     pub phases_rad: Vec<f64>,
+    /// The same as complex numbers.
+    pub turns: Vec<Complex64>,
 }
 
 impl<'o> QuickScores<'o> {
@@ -48,6 +50,7 @@ impl<'o> QuickScores<'o> {
         for (scan_number, scan) in observations.scans.iter().enumerate() {
             for (number, drive) in scan.drives.iter().enumerate() {
                 let nuisance = &fit.nuisance[scan_number];
+                let phases_rad = model.phases_rad(drive.driven());
                 drives.push(ScoredDrive {
                     place: drives.len(),
                     number: drive.number,
@@ -55,7 +58,8 @@ impl<'o> QuickScores<'o> {
                     drive: number,
                     pressures: pressures[scan_number][number].clone(),
                     contributions: model.contributions(drive.driven(), &drive.visits, nuisance),
-                    phases_rad: model.phases_rad(drive.driven()),
+                    turns: phases_rad.iter().map(|phase| Complex64::cis(*phase)).collect(),
+                    phases_rad,
                 });
             }
         }

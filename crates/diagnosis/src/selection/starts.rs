@@ -183,15 +183,38 @@ impl QuickScores<'_> {
 
     /// The images of the elements in a plane, at one visit in `stride`, drive by drive.
     fn images(&self, stride: usize, height_m: f64) -> Vec<Complex64> {
-        let of_drive = |drive: &ScoredDrive| {
-            let observed = &self.observations.scans[drive.scan].drives[drive.drive];
-            let nuisance = &self.fit.nuisance[drive.scan];
-            let visits = observed.visits.iter().step_by(stride);
-            let points_m: Vec<Vec3> =
-                visits.map(|visit| self.model.place(visit) + nuisance.shift_m).collect();
-            self.model.images(observed.driven(), height_m, &points_m, nuisance)
-        };
-        self.drives.iter().flat_map(of_drive).collect()
+        let mut images = Vec::new();
+        for of_scan in self.drives.chunk_by(|one, other| one.scan == other.scan) {
+            let nuisance = &self.fit.nuisance[of_scan[0].scan];
+            let observed =
+                |drive: &ScoredDrive| &self.observations.scans[drive.scan].drives[drive.drive];
+            let points_m = |drive: &ScoredDrive| -> Vec<Vec3> {
+                let visits = observed(drive).visits.iter().step_by(stride);
+                visits.map(|visit| self.model.place(visit) + nuisance.shift_m).collect()
+            };
+            let first_m = points_m(&of_scan[0]);
+            // Of many drives at the same few places the elements' parts differ by the drives' phases alone.
+            if of_scan.len() > first_m.len() && of_scan.iter().all(|one| points_m(one) == first_m) {
+                let first = observed(&of_scan[0]).driven();
+                let parts = self.model.contributions_of_images(first, height_m, &first_m, nuisance);
+                for drive in of_scan {
+                    let turns = drive.turns.iter().zip(&of_scan[0].turns);
+                    let turns: Vec<Complex64> =
+                        turns.map(|(own, of_first)| own * of_first.conj()).collect();
+                    images.extend((0..first_m.len()).map(|i| {
+                        parts
+                            .iter()
+                            .zip(&turns)
+                            .map(|(part, turn)| part[i] * turn)
+                            .sum::<Complex64>()
+                    }));
+                }
+                continue;
+            }
+            let drives = of_scan.iter().map(|drive| (observed(drive).driven(), points_m(drive)));
+            images.extend(self.model.images(drives, height_m, nuisance));
+        }
+        images
     }
 }
 

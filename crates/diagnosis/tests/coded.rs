@@ -1,0 +1,143 @@
+//! Large arrays calibrated at one place: hundreds of coded drives, one reading of each.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::Instant;
+
+use fieldgap_acoustics::Vec3;
+use fieldgap_diagnosis::{Diagnosis, diagnose};
+use fieldgap_input::TomlSource;
+use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
+use fieldgap_virtual_rig::{Visit, noise_free_readings};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// An array calibrated at some places.
+struct Coded<'c> {
+    side: usize,
+    drives: usize,
+    /// How often each drive is read at each place.
+    reads: usize,
+    places_m: Vec<Vec3>,
+    /// Phases of a drive, rad, given the number of elements.
+    drive: fn(usize, &mut ChaCha8Rng) -> Vec<f64>,
+    causes: &'c str,
+    noise: f64,
+    seed: u64,
+}
+
+/// Each phase at random.
+fn random_phases(elements: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
+    (0..elements).map(|_| random.random_range(0.0..TAU)).collect()
+}
+
+impl Coded<'_> {
+    fn record(&self) -> RecordedScan {
+        let Self { side, drives, reads, places_m, drive, causes, noise, seed } = self;
+        let mut random = ChaCha8Rng::seed_from_u64(*seed);
+        let mut text = format!(
+            "format = 1\nname = \"coded\"\nrecorded = 2026-11-20T10:02:00Z\nreading = \"V\"\n\
+             [array]\nfrequency_hz = 40000.0\nlayout = \"square\"\ncolumns = {side}\nrows = {side}\nelement_diameter_mm = 10.0\nspacing_mm = 0.0\n\
+             [medium]\nspeed_of_sound_m_s = 343.0\n[simulator]\nmodel = \"piston\"\n"
+        );
+        for _ in 0..*drives {
+            let phases: Vec<String> =
+                drive(side * side, &mut random).iter().map(|phase| format!("{phase:.4}")).collect();
+            writeln!(text, "[[focus]]\nphases_rad = [{}]", phases.join(", ")).expect("text");
+        }
+        let setup =
+            ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), text)).expect("a set-up");
+        let causes: toml::Table = causes.parse().expect("TOML");
+        let mut samples = Vec::new();
+        for number in 0..*drives {
+            let simulation = setup.simulation(setup.simulator, number).expect("a drive");
+            let first = samples.len();
+            let places = places_m.iter().flat_map(|place| std::iter::repeat_n(place, *reads));
+            let visits: Vec<Visit> = places
+                .enumerate()
+                .map(|(n, place)| Visit {
+                    position_m: *place,
+                    velocity_m_s: Vec3::zeros(),
+                    time_s: 0.05 * (first + n) as f64,
+                })
+                .collect();
+            let levels = noise_free_readings(&simulation, &causes, 0.05, &visits, *seed);
+            for (visit, level) in visits.iter().zip(levels.expect("valid causes")) {
+                let normal: f64 = StandardNormal.sample(&mut random);
+                let reading = level * (1.0 + noise * normal);
+                let Visit { position_m, time_s, .. } = *visit;
+                let drive = Some(number);
+                samples.push(RecordedSample::measured(time_s, drive, position_m, reading, None));
+            }
+        }
+        RecordedScan { setup, samples }
+    }
+
+    /// `None` where there is nothing to compare.
+    fn diagnosed(&self) -> Option<Diagnosis> {
+        let record = self.record();
+        let began = Instant::now();
+        let found = diagnose(&[record], None).ok()?;
+        println!(
+            "{} elements, {} drives, {} readings: {:.1} s: {}",
+            self.side * self.side,
+            self.drives,
+            found.points,
+            began.elapsed().as_secs_f64(),
+            found.sentence
+        );
+        Some(found)
+    }
+}
+
+const PLACE: Vec3 = Vec3::new(4e-3, -3e-3, 0.15);
+
+const NOTHING: Coded<'_> = Coded {
+    side: 16,
+    drives: 300,
+    reads: 1,
+    places_m: Vec::new(),
+    drive: random_phases,
+    causes: "",
+    noise: 0.01,
+    seed: 7,
+};
+
+/// Shapes as a first try may have them. None may stop the program, and none shows a cause that is not there.
+#[test]
+fn odd_calibrations_are_diagnosed_without_a_panic() {
+    let alike: fn(usize, &mut ChaCha8Rng) -> Vec<f64> = |elements, _| vec![0.5; elements];
+    let odd = [
+        Coded { side: 6, drives: 40, drive: alike, ..NOTHING },
+        Coded { side: 6, drives: 40, drive: alike, reads: 2, ..NOTHING },
+        Coded { side: 6, drives: 1, reads: 40, ..NOTHING },
+        Coded { side: 6, drives: 1, ..NOTHING },
+        Coded { side: 6, drives: 2, ..NOTHING },
+        Coded { side: 6, drives: 50, ..NOTHING },
+        Coded { side: 1, drives: 30, ..NOTHING },
+        Coded { side: 6, drives: 50, noise: 0.0, ..NOTHING },
+    ];
+    for coded in odd {
+        if let Some(found) = (Coded { places_m: vec![PLACE], ..coded }).diagnosed() {
+            assert!(!found.verdict.names_a_cause(), "{}", found.sentence);
+        }
+    }
+}
+
+#[test]
+#[ignore = "times a calibration of 256 elements"]
+fn hundreds_of_drives_of_256_elements_take_seconds() {
+    for causes in [
+        "",
+        "[sound-speed]\nc_m_s = 346.0",
+        "[element-gain]\nspread = 0.1",
+        "[dead-elements]\nelements = [30, 77, 200]",
+    ] {
+        for reads in [1, 4] {
+            let coded = Coded { causes, reads, places_m: vec![PLACE], ..NOTHING };
+            coded.diagnosed().expect("comparable");
+        }
+    }
+}

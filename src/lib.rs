@@ -38,6 +38,7 @@ pub use fieldgap_archive as archive;
 pub use fieldgap_blind as blind;
 pub use fieldgap_campaign as campaign;
 pub use fieldgap_characterization as characterization;
+pub use fieldgap_closed_loop as closed_loop;
 pub use fieldgap_comparison as comparison;
 pub use fieldgap_correction as correction;
 pub use fieldgap_diagnosis as diagnosis;

@@ -95,6 +95,7 @@ pages! {
     blind_sets: "docs/blind-sets.md",
     campaign_page: "docs/campaign-page.md",
     campaigns: "docs/campaigns.md",
+    closed_loop: "docs/closed-loop.md",
     comparing: "docs/comparing.md",
     devices: "docs/devices.md",
     diagnosing: "docs/diagnosing.md",

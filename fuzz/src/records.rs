@@ -93,6 +93,15 @@ pub fn events(case: &[u8]) {
     });
 }
 
+/// `rounds.jsonl` of a closed loop: rounds in order, or an error that names the line.
+pub fn rounds(case: &[u8]) {
+    let text = String::from_utf8_lossy(case);
+    match fieldgap::closed_loop::parse_rounds(Path::new("rounds.jsonl"), &text) {
+        Ok(rounds) => assert!(rounds.iter().enumerate().all(|(n, round)| round.round == n)),
+        Err(error) => assert!(error.to_string().starts_with("rounds.jsonl, line ")),
+    }
+}
+
 /// The log of a campaign.
 pub fn campaign_log(case: &[u8]) {
     with_folder(&[("campaign.jsonl", case)], |folder| match CampaignFolder::read(folder) {

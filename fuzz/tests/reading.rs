@@ -53,6 +53,7 @@ files! {
     journal: records::journal,
     events: records::events,
     campaign_log: records::campaign_log,
+    rounds: records::rounds,
     figures: records::figures,
     thesis_log: records::thesis_log,
     grid: records::grid,

@@ -1,13 +1,16 @@
 //! A scan whose plan leaves the choice of readings to the rig.
 
 use std::path::Path;
+use std::process::ExitCode;
 
 use clap::Args;
 use miette::{IntoDiagnostic, miette};
 
-use fieldgap_acquisition::{AcquisitionError, PlannedScan, ScanRun};
-use fieldgap_closed_loop::{Inquiry, Round, in_closed_loop};
+use super::output::{print, print_json};
+use fieldgap_acquisition::{AcquisitionError, PlannedScan, RigSetup, ScanRun, original_rig};
+use fieldgap_closed_loop::{Inquiry, Round, in_closed_loop, read_rounds};
 use fieldgap_input::{Time, TomlSource};
+use fieldgap_records::{Plan, RecordedScan};
 
 /// Whether and how long a rig chooses its own readings.
 #[derive(Debug, Default, Args)]
@@ -79,4 +82,28 @@ pub(super) fn go_on(scan_run: &mut ScanRun, folder: &Path) -> Result<(), Acquisi
         .map_err(|error| AcquisitionError::NoNextRound(error.into()))?;
     scan_run.in_rounds(Box::new(inquiry));
     Ok(())
+}
+
+/// Makes every decision of a recorded loop again, and prints which are the same.
+pub(super) fn replay_rounds(folder: &Path, as_json: bool) -> miette::Result<ExitCode> {
+    let record = RecordedScan::open(folder)?;
+    let plan = Plan::read(&folder.join("plan.toml"))?;
+    let rig = original_rig(folder).unwrap_or_else(|| folder.join("rig.toml"));
+    let inquiry = Inquiry::new(&plan, &RigSetup::read(&rig)?, folder).into_diagnostic()?;
+    let rounds = read_rounds(folder).into_diagnostic()?;
+    let again = inquiry.again(&plan, &record, &rounds).into_diagnostic()?;
+    let same = again.iter().zip(&rounds).all(|(again, logged)| again == logged);
+    if as_json {
+        print_json(&again)?;
+    } else {
+        let lines = again.iter().zip(&rounds).map(|(again, logged)| match again == logged {
+            true => format!("round {}: the same. {}", logged.round, logged.reason),
+            false => format!(
+                "round {}: another. Then: {} Now: {}",
+                logged.round, logged.reason, again.reason
+            ),
+        });
+        print(&(lines.collect::<Vec<_>>().join("\n") + "\n"))?;
+    }
+    Ok(if same { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

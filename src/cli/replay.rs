@@ -7,6 +7,7 @@ use clap::Args;
 use miette::IntoDiagnostic;
 use sha2::{Digest, Sha256};
 
+use super::closed_loop::replay_rounds;
 use super::compare::ComparisonArgs;
 use super::output::{print, print_json, say};
 use super::picture_args::PictureArgs;
@@ -30,6 +31,9 @@ pub(super) struct Replay {
     /// Instead, run the drivers against the recorded device traffic (wire/ in the folder) and list what they do differently
     #[arg(long, conflicts_with = "out")]
     wire: bool,
+    /// Instead, make every decision of a closed loop again from the record, and list what differs from rounds.jsonl
+    #[arg(long, conflicts_with_all = ["out", "wire"])]
+    rounds: bool,
     /// Print the comparison as JSON
     #[arg(long)]
     json: bool,
@@ -41,6 +45,9 @@ impl Replay {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         if self.wire {
             return self.run_wire();
+        }
+        if self.rounds {
+            return replay_rounds(&self.folder, self.json);
         }
         let out = self.out.clone().unwrap_or_else(|| self.folder.join("report"));
         let pictures = self.pictures.style()?;

@@ -196,6 +196,39 @@ impl Inquiry {
         Ok((round, Some(text)))
     }
 
+    /// Every decision made again from a finished record and its plan, the first round as it was logged. A round whose readings are not those of
+    /// the plan has none.
+    ///
+    /// # Errors
+    /// As [`Inquiry::decide`].
+    pub fn again(
+        &self,
+        plan: &Plan,
+        record: &RecordedScan,
+        rounds: &[Round],
+    ) -> Result<Vec<Round>, InquiryError> {
+        let mut again: Vec<Round> = rounds.iter().take(1).cloned().collect();
+        for round in rounds.iter().skip(1) {
+            let mut so_far = plan.clone();
+            so_far.readings.truncate(round.round);
+            let seen = RecordedScan {
+                setup: record.setup.clone(),
+                samples: record.samples[..round.before.min(record.samples.len())].to_vec(),
+            };
+            let (mut made, longer) = self.decide(&so_far, &seen, &rounds[..round.round])?;
+            if let Some(text) = longer {
+                let source = TomlSource::new(plan.path(), text);
+                let chosen = Plan::parse(source)?.readings.pop().map(|readings| readings.list);
+                let planned = plan.readings.get(round.round).map(|readings| &readings.list);
+                if chosen.as_ref() != planned {
+                    made.readings = 0;
+                }
+            }
+            again.push(made);
+        }
+        Ok(again)
+    }
+
     fn words(&self, standing: &Standing, round: &Round) -> String {
         let taken_back = match round.verification {
             Some(failed) => format!(

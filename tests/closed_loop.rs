@@ -1,0 +1,133 @@
+//! A rig that chooses its own readings: to the end, killed on the way, and replayed.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use fieldgap::closed_loop::{End, Purpose, read_rounds};
+use fieldgap::records::{Plan, RecordedScan};
+
+/// An element is dead, which is no gap of the usual simulator.
+const TRUTH: &str = "[source]\npressure_pa_at_1_m = 4.0\n[microphone]\nsensitivity_v_pa = 0.003\n\
+                     [noise]\nmultiplicative = 0.04\nadditive_v = 0.01\n[effects.dead-elements]\nelements = [14]\n";
+
+const PLAN: &str = "name = \"loop\"\nrig = \"rig.toml\"\n[simulator]\nmodel = \"piston\"\n\
+                    [[focus]]\nx_mm = 10.0\ny_mm = -5.0\nz_mm = 100.0\n\
+                    [closed_loop]\nmin_mm = [-30.0, -30.0, 80.0]\nmax_mm = [30.0, 30.0, 140.0]\n\
+                    first_readings = 160\nround_readings = 64\n[closed_loop.verify]\nreadings = 32\n";
+
+fn fieldgap(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_fieldgap"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .output()
+        .expect("the program starts")
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout)
+}
+
+/// A folder with a rig whose element is dead, and the plan.
+fn bench() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rigs = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs");
+    let rig = std::fs::read_to_string(rigs.join("virtual.toml")).expect("the rig file");
+    let rig = rig.replace("truth/thesis-lab.toml", "truth.toml");
+    // The steps of the usual controller are a gap of their own.
+    let rig =
+        rig.replace("[virtual.robot]", "[virtual.array]\nperiod_steps = 8192\n\n[virtual.robot]");
+    for (name, text) in [("rig.toml", rig.as_str()), ("truth.toml", TRUTH), ("plan.toml", PLAN)] {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    }
+    folder
+}
+
+#[test]
+fn a_loop_finds_a_dead_element_and_proves_it_and_goes_on_alike_when_it_was_killed() {
+    let folder = bench();
+    let run = fieldgap(&["scan", "plan.toml", "--out", "whole"], folder.path());
+    assert!(run.status.success(), "{}", said(&run));
+    let whole = folder.path().join("whole");
+    let rounds = read_rounds(&whole).expect("rounds");
+    let last = rounds.last().expect("several");
+    assert_eq!(last.end, Some(End::Verified), "{}", last.reason);
+    let named: Vec<&str> = last.named[0].iter().map(|id| id.as_str()).collect();
+    assert_eq!(named, ["dead-elements"]);
+    let verification = last.verification.expect("it was tested");
+    assert!(verification.holds && verification.gap_after < 0.6 * verification.gap_before);
+    assert_eq!(rounds[rounds.len() - 2].purpose, Purpose::Verify);
+
+    // The plan of the record names every reading, in the order in which it was taken.
+    let plan = Plan::read(&whole.join("plan.toml")).expect("a plan");
+    let record = RecordedScan::open(&whole).expect("a record");
+    let visits = plan.visits();
+    assert_eq!(visits.len(), record.samples.len());
+    for (visit, sample) in visits.iter().zip(&record.samples) {
+        assert_eq!(visit.focus, sample.focus);
+        assert!((visit.position_m - sample.position_m()).norm() < 1e-4);
+    }
+
+    let replayed = fieldgap(&["replay", "whole", "--rounds"], folder.path());
+    assert!(replayed.status.success(), "{}", said(&replayed));
+    assert_eq!(said(&replayed).matches("the same").count(), rounds.len());
+
+    // As if it had been killed after the decision of a round, before the first of its readings: the decision is made again.
+    let killed = folder.path().join("killed");
+    copy(&whole, &killed);
+    let kept = rounds[1].before;
+    for (file, header) in [("samples.csv", 1), ("journal.csv", 1)] {
+        let text = std::fs::read_to_string(killed.join(file)).expect("there");
+        let lines: String = text.split_inclusive('\n').take(header + kept).collect();
+        std::fs::write(killed.join(file), lines).expect("written");
+    }
+    let longer = std::fs::read_to_string(killed.join("plan.toml")).expect("there");
+    let second = longer.match_indices("[[readings]]").nth(1).expect("several rounds").0;
+    let comment = longer[..second].rfind("\n#").expect("its reason") + 1;
+    std::fs::write(killed.join("plan.toml"), &longer[..comment]).expect("written");
+    std::fs::write(killed.join("state.toml"), "state = \"scanning\"\n").expect("written");
+    let resumed = fieldgap(&["resume", "killed"], folder.path());
+    assert!(resumed.status.success(), "{}", said(&resumed));
+    let after = read_rounds(&killed).expect("rounds");
+    assert_eq!(after[..2], rounds[..2]);
+    let plan = Plan::read(&killed.join("plan.toml")).expect("a plan");
+    assert_eq!(plan.visits()[..kept + rounds[1].readings], visits[..kept + rounds[1].readings]);
+    assert_eq!(after.last().and_then(|round| round.end), Some(End::Verified));
+}
+
+#[test]
+fn a_plan_that_cannot_go_on_in_rounds_is_refused_at_its_line() {
+    let folder = bench();
+    let refused = |more: &str, what: &str| {
+        let plan = PLAN.replace("first_readings = 160\n", more);
+        std::fs::write(folder.path().join("wrong.toml"), plan).expect("written");
+        let output = fieldgap(&["run", "wrong.toml", "--dry-run"], folder.path());
+        assert!(!output.status.success() && said(&output).contains(what), "{}", said(&output));
+    };
+    refused("first_readings = 3\n", "too few");
+    refused("criterion = \"luck\"\n", "luck");
+    refused("readings = 100\n", "first round alone");
+    refused("minutes = 0\n", "above zero");
+    let plan = PLAN.replace("max_mm = [30.0, 30.0, 140.0]", "max_mm = [30.0, 30.0, 80.0]");
+    std::fs::write(folder.path().join("flat.toml"), plan).expect("written");
+    let flat = fieldgap(&["run", "flat.toml", "--dry-run"], folder.path());
+    assert!(said(&flat).contains("along z"), "{}", said(&flat));
+    // Nothing of the box is within the travel of the robot.
+    let plan =
+        PLAN.replace("80.0]\nmax_mm = [30.0, 30.0, 140.0]", "800.0]\nmax_mm = [30.0, 30.0, 940.0]");
+    std::fs::write(folder.path().join("far.toml"), plan).expect("written");
+    let far = fieldgap(&["run", "far.toml", "--dry-run"], folder.path());
+    assert!(said(&far).contains("reaches too little"), "{}", said(&far));
+    // Minutes are for a loop.
+    let minutes = fieldgap(&["run", "plan.toml", "--minutes", "3", "--dry-run"], folder.path());
+    assert!(minutes.status.success(), "{}", said(&minutes));
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).expect("a folder");
+    for entry in std::fs::read_dir(from).expect("a folder").flatten() {
+        if entry.path().is_file() {
+            std::fs::copy(entry.path(), to.join(entry.file_name())).expect("a copy");
+        }
+    }
+}

@@ -75,7 +75,7 @@ pub(crate) const FLUCTUATION_SHOWN: f64 = 10.0;
 pub(crate) const NOISE_AGAINST_REPEATS: f64 = 3.0;
 
 /// Factor within which one kind of noise is looked for while the other is held, and within which dark readings fix the additive noise if
-/// repeats say otherwise. Set by judgement.
+/// repeats say otherwise; and within which the noise beside a set may differ from its estimate. Set by judgement.
 pub(crate) const NOISE_SEARCH_FACTOR: f64 = 3.0;
 
 /// Equal largest readings from which on they are a full scale: four equal ones do not happen by chance.

@@ -9,7 +9,7 @@
 use fieldgap_comparison::{DarkReadings, USUAL_PROPORTIONAL_NOISE};
 use nalgebra::{Matrix2, Vector2};
 
-use crate::limits::USUAL_ADDITIVE_NOISE;
+use crate::limits::{NOISE_SEARCH_FACTOR, USUAL_ADDITIVE_NOISE};
 use crate::model::effect::Expected;
 use crate::model::observations::{Observations, ObservedScan};
 use crate::model::residuals::Residuals;
@@ -165,6 +165,10 @@ impl<'s> UnknownNoise<'s> {
         let scatter = &self.scan.scatter;
         let additive = scatter.additive.max(1e-3 * self.usual_additive);
         let mut at = Vector2::new(scatter.share.max(LEAST_SHARE).ln(), additive.ln());
+        // What exceeds the estimate by far is a gap, and no noise.
+        let within = Vector2::repeat(NOISE_SEARCH_FACTOR.ln());
+        let (least, most) = (at - within, at + within);
+        let inside = |at: Vector2<f64>| at.sup(&least).inf(&most);
         let mut here = self.log(at);
         let mut width = Matrix2::identity();
         for _ in 0..ROUNDS {
@@ -176,16 +180,16 @@ impl<'s> UnknownNoise<'s> {
                 None => slope.component_div(&curvature.diagonal().map(|c| c.abs().max(1.0))),
             };
             let mut step = step / step.amax().max(1.0);
-            let mut there = self.log(at + step);
+            let mut there = self.log(inside(at + step));
             while there < here && step.amax() > 1e-3 {
                 step *= 0.5;
-                there = self.log(at + step);
+                there = self.log(inside(at + step));
             }
             if there < here {
                 break;
             }
             let gained = there - here;
-            (at, here) = (at + step, there);
+            (at, here) = (inside(at + step), there);
             if gained < 1e-4 {
                 break;
             }

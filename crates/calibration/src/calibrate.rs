@@ -4,14 +4,13 @@ use crate::channels::channels;
 use crate::limits::ORDINARY_PHASE_RAD;
 use crate::model::{Model, Setting, Weights};
 use crate::readings::{CodedReadings, ReadingNoise};
-use crate::retrieval::{Retrieval, StartOutcome, from_several_starts, retrieve, without_outliers};
+use crate::retrieval::{
+    Retrieval, StartOutcome, from_several_starts, retrieve, retrieve_roughly, without_outliers,
+};
 use crate::warm_up::warm_since_s;
-use crate::wiring::exchanged;
+use crate::wiring::with_exchanges;
 use fieldgap_acoustics::Simulation;
 use fieldgap_records::{CalibratedChannel, ChannelState};
-
-/// Rounds of looking for exchanged channels: each finds all pairs that do not hide one another.
-const ROUNDS: usize = 4;
 
 /// Why readings give no calibration.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -113,15 +112,10 @@ pub fn calibrate(
     let left_out = all - readings.readings.len();
 
     let model = Model::new(simulation, readings, noise);
-    let first = retrieve(&model, &model.nominal());
-    let (mut model, mut found) = without_outliers(model, first);
-    for _ in 0..ROUNDS {
-        let Some((wiring, weights)) = exchanged(&model, &found) else { break };
-        model = model.wired(wiring);
-        let start = Weights { weights, ..found.weights.clone() };
-        let again = retrieve(&model, &start);
-        found = Retrieval { outliers: found.outliers, ..again };
-    }
+    let first = retrieve_roughly(&model, &model.nominal());
+    let (model, found) = with_exchanges(model, first);
+    let found = retrieve(&model, &found.weights);
+    let (model, found) = without_outliers(model, found);
     let outliers = found.outliers;
     let found = from_several_starts(&model, found, options.more_starts, options.seed);
     let channels = channels(&found.weights.weights, found.covariance.as_ref(), model.wiring());

@@ -138,11 +138,6 @@ impl<'a> Model<'a> {
         &self.wiring
     }
 
-    /// Level of a simulated field of 1, in the unit of the readings.
-    pub fn scale(&self) -> f64 {
-        self.scale
-    }
-
     /// Standard deviation of the reading of a row.
     pub fn sd(&self, row: &Reading) -> f64 {
         self.noise.at(row.value)
@@ -209,31 +204,20 @@ impl<'a> Model<'a> {
         let transfer = self.transfer(weights.setting);
         let fields = self.fields(&transfer, &weights.weights);
         let floor = self.floor();
-        let mut residuals = Vec::with_capacity(self.rows.len());
-        // What a change of the field does to a residual: its part along this.
-        let mut along = Vec::with_capacity(self.rows.len());
-        for (row, field) in self.rows.iter().zip(&fields) {
-            let field = self.level(row, &weights) * field;
-            let predicted = field.norm().hypot(floor);
-            residuals.push((predicted - row.value) / self.sd(row));
-            along.push(field.conj() / (predicted.max(f64::MIN_POSITIVE) * self.sd(row)));
-        }
+        let along = self.along(&weights, &fields);
+        let rows = self.rows.iter().zip(&fields);
+        let residuals = rows
+            .map(|(row, field)| {
+                let level = (self.level(row, &weights) * field).norm().hypot(floor);
+                (level - row.value) / self.sd(row)
+            })
+            .collect();
         let n = self.channels();
         let by_channel: Vec<[Vec<f64>; 2]> = (0..n)
             .into_par_iter()
             .map(|channel| {
                 let transfer = &transfer[self.wiring[channel]];
-                let mut columns =
-                    [Vec::with_capacity(self.rows.len()), Vec::with_capacity(self.rows.len())];
-                for (row, along) in self.rows.iter().zip(&along) {
-                    let change = along
-                        * self.level(row, &weights)
-                        * self.readings.drives[row.drive][channel]
-                        * transfer[row.place];
-                    columns[0].push(change.re);
-                    columns[1].push(-change.im);
-                }
-                columns
+                self.columns_of(&weights, channel, transfer, &along)
             })
             .collect();
         let mut columns = Vec::with_capacity(parameters.len());
@@ -264,31 +248,50 @@ impl<'a> Model<'a> {
         Linearisation { residuals, columns }
     }
 
-    /// What each channel adds to the field of each row per unit of weight, for some channels.
-    pub fn contributions(&self, weights: &Weights, channels: &[usize], elements: &[usize]) -> Vec<Vec<Complex64>> {
+    /// Derivatives of all residuals by both parts of the weight that a channel would have at the place of `element`, beside all others as
+    /// they are.
+    pub fn parts(&self, weights: &Weights, channel: usize, element: usize) -> [Vec<f64>; 2] {
         let transfer = self.transfer(weights.setting);
-        let of = |(&channel, &element): (&usize, &usize)| {
-            let rows = self.rows.iter();
-            rows.map(|row| {
-                self.level(row, weights)
-                    * self.readings.drives[row.drive][channel]
-                    * transfer[element][row.place]
-            })
-            .collect()
-        };
-        channels.iter().zip(elements).map(of).collect()
-    }
-
-    /// The field at each row, in the unit of the readings, with its slow change.
-    pub fn fields_of(&self, weights: &Weights) -> Vec<Complex64> {
-        let fields = self.fields(&self.transfer(weights.setting), &weights.weights);
-        let rows = self.rows.iter().zip(fields);
-        rows.map(|(row, field)| self.level(row, weights) * field).collect()
+        let fields = self.fields(&transfer, &weights.weights);
+        let along = self.along(weights, &fields);
+        self.columns_of(weights, channel, &transfer[element], &along)
     }
 
     /// The level with the array silent.
     pub fn floor(&self) -> f64 {
         self.readings.silent.unwrap_or(0.0)
+    }
+
+    /// The direction of the field at each row, in units of the noise: what a change of the field does to a residual is its part along it.
+    fn along(&self, weights: &Weights, fields: &[Complex64]) -> Vec<Complex64> {
+        let floor = self.floor();
+        let rows = self.rows.iter().zip(fields);
+        rows.map(|(row, field)| {
+            let field = self.level(row, weights) * field;
+            let level = field.norm().hypot(floor);
+            field.conj() / (level.max(f64::MIN_POSITIVE) * self.sd(row))
+        })
+        .collect()
+    }
+
+    fn columns_of(
+        &self,
+        weights: &Weights,
+        channel: usize,
+        transfer: &[Complex64],
+        along: &[Complex64],
+    ) -> [Vec<f64>; 2] {
+        let mut columns =
+            [Vec::with_capacity(self.rows.len()), Vec::with_capacity(self.rows.len())];
+        for (row, along) in self.rows.iter().zip(along) {
+            let change = along
+                * self.level(row, weights)
+                * self.readings.drives[row.drive][channel]
+                * transfer[row.place];
+            columns[0].push(change.re);
+            columns[1].push(-change.im);
+        }
+        columns
     }
 
     /// Element by element, the field of each at each place, in the unit of the readings.

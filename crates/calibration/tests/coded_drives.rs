@@ -55,3 +55,21 @@ fn large() {
     let (bench, found, gap) = calibrated(16, 3, 3);
     let (bench, found, gap) = calibrated(16, 3, 4);
 }
+#[test]
+#[ignore]
+fn dbg() {
+    for seed in [3] {
+        let s = simulation(16);
+        let mut b = Bench::draw(&s, 3, seed);
+        eprintln!("dead {:?} rev {:?} swap {:?}", b.dead, b.reversed, b.swapped);
+        if std::env::var("NOSWAP").is_ok() { for [x,y] in b.swapped.clone() { b.weights.swap(x,y);} b.swapped.clear(); }
+        let per: usize = std::env::var("PER").ok().and_then(|v| v.parse().ok()).unwrap_or(6);
+        let places = candidates(&s.array);
+        let design = Design::choose(&s, &places, &[], per*256, seed).expect("places");
+        eprintln!("{:?}", design.places_m);
+        let coded = b.read(&s, &design, NOISE);
+        let t = Instant::now();
+        let found = calibrate(&s, &coded, Options { seed, more_starts: 0 }).expect("enough");
+        eprintln!("{:?} {:?} chi {} out {} {:?}", b.errors(&found), b.misjudged(&found), found.chi_square, found.outliers, t.elapsed());
+    }
+}

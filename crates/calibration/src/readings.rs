@@ -109,6 +109,42 @@ impl CodedReadings {
         Self { places_m, drives, readings, silent }
     }
 
+    /// The readings of several scans of one array with one receiver, each a minute after the one before.
+    pub fn joined(scans: impl IntoIterator<Item = Self>) -> Self {
+        let mut scans = scans.into_iter();
+        let mut joined = scans.next().unwrap_or(Self {
+            places_m: Vec::new(),
+            drives: Vec::new(),
+            readings: Vec::new(),
+            silent: None,
+        });
+        for scan in scans {
+            let (places, drives) = (joined.places_m.len(), joined.drives.len());
+            let begins_s = joined.readings.last().map_or(0.0, |last| last.time_s + 60.0)
+                - scan.readings.first().map_or(0.0, |first| first.time_s);
+            joined.places_m.extend(scan.places_m);
+            joined.drives.extend(scan.drives);
+            joined.readings.extend(scan.readings.into_iter().map(|reading| Reading {
+                place: reading.place + places,
+                drive: reading.drive + drives,
+                time_s: reading.time_s + begins_s,
+                ..reading
+            }));
+            joined.silent = joined.silent.or(scan.silent);
+        }
+        joined
+    }
+
+    /// The readings that are not taken, and those that are.
+    pub fn split(&self, take: impl Fn(&Reading) -> bool) -> (Self, Self) {
+        let part = |taken: bool| {
+            let mut part = self.clone();
+            part.readings.retain(|reading| take(reading) == taken);
+            part
+        };
+        (part(false), part(true))
+    }
+
     /// How many channels there are.
     pub fn channels(&self) -> usize {
         self.drives.first().map_or(0, Vec::len)

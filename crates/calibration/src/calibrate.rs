@@ -212,7 +212,9 @@ fn ambiguities(
         } else {
             "which explains the readings worse"
         };
-        texts.push(format!("{others} of {starts} further starts ended at another solution, {wording}."));
+        texts.push(format!(
+            "{others} of {starts} further starts ended at another solution, {wording}."
+        ));
     }
     let unsure = channels.iter().filter(|channel| {
         channel.state != ChannelState::Dead && channel.phase_error_rad > ORDINARY_PHASE_RAD

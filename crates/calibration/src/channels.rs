@@ -43,7 +43,9 @@ pub fn channels(
                 ChannelState::Swapped
             } else if is_below(DEAD_GAIN) {
                 ChannelState::Dead
-            } else if off_half_turn_rad + SURE * phase_error_rad < REVERSED_WITHIN_RAD.max(2.0 * SURE * phase_error_rad).min(PI / 2.0) {
+            } else if off_half_turn_rad + SURE * phase_error_rad
+                < REVERSED_WITHIN_RAD.max(2.0 * SURE * phase_error_rad).min(PI / 2.0)
+            {
                 ChannelState::Reversed
             } else if is_below(WEAK_GAIN) {
                 ChannelState::Weak

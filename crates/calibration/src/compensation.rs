@@ -49,7 +49,10 @@ pub fn compensated(
             _ => (weakest / channel.gain).min(1.0),
         };
         let levels = f64::from(steps.level);
-        ChannelDrive { phase_rad: phase_rad.rem_euclid(TAU), level: (level * levels).round() / levels }
+        ChannelDrive {
+            phase_rad: phase_rad.rem_euclid(TAU),
+            level: (level * levels).round() / levels,
+        }
     };
     channels.iter().zip(phases_rad).map(drive).collect()
 }

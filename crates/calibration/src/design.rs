@@ -84,8 +84,7 @@ impl Design {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let (mut drives, mut place_of) = (Vec::new(), Vec::new());
         for (place, information) in informations.iter().enumerate() {
-            let share = readings / places_m.len()
-                + usize::from(place < readings % places_m.len());
+            let share = readings / places_m.len() + usize::from(place < readings % places_m.len());
             let references = share.div_ceil(BETWEEN_REFERENCES + 1);
             let mut codes = information.codes(share - references + 1, &mut random);
             let reference = codes.pop().expect("one more was drawn");
@@ -99,7 +98,12 @@ impl Design {
     }
 
     /// The same with `readings` codes for other places, none of them used for choosing: for a check.
-    pub fn for_check(simulation: &Simulation, places_m: &[Vec3], readings: usize, seed: u64) -> Option<Self> {
+    pub fn for_check(
+        simulation: &Simulation,
+        places_m: &[Vec3],
+        readings: usize,
+        seed: u64,
+    ) -> Option<Self> {
         Self::choose(simulation, &[], places_m, readings, seed)
     }
 
@@ -146,11 +150,8 @@ fn quarter(turns: u8) -> String {
 
 /// Candidate places above an array: a lattice as wide as it, at heights from half its width to one and a half.
 pub fn candidates(array: &Array) -> Vec<Vec3> {
-    let half = array
-        .elements()
-        .iter()
-        .map(|element| element.centre_m.xy().amax())
-        .fold(0.02, f64::max);
+    let half =
+        array.elements().iter().map(|element| element.centre_m.xy().amax()).fold(0.02, f64::max);
     let top = array.elements().iter().map(|element| element.centre_m.z).fold(0.0, f64::max);
     let mut places = Vec::new();
     for z in [1.2, 1.8, 2.6] {
@@ -293,6 +294,7 @@ fn promise(places: &[&PlaceInformation], readings: usize) -> Option<Promise> {
     let determinant = DMatrix::from_fn(4, 4, |i, j| reduced[(i, j)]).determinant();
     let of_common = DMatrix::from_fn(4, 4, |i, j| common[(i, j)]).determinant();
     let log_own: f64 = own.iter().map(|information| information.ln()).sum();
-    let log_determinant = (log_own + (determinant / of_common).max(f64::MIN_POSITIVE).ln()) / elements as f64;
+    let log_determinant =
+        (log_own + (determinant / of_common).max(f64::MIN_POSITIVE).ln()) / elements as f64;
     Some(Promise { phase_rad: phase.sqrt(), gain: gain.sqrt(), log_determinant })
 }

@@ -24,7 +24,11 @@ pub struct LinearFit {
 ///
 /// # Panics
 /// If the numbers of rows, readings and deviations differ.
-pub fn linear_fit(rows: &[Vec<Complex64>], readings: &[Complex64], sd: &[f64]) -> Option<LinearFit> {
+pub fn linear_fit(
+    rows: &[Vec<Complex64>],
+    readings: &[Complex64],
+    sd: &[f64],
+) -> Option<LinearFit> {
     assert!(rows.len() == readings.len() && rows.len() == sd.len(), "one reading for each row");
     let count = rows.first()?.len();
     if rows.len() < count {
@@ -36,7 +40,8 @@ pub fn linear_fit(rows: &[Vec<Complex64>], readings: &[Complex64], sd: &[f64]) -
     let largest = curvature.diagonal().iter().map(|entry| entry.re).fold(0.0, f64::max);
     let cholesky = curvature.cholesky()?;
     // What rounding leaves of a weight that is not determined.
-    let least = cholesky.l_dirty().diagonal().iter().map(|entry| entry.re).fold(f64::INFINITY, f64::min);
+    let least =
+        cholesky.l_dirty().diagonal().iter().map(|entry| entry.re).fold(f64::INFINITY, f64::min);
     if least * least <= ROUNDING * largest {
         return None;
     }
@@ -64,8 +69,9 @@ mod tests {
     #[test]
     fn hadamard_codes_share_the_noise_equally() {
         let rows = hadamard(8);
-        let truth: Vec<Complex64> =
-            (0..8).map(|k| Complex64::from_polar(1.0 + 0.1 * f64::from(k), FRAC_PI_2 * f64::from(k))).collect();
+        let truth: Vec<Complex64> = (0..8)
+            .map(|k| Complex64::from_polar(1.0 + 0.1 * f64::from(k), FRAC_PI_2 * f64::from(k)))
+            .collect();
         let readings: Vec<Complex64> =
             rows.iter().map(|row| row.iter().zip(&truth).map(|(a, w)| a * w).sum()).collect();
         let fit = linear_fit(&rows, &readings, &[0.2; 8]).expect("determined");

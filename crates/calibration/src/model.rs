@@ -62,21 +62,31 @@ pub struct Weights {
 impl<'a> Model<'a> {
     /// The model of readings of the array of `simulation`, whose excitation has no part in this. The scale makes the weights one on
     /// average.
-    pub fn new(simulation: &'a Simulation, readings: &'a CodedReadings, noise: ReadingNoise) -> Self {
+    pub fn new(
+        simulation: &'a Simulation,
+        readings: &'a CodedReadings,
+        noise: ReadingNoise,
+    ) -> Self {
         let rows: Vec<&Reading> = readings.readings.iter().collect();
         let first_s = rows.first().map_or(0.0, |row| row.time_s);
         let last_s = rows.last().map_or(0.0, |row| row.time_s);
-        let knots = if readings.is_coded() { ((last_s - first_s) / KNOT_S).round() as usize } else { 0 };
+        let knots =
+            if readings.is_coded() { ((last_s - first_s) / KNOT_S).round() as usize } else { 0 };
         let knot_s = |n: usize| first_s + (last_s - first_s) * n as f64 / knots.max(1) as f64;
         let channels = simulation.array.len();
         let mut model = Self {
             simulation,
             array: Array::from_elements(
-                simulation.array.elements().iter().map(|&element| fieldgap_acoustics::Element {
-                    amplitude: 1.0,
-                    phase_rad: 0.0,
-                    ..element
-                }).collect(),
+                simulation
+                    .array
+                    .elements()
+                    .iter()
+                    .map(|&element| fieldgap_acoustics::Element {
+                        amplitude: 1.0,
+                        phase_rad: 0.0,
+                        ..element
+                    })
+                    .collect(),
             )
             .expect("as many elements as before"),
             readings,
@@ -159,11 +169,13 @@ impl<'a> Model<'a> {
             scale: 1.0,
             prior: Some((mean, self.weight_sd)),
         };
-        let about_zero = |start: f64, sd: f64| Parameter { start, scale: sd, prior: Some((0.0, sd)) };
+        let about_zero =
+            |start: f64, sd: f64| Parameter { start, scale: sd, prior: Some((0.0, sd)) };
         let Weights { weights, setting, drift } = start;
         let real = weights.iter().map(|w| weight(w.re, 1.0));
         let imaginary = weights.iter().map(|w| weight(w.im, 0.0));
-        let offset = setting.offset_m.iter().map(|&m| about_zero(m, OFFSET_SD_M)).collect::<Vec<_>>();
+        let offset =
+            setting.offset_m.iter().map(|&m| about_zero(m, OFFSET_SD_M)).collect::<Vec<_>>();
         let speed = [about_zero(setting.speed, SPEED_SD)];
         let drift = drift.iter().map(|&level| about_zero(level, DRIFT_SD));
         real.chain(imaginary).chain(offset).chain(speed).chain(drift).collect()
@@ -172,8 +184,7 @@ impl<'a> Model<'a> {
     /// The weights of some parameters.
     pub fn weights(&self, parameters: &[f64]) -> Weights {
         let n = self.channels();
-        let weights =
-            (0..n).map(|k| Complex64::new(parameters[k], parameters[n + k])).collect();
+        let weights = (0..n).map(|k| Complex64::new(parameters[k], parameters[n + k])).collect();
         let rest = &parameters[2 * n..];
         Weights {
             weights,

@@ -190,8 +190,7 @@ impl CodedReadings {
                 }
             }
         }
-        let relative =
-            if repeats == 0 { ASSUMED_NOISE } else { (squares / repeats as f64).sqrt() };
+        let relative = if repeats == 0 { ASSUMED_NOISE } else { (squares / repeats as f64).sqrt() };
         ReadingNoise { relative: relative.max(LEAST_NOISE), additive, repeats }
     }
 

@@ -60,8 +60,7 @@ pub fn retrieve_roughly(model: &Model<'_>, start: &Weights) -> Retrieval {
 
 fn retrieve_until(model: &Model<'_>, start: &Weights, stopping: Stopping) -> Retrieval {
     let parameters = model.parameters(start);
-    let minimum =
-        minimise(&parameters, stopping, |x| model.residuals(x), |x| model.linearise(x));
+    let minimum = minimise(&parameters, stopping, |x| model.residuals(x), |x| model.linearise(x));
     let residuals = model.residuals(&minimum.parameters);
     let squares: f64 = residuals.iter().map(|r| r * r).sum();
     let free = effective_parameters(&parameters, minimum.covariance.as_ref());
@@ -100,7 +99,12 @@ pub fn without_outliers<'a>(model: Model<'a>, found: Retrieval) -> (Model<'a>, R
 }
 
 /// Tries further starts, and keeps the best end.
-pub fn from_several_starts(model: &Model<'_>, first: Retrieval, more: usize, seed: u64) -> Retrieval {
+pub fn from_several_starts(
+    model: &Model<'_>,
+    first: Retrieval,
+    more: usize,
+    seed: u64,
+) -> Retrieval {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut ends = vec![first];
     for _ in 0..more {

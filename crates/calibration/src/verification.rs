@@ -55,7 +55,9 @@ pub fn focus_figures(along_m: &[f64], levels: &[f64]) -> Option<FocusFigures> {
         steps.find_map(|next| {
             if levels[next] < 0.5 * peak {
                 let share = (levels[last] - 0.5 * peak) / (levels[last] - levels[next]);
-                return Some((along_m[last] + share * (along_m[next] - along_m[last]) - along_m[top]).abs());
+                return Some(
+                    (along_m[last] + share * (along_m[next] - along_m[last]) - along_m[top]).abs(),
+                );
             }
             last = next;
             None
@@ -66,9 +68,8 @@ pub fn focus_figures(along_m: &[f64], levels: &[f64]) -> Option<FocusFigures> {
     let radius_m = right.zip(left).map(|(right, left)| 0.5 * (right + left));
     // A first minimum below half the peak: above it noise makes minima.
     let beyond = |side: &[f64]| {
-        let first = (1..side.len().saturating_sub(1)).find(|&k| {
-            side[k] < 0.5 * peak && side[k] <= side[k - 1] && side[k] <= side[k + 1]
-        })?;
+        let first = (1..side.len().saturating_sub(1))
+            .find(|&k| side[k] < 0.5 * peak && side[k] <= side[k - 1] && side[k] <= side[k + 1])?;
         side[first..].iter().copied().reduce(f64::max)
     };
     let mirrored: Vec<f64> = levels[..=top].iter().rev().copied().collect();

@@ -9,9 +9,7 @@ use nalgebra::{DVector, Matrix4, Vector4};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::limits::{
-    MOST_SUSPECTS, ORDINARY_GAIN, ORDINARY_PHASE_RAD, SUSPECT_SPREADS, SWAP_FALL,
-};
+use crate::limits::{MOST_SUSPECTS, ORDINARY_GAIN, ORDINARY_PHASE_RAD, SUSPECT_SPREADS, SWAP_FALL};
 use crate::model::Model;
 use crate::readings::median;
 use crate::retrieval::{Retrieval, retrieve_roughly};
@@ -133,7 +131,6 @@ fn predicted(pair: [usize; 2], crossed: [&Crossed; 2], ordinary: Complex64) -> C
         .map_or(about, |inverse| inverse * (downhill + about / (sd * sd)));
     let off = (weights - about).norm_squared() / (sd * sd);
     let fall = 2.0 * downhill.dot(&weights) - (weights.transpose() * curvature * weights)[0] - off;
-    let weights =
-        [Complex64::new(weights[0], weights[1]), Complex64::new(weights[2], weights[3])];
+    let weights = [Complex64::new(weights[0], weights[1]), Complex64::new(weights[2], weights[3])];
     Candidate { fall, pair, weights }
 }

@@ -88,7 +88,9 @@ impl ArraySection {
         section.with_calibration(name.get_ref(), file, compensated).ok_or_else(|| {
             source.fault(
                 name.span(),
-                format!("the calibration has {channels} channels, and the array has {elements} elements"),
+                format!(
+                    "the calibration has {channels} channels, and the array has {elements} elements"
+                ),
                 "name the calibration of this array",
             )
         })
@@ -108,7 +110,8 @@ impl ArraySection {
     ) -> Option<Self> {
         let uncalibrated = self.uncalibrated().clone();
         let array = file.applied_to(&uncalibrated, compensated)?;
-        let calibration = Some(Calibration { name: name.to_owned(), file, compensated, uncalibrated });
+        let calibration =
+            Some(Calibration { name: name.to_owned(), file, compensated, uncalibrated });
         Some(Self { array, calibration, ..self })
     }
 

@@ -184,7 +184,8 @@ impl CalibrationFile {
             let Row { gain, gain_error, phase_deg, phase_error_deg, state, drives } =
                 *row.get_ref();
             let drives = drives.unwrap_or(n);
-            let is_free = taken.get_mut(drives).is_some_and(|taken| !std::mem::replace(taken, true));
+            let is_free =
+                taken.get_mut(drives).is_some_and(|taken| !std::mem::replace(taken, true));
             if !is_free || !phase_deg.is_finite() {
                 return Err(source.fault(
                     row.span(),

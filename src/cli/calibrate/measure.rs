@@ -9,12 +9,12 @@ use miette::{IntoDiagnostic, miette};
 use toml_edit::DocumentMut;
 
 use super::text::in_words;
-use super::{Calibrate, CalibrationReport, FILE, FocusGain, RESULT, file_of, uncalibrated, write};
+use super::{Calibrate, CalibrationReport, FILE, FocusGain, RESULT, file_of, write};
 use crate::cli::output::{fresh_folder, print, print_json, say};
 use crate::cli::permission::Act;
 use crate::cli::scan::{report_ending, run_scan};
 use crate::rig_file::{RigFile, simulated_devices};
-use fieldgap_acoustics::{Excitation, Simulation, Vec3, delays_s};
+use fieldgap_acoustics::{Excitation, Simulation, Vec3};
 use fieldgap_acquisition::{Ending, PlannedScan, RigSetup, ScanRun};
 use fieldgap_calibration::compensation::{Steps, compensated};
 use fieldgap_calibration::design::{Design, candidates};
@@ -99,9 +99,7 @@ impl Calibrate {
         let codes = of_foci(&recorded, 0..check.codes);
         report.gap = Some(gap(&found, &simulation, &CodedReadings::of(&codes)));
         let lines = [0, 1].map(|axis| {
-            [0, 1].map(|which| {
-                figures_on(&recorded, check.codes + which, axis, focus_m)
-            })
+            [0, 1].map(|which| figures_on(&recorded, check.codes + which, axis, focus_m))
         });
         let lines: Vec<[FocusFigures; 2]> =
             lines.into_iter().filter_map(|[before, after]| Some([before?, after?])).collect();
@@ -149,7 +147,8 @@ impl Calibrate {
         let of = |readings: usize| {
             Design::choose(simulation, reachable, given, readings, self.seed).ok_or_else(|| {
                 miette!(
-                    help = "give places with --at-mm, or correct travel_mm and keep_out in [motion]",
+                    help =
+                        "give places with --at-mm, or correct travel_mm and keep_out in [motion]",
                     "the robot reaches none of the places from which the array could be calibrated"
                 )
             })
@@ -195,7 +194,9 @@ impl Calibrate {
         let codes = Design::for_check(simulation, &places, CHECKED, self.seed.wrapping_add(1));
         let codes = codes.ok_or_else(|| miette!("there is no place for the check"))?;
         let mut plan = codes.plan("check", &simulation.simulator.to_string());
-        let phases = |excitation: &Excitation| excitation.phases_rad(&simulation.array, &simulation.medium, simulation.frequency_hz);
+        let phases = |excitation: &Excitation| {
+            excitation.phases_rad(&simulation.array, &simulation.medium, simulation.frequency_hz)
+        };
         let focused = phases(&Excitation::Focus(focus_m));
         let at_true_places: Vec<f64> =
             found.channels.iter().map(|channel| focused[channel.drives]).collect();
@@ -214,7 +215,14 @@ impl Calibrate {
             let _ = write!(
                 plan,
                 "\n[[line]]\nfrom_mm = [{:?}, {:?}, {:?}]\nto_mm = [{:?}, {:?}, {:?}]\nstep_mm = {:?}\nfoci = [{count}, {}]\n",
-                from.x, from.y, from.z, to.x, to.y, to.z, 2.0 * half_mm / LINE_STEPS as f64, count + 1,
+                from.x,
+                from.y,
+                from.z,
+                to.x,
+                to.y,
+                to.z,
+                2.0 * half_mm / LINE_STEPS as f64,
+                count + 1,
             );
         }
         Ok(Check { plan, codes: count })
@@ -254,7 +262,8 @@ fn reachable(simulation: &Simulation, setup: &RigSetup) -> Vec<Vec3> {
 fn focus_of(simulation: &Simulation, setup: &RigSetup) -> Vec3 {
     let (envelope, frame) = (setup.rig.motion.envelope(), setup.rig.motion.frame());
     let wide_m = width_m(simulation);
-    let tried = [1.0, 0.8, 0.6, 0.5].map(|share| Vec3::new(0.0, 0.0, (share * wide_m * 1e3).round() / 1e3));
+    let tried =
+        [1.0, 0.8, 0.6, 0.5].map(|share| Vec3::new(0.0, 0.0, (share * wide_m * 1e3).round() / 1e3));
     let reached = |at_m: &Vec3| envelope.check_target(frame.to_robot(*at_m)).is_ok();
     tried.into_iter().find(reached).unwrap_or(tried[0])
 }
@@ -278,7 +287,12 @@ fn of_foci(scan: &RecordedScan, foci: std::ops::Range<usize>) -> RecordedScan {
 }
 
 /// The figures of the line through the focus along an axis, with one drive.
-fn figures_on(scan: &RecordedScan, focus: usize, axis: usize, focus_m: Vec3) -> Option<FocusFigures> {
+fn figures_on(
+    scan: &RecordedScan,
+    focus: usize,
+    axis: usize,
+    focus_m: Vec3,
+) -> Option<FocusFigures> {
     debug_assert!(matches!(scan.setup.foci.get(focus), Some(FocusSection::Phases(_))));
     let across = 1 - axis;
     let on_line = |at_m: &Vec3| (at_m[across] - focus_m[across]).abs() < 1e-4;

@@ -51,7 +51,8 @@ impl Calibrate {
             }
         }
         let readings = CodedReadings::joined(scans.iter().map(CodedReadings::of));
-        let simulation = uncalibrated(first, self.simulator(first.array.transducer_file().is_some()));
+        let simulation =
+            uncalibrated(first, self.simulator(first.array.transducer_file().is_some()));
         let options = Options { seed: self.seed, ..Options::default() };
         let found = calibrate(&simulation, &readings, options).into_diagnostic()?;
         let held_out = held_out(&simulation, &readings, options);

@@ -141,8 +141,12 @@ pub(super) fn in_words(report: &CalibrationReport) -> String {
     }
     if let Some(focus) = &report.focus {
         let [x, y, z] = focus.at_mm;
-        let _ = writeln!(text, "\nfocus at ({x:.0}, {y:.0}, {z:.0}) mm, drive as it was and compensated:");
-        let mm = |radius: Option<f64>| radius.map_or("-".to_owned(), |m| format!("{:.2} mm", m * 1e3));
+        let _ = writeln!(
+            text,
+            "\nfocus at ({x:.0}, {y:.0}, {z:.0}) mm, drive as it was and compensated:"
+        );
+        let mm =
+            |radius: Option<f64>| radius.map_or("-".to_owned(), |m| format!("{:.2} mm", m * 1e3));
         let lobe = |lobe: Option<f64>| lobe.map_or("-".to_owned(), percent);
         let mut rows = vec![["along", "peak", "radius", "side lobe"].map(str::to_owned)];
         for (axis, [before, after]) in ["x", "y"].iter().zip(&focus.lines) {

@@ -71,9 +71,8 @@ impl Bench {
         }
         let effects: toml::Table = text.parse().expect("TOML");
         let elements = elements_with(simulation, &effects, seed).expect("valid effects");
-        let weight = |e: &fieldgap_acoustics::Element| {
-            e.amplitude * Complex64::from_polar(1.0, e.phase_rad)
-        };
+        let weight =
+            |e: &fieldgap_acoustics::Element| e.amplitude * Complex64::from_polar(1.0, e.phase_rad);
         let by_element: Vec<Complex64> = elements.iter().map(weight).collect();
         let mut weights = by_element.clone();
         for &[a, b] in &swapped {
@@ -108,15 +107,9 @@ impl Bench {
                 delays_s
             })
             .collect();
-        let levels = noise_free_coded_readings(
-            simulation,
-            &self.effects,
-            1.0,
-            &drives_s,
-            visits,
-            self.seed,
-        )
-        .expect("valid effects");
+        let levels =
+            noise_free_coded_readings(simulation, &self.effects, 1.0, &drives_s, visits, self.seed)
+                .expect("valid effects");
         let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0x5eed);
         let mut distinct: Vec<&Vec<u8>> = Vec::new();
         let readings = visits
@@ -135,7 +128,12 @@ impl Bench {
                     .iter()
                     .position(|place| *place == visit.position_m)
                     .expect("a place of the design");
-                Reading { place, drive, time_s: visit.time_s, value: level * (1.0 + noise * normal) }
+                Reading {
+                    place,
+                    drive,
+                    time_s: visit.time_s,
+                    value: level * (1.0 + noise * normal),
+                }
             })
             .collect();
         let phasor = |&turns: &u8| Complex64::i().powu(u32::from(turns));

@@ -36,6 +36,7 @@ pub use fieldgap_acoustics as acoustics;
 pub use fieldgap_acquisition as acquisition;
 pub use fieldgap_archive as archive;
 pub use fieldgap_blind as blind;
+pub use fieldgap_calibration as calibration;
 pub use fieldgap_campaign as campaign;
 pub use fieldgap_characterization as characterization;
 pub use fieldgap_comparison as comparison;

@@ -62,7 +62,9 @@ mod tests {
 
     /// Walsh's functions by Sylvester's rule: orthogonal, so that each weight is a mean over all readings.
     fn hadamard(order: usize) -> Vec<Vec<Complex64>> {
-        let sign = |row: usize, k: usize| if (row & k).count_ones() % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = |row: usize, k: usize| {
+            if (row & k).count_ones().is_multiple_of(2) { 1.0 } else { -1.0 }
+        };
         (0..order).map(|row| (0..order).map(|k| Complex64::from(sign(row, k))).collect()).collect()
     }
 

@@ -22,6 +22,7 @@
 //! | [`sensing`] | hand swipes recognised from what four elements receive |
 //! | [`virtual_rig`] | firmware on pseudo-terminals with physics behind the receiver |
 //! | [`acquisition`] | a plan run on a rig, the record kept safe |
+//! | [`calibration`] | what each element of an array emits, from coded drives |
 //! | [`campaign`] | many scans against many simulations, by a schedule, on several rigs |
 //! | [`correction`] | set-up files corrected by what a diagnosis found |
 //! | [`report`] | pictures, tables and the report page |

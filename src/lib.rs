@@ -22,6 +22,7 @@
 //! | [`sensing`] | hand swipes recognised from what four elements receive |
 //! | [`virtual_rig`] | firmware on pseudo-terminals with physics behind the receiver |
 //! | [`acquisition`] | a plan run on a rig, the record kept safe |
+//! | [`calibration`] | what each element of an array emits, from coded drives |
 //! | [`campaign`] | many scans against many simulations, by a schedule, on several rigs |
 //! | [`correction`] | set-up files corrected by what a diagnosis found |
 //! | [`report`] | pictures, tables and the report page |
@@ -36,6 +37,7 @@ pub use fieldgap_acoustics as acoustics;
 pub use fieldgap_acquisition as acquisition;
 pub use fieldgap_archive as archive;
 pub use fieldgap_blind as blind;
+pub use fieldgap_calibration as calibration;
 pub use fieldgap_campaign as campaign;
 pub use fieldgap_characterization as characterization;
 pub use fieldgap_closed_loop as closed_loop;

@@ -85,7 +85,7 @@ impl RigFile {
         let opened = VirtualRig::open(
             config,
             self.folder(),
-            setup.nominal_array(),
+            setup.array.uncalibrated(),
             setup.nominal_medium(),
             setup.array.frequency_hz(),
             setup.rig.motion.frame(),

@@ -93,6 +93,7 @@ pages! {
     contributing: "CONTRIBUTING.md",
     contents: "docs/README.md",
     blind_sets: "docs/blind-sets.md",
+    calibration: "docs/calibration.md",
     campaign_page: "docs/campaign-page.md",
     campaigns: "docs/campaigns.md",
     closed_loop: "docs/closed-loop.md",

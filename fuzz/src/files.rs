@@ -6,7 +6,7 @@ use fieldgap::acoustics::transducer::Transducer;
 use fieldgap::campaign::{Campaign, CampaignError};
 use fieldgap::display::{DisplayFile, RadiatingArray, compose};
 use fieldgap::input::{Fault, TomlSource, is_hidden};
-use fieldgap::records::{Plan, TransducerFile};
+use fieldgap::records::{CalibrationFile, Plan, TransducerFile};
 use fieldgap::rig::ArrayIdentity;
 use fieldgap::rig_file::RigFile;
 use fieldgap::study::Study;
@@ -92,6 +92,21 @@ pub fn transducer(case: &[u8]) {
             for theta_rad in [0.0, 0.3, 1.5, 3.1] {
                 let pressure = file.transducer().directivity(theta_rad, 4.5e-3, 733.0);
                 assert!(pressure.is_finite(), "{pressure} at {theta_rad} rad");
+            }
+        }
+        Err(fault) => shown(&fault),
+    }
+}
+
+/// A calibration file, and an array that it is applied to.
+pub fn calibration(case: &[u8]) {
+    match CalibrationFile::parse(&source(case)) {
+        Ok(file) => {
+            let count = file.channels().len();
+            let array = fieldgap::acoustics::Array::linear(count, 0.01).expect("not empty");
+            for compensated in [false, true] {
+                let applied = file.applied_to(&array, compensated).expect("as many elements");
+                assert_eq!(applied.len(), count);
             }
         }
         Err(fault) => shown(&fault),

@@ -45,6 +45,7 @@ files! {
     rig: files::rig,
     truth: files::truth,
     transducer: files::transducer,
+    calibration: files::calibration,
     display: files::display,
     study: files::study,
     campaign: files::campaign,

@@ -6,6 +6,7 @@
 mod blind;
 mod blind_rigs;
 mod blind_scans;
+mod calibrate;
 mod campaign;
 mod characterize;
 mod closed_loop;
@@ -124,6 +125,8 @@ enum Command {
     Campaign(campaign::CampaignCommand),
     /// Test the diagnosis on scans with sealed causes
     Blind(blind::Blind),
+    /// Measure what each element of an array emits, and check it by a second scan; or find it from recorded scans
+    Calibrate(calibrate::Calibrate),
     /// Check and operate a rig by hand
     Rig(rig::Rig),
     /// Note something about a record, or print its notes
@@ -200,6 +203,7 @@ impl Command {
             Self::Virtual(command) => command.run(),
             Self::Campaign(command) => command.run(),
             Self::Blind(command) => command.run(),
+            Self::Calibrate(command) => command.run(),
             Self::Rig(command) => command.run(),
             Self::Note(command) => command.run(),
             Self::History(command) => command.run(),

@@ -86,7 +86,7 @@ impl Scan {
 impl ScanArgs {
     /// Whether events are printed as JSON.
     pub(super) fn prints_json(&self) -> bool {
-        self.showing.json
+        self.showing.prints_json()
     }
 
     /// Checks the plan, then runs it unless `--dry-run` is given.
@@ -188,6 +188,11 @@ impl Showing {
             ));
         }
         Ok(())
+    }
+
+    /// Whether events are printed as JSON.
+    pub(super) fn prints_json(&self) -> bool {
+        self.json
     }
 
     fn begin(

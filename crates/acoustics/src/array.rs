@@ -172,6 +172,11 @@ impl Array {
         self.transducer.as_deref()
     }
 
+    /// The description of its transducers, to be shared with another array.
+    pub fn shared_transducer(&self) -> Option<Arc<DescribedTransducer>> {
+        self.transducer.clone()
+    }
+
     /// The elements, in their numbered order; at least one.
     pub fn elements(&self) -> &[Element] {
         &self.elements

@@ -6,6 +6,7 @@
 //! bits.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// A parameter of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,6 +63,9 @@ pub struct Minimum {
 
 /// Marquardt's damping at the start, relative to the largest curvature.
 const DAMPING: f64 = 1e-3;
+
+/// Parameters from which on the normal equations are formed by several threads.
+const MANY: usize = 64;
 
 /// A damping at which steps are negligible.
 const MAX_DAMPING: f64 = 1e12;
@@ -125,10 +129,18 @@ impl NormalEquations {
         let n = parameters.len();
         let mut curvature = DMatrix::zeros(n, n);
         let mut downhill = DVector::zeros(n);
+        let products = |j: usize| -> Vec<f64> {
+            linear.columns[..=j].iter().map(|column| dot(column, &linear.columns[j])).collect()
+        };
+        // Each product is a sum of its own, so threads do not change it. Few are not worth a task.
+        let products: Vec<Vec<f64>> = if n < MANY {
+            (0..n).map(products).collect()
+        } else {
+            (0..n).into_par_iter().map(products).collect()
+        };
         for (j, parameter) in parameters.iter().enumerate() {
             for (i, other) in parameters.iter().enumerate().take(j + 1) {
-                let entry =
-                    dot(&linear.columns[i], &linear.columns[j]) * other.scale * parameter.scale;
+                let entry = products[j][i] * other.scale * parameter.scale;
                 curvature[(i, j)] = entry;
                 curvature[(j, i)] = entry;
             }

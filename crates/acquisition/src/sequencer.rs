@@ -124,18 +124,20 @@ impl PointSequencer {
     }
 }
 
-/// The delay of each element of the array for an excitation; elements of zero amplitude stay silent.
+/// The delay of each element of the array for an excitation, with that which compensates it by its calibration; elements of zero amplitude
+/// stay silent.
 pub fn element_delays(rig_setup: &RigSetup, excitation: &Excitation) -> Vec<ElementDelay> {
     let (array, frequency_hz) = (rig_setup.nominal_array(), rig_setup.array.frequency_hz());
     delays_s(excitation, array, &rig_setup.nominal_medium(), frequency_hz)
         .into_iter()
         .zip(array.elements())
-        .map(|(delay_s, element)| {
+        .zip(rig_setup.array.compensation_rad())
+        .map(|((delay_s, element), added_rad)| {
             if element.amplitude == 0.0 {
-                ElementDelay::Silent
-            } else {
-                ElementDelay::Seconds(delay_s)
+                return ElementDelay::Silent;
             }
+            let added_s = (added_rad / std::f64::consts::TAU).rem_euclid(1.0) / frequency_hz;
+            ElementDelay::Seconds(delay_s + added_s)
         })
         .collect()
 }

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use toml::Spanned;
 
-use super::array_table::ArrayTable;
+use super::array_table::{ArrayTable, NamedCalibration};
+use super::calibration_file::{CALIBRATION_BESIDE, CalibrationFile};
 use super::elements_csv::read_elements;
 use super::layout::Layout;
 use super::transducer_file::{TransducerFile, transducer_path};
@@ -25,6 +26,16 @@ pub struct ArraySection {
     layout: Layout,
     array: Array,
     transducer: Option<NamedTransducer>,
+    calibration: Option<Calibration>,
+}
+
+/// A calibration file, its name in the section, and the array without it.
+#[derive(Debug, Clone, PartialEq)]
+struct Calibration {
+    name: String,
+    file: CalibrationFile,
+    compensated: bool,
+    uncalibrated: Array,
 }
 
 /// A transducer file and its name in the section.
@@ -66,9 +77,63 @@ impl ArraySection {
             lattice => lattice.build(),
         };
         let array = array.map_err(|error| at_layout(error.to_string()))?;
-        let section = Self { frequency_hz: table.frequency_hz(), layout, array, transducer: None };
-        let Some(name) = table.transducer() else { return Ok(section) };
-        Ok(section.with_transducer(name.get_ref(), TransducerFile::named(name, source)?))
+        let mut section = Self::plain(table.frequency_hz(), layout, array);
+        if let Some(name) = table.transducer() {
+            section = section.with_transducer(name.get_ref(), TransducerFile::named(name, source)?);
+        }
+        let compensated = table.is_compensated(source)?;
+        let Some(name) = table.calibration() else { return Ok(section) };
+        let file = CalibrationFile::named(name, source)?;
+        let (channels, elements) = (file.channels().len(), section.array.len());
+        section.with_calibration(name.get_ref(), file, compensated).ok_or_else(|| {
+            source.fault(
+                name.span(),
+                format!(
+                    "the calibration has {channels} channels, and the array has {elements} elements"
+                ),
+                "name the calibration of this array",
+            )
+        })
+    }
+
+    fn plain(frequency_hz: Frequency, layout: Layout, array: Array) -> Self {
+        Self { frequency_hz, layout, array, transducer: None, calibration: None }
+    }
+
+    /// The array as a calibration found it; `name` is the file's name in the section. With `compensated` its drive corrects the phases.
+    /// `None` for another number of elements.
+    pub fn with_calibration(
+        self,
+        name: &str,
+        file: CalibrationFile,
+        compensated: bool,
+    ) -> Option<Self> {
+        let uncalibrated = self.uncalibrated().clone();
+        let array = file.applied_to(&uncalibrated, compensated)?;
+        let calibration =
+            Some(Calibration { name: name.to_owned(), file, compensated, uncalibrated });
+        Some(Self { array, calibration, ..self })
+    }
+
+    /// The elements as the layout has them, without a calibration.
+    pub fn uncalibrated(&self) -> &Array {
+        self.calibration.as_ref().map_or(&self.array, |calibration| &calibration.uncalibrated)
+    }
+
+    /// The calibration file, if one is named.
+    pub fn calibration_file(&self) -> Option<&CalibrationFile> {
+        self.calibration.as_ref().map(|calibration| &calibration.file)
+    }
+
+    /// The phase that is added to the drive of each channel, rad: minus that of the calibration where the drive is compensated, otherwise
+    /// zero.
+    pub fn compensation_rad(&self) -> Vec<f64> {
+        match &self.calibration {
+            Some(Calibration { file, compensated: true, .. }) => {
+                file.channels().iter().map(|channel| -channel.phase_rad).collect()
+            }
+            _ => vec![0.0; self.array.len()],
+        }
     }
 
     /// The same array with the transducers that a file describes; `name` is the file's name in the section.
@@ -89,7 +154,7 @@ impl ArraySection {
     /// [`ArraySection::of_elements`].
     pub fn of_layout(frequency_hz: Frequency, layout: Layout) -> Result<Self, LayoutError> {
         let array = layout.build()?;
-        Ok(Self { frequency_hz, layout, array, transducer: None })
+        Ok(Self::plain(frequency_hz, layout, array))
     }
 
     /// Any elements; they are written to the file `elements.csv` beside the section.
@@ -102,7 +167,7 @@ impl ArraySection {
     ) -> Result<Self, LayoutError> {
         let layout = Layout::Elements { file: "elements.csv".to_owned() };
         let array = Array::from_elements(elements)?;
-        Ok(Self { frequency_hz, layout, array, transducer: None })
+        Ok(Self::plain(frequency_hz, layout, array))
     }
 
     /// Drive frequency, Hz.
@@ -123,7 +188,11 @@ impl ArraySection {
     /// The section for writing.
     pub fn table(&self) -> ArrayTable {
         let transducer = self.transducer.as_ref().map(|named| named.name.as_str());
-        ArrayTable::of(self.frequency_hz, &self.layout, transducer)
+        let calibration = self.calibration.as_ref().map(|calibration| NamedCalibration {
+            name: &calibration.name,
+            compensated: calibration.compensated,
+        });
+        ArrayTable::of(self.frequency_hz, &self.layout, transducer, calibration)
     }
 
     /// The path of the transducer file, relative to the folder of the section.
@@ -136,14 +205,17 @@ impl ArraySection {
         self.transducer.as_ref().map(|named| &named.file)
     }
 
-    /// The same array with the files of its elements and transducer, if any, called `elements.csv` and `transducer.toml` beside the
-    /// section.
+    /// The same array with the files of its elements, transducer and calibration, if any, called `elements.csv`, `transducer.toml` and
+    /// `calibration.toml` beside the section.
     pub fn with_file_beside(mut self) -> Self {
         if let Layout::Elements { file } = &mut self.layout {
             "elements.csv".clone_into(file);
         }
         if let Some(named) = &mut self.transducer {
             TRANSDUCER_BESIDE.clone_into(&mut named.name);
+        }
+        if let Some(calibration) = &mut self.calibration {
+            CALIBRATION_BESIDE.clone_into(&mut calibration.name);
         }
         self
     }

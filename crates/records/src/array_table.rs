@@ -32,6 +32,18 @@ pub struct ArrayTable {
     #[serde(skip_serializing)]
     pitch_mm: Key<Length>,
     transducer: Key<String>,
+    calibration: Key<String>,
+    /// Whether the drive is compensated by the calibration; it is unless this says no.
+    compensate: Key<bool>,
+}
+
+/// The calibration of an array, as its section names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NamedCalibration<'s> {
+    /// Path of the file, relative to the section's.
+    pub name: &'s str,
+    /// Whether the drive is compensated by it.
+    pub compensated: bool,
 }
 
 impl Serialize for ArrayTable {
@@ -184,7 +196,9 @@ impl ArrayTable {
         let elements = self.file.as_ref().map(|name| (name, PathBuf::from(name.get_ref())));
         let transducer =
             self.transducer.as_ref().map(|name| (name, transducer_path(name.get_ref())));
-        for (name, path) in [elements, transducer].into_iter().flatten() {
+        let calibration =
+            self.calibration.as_ref().map(|name| (name, PathBuf::from(name.get_ref())));
+        for (name, path) in [elements, transducer, calibration].into_iter().flatten() {
             if !is_inside(folder, &path) {
                 let (problem, remedy) = leads_out(name.get_ref());
                 return Err(source.fault(name.span(), problem, remedy));
@@ -198,8 +212,33 @@ impl ArrayTable {
         &self.transducer
     }
 
-    /// The keys of a layout and a transducer's name, for writing.
-    pub fn of(frequency_hz: Frequency, layout: &Layout, transducer: Option<&str>) -> Self {
+    /// The name of the calibration file, if given.
+    pub fn calibration(&self) -> &Key<String> {
+        &self.calibration
+    }
+
+    /// Whether the drive is compensated by the calibration.
+    ///
+    /// # Errors
+    /// A [`Fault`] at the key if there is no calibration.
+    pub fn is_compensated(&self, source: &TomlSource) -> Result<bool, Fault> {
+        match (&self.compensate, &self.calibration) {
+            (Some(compensate), None) => Err(source.fault(
+                compensate.span(),
+                "there is no calibration to compensate the drive by",
+                "add `calibration = \"FILE\"`, or remove this key",
+            )),
+            (compensate, _) => Ok(compensate.as_ref().is_none_or(|key| *key.get_ref())),
+        }
+    }
+
+    /// The keys of a layout and the names of transducer and calibration, for writing.
+    pub fn of(
+        frequency_hz: Frequency,
+        layout: &Layout,
+        transducer: Option<&str>,
+        calibration: Option<NamedCalibration<'_>>,
+    ) -> Self {
         let blank = |name, rims: Option<Rims>| Self {
             frequency_hz,
             layout: Spanned::new(0..0, name),
@@ -213,6 +252,8 @@ impl ArrayTable {
             spacing_mm: rims.and_then(|rims| written(rims.spacing_mm)),
             pitch_mm: None,
             transducer: transducer.and_then(|name| written(name.to_owned())),
+            calibration: calibration.and_then(|named| written(named.name.to_owned())),
+            compensate: calibration.filter(|named| !named.compensated).and_then(|_| written(false)),
         };
         match *layout {
             Layout::Square { columns, rows, rims } => Self {

@@ -57,6 +57,7 @@
 mod air;
 mod array_section;
 mod array_table;
+mod calibration_file;
 mod durable;
 mod elements_csv;
 mod field_setup;
@@ -86,6 +87,9 @@ pub use air::{AirRow, FILE as AIR_FILE};
 pub use array_section::ArraySection;
 pub use array_section::TRANSDUCER_BESIDE;
 pub use array_table::ArrayTable;
+pub use calibration_file::{
+    CALIBRATION_BESIDE, CalibratedChannel, CalibrationConditions, CalibrationFile, ChannelState,
+};
 pub use durable::{Lines, sync_folder, write_whole};
 pub use elements_csv::write_elements;
 pub use field_setup::FieldSetup;

@@ -10,6 +10,7 @@ use toml::value::Datetime;
 
 use super::array_section::{ArraySection, TRANSDUCER_BESIDE};
 use super::array_table::ArrayTable;
+use super::calibration_file::CALIBRATION_BESIDE;
 use super::elements_csv::write_elements;
 use super::focus_section::{FocusSection, FocusTable};
 use super::layout::Layout;
@@ -143,7 +144,7 @@ impl ScanSetup {
         toml::to_string(&file).map_err(|error| UnwritableSetup(error.to_string()))
     }
 
-    /// The files of the set-up, by name: elements and transducer first, if they are in files, and `scan.toml`, which refers to them,
+    /// The files of the set-up, by name: elements, transducer and calibration first, if they are in files, and `scan.toml`, which refers to them,
     /// last.
     ///
     /// # Errors
@@ -153,12 +154,15 @@ impl ScanSetup {
         let beside = Self { array: self.array.clone().with_file_beside(), ..self.clone() };
         if let Layout::Elements { .. } = self.array.layout() {
             let mut bytes = Vec::new();
-            write_elements(&mut bytes, self.array.array().elements())
+            write_elements(&mut bytes, self.array.uncalibrated().elements())
                 .map_err(|error| UnwritableSetup(error.to_string()))?;
             files.push(("elements.csv", bytes));
         }
         if let Some(transducer) = self.array.transducer_file() {
             files.push((TRANSDUCER_BESIDE, transducer.text().as_bytes().to_vec()));
+        }
+        if let Some(calibration) = self.array.calibration_file() {
+            files.push((CALIBRATION_BESIDE, calibration.text().as_bytes().to_vec()));
         }
         files.push(("scan.toml", beside.to_toml()?.into_bytes()));
         Ok(files)

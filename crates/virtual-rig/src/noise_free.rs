@@ -1,5 +1,7 @@
 //! Readings without noise at given places, with known effects: the reference that a forward model is compared with.
 
+use num_complex::Complex64;
+
 use fieldgap_acoustics::{Element, Simulation, Vec3, delays_s};
 use fieldgap_input::Fault;
 
@@ -7,7 +9,7 @@ use super::counter_rng::CounterRng;
 use super::drive::Drive;
 use super::effects::JITTER_CELL_MM;
 use super::trajectory::Kinematics;
-use super::true_field::TrueField;
+use super::true_field::{Contributions, TrueField};
 use super::truth::{TrueSource, Truth};
 
 /// Where and when one reading is taken, as the robot reports it.
@@ -40,24 +42,54 @@ pub fn noise_free_readings(
     visits: &[Visit],
     seed: u64,
 ) -> Result<Vec<f64>, Fault> {
+    let (array, medium, frequency_hz) = (&setup.array, setup.medium, setup.frequency_hz);
+    let delays_s = delays_s(&setup.excitation, array, &medium, frequency_hz);
+    let visits: Vec<(usize, Visit)> = visits.iter().map(|&visit| (0, visit)).collect();
+    noise_free_coded_readings(setup, effects, gain_v_m, &[delays_s], &visits, seed)
+}
+
+/// The same with many drives: each visit has the number of its drive, the delay of every element in seconds. The setup's excitation
+/// has no part in this.
+///
+/// # Errors
+/// As [`noise_free_readings`].
+pub fn noise_free_coded_readings(
+    setup: &Simulation,
+    effects: &toml::Table,
+    gain_v_m: f64,
+    drives_s: &[Vec<f64>],
+    visits: &[(usize, Visit)],
+    seed: u64,
+) -> Result<Vec<f64>, Fault> {
     let truth = Truth::of_effects(effects)?;
     truth.check(setup.array.len())?;
     let (array, medium, frequency_hz) = (&setup.array, setup.medium, setup.frequency_hz);
     let source = TrueSource::default();
     let rng = CounterRng::new(seed);
     let field = TrueField::new(array, medium, frequency_hz, &source, truth.effects, rng);
-    let delays_s = delays_s(&setup.excitation, array, &medium, frequency_hz);
-    let delays_s = delays_s.into_iter().map(Some).collect();
-    let drive = Drive { emitting: true, delays_s, ..Drive::silent(array.len()) };
-    let weights = field.weights(&drive.outputs());
-    let motions = kinematics(visits, field.lag_s());
-    let read = |(visit, kinematics): (&Visit, Kinematics)| {
+    let weights: Vec<Vec<Complex64>> = drives_s
+        .iter()
+        .map(|delays_s| {
+            let delays_s = delays_s.iter().copied().map(Some).collect();
+            let drive = Drive { emitting: true, delays_s, ..Drive::silent(array.len()) };
+            field.weights(&drive.outputs())
+        })
+        .collect();
+    let places: Vec<Visit> = visits.iter().map(|(_, visit)| *visit).collect();
+    let motions = kinematics(&places, field.lag_s());
+    // Many drives of one place need the elements' contributions once.
+    let mut last: Option<(Vec3, Contributions)> = None;
+    let mut read = |((drive, visit), kinematics): (&(usize, Visit), Kinematics)| {
         let at_m = field.place(kinematics.position_mm * 1e-3, &kinematics);
-        let magnitude = field.magnitude(&field.contributions(at_m), &weights, visit.time_s);
+        if last.as_ref().is_none_or(|(known_m, _)| *known_m != at_m) {
+            last = Some((at_m, field.contributions(at_m)));
+        }
+        let (_, contributions) = last.as_ref().expect("it was just set");
+        let magnitude = field.magnitude(contributions, &weights[*drive], visit.time_s);
         let level_v = field.level_v(magnitude * gain_v_m, visit.time_s);
         level_v.min(field.full_scale_v(f64::INFINITY))
     };
-    Ok(visits.iter().zip(motions).map(read).collect())
+    Ok(visits.iter().zip(motions).map(&mut read).collect())
 }
 
 /// The elements as they are with these effects: where they stand, and what chance gave each.

@@ -133,7 +133,8 @@ impl Document {
     /// Replaces the layout by a file of elements.
     pub fn name_elements(&mut self, file: &str, note: &str) {
         let array = self.section("array");
-        for key in LATTICE_KEYS {
+        // The file has the elements as a calibration found them.
+        for key in LATTICE_KEYS.into_iter().chain(["calibration", "compensate"]) {
             array.remove(key);
         }
         set(array, "layout", "elements".into(), note);

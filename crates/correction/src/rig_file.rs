@@ -52,7 +52,7 @@ pub fn plan_rig_file(
     }
     let written: Vec<&Correction> = corrections
         .iter()
-        .filter(|correction| match no_key(&correction.change) {
+        .filter(|correction| match no_key(&correction.change, &rig_setup) {
             Some(why) => {
                 unwritten.push(Unwritten::new(correction.effect, why));
                 false
@@ -121,8 +121,15 @@ pub fn plan_rig_file(
 }
 
 /// Why a change has no key in a rig file; `None` if it has one.
-fn no_key(change: &Change) -> Option<&'static str> {
+fn no_key(change: &Change, rig_setup: &RigSetup) -> Option<&'static str> {
+    let by_file = is_of_elements(change)
+        || matches!(change, Change::Pitch(_))
+            && matches!(rig_setup.array.layout(), Layout::Elements { .. });
     match change {
+        // A file of elements beside it would apply the calibration twice, and its phases belong to the drive.
+        _ if by_file && rig_setup.array.calibration_file().is_some() => Some(
+            "the rig file names a calibration of its elements; measure it again with `fieldgap calibrate`",
+        ),
         Change::SimulatorModel => Some(
             "a rig file has no simulator; set model = \"corrected\" in [simulator] of the plan, or use --simulator corrected",
         ),

@@ -118,7 +118,7 @@ impl Calibrate {
         self.showing.is_possible()?;
         match &self.inputs[..] {
             [one] if one.is_file() => self.measure(one),
-            _ => self.from_records(),
+            _ => self.of_records(),
         }
     }
 

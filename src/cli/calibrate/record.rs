@@ -34,7 +34,7 @@ impl HeldOut {
 
 impl Calibrate {
     /// Finds the calibration from records of one array.
-    pub(super) fn from_records(&self) -> miette::Result<ExitCode> {
+    pub(super) fn of_records(&self) -> miette::Result<ExitCode> {
         let mut scans = Vec::with_capacity(self.inputs.len());
         for folder in &self.inputs {
             scans.push(RecordedScan::open(folder)?);

@@ -1,6 +1,6 @@
 //! The readings of a round: what is measured next, and in which order.
 
-use fieldgap_acoustics::Vec3;
+use fieldgap_acoustics::{Vec3, golden_section};
 use fieldgap_diagnosis::{Findings, PossibleReading};
 use fieldgap_records::{ClosedLoop, Criterion};
 use rand::{RngExt, SeedableRng};
@@ -63,8 +63,8 @@ impl Chooser<'_> {
         let (silent, repeats) = (count / SILENT_ONE_IN, count / REPEAT_ONE_IN);
         let further = self.drives - self.planned_drives;
         let drive = |n: usize| match (n % 2, further) {
-            (1, 1..) => self.planned_drives + n / 2 % further,
-            _ => n / 2 % self.planned_drives,
+            (1, 1..) => self.planned_drives + one_of(further, n / 2),
+            _ => one_of(self.planned_drives, n / 2),
         };
         let places = self.even_places(count - silent - repeats).enumerate();
         let mut readings =
@@ -170,7 +170,7 @@ impl Chooser<'_> {
     /// Places spread evenly, each with a drive in turn.
     fn even_readings(&self, count: usize) -> Vec<(Vec3, usize)> {
         let places = self.even_places(count).enumerate();
-        places.map(|(n, at_m)| (at_m, (self.places_used + n) % self.drives)).collect()
+        places.map(|(n, at_m)| (at_m, one_of(self.drives, self.places_used + n))).collect()
     }
 
     /// The readings among which a round is chosen: the places that it takes in any case, and more of the same sequence.
@@ -181,7 +181,8 @@ impl Chooser<'_> {
                 (0..DRIVES_OF_A_PLACE.min(self.drives)).map(move |k| PossibleReading {
                     at_m,
                     // Another third of the drives at each place, the drive of an even reading first.
-                    focus: (self.places_used + n + k * self.drives.div_ceil(DRIVES_OF_A_PLACE))
+                    focus: (one_of(self.drives, self.places_used + n)
+                        + k * self.drives.div_ceil(DRIVES_OF_A_PLACE))
                         % self.drives,
                     from_below: n % 2 == 0,
                 })
@@ -214,5 +215,29 @@ impl Chooser<'_> {
             })
             .copied()
             .collect()
+    }
+}
+
+/// One of so many drives for a place of the even sequence. Drives in turn would follow the digits of its coordinates, so that each drive was
+/// measured at the same heights only.
+fn one_of(drives: usize, number: usize) -> usize {
+    ((golden_section::even_fraction(number) * drives as f64) as usize).min(drives - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_records::BoxMm;
+
+    use super::*;
+
+    #[test]
+    fn every_drive_is_measured_in_every_part_of_the_box() {
+        let within = BoxMm { least: Vec3::repeat(-10.0), most: Vec3::repeat(10.0) };
+        let mut counts = [[0; 5]; 10];
+        for (n, at_m) in places_m(&within, 0).take(500).enumerate() {
+            let part = ((at_m.z * 1e3 + 10.0) / 4.0) as usize;
+            counts[one_of(10, n)][part.min(4)] += 1;
+        }
+        assert!(counts.iter().flatten().all(|count| (5..=16).contains(count)), "{counts:?}");
     }
 }

@@ -13,7 +13,10 @@ use fieldgap::acquisition::RigSetup;
 use fieldgap::correction::{Corrected, CorrectionError, correct_recorded_scan, correct_rig_file};
 use fieldgap::diagnosis::{Diagnosis, EffectId, FittedParameter};
 use fieldgap::input::TomlSource;
-use fieldgap::records::{RecordedSample, RecordedScan, ScanSetup};
+use fieldgap::records::{
+    CalibratedChannel, CalibrationConditions, CalibrationFile, ChannelState, RecordedSample,
+    RecordedScan, ScanSetup,
+};
 use nalgebra::{Rotation3, Vector3};
 
 const SCAN_TOML: &str = r#"format = 1
@@ -389,4 +392,43 @@ fn drives_of_as_written_are_kept() {
     let diagnosis = named("sound-speed", &[("c_m_s", real(347.1))]);
     let error = bench.correct_scan(&diagnosis).expect_err("as-written needs its focus");
     assert!(error.to_string().contains("freezes its path lengths"), "{error}");
+}
+
+/// The elements of a calibrated rig are those of its calibration, and its drive makes up for their phases: a file of elements beside it would
+/// apply both again.
+#[test]
+fn single_elements_of_a_calibrated_rig_are_left_to_its_calibration() {
+    let bench = Bench::new();
+    let channel = |drives| CalibratedChannel {
+        gain: 1.0,
+        gain_error: 0.01,
+        phase_rad: 0.2,
+        phase_error_rad: 0.01,
+        state: ChannelState::Sound,
+        drives,
+    };
+    let conditions = CalibrationConditions {
+        array: "virtual".to_owned(),
+        measured: "2026-11-20T17:00:00Z".parse().expect("a date"),
+        setup_sha256: "00ff".to_owned(),
+        speed_of_sound_m_s: 343.0,
+        readings: 900,
+        noise: 0.02,
+        residual: 0.02,
+    };
+    let calibration = CalibrationFile::new(conditions, (0..36).map(channel).collect());
+    std::fs::write(bench.path("calibration.toml"), calibration.text()).expect("written");
+    let rig = std::fs::read_to_string(rig_file()).expect("the rig file");
+    let rig = rig.replace("[medium]", "calibration = \"calibration.toml\"\n\n[medium]");
+    std::fs::write(bench.path("rig.toml"), rig).expect("written");
+    let correct = |diagnosis: &Diagnosis| {
+        correct_rig_file(diagnosis, &bench.setup, &bench.path("rig.toml"), &bench.path("new.toml"))
+    };
+    let refused = correct(&named("dead-elements", &[("elements", elements(&[3]))]));
+    let Err(CorrectionError::NoKey { unwritten, .. }) = refused else { panic!("{refused:?}") };
+    assert!(unwritten[0].to_string().contains("fieldgap calibrate"), "{}", unwritten[0]);
+    // What is not of single elements is corrected, and the calibration stays.
+    correct(&named("sound-speed", &[("c_m_s", real(346.0))])).expect("corrected");
+    let text = std::fs::read_to_string(bench.path("new.toml")).expect("written");
+    assert!(text.contains("calibration = \"calibration.toml\""), "{text}");
 }

@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::{Args, Subcommand};
 
-use super::blind_rigs::{BlindRigs, rigs_in, usual_plan};
+use super::blind_rigs::{BlindRigs, rigs_in};
 use super::blind_scans::BlindScans;
 use super::on::{OnArgs, batch_beside};
 use super::output::{print, print_json, report_error, say};
 use super::progress::counting_bar;
 use fieldgap_acoustics::Simulator;
-use fieldgap_blind::{RigsToMake, Run, Score, Seal, SetToMake, Shares, fresh_seed, seal_truth};
+use fieldgap_blind::{LOOP_PLAN, Run, Score, Seal, SetToMake, Shares, fresh_seed, seal_truth};
 use fieldgap_diagnosis::diagnose;
 use fieldgap_input::Fraction;
 
@@ -156,9 +156,10 @@ impl Make {
         let seed = self.seed.map_or_else(fresh_seed, Ok)?;
         let (count, rigs) = (self.count, self.rigs);
         let bar = counting_bar(count, if rigs { "rigs made" } else { "scans made" });
+        let set = SetToMake { count, seed, shares };
         let answers = match rigs {
-            true => RigsToMake { count, seed, shares }.make(&self.out, || bar.inc(1))?,
-            false => SetToMake { count, seed, shares }.make(&self.out, || bar.inc(1))?,
+            true => set.make_rigs(&self.out, || bar.inc(1))?,
+            false => set.make(&self.out, || bar.inc(1))?,
         };
         let commitment = seal.close(&answers)?;
         bar.finish_and_clear();
@@ -217,7 +218,8 @@ fn measure_rigs(
         miette::bail!("{} has no rig {missing}", run.folder.display());
     }
     names.retain(|name| run.only.is_empty() || run.only.contains(name));
-    let rigs = BlindRigs { run, plan: plan.unwrap_or_else(usual_plan) };
+    let plan = plan.unwrap_or_else(|| LOOP_PLAN.to_owned());
+    let rigs = BlindRigs { run, plan };
     let bar = counting_bar(names.len(), "rigs diagnosed");
     let failures = AtomicUsize::new(0);
     rigs.each(&names, |done| {

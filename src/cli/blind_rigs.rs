@@ -6,16 +6,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
-use super::closed_loop::{LoopArgs, Opening};
-use crate::rig_file::simulated_devices;
-use fieldgap_acquisition::{Ending, PlannedScan, ScanRun};
-use fieldgap_blind::{Diagnosed, LOOP_PLAN, RIG, Run};
+use super::closed_loop::{LoopArgs, begun, resumed};
+use fieldgap_acquisition::{Ending, PlannedScan};
+use fieldgap_blind::{Diagnosed, RIG, Run};
 use fieldgap_closed_loop::{End, Verification, read_rounds};
 use fieldgap_diagnosis::{Diagnosis, diagnose};
-use fieldgap_records::RecordedScan;
+use fieldgap_records::{Journal, RecordedScan};
 
-/// Where the records go, in the folder of the set.
-const RECORDS: &str = "records";
+/// What follows the folder of the diagnoses in the name of that of the records.
+const RECORDS: &str = "-records";
 
 /// Rigs of a set.
 pub(super) struct BlindRigs<'r> {
@@ -50,11 +49,6 @@ pub(super) fn rigs_in(folder: &Path) -> Vec<String> {
         rigs.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
     names.sort_unstable();
     names
-}
-
-/// The plan of a closed loop, which a rig is measured by if no other is named.
-pub(super) fn usual_plan() -> String {
-    LOOP_PLAN.to_owned()
 }
 
 impl BlindRigs<'_> {
@@ -93,36 +87,30 @@ impl BlindRigs<'_> {
         Ok(Diagnosed { seconds: Some(begun.elapsed().as_secs_f64()), ..diagnosed })
     }
 
-    /// Measures a rig, and gives the folder of the record. One that was measured before is kept.
+    /// Measures a rig, and gives the folder of the record. One that was measured before is kept, and one that was measured in part is
+    /// completed.
     fn measured(&self, name: &str) -> miette::Result<PathBuf> {
         let at = self.run.folder.join(name);
-        let beside = self.run.diagnoses.with_file_name(format!(
-            "{}-{RECORDS}",
-            self.run.diagnoses.file_name().unwrap_or_default().to_string_lossy()
-        ));
-        let record = beside.join(name);
-        if record.join("state.toml").exists() {
+        let mut records = self.run.diagnoses.clone().into_os_string();
+        records.push(RECORDS);
+        let record = PathBuf::from(records).join(name);
+        let is_begun = record.join("scan.toml").exists();
+        if is_begun && Journal::resumable(&record).is_err() {
             return Ok(record);
         }
-        let scan = PlannedScan::read(&at.join(&self.plan), Some(&at.join(RIG)))?;
-        let asked = LoopArgs::default();
-        let (scan, opening): (PlannedScan, Option<Opening>) = match asked.is_asked(&scan)? {
-            true => {
-                let (scan, opening) = asked.opened(scan, &record)?;
-                (scan, Some(opening))
-            }
-            false => (scan, None),
-        };
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(1)
             .enable_all()
             .build()
             .into_diagnostic()?;
-        let ending = runtime.block_on(async {
-            let mut scan_run = ScanRun::begin(scan, &record, simulated_devices).await?;
-            opening.map_or(Ok(()), |opening| opening.begin(&mut scan_run))?;
-            scan_run.run(&mut |_| (), std::future::pending()).await
-        })?;
+        let scan_run = if is_begun {
+            runtime.block_on(resumed(&record))?
+        } else {
+            let scan = PlannedScan::read(&at.join(&self.plan), Some(&at.join(RIG)))?;
+            let (scan, opening) = LoopArgs::default().opened(scan, &record)?;
+            runtime.block_on(begun(scan, &record, opening))?
+        };
+        let ending = runtime.block_on(scan_run.run(&mut |_| (), std::future::pending()))?;
         match ending {
             Ending::Complete => Ok(record),
             Ending::Partial { reason } => {

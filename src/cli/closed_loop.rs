@@ -7,6 +7,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, miette};
 
 use super::output::{print, print_json};
+use crate::rig_file::simulated_devices;
 use fieldgap_acquisition::{AcquisitionError, PlannedScan, RigSetup, ScanRun, original_rig};
 use fieldgap_closed_loop::{Inquiry, Round, in_closed_loop, read_rounds};
 use fieldgap_input::{Time, TomlSource};
@@ -31,57 +32,55 @@ pub(super) struct Opening {
 }
 
 impl LoopArgs {
-    /// Whether the rig chooses the readings of a plan.
-    ///
-    /// # Errors
-    /// A time for it is given, and it does not choose them.
-    pub(super) fn is_asked(&self, scan: &PlannedScan) -> miette::Result<bool> {
-        let asked = self.until_explained || scan.plan().closed_loop.is_some();
-        if self.minutes.is_some() && !asked {
-            return Err(miette!(
-                help = "add --until-explained, or [closed_loop] to the plan",
-                "--minutes is for a rig that chooses its readings; this plan gives them"
-            ));
-        }
-        Ok(asked)
-    }
-
-    /// The plan of the first round, and the loop that goes on from there.
+    /// The scan of the first round, with the loop that goes on from there, if the rig chooses its readings; otherwise the scan as it is.
     pub(super) fn opened(
         &self,
         scan: PlannedScan,
         folder: &Path,
-    ) -> miette::Result<(PlannedScan, Opening)> {
+    ) -> miette::Result<(PlannedScan, Option<Opening>)> {
+        if !self.until_explained && scan.plan().closed_loop.is_none() {
+            if self.minutes.is_some() {
+                return Err(miette!(
+                    help = "add --until-explained, or [closed_loop] to the plan",
+                    "--minutes is for a rig that chooses its readings; this plan gives them"
+                ));
+            }
+            return Ok((scan, None));
+        }
         let minutes = self.minutes.map(Time::new).transpose().into_diagnostic()?;
         let plan = in_closed_loop(scan.plan(), minutes.map(Time::get))?;
         let inquiry = Inquiry::new(&plan, scan.rig_setup(), folder).into_diagnostic()?;
         let (plan, first) = inquiry.first_plan(&plan, scan.rig_setup()).into_diagnostic()?;
         let plan = TomlSource::new(plan.path(), plan.text());
         let scan = PlannedScan::parse(plan, scan.rig_setup().source().clone())?;
-        Ok((scan, Opening { inquiry, first }))
+        Ok((scan, Some(Opening { inquiry, first })))
     }
 }
 
-impl Opening {
-    /// Begins the rounds of a scan that has begun.
-    pub(super) fn begin(self, scan_run: &mut ScanRun) -> Result<(), AcquisitionError> {
-        let Self { inquiry, first } = self;
+/// Begins a scan in a folder, and its loop if it has one.
+pub(super) async fn begun(
+    scan: PlannedScan,
+    folder: &Path,
+    opening: Option<Opening>,
+) -> Result<ScanRun, AcquisitionError> {
+    let mut scan_run = ScanRun::begin(scan, folder, simulated_devices).await?;
+    if let Some(Opening { inquiry, first }) = opening {
         inquiry.begin(first).map_err(|error| AcquisitionError::NoNextRound(error.into()))?;
         scan_run.in_rounds(Box::new(inquiry));
-        Ok(())
     }
+    Ok(scan_run)
 }
 
-/// Lets a resumed scan go on in rounds, if its plan says so.
-pub(super) fn go_on(scan_run: &mut ScanRun, folder: &Path) -> Result<(), AcquisitionError> {
+/// Resumes a scan, and its loop if it has one.
+pub(super) async fn resumed(folder: &Path) -> Result<ScanRun, AcquisitionError> {
+    let mut scan_run = ScanRun::resume(folder, simulated_devices).await?;
     let scan = scan_run.scan();
-    if scan.plan().closed_loop.is_none() {
-        return Ok(());
+    if scan.plan().closed_loop.is_some() {
+        let inquiry = Inquiry::new(scan.plan(), scan.rig_setup(), folder)
+            .map_err(|error| AcquisitionError::NoNextRound(error.into()))?;
+        scan_run.in_rounds(Box::new(inquiry));
     }
-    let inquiry = Inquiry::new(scan.plan(), scan.rig_setup(), folder)
-        .map_err(|error| AcquisitionError::NoNextRound(error.into()))?;
-    scan_run.in_rounds(Box::new(inquiry));
-    Ok(())
+    Ok(scan_run)
 }
 
 /// Makes every decision of a recorded loop again, and prints which are the same.

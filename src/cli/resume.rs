@@ -5,12 +5,11 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::closed_loop::go_on;
+use super::closed_loop::resumed;
 use super::permission::{Act, Permission};
 use super::scan::{Showing, report_ending, run_scan};
 use super::trust::Trust;
-use crate::rig_file::simulated_devices;
-use fieldgap_acquisition::{PlannedScan, ScanRun};
+use fieldgap_acquisition::PlannedScan;
 
 /// The `resume` command.
 #[derive(Debug, Args)]
@@ -31,11 +30,7 @@ impl Resume {
         let scan = PlannedScan::of_record(&self.folder)?;
         let hooks = self.trust.in_hooks_of(&scan)?;
         self.permission.to(Act::Scan, scan.rig_setup())?;
-        let scan_run = async {
-            let mut scan_run = ScanRun::resume(&self.folder, simulated_devices).await?;
-            go_on(&mut scan_run, &self.folder)?;
-            Ok(scan_run)
-        };
+        let scan_run = resumed(&self.folder);
         let ending = run_scan(scan_run, &hooks, &self.showing)?;
         Ok(report_ending(&self.folder, &ending))
     }

@@ -9,7 +9,7 @@ use miette::{IntoDiagnostic, miette};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 use super::ENDED_PARTIAL;
-use super::closed_loop::LoopArgs;
+use super::closed_loop::{LoopArgs, begun};
 use super::output::say;
 use super::output::{fresh_folder, print_json};
 use super::pause_signals::PauseSignals;
@@ -19,7 +19,7 @@ use super::stop::StopRequests;
 use super::trust::{AgreedHooks, Trust, listed, programs};
 use super::watch::{Controls, Watching};
 use super::watchdog::watchdog;
-use crate::rig_file::{RigFile, simulated_devices};
+use crate::rig_file::RigFile;
 use crate::terminal::Screen;
 use crate::terminal::watch::ScanView;
 use fieldgap_acquisition::{
@@ -95,21 +95,15 @@ impl ScanArgs {
         let scan = PlannedScan::read(&self.plan, self.rig.as_deref())?;
         RigFile::of(scan.rig_setup().clone())?.check_truth()?;
         let folder = self.out.clone().unwrap_or_else(|| fresh_folder(scan.name()));
-        let (scan, opening) = match in_loop.is_asked(&scan)? {
-            true => {
-                let (scan, opening) = in_loop.opened(scan, &folder)?;
-                let most = scan.plan().closed_loop.as_ref().map_or(0, |all| all.most_readings);
-                if !(self.dry_run && self.showing.json) {
-                    say(format!("the rig chooses its readings, {most} at most; the first round:"));
-                }
-                (scan, Some(opening))
-            }
-            false => (scan, None),
-        };
+        let (scan, opening) = in_loop.opened(scan, &folder)?;
         let check = scan.dry_run()?;
         if self.dry_run && self.showing.json {
             print_json(&check)?;
             return Ok(Scanned::Checked);
+        }
+        if let (Some(_), Some(settings)) = (&opening, &scan.plan().closed_loop) {
+            let most = settings.most_readings;
+            say(format!("the rig chooses its readings, {most} at most; the first round:"));
         }
         say(in_words(&check));
         if self.dry_run {
@@ -121,11 +115,7 @@ impl ScanArgs {
         let hooks = self.trust.in_hooks_of(&scan)?;
         self.permission.to(Act::Scan, scan.rig_setup())?;
         let diagnose = scan.plan().diagnose || opening.is_some();
-        let scan_run = async {
-            let mut scan_run = ScanRun::begin(scan, &folder, simulated_devices).await?;
-            opening.map_or(Ok(()), |opening| opening.begin(&mut scan_run))?;
-            Ok(scan_run)
-        };
+        let scan_run = begun(scan, &folder, opening);
         let ending = run_scan(scan_run, &hooks, &self.showing)?;
         Ok(Scanned::Done { folder, ending, diagnose })
     }

@@ -35,7 +35,6 @@ use fieldgap_records::{
 };
 use fieldgap_rig::ReceiverIdentity;
 
-use self::rounds::Rounds;
 pub use self::rounds::{ChooseRounds, NextRound, NoNextRound};
 
 /// Log of the watchdog; it exists only if the watchdog had to act.
@@ -52,7 +51,8 @@ pub struct ScanRun {
     pause: Pause,
     suspensions: Suspensions,
     losses: u32,
-    rounds: Rounds,
+    /// What chooses further rounds; `None` if the plan is all.
+    rounds: Option<Box<dyn ChooseRounds>>,
 }
 
 /// How a scan ended. In either case the record is on disk and the rig is safe.
@@ -108,7 +108,7 @@ impl ScanRun {
             pause: Pause::never(),
             suspensions: Suspensions::default(),
             losses: 0,
-            rounds: Rounds::none(),
+            rounds: None,
         })
     }
 
@@ -148,7 +148,7 @@ impl ScanRun {
                 pause: Pause::never(),
                 suspensions: Suspensions::default(),
                 losses: 0,
-                rounds: Rounds::none(),
+                rounds: None,
             }),
             Err(error) => {
                 end(resumed.journal, Some(&AcquisitionError::to_string(&error)))?;

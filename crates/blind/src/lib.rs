@@ -64,7 +64,7 @@ pub use parsed_diagnosis::{
     ParsedCandidate, ParsedDiagnosis, ParsedMeasurement, ParsedParameter, ParsedVerdict,
     ParsedVerification,
 };
-pub use rigs::{LOOP_PLAN, RIG, RigsToMake};
+pub use rigs::{LOOP_PLAN, RIG};
 pub use run::{Diagnosed, Run};
 pub use score::{
     Calibration, CalibrationBin, ConfusionRow, Figure, ParameterScore, Rate, Score, Target,

@@ -42,19 +42,32 @@ impl SetToMake {
     /// # Errors
     /// [`BlindError`] if a scan cannot be written.
     pub fn make(self, out: &Path, made: impl Fn() + Sync) -> Result<Answers, BlindError> {
-        let rng = CounterRng::new(self.seed).stream("blind set");
+        self.each("blind set", &catalogue::IDS, |_, name, assignment, rng| {
+            let (scan, answer) = one(name, assignment, rng);
+            scan.write(&out.join(&answer.name))?;
+            made();
+            Ok(answer)
+        })
+    }
+
+    /// Assigns causes to the members of the set, among these effects, and writes each: its number, its name, its causes and its random
+    /// numbers. `stream` names those of the set.
+    pub(super) fn each(
+        self,
+        stream: &str,
+        ids: &[&'static str],
+        write: impl Fn(u64, String, &Assignment, CounterRng) -> Result<Answer, BlindError> + Sync,
+    ) -> Result<Answers, BlindError> {
+        let rng = CounterRng::new(self.seed).stream(stream);
         let mut random = RandomSequence::new(rng.stream("assignment"));
-        let assignments = assign(self.count, self.shares, &catalogue::IDS, &mut random);
+        let assignments = assign(self.count, self.shares, ids, &mut random);
         let width = self.count.saturating_sub(1).to_string().len().max(4);
         let answers = assignments
             .par_iter()
             .enumerate()
             .map(|(number, assignment)| {
-                let name = format!("{number:0width$}");
-                let (scan, answer) = one(name, assignment, rng.substream(number as u64));
-                scan.write(&out.join(&answer.name))?;
-                made();
-                Ok(answer)
+                let (name, number) = (format!("{number:0width$}"), number as u64);
+                write(number, name, assignment, rng.substream(number))
             })
             .collect::<Result<_, BlindError>>()?;
         Ok(Answers { format: 1, seed: self.seed, answers })

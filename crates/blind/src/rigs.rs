@@ -9,13 +9,12 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use rayon::prelude::*;
-
-use super::answer::{Answer, Answers};
-use super::assignment::{Shares, assign};
-use super::catalogue;
+use super::answer::Answers;
+use super::catalogue::{self, Sizes};
+use super::causes::Causes;
 use super::error::BlindError;
-use super::make::{Drawn, drawn};
+use super::laboratory::Laboratory;
+use super::make::{Drawn, SetToMake, drawn};
 use super::random_sequence::RandomSequence;
 use super::seal_truth::seal_text;
 use super::survey::Survey;
@@ -36,43 +35,36 @@ const SAMPLES: f64 = 16.0;
 /// Time over which a drift has its stated size, s: the order of a scan of a closed loop.
 const DRIFT_OVER_S: f64 = 120.0;
 
-/// The specification of a set of rigs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RigsToMake {
-    /// Number of rigs.
-    pub count: usize,
-    /// Seed of all random numbers but those that encrypt.
-    pub seed: u64,
-    /// Shares of the categories; none has a cause outside of the catalogue.
-    pub shares: Shares,
-}
-
-impl RigsToMake {
-    /// Writes each rig into a folder of its own under `out`, and returns the answers. `made` is called after each.
+impl SetToMake {
+    /// Writes each member as a rig in a folder of its own under `out`, and returns the answers. `made` is called after each.
     ///
     /// # Errors
-    /// [`BlindError`] if a rig cannot be written.
-    pub fn make(self, out: &Path, made: impl Fn() + Sync) -> Result<Answers, BlindError> {
-        let rng = CounterRng::new(self.seed).stream("blind rigs");
-        let mut random = RandomSequence::new(rng.stream("assignment"));
-        let ids: Vec<&'static str> = catalogue::IDS.into_iter().filter(|id| *id != "lag").collect();
-        let shares = Shares { unmodelled: 0.0, ..self.shares };
-        let assignments = assign(self.count, shares, &ids, &mut random);
-        let width = self.count.saturating_sub(1).to_string().len().max(4);
-        let answers = assignments
-            .par_iter()
-            .enumerate()
-            .map(|(number, assignment)| {
-                let name = format!("{number:0width$}");
-                let rng = rng.substream(number as u64);
-                let drawn = drawn(name, assignment, rng);
-                write(&drawn, &out.join(&drawn.answer.name), self.seed ^ number as u64)?;
-                made();
-                Ok(drawn.answer)
-            })
-            .collect::<Result<Vec<Answer>, BlindError>>()?;
-        Ok(Answers { format: 1, seed: self.seed, answers })
+    /// [`BlindError::OutsideOfRigs`] if the set has causes outside of the catalogue; another if a rig cannot be written.
+    pub fn make_rigs(self, out: &Path, made: impl Fn() + Sync) -> Result<Answers, BlindError> {
+        if self.shares.unmodelled > 0.0 {
+            return Err(BlindError::OutsideOfRigs);
+        }
+        let ids: Vec<&'static str> =
+            catalogue::IDS.into_iter().filter(|id| shows_at_rest(id)).collect();
+        self.each("blind rigs", &ids, |number, name, assignment, rng| {
+            let drawn = drawn(name, assignment, rng);
+            write(&drawn, &out.join(&drawn.answer.name), self.seed ^ number)?;
+            made();
+            Ok(drawn.answer)
+        })
     }
+}
+
+/// Whether an effect shows in the readings of a robot that stands still: a lag does not.
+fn shows_at_rest(id: &'static str) -> bool {
+    let mut random = RandomSequence::new(CounterRng::new(0));
+    let laboratory = Laboratory::draw(&mut random);
+    let parameters = match catalogue::draw(id, &laboratory, &mut random) {
+        Sizes::Any { largest, at } => at(largest),
+        Sizes::OneOf(drawn) => drawn[0].clone(),
+    };
+    let epochs = Causes::of_catalogue(vec![(id, parameters)]).epochs();
+    epochs.iter().flat_map(|(_, effects)| effects).all(|(_, effect)| effect.lag_s() == 0.0)
 }
 
 fn write(drawn: &Drawn, folder: &Path, seed: u64) -> Result<(), BlindError> {
@@ -171,15 +163,15 @@ fn full_scan(drawn: &Drawn) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::assignment::Category;
+    use crate::assignment::{Category, Shares};
     use fieldgap_virtual_rig::Truth;
 
     #[test]
     fn a_rig_has_the_noise_and_the_causes_of_its_answer_and_its_plans_are_valid() {
         let folder = tempfile::tempdir().expect("a folder");
         let shares = Shares { none: 0.0, pairs: 1.0, unmodelled: 0.0 };
-        let set = RigsToMake { count: 2, seed: 4, shares };
-        let answers = set.make(folder.path(), || ()).expect("made");
+        let set = SetToMake { count: 2, seed: 4, shares };
+        let answers = set.make_rigs(folder.path(), || ()).expect("made");
         for answer in &answers.answers {
             assert_eq!(answer.category, Category::Two);
             let at = folder.path().join(&answer.name);
@@ -197,5 +189,20 @@ mod tests {
             let text = std::fs::read_to_string(at.join(RIG)).expect("there");
             assert!(answer.effects.iter().all(|id| !text.contains(id.as_str())));
         }
+    }
+
+    #[test]
+    fn a_robot_at_rest_shows_every_effect_but_a_lag() {
+        let hidden: Vec<&str> =
+            catalogue::IDS.into_iter().filter(|id| !shows_at_rest(id)).collect();
+        assert_eq!(hidden, ["lag"]);
+    }
+
+    #[test]
+    fn rigs_have_no_causes_outside_of_the_catalogue() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let shares = Shares { none: 0.0, pairs: 0.0, unmodelled: 0.5 };
+        let made = SetToMake { count: 2, seed: 4, shares }.make_rigs(folder.path(), || ());
+        assert!(matches!(made, Err(BlindError::OutsideOfRigs)));
     }
 }

@@ -1,7 +1,7 @@
 //! The readings of a round: what is measured next, and in which order.
 
 use fieldgap_acoustics::{Vec3, golden_section};
-use fieldgap_diagnosis::{Findings, PossibleReading};
+use fieldgap_diagnosis::{Outlook, PossibleReading};
 use fieldgap_records::{ClosedLoop, Criterion};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -15,7 +15,7 @@ use crate::route::route;
 pub(crate) type Planned = (Vec3, Option<usize>);
 
 /// Sets that are held against each other at most: more have probabilities too small to matter.
-const MOST_SETS: usize = 8;
+pub(crate) const MOST_SETS: usize = 8;
 
 /// Share of the probability that is dealt out evenly among them, because probabilities from few readings are too sure of themselves. Set by
 /// judgement.
@@ -25,6 +25,9 @@ const DEALT_OUT: f64 = 0.2;
 /// by less than a tenth.
 const POSSIBLE_PLACES: usize = 500;
 const DRIVES_OF_A_PLACE: usize = 3;
+
+/// Information of a reading below which it tells the sets no further apart, nats: a thousand such readings tell a nat.
+const LEAST_TOLD: f64 = 1e-3;
 
 /// One reading in so many is spread evenly whatever the criterion: what no set of the catalogue makes shows only there.
 const EVEN_ONE_IN: usize = 4;
@@ -76,17 +79,22 @@ impl Chooser<'_> {
         Batch { readings, information: None, apart: Vec::new() }
     }
 
-    /// Readings by what they would tell the sets of `findings` apart, per second, and some spread evenly.
+    /// Readings by what they would tell the sets apart, per second, and some spread evenly. `outlooks` gives what the sets that are left
+    /// expect of possible readings.
     ///
     /// Each has a place of its own, or comes again on the way back: readings of a robot that has not moved share the error of its place.
-    pub fn next(&self, findings: &Findings<'_>, count: usize) -> Batch {
+    pub fn next(
+        &self,
+        outlooks: impl Fn(&[PossibleReading]) -> Vec<Outlook>,
+        count: usize,
+    ) -> Batch {
         let repeats = count / REPEAT_ONE_IN;
         let even = match self.settings.criterion {
             Criterion::Even => count - repeats,
             _ => count / EVEN_ONE_IN,
         };
         let possible = self.possible();
-        let outlooks = findings.outlooks(&possible, MOST_SETS);
+        let outlooks = outlooks(&possible);
         let mut contest = Contest::new(&outlooks, DEALT_OUT);
         let mut chosen: Vec<Planned> = Vec::new();
         for (at_m, focus) in self.even_readings(even) {
@@ -101,16 +109,19 @@ impl Chooser<'_> {
             .map(|one| self.way_s(one.at_m, chosen.iter().map(|(at_m, _)| *at_m)))
             .collect();
         let mut again: Vec<Planned> = Vec::new();
+        let best_by = |told: &dyn Fn(usize) -> f64, seconds: &[f64]| {
+            let worth = (0..possible.len()).map(|number| (told(number), number));
+            worth.max_by(|a, b| (a.0 / seconds[a.1]).total_cmp(&(b.0 / seconds[b.1])))
+        };
         for _ in 0..count - repeats - even {
-            let worth = |number: usize| {
-                let told = match self.settings.criterion {
-                    Criterion::Parameters => contest.narrowing(number),
-                    _ => contest.gain(number),
-                };
-                told / seconds[number]
+            let informs = match self.settings.criterion {
+                Criterion::Parameters => None,
+                _ => best_by(&|number| contest.gain(number), &seconds),
             };
-            let best = (0..possible.len()).map(|number| (worth(number), number));
-            let Some((_, best)) = best.max_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+            // Where all sets are apart already, the next readings put the most probable one to the test where it is least sure.
+            let informs = informs.filter(|(told, _)| *told > LEAST_TOLD);
+            let best = informs.or_else(|| best_by(&|number| contest.narrowing(number), &seconds));
+            let Some((_, best)) = best else { break };
             contest.choose(best);
             let PossibleReading { at_m, focus, .. } = possible[best];
             for (one, seconds) in possible.iter().zip(&mut seconds) {
@@ -226,9 +237,117 @@ fn one_of(drives: usize, number: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
+    use fieldgap_acquisition::RigSetup;
     use fieldgap_records::BoxMm;
+    use nalgebra::DMatrix;
 
     use super::*;
+
+    fn robot() -> Robot {
+        let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rigs/virtual.toml");
+        Robot::of(&RigSetup::read(&rig).expect("the rig file"))
+    }
+
+    fn settings(criterion: Criterion) -> ClosedLoop {
+        let within =
+            BoxMm { least: Vec3::new(-30.0, -30.0, 60.0), most: Vec3::new(30.0, 30.0, 140.0) };
+        ClosedLoop { criterion, ..ClosedLoop::within(within) }
+    }
+
+    fn chooser<'c>(settings: &'c ClosedLoop, robot: &'c Robot) -> Chooser<'c> {
+        Chooser {
+            settings,
+            robot,
+            planned_drives: 2,
+            drives: 9,
+            at_m: robot.home_m(),
+            places_used: 0,
+        }
+    }
+
+    /// Two sets that differ above 100 mm alone, by so many standard deviations; one parameter of both moves readings below.
+    fn above(possible: &[PossibleReading], sigma: f64) -> Vec<Outlook> {
+        let is_above = |one: &PossibleReading| if one.at_m.z > 0.1 { 1.0 } else { 0.0 };
+        let set = |share: f64| Outlook {
+            effects: Vec::new(),
+            probability: 0.5,
+            means: possible.iter().map(|one| share * sigma * is_above(one)).collect(),
+            variances: vec![1.0; possible.len()],
+            slopes: DMatrix::from_fn(1, possible.len(), |_, n| 1.0 - is_above(&possible[n])),
+            covariance: DMatrix::identity(1, 1),
+        };
+        vec![set(0.0), set(1.0)]
+    }
+
+    fn share_above(batch: &Batch) -> f64 {
+        let above = batch.readings.iter().filter(|(at_m, _)| at_m.z > 0.1).count();
+        above as f64 / batch.readings.len() as f64
+    }
+
+    #[test]
+    fn the_first_round_has_silence_places_of_both_kinds_of_drives_and_repeats() {
+        let (settings, robot) = (settings(Criterion::Information), robot());
+        let Batch { readings, .. } = chooser(&settings, &robot).first();
+        assert_eq!(readings.len(), 240);
+        assert!(readings[..40].iter().all(|(_, focus)| focus.is_none()));
+        let driven = &readings[40..];
+        let (once, again) = driven.split_at(driven.len() - 24);
+        assert!(again.iter().all(|reading| once.contains(reading)));
+        let planned = once.iter().filter(|(_, focus)| focus.is_some_and(|focus| focus < 2));
+        assert_eq!(2 * planned.count(), once.len());
+        assert!((0..9).all(|drive| once.iter().any(|(_, focus)| *focus == Some(drive))));
+        assert!(once.windows(2).all(|pair| pair[0].0 != pair[1].0));
+    }
+
+    #[test]
+    fn readings_are_taken_where_the_sets_differ_or_where_the_first_is_least_sure() {
+        let robot = robot();
+        let share_of = |criterion, sigma| {
+            let settings = settings(criterion);
+            let outlooks = |possible: &[PossibleReading]| above(possible, sigma);
+            share_above(&chooser(&settings, &robot).next(outlooks, 96))
+        };
+        let share = |criterion| share_of(criterion, 0.2);
+        // Of a round a quarter is even; so half of a quarter lies where nothing is to be learnt.
+        assert!(share(Criterion::Information) > 0.75, "{}", share(Criterion::Information));
+        assert!(share(Criterion::Parameters) < 0.35, "{}", share(Criterion::Parameters));
+        assert!((0.35..0.65).contains(&share(Criterion::Even)), "{}", share(Criterion::Even));
+        // Sets that the even readings part already leave the rest to what the first is least sure of.
+        assert!(share_of(Criterion::Information, 5.0) < 0.35);
+    }
+
+    #[test]
+    fn what_is_told_counts_per_second() {
+        let (settings, robot) = (settings(Criterion::Information), robot());
+        let chooser = chooser(&settings, &robot);
+        let batch = chooser.next(|possible| above(possible, 0.2), 96);
+        let way_s = |readings: &[Planned]| -> f64 {
+            readings.windows(2).map(|pair| robot.move_s(pair[0].0, pair[1].0)).sum()
+        };
+        // Readings as far apart as those of the even sequence would take longer.
+        let even = chooser.even_places(96).map(|at_m| (at_m, Some(0)));
+        let even = chooser.in_order(robot.home_m(), even.collect());
+        assert!(way_s(&batch.readings) < way_s(&even));
+        // Some seventy readings above of 0.2 standard deviations: half of the sum of their squares.
+        assert!((0.9..1.9).contains(&batch.apart[0]), "{:?}", batch.apart);
+        assert!(batch.information.expect("sets were asked") > 0.2);
+    }
+
+    #[test]
+    fn a_verification_draws_the_same_places_again_and_others_in_another_round() {
+        let (mut settings, robot) = (settings(Criterion::Information), robot());
+        settings.verify_within =
+            BoxMm { least: Vec3::new(-5.0, -5.0, 90.0), most: Vec3::new(5.0, 5.0, 110.0) };
+        let chooser = chooser(&settings, &robot);
+        let drawn = |round| chooser.fresh(round).readings;
+        assert_eq!(drawn(3).len(), 64);
+        assert_eq!(drawn(3), drawn(3));
+        assert!(drawn(3).iter().all(|reading| !drawn(4).contains(reading)));
+        let inside = |at_m: &Vec3| at_m.x.abs() <= 5e-3 && (0.09..=0.11).contains(&at_m.z);
+        assert!(drawn(3).iter().all(|(at_m, focus)| inside(at_m) && focus.is_some_and(|f| f < 2)));
+    }
 
     #[test]
     fn every_drive_is_measured_in_every_part_of_the_box() {

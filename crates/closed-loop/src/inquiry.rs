@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use fieldgap_acoustics::Vec3;
 use fieldgap_acquisition::{ChooseRounds, NextRound, NoNextRound, RigSetup};
-use fieldgap_diagnosis::{Findings, Options};
+use fieldgap_diagnosis::{Findings, Options, PossibleReading};
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{ClosedLoop, Plan, RecordedSample, RecordedScan};
 
-use crate::batch::{Batch, Chooser};
+use crate::batch::{Batch, Chooser, MOST_SETS};
 use crate::decision::{Next, Spent, Standing, budget, in_words, is_inseparable, next};
 use crate::drives::further_drives;
 use crate::plan_text::{with_drives, with_readings};
@@ -170,7 +170,9 @@ impl Inquiry {
             }
             Next::Verify => (Purpose::Verify, chooser.fresh(earlier.len())),
             Next::Explore => {
-                let batch = chooser.next(&findings, self.settings.round_readings);
+                let outlooks =
+                    |possible: &[PossibleReading]| findings.outlooks(possible, MOST_SETS);
+                let batch = chooser.next(outlooks, self.settings.round_readings);
                 let readings = record.samples.len();
                 if is_inseparable(&standing, &batch, earlier, readings, &self.settings) {
                     let end = Some(End::Inseparable);

@@ -1,20 +1,15 @@
 //! A scan that goes on in rounds: after the last reading of its plan, more readings are chosen by what was read.
 
-use std::fmt;
-
 use jiff::Timestamp;
 
+use super::sequence::Progress;
 use super::{ScanRun, Stopped};
 use crate::AcquisitionError;
-use crate::drift::Drift;
 use crate::dry_run::dry_run;
 use crate::event::{Event, EventSink};
-use crate::fly::Flights;
 use crate::itinerary::Itinerary;
 use crate::origin::PLAN_COPY;
 use crate::planned_scan::PlannedScan;
-use crate::sequencer::PointSequencer;
-use fieldgap_acoustics::Vec3;
 use fieldgap_input::TomlSource;
 use fieldgap_records::{EventKind, JournalError, Plan, RecordedScan, write_whole};
 
@@ -39,44 +34,26 @@ pub trait ChooseRounds: Send {
     fn next(&mut self, plan: &Plan, record: &RecordedScan) -> Result<NextRound, NoNextRound>;
 }
 
-/// How a scan chooses its rounds.
-pub(super) struct Rounds(Option<Box<dyn ChooseRounds>>);
-
-impl fmt::Debug for Rounds {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Rounds")
-    }
-}
-
-impl Rounds {
-    /// None after the plan.
-    pub(super) fn none() -> Self {
-        Self(None)
-    }
-}
-
 impl ScanRun {
     /// Lets `choose` add rounds after the last reading of the plan, until it chooses none.
     pub fn in_rounds(&mut self, choose: Box<dyn ChooseRounds>) {
-        self.rounds = Rounds(Some(choose));
-    }
-
-    /// Whether readings must be kept in memory to choose further ones by.
-    pub(super) fn has_rounds(&self) -> bool {
-        self.rounds.0.is_some()
+        self.rounds = Some(choose);
     }
 
     /// Chooses and measures rounds until none follows. The array is silent while the next one is chosen.
     pub(super) async fn measure_rounds(
         &mut self,
-        sequencer: &mut PointSequencer,
-        flights: &mut Option<Flights>,
-        drift: &mut Option<Drift>,
-        at_m: &mut Vec3,
+        progress: &mut Progress,
         watch: EventSink<'_>,
     ) -> Result<(), Stopped> {
-        while let Some(mut choose) = self.rounds.0.take() {
-            sequencer.silence(self.open.rig()).await?;
+        if self.rounds.is_none() && self.scan.plan.closed_loop.is_some() {
+            return Err(AcquisitionError::NoNextRound(
+                "the plan is that of a closed loop, and nothing here chooses its rounds".into(),
+            )
+            .into());
+        }
+        while let Some(mut choose) = self.rounds.take() {
+            progress.sequencer.silence(self.open.rig()).await?;
             let plan = self.scan.plan.clone();
             let record = RecordedScan { setup: self.setup.clone(), samples: self.kept.clone() };
             // A search takes seconds; the watchdog and the requests to stop must be heard meanwhile.
@@ -93,12 +70,10 @@ impl ScanRun {
             watch(&Event::RoundChosen { text: decision });
             let Some(text) = plan else { return Ok(()) };
             self.go_on_with(text)?;
-            self.rounds = Rounds(Some(choose));
-            let itinerary = {
-                let (plan, visits) = (&self.scan.plan, &self.scan.visits);
-                Itinerary::of(plan, &self.scan.rig_setup, visits, &self.kept)
-            };
-            self.measure_legs(&itinerary, sequencer, flights, drift, at_m, &mut *watch).await?;
+            self.rounds = Some(choose);
+            let (plan, visits) = (&self.scan.plan, &self.scan.visits);
+            let itinerary = Itinerary::of(plan, &self.scan.rig_setup, visits, &self.kept);
+            self.measure_legs(&itinerary, progress, &mut *watch).await?;
         }
         Ok(())
     }

@@ -17,6 +17,15 @@ use crate::sequencer::{PointSequencer, distance_mm};
 use fieldgap_acoustics::Vec3;
 use fieldgap_records::EventKind;
 
+/// What a scan under way carries from leg to leg.
+pub(super) struct Progress {
+    pub(super) sequencer: PointSequencer,
+    flights: Option<Flights>,
+    drift: Option<Drift>,
+    /// Where the robot stands; visits to the reference point begin there.
+    at_m: Vec3,
+}
+
 impl ScanRun {
     /// Runs the rest of the plan.
     pub(super) async fn conduct(&mut self, watch: EventSink<'_>) -> Result<(), Stopped> {
@@ -38,9 +47,8 @@ impl ScanRun {
         };
         let mut sequencer = PointSequencer::new(&self.scan.rig_setup, &self.scan.plan.foci, clock);
         let (plan, visits) = (&self.scan.plan, &self.scan.visits);
-        let mut drift = Drift::of(plan, visits, self.check.about_s, &self.kept);
+        let drift = Drift::of(plan, visits, self.check.about_s, &self.kept);
         let mut flights = itinerary.flight().copied().map(Flights::new);
-        // Where the robot stands; visits to the reference point begin there.
         let mut at_m = sequencer.frame().to_array(homed);
         if let Some(&row) = itinerary.checks.last() {
             at_m = visits[row].position_m;
@@ -50,31 +58,20 @@ impl ScanRun {
             at_m = itinerary.ends_m(&Leg::Row(row.clone()), &self.scan.visits)[0];
             self.find_lag(flights, &mut sequencer, row, &mut *watch).await?;
         }
-        self.measure_legs(
-            &itinerary,
-            &mut sequencer,
-            &mut flights,
-            &mut drift,
-            &mut at_m,
-            &mut *watch,
-        )
-        .await?;
-        self.measure_rounds(&mut sequencer, &mut flights, &mut drift, &mut at_m, &mut *watch)
-            .await?;
-        if let Some(text) = flights.and_then(|flights| flights.evenness()) {
+        let mut progress = Progress { sequencer, flights, drift, at_m };
+        self.measure_legs(&itinerary, &mut progress, &mut *watch).await?;
+        self.measure_rounds(&mut progress, &mut *watch).await?;
+        if let Some(text) = progress.flights.and_then(|flights| flights.evenness()) {
             self.journal.record(Timestamp::now(), EventKind::Flown, &text)?;
         }
         Ok(())
     }
 
-    /// Measures the legs of an itinerary; the robot stands at `at_m` before and after them.
+    /// Measures the legs of an itinerary.
     pub(super) async fn measure_legs(
         &mut self,
         itinerary: &Itinerary,
-        sequencer: &mut PointSequencer,
-        flights: &mut Option<Flights>,
-        drift: &mut Option<Drift>,
-        at_m: &mut Vec3,
+        Progress { sequencer, flights, drift, at_m }: &mut Progress,
         watch: EventSink<'_>,
     ) -> Result<(), Stopped> {
         let mut now_s = self.kept.last().map_or(0.0, |last| last.time_s);
@@ -93,7 +90,8 @@ impl ScanRun {
             *at_m = ends_m;
             now_s = measured.last().map_or(now_s, |measurement| measurement.sample.time_s);
             self.keep_row(rows, &measured, sequencer, drift.as_mut(), &mut *watch).await?;
-            if self.has_rounds() {
+            // Further rounds are chosen by all readings; without them the journal is enough.
+            if self.rounds.is_some() {
                 self.kept.extend(measured.iter().map(|measurement| measurement.sample));
             }
         }

@@ -126,3 +126,30 @@ fn parameters_are_measured_in_their_stated_errors() {
     assert_eq!((wave.of, wave.within_two), (2, 0));
     assert_eq!(share(&score, "parameters within two standard errors"), 0.25);
 }
+
+#[test]
+fn of_rigs_the_cost_and_the_proof_of_the_cause_are_scored() {
+    let one = |n| answer(n, Category::One, &["sound-speed"], 2.0);
+    let measured = |readings: usize, holds: Option<bool>| {
+        parsed(json!({
+            "verdict": "explained", "effects": ["sound-speed"],
+            "measurement": {
+                "readings": readings, "seconds": 0.3 * readings as f64,
+                "verification": holds.map(|holds| json!({ "holds": holds }))
+            }
+        }))
+    };
+    let score = score(vec![
+        (one(0), measured(400, Some(true))),
+        (one(1), measured(600, Some(false))),
+        (one(2), measured(800, Some(true))),
+        // Named, but never tested.
+        (one(3), measured(1800, None)),
+    ]);
+    assert_eq!(share(&score, "where explained: the cause holds on fresh readings"), 0.5);
+    let figure = |what: &str| {
+        score.figures.iter().find(|figure| figure.what == what).expect(what).value.expect("some")
+    };
+    assert_eq!(figure("median readings of a rig"), 700.0);
+    assert!((figure("median minutes on the rig's clock") - 3.5).abs() < 1e-12);
+}

@@ -127,3 +127,107 @@ fn as_observations(
     let scan = ObservedScan { drives, dark: Vec::new(), ..scan.clone() };
     (Observations { scans: vec![scan] }, order)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::effect;
+    use crate::effects::testing::{Bench, nuisance, visit};
+    use crate::fit::joint_fit::Fit;
+    use crate::model::effect::Choice;
+    use crate::model::instance::Instance;
+    use crate::model::nuisance::Nuisance;
+    use crate::statistics::noise_scale::NoiseScale;
+    use crate::statistics::scatter::Scatter;
+    use fieldgap_acoustics::Excitation;
+
+    /// Readings already taken with two drives: one each.
+    fn observations(bench: &Bench) -> Observations {
+        let drive = |focus: usize, excitation: Excitation| {
+            let mut believed = bench.believed().clone();
+            believed.excitation = excitation;
+            let (readings, visits) = (vec![1.0], vec![visit()]);
+            ObservedDrive {
+                focus,
+                number: focus,
+                believed,
+                visits,
+                stabilised: readings.clone(),
+                readings,
+            }
+        };
+        let drives =
+            vec![drive(0, bench.believed().excitation.clone()), drive(1, Excitation::Uniform)];
+        let scale = NoiseScale::new(0.02, 0.01, 1.0);
+        let mut scan = ObservedScan {
+            drives,
+            scatter: Scatter::default(),
+            averaged: 1.0,
+            scale,
+            dark: Vec::new(),
+        };
+        scan.set_scatter(Scatter { share: 0.02, additive: 0.01, ..Scatter::default() });
+        Observations { scans: vec![scan] }
+    }
+
+    /// A warmer air than believed, known to so much.
+    fn warm(c_m_s: f64, size: usize) -> ScoredModel {
+        let fit = Fit {
+            instances: vec![Instance {
+                effect: effect(EffectId::SoundSpeed),
+                choice: Choice::None,
+            }],
+            values: vec![vec![c_m_s]],
+            spreads: vec![f64::NAN],
+            cost: 8.0,
+            covariance: Some(DMatrix::identity(size, size) * 0.25),
+            ..Fit::of_nothing(vec![nuisance()])
+        };
+        ScoredModel { fit, log_evidence: 0.0 }
+    }
+
+    const POSSIBLE: [(usize, [f64; 3]); 4] = [
+        (1, [0.0, 0.0, 0.12]),
+        (0, [0.005, 0.002, 0.09]),
+        (1, [-0.01, 0.004, 0.08]),
+        (0, [0.0, -0.012, 0.11]),
+    ];
+
+    #[test]
+    fn readings_are_foretold_in_their_order_with_their_slopes() {
+        let bench = Bench::new();
+        let observations = observations(&bench);
+        let possible: Vec<PossibleReading> = POSSIBLE
+            .iter()
+            .map(|&(focus, at_m)| PossibleReading { at_m: at_m.into(), focus, from_below: true })
+            .collect();
+        let size = Nuisance::COUNT + 1;
+        let of =
+            |c_m_s: f64| outlook(&observations, &bench.context, &warm(c_m_s, size), 0.5, &possible);
+        let told = of(346.0);
+        // The model at each place by itself, with the drive of its own.
+        let scale = &observations.scans[0].scale;
+        let model = bench.model(EffectId::SoundSpeed, &[346.0]);
+        for (number, (focus, at_m)) in POSSIBLE.into_iter().enumerate() {
+            let drive = &observations.scans[0].drives[focus];
+            let there = Visit { at_m: at_m.into(), ..visit() };
+            let pressure = model.pressures_at(&drive.believed, &[there], &nuisance())[0];
+            let scan = &observations.scans[0];
+            let expected = scale.of(model.expected(&pressure, 1.0, 1.0, scan).reading);
+            assert!((told.means[number] - expected).abs() < 1e-6, "{number}");
+        }
+        let step = 1e-3;
+        let beside = of(346.0 + step);
+        for number in 0..POSSIBLE.len() {
+            let quotient = (beside.means[number] - told.means[number]) / step;
+            let slope = told.slopes[(size - 1, number)];
+            assert!(
+                (slope - quotient).abs() < 1e-2 * quotient.abs().max(0.1),
+                "{slope} {quotient}"
+            );
+        }
+        // It left four times the noise's chi-square, so that it is trusted half as well as its covariance says, and its readings as well.
+        assert_eq!(told.variances, [4.0; 4]);
+        assert_eq!(told.covariance[(0, 0)], 1.0);
+    }
+}

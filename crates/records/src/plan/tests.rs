@@ -280,3 +280,61 @@ proptest! {
         let _ = parse(&format!("{HEAD}{text}"));
     }
 }
+
+#[test]
+fn listed_readings_follow_the_regions_in_their_order() {
+    let readings = "[[readings]]\nat_mm = [[9.0, 0.0, 90.0], [1.0, 0.0, 90.0], [1.0, 0.0, 90.0]]\nfocus = [0, -1, 0]\n";
+    let plan = parse(&format!("{HEAD}{PLANE}{readings}")).expect("good");
+    let visits = plan.visits();
+    let (regions, listed) = visits.split_at(visits.len() - 3);
+    assert_eq!(regions.len(), 18);
+    let kinds: Vec<(Option<usize>, VisitKind)> =
+        listed.iter().map(|visit| (visit.focus, visit.kind)).collect();
+    let driven = (Some(0), VisitKind::Point);
+    assert_eq!(kinds, [driven, (None, VisitKind::Dark), driven]);
+    assert_eq!(listed[0].position_m.x, 9e-3);
+    assert_eq!(listed[2].part, PlanPart::Readings(0));
+}
+
+#[test]
+fn a_list_of_readings_that_does_not_fit_is_refused_at_its_line() {
+    let cases = [
+        ("at_mm = []\nfocus = []\n", "empty"),
+        ("at_mm = [[0, 0, 90]]\nfocus = [0, 0]\n", "`focus` has 2 numbers, and `at_mm` has 1"),
+        ("at_mm = [[0, 0, 90]]\nfocus = [1]\n", "there is no focus 1"),
+        ("at_mm = [[0, 0, 90]]\nfocus = [-2]\n", "-2 is no number of a focus"),
+    ];
+    for (keys, what) in cases {
+        let fault = parse(&format!("{HEAD}[[readings]]\n{keys}")).expect_err(keys);
+        assert!(fault.to_string().contains(what), "{fault}");
+        assert!(fault.line_column().is_some_and(|(line, _)| line >= 10), "{fault}");
+    }
+}
+
+const LOOP: &str = "[closed_loop]\nmin_mm = [-10, -10, 60]\nmax_mm = [10, 10, 100]\n";
+
+#[test]
+fn a_closed_loop_has_defaults_and_verifies_where_it_measures() {
+    let plan = parse(&format!("{HEAD}{LOOP}")).expect("good");
+    let settings = plan.closed_loop.as_ref().expect("given");
+    assert!(plan.visits().is_empty());
+    assert_eq!((settings.first_readings, settings.verify_readings), (240, 64));
+    assert_eq!(settings.verify_within, settings.within);
+    let more = "minutes = 2\n[closed_loop.verify]\nreadings = 0\n";
+    let plan = parse(&format!("{HEAD}{LOOP}{more}")).expect("good");
+    let settings = plan.closed_loop.expect("given");
+    assert_eq!((settings.longest_s, settings.verify_readings), (Some(120.0), 0));
+}
+
+#[test]
+fn nothing_else_comes_last_in_a_closed_loop() {
+    for (more, what) in [
+        ("[dark]\nafter = 2\n", "silent readings after all others"),
+        ("[reference]\nevery_points = 9\n", "a reference point"),
+        (PLANE, "regions"),
+        ("[closed_loop.verify]\nmin_mm = [0, 0, 60]\n", "two corners"),
+    ] {
+        let fault = parse(&format!("{HEAD}{LOOP}{more}")).expect_err(what);
+        assert!(fault.to_string().contains(what), "{fault}");
+    }
+}

@@ -60,3 +60,35 @@ pub(crate) fn further_drives(
 fn rounded(phase_rad: f64) -> f64 {
     (phase_rad.rem_euclid(TAU) * PER_RADIAN).round() / PER_RADIAN
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fieldgap_acoustics::Excitation;
+
+    #[test]
+    fn the_halves_are_reversed_and_all_drives_differ() {
+        let array = Array::square(4, 4, 10e-3).expect("not empty");
+        let medium = Medium { speed_of_sound_m_s: 343.0 };
+        let within =
+            BoxMm { least: Vec3::new(-20.0, -20.0, 60.0), most: Vec3::new(20.0, 20.0, 120.0) };
+        let planned = [FocusSection::Point(Vec3::new(5.0, 0.0, 100.0))];
+        let drives = further_drives(&planned, &array, &medium, 40e3, &within);
+        assert_eq!(drives.len(), 10);
+        assert!((0..10).all(|n| !drives[..n].contains(&drives[n])));
+        let focused =
+            Excitation::Focus(Vec3::new(5e-3, 0.0, 0.1)).phases_rad(&array, &medium, 40e3);
+        let FocusSection::Phases(right) = &drives[4] else { panic!("{drives:?}") };
+        for ((element, phase), focused) in array.elements().iter().zip(right).zip(focused) {
+            let turned = (phase - focused).cos();
+            assert!((turned + element.centre_m.x.signum()).abs() < 1e-6, "{turned}");
+        }
+        // A drive that the plan has already is not added.
+        let planned = [planned[0].clone(), FocusSection::AllZero];
+        assert_eq!(further_drives(&planned, &array, &medium, 40e3, &within).len(), 9);
+        for drive in &drives {
+            let FocusSection::Point(at_mm) = drive else { continue };
+            assert!(at_mm.x.abs() <= 10.0 && (75.0..=105.0).contains(&at_mm.z), "{at_mm}");
+        }
+    }
+}

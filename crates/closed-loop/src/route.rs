@@ -116,6 +116,15 @@ mod tests {
             let as_given: Vec<usize> = (0..places_m.len()).collect();
             let [short, long] = [&order, &as_given].map(|order| length_m(Vec3::zeros(), &places_m, order));
             proptest::prop_assert!(short <= long + 1e-9);
+            // No stretch is shorter backwards.
+            for i in 0..order.len() {
+                for j in i + 1..order.len() {
+                    let mut other = order.clone();
+                    other[i..=j].reverse();
+                    let other = length_m(Vec3::zeros(), &places_m, &other);
+                    proptest::prop_assert!(short <= other + 1e-6, "{short} {other}");
+                }
+            }
         }
     }
 }

@@ -1,0 +1,82 @@
+//! A named cause held against readings that were taken after its fit.
+
+use std::path::Path;
+
+use fieldgap_acoustics::Vec3;
+use fieldgap_diagnosis::{EffectId, Findings, Options};
+use fieldgap_input::TomlSource;
+use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
+use fieldgap_virtual_rig::{Visit, noise_free_readings};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+const NOISE: f64 = 0.01;
+
+/// Time from one reading to the next, s.
+const PACE_S: f64 = 0.1;
+
+const SETUP: &str = "format = 1\nname = \"scattered\"\nrecorded = 2026-11-20T10:02:00Z\nreading = \"V\"\n\
+    [array]\nfrequency_hz = 40000.0\nlayout = \"square\"\ncolumns = 4\nrows = 4\nelement_diameter_mm = 10.0\nspacing_mm = 0.0\n\
+    [medium]\nspeed_of_sound_m_s = 343.0\n[simulator]\nmodel = \"piston\"\n\
+    [[focus]]\nx_mm = 2.0\ny_mm = -1.0\nz_mm = 120.0\n";
+
+/// Readings at scattered places, every fifth of them a repeat, with noise in proportion.
+fn record(count: usize, effects: &str) -> RecordedScan {
+    let setup =
+        ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), SETUP)).expect("a set-up");
+    let effects: toml::Table = effects.parse().expect("TOML");
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    let mut places: Vec<Vec3> = Vec::new();
+    for n in 0..count {
+        let mut within = |low: f64, high: f64| random.random_range(low..high);
+        let new = Vec3::new(within(-0.02, 0.02), within(-0.02, 0.02), within(0.09, 0.16));
+        places.push(if n % 5 == 4 { places[n / 2] } else { new });
+    }
+    let visit = |(n, position_m): (usize, &Vec3)| Visit {
+        position_m: *position_m,
+        velocity_m_s: Vec3::zeros(),
+        time_s: PACE_S * n as f64,
+    };
+    let visits: Vec<Visit> = places.iter().enumerate().map(visit).collect();
+    let simulation = setup.simulation(setup.simulator, 0).expect("a focus");
+    let levels = noise_free_readings(&simulation, &effects, PACE_S, &visits, 3).expect("valid");
+    let samples = visits.iter().zip(levels).map(|(visit, level)| {
+        let normal: f64 = StandardNormal.sample(&mut random);
+        let reading = level * (1.0 + NOISE * normal);
+        RecordedSample::measured(visit.time_s, Some(0), visit.position_m, reading, None)
+    });
+    let samples = samples.collect();
+    RecordedScan { setup, samples }
+}
+
+/// A drift goes on after the readings that it was fitted to. A model that stopped it at the last of them, or that spread it over all, would be
+/// seven times the noise off.
+#[test]
+fn a_drift_holds_on_readings_after_its_fit() {
+    let whole = record(260, "[gain-drift]\nrelative = -0.3\nover_s = 26.0");
+    let seen = RecordedScan { setup: whole.setup.clone(), samples: whole.samples[..200].to_vec() };
+    let seen = [seen];
+    let findings = Findings::of(&seen, &Options::default()).expect("comparable");
+    assert_eq!(findings.named(), [[EffectId::GainDrift]]);
+    let test = findings.on_fresh(&whole);
+    assert_eq!(test.readings, 60);
+    assert!(test.gap_before > 10.0 * NOISE, "{test:?}");
+    assert!(test.chi_square < 1.0 + 4.0 * test.standard_error(), "{test:?}");
+    assert!((0.6 * NOISE..1.7 * NOISE).contains(&test.gap_after), "{test:?}");
+}
+
+/// The same cause does not hold where the fresh readings have another.
+#[test]
+fn a_cause_that_has_gone_does_not_hold() {
+    let with = record(200, "[sound-speed]\nc_m_s = 352.0");
+    let without = record(260, "");
+    let mut whole = with.clone();
+    whole.samples.extend_from_slice(&without.samples[200..]);
+    let seen = [with];
+    let findings = Findings::of(&seen, &Options::default()).expect("comparable");
+    // (With one focus a faster sound and a lower carrier look alike; either has gone.)
+    assert!(findings.named()[0].len() == 1, "{:?}", findings.probabilities());
+    let test = findings.on_fresh(&whole);
+    assert!(test.chi_square > 3.0 && test.gap_after > 2.0 * test.noise, "{test:?}");
+}

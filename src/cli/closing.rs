@@ -11,8 +11,9 @@ use super::proposal::proposed_correction;
 use super::record_figures::keep_figures;
 use super::replay::{Report, show, write_report};
 use crate::cli::output::say;
+use fieldgap_closed_loop::{End, read_rounds, verified};
 use fieldgap_comparison::{Comparison, GapReduction};
-use fieldgap_correction::{CorrectionError, correct_recorded_scan};
+use fieldgap_correction::{Corrected, CorrectionError, correct_recorded_scan};
 use fieldgap_diagnosis::{Diagnosis, PlaneShare, diagnose};
 use fieldgap_records::{RecordedScan, SAME_HEIGHT_MM};
 use fieldgap_report::{Cause, PrintStyle, ReportError, headline};
@@ -137,8 +138,9 @@ fn close_gap(
     diagnosis: &Diagnosis,
 ) -> miette::Result<bool> {
     let out = folder.join(CORRECTED);
-    let corrected = match correct_recorded_scan(diagnosis, &scan.setup, folder, &out) {
-        Ok(corrected) => corrected,
+    let corrected = match set_up_corrected(folder, scan, diagnosis, &out) {
+        Ok(Some(corrected)) => corrected,
+        Ok(None) => return Ok(false),
         Err(
             nothing @ (CorrectionError::NothingNamed(_)
             | CorrectionError::NoKey { .. }
@@ -181,6 +183,39 @@ fn close_gap(
         .into_diagnostic()?;
     say(format!("\n{gaps}"));
     Ok(true)
+}
+
+/// The corrected set-up: that of the cause that held on fresh readings where a closed loop tested one, otherwise that of the diagnosis.
+/// `None`, with the reason said, if a loop that tests its causes ended without one that holds.
+fn set_up_corrected(
+    folder: &Path,
+    scan: &RecordedScan,
+    diagnosis: &Diagnosis,
+    out: &Path,
+) -> Result<Option<Corrected>, CorrectionError> {
+    let rounds = read_rounds(folder).unwrap_or_default();
+    match (rounds.last().and_then(|last| last.end), verified(&rounds)) {
+        (None | Some(End::Explained), _) => {
+            correct_recorded_scan(diagnosis, &scan.setup, folder, out).map(Some)
+        }
+        (_, Some(cure)) if cure.folder.is_some() => {
+            let files = cure.write_record(folder, out)?;
+            Ok(Some(Corrected {
+                files,
+                changes: cure.changes.clone(),
+                written: cure.corrected.clone(),
+                unwritten: cure.accounted.clone(),
+            }))
+        }
+        (_, Some(cure)) => {
+            let unwritten = cure.accounted.clone();
+            Err(CorrectionError::NoKey { path: folder.to_owned(), unwritten })
+        }
+        (Some(_), None) => {
+            say("not corrected: the loop ended without a cause that holds on fresh readings");
+            Ok(None)
+        }
+    }
 }
 
 /// The address of a file relative to a folder, for a link; both lie below one folder.

@@ -4,6 +4,7 @@ use fieldgap_diagnosis::{EffectId, Findings, Verdict, joined};
 use fieldgap_records::ClosedLoop;
 
 use crate::batch::Batch;
+use crate::cure::Cure;
 use crate::round::{End, Purpose, Round, Verification};
 
 /// Nats by which the rest of the budget must part two rivals to be worth measuring: what is expected of sets as they are fitted may be too
@@ -31,6 +32,8 @@ pub(crate) struct Standing {
     /// The named set, or the rivals.
     pub named: Vec<Vec<EffectId>>,
     pub probabilities: Vec<(Vec<EffectId>, f64)>,
+    /// Probability that no set of the catalogue holds the cause.
+    pub outside: f64,
 }
 
 impl Standing {
@@ -39,6 +42,7 @@ impl Standing {
             verdict: findings.verdict(),
             named: findings.named(),
             probabilities: findings.probabilities(),
+            outside: findings.outside_the_catalogue(),
         }
     }
 
@@ -185,16 +189,71 @@ pub(crate) struct Spent {
     pub sounding_s: f64,
 }
 
-/// The end in words.
-pub(crate) fn in_words(end: End, verification: Option<&Verification>) -> String {
-    match (end, verification) {
-        (End::Verified, Some(test)) => format!(
-            "It holds on {} fresh readings: the gap falls from {:.1} % to {:.1} %, and noise alone leaves {:.1} %.",
-            test.readings,
-            100.0 * test.gap_before,
-            100.0 * test.gap_after,
-            100.0 * test.noise
+/// A round that goes on, in words.
+pub(crate) fn going_on(standing: &Standing, round: &Round) -> String {
+    let taken_back = taken_back(round.verification.as_ref());
+    let next = match (round.purpose, &round.cure) {
+        (Purpose::Verify, Some(Cure { folder: Some(folder), .. })) => {
+            format!("fresh readings to test it with the set-up corrected in {folder}")
+        }
+        (Purpose::Verify, _) => "fresh readings to test it".to_owned(),
+        _ => "readings to tell the rest apart".to_owned(),
+    };
+    format!(
+        "After {} readings: {}.{taken_back} Next {} {next}.",
+        round.before,
+        standing.in_words(),
+        round.readings
+    )
+}
+
+/// That a cause did not hold, and why; nothing where none failed.
+pub(crate) fn taken_back(tested: Option<&Verification>) -> String {
+    match tested {
+        Some(failed) if !failed.holds => {
+            format!(" {} The cause is taken back.", why_it_failed(failed))
+        }
+        _ => String::new(),
+    }
+}
+
+fn why_it_failed(failed: &Verification) -> String {
+    let noise = |chi_square: f64| format!("{:.2} times the noise", chi_square.sqrt());
+    match failed.corrected {
+        Some(file) if failed.chi_square <= Verification::MOST_CHI_SQUARE => format!(
+            "The corrected set-up did not hold on fresh readings: it leaves {}, and its simulation is {:.2} standard deviations of a \
+             reading away from the fit.",
+            noise(file.chi_square),
+            file.departure
         ),
+        _ => format!("It did not hold on fresh readings ({}).", noise(failed.chi_square)),
+    }
+}
+
+/// A cause that held, in words.
+fn held(test: &Verification, cure: &Cure) -> String {
+    let percent = |(gap, error): (f64, f64)| format!("{:.1} ± {:.1} %", 100.0 * gap, 100.0 * error);
+    let by = match &cure.folder {
+        Some(folder) => format!("simulated with the corrected set-up ({folder})"),
+        None => "with the cause as it was fitted".to_owned(),
+    };
+    let accounted = match joined(&cure.accounted(), " and ") {
+        none if none.is_empty() => String::new(),
+        effects => format!(" No set-up file holds {effects}: accounted for as fitted."),
+    };
+    format!(
+        "It holds on {} fresh readings: {by}, their gap falls from {} to {}, and noise alone leaves {:.1} %.{accounted}",
+        test.readings,
+        percent((test.gap_before, test.gap_before_error)),
+        percent(test.left()),
+        100.0 * test.noise
+    )
+}
+
+/// The end in words.
+pub(crate) fn in_words(end: End, tested: Option<(&Verification, &Cure)>) -> String {
+    match (end, tested) {
+        (End::Verified, Some((test, cure))) => held(test, cure),
         (End::Verified | End::Explained, _) => "The cause is known.".to_owned(),
         (End::NoGap, _) => "Scan and simulation agree within the noise.".to_owned(),
         (End::Inseparable, _) => {
@@ -232,6 +291,7 @@ mod tests {
                 (named.to_vec(), probability),
                 (vec![EffectId::Lag], 1.0 - probability),
             ],
+            outside: 0.02,
         }
     }
 
@@ -245,8 +305,10 @@ mod tests {
             verdict: Some(verdict),
             named: if named.is_empty() { Vec::new() } else { vec![named.to_vec()] },
             probabilities: Vec::new(),
+            outside: 0.02,
             expected_bits: None,
             expected_s: 10.0,
+            cure: None,
             verification: None,
             end: None,
             reason: String::new(),

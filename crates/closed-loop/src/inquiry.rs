@@ -7,12 +7,16 @@ use std::path::{Path, PathBuf};
 
 use fieldgap_acoustics::Vec3;
 use fieldgap_acquisition::{ChooseRounds, NextRound, NoNextRound, RigSetup};
+use fieldgap_correction::CorrectionError;
 use fieldgap_diagnosis::{Findings, Options, PossibleReading};
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{ClosedLoop, Plan, RecordedSample, RecordedScan};
 
 use crate::batch::{Batch, Chooser, MOST_SETS};
-use crate::decision::{Next, Spent, Standing, budget, in_words, is_inseparable, next};
+use crate::cure::PlannedCure;
+use crate::decision::{
+    Next, Spent, Standing, budget, going_on, in_words, is_inseparable, next, taken_back,
+};
 use crate::drives::further_drives;
 use crate::plan_text::{with_drives, with_readings};
 use crate::robot::Robot;
@@ -20,15 +24,26 @@ use crate::round::{
     End, Likely, Purpose, Round, RoundsError, Verification, read_rounds, write_rounds,
 };
 
-/// Sets that a round keeps in its log.
-const MOST_LOGGED: usize = 6;
+/// Sets that a round keeps in its log: those that the next round is to tell apart.
+const MOST_LOGGED: usize = MOST_SETS;
 
 /// A rig that chooses its readings until the cause is known.
 pub struct Inquiry {
     settings: ClosedLoop,
     robot: Robot,
     folder: PathBuf,
+    rig: PathBuf,
     options: Options,
+}
+
+/// What follows after a round.
+pub struct Decision {
+    /// The decision.
+    pub round: Round,
+    /// The plan with its readings; `None` at the end.
+    pub plan: Option<String>,
+    /// The corrected set-up that its readings test.
+    cure: Option<PlannedCure>,
 }
 
 /// Why a closed loop cannot begin or go on.
@@ -53,6 +68,9 @@ pub enum InquiryError {
         /// Readings of the round.
         wanted: usize,
     },
+    /// The corrected set-up cannot be written.
+    #[error(transparent)]
+    Correction(#[from] CorrectionError),
     /// The readings cannot be compared with a simulation.
     #[error(transparent)]
     Incomparable(#[from] fieldgap_comparison::Incomparable),
@@ -74,7 +92,13 @@ impl Inquiry {
     pub fn new(plan: &Plan, rig_setup: &RigSetup, folder: &Path) -> Result<Self, InquiryError> {
         let settings = plan.closed_loop.clone().ok_or(InquiryError::NoClosedLoop)?;
         let options = Options { simulator: Some(plan.simulator), effects: None };
-        Ok(Self { settings, robot: Robot::of(rig_setup), folder: folder.to_owned(), options })
+        Ok(Self {
+            settings,
+            robot: Robot::of(rig_setup),
+            folder: folder.to_owned(),
+            rig: rig_setup.source().path().to_owned(),
+            options,
+        })
     }
 
     /// The plan of the first round: the given one with further drives and its first readings. The decision is logged in the folder when the
@@ -110,8 +134,10 @@ impl Inquiry {
             verdict: None,
             named: Vec::new(),
             probabilities: Vec::new(),
+            outside: 0.0,
             expected_bits: None,
             expected_s: self.duration_s(&batch, self.robot.home_m()),
+            cure: None,
             verification: None,
             end: None,
             reason,
@@ -127,33 +153,30 @@ impl Inquiry {
         write_rounds(&self.folder, &[first])
     }
 
-    /// The decision after the readings of a record, by the rounds before it; and the longer plan.
+    /// The decision after the readings of a record, by the rounds before it.
     ///
     /// # Errors
-    /// [`InquiryError`] if the readings cannot be compared, or if the earlier rounds are not those of the plan.
+    /// [`InquiryError`] if the readings cannot be compared, if the earlier rounds are not those of the plan, or if the corrected set-up that
+    /// the last of them tested cannot be read.
     pub fn decide(
         &self,
         plan: &Plan,
         record: &RecordedScan,
         earlier: &[Round],
-    ) -> Result<(Round, Option<String>), InquiryError> {
+    ) -> Result<Decision, InquiryError> {
         let planned = plan.readings.len();
         let (Some(last), true) = (earlier.last(), earlier.len() == planned) else {
             return Err(InquiryError::OtherRounds { planned, logged: earlier.len() });
         };
+        let end = |standing: &Standing, verification, end| {
+            let round = self.round(standing, earlier, record, verification, Some(end));
+            Ok(Decision { round, plan: None, cure: None })
+        };
         let mut verification = None;
         if last.purpose == Purpose::Verify {
-            let seen = RecordedScan {
-                setup: record.setup.clone(),
-                samples: record.samples[..last.before].to_vec(),
-            };
-            let seen = [seen];
-            let findings = Findings::of(&seen, &self.options)?;
-            let tested = Verification::of(findings.on_fresh(record));
+            let (standing, tested) = self.tested(last, record)?;
             if tested.holds {
-                let standing = Standing::of(&findings);
-                let end = self.round(&standing, earlier, record, Some(tested), Some(End::Verified));
-                return Ok((end, None));
+                return end(&standing, Some(tested), End::Verified);
             }
             verification = Some(tested);
         }
@@ -165,9 +188,7 @@ impl Inquiry {
         let chooser = self.chooser(last.drives, at_m, places_used);
         let (purpose, batch) = match next(&standing, earlier, record.samples.len(), &self.settings)
         {
-            Next::End(end) => {
-                return Ok((self.round(&standing, earlier, record, verification, Some(end)), None));
-            }
+            Next::End(reason) => return end(&standing, verification, reason),
             Next::Verify => (Purpose::Verify, chooser.fresh(earlier.len())),
             Next::Explore => {
                 let outlooks =
@@ -175,27 +196,55 @@ impl Inquiry {
                 let batch = chooser.next(outlooks, self.settings.round_readings);
                 let readings = record.samples.len();
                 if is_inseparable(&standing, &batch, earlier, readings, &self.settings) {
-                    let end = Some(End::Inseparable);
-                    return Ok((self.round(&standing, earlier, record, verification, end), None));
+                    return end(&standing, verification, End::Inseparable);
                 }
                 (Purpose::Explore, batch)
             }
         };
         let expected_s = self.duration_s(&batch, at_m);
-        if let Some(end) =
-            budget(&self.settings, spent(&record.samples), batch.readings.len(), expected_s)
-        {
-            return Ok((self.round(&standing, earlier, record, verification, Some(end)), None));
+        let spent = spent(&record.samples);
+        if let Some(reason) = budget(&self.settings, spent, batch.readings.len(), expected_s) {
+            return end(&standing, verification, reason);
         }
         self.is_enough(&batch, batch.readings.len().max(1))?;
+        let cure = match purpose {
+            Purpose::Verify => {
+                let diagnosis = findings.diagnosis();
+                let (scanned, number) = (&record.setup, earlier.len());
+                Some(PlannedCure::of(&diagnosis, scanned, &self.folder, &self.rig, number)?)
+            }
+            _ => None,
+        };
         let mut round = self.round(&standing, earlier, record, verification, None);
         round.purpose = purpose;
         round.readings = batch.readings.len();
         round.expected_bits = batch.information.map(|nats| nats / std::f64::consts::LN_2);
         round.expected_s = expected_s;
-        round.reason = self.words(&standing, &round);
-        let text = with_readings(plan.text(), &round.reason, &batch.readings);
-        Ok((round, Some(text)))
+        round.cure = cure.as_ref().map(|planned| planned.cure.clone());
+        round.reason = going_on(&standing, &round);
+        let plan = with_readings(plan.text(), &round.reason, &batch.readings);
+        Ok(Decision { round, plan: Some(plan), cure })
+    }
+
+    /// The cause that a round tested, found again from the readings before it, and how it did on those of the round.
+    fn tested(
+        &self,
+        tested: &Round,
+        record: &RecordedScan,
+    ) -> Result<(Standing, Verification), InquiryError> {
+        let seen = [RecordedScan {
+            setup: record.setup.clone(),
+            samples: record.samples[..tested.before].to_vec(),
+        }];
+        let findings = Findings::of(&seen, &self.options)?;
+        let corrected = match &tested.cure {
+            Some(cure) => cure
+                .set_up(&self.folder)?
+                .map(|set_up| findings.on_fresh_corrected(record, &set_up, &cure.accounted())),
+            None => None,
+        };
+        let verification = Verification::of(findings.on_fresh(record), corrected);
+        Ok((Standing::of(&findings), verification))
     }
 
     /// Every decision made again from a finished record and its plan, the first round as it was logged. A round whose readings are not those of
@@ -217,7 +266,8 @@ impl Inquiry {
                 setup: record.setup.clone(),
                 samples: record.samples[..round.before.min(record.samples.len())].to_vec(),
             };
-            let (mut made, longer) = self.decide(&so_far, &seen, &rounds[..round.round])?;
+            let Decision { round: mut made, plan: longer, .. } =
+                self.decide(&so_far, &seen, &rounds[..round.round])?;
             if let Some(text) = longer {
                 let source = TomlSource::new(plan.path(), text);
                 let chosen = Plan::parse(source)?.readings.pop().map(|readings| readings.list);
@@ -229,26 +279,6 @@ impl Inquiry {
             again.push(made);
         }
         Ok(again)
-    }
-
-    fn words(&self, standing: &Standing, round: &Round) -> String {
-        let taken_back = match round.verification {
-            Some(failed) => format!(
-                " It did not hold on fresh readings ({:.2} times the noise) and is taken back.",
-                failed.chi_square.sqrt()
-            ),
-            None => String::new(),
-        };
-        let next = match round.purpose {
-            Purpose::Verify => "fresh readings to test it",
-            _ => "readings to tell the rest apart",
-        };
-        format!(
-            "After {} readings: {}.{taken_back} Next {} {next}.",
-            round.before,
-            standing.in_words(),
-            round.readings
-        )
     }
 
     /// A round without readings.
@@ -263,8 +293,10 @@ impl Inquiry {
         let before = record.samples.len();
         let likely = standing.probabilities.iter().take(MOST_LOGGED);
         let reason = end.map_or(String::new(), |end| {
-            let words = in_words(end, verification.as_ref());
-            format!("After {before} readings: {}. {words}", standing.in_words())
+            let cure = earlier.last().and_then(|tested| tested.cure.as_ref());
+            let back = taken_back(verification.as_ref());
+            let words = in_words(end, verification.as_ref().zip(cure));
+            format!("After {before} readings: {}.{back} {words}", standing.in_words())
         });
         Round {
             round: earlier.len(),
@@ -280,8 +312,10 @@ impl Inquiry {
                     probability: *probability,
                 })
                 .collect(),
+            outside: standing.outside,
             expected_bits: None,
             expected_s: 0.0,
+            cure: None,
             verification,
             end,
             reason,
@@ -330,7 +364,10 @@ impl ChooseRounds for Inquiry {
         // A decision that was logged, and its plan not yet written, is made again.
         let mut rounds = read_rounds(&self.folder)?;
         rounds.truncate(plan.readings.len());
-        let (round, plan) = self.decide(plan, record, &rounds)?;
+        let Decision { round, plan, cure } = self.decide(plan, record, &rounds)?;
+        if let Some(cure) = cure {
+            cure.write(&self.folder)?;
+        }
         let decision = round.reason.clone();
         rounds.push(round);
         write_rounds(&self.folder, &rounds)?;

@@ -2,12 +2,13 @@
 //!
 //! A plan with `[closed_loop]` names a box and a budget in place of points. [`Inquiry`] plans a first round, spread evenly. After each round
 //! it searches for the cause (`fieldgap_diagnosis`), and chooses the readings of the next round: those that would tell the sets of effects
-//! that are left apart, per second of this robot. When one set is certain it is tested on fresh readings. [`Round`] is what was decided, and
-//! why.
+//! that are left apart, per second of this robot. When one set is certain the set-up is corrected in new files ([`Cure`]), and these are
+//! tested on fresh readings. [`Round`] is what was decided, and why.
 //!
 //! The scan itself is one of `fieldgap_acquisition`: its plan grows at its end, so that all that holds of scans holds here.
 
 mod batch;
+mod cure;
 mod decision;
 mod drives;
 mod information;
@@ -18,9 +19,10 @@ mod robot;
 mod round;
 mod route;
 
-pub use inquiry::{Inquiry, InquiryError};
+pub use cure::{Cure, verified};
+pub use inquiry::{Decision, Inquiry, InquiryError};
 pub use plan_text::in_closed_loop;
 pub use round::{
-    End, FILE as ROUNDS_FILE, Likely, Purpose, Round, RoundsError, Verification, parse_rounds,
-    read_rounds,
+    Corrected, End, FILE as ROUNDS_FILE, Likely, Purpose, Round, RoundsError, Verification,
+    parse_rounds, read_rounds,
 };

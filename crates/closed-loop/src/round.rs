@@ -4,10 +4,12 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use fieldgap_diagnosis::{EffectId, FreshTest, Verdict};
+use fieldgap_diagnosis::{CorrectedTest, EffectId, FreshTest, Verdict};
 use fieldgap_input::{MOST_TABLE, read_text};
 use fieldgap_records::write_whole;
 use serde::{Deserialize, Serialize};
+
+use crate::cure::Cure;
 
 /// The file.
 pub const FILE: &str = "rounds.jsonl";
@@ -62,16 +64,35 @@ pub struct Likely {
 pub struct Verification {
     /// Fresh readings.
     pub readings: usize,
-    /// Gap before the cause was added.
+    /// Gap of the simulation as believed.
     pub gap_before: f64,
-    /// Gap after.
+    /// Its standard error.
+    pub gap_before_error: f64,
+    /// Gap with the cause accounted for as it was fitted to the earlier readings.
     pub gap_after: f64,
+    /// Its standard error.
+    pub gap_after_error: f64,
     /// What noise alone leaves.
     pub noise: f64,
+    /// Mean square of the standardized residuals, with the cause as fitted.
+    pub chi_square: f64,
+    /// The simulation with the corrected set-up; `None` where no file holds any of the cause.
+    pub corrected: Option<Corrected>,
+    /// Whether the cause holds: as fitted and, where there is one, in the corrected set-up.
+    pub holds: bool,
+}
+
+/// Fresh readings simulated with the corrected set-up; see [`CorrectedTest`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Corrected {
+    /// Gap of its simulation.
+    pub gap: f64,
+    /// Its standard error.
+    pub gap_error: f64,
     /// Mean square of the standardized residuals.
     pub chi_square: f64,
-    /// Whether the cause holds.
-    pub holds: bool,
+    /// Departure of its simulation from that of the fit, in standard deviations of a reading.
+    pub departure: f64,
 }
 
 /// One decision: what was known, and what is measured next.
@@ -93,10 +114,14 @@ pub struct Round {
     pub named: Vec<Vec<EffectId>>,
     /// The most probable sets.
     pub probabilities: Vec<Likely>,
+    /// Probability that no set of the catalogue holds the cause; those of the sets are within the rest.
+    pub outside: f64,
     /// Information about the cause that its readings are expected to give, bits.
     pub expected_bits: Option<f64>,
     /// Time that its readings are expected to take, s.
     pub expected_s: f64,
+    /// What was corrected for its readings to test; `None` but in a verification.
+    pub cure: Option<Cure>,
     /// How the cause did on the fresh readings of the round before.
     pub verification: Option<Verification>,
     /// Why the loop ended; `None` while it goes on.
@@ -132,12 +157,41 @@ impl Verification {
     /// The limit of the mean square: 1.2 times the noise.
     pub const MOST_CHI_SQUARE: f64 = 1.44;
 
+    /// The limit of the departure of the corrected set-up from the fit, in standard deviations of a reading. Both simulate one cause with the
+    /// same numbers but for their rounding, which is a tenth of their errors. Set by judgement: it would add a quarter to the mean square.
+    pub const MOST_DEPARTURE: f64 = 0.5;
+
     /// The result of a test on fresh readings. The cause holds if the residual is within 1.2 times the noise, or within two
-    /// standard errors of it where the readings are few.
-    pub fn of(test: FreshTest) -> Self {
+    /// standard errors of it where the readings are few, with the cause as fitted and with the corrected set-up, and if both agree.
+    pub fn of(test: FreshTest, corrected: Option<CorrectedTest>) -> Self {
         let most = Self::MOST_CHI_SQUARE.max(1.0 + 2.0 * test.standard_error());
-        let FreshTest { readings, gap_before, gap_after, noise, chi_square } = test;
-        Self { readings, gap_before, gap_after, noise, chi_square, holds: chi_square <= most }
+        let file_holds = |file: &CorrectedTest| {
+            file.chi_square <= most && file.departure <= Self::MOST_DEPARTURE
+        };
+        Self {
+            readings: test.readings,
+            gap_before: test.gap_before,
+            gap_before_error: test.gap_before_error,
+            gap_after: test.gap_after,
+            gap_after_error: test.gap_after_error,
+            noise: test.noise,
+            chi_square: test.chi_square,
+            holds: test.chi_square <= most && corrected.as_ref().is_none_or(file_holds),
+            corrected: corrected.map(|file| Corrected {
+                gap: file.gap,
+                gap_error: file.gap_error,
+                chi_square: file.chi_square,
+                departure: file.departure,
+            }),
+        }
+    }
+
+    /// What is left once the cause is corrected, with its standard error: by the corrected set-up where there is one.
+    pub fn left(&self) -> (f64, f64) {
+        match self.corrected {
+            Some(file) => (file.gap, file.gap_error),
+            None => (self.gap_after, self.gap_after_error),
+        }
     }
 }
 
@@ -201,8 +255,10 @@ mod tests {
             verdict: Some(Verdict::Ambiguous),
             named: vec![vec![EffectId::Pitch], vec![EffectId::SoundSpeed]],
             probabilities: vec![Likely { effects: vec![EffectId::Pitch], probability: 0.5 }],
+            outside: 0.02,
             expected_bits: Some(0.7),
             expected_s: 21.0,
+            cure: None,
             verification: None,
             end: None,
             reason: "two sets are left".to_owned(),
@@ -231,18 +287,24 @@ mod tests {
 
     #[test]
     fn a_cause_holds_within_a_fifth_of_the_noise() {
-        let test = |readings, chi_square| {
-            Verification::of(FreshTest {
-                readings,
-                gap_before: 0.1,
-                gap_after: 0.02,
-                noise: 0.02,
-                chi_square,
-            })
-            .holds
+        let fresh = |readings, chi_square| FreshTest {
+            readings,
+            gap_before: 0.1,
+            gap_before_error: 0.01,
+            gap_after: 0.02,
+            gap_after_error: 0.002,
+            noise: 0.02,
+            chi_square,
         };
+        let test = |readings, chi_square| Verification::of(fresh(readings, chi_square), None).holds;
         assert!(test(64, 1.4) && !test(64, 1.5));
         // Sixteen readings scatter by a third.
         assert!(test(16, 1.7) && !test(16, 1.75));
+        // Neither may the corrected set-up leave more, nor be another than the fit.
+        let file = |chi_square, departure| {
+            let file = CorrectedTest { gap: 0.02, gap_error: 0.002, chi_square, departure };
+            Verification::of(fresh(64, 1.0), Some(file)).holds
+        };
+        assert!(file(1.4, 0.1) && !file(1.5, 0.1) && !file(1.4, 0.6));
     }
 }

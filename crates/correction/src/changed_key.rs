@@ -1,12 +1,13 @@
 //! Which keys of a set-up file a correction changes, with their values before and after.
 
+use serde::{Deserialize, Serialize};
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value};
 
 /// More numbers than this in an array are counted instead of listed.
 const MOST_NUMBERS: usize = 4;
 
 /// A key with another value than before.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ChangedKey {
     /// The key with its table: `medium.speed_of_sound_m_s`.
     pub key: String,

@@ -1,9 +1,10 @@
 //! Effects that no set-up file has a key for.
 
 use fieldgap_diagnosis::EffectId;
+use serde::{Deserialize, Serialize};
 
 /// A named effect that was not written, and why.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Unwritten {
     /// The effect.
     pub effect: EffectId,

@@ -28,7 +28,7 @@ pub struct PlannedCorrection {
 pub(super) struct NewFolder {
     pub(super) path: PathBuf,
     /// The `samples.csv` that is copied, and where to.
-    pub(super) samples: [PathBuf; 2],
+    pub(super) samples: Option<[PathBuf; 2]>,
 }
 
 /// The result of a correction.
@@ -45,16 +45,26 @@ pub struct Corrected {
 }
 
 impl PlannedCorrection {
+    /// The same without a copy of the readings.
+    pub fn without_readings(mut self) -> Self {
+        if let Some(folder) = &mut self.folder {
+            folder.samples = None;
+        }
+        self
+    }
+
     /// Writes the corrected set-up.
     ///
     /// # Errors
     /// [`CorrectionError`] if a file or the folder exists already, or cannot be written.
     pub fn write(self) -> Result<Corrected, CorrectionError> {
         let mut written = Vec::new();
-        if let Some(NewFolder { path, samples: [from, to] }) = self.folder {
+        if let Some(NewFolder { path, samples }) = self.folder {
             fs::create_dir(&path).map_err(CorrectionError::writing(&path))?;
-            fs::copy(&from, &to).map_err(CorrectionError::writing(&to))?;
-            written.push(to);
+            if let Some([from, to]) = samples {
+                fs::copy(&from, &to).map_err(CorrectionError::writing(&to))?;
+                written.push(to);
+            }
         }
         for (path, contents) in self.files {
             write_new(&path, &contents)?;

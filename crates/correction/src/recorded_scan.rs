@@ -119,7 +119,7 @@ pub fn plan_recorded_scan(
     files.push((out.join("scan.toml"), document.text(&head).into_bytes()));
     let written = written.iter().map(|correction| correction.found.clone()).collect();
     let samples = [folder.join("samples.csv"), out.join("samples.csv")];
-    let folder = Some(NewFolder { path: out.to_owned(), samples });
+    let folder = Some(NewFolder { path: out.to_owned(), samples: Some(samples) });
     Ok(PlannedCorrection { changes: document.changes(), written, unwritten, folder, files })
 }
 

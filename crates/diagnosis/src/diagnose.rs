@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{Incomparable, Registration};
-use fieldgap_records::RecordedScan;
+use fieldgap_records::{RecordedScan, ScanSetup};
 use rayon::prelude::*;
 
 use crate::advice::outlook::{Outlook, PossibleReading, outlook};
@@ -12,8 +12,8 @@ use crate::effect_id::EffectId;
 use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH};
 use crate::limits::{
-    FEWEST_READINGS, MOST_ELEMENT_READINGS, NOISE_CHANGED, NOISE_MISJUDGED, NOISE_ROUNDS,
-    READINGS_OF_A_SEARCH,
+    ANOTHER_CAUSE, FEWEST_READINGS, MOST_ELEMENT_READINGS, NOISE_CHANGED, NOISE_MISJUDGED,
+    NOISE_ROUNDS, READINGS_OF_A_SEARCH,
 };
 use crate::model::effect::Context;
 use crate::model::forward_model::ForwardModel;
@@ -25,7 +25,7 @@ use crate::residual_structure::ResidualStructure;
 use crate::result::{Diagnosis, Verdict};
 use crate::selection::model_search::ModelSearch;
 use crate::selection::scored_model::{ScoredModel, believed, is_near};
-use crate::verdict::fresh::{FreshTest, fresh_test};
+use crate::verdict::fresh::{CorrectedTest, FreshReadings, FreshTest};
 use crate::verdict::gap_size::as_believed;
 use crate::verdict::judgement::judge;
 
@@ -57,7 +57,7 @@ pub fn diagnose(
 /// # Errors
 /// [`Incomparable`] if there is nothing to compare.
 pub fn diagnose_with(scans: &[RecordedScan], options: &Options) -> Result<Diagnosis, Incomparable> {
-    Ok(Findings::of(scans, options)?.into_diagnosis())
+    Ok(Findings::of(scans, options)?.diagnosis())
 }
 
 /// What a search among the effects of the catalogue found: every set that was fitted, and which is named.
@@ -119,17 +119,39 @@ impl<'s> Findings<'s> {
             .collect()
     }
 
+    /// Probability that no set of the catalogue holds the cause: the rate at which that happens unseen; one where the verdict says so.
+    pub fn outside_the_catalogue(&self) -> f64 {
+        let judgement = &self.report.judgement;
+        let seen = judgement.verdict == Verdict::Unexplained && !judgement.too_faint;
+        if seen { 1.0 } else { ANOTHER_CAUSE }
+    }
+
     /// Holds the named set, or the most probable one, against the readings of `whole` that follow those of the (one) scan of these findings.
     pub fn on_fresh(&self, whole: &RecordedScan) -> FreshTest {
+        self.fresh(whole).test()
+    }
+
+    /// The same readings simulated with a set-up that was corrected by the named set; `accounted` are its effects that the set-up does not
+    /// hold.
+    pub fn on_fresh_corrected(
+        &self,
+        whole: &RecordedScan,
+        corrected: &ScanSetup,
+        accounted: &[EffectId],
+    ) -> CorrectedTest {
+        self.fresh(whole).corrected(corrected, accounted)
+    }
+
+    fn fresh<'a>(&'a self, whole: &'a RecordedScan) -> FreshReadings<'a> {
         let ReportBuilder { simulator, observations, context, scored, judgement, .. } =
             &self.report;
         let number = judgement.named.first().copied().unwrap_or(0);
-        fresh_test(observations, whole, *simulator, &scored[number], context)
+        FreshReadings::of(observations, whole, *simulator, &scored[number], context)
     }
 
     /// The whole diagnosis.
-    pub fn into_diagnosis(self) -> Diagnosis {
-        self.report.build(self.registration)
+    pub fn diagnosis(&self) -> Diagnosis {
+        self.report.build(self.registration.clone())
     }
 }
 

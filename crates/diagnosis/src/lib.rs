@@ -82,4 +82,4 @@ pub use result::{
     Region, RegionShare, Remainder, ResidualTest, Verdict, WaterfallPart, WaterfallStep, Where,
 };
 pub use text::Standing;
-pub use verdict::fresh::FreshTest;
+pub use verdict::fresh::{CorrectedTest, FreshTest};

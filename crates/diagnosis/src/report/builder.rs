@@ -48,8 +48,8 @@ pub(crate) struct ReportBuilder<'s> {
 
 impl ReportBuilder<'_> {
     /// The diagnosis; `registration` is that of the first scan.
-    pub fn build(self, registration: Registration) -> Diagnosis {
-        let Self { scans, simulator, observations, context, judgement, .. } = &self;
+    pub fn build(&self, registration: Registration) -> Diagnosis {
+        let Self { scans, simulator, observations, context, judgement, .. } = self;
         let nuisance = as_believed(observations);
         let before = ForwardModel::believed().expected_readings(observations, &nuisance);
         let best = &self.scored[0].fit;

@@ -18,6 +18,19 @@ pub(crate) fn gap(observations: &Observations, expected: &[f64]) -> f64 {
     (squares / readings.iter().map(|r| r * r).sum::<f64>()).sqrt()
 }
 
+/// The gap and its standard error, by the delta method: the readings are taken as drawn at random, each with a residual of its own.
+pub(crate) fn gap_with_error(observations: &Observations, expected: &[f64]) -> (f64, f64) {
+    let gap = gap(observations, expected);
+    let readings = observations.readings();
+    // The gap is the ratio g of two sums, Σd² = g² Σr². Its error is that of the sum of the terms d² - g² r², whose mean is zero.
+    let terms = readings.iter().zip(expected).map(|(r, e)| (r - e).powi(2) - (gap * r).powi(2));
+    let scatter: f64 = terms.map(|term| term * term).sum();
+    let power: f64 = readings.iter().map(|r| r * r).sum();
+    let n = readings.len().max(2) as f64;
+    let error = (scatter * n / (n - 1.0)).sqrt() / (2.0 * gap * power);
+    (gap, if gap > 0.0 { error } else { 0.0 })
+}
+
 /// What noise and the scatter of a fit's own effects leave, in the same unit: turbulence explains a residual without predicting it.
 pub(crate) fn scatter_beside(observations: &Observations, fit: &Fit, context: &Context) -> f64 {
     let model = fit.model(context);

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use fieldgap::closed_loop::{End, Purpose, read_rounds};
+use fieldgap::closed_loop::{End, Purpose, Round, Verification, read_rounds};
 use fieldgap::records::{Plan, RecordedScan};
 
 /// An element is dead, which is no gap of the usual simulator.
@@ -46,7 +46,7 @@ fn bench() -> tempfile::TempDir {
 #[test]
 fn a_loop_finds_a_dead_element_and_proves_it_and_goes_on_alike_when_it_was_killed() {
     let folder = bench();
-    let run = fieldgap(&["scan", "plan.toml", "--out", "whole"], folder.path());
+    let run = fieldgap(&["run", "plan.toml", "--out", "whole"], folder.path());
     assert!(run.status.success(), "{}", said(&run));
     let whole = folder.path().join("whole");
     let rounds = read_rounds(&whole).expect("rounds");
@@ -56,7 +56,24 @@ fn a_loop_finds_a_dead_element_and_proves_it_and_goes_on_alike_when_it_was_kille
     assert_eq!(named, ["dead-elements"]);
     let verification = last.verification.expect("it was tested");
     assert!(verification.holds && verification.gap_after < 0.6 * verification.gap_before);
-    assert_eq!(rounds[rounds.len() - 2].purpose, Purpose::Verify);
+    let tested = &rounds[rounds.len() - 2];
+    assert_eq!(tested.purpose, Purpose::Verify);
+
+    // The set-up was corrected in files of the record, these were simulated, and they are what is left of it all.
+    let cure = tested.cure.as_ref().expect("it was corrected");
+    let file = verification.corrected.expect("it was simulated");
+    assert!(file.chi_square < Verification::MOST_CHI_SQUARE && file.departure < 0.05, "{file:?}");
+    assert!(file.gap + 3.0 * file.gap_error < verification.gap_before, "{verification:?}");
+    assert!(last.reason.contains("simulated with the corrected set-up"), "{}", last.reason);
+    let corrected = whole.join(cure.folder.as_ref().expect("a folder"));
+    for name in ["scan.toml", "elements.csv"] {
+        let read = |folder: &Path| std::fs::read_to_string(folder.join(name)).expect("there");
+        assert_eq!(read(&corrected), read(&whole.join("corrected")), "{name}");
+    }
+    let rig = std::fs::read_to_string(corrected.join("rig.toml")).expect("for future scans");
+    assert!(rig.contains("rig-elements.csv"), "{rig}");
+    let own = |name| std::fs::read_to_string(folder.path().join(name)).expect("there");
+    assert!(own("rig.toml") == own("whole/rig.toml") && own("plan.toml") == PLAN);
 
     // The plan of the record names every reading, in the order in which it was taken.
     let plan = Plan::read(&whole.join("plan.toml")).expect("a plan");
@@ -72,20 +89,17 @@ fn a_loop_finds_a_dead_element_and_proves_it_and_goes_on_alike_when_it_was_kille
     assert!(replayed.status.success(), "{}", said(&replayed));
     assert_eq!(said(&replayed).matches("the same").count(), rounds.len());
 
+    a_wrong_file_is_taken_back_and_the_loop_goes_on(folder.path(), &rounds);
+
     // As if it had been killed after the decision of a round, before the first of its readings: the decision is made again.
     let killed = folder.path().join("killed");
     copy(&whole, &killed);
     let kept = rounds[1].before;
-    for (file, header) in [("samples.csv", 1), ("journal.csv", 1)] {
-        let text = std::fs::read_to_string(killed.join(file)).expect("there");
-        let lines: String = text.split_inclusive('\n').take(header + kept).collect();
-        std::fs::write(killed.join(file), lines).expect("written");
-    }
+    cut(&killed, kept);
     let longer = std::fs::read_to_string(killed.join("plan.toml")).expect("there");
     let second = longer.match_indices("[[readings]]").nth(1).expect("several rounds").0;
     let comment = longer[..second].rfind("\n#").expect("its reason") + 1;
     std::fs::write(killed.join("plan.toml"), &longer[..comment]).expect("written");
-    std::fs::write(killed.join("state.toml"), "state = \"scanning\"\n").expect("written");
     let resumed = fieldgap(&["resume", "killed"], folder.path());
     assert!(resumed.status.success(), "{}", said(&resumed));
     let after = read_rounds(&killed).expect("rounds");
@@ -93,6 +107,55 @@ fn a_loop_finds_a_dead_element_and_proves_it_and_goes_on_alike_when_it_was_kille
     let plan = Plan::read(&killed.join("plan.toml")).expect("a plan");
     assert_eq!(plan.visits()[..kept + rounds[1].readings], visits[..kept + rounds[1].readings]);
     assert_eq!(after.last().and_then(|round| round.end), Some(End::Verified));
+}
+
+/// As if the corrected set-up had come out wrong: another element is silent in its file, while the cause as it was fitted holds.
+fn a_wrong_file_is_taken_back_and_the_loop_goes_on(folder: &Path, rounds: &[Round]) {
+    let whole = folder.join("whole");
+    let wrong = folder.join("wrong");
+    copy(&whole, &wrong);
+    let tested = &rounds[rounds.len() - 2];
+    let name = tested.cure.as_ref().and_then(|cure| cure.folder.as_ref()).expect("a folder");
+    copy(&whole.join(name), &wrong.join(name));
+    let elements = wrong.join(name).join("elements.csv");
+    let text = std::fs::read_to_string(&elements).expect("there");
+    let mut rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    let (header, elements_rows) = rows.split_first_mut().expect("a header");
+    let amplitude = header.iter().position(|name| *name == "amplitude").expect("a column");
+    assert_eq!(elements_rows[14][amplitude].parse(), Ok(0.0), "{text}");
+    (elements_rows[14][amplitude], elements_rows[21][amplitude]) = ("1", "0");
+    let lines: Vec<String> = rows.iter().map(|row| row.join(",")).collect();
+    std::fs::write(&elements, lines.join("\n") + "\n").expect("written");
+
+    let replayed = fieldgap(&["replay", "wrong", "--rounds"], folder);
+    assert_eq!(replayed.status.code(), Some(1), "{}", said(&replayed));
+    let words = said(&replayed);
+    assert_eq!(words.matches("the same").count(), rounds.len() - 1, "{words}");
+    assert!(words.contains("The corrected set-up did not hold on fresh readings"), "{words}");
+
+    // Killed among the fresh readings.
+    cut(&wrong, tested.before + 5);
+    let resumed = fieldgap(&["resume", "wrong"], folder);
+    assert!(resumed.status.success(), "{}", said(&resumed));
+    let after = read_rounds(&wrong).expect("rounds");
+    assert_eq!(after[..rounds.len() - 1], rounds[..rounds.len() - 1]);
+    let back = &after[rounds.len() - 1];
+    let failed = back.verification.expect("it was tested");
+    assert!(!failed.holds && failed.chi_square < Verification::MOST_CHI_SQUARE, "{failed:?}");
+    assert_eq!((back.end, back.purpose), (None, Purpose::Explore), "{}", back.reason);
+    // Its next verification is of files that were corrected anew.
+    let end = after.last().expect("several");
+    assert_eq!(end.end, Some(End::Verified), "{}", end.reason);
+}
+
+/// Leaves so many readings of a record, as if it had been killed.
+fn cut(record: &Path, kept: usize) {
+    for file in ["samples.csv", "journal.csv"] {
+        let text = std::fs::read_to_string(record.join(file)).expect("there");
+        let lines: String = text.split_inclusive('\n').take(1 + kept).collect();
+        std::fs::write(record.join(file), lines).expect("written");
+    }
+    std::fs::write(record.join("state.toml"), "state = \"scanning\"\n").expect("written");
 }
 
 #[test]

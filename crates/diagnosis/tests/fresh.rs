@@ -80,3 +80,81 @@ fn a_cause_that_has_gone_does_not_hold() {
     let test = findings.on_fresh(&whole);
     assert!(test.chi_square > 3.0 && test.gap_after > 2.0 * test.noise, "{test:?}");
 }
+
+/// The set-up of the records with this speed of sound, its drive kept as the phases that were emitted.
+fn set_up_with(c_m_s: f64) -> ScanSetup {
+    let believed = ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), SETUP)).expect("good");
+    let simulation = believed.simulation(believed.simulator, 0).expect("a focus");
+    let phases_rad = simulation.excitation.phases_rad(
+        believed.array.array(),
+        &believed.medium.medium(),
+        believed.array.frequency_hz(),
+    );
+    let text = SETUP
+        .replace("x_mm = 2.0\ny_mm = -1.0\nz_mm = 120.0", &format!("phases_rad = {phases_rad:?}"))
+        .replace("= 343.0", &format!("= {c_m_s}"));
+    ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), text)).expect("good")
+}
+
+/// The true set-up in files leaves the noise and agrees with the fit; one with the opposite error does neither, though the fit holds.
+#[test]
+fn a_corrected_set_up_is_held_against_readings_and_fit() {
+    let whole = record(260, "[sound-speed]\nc_m_s = 352.0");
+    let seen = RecordedScan { setup: whole.setup.clone(), samples: whole.samples[..200].to_vec() };
+    let seen = [seen];
+    let findings = Findings::of(&seen, &Options::default()).expect("comparable");
+    let as_fitted = findings.on_fresh(&whole);
+    assert!(as_fitted.chi_square < 1.0 + 4.0 * as_fitted.standard_error(), "{as_fitted:?}");
+    let right = findings.on_fresh_corrected(&whole, &set_up_with(352.0), &[]);
+    assert!(right.chi_square < 1.0 + 4.0 * as_fitted.standard_error(), "{right:?}");
+    assert!(right.departure < 0.5, "{right:?}");
+    assert!(right.gap + 3.0 * right.gap_error < as_fitted.gap_before, "{right:?}");
+    let wrong = findings.on_fresh_corrected(&whole, &set_up_with(334.0), &[]);
+    assert!(wrong.chi_square > 3.0 && wrong.departure > 1.0, "{wrong:?}");
+}
+
+/// What no file holds acts as it was fitted: with the believed set-up it gives the fit again, and without it the gap is left.
+#[test]
+fn an_effect_without_a_file_is_accounted_for() {
+    let whole = record(260, "[gain-drift]\nrelative = -0.3\nover_s = 26.0");
+    let seen = RecordedScan { setup: whole.setup.clone(), samples: whole.samples[..200].to_vec() };
+    let seen = [seen];
+    let findings = Findings::of(&seen, &Options::default()).expect("comparable");
+    let as_fitted = findings.on_fresh(&whole);
+    let with = |accounted: &[EffectId]| {
+        findings.on_fresh_corrected(&whole, &whole.setup.clone(), accounted)
+    };
+    let accounted = with(&[EffectId::GainDrift]);
+    assert!(accounted.departure < 1e-6, "{accounted:?}");
+    assert!((accounted.gap - as_fitted.gap_after).abs() < 1e-9);
+    assert!(with(&[]).chi_square > 3.0, "{:?}", with(&[]));
+}
+
+/// The standard error of a gap against the scatter of gaps of many parts of a record.
+#[test]
+fn the_error_of_a_gap_is_the_scatter_of_gaps() {
+    let whole = record(1240, "[sound-speed]\nc_m_s = 352.0");
+    let seen = RecordedScan { setup: whole.setup.clone(), samples: whole.samples[..200].to_vec() };
+    let seen = [seen];
+    let findings = Findings::of(&seen, &Options::default()).expect("comparable");
+    // Twenty times 52 places of their own: the first 42 of each part are no repeats of one another.
+    let parts = whole.samples[200..].chunks(52).map(|part| {
+        let samples = seen[0].samples.iter().chain(part).cloned().collect();
+        findings.on_fresh(&RecordedScan { setup: whole.setup.clone(), samples })
+    });
+    let (mut gaps, mut errors) = ([Vec::new(), Vec::new()], [0.0; 2]);
+    for test in parts {
+        gaps[0].push(test.gap_before);
+        gaps[1].push(test.gap_after);
+        errors[0] += test.gap_before_error.powi(2);
+        errors[1] += test.gap_after_error.powi(2);
+    }
+    for (gaps, errors) in gaps.iter().zip(errors) {
+        let n = gaps.len() as f64;
+        let mean = gaps.iter().sum::<f64>() / n;
+        let scatter = gaps.iter().map(|gap| (gap - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        let ratio = (scatter / (errors / n)).sqrt();
+        // Of twenty draws a scatter is known to a sixth.
+        assert!((0.6..1.6).contains(&ratio), "{ratio}");
+    }
+}

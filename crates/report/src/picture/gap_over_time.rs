@@ -4,7 +4,7 @@ use plotters::backend::DrawingBackend;
 
 use super::axes::{Axes, LABEL_TEXT, TICK_TEXT};
 use super::canvas::{Align, BLACK, Canvas, GREY, Pen, Point, Rgb};
-use super::marker::Series;
+use super::marker::{Series, dot};
 use super::time_axis::time_ticks;
 use super::{Picture, PictureError};
 
@@ -88,21 +88,11 @@ impl GapOverTime {
             if *alarm {
                 Series::Numbered(1).mark_on_curve(canvas, *at, true)?;
             } else if self.lines.len() <= MOST_MARKED {
-                dot(canvas, *at)?;
+                dot(canvas, *at, 2.5, BLACK)?;
             }
         }
         Ok(())
     }
-}
-
-fn dot<B: DrawingBackend>(canvas: &mut Canvas<B>, at: Point) -> Result<(), PictureError> {
-    let corners: Vec<Point> = (0..12)
-        .map(|corner| {
-            let angle = std::f64::consts::TAU * f64::from(corner) / 12.0;
-            (at.0 + 2.5 * angle.cos(), at.1 + 2.5 * angle.sin())
-        })
-        .collect();
-    canvas.fill(&corners, BLACK)
 }
 
 impl Picture for GapOverTime {

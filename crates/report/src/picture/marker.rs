@@ -123,6 +123,42 @@ impl Series {
     }
 }
 
+/// A dot.
+pub(super) fn dot<B: DrawingBackend>(
+    canvas: &mut Canvas<B>,
+    at: Point,
+    radius: f64,
+    colour: Rgb,
+) -> Result<(), PictureError> {
+    regular(canvas, at, radius, colour, 12)
+}
+
+/// A triangle, its corner up.
+pub(super) fn triangle<B: DrawingBackend>(
+    canvas: &mut Canvas<B>,
+    at: Point,
+    radius: f64,
+    colour: Rgb,
+) -> Result<(), PictureError> {
+    regular(canvas, at, radius, colour, 3)
+}
+
+/// A filled shape of so many equal sides, the first corner at the top.
+fn regular<B: DrawingBackend>(
+    canvas: &mut Canvas<B>,
+    (x, y): Point,
+    radius: f64,
+    colour: Rgb,
+    corners: u32,
+) -> Result<(), PictureError> {
+    let corner = |number: u32| {
+        let angle = TAU * f64::from(number) / f64::from(corners) - FRAC_PI_2;
+        (x + radius * angle.cos(), y + radius * angle.sin())
+    };
+    let corners: Vec<Point> = (0..corners).map(corner).collect();
+    canvas.fill(&corners, colour)
+}
+
 /// The mark of the focus on a map: a diagonal cross, white in black.
 pub(super) fn focus_on_map<B: DrawingBackend>(
     canvas: &mut Canvas<B>,

@@ -1,0 +1,173 @@
+//! Where a closed loop measured, round by round: from above and from the side.
+
+use plotters::backend::DrawingBackend;
+
+use super::axes::{Axes, LABEL_TEXT};
+use super::canvas::{Align, Canvas, Rgb};
+use super::colour_scale::ColourScale;
+use super::marker::{dot, triangle};
+use super::panel_row::{self, PanelRow};
+use super::{Picture, PictureError};
+
+/// Radius of a mark, CSS pixels.
+const MARK: f64 = 2.6;
+const WIDTH: f64 = 860.0;
+const NARROW: f64 = 440.0;
+/// Of the viridis colours the lightest are too faint on white.
+const DARKER_PART: f64 = 0.88;
+
+/// The places of one round.
+#[derive(Debug, Clone)]
+pub(crate) struct PlacesOfRound {
+    pub name: String,
+    /// Whether they are fresh places that test a cause, which have a mark of their own.
+    pub is_fresh: bool,
+    /// Places, array frame, mm.
+    pub at_mm: Vec<[f64; 3]>,
+}
+
+/// The places of all rounds in plan and side view.
+#[derive(Debug, Clone)]
+pub(crate) struct RoundPlaces {
+    rounds: Vec<PlacesOfRound>,
+    row: PanelRow,
+}
+
+impl RoundPlaces {
+    /// Of some rounds, in their order.
+    pub fn new(rounds: Vec<PlacesOfRound>) -> Self {
+        let mut places = Self { rounds, row: PanelRow::new(2) };
+        // This width has room for every legend.
+        let _ = places.fit(WIDTH);
+        places
+    }
+
+    /// The same for a narrow screen.
+    pub fn narrow(&self) -> Self {
+        let mut narrow = self.clone();
+        let _ = narrow.fit(NARROW);
+        narrow
+    }
+
+    fn colour(&self, round: usize) -> Rgb {
+        let scale = ColourScale { top: 1.0 };
+        scale.colour(DARKER_PART * round as f64 / (self.rounds.len().max(2) - 1) as f64)
+    }
+
+    /// Least and largest place along an axis with a margin, mm.
+    fn range(&self, axis: usize) -> (f64, f64) {
+        let along = self.rounds.iter().flat_map(|round| &round.at_mm).map(|at_mm| at_mm[axis]);
+        let (low, high) = along
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| (a.min(value), b.max(value)));
+        if low > high {
+            return (0.0, 1.0);
+        }
+        let margin = (0.05 * (high - low)).max(1.0);
+        (low - margin, high + margin)
+    }
+
+    fn legend_widths(&self) -> Vec<f64> {
+        self.rounds.iter().map(|round| 34.0 + 7.0 * round.name.chars().count() as f64).collect()
+    }
+
+    fn mark<B: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<B>,
+        round: usize,
+        at: (f64, f64),
+    ) -> Result<(), PictureError> {
+        let colour = self.colour(round);
+        match self.rounds[round].is_fresh {
+            true => triangle(canvas, at, 1.8 * MARK, colour),
+            false => dot(canvas, at, MARK, colour),
+        }
+    }
+
+    fn draw_view<B: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<B>,
+        axes: &Axes,
+        vertical: usize,
+    ) -> Result<(), PictureError> {
+        for (number, round) in self.rounds.iter().enumerate() {
+            for at_mm in &round.at_mm {
+                self.mark(canvas, number, axes.place(at_mm[0], at_mm[vertical]))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Picture for RoundPlaces {
+    fn size(&self) -> (u32, u32) {
+        self.row.size()
+    }
+
+    fn fit(&mut self, width: f64) -> Result<(), f64> {
+        let legend = self.legend_widths();
+        self.row.fit(width, &legend)
+    }
+
+    fn description(&self) -> String {
+        let rounds: Vec<String> = self
+            .rounds
+            .iter()
+            .map(|round| format!("{} at {} places", round.name, round.at_mm.len()))
+            .collect();
+        format!(
+            "Places of the readings from above and from the side, coloured by round: {}. The table below has their ranges.",
+            rounds.join(", ")
+        )
+    }
+
+    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+        for (panel, (axis, title, label)) in
+            [(1, "from above", "y (mm)"), (2, "from the side", "z (mm)")].into_iter().enumerate()
+        {
+            let axes = self.row.axes(panel, self.range(0), self.range(axis));
+            self.draw_view(canvas, &axes, axis)?;
+            panel_row::frame(canvas, &axes, title, label)?;
+            axes.x_axis(canvas, "x (mm)")?;
+        }
+        let widths = self.legend_widths();
+        for (number, round) in self.rounds.iter().enumerate() {
+            let (x, y) = self.row.legend_place(number, &widths);
+            self.mark(canvas, number, (x + 8.0, y))?;
+            canvas.text(&round.name, (x + 18.0, y), LABEL_TEXT, Align::Right)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Drawn;
+    use super::*;
+
+    #[test]
+    fn each_round_has_its_colour_at_its_places() {
+        let round = |name: &str, is_fresh, at_mm| PlacesOfRound {
+            name: name.to_owned(),
+            is_fresh,
+            at_mm: vec![at_mm],
+        };
+        let places = RoundPlaces::new(vec![
+            round("round 0", false, [-20.0, -20.0, 60.0]),
+            round("round 1", false, [20.0, 20.0, 140.0]),
+            round("round 2", true, [20.0, -20.0, 60.0]),
+        ]);
+        let drawn = Drawn::new(&places).expect("drawn");
+        let image = image::load_from_memory(&drawn.png).expect("a PNG").to_rgb8();
+        let pixel = |view: usize, axis: usize, x: f64, along: f64| {
+            let axes = places.row.axes(view, places.range(0), places.range(axis));
+            let (x, y) = axes.place(x, along);
+            let image::Rgb(rgb) = *image.get_pixel((2.0 * x) as u32, (2.0 * y) as u32);
+            (rgb[0], rgb[1], rgb[2])
+        };
+        assert_eq!(pixel(0, 1, -20.0, -20.0), places.colour(0));
+        assert_eq!(pixel(0, 1, 20.0, 20.0), places.colour(1));
+        assert_eq!(pixel(1, 2, 20.0, 60.0), places.colour(2));
+        assert_eq!(pixel(1, 2, 0.0, 100.0), (255, 255, 255));
+        assert!(places.narrow().size().0 < 450);
+    }
+}

@@ -10,6 +10,7 @@ use super::diagnose::{tell, write_page};
 use super::proposal::proposed_correction;
 use super::record_figures::keep_figures;
 use super::replay::{Report, show, write_report};
+use super::rounds_page::write_rounds_page;
 use crate::cli::output::say;
 use fieldgap_closed_loop::{End, read_rounds, verified};
 use fieldgap_comparison::{Comparison, GapReduction};
@@ -72,6 +73,7 @@ pub(super) fn close(
         keep_figures(folder, scan, &comparisons, Some(diagnosis), &report_folder.join(WHY))?;
         say(format!("\n{}\nwhy: {}", diagnosis.sentence.replace('\u{a0}', " "), page.display()));
     }
+    pages.extend(write_rounds_page(folder, scan, report_folder)?);
     let corrected = match &diagnosis {
         Some(diagnosis) if closing == Closing::Correction => {
             close_gap(folder, scan, args, report_folder, diagnosis)?

@@ -39,6 +39,7 @@ mod record_figures;
 mod replay;
 mod resume;
 mod rig;
+mod rounds_page;
 mod run;
 mod scan;
 mod sense;

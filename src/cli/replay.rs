@@ -12,6 +12,7 @@ use super::compare::ComparisonArgs;
 use super::output::{print, print_json, say};
 use super::picture_args::PictureArgs;
 use super::record_figures::keep_figures;
+use super::rounds_page::write_rounds_page;
 use fieldgap_acquisition::replay_wire;
 use fieldgap_comparison::Comparison;
 use fieldgap_input::{MOST_TABLE, read_bytes};
@@ -80,14 +81,9 @@ pub(super) fn report_on(
 ) -> miette::Result<Vec<Comparison>> {
     let scan = RecordedScan::open(folder)?;
     let comparisons = comparison.compare(folder, &scan)?;
-    let report = Report {
-        folder,
-        scan: &scan,
-        comparisons: &comparisons,
-        cause: None,
-        pages: Vec::new(),
-        pictures,
-    };
+    let pages = write_rounds_page(folder, &scan, out)?.into_iter().collect();
+    let report =
+        Report { folder, scan: &scan, comparisons: &comparisons, cause: None, pages, pictures };
     let files = write_report(report, out)?;
     keep_figures(folder, &scan, &comparisons, None, out)?;
     show(&comparisons, comparison);
@@ -179,12 +175,15 @@ fn inputs(folder: &Path, scan: &RecordedScan) -> miette::Result<Vec<InputFile>> 
         .into_iter()
         .chain(elements)
         .filter(|name| folder.join(name).is_file())
-        .map(|name| {
-            let bytes = read_bytes(&folder.join(name), MOST_TABLE).into_diagnostic()?;
-            let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-            Ok(InputFile { name: name.to_owned(), sha256 })
-        })
+        .map(|name| input_file(folder, name))
         .collect()
+}
+
+/// A file of a record with its digest.
+pub(super) fn input_file(folder: &Path, name: &str) -> miette::Result<InputFile> {
+    let bytes = read_bytes(&folder.join(name), MOST_TABLE).into_diagnostic()?;
+    let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok(InputFile { name: name.to_owned(), sha256 })
 }
 
 /// Reservations about the readings of a scan.

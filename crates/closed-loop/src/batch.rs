@@ -19,7 +19,7 @@ pub(crate) const MOST_SETS: usize = 8;
 
 /// Share of the probability that is dealt out evenly among them, because probabilities from few readings are too sure of themselves. Set by
 /// judgement.
-const DEALT_OUT: f64 = 0.2;
+pub(crate) const DEALT_OUT: f64 = 0.2;
 
 /// Possible places among which a round is chosen, and drives of each. Set by judgement: with twice as many the information of a round grew
 /// by less than a tenth.

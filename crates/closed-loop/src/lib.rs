@@ -13,6 +13,7 @@ mod decision;
 mod drives;
 mod information;
 mod inquiry;
+mod obtained;
 mod places;
 mod plan_text;
 mod robot;
@@ -21,6 +22,7 @@ mod route;
 
 pub use cure::{Cure, verified};
 pub use inquiry::{Decision, Inquiry, InquiryError};
+pub use obtained::obtained_bits;
 pub use plan_text::in_closed_loop;
 pub use round::{
     Corrected, End, FILE as ROUNDS_FILE, Likely, Purpose, Round, RoundsError, Verification,

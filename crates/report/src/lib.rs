@@ -9,6 +9,7 @@
 //! | characterized transducer | [`write_transducer`] |
 //! | transducer models | [`write_transducer_models`] |
 //! | campaign of many scans | [`write_campaign`] |
+//! | rounds of a closed loop | [`write_rounds`] |
 //! | tactile display | [`write_display`] |
 //! | many records over time | [`write_trend`] |
 //!
@@ -91,6 +92,7 @@ mod peak_distance;
 mod picture;
 mod plane_table;
 mod provenance;
+mod rounds;
 mod simulated_map;
 mod simulated_section;
 mod simulation;
@@ -116,6 +118,7 @@ pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};
 pub use self::display::{DisplayFiles, PlayedDisplay, write_display};
 pub use self::error::{PictureError, ReportError};
 pub use self::picture::{PrintStyle, PrintStyleError};
+pub use self::rounds::{LoopOfRounds, RoundsFiles, write_rounds};
 pub use self::simulated_map::SimulatedMap;
 pub use self::simulated_section::{SectionPlane, SimulatedSection};
 pub use self::simulation::{SimulationFiles, write_sections, write_simulation};

@@ -3,13 +3,15 @@
 mod in_browser;
 mod page_words;
 mod report_synthetic;
+mod rounds_synthetic;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use fieldgap::acoustics::Simulator;
+use fieldgap::closed_loop::Round;
 use fieldgap::comparison::{Comparison, Uncertain};
-use fieldgap::report::{self, ReportContext, ReportError};
+use fieldgap::report::{self, LoopOfRounds, ReportContext, ReportError};
 
 use page_words::words;
 use report_synthetic::{comparisons, context};
@@ -20,7 +22,11 @@ const BOTH: [Simulator; 2] = [Simulator::AsWritten, Simulator::Corrected];
 fn files(context: &ReportContext, comparisons: &[Comparison]) -> BTreeMap<String, Vec<u8>> {
     let dir = tempfile::tempdir().expect("a folder");
     report::write(dir.path(), context, comparisons, None).expect("written");
-    let entries = std::fs::read_dir(dir.path()).expect("a folder");
+    read_all(dir.path())
+}
+
+fn read_all(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = std::fs::read_dir(folder).expect("a folder");
     entries
         .map(|entry| {
             let path = entry.expect("an entry").path();
@@ -49,6 +55,38 @@ fn text_of_a_report() {
     context.warnings.push("The scan is partial: it ended after 300 of 450 points.".to_owned());
     let page = page(&context, &comparisons(&BOTH, &[100.0, 200.0], 5.0));
     insta::assert_snapshot!(words(&page));
+}
+
+/// The files of the page of a loop, by name.
+fn files_of_rounds(rounds: &[Round]) -> BTreeMap<String, Vec<u8>> {
+    let dir = tempfile::tempdir().expect("a folder");
+    let (record, settings) = (rounds_synthetic::record(rounds), rounds_synthetic::settings());
+    let of = LoopOfRounds { rounds, record: &record, settings: &settings };
+    report::write_rounds(dir.path(), &context(), of).expect("written");
+    read_all(dir.path())
+}
+
+#[test]
+fn text_of_rounds() {
+    let files = files_of_rounds(&rounds_synthetic::rounds());
+    let page = std::str::from_utf8(&files["index.html"]).expect("UTF-8");
+    assert!(!page.contains("://") && !page.contains("<script") && !page.contains("@import"));
+    assert_eq!(page.matches("data:image/png;base64,").count(), 8, "four pictures, also narrow");
+    insta::assert_snapshot!(words(page));
+    assert!(files == files_of_rounds(&rounds_synthetic::rounds()), "the same bytes again");
+}
+
+#[test]
+fn a_loop_that_has_not_ended_has_a_page() {
+    let rounds = rounds_synthetic::rounds();
+    for until in 1..rounds.len() {
+        let files = files_of_rounds(&rounds[..until]);
+        let words = words(std::str::from_utf8(&files["index.html"]).expect("UTF-8"));
+        assert!(words.starts_with("Not yet ended after"), "{words}");
+        assert!(!words.contains("NaN") && !words.contains("inf "), "{words}");
+        // Probabilities are known after the first round only.
+        assert_eq!(files.contains_key("probabilities.png"), until > 1);
+    }
 }
 
 #[test]

@@ -1,12 +1,13 @@
-//! The interactive maps in a real browser, where one is installed.
+//! The interactive maps and the page of rounds in a real browser, where one is installed.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use fieldgap::acoustics::Simulator;
-use fieldgap::report::{self, SimulatedMap};
+use fieldgap::report::{self, LoopOfRounds, SimulatedMap};
 
 use crate::report_synthetic::{comparisons, context, simulated_map};
+use crate::rounds_synthetic;
 
 /// Chromium or Chrome on the search path.
 fn browser() -> Option<PathBuf> {
@@ -92,4 +93,40 @@ fn simulated_fields_are_drawn_with_their_phase_and_in_three_dimensions() {
     assert!(document.contains("100) mm: amplitude "), "the height of the focus comes first");
     assert!(document.contains(" dB of the largest at this height, phase of the simulation "));
     assert!(!document.contains("id=\"difference\""));
+}
+
+/// A page is laid out without anything that is wider than a phone but for tables, which scroll by themselves.
+#[test]
+fn the_page_of_rounds_fits_a_phone_and_a_desk() {
+    let Some(browser) = browser() else {
+        eprintln!("skipped: neither chromium nor google-chrome is installed");
+        return;
+    };
+    let rounds = rounds_synthetic::rounds();
+    let (record, settings) = (rounds_synthetic::record(&rounds), rounds_synthetic::settings());
+    let of = LoopOfRounds { rounds: &rounds, record: &record, settings: &settings };
+    let folder = tempfile::tempdir().expect("a folder");
+    report::write_rounds(folder.path(), &context(), of).expect("written");
+    // A window is never as narrow as a phone; a frame in it is. It tells how wide its content came out.
+    let measure = "<script>addEventListener('load', () => { const all = document.documentElement; parent.postMessage([\
+                   innerWidth, all.scrollWidth, document.querySelectorAll('figure img').length, [...document.images]\
+                   .filter(image => !image.complete || image.naturalWidth === 0).length], '*') })</script></body>";
+    let page = std::fs::read_to_string(folder.path().join("index.html")).expect("a page");
+    std::fs::write(folder.path().join("measured.html"), page.replace("</body>", measure))
+        .expect("written");
+    for width in [360, 1160] {
+        let frame = format!(
+            "<body><script>addEventListener('message', told => document.body.dataset.told = told.data.join(' '))</script>\
+             <iframe src=\"measured.html\" width=\"{width}\" height=\"800\" frameborder=\"0\"></iframe></body>"
+        );
+        let path = folder.path().join("frame.html");
+        std::fs::write(&path, frame).expect("written");
+        let document = document(&browser, &path);
+        let told = document.split("data-told=\"").nth(1).expect("it was measured");
+        let told: Vec<&str> = told.split('"').next().expect("a value").split(' ').collect();
+        let [inner, content, pictures, broken] = told[..] else { panic!("{told:?}") };
+        assert_eq!((inner, pictures, broken), (width.to_string().as_str(), "4", "0"));
+        let content: u32 = content.parse().expect("a width");
+        assert!(content <= width, "{content} in {width}");
+    }
 }

@@ -38,8 +38,10 @@ pub(crate) fn further_drives(
         least: middle + (within.least - middle) / 2.0,
         most: middle + (within.most - middle) / 2.0,
     };
-    drives
-        .extend(places_m(&inner, 0).take(FURTHER_FOCI).map(|at_m| FocusSection::Point(at_m * 1e3)));
+    // Rounded again, because a plan and a page show them.
+    let in_mm = |at_m: Vec3| at_m.map(|m| (m * 1e5).round() / 100.0);
+    let foci = places_m(&inner, 0).take(FURTHER_FOCI);
+    drives.extend(foci.map(|at_m| FocusSection::Point(in_mm(at_m))));
     let phases_rad = planned[0].excitation().phases_rad(array, medium, frequency_hz);
     for side in [Vec3::x(), Vec3::y()] {
         let elements = array.elements().iter().zip(&phases_rad);

@@ -12,6 +12,7 @@ use super::set::in_words;
 use super::tables;
 use fieldgap_closed_loop::{End, Round};
 use fieldgap_diagnosis::Verdict;
+use fieldgap_text::fixed;
 
 /// The page, with its pictures.
 pub(super) fn page(
@@ -81,7 +82,7 @@ fn headline(of: &LoopOfRounds<'_>) -> String {
     let effort = format!(
         "{} readings in {} minutes",
         of.record.samples.len(),
-        tables::minutes(of.duration_s())
+        fixed(of.duration_s() / 60.0, 1)
     );
     let last = of.rounds.last();
     let named = last.map_or_else(Vec::new, |last| last.named.clone());

@@ -178,7 +178,7 @@ fn show_on_bar(bar: &ProgressBar, event: &Event) {
         }
         Event::Question { text } => bar.suspend(|| say(format!("ATTENTION: {text}"))),
         Event::HookFailed { text } => bar.suspend(|| say(text)),
-        Event::Measured { row, of, focus, at_mm: [x, y, z], reading, clipped } => {
+        Event::Measured { row, of, focus, at_mm: [x, y, z], reading, clipped, .. } => {
             bar.set_length(*of as u64);
             bar.set_position(*row as u64 + 1);
             let what = if *focus < 0 { "silent".to_owned() } else { format!("focus {focus}") };

@@ -207,7 +207,8 @@ impl Showing {
         );
         let (switch, pause) = PauseSwitch::new();
         scan_run.paused_by(pause);
-        let watching = Watching::begin(view, Controls { pause: switch, abort });
+        let folder = scan_run.folder().to_owned();
+        let watching = Watching::begin(view, Controls { pause: switch, abort }, folder);
         Ok(Progress::Screen(watching.into_diagnostic()?))
     }
 }

@@ -1,5 +1,6 @@
 //! The full-screen view of a running scan. A thread of its own draws it, so that a stalled terminal cannot stall the scan.
 
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -11,6 +12,7 @@ use super::stop::STOPPED_AT_ONCE;
 use crate::terminal::Screen;
 use crate::terminal::watch::{Palette, Request, ScanView, Stage, draw};
 use fieldgap_acquisition::{Event, PauseSwitch};
+use fieldgap_closed_loop::read_rounds;
 
 /// Time between two frames.
 const EVERY: Duration = Duration::from_millis(100);
@@ -35,17 +37,21 @@ pub(super) struct Watching {
 }
 
 impl Watching {
-    /// Opens the view.
+    /// Opens the view of a scan whose record is in `folder`.
     ///
     /// # Errors
     /// The terminal cannot be switched to full screen.
-    pub(super) fn begin(view: ScanView, controls: Controls) -> std::io::Result<Self> {
+    pub(super) fn begin(
+        view: ScanView,
+        controls: Controls,
+        folder: PathBuf,
+    ) -> std::io::Result<Self> {
         let screen = Screen::open()?;
         let (tell, told) = channel();
         let (lives, over) = channel();
         let thread = std::thread::Builder::new().name("view".to_owned()).spawn(move || {
             let _lives: Sender<()> = lives;
-            show(view, screen, &controls, &told);
+            show(view, screen, &controls, &told, &folder);
         })?;
         Ok(Self { tell: Some(tell), thread: Some(thread), over })
     }
@@ -76,13 +82,20 @@ impl Drop for Watching {
     }
 }
 
-fn show(mut view: ScanView, mut screen: Screen, controls: &Controls, told: &Receiver<Event>) {
+fn show(
+    mut view: ScanView,
+    mut screen: Screen,
+    controls: &Controls,
+    told: &Receiver<Event>,
+    folder: &Path,
+) {
     let begun = Instant::now();
+    take_rounds(&mut view, folder);
     let palette = Palette::of_environment(|name| std::env::var(name).ok());
     let mut waits = false;
     loop {
         let next = Instant::now() + EVERY;
-        if !take_events(&mut view, told, begun, next) {
+        if !take_events(&mut view, told, begun, next, folder) {
             return;
         }
         while let Ok(true) = event::poll(Duration::ZERO) {
@@ -111,17 +124,28 @@ fn show(mut view: ScanView, mut screen: Screen, controls: &Controls, told: &Rece
     }
 }
 
+/// The decisions of a closed loop, which are logged before they are told. Without the log the view goes on.
+fn take_rounds(view: &mut ScanView, folder: &Path) {
+    if let Ok(rounds) = read_rounds(folder) {
+        view.decided(rounds);
+    }
+}
+
 /// Handles events until an instant; false when there will be no more.
 fn take_events(
     view: &mut ScanView,
     told: &Receiver<Event>,
     begun: Instant,
     until: Instant,
+    folder: &Path,
 ) -> bool {
     loop {
         match told.recv_timeout(until.saturating_duration_since(Instant::now())) {
             Ok(event) => {
                 view.take(&event, begun.elapsed());
+                if matches!(event, Event::RoundChosen { .. }) {
+                    take_rounds(view, folder);
+                }
                 if matches!(view.stage(), Stage::Ended(_)) {
                     return false;
                 }

@@ -81,6 +81,8 @@ pub enum Event {
         focus: i64,
         /// Where the robot reports to be, array frame, mm.
         at_mm: [f64; 3],
+        /// When, s on the clock of `samples.csv`.
+        time_s: f64,
         /// Mean reading, in the receiver's unit.
         reading: f64,
         /// Whether the converter was at its limit.

@@ -180,7 +180,8 @@ mod tests {
 
     fn measured(row: usize) -> Event {
         let at_mm = [0.0, 0.0, 100.0];
-        Event::Measured { row, of: 9, focus: 0, at_mm, reading: 1.0, clipped: false }
+        let time_s = row as f64;
+        Event::Measured { row, of: 9, focus: 0, at_mm, time_s, reading: 1.0, clipped: false }
     }
 
     async fn after(tell: &UnboundedSender<Event>, event: Event, seconds: u64) {

@@ -162,6 +162,11 @@ impl ScanRun {
         self.scan.visits.len()
     }
 
+    /// The folder of the record.
+    pub fn folder(&self) -> &Path {
+        self.journal.folder()
+    }
+
     /// Number of readings already on disk.
     pub fn done(&self) -> usize {
         self.journal.visits_done()

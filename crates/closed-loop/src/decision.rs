@@ -376,6 +376,7 @@ mod tests {
             verdict: Verdict::Ambiguous,
             named: vec![vec![EffectId::Pitch], vec![EffectId::SoundSpeed]],
             probabilities: vec![(vec![EffectId::Pitch], 0.5), (vec![EffectId::SoundSpeed], 0.5)],
+            outside: 0.02,
         };
         let before = Round { named: rivals.named.clone(), ..round(Verdict::Ambiguous, &[]) };
         let batch = |nats| Batch { readings: Vec::new(), information: None, apart: vec![nats] };

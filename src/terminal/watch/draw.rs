@@ -31,7 +31,10 @@ pub fn draw(view: &ScanView, now: Duration, palette: Palette, frame: &mut Frame<
     let columns = Layout::horizontal([Constraint::Min(10), Constraint::Length(FIGURES)]);
     let [map, figures] = columns.areas(body);
     frame.render_widget(Paragraph::new(heading(view, now)), head);
-    draw_map(view, palette, map, frame);
+    match &view.in_rounds {
+        Some(in_rounds) => in_rounds.draw(map, frame),
+        None => draw_map(view, palette, map, frame),
+    }
     let beside = Paragraph::new(figure_lines(view, now)).block(Block::bordered());
     frame.render_widget(beside, figures);
     draw_notes(view, notes, frame);
@@ -225,6 +228,14 @@ mod tests {
     #[test]
     fn half_a_plane_measured() {
         insta::assert_snapshot!(picture(&half_done(), Palette::Plain));
+    }
+
+    #[test]
+    fn the_rounds_of_a_closed_loop() {
+        let mut view = half_done();
+        view.in_rounds = Some(super::super::rounds::tests::loop_view());
+        insta::assert_snapshot!(picture(&view, Palette::Plain));
+        terminal(&view, Palette::Plain, (1, 1));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 mod draw;
 mod map;
 mod palette;
+mod rounds;
 mod sheet;
 mod view;
 

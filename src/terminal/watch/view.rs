@@ -5,8 +5,10 @@ use std::time::Duration;
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
+use super::rounds::LoopView;
 use super::sheet::Sheets;
 use fieldgap_acquisition::Event;
+use fieldgap_closed_loop::Round;
 use fieldgap_input::visible_line;
 use fieldgap_records::{Plan, RecordedSample, Visit, VisitKind};
 
@@ -72,6 +74,8 @@ pub struct ScanView {
     pub(super) drift: Option<Drift>,
     pub(super) notes: VecDeque<Note>,
     pub(super) faults: usize,
+    /// Where the scan is a closed loop.
+    pub(super) in_rounds: Option<LoopView>,
     current: usize,
     chosen: Option<usize>,
     begun_at: Option<Duration>,
@@ -119,6 +123,7 @@ impl ScanView {
             drift: None,
             notes: VecDeque::new(),
             faults: 0,
+            in_rounds: plan.closed_loop.clone().map(|settings| LoopView::new(settings, Vec::new())),
             current: 0,
             chosen: None,
             begun_at: None,
@@ -128,8 +133,16 @@ impl ScanView {
         };
         for (row, sample) in kept.iter().enumerate() {
             view.measured(row, sample.reading, Duration::ZERO);
+            view.counted(sample.time_s, sample.focus.is_some());
         }
         view
+    }
+
+    /// Takes the decisions of a closed loop so far.
+    pub fn decided(&mut self, rounds: Vec<Round>) {
+        if let Some(in_rounds) = &mut self.in_rounds {
+            in_rounds.decided(rounds);
+        }
     }
 
     /// Handles an event.
@@ -189,7 +202,10 @@ impl ScanView {
             Event::DiskSpaceFreed { waited_s } | Event::WatchdogRestarted { waited_s } => {
                 self.note(at, format!("continued after {waited_s:.0} s"), false);
             }
-            Event::Measured { row, focus, at_mm, reading, .. } => {
+            Event::Measured { row, of, focus, at_mm, time_s, reading, .. } => {
+                // A closed loop has more of them with every round.
+                self.of = *of;
+                self.counted(*time_s, *focus >= 0);
                 self.focus = usize::try_from(*focus).ok();
                 self.at_mm = Some(*at_mm);
                 self.reading = Some(*reading);
@@ -200,6 +216,12 @@ impl ScanView {
                 let text = reason.clone().unwrap_or_else(|| "complete".to_owned());
                 self.note(at, text, reason.is_some());
             }
+        }
+    }
+
+    fn counted(&mut self, time_s: f64, is_driven: bool) {
+        if let Some(in_rounds) = &mut self.in_rounds {
+            in_rounds.measured(time_s, is_driven);
         }
     }
 
@@ -336,6 +358,7 @@ pub(super) mod tests {
             of: view.of,
             focus: 0,
             at_mm: [1.0, -2.0, 100.0],
+            time_s: at_s as f64,
             reading,
             clipped: false,
         };

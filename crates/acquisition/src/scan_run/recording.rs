@@ -54,6 +54,7 @@ impl ScanRun {
                 of: self.scan.visits.len(),
                 focus: sample.focus.map_or(-1, |focus| focus as i64),
                 at_mm: sample.position_mm.into(),
+                time_s: sample.time_s,
                 reading: sample.reading,
                 clipped: *clipped,
             });

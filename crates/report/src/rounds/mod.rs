@@ -13,7 +13,7 @@ use self::figures::RoundsFigures;
 use super::context::ReportContext;
 use super::error::ReportError;
 use super::folder::Folder;
-use fieldgap_closed_loop::Round;
+use fieldgap_closed_loop::{ROUNDS_FILE, Round};
 use fieldgap_records::{ClosedLoop, RecordedSample, RecordedScan};
 
 /// A closed loop, ended or not.
@@ -72,6 +72,9 @@ pub fn write_rounds(
     let figures = RoundsFigures::draw(&of)?;
     let folder = Folder::make(dir)?;
     let pictures = folder.put_figures(figures.all())?;
+    let lines: Result<Vec<String>, serde_json::Error> =
+        of.rounds.iter().map(serde_json::to_string).collect();
+    folder.put(ROUNDS_FILE, (lines?.join("\n") + "\n").as_bytes())?;
     // The page comes last: where it exists, the report is complete.
     let index = folder.put("index.html", page::page(context, &of, &figures).as_bytes())?;
     Ok(RoundsFiles { index, pictures })

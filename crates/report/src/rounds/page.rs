@@ -10,7 +10,7 @@ use super::LoopOfRounds;
 use super::figures::{RoundsFigures, verifications};
 use super::set::in_words;
 use super::tables;
-use fieldgap_closed_loop::{End, Round};
+use fieldgap_closed_loop::{End, ROUNDS_FILE, Round};
 use fieldgap_diagnosis::Verdict;
 use fieldgap_text::fixed;
 
@@ -61,7 +61,7 @@ pub(super) fn page(
         main {
             @for (id, heading, content) in &present { (section(id, heading, content)) }
             (provenance::set_up(context, Some(of.record.samples.len())))
-            (provenance::provenance(context, &[]))
+            (provenance::provenance(context, &[ROUNDS_FILE]))
         }
     };
     document(&format!("{}: rounds", context.title), &[STYLE], &body)

@@ -171,6 +171,29 @@ fn a_watched_scan_pauses_continues_and_ends_by_keys() {
 }
 
 #[test]
+fn a_watched_loop_shows_its_sets_and_their_probabilities() {
+    let home = tempfile::tempdir().expect("a folder");
+    let region = PLAN.find("[[plane]]").expect("a plane");
+    let in_loop = "[closed_loop]\nmin_mm = [-20.0, -20.0, 80.0]\nmax_mm = [20.0, 20.0, 130.0]\n\
+                   first_readings = 120\nround_readings = 48\n";
+    let plan = format!("{}{in_loop}", &PLAN[..region]);
+    let (plan, rig) = plan_and_rig(home.path(), &plan, "\"lockstep\"");
+    let folder = home.path().join("out");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));
+    command.args(["run", "--no-diagnose", "--watch", "--trust"]).arg(&plan).arg("--rig").arg(&rig);
+    command.arg("--out").arg(&folder);
+    let mut terminal = OnTerminal::begin(command);
+    // Before the first search nothing is probable; after it the sets are, and the budget is counted.
+    terminal.until_shown("evenly");
+    terminal.until_shown("catalogue");
+    terminal.press("ay");
+    let status = terminal.child.wait().expect("it ends");
+    assert!(matches!(status.code(), Some(0 | 3)), "{status}");
+    let screen = String::from_utf8_lossy(&terminal.all_shown);
+    assert!(screen.contains("1800"), "the budget of the plan");
+}
+
+#[test]
 fn a_view_needs_a_terminal() {
     let home = tempfile::tempdir().expect("a folder");
     let (plan, rig) = plan_and_rig(home.path(), PLAN, "\"lockstep\"");

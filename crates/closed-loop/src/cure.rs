@@ -12,8 +12,6 @@ use fieldgap_input::Fault;
 use fieldgap_records::ScanSetup;
 use serde::{Deserialize, Serialize};
 
-use crate::round::{End, Round};
-
 /// The set-up of the recorded scan, in the folder of a cure.
 const SET_UP: &str = "scan.toml";
 
@@ -135,13 +133,5 @@ impl Cure {
             written.push(to);
         }
         Ok(written)
-    }
-}
-
-/// The correction that held on fresh readings, of a loop that ended with one.
-pub fn verified(rounds: &[Round]) -> Option<&Cure> {
-    match rounds {
-        [.., tested, end] if end.end == Some(End::Verified) => tested.cure.as_ref(),
-        _ => None,
     }
 }

@@ -20,11 +20,11 @@ mod robot;
 mod round;
 mod route;
 
-pub use cure::{Cure, verified};
+pub use cure::Cure;
 pub use inquiry::{Decision, Inquiry, InquiryError};
 pub use obtained::obtained_bits;
 pub use plan_text::in_closed_loop;
 pub use round::{
     Corrected, End, FILE as ROUNDS_FILE, Likely, Purpose, Round, RoundsError, Verification,
-    parse_rounds, read_rounds,
+    parse_rounds, read_rounds, verified,
 };

@@ -195,6 +195,14 @@ impl Verification {
     }
 }
 
+/// The correction that held on fresh readings, of a loop that ended with one.
+pub fn verified(rounds: &[Round]) -> Option<&Cure> {
+    match rounds {
+        [.., tested, end] if end.end == Some(End::Verified) => tested.cure.as_ref(),
+        _ => None,
+    }
+}
+
 /// Reads the rounds of the record in `folder`; none without the file.
 ///
 /// # Errors

@@ -253,6 +253,21 @@ fn a_driver_with_few_steps() {
     assert_reproduces(&bench, &diagnosis, &truth.magnitudes(&points()));
 }
 
+/// A driver that counts from an element has another zero for every drive.
+#[test]
+fn a_driver_that_counts_its_steps_from_elsewhere() {
+    let bench = Bench::new();
+    let mut truth = bench.driven();
+    let Excitation::Phases(phases) = &mut truth.excitation else {
+        unreachable!("a drive in phases")
+    };
+    let (step, zero) = (std::f64::consts::TAU / 8.0, 0.375);
+    phases.iter_mut().for_each(|phase| *phase = ((*phase / step + zero).round() - zero) * step);
+    let zeros = FittedParameter::Each { value: vec![zero], standard_error: vec![0.0] };
+    let diagnosis = named("phase-quantisation", &[("steps", real(8.0)), ("zeros", zeros)]);
+    assert_reproduces(&bench, &diagnosis, &truth.magnitudes(&points()));
+}
+
 #[test]
 fn the_bugs_of_the_simulator() {
     let bench = Bench::with(&SCAN_TOML.replace("\"corrected\"", "\"as-written\""));

@@ -32,8 +32,9 @@ pub(super) enum Change {
     Offset(Vec3),
     /// Rotation of the robot's axes about z, radians.
     Turn(f64),
-    /// Delay steps per period of the driver, at least one.
-    Steps(f64),
+    /// Delay steps per period of the driver, at least one, and from where each drive counts them, in parts of a step: one for every drive,
+    /// one for all, or none where all count from zero.
+    Steps(f64, Vec<f64>),
     /// A simulator without the known bugs.
     SimulatorModel,
 }
@@ -115,7 +116,10 @@ fn change(effect: EffectId, named: &Candidate, simulator: Simulator) -> Result<C
             parameters.real("z_mm")?,
         )),
         SetupKey::Turn => Change::Turn(parameters.real("rad")?),
-        SetupKey::PhaseSteps => Change::Steps(parameters.above_zero("steps")?.round().max(1.0)),
+        SetupKey::PhaseSteps => Change::Steps(
+            parameters.above_zero("steps")?.round().max(1.0),
+            parameters.each("zeros").unwrap_or_default(),
+        ),
     })
 }
 

@@ -79,7 +79,7 @@ pub(super) fn changed(
         }
         Change::SpeedOfSound(_)
         | Change::Frequency(_)
-        | Change::Steps(_)
+        | Change::Steps(..)
         | Change::SimulatorModel => {}
     }
     Ok(elements)

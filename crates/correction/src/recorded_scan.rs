@@ -133,7 +133,7 @@ fn changes_drives(change: &Change) -> bool {
         | Change::Tilt(_)
         | Change::Offset(_)
         | Change::Turn(_)
-        | Change::Steps(_) => true,
+        | Change::Steps(..) => true,
         Change::Silent(_)
         | Change::Reversed(_)
         | Change::Amplitudes(_)
@@ -143,27 +143,30 @@ fn changes_drives(change: &Change) -> bool {
     }
 }
 
-/// Writes every drive as the phases that the array emitted: the commanded delays at the corrected frequency, in the corrected
-/// steps.
+/// Writes every drive as the phases that the array emitted: the commanded delays in the steps of the driver, which are parts of the believed
+/// period, at the corrected frequency.
 fn keep_drives(document: &mut Document, setup: &ScanSetup, written: &[&Correction]) {
-    let mut frequency_hz = setup.array.frequency_hz();
+    let nominal_hz = setup.array.frequency_hz();
+    let mut ratio = 1.0;
     let mut steps = None;
     for correction in written {
-        match correction.change {
-            Change::Frequency(ratio) => frequency_hz *= ratio,
-            Change::Steps(count) => steps = Some(count),
+        match &correction.change {
+            Change::Frequency(corrected) => ratio *= corrected,
+            Change::Steps(count, zeros) => steps = Some((*count, zeros)),
             _ => {}
         }
     }
     let nominal = setup.medium.medium();
-    for (focus, table) in setup.foci.iter().zip(document.foci()) {
+    for (number, (focus, table)) in setup.foci.iter().zip(document.foci()).enumerate() {
         let array = setup.array.array();
-        let commanded_s =
-            delays_s(&focus.excitation(), array, &nominal, setup.array.frequency_hz());
+        let commanded_s = delays_s(&focus.excitation(), array, &nominal, nominal_hz);
         let phases_rad = commanded_s.into_iter().map(|delay_s| {
-            let periods = frequency_hz * delay_s;
-            let periods = steps.map_or(periods, |steps| (periods * steps).round() / steps);
-            round_to(TAU * periods, 1e-9)
+            let periods = nominal_hz * delay_s;
+            let periods = steps.map_or(periods, |(count, zeros)| {
+                let zero = zeros.get(number).or(zeros.first()).copied().unwrap_or(0.0);
+                ((periods * count + zero).round() - zero) / count
+            });
+            round_to(TAU * ratio * periods, 1e-9)
         });
         for key in ["x_mm", "y_mm", "z_mm", "phases"] {
             table.remove(key);

@@ -133,7 +133,7 @@ fn no_key(change: &Change, rig_setup: &RigSetup) -> Option<&'static str> {
         Change::SimulatorModel => Some(
             "a rig file has no simulator; set model = \"corrected\" in [simulator] of the plan, or use --simulator corrected",
         ),
-        Change::Steps(_) => Some(
+        Change::Steps(..) => Some(
             "a rig file has no key for the steps of the driver; use a driver with more steps per period",
         ),
         _ => None,

@@ -25,7 +25,7 @@ pub enum FittedParameter {
         /// Their numbers from 0.
         value: Vec<usize>,
     },
-    /// A number for each element of the array, in its order, each with its standard error.
+    /// A number for each element of the array, in its order, each with its standard error; of `zeros`, for each drive.
     Each {
         /// The values.
         value: Vec<f64>,

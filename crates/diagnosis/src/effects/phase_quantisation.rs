@@ -72,13 +72,21 @@ impl Effect for PhaseQuantisation {
     }
 
     fn describe(&self, _fitted: &[Estimate], choice: &Choice, _believed: &Context) -> Finding {
-        let steps = match choice {
-            Choice::Steps(steps, _) => f64::from(*steps),
-            Choice::None | Choice::Law(_) | Choice::Elements(_) => f64::NAN,
+        let (steps, zeros): (f64, &[u16]) = match choice {
+            Choice::Steps(steps, zeros) => (f64::from(*steps), zeros),
+            Choice::None | Choice::Law(_) | Choice::Elements(_) => (f64::NAN, &[]),
         };
         let sentence = format!("the driver rounds delays to {steps} steps in a period");
         let value = FittedParameter::Real { value: steps, standard_error: 0.0 };
-        Finding::new([("steps", value)], sentence)
+        let mut finding = Finding::new([("steps", value)], sentence);
+        if zeros.iter().any(|zero| *zero != 0) {
+            // Parts of a step: one for every drive, or one for all. What lies between two phases is not determined, and makes no difference.
+            let value = zeros.iter().map(|zero| f64::from(*zero) / PARTS_OF_A_STEP).collect();
+            let standard_error = vec![0.0; zeros.len()];
+            let zeros = FittedParameter::Each { value, standard_error };
+            finding.parameters.insert("zeros", zeros);
+        }
+        finding
     }
 }
 

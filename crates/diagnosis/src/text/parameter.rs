@@ -61,7 +61,8 @@ impl FittedParameter {
                 let at = |place: Option<(usize, &f64)>| {
                     let (element, value) = place?;
                     let error = standard_error.get(element).copied().unwrap_or(f64::NAN);
-                    Some(format!("{}{unit} (element {element})", with_error(*value, error)))
+                    let whose = if name.ends_with(".zeros") { "drive" } else { "element" };
+                    Some(format!("{}{unit} ({whose} {element})", with_error(*value, error)))
                 };
                 match (at(least), at(most)) {
                     (Some(least), Some(most)) => format!("from {least} to {most}"),

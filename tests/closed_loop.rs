@@ -75,6 +75,18 @@ fn a_loop_finds_a_dead_element_and_proves_it_and_goes_on_alike_when_it_was_kille
     let own = |name| std::fs::read_to_string(folder.path().join(name)).expect("there");
     assert!(own("rig.toml") == own("whole/rig.toml") && own("plan.toml") == PLAN);
 
+    // The page of the rounds is linked, and made again from the record alone.
+    let first_page = std::fs::read_to_string(whole.join("report/index.html")).expect("a page");
+    assert!(first_page.contains("href=\"rounds/index.html\""));
+    let again = fieldgap(&["replay", "whole", "--out", "again"], folder.path());
+    assert!(again.status.success(), "{}", said(&again));
+    let page = |report: &str| {
+        std::fs::read_to_string(folder.path().join(report).join("rounds/index.html"))
+            .expect("there")
+    };
+    assert!(page("whole/report").contains("verified on fresh readings"));
+    assert!(page("whole/report") == page("again"));
+
     // The plan of the record names every reading, in the order in which it was taken.
     let plan = Plan::read(&whole.join("plan.toml")).expect("a plan");
     let record = RecordedScan::open(&whole).expect("a record");

@@ -6,7 +6,7 @@ use super::super::picture::{
     Share,
 };
 use super::LoopOfRounds;
-use super::set::{Part, moved};
+use super::set::{Part, moved, searched};
 use fieldgap_closed_loop::{Purpose, Round, Verification, obtained_bits};
 
 /// All pictures of a closed loop; `None` where there is nothing to draw yet.
@@ -79,8 +79,7 @@ fn places(of: &LoopOfRounds<'_>) -> RoundPlaces {
 }
 
 fn probabilities(of: &LoopOfRounds<'_>) -> Option<SetShares> {
-    let decided = of.rounds.iter().filter(|round| round.verdict.is_some());
-    let columns: Vec<String> = decided.map(|round| round.before.to_string()).collect();
+    let columns: Vec<String> = searched(of.rounds).map(|round| round.before.to_string()).collect();
     if columns.is_empty() {
         return None;
     }

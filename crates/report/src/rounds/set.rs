@@ -1,6 +1,6 @@
 //! The sets of effects that rounds speak of: their names in plain words, and their probabilities round by round.
 
-use fieldgap_closed_loop::Round;
+use fieldgap_closed_loop::{End, Round};
 use fieldgap_diagnosis::EffectId;
 
 /// Sets that are shown by name: colours for more do not exist.
@@ -13,7 +13,7 @@ const LEAST_SHOWN: f64 = 0.01;
 pub(super) struct Moved {
     pub name: String,
     pub part: Part,
-    /// After each decision but the first, which was made without readings.
+    /// After each search.
     pub probabilities: Vec<f64>,
 }
 
@@ -37,9 +37,15 @@ pub(super) fn in_words(effects: &[EffectId]) -> String {
     }
 }
 
+/// The decisions that follow a search of all readings before them. The first has none, and a cause that held ends the loop by what was known
+/// before the fresh readings.
+pub(super) fn searched(rounds: &[Round]) -> impl Iterator<Item = &Round> {
+    rounds.iter().filter(|round| round.verdict.is_some() && round.end != Some(End::Verified))
+}
+
 /// How the probability moved between sets: by the last round, then by the largest that each had.
 pub(super) fn moved(rounds: &[Round]) -> Vec<Moved> {
-    let decided: Vec<&Round> = rounds.iter().filter(|round| round.verdict.is_some()).collect();
+    let decided: Vec<&Round> = searched(rounds).collect();
     let mut sets: Vec<Vec<EffectId>> = Vec::new();
     for likely in decided.iter().flat_map(|round| &round.probabilities) {
         let mut effects = likely.effects.clone();

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 
 use super::super::html::table;
 use super::figures::{information, name, verifications};
-use super::set::moved;
+use super::set::{moved, searched};
 use super::{LoopOfRounds, duration_s};
 use fieldgap_closed_loop::{Cure, Purpose};
 use fieldgap_records::RecordedSample;
@@ -91,8 +91,7 @@ pub(super) fn drives(of: &LoopOfRounds<'_>) -> Markup {
 
 /// The probability of each set after each round.
 pub(super) fn probabilities(of: &LoopOfRounds<'_>) -> Markup {
-    let decided = of.rounds.iter().filter(|round| round.verdict.is_some());
-    let after = decided.map(|round| format!("after {}", round.before));
+    let after = searched(of.rounds).map(|round| format!("after {}", round.before));
     let columns: Vec<String> = std::iter::once("set".to_owned()).chain(after).collect();
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
     let rows = moved(of.rounds).into_iter().map(|moved| {

@@ -2,8 +2,8 @@
 //!
 //! Minimises `Σ rᵢ(x)² + Σ ((xⱼ - meanⱼ)/sdⱼ)²` over a few parameters. Each parameter has a scale, the size of a significant change,
 //! and is computed in units of it, so that metres and radians are comparable. The damping follows Marquardt (J. SIAM 11, 431, 1963)
-//! with the update of Nielsen (IMM-REP-1999-05, eq. 2.4). Sums are taken in the order of the residuals: the same input gives the same
-//! bits.
+//! with the update of Nielsen (IMM-REP-1999-05, eq. 2.4). Where derivatives are dear, they are carried from step to step by Broyden's rule
+//! (Math. Comp. 19, 577, 1965). Sums are taken in the order of the residuals: the same input gives the same bits.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -31,17 +31,20 @@ pub struct Linearisation {
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stopping {
-    /// Largest number of linearisations.
+    /// Largest number of linearisations, carried ones included.
     pub iterations: usize,
     /// A step smaller than this, in scales of the parameters, ends the search.
     pub step: f64,
     /// A relative decrease of the cost smaller than this ends the search.
     pub fall: f64,
+    /// Steps in a row after which the derivatives are carried along and not computed: zero for none. They are computed after a step whose
+    /// decrease they did not predict.
+    pub carried: usize,
 }
 
 impl Default for Stopping {
     fn default() -> Self {
-        Self { iterations: 50, step: 1e-7, fall: 1e-10 }
+        Self { iterations: 50, step: 1e-7, fall: 1e-10, carried: 0 }
     }
 }
 
@@ -55,7 +58,7 @@ pub struct Minimum {
     /// Inverse of half the cost's curvature: the covariance of the parameters, if the residuals are independent and of unit variance.
     /// `None` if some combination of parameters does not change the residuals.
     pub covariance: Option<DMatrix<f64>>,
-    /// Number of linearisations.
+    /// Number of linearisations, carried ones included.
     pub iterations: usize,
     /// Whether the search ended by [`Stopping::step`] or [`Stopping::fall`] and not by the number of iterations.
     pub converged: bool,
@@ -70,6 +73,10 @@ const MANY: usize = 64;
 /// A damping at which steps are negligible.
 const MAX_DAMPING: f64 = 1e12;
 
+/// Derivatives are carried on after a step whose decrease of the cost differs from the predicted one by less than this share: the curvature
+/// that they lack is then small.
+const PREDICTED: f64 = 0.25;
+
 /// Finds a minimum, starting at the parameters' starts.
 ///
 /// `residuals` gives the residuals at a point, and `linearise` residuals and derivatives. Residuals that are not finite mark a point
@@ -77,20 +84,35 @@ const MAX_DAMPING: f64 = 1e12;
 pub fn minimise(
     parameters: &[Parameter],
     stopping: Stopping,
+    residuals: impl FnMut(&[f64]) -> Vec<f64>,
+    linearise: impl FnMut(&[f64]) -> Linearisation,
+) -> Minimum {
+    minimise_from(parameters, stopping, None, residuals, linearise)
+}
+
+/// As [`minimise`], with the residuals at the start and derivatives that may be those of a point nearby.
+pub fn minimise_from(
+    parameters: &[Parameter],
+    stopping: Stopping,
+    known: Option<Linearisation>,
     mut residuals: impl FnMut(&[f64]) -> Vec<f64>,
     mut linearise: impl FnMut(&[f64]) -> Linearisation,
 ) -> Minimum {
     let mut at: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
-    let mut normal = NormalEquations::new(parameters, &at, &linearise(&at));
+    // How often the derivatives were carried since they were computed.
+    let mut age = usize::from(known.is_some());
+    let mut linear = known.unwrap_or_else(|| linearise(&at));
+    let mut normal = NormalEquations::new(parameters, &at, &linear);
     let mut damping = DAMPING * normal.curvature.diagonal().amax().max(f64::MIN_POSITIVE);
     let mut growth = 2.0;
     let mut iterations = 1;
     let mut converged = false;
     while !converged && iterations < stopping.iterations {
         let Some(step) = normal.step(damping) else { break };
-        let trial: Vec<f64> =
-            at.iter().zip(parameters).zip(step.iter()).map(|((x, p), s)| x + s * p.scale).collect();
-        let cost = squares(&residuals(&trial)) + prior_cost(parameters, &trial);
+        let change: Vec<f64> = parameters.iter().zip(&step).map(|(p, s)| s * p.scale).collect();
+        let trial: Vec<f64> = at.iter().zip(&change).map(|(x, change)| x + change).collect();
+        let moved = residuals(&trial);
+        let cost = squares(&moved) + prior_cost(parameters, &trial);
         // The decrease that the linear model predicts.
         let predicted = step.dot(&(damping * &step + &normal.downhill));
         let fall = normal.cost - cost;
@@ -98,10 +120,24 @@ pub fn minimise(
         if fall > 0.0 {
             converged = small || fall < stopping.fall * normal.cost;
             at = trial;
-            normal = NormalEquations::new(parameters, &at, &linearise(&at));
+            let trusted = age < stopping.carried && (fall / predicted - 1.0).abs() < PREDICTED;
+            if trusted && moved.len() == linear.residuals.len() {
+                linear.carry(moved, &step, &change);
+                age += 1;
+            } else {
+                linear = linearise(&at);
+                age = 0;
+            }
+            normal = NormalEquations::new(parameters, &at, &linear);
             iterations += 1;
             damping *= (1.0 - (2.0 * fall / predicted - 1.0).powi(3)).max(1.0 / 3.0);
             growth = 2.0;
+        } else if age > 0 && !small {
+            // Perhaps not the step was too long, but the derivatives were those of another point.
+            linear = linearise(&at);
+            age = 0;
+            normal = NormalEquations::new(parameters, &at, &linear);
+            iterations += 1;
         } else {
             let scale = normal.curvature.diagonal().amax().max(f64::MIN_POSITIVE);
             converged = small || damping > MAX_DAMPING * scale;
@@ -115,6 +151,26 @@ pub fn minimise(
         scaled.component_mul(&(&scales * scales.transpose()))
     });
     Minimum { parameters: at, cost: normal.cost, covariance, iterations, converged }
+}
+
+impl Linearisation {
+    /// Moves to a point where the residuals are known: the least change of the derivatives, in scales of the parameters, by which they
+    /// give the difference of the residuals along the step (Broyden, eq. 4.5).
+    fn carry(&mut self, moved: Vec<f64>, step: &DVector<f64>, change: &[f64]) {
+        let mut missed = moved.clone();
+        missed.iter_mut().zip(&self.residuals).for_each(|(missed, before)| *missed -= before);
+        for (column, change) in self.columns.iter().zip(change) {
+            missed.iter_mut().zip(column).for_each(|(missed, slope)| *missed -= slope * change);
+        }
+        let length = step.norm_squared().max(f64::MIN_POSITIVE);
+        for ((column, step), change) in self.columns.iter_mut().zip(step).zip(change) {
+            if *change != 0.0 {
+                let share = step * step / (length * change);
+                column.iter_mut().zip(&missed).for_each(|(slope, missed)| *slope += share * missed);
+            }
+        }
+        self.residuals = moved;
+    }
 }
 
 /// The quadratic model of the cost about a point, in scales of the parameters.
@@ -198,6 +254,88 @@ mod tests {
     fn run(parameters: &[Parameter], model: impl Fn(&[f64]) -> Linearisation) -> Minimum {
         let stopping = Stopping { iterations: 200, ..Stopping::default() };
         minimise(parameters, stopping, |x| model(x).residuals, &model)
+    }
+
+    /// Three exponential decays of known amplitudes: smooth, but not linear.
+    fn decays(rates: &[f64]) -> Linearisation {
+        let at: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
+        let of = |rates: &[f64], t: f64| -> f64 { rates.iter().map(|r| (-r * t).exp()).sum() };
+        Linearisation {
+            residuals: at
+                .iter()
+                .map(|&t| 50.0 * (of(rates, t) - of(&[0.3, 1.0, 2.5], t)))
+                .collect(),
+            columns: rates
+                .iter()
+                .map(|r| at.iter().map(|t| -50.0 * t * (-r * t).exp()).collect())
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn carried_derivatives_lead_to_the_same_minimum_with_fewer_computed_ones() {
+        let parameters = [free(0.35, 0.01), free(1.1, 0.01), free(2.3, 0.01)];
+        let with = |carried: usize, known: Option<Linearisation>| {
+            let mut computed = 0;
+            let stopping = Stopping { carried, ..Stopping::default() };
+            let minimum = minimise_from(
+                &parameters,
+                stopping,
+                known,
+                |x| decays(x).residuals,
+                |x| {
+                    computed += 1;
+                    decays(x)
+                },
+            );
+            assert!(minimum.converged);
+            let found = minimum.parameters.iter().zip([0.3, 1.0, 2.5]);
+            found.for_each(|(found, truth)| assert!((found - truth).abs() < 1e-5, "{minimum:?}"));
+            computed
+        };
+        let each_time = with(0, None);
+        assert!(with(3, None) < each_time, "of {each_time}");
+        // Derivatives of a point nearby.
+        let start = decays(&[0.35, 1.1, 2.3]);
+        let nearby = Linearisation { columns: decays(&[0.33, 1.0, 2.4]).columns, ..start };
+        assert!(with(3, Some(nearby)) < each_time, "of {each_time}");
+    }
+
+    /// Far from the minimum the valley bends: carried derivatives are recognised as wrong.
+    #[test]
+    fn a_bent_valley_is_followed_with_carried_derivatives_too() {
+        let rosenbrock = |x: &[f64]| Linearisation {
+            residuals: vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]],
+            columns: vec![vec![-20.0 * x[0], -1.0], vec![10.0, 0.0]],
+        };
+        let stopping = Stopping { iterations: 500, carried: 3, ..Stopping::default() };
+        let start = [free(-1.2, 1.0), free(1.0, 1.0)];
+        let wrong = Linearisation {
+            columns: vec![vec![20.0, 1.0], vec![-10.0, 0.0]],
+            ..rosenbrock(&[-1.2, 1.0])
+        };
+        for known in [None, Some(wrong)] {
+            let minimum =
+                minimise_from(&start, stopping, known, |x| rosenbrock(x).residuals, rosenbrock);
+            assert!(minimum.parameters.iter().all(|p| (p - 1.0).abs() < 1e-5), "{minimum:?}");
+        }
+    }
+
+    #[test]
+    fn a_carried_derivative_gives_the_difference_along_the_step() {
+        let mut linear = decays(&[0.4, 0.9, 2.0]);
+        let (before, scales) = (linear.residuals.clone(), [0.01, 0.1, 1.0]);
+        let step = DVector::from_vec(vec![3.0, 0.0, -0.2]);
+        let change: Vec<f64> = step.iter().zip(scales).map(|(step, scale)| step * scale).collect();
+        let still = linear.columns[1].clone();
+        let moved = decays(&[0.4 + change[0], 0.9, 2.0 + change[2]]).residuals;
+        linear.carry(moved.clone(), &step, &change);
+        assert_eq!(linear.columns[1], still);
+        for i in 0..moved.len() {
+            let along: f64 =
+                linear.columns.iter().zip(&change).map(|(c, change)| c[i] * change).sum();
+            assert!((before[i] + along - moved[i]).abs() < 1e-12);
+        }
     }
 
     /// Residuals (10 (y - x²), 1 - x): minimum zero at (1, 1), along a bent valley.

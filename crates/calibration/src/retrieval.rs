@@ -50,12 +50,12 @@ pub struct Retrieval {
 /// Finds the weights from one start.
 pub fn retrieve(model: &Model<'_>, start: &Weights) -> Retrieval {
     // A step of 1e-4 of a weight is a hundredth of a usual error.
-    retrieve_until(model, start, Stopping { iterations: 60, step: 1e-4, fall: 1e-7 })
+    retrieve_until(model, start, Stopping { iterations: 60, step: 1e-4, fall: 1e-7, carried: 0 })
 }
 
 /// The same as far as is needed to compare it with another model.
 pub fn retrieve_roughly(model: &Model<'_>, start: &Weights) -> Retrieval {
-    retrieve_until(model, start, Stopping { iterations: 12, step: 1e-3, fall: 1e-3 })
+    retrieve_until(model, start, Stopping { iterations: 12, step: 1e-3, fall: 1e-3, carried: 0 })
 }
 
 fn retrieve_until(model: &Model<'_>, start: &Weights, stopping: Stopping) -> Retrieval {

@@ -98,7 +98,7 @@ impl PairFit {
         let model = Model::new(readings, axis, lobe, start)?;
         let minimum = minimise(
             &model.parameters()?,
-            Stopping { iterations: 60, step: 1e-4, fall: 1e-10 },
+            Stopping { iterations: 60, step: 1e-4, fall: 1e-10, carried: 0 },
             |free| model.residuals(free),
             |free| model.linearised(free),
         );

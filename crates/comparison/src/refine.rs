@@ -151,7 +151,7 @@ pub fn refine(readings: &Readings, start: Pose, search: &Search) -> Fit {
     };
     let minimum = minimise(
         &parameters,
-        Stopping { iterations: search.iterations, step: 1e-4, fall: 1e-7 },
+        Stopping { iterations: search.iterations, step: 1e-4, fall: 1e-7, ..Stopping::default() },
         |x| weighted(&readings.simulate(&pose_at(x))),
         |x| {
             let pose = pose_at(x);

@@ -164,7 +164,7 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
     let most = (MOST_ELEMENT_READINGS / observations.elements()).max(FEWEST_READINGS);
     let mut search = ModelSearch::begin(&observations.thinned(READINGS_OF_A_SEARCH), context);
     let noise_is_told = observations.is_noise_told();
-    let best = refined(search.scored[0].fit.clone(), observations, context, SEARCH);
+    let best = refined(search.scored[0].fit.clone(), observations, context, SEARCH, &[]);
     if noise_is_told && !is_near(&best, observations) {
         // A fit far from the readings says nothing about their noise.
         return search.on_all(observations, context).found();

@@ -195,6 +195,10 @@ pub(crate) const STEPS_REFINED: usize = 6;
 /// Sets of elements that are extended by one element more. Set by judgement.
 pub(crate) const SET_BEAM: usize = 40;
 
+/// Steps of a fit in a row after which the derivatives are carried along and not computed: they hardly change from one step to the next, and
+/// each costs a field. Every step is tested on the residuals themselves. Set by judgement.
+pub(crate) const CARRIED: usize = 3;
+
 /// Restarts of a fit of random elements that is stuck; about one in three leads to another minimum.
 pub(crate) const RESTARTS: u64 = 8;
 

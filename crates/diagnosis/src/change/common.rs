@@ -14,8 +14,8 @@ use crate::effects::{catalogue, effect};
 use crate::fit::joint_fit::{Fit, Start, cost_on, fit};
 use crate::fit::score_statistic::ScoreStatistics;
 use crate::limits::{
-    COMMON_SPREADS, FEW_READINGS, MOST_ADDED_TO_COMMON, MOST_ELEMENTS, NEAR, READINGS_OF_COMMON,
-    WORTH_ADDING_TO_COMMON,
+    CARRIED, COMMON_SPREADS, FEW_READINGS, MOST_ADDED_TO_COMMON, MOST_ELEMENTS, NEAR,
+    READINGS_OF_COMMON, WORTH_ADDING_TO_COMMON,
 };
 use crate::model::effect::{Choice, Common, Context, Search};
 use crate::model::forward_model::ForwardModel;
@@ -31,7 +31,7 @@ use crate::verdict::gap_size::as_believed;
 const SPEEDS: [f64; 5] = [0.97, 0.985, 1.0, 1.015, 1.03];
 
 /// When a fit of A stops: its errors are second order in the change.
-const STOPPING: Stopping = Stopping { iterations: 10, step: 5e-2, fall: 1e-4 };
+const STOPPING: Stopping = Stopping { iterations: 10, step: 5e-2, fall: 1e-4, carried: CARRIED };
 
 /// The model of A, fitted to it.
 pub(crate) struct ModelOfA {

@@ -17,7 +17,8 @@ use crate::effect_id::EffectId;
 use crate::fit::joint_fit::{Fit, Start, cost_on, fit};
 use crate::fitted_parameter::FittedParameter;
 use crate::limits::{
-    ANOTHER_CAUSE, CERTAIN, COPIES, FAR_MODEL, LEVEL_SIGMA, MOST_CANDIDATES, SIGNATURE_SHARE,
+    ANOTHER_CAUSE, CARRIED, CERTAIN, COPIES, FAR_MODEL, LEVEL_SIGMA, MOST_CANDIDATES,
+    SIGNATURE_SHARE,
 };
 use crate::model::effect::{Context, Estimate};
 use crate::model::instance::Instance;
@@ -258,7 +259,7 @@ impl Report<'_> {
             spreads: of.spreads.clone(),
             nuisance: Some(of.nuisance.clone()),
         };
-        let few = Stopping { iterations: 3, step: 1e-2, fall: 1e-6 };
+        let few = Stopping { iterations: 3, step: 1e-2, fall: 1e-6, carried: CARRIED };
         let again = fit(&held_out.training, &self.context, start, few);
         cost_on(&held_out.kept_out, &again, &self.context)
     }

@@ -2,34 +2,36 @@
 
 use fieldgap_acoustics::least_squares::Stopping;
 
-use crate::fit::joint_fit::{Fit, Start, fit};
+use crate::fit::joint_fit::{Fit, Start, fit_beside};
 use crate::fit::random_elements::fit_with_spread;
 use crate::model::effect::{Context, Search};
 use crate::model::observations::Observations;
 
-/// The same set on other readings, from where a fit ended.
+/// The same set on other readings, from where a fit ended. For `known` see [`fit_beside`].
 pub(crate) fn refined(
     fit: Fit,
     observations: &Observations,
     context: &Context,
     stopping: Stopping,
+    known: &[Vec<f64>],
 ) -> Fit {
     let Fit { instances, values, spreads, nuisance, .. } = fit;
     let start = Start { instances, values, spreads, nuisance: Some(nuisance) };
-    fit_any(observations, context, start, stopping)
+    fit_any(observations, context, start, stopping, known)
 }
 
-/// Fits a set, finding the spread of elements where one is random.
+/// Fits a set, finding the spread of elements where one is random. For `known` see [`fit_beside`].
 pub(crate) fn fit_any(
     observations: &Observations,
     context: &Context,
     start: Start,
     stopping: Stopping,
+    known: &[Vec<f64>],
 ) -> Fit {
     let random =
         start.instances.iter().rposition(|instance| instance.effect.search() == Search::Random);
     match random {
-        Some(number) => fit_with_spread(observations, context, start, number, stopping),
-        None => fit(observations, context, start, stopping),
+        Some(number) => fit_with_spread(observations, context, start, number, stopping, known),
+        None => fit_beside(observations, context, start, stopping, known),
     }
 }

@@ -1,13 +1,13 @@
 //! A set of effects fitted to the readings, together with the gain and a small shift of each scan.
 
-use fieldgap_acoustics::least_squares::{Minimum, Parameter as Unknown, Stopping, minimise};
+use fieldgap_acoustics::least_squares::{Minimum, Parameter as Unknown, Stopping, minimise_from};
 use nalgebra::DMatrix;
 use std::ops::Range;
 
 use crate::effect_id::EffectId;
 use crate::fit::left::Left;
 use crate::fit::problem::Problem;
-use crate::limits::{NEAR_FIELD_PRIOR, REPEATED_PLACE_M, SAME_NEAR_FIELD, SHIFT_PRIOR_M};
+use crate::limits::{CARRIED, NEAR_FIELD_PRIOR, REPEATED_PLACE_M, SAME_NEAR_FIELD, SHIFT_PRIOR_M};
 use crate::model::effect::{Context, Parameter, Search};
 use crate::model::forward_model::ForwardModel;
 use crate::model::instance::Instance;
@@ -173,6 +173,17 @@ pub(crate) fn fit(
     start: Start,
     stopping: Stopping,
 ) -> Fit {
+    fit_beside(observations, context, start, stopping, &[])
+}
+
+/// The same with the derivatives of these readings by the first of the parameters, or near values of them, where they are known.
+pub(crate) fn fit_beside(
+    observations: &Observations,
+    context: &Context,
+    start: Start,
+    stopping: Stopping,
+    known: &[Vec<f64>],
+) -> Fit {
     let Start { instances, values, spreads, nuisance } = start;
     let nuisance = nuisance.unwrap_or_else(|| {
         let near_field = context.common.as_ref().map_or(0.0, |common| common.near_field);
@@ -182,9 +193,11 @@ pub(crate) fn fit(
     let problem = Problem::new(observations, context, &instances, &values);
     let mut kept = None;
     let mut age = 0;
-    let Minimum { parameters, cost: penalised, covariance, .. } = minimise(
+    let at: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
+    let Minimum { parameters, cost: penalised, covariance, .. } = minimise_from(
         &unknowns,
         stopping,
+        problem.linearised_beside(known, &at, &unknowns),
         |numbers| problem.at(numbers),
         |numbers| {
             if age % KEPT == 0 {
@@ -259,7 +272,8 @@ fn unknown(start: f64, parameter: &Parameter) -> Unknown {
 }
 
 /// When a fit within the search stops: at two hundredths of a standard deviation, far below the errors of the formulas.
-pub(crate) const SEARCH: Stopping = Stopping { iterations: 12, step: 2e-2, fall: 1e-6 };
+pub(crate) const SEARCH: Stopping =
+    Stopping { iterations: 12, step: 2e-2, fall: 1e-6, carried: CARRIED };
 
 /// The cost of a fit on other readings.
 pub(crate) fn cost_on(observations: &Observations, fit: &Fit, context: &Context) -> f64 {

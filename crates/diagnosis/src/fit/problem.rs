@@ -165,6 +165,23 @@ impl<'o> Problem<'o> {
         Linearisation { residuals: evaluation.squared.clone(), columns }
     }
 
+    /// Residuals at a point and derivatives, of which the first are taken from `known`; `None` if it is not of these residuals.
+    pub fn linearised_beside(
+        &self,
+        known: &[Vec<f64>],
+        numbers: &[f64],
+        unknowns: &[Unknown],
+    ) -> Option<Linearisation> {
+        let first = known.first()?;
+        let evaluation = self.evaluate(numbers);
+        if first.len() != evaluation.squared.len() {
+            return None;
+        }
+        let mut columns = known.to_vec();
+        columns.extend(self.columns(numbers, unknowns, known.len()..numbers.len(), &evaluation));
+        Some(Linearisation { residuals: evaluation.squared.clone(), columns })
+    }
+
     /// Derivatives of the residuals by some of the numbers, at an evaluated point. It may have been evaluated without the last effect, if
     /// that is neutral there.
     pub fn columns(

@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
 
-use crate::fit::joint_fit::{Fit, Start, fit};
+use crate::fit::joint_fit::{Fit, Start, fit, fit_beside};
 use crate::limits::{MOST_OUTSTANDING, OUTSTANDING, RESTARTS};
 use crate::model::effect::{Context, PerElement, Search};
 use crate::model::instance::Instance;
@@ -26,20 +26,21 @@ const FIRST_SPREAD: f64 = 0.1;
 /// Iterations between spread and departures.
 const ROUNDS: usize = 4;
 
-/// Fits a set whose instance `number` is random, its spread found with it.
+/// Fits a set whose instance `number` is random, its spread found with it. For `known` see [`fit_beside`].
 pub(crate) fn fit_with_spread(
     observations: &Observations,
     context: &Context,
     start: Start,
     number: usize,
     stopping: Stopping,
+    known: &[Vec<f64>],
 ) -> Fit {
     let mut start = start;
-    let known = start.spreads[number];
-    start.spreads[number] = if known.is_finite() { known } else { FIRST_SPREAD };
+    let before = start.spreads[number];
+    start.spreads[number] = if before.is_finite() { before } else { FIRST_SPREAD };
     let instances = start.instances.clone();
     let few = Stopping { iterations: 3, ..stopping };
-    let mut fitted = fit(observations, context, start, few);
+    let mut fitted = fit_beside(observations, context, start, few, known);
     for round in 0..ROUNDS {
         let spread = better_spread(&fitted, number);
         let settled = (spread / fitted.spreads[number] - 1.0).abs() < 0.02;
@@ -52,7 +53,7 @@ pub(crate) fn fit_with_spread(
             nuisance: Some(fitted.nuisance.clone()),
         };
         let stopping = if round + 1 == ROUNDS || settled { stopping } else { few };
-        fitted = fit(observations, context, again, stopping);
+        fitted = fit_beside(observations, context, again, stopping, known);
         if settled {
             break;
         }

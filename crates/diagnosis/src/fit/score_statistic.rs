@@ -60,6 +60,16 @@ impl<'o> ScoreStatistics<'o> {
         Self { observations, context, fit, numbers, unknowns, linear, evaluation, within }
     }
 
+    /// The derivatives by the fitted parameters, one column each.
+    pub fn known(&self) -> &[Vec<f64>] {
+        &self.linear.columns
+    }
+
+    /// The same, taken out.
+    pub fn columns(self) -> Vec<Vec<f64>> {
+        self.linear.columns
+    }
+
     /// The derivatives by the fitted parameters, one column each. Below them stands one row for each prior: one over its standard deviation.
     pub fn known_columns(&self) -> DMatrix<f64> {
         let readings = self.linear.residuals.len();

@@ -13,8 +13,8 @@ use crate::fit::random_elements::{
 };
 use crate::fit::score_statistic::{ScoreStatistic, ScoreStatistics};
 use crate::limits::{
-    COARSE_READINGS_NEAR, FEW_READINGS, GIVEN_UP, KEPT_IN_ANY_CASE, LEAST_EXPECTED_NATS,
-    MOST_ELEMENTS, STUCK,
+    CARRIED, COARSE_READINGS_NEAR, FEW_READINGS, GIVEN_UP, KEPT_IN_ANY_CASE, LEAST_EXPECTED_NATS,
+    MOST_ELEMENTS, RIVALS, STUCK,
 };
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::Instance;
@@ -25,7 +25,7 @@ use crate::selection::scored_model::{ScoredModel, is_near};
 use crate::selection::starts::{Beginning, beginnings, extended};
 
 /// When a fit to few readings stops, and when the first fit from one of several starts stops.
-const ROUGH: Stopping = Stopping { iterations: 12, step: 5e-2, fall: 1e-4 };
+const ROUGH: Stopping = Stopping { iterations: 12, step: 5e-2, fall: 1e-4, carried: CARRIED };
 const FIRST_STEPS: Stopping = Stopping { iterations: 4, ..ROUGH };
 
 /// The result of extending sets.
@@ -91,13 +91,26 @@ impl Extension {
         let least = kept_anyway.min(best_first[0] - GIVEN_UP);
         let (kept, given_up): (Vec<_>, Vec<_>) =
             rough.into_iter().zip(estimates).partition(|(_, estimate)| *estimate >= least);
-        let fitted = kept
+        let mut fitted: Vec<ScoredModel> = kept
             .into_par_iter()
-            .map(|((_, fit), _)| match share > 1.0 {
-                true => ScoredModel::of(refined(fit, observations, context, SEARCH), observations),
-                false => ScoredModel::of(fit, observations),
+            .map(|((set, fit), _)| {
+                let fit = match share > 1.0 {
+                    true => {
+                        let known = bases[set.number].known();
+                        refined(fit, observations, context, SEARCH, known)
+                    }
+                    false => fit,
+                };
+                ScoredModel::of(fit, observations)
             })
             .collect();
+        // Rivals are compared by their covariances, which want the derivatives of their own minimum.
+        let all = frontier.iter().chain(&fitted).map(|scored| scored.log_evidence);
+        let least = all.fold(f64::NEG_INFINITY, f64::max) - RIVALS;
+        fitted.par_iter_mut().filter(|scored| scored.log_evidence > least).for_each(|scored| {
+            let again = refined(scored.fit.clone(), observations, context, SEARCH, &[]);
+            *scored = ScoredModel::of(again, observations);
+        });
         Self { fitted, given_up: given_up.into_iter().map(|((set, _), _)| set.ids).collect() }
     }
 }
@@ -147,6 +160,8 @@ struct Base<'o> {
     may_fluctuate: bool,
     /// Its cost on the few readings.
     coarse_cost: f64,
+    /// The derivatives of the few readings by what is fitted already.
+    coarse_columns: Vec<Vec<f64>>,
 }
 
 impl<'o> Base<'o> {
@@ -168,7 +183,13 @@ impl<'o> Base<'o> {
             may_fluctuate: observations.are_fluctuating()
                 || near && noise_is_settled && noise_is_told,
             coarse_cost: cost_on(coarse, &scored.fit, context),
+            coarse_columns: ScoreStatistics::of(coarse, context, &scored.fit).columns(),
         }
+    }
+
+    /// The derivatives of all readings by what is fitted already; none where another effect would change them.
+    fn known(&self) -> &[Vec<f64>] {
+        if self.near { self.scores.known() } else { &[] }
     }
 
     /// The best fit with one more effect, to few readings; `None` if the effect is not expected to gain enough.
@@ -204,28 +225,32 @@ impl<'o> Base<'o> {
             let instance = Instance { effect, choice: beginning.choice.clone() };
             is_plausible(coarse, context, &instance, &beginning.values)
         };
-        let mut starts: Vec<Start> = beginnings(effect, &self.quick, slope_leads, context)
-            .into_iter()
-            .filter(plausible)
-            .map(|beginning| start(beginning, &before.values))
-            .collect();
+        let known = self.coarse_columns.as_slice();
+        let mut starts: Vec<(Start, &[Vec<f64>])> =
+            beginnings(effect, &self.quick, slope_leads, context)
+                .into_iter()
+                .filter(plausible)
+                .map(|beginning| (start(beginning, &before.values), known))
+                .collect();
         // Phases fitted to each element may contain the effect of phase steps or of an exchange.
         let of_phases = matches!(effect.search(), Search::Steps | Search::Exchanges);
         if let Some(without) = without_phases(before).filter(|_| of_phases) {
             let scored = QuickScores::of(&without, self.scores.observations, context);
             let others = beginnings(effect, &scored, slope_leads, context);
-            starts.extend(others.into_iter().map(|other| start(other, &without.values)));
+            let others = others.into_iter().map(|other| start(other, &without.values));
+            starts.extend(others.map(|start| (start, [].as_slice())));
         }
         for (elements, values) in in_place_of_departures(before, effect.search()) {
             let choice = Choice::Elements(elements);
-            starts.push(start(Beginning { choice, values: Vec::new() }, &values));
+            starts.push((start(Beginning { choice, values: Vec::new() }, &values), &[]));
         }
         let stopping = if starts.len() > 1 { FIRST_STEPS } else { ROUGH };
         let best = starts
             .into_iter()
-            .map(|start| fit_any(coarse, context, start, stopping))
+            .map(|(start, known)| fit_any(coarse, context, start, stopping, known))
             .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))?;
-        let best = if stopping == ROUGH { best } else { refined(best, coarse, context, ROUGH) };
+        let best =
+            if stopping == ROUGH { best } else { refined(best, coarse, context, ROUGH, &[]) };
         if effect.search() != Search::Random || !self.is_stuck(&best, coarse) {
             return Some(best);
         }

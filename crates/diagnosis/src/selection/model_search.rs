@@ -76,7 +76,10 @@ impl ModelSearch {
         let mut scored: Vec<ScoredModel> = hopeful
             .into_par_iter()
             .map(|scored| {
-                ScoredModel::of(refined(scored.fit, observations, context, SEARCH), observations)
+                ScoredModel::of(
+                    refined(scored.fit, observations, context, SEARCH, &[]),
+                    observations,
+                )
             })
             .collect();
         sort(&mut scored);
@@ -134,8 +137,10 @@ impl ModelSearch {
                     let mut fit = scored.fit.clone();
                     fit.values[number] = effect.carried(fit.values[number].clone(), &choice);
                     fit.instances[number].choice = choice;
-                    let other =
-                        ScoredModel::of(refined(fit, observations, context, SEARCH), observations);
+                    let other = ScoredModel::of(
+                        refined(fit, observations, context, SEARCH, &[]),
+                        observations,
+                    );
                     if other.log_evidence > scored.log_evidence {
                         *scored = other;
                     }
@@ -282,7 +287,7 @@ impl ModelSearch {
                 values.remove(number);
                 spreads.remove(number);
                 let start = Start { instances, values, spreads, nuisance: Some(nuisance) };
-                ScoredModel::of(fit_any(observations, context, start, SEARCH), observations)
+                ScoredModel::of(fit_any(observations, context, start, SEARCH, &[]), observations)
             })
             .collect();
         // Fitted without the phases of single elements, all else is wrong, and no other account of these phases is recognised beside it.

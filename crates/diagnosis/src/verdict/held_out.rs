@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use fieldgap_acoustics::least_squares::Stopping;
 
 use crate::fit::joint_fit::{Fit, Start, fit as fit_again};
-use crate::limits::HELD_OUT_BLOCK_M;
+use crate::limits::{CARRIED, HELD_OUT_BLOCK_M};
 use crate::model::effect::Context;
 use crate::model::forward_model::ForwardModel;
 use crate::model::observations::{Observations, ObservedScan};
@@ -63,7 +63,7 @@ impl HeldOut {
             spreads: fit.spreads.clone(),
             nuisance: Some(fit.nuisance.clone()),
         };
-        let few = Stopping { iterations: 4, step: 1e-2, fall: 1e-6 };
+        let few = Stopping { iterations: 4, step: 1e-2, fall: 1e-6, carried: CARRIED };
         let again = fit_again(&self.training, context, start, few);
         let model = again.model(context);
         gap(&self.kept_out, &model.expected_readings(&self.kept_out, &again.nuisance))

@@ -7,11 +7,12 @@ use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use crate::fit::left::Left;
-use crate::model::effect::{Context, Search, Stage};
+use crate::model::effect::{Context, Effect, Search, Stage};
 use crate::model::forward_model::{ForwardModel, Pressures};
 use crate::model::instance::{Instance, Setting};
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::Observations;
+use crate::model::pressure::Pressure;
 use crate::model::residuals::Residuals;
 
 /// Share of a parameter's scale that its difference quotient steps: far above rounding, far below curvature.
@@ -32,6 +33,8 @@ pub(crate) struct Problem<'o> {
 pub(crate) struct Evaluation {
     numbers: Vec<f64>,
     pressures: Pressures,
+    /// The same without what makes a reading differ from its own repeat.
+    steady: OnceLock<Pressures>,
     /// Measured minus expected readings, in standard deviations.
     pub residuals: Residuals,
     /// The same as least squares wants them.
@@ -77,17 +80,17 @@ impl<'o> Problem<'o> {
         self.model(numbers).pressures(self.observations, &self.nuisance(numbers))
     }
 
-    /// The stage at which the effect of a number acts; for gain, shift and near field that of the field.
-    fn stage(&self, number: usize) -> Stage {
+    /// The effect of a number; `None` for gain, shift and near field.
+    fn effect(&self, number: usize) -> Option<&'static dyn Effect> {
         let mut end = Nuisance::COUNT * self.observations.scans.len();
         if number < end {
-            return Stage::Field;
+            return None;
         }
         let of_number = self.instances.iter().zip(&self.lengths).find(|(_, length)| {
             end += **length;
             number < end
         });
-        of_number.map_or(Stage::Field, |(instance, _)| instance.effect.facts().stage)
+        of_number.map(|(instance, _)| instance.effect)
     }
 
     fn residuals(&self, numbers: &[f64], pressures: &Pressures) -> Residuals {
@@ -107,6 +110,7 @@ impl<'o> Problem<'o> {
             pressures,
             squared: residuals.for_least_squares(),
             residuals,
+            steady: OnceLock::new(),
             slopes: OnceLock::new(),
             contributions: OnceLock::new(),
         });
@@ -223,13 +227,17 @@ impl<'o> Problem<'o> {
                         change,
                     );
                 }
-                let of_field = self.stage(j) == Stage::Field;
+                let effect = self.effect(j);
+                let of_field = effect.is_none_or(|effect| effect.facts().stage == Stage::Field);
+                let scatters = effect.is_some_and(|effect| effect.scatters_repeats());
                 let moves_field = of_field && (!is_nuisance || of_scan != 0);
                 let moved = if let Some(range) = random {
                     let parts = self.contributions(numbers, evaluation);
                     let element = j - range.start;
                     let change = base.change_of_element(element, &model);
                     Some(turned(&evaluation.pressures, parts, element, change))
+                } else if moves_field && base.scatters_field() && !scatters {
+                    Some(self.moved_as_steady(numbers, &beside, evaluation))
                 } else {
                     moves_field.then(|| self.pressures(&beside))
                 };
@@ -246,6 +254,33 @@ impl<'o> Problem<'o> {
                 moved.iter().zip(&evaluation.squared).map(|(m, r)| (m - r) / step).collect()
             })
             .collect()
+    }
+
+    /// The pressures beside an evaluated point, as the field without its fluctuation moves: their mean moves so but for the fading, and the
+    /// fluctuation hardly, while each field with a fluctuation is the sum of several. It turns with the mean.
+    fn moved_as_steady(
+        &self,
+        numbers: &[f64],
+        beside: &[f64],
+        evaluation: &Evaluation,
+    ) -> Pressures {
+        let steady = |numbers: &[f64]| {
+            let nuisance = self.nuisance(numbers);
+            self.model(numbers).without_fluctuations().pressures(self.observations, &nuisance)
+        };
+        let mut moved = steady(beside);
+        let before = evaluation.steady.get_or_init(|| steady(numbers));
+        let there = moved.iter_mut().flatten().flatten();
+        let here = before.iter().flatten().flatten();
+        let scattered = evaluation.pressures.iter().flatten().flatten();
+        for ((moved, before), scattered) in there.zip(here).zip(scattered) {
+            let coherent = scattered.coherent + moved.coherent - before.coherent;
+            let turn = coherent * scattered.coherent.conj();
+            let turn = turn * turn / turn.norm_sqr().max(f64::MIN_POSITIVE);
+            let speckle_square = scattered.speckle_square * turn;
+            *moved = Pressure { coherent, speckle_square, ..*scattered };
+        }
+        moved
     }
 
     /// The slope of each residual, then of each variance term, by its pressure: a change dp changes it by the real part of slope times dp.

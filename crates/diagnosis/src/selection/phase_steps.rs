@@ -7,24 +7,31 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::effects::phase_quantisation::{
-    COMMON_ZEROS, common_zero, step_rad, steps_in_a_period, turned_from, whole_steps,
+    COMMON_ZEROS, common_zero, rounded_rad, step_rad, steps_in_a_period, turned_from, whole_steps,
     zeros_of_a_drive,
 };
 use crate::limits::STEPS_REFINED;
 use crate::model::effect::Choice;
 use crate::selection::evidence::cost_of_choice;
-use crate::selection::quick_scores::{QuickScores, ScoredDrive, best_of};
+use crate::selection::quick_scores::{CostByGain, QuickScores, ScoredDrive, best_of};
+use crate::selection::turned_drives::{Changed, TurnedDrive};
+
+/// Steps from which on no element is turned by more than about an eighth of a radian: a first order then tells which zeros are the best.
+/// Set by judgement.
+const SMALL_STEPS: u32 = 24;
 
 impl QuickScores<'_> {
     /// The best steps and zeros, if they are worth a fit.
     pub(super) fn steps(&self) -> Vec<Choice> {
+        let few = TurnedDrive::all(self, self.stride);
         let rough: Vec<(f64, u32)> = steps_in_a_period()
             .collect::<Vec<_>>()
             .into_par_iter()
-            .map(|steps| (self.penalised(self.stride, &self.zeros(self.stride, steps)), steps))
+            .map(|steps| (self.zeros(self.stride, steps, &few).0, steps))
             .collect();
+        let all = TurnedDrive::all(self, 1);
         let finer = best_of(rough, STEPS_REFINED).into_par_iter().map(|steps| {
-            let choice = self.zeros(1, steps);
+            let choice = self.zeros(1, steps, &all).1;
             (self.cost_of_steps(1, &choice), choice)
         });
         let worth = |(cost, choice): &(f64, Choice)| self.is_worth_a_fit(*cost, choice);
@@ -34,57 +41,78 @@ impl QuickScores<'_> {
         best_of(worth.into_iter().map(penalised).collect(), 1)
     }
 
-    /// The best zeros for a number of steps by one reading in `stride`: a common one, or one for each drive.
-    fn zeros(&self, stride: usize, steps: u32) -> Choice {
+    /// The best zeros for a number of steps by one reading in `stride`, a common one or one for each drive, with their penalised cost.
+    fn zeros(&self, stride: usize, steps: u32, turned: &[TurnedDrive]) -> (f64, Choice) {
         let common =
             (0..COMMON_ZEROS).map(|number| Choice::Steps(steps, vec![common_zero(number)]));
         let last = self.drives.iter().map(|drive| drive.number).max().unwrap_or(0);
         // A perfect fit would not be worth a zero for each of many drives with few readings.
         let is_worth_it = self.is_worth_a_fit(0.0, &Choice::Steps(steps, vec![0; last + 1]));
+        let small = steps >= SMALL_STEPS && !turned.is_empty();
         let each = is_worth_it.then(|| {
             let mut of_each = vec![0; last + 1];
             for drive in &self.drives {
-                of_each[drive.number] = self.zero_of(drive, stride, steps);
+                let turned = turned.get(drive.place).filter(|_| small);
+                of_each[drive.number] = self.zero_of(drive, stride, steps, turned);
             }
             Choice::Steps(steps, of_each)
         });
+        let share = self.observations.len() as f64 / self.readings_in(stride) as f64;
+        let cost = |choice: &Choice| {
+            let cost = match small {
+                true => self.cost_of_small_steps(turned, choice),
+                false => self.cost_of_steps(stride, choice),
+            };
+            share * cost + 2.0 * cost_of_choice(choice, self.elements())
+        };
         let all = common.chain(each);
-        all.map(|choice| (self.penalised(stride, &choice), choice))
+        all.map(|choice| (cost(&choice), choice))
             .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map_or(Choice::None, |(_, choice)| choice)
+            .unwrap_or((f64::INFINITY, Choice::None))
     }
 
-    /// The best zero of a drive, by its readings alone. From one zero to the next higher one an element is turned by a step, each once.
-    fn zero_of(&self, drive: &ScoredDrive, stride: usize, steps: u32) -> u16 {
+    /// The best zero of a drive, by its readings alone, to first order in `turned` if it is given. From one zero to the next higher one an
+    /// element is turned by a step, each once.
+    fn zero_of(
+        &self,
+        drive: &ScoredDrive,
+        stride: usize,
+        steps: u32,
+        turned: Option<&TurnedDrive>,
+    ) -> u16 {
         let step_rad = step_rad(steps, self.model.carrier().frequency_ratio);
         let mut zeros = zeros_of_a_drive(&drive.phases_rad, step_rad);
         zeros.sort_unstable();
         let first = zeros.first().copied().unwrap_or(0);
-        let mut change = vec![Complex64::ZERO; drive.pressures.len()];
-        let add = |change: &mut [Complex64], turn: Complex64, part: &[Complex64]| {
-            for i in (0..part.len()).step_by(stride) {
-                change[i] += turn * part[i];
-            }
+        let turn_of = |phase_rad: &f64| {
+            Complex64::cis(whole_steps(*phase_rad, step_rad, first) as f64 * step_rad - phase_rad)
         };
-        let turned = |n: usize| {
-            let phase_rad = drive.phases_rad[n];
-            Complex64::cis(whole_steps(phase_rad, step_rad, first) as f64 * step_rad - phase_rad)
-        };
-        let mut next: Vec<(f64, usize)> = Vec::with_capacity(drive.phases_rad.len());
-        for (n, part) in drive.contributions.iter().enumerate() {
-            add(&mut change, turned(n) - 1.0, part);
-            next.push((turned_from(drive.phases_rad[n], step_rad), n));
-        }
-        next.retain(|(from, _)| *from > f64::from(first));
+        let turns: Vec<Complex64> = drive.phases_rad.iter().map(turn_of).collect();
+        let changes: Vec<Complex64> = turns.iter().map(|turn| turn - 1.0).collect();
+        let mut next: Vec<(f64, usize)> = (drive.phases_rad.iter().enumerate())
+            .map(|(n, phase_rad)| (turned_from(*phase_rad, step_rad), n))
+            .filter(|(from, _)| *from > f64::from(first))
+            .collect();
         next.sort_by(|a, b| a.0.total_cmp(&b.0));
         let by_a_step = Complex64::cis(step_rad) - 1.0;
         let mut next = next.into_iter().peekable();
+        let mut turning = match turned {
+            Some(turned) => Turning::ToFirstOrder(turned.changed(&changes)),
+            None => Turning::Exactly(drive.changed(stride, &changes)),
+        };
         let mut best = (f64::INFINITY, 0);
         for zero in zeros {
             while let Some((_, n)) = next.next_if(|(from, _)| *from <= f64::from(zero)) {
-                add(&mut change, turned(n) * by_a_step, &drive.contributions[n]);
+                let by = turns[n] * by_a_step;
+                match &mut turning {
+                    Turning::ToFirstOrder(changed) => changed.and(n, by),
+                    Turning::Exactly(change) => drive.change(change, stride, n, by),
+                }
             }
-            let cost = self.cost_of_drive(drive, stride, &change);
+            let cost = match &turning {
+                Turning::ToFirstOrder(changed) => changed.sums().cost(),
+                Turning::Exactly(change) => self.cost_of_drive(drive, stride, change),
+            };
             if cost < best.0 {
                 best = (cost, zero);
             }
@@ -92,12 +120,22 @@ impl QuickScores<'_> {
         best.1
     }
 
-    /// The cost of steps over one reading in `stride`, scaled to all readings, with the penalty of the choice.
-    fn penalised(&self, stride: usize, choice: &Choice) -> f64 {
-        let share = self.observations.len() as f64 / self.readings_in(stride) as f64;
-        share * self.cost_of_steps(stride, choice) + 2.0 * cost_of_choice(choice, self.elements())
+    /// The cost of steps to first order in the turns of the elements.
+    fn cost_of_small_steps(&self, turned: &[TurnedDrive], choice: &Choice) -> f64 {
+        let Choice::Steps(steps, zeros) = choice else { return f64::INFINITY };
+        let step_rad = step_rad(*steps, self.model.carrier().frequency_ratio);
+        let mut sums = CostByGain::default();
+        for drive in &self.drives {
+            let zero = zeros.get(drive.number).or(zeros.first()).copied().unwrap_or(0);
+            let change =
+                |phase: &f64| Complex64::cis(rounded_rad(*phase, step_rad, zero) - phase) - 1.0;
+            let changes: Vec<Complex64> = drive.phases_rad.iter().map(change).collect();
+            sums.join(&turned[drive.place].changed(&changes).sums());
+        }
+        sums.cost()
     }
 
+    /// The cost of steps, by one reading in `stride`.
     fn cost_of_steps(&self, stride: usize, choice: &Choice) -> f64 {
         let Choice::Steps(steps, zeros) = choice else { return f64::INFINITY };
         let step_rad = step_rad(*steps, self.model.carrier().frequency_ratio);
@@ -134,4 +172,11 @@ impl QuickScores<'_> {
             .collect();
         self.cost(stride, |drive, i| changes[drive.place][i])
     }
+}
+
+/// A drive whose elements are turned one after another.
+enum Turning<'d> {
+    ToFirstOrder(Changed<'d>),
+    /// The change of the pressure at each visit.
+    Exactly(Vec<Complex64>),
 }

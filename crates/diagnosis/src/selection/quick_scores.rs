@@ -42,6 +42,25 @@ pub(super) struct ScoredDrive {
     pub turns: Vec<Complex64>,
 }
 
+impl ScoredDrive {
+    /// The change of the pressure at one visit in `stride`, by a relative change of each element.
+    pub fn changed(&self, stride: usize, changes: &[Complex64]) -> Vec<Complex64> {
+        let mut change = vec![Complex64::ZERO; self.pressures.len()];
+        for (element, by) in changes.iter().enumerate() {
+            self.change(&mut change, stride, element, *by);
+        }
+        change
+    }
+
+    /// Changes one element further.
+    pub fn change(&self, change: &mut [Complex64], stride: usize, element: usize, by: Complex64) {
+        let part = &self.contributions[element];
+        for i in (0..part.len()).step_by(stride) {
+            change[i] += by * part[i];
+        }
+    }
+}
+
 impl<'o> QuickScores<'o> {
     pub fn of(fit: &'o Fit, observations: &'o Observations, context: &'o Context) -> Self {
         let model = fit.model(context);
@@ -81,7 +100,7 @@ impl<'o> QuickScores<'o> {
         }
     }
 
-    fn evaluate_drive(
+    pub(super) fn evaluate_drive(
         &self,
         drive: &ScoredDrive,
         stride: usize,
@@ -156,20 +175,27 @@ impl<'o> QuickScores<'o> {
 
 /// The cost after a first-order refit of the gain: sums of squares and products of residuals and slopes.
 #[derive(Default)]
-struct CostByGain {
-    rr: f64,
-    rg: f64,
-    gg: f64,
+pub(super) struct CostByGain {
+    pub rr: f64,
+    pub rg: f64,
+    pub gg: f64,
 }
 
 impl CostByGain {
-    fn add(&mut self, slope: &Slope) {
+    pub fn add(&mut self, slope: &Slope) {
         self.rr += slope.residual * slope.residual;
         self.rg += slope.residual * slope.by_gain;
         self.gg += slope.by_gain * slope.by_gain;
     }
 
-    fn cost(&self) -> f64 {
+    /// Of the readings of both.
+    pub fn join(&mut self, other: &Self) {
+        self.rr += other.rr;
+        self.rg += other.rg;
+        self.gg += other.gg;
+    }
+
+    pub fn cost(&self) -> f64 {
         self.rr - self.rg * self.rg / self.gg.max(f64::MIN_POSITIVE)
     }
 }

@@ -137,37 +137,12 @@ mod tests {
     use crate::model::effect::Choice;
     use crate::model::instance::Instance;
     use crate::model::nuisance::Nuisance;
-    use crate::statistics::noise_scale::NoiseScale;
-    use crate::statistics::scatter::Scatter;
     use fieldgap_acoustics::Excitation;
 
     /// Readings already taken with two drives: one each.
     fn observations(bench: &Bench) -> Observations {
-        let drive = |focus: usize, excitation: Excitation| {
-            let mut believed = bench.believed().clone();
-            believed.excitation = excitation;
-            let (readings, visits) = (vec![1.0], vec![visit()]);
-            ObservedDrive {
-                focus,
-                number: focus,
-                believed,
-                visits,
-                stabilised: readings.clone(),
-                readings,
-            }
-        };
-        let drives =
-            vec![drive(0, bench.believed().excitation.clone()), drive(1, Excitation::Uniform)];
-        let scale = NoiseScale::new(0.02, 0.01, 1.0);
-        let mut scan = ObservedScan {
-            drives,
-            scatter: Scatter::default(),
-            averaged: 1.0,
-            scale,
-            dark: Vec::new(),
-        };
-        scan.set_scatter(Scatter { share: 0.02, additive: 0.01, ..Scatter::default() });
-        Observations { scans: vec![scan] }
+        let focused = bench.believed().excitation.clone();
+        bench.observations(&[focused, Excitation::Uniform].map(|drive| (drive, vec![visit().at_m])))
     }
 
     /// A warmer air than believed, known to so much.

@@ -13,7 +13,9 @@ use crate::model::forward_model::ForwardModel;
 use crate::model::instance::{Instance, Setting};
 use crate::model::motion::Motion;
 use crate::model::nuisance::Nuisance;
-use crate::model::observations::Visit;
+use crate::model::observations::{Observations, ObservedDrive, ObservedScan, Visit};
+use crate::statistics::noise_scale::NoiseScale;
+use crate::statistics::scatter::Scatter;
 
 /// A believed set-up: a focused array of pistons whose largest reading is 2 V.
 pub(crate) struct Bench {
@@ -55,6 +57,39 @@ impl Bench {
 
     pub fn at<'a>(&'a self, values: &'a [f64]) -> Setting<'a> {
         Setting { values, choice: &Choice::None, context: &self.context }
+    }
+
+    /// Readings at some places for each of these drives, as the set-up as believed expects them, with 2 % and 0.01 V of noise to come.
+    pub fn observations(&self, drives: &[(Excitation, Vec<Vec3>)]) -> Observations {
+        let mut scan = ObservedScan {
+            drives: Vec::new(),
+            scatter: Scatter::default(),
+            averaged: 1.0,
+            scale: NoiseScale::new(0.02, 0.01, 1.0),
+            dark: Vec::new(),
+        };
+        scan.set_scatter(Scatter { share: 0.02, additive: 0.01, ..Scatter::default() });
+        for (number, (excitation, places_m)) in drives.iter().enumerate() {
+            let mut believed = self.believed().clone();
+            believed.excitation = excitation.clone();
+            let visits: Vec<Visit> =
+                places_m.iter().map(|&at_m| Visit { at_m, ..visit() }).collect();
+            let pressures = ForwardModel::believed().pressures_at(&believed, &visits, &nuisance());
+            let model = ForwardModel::believed();
+            let expected = pressures.iter().map(|p| model.expected(p, 1.0, 0.0, &scan).reading);
+            let readings: Vec<f64> = expected.collect();
+            let stabilised = readings.iter().map(|reading| scan.scale.of(*reading)).collect();
+            let focus = number;
+            scan.drives.push(ObservedDrive {
+                focus,
+                number,
+                believed,
+                visits,
+                stabilised,
+                readings,
+            });
+        }
+        Observations { scans: vec![scan] }
     }
 
     pub fn model(&self, id: EffectId, values: &[f64]) -> ForwardModel<'_> {

@@ -402,3 +402,52 @@ fn along_gain(slopes: &[Complex64], evaluation: &Evaluation, scan: usize) -> Vec
         .map(|(slope, (n, pressure))| if n == scan { (slope * pressure.coherent).re } else { 0.0 })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::Vec3;
+
+    use super::*;
+    use crate::effect_id::EffectId;
+    use crate::effects::effect;
+    use crate::effects::testing::Bench;
+    use crate::fit::joint_fit::unknowns;
+    use crate::model::effect::Choice;
+
+    /// The mean alone moves, but residuals by the field with its scatter are nearly the same.
+    #[test]
+    fn derivatives_beside_a_scattering_position_are_nearly_those_of_the_whole_field() {
+        let bench = Bench::new();
+        let places = (0..90).map(|n| {
+            let n = f64::from(n);
+            Vec3::new(0.02 * (2.4 * n).cos(), 0.02 * (1.7 * n).sin(), 0.08 + 0.0005 * n)
+        });
+        let drives = [(bench.believed().excitation.clone(), places.collect())];
+        let observations = bench.observations(&drives);
+        let instances = [EffectId::SoundSpeed, EffectId::PositionJitter]
+            .map(|id| Instance { effect: effect(id), choice: Choice::None });
+        let values = [vec![1.01], vec![0.004, 0.002, 0.004]];
+        let nuisance = [Nuisance::from_slice(&[0.0; Nuisance::COUNT])];
+        let spreads = [f64::NAN; 2];
+        let unknowns = unknowns(&instances, &values, &spreads, &nuisance, &bench.context);
+        let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
+        let problem = Problem::new(&observations, &bench.context, &instances, &values);
+        let evaluation = problem.evaluate(&numbers);
+        let readings = observations.len();
+        for number in 1..=Nuisance::COUNT {
+            let column = problem.columns(&numbers, &unknowns, number..number + 1, &evaluation);
+            let step = 1e-2 * unknowns[number].scale;
+            let beside = [step, -step].map(|step| {
+                let mut numbers = numbers.clone();
+                numbers[number] += step;
+                problem.evaluate(&numbers).squared.clone()
+            });
+            let whole = beside[0].iter().zip(&beside[1]).map(|(a, b)| (a - b) / (2.0 * step));
+            let whole: Vec<f64> = whole.take(readings).collect();
+            let missed: Vec<f64> = whole.iter().zip(&column[0]).map(|(a, b)| a - b).collect();
+            let norm = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let share = norm(&missed) / norm(&whole);
+            assert!(share < 0.2, "{number}: {share}");
+        }
+    }
+}

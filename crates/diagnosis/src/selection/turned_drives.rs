@@ -99,3 +99,51 @@ impl Changed<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::{Excitation, Vec3};
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::effects::testing::{Bench, nuisance};
+    use crate::fit::joint_fit::Fit;
+
+    #[test]
+    fn small_changes_cost_what_the_readings_themselves_say_and_may_be_made_one_after_another() {
+        let bench = Bench::new();
+        let mut draws = ChaCha8Rng::seed_from_u64(7);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut draws) };
+        let mut places = || -> Vec<Vec3> {
+            (0..80).map(|_| Vec3::new(normal(), normal(), 10.0 + normal()) * 1e-2).collect()
+        };
+        let focused = bench.believed().excitation.clone();
+        let drives = [(focused, places()), (Excitation::Uniform, places())];
+        let mut observations = bench.observations(&drives);
+        let readings =
+            observations.scans[0].drives.iter_mut().flat_map(|drive| &mut drive.stabilised);
+        readings.for_each(|reading| *reading += normal());
+        let fit = Fit::of_nothing(vec![nuisance()]);
+        let quick = QuickScores::of(&fit, &observations, &bench.context);
+        let turned = TurnedDrive::all(&quick, 1);
+        for (drive, turned) in quick.drives.iter().zip(&turned) {
+            let changes: Vec<Complex64> = (0..drive.contributions.len())
+                .map(|_| 1e-4 * Complex64::new(normal(), normal()))
+                .collect();
+            let none = vec![Complex64::ZERO; changes.len()];
+            let exactly =
+                |changes: &[Complex64]| quick.cost_of_drive(drive, 1, &drive.changed(1, changes));
+            let to_first_order = turned.changed(&changes).sums().cost();
+            let gained = exactly(&changes) - exactly(&none);
+            let foretold = to_first_order - turned.changed(&none).sums().cost();
+            assert!((foretold - gained).abs() < 0.02 * gained.abs() + 1e-3, "{foretold} {gained}");
+            let mut further = turned.changed(&none);
+            changes.iter().enumerate().for_each(|(n, change)| further.and(n, *change));
+            assert!((further.sums().cost() - to_first_order).abs() < 1e-9 * to_first_order);
+        }
+        // Of few readings the products are no shorter than they.
+        assert!(TurnedDrive::all(&quick, 4).is_empty());
+    }
+}

@@ -29,7 +29,7 @@
 //! | statistics | Mean, variance and likelihood of noisy magnitudes, without a field. | `statistics` |
 //! | model | Readings become observations: position, velocity, direction and time of each. The forward model follows the chain from the drive to the reading; effects change its links. Residuals are measured minus expected, in standard deviations. | `model`, `effects` |
 //! | noise | Dark readings and repeats give the noise of a reading: additive, proportional, a floor, a fluctuation of the field. The residuals of a good fit refine it. | `noise` |
-//! | fit | A set of effects is fitted by nonlinear least squares, with the gain, a small shift and the near field of each scan free. Derivatives are difference quotients of the forward model. | `fit` |
+//! | fit | A set of effects is fitted by nonlinear least squares, with the gain, a small shift and the near field of each scan free. Derivatives are difference quotients of the forward model, carried along between steps that they predict well. | `fit` |
 //! | selection | Sets grow by one effect at a time. The evidence (the likelihood integrated over the parameters, by Laplace's method) decides which sets are kept, exchanged and extended. | `selection` |
 //! | residual structure | What the best set leaves is tested for patterns, and for causes that the catalogue does not have. | `residual_structure` |
 //! | verdict | Probabilities of the sets, the size of the gap, and its shares by height, region and kind. | `verdict` |

@@ -12,7 +12,7 @@ use crate::robot::Robot;
 use crate::route::route;
 
 /// One reading to take: place, m, and drive; `None` with the array silent.
-pub(crate) type Planned = (Vec3, Option<usize>);
+pub type Planned = (Vec3, Option<usize>);
 
 /// Sets that are held against each other at most: more have probabilities too small to matter.
 pub(crate) const MOST_SETS: usize = 8;

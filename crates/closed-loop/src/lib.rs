@@ -18,9 +18,12 @@ mod robot;
 mod round;
 mod route;
 
+pub use batch::Planned;
 pub use inquiry::{Inquiry, InquiryError};
-pub use plan_text::in_closed_loop;
+pub use plan_text::{in_closed_loop, with_readings};
+pub use robot::Robot;
 pub use round::{
     End, FILE as ROUNDS_FILE, Likely, Purpose, Round, RoundsError, Verification, parse_rounds,
     read_rounds,
 };
+pub use route::route;

@@ -110,7 +110,7 @@ fn in_headings(mut tables: DocumentMut) -> String {
 }
 
 /// The text of a plan with one more list of readings.
-pub(crate) fn with_readings(text: &str, why: &str, readings: &[Planned]) -> String {
+pub fn with_readings(text: &str, why: &str, readings: &[Planned]) -> String {
     let mut longer = text.trim_end().to_owned();
     let _ = write!(longer, "\n\n# {why}\n[[readings]]\nat_mm = [\n");
     for line in readings.chunks(6) {

@@ -9,7 +9,7 @@ use fieldgap_rig::{Envelope, Frame};
 
 /// The times of a rig, and where its robot may go.
 #[derive(Debug)]
-pub(crate) struct Robot {
+pub struct Robot {
     envelope: Envelope,
     frame: Frame,
     feed_m_s: f64,

@@ -1,0 +1,113 @@
+//! What is believed of the field before the readings, as functionals of a normal state.
+//!
+//! The state has the departures of the set's parameters, an error of the complex weight of each element, and a diffuse field. Its covariances
+//! are those of `lib.rs`.
+
+use nalgebra::{DMatrix, DVector};
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use fieldgap_acoustics::Vec3;
+use fieldgap_diagnosis::{Departure, FieldSamples};
+
+use crate::diffuse::correlation;
+
+/// The sizes of what the simulation misses, and of the noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Sizes {
+    /// Standard deviation of real and imaginary part of the relative error of an element's weight.
+    pub elements: f64,
+    /// Root mean square of the diffuse field, in the unit of the readings.
+    pub diffuse: f64,
+    /// Standard deviation of the noise over that of the scan's scatter.
+    pub noise: f64,
+}
+
+/// Real functionals of the field at some places: slope · Re(conj(unit) p), and how a parameter changes what the receiver makes of it.
+pub(crate) struct Functionals<'s> {
+    pub samples: &'s FieldSamples,
+    /// A complex number of magnitude one for each place.
+    pub units: Vec<Complex64>,
+    pub slopes: Vec<f64>,
+    /// By parameter, then by place.
+    pub receiver: Vec<Vec<f64>>,
+}
+
+/// What the functionals of a set of effects have in common.
+pub(crate) struct Prior {
+    pub departures: Vec<Departure>,
+    pub wavenumber_rad_m: f64,
+}
+
+impl Functionals<'_> {
+    fn len(&self) -> usize {
+        self.units.len()
+    }
+
+    /// The functional of a pressure at a place.
+    pub fn of(&self, place: usize, pressure: Complex64) -> f64 {
+        self.slopes[place] * (self.units[place].conj() * pressure).re
+    }
+
+    /// The same functionals, across the field instead of along it; the receiver is no part of them.
+    pub fn across(&self) -> Self {
+        Self {
+            units: self.units.iter().map(|unit| Complex64::I * unit).collect(),
+            slopes: self.slopes.clone(),
+            receiver: Vec::new(),
+            samples: self.samples,
+        }
+    }
+}
+
+impl Prior {
+    /// Derivatives of the functionals by the parameters, each times its standard deviation: a row for each parameter.
+    pub fn by_parameters(&self, functionals: &Functionals<'_>) -> DMatrix<f64> {
+        let slopes = &functionals.samples.slopes;
+        DMatrix::from_fn(self.departures.len(), functionals.len(), |parameter, place| {
+            let receiver = functionals.receiver.get(parameter).map_or(0.0, |slopes| slopes[place]);
+            let along = functionals.of(place, slopes[parameter][place]);
+            self.departures[parameter].deviation * (along + receiver)
+        })
+    }
+
+    /// Derivatives of the functionals by the relative errors of the elements' weights, real parts first: a row for each.
+    pub fn by_elements(&self, functionals: &Functionals<'_>) -> DMatrix<f64> {
+        let elements = &functionals.samples.elements;
+        let count = elements.len();
+        DMatrix::from_fn(2 * count, functionals.len(), |row, place| {
+            let part = elements[row % count][place];
+            functionals.of(place, if row < count { part } else { Complex64::I * part })
+        })
+    }
+
+    /// Covariance of functionals by a diffuse field whose mean square is one: half of it is along any unit.
+    pub fn by_diffuse(&self, rows: &Functionals<'_>, columns: &Functionals<'_>) -> DMatrix<f64> {
+        let k = self.wavenumber_rad_m;
+        let column = |place: usize| -> Vec<f64> {
+            let at_m: &Vec3 = &columns.samples.at_m[place];
+            let (focus, slope) = (columns.samples.foci[place], columns.slopes[place]);
+            let turned = columns.units[place];
+            (0..rows.len())
+                .map(|row| {
+                    if rows.samples.foci[row] != focus {
+                        return 0.0;
+                    }
+                    let alike = (rows.units[row].conj() * turned).re;
+                    0.5 * slope
+                        * rows.slopes[row]
+                        * alike
+                        * correlation(k, &rows.samples.at_m[row], at_m)
+                })
+                .collect()
+        };
+        let values: Vec<f64> = (0..columns.len()).into_par_iter().flat_map_iter(column).collect();
+        DMatrix::from_vec(rows.len(), columns.len(), values)
+    }
+
+    /// The mean of the parameters' departures, in standard deviations.
+    pub fn mean(&self) -> DVector<f64> {
+        let means = self.departures.iter().map(|departure| departure.mean / departure.deviation);
+        DVector::from_iterator(self.departures.len(), means)
+    }
+}

@@ -27,6 +27,15 @@ const EVEN_ONE_IN: usize = 6;
 const REPEAT_ONE_IN: usize = 10;
 const SILENT_ONE_IN: usize = 8;
 
+/// The readings of a round.
+pub(crate) struct Chosen {
+    pub readings: Vec<Planned>,
+    /// Of these, spread evenly.
+    pub spread: usize,
+    /// Share by which they are expected to lower the rms error.
+    pub gain: f64,
+}
+
 /// What the choices of all rounds have in common.
 pub(crate) struct Chooser<'c> {
     pub robot: &'c Robot,
@@ -52,7 +61,7 @@ impl Chooser<'_> {
     }
 
     /// A later round, by what is known of the field.
-    pub fn next(&self, field: &dyn FieldEstimate, count: usize) -> Vec<Planned> {
+    pub fn next(&self, field: &dyn FieldEstimate, count: usize) -> Chosen {
         let repeats = count / REPEAT_ONE_IN;
         let even = self.evenly(count / EVEN_ONE_IN, self.map.len());
         let wanted = count - repeats - even.len();
@@ -61,7 +70,9 @@ impl Chooser<'_> {
         possible.extend(self.evenly_from(self.spread + even.len(), POSSIBLE));
         let targets = self.evenly_from(self.spread + POSSIBLE, TARGETS);
         let mut left = Left::of(field, &targets, &possible);
+        let before = left.sum();
         let mut chosen = even;
+        let spread = chosen.len();
         (0..chosen.len()).for_each(|number| left.choose(number));
         let mut seconds: Vec<f64> = possible
             .iter()
@@ -81,7 +92,8 @@ impl Chooser<'_> {
         let mut readings = self.in_order(self.at_m, chosen);
         let again = self.repeats(&readings, repeats);
         readings.extend(again);
-        readings
+        let gain = 1.0 - (left.sum() / before.max(f64::MIN_POSITIVE)).sqrt();
+        Chosen { readings, spread, gain }
     }
 
     /// Places of the map that the next readings spread evenly would take.
@@ -152,6 +164,10 @@ impl Left {
             targets: field.map(targets).iter().map(|e| e.standard_error.powi(2)).collect(),
             noise: foretold.iter().map(|f| f.noise.powi(2)).collect(),
         }
+    }
+
+    fn sum(&self) -> f64 {
+        self.targets.iter().sum()
     }
 
     fn reading_variance(&self, number: usize) -> f64 {

@@ -8,22 +8,22 @@
 //! The scan itself is one of `fieldgap_acquisition`: its plan grows at its end, so that all that holds of scans holds here.
 
 mod batch;
+mod budget;
 mod decision;
 mod drives;
 mod information;
 mod inquiry;
+mod log;
 mod places;
 mod plan_text;
 mod robot;
 mod round;
 mod route;
 
-pub use batch::Planned;
+pub use budget::{Budget, Spent, UsedUp};
 pub use inquiry::{Inquiry, InquiryError};
+pub use log::{LoggedRound, RoundsError, parse_log, read_log, write_log};
 pub use plan_text::{in_closed_loop, with_readings};
-pub use robot::Robot;
-pub use round::{
-    End, FILE as ROUNDS_FILE, Likely, Purpose, Round, RoundsError, Verification, parse_rounds,
-    read_rounds,
-};
+pub use robot::{Planned, Robot};
+pub use round::{End, Likely, Purpose, Round, Verification, parse_rounds, read_rounds};
 pub use route::route;

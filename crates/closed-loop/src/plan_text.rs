@@ -9,7 +9,7 @@ use fieldgap_acoustics::Vec3;
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{BoxMm, FocusSection, FocusTable, Layers, Plan, Shape};
 
-use crate::batch::Planned;
+use crate::robot::Planned;
 
 /// Least extent of the box of a plan along an axis, as a share of the largest: a plan of one plane is scanned around it too.
 const LEAST_EXTENT: f64 = 0.5;

@@ -1,0 +1,364 @@
+//! The rounds of a map: after each, how certain the map is, and where the next readings are taken.
+//!
+//! A decision depends on the plan, the readings and the earlier decisions alone, so that a map that was interrupted goes on as it would have.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use fieldgap_acoustics::Vec3;
+use fieldgap_acquisition::{ChooseRounds, NextRound, NoNextRound, RigSetup};
+use fieldgap_closed_loop::{
+    Budget, Planned, Robot, RoundsError, Spent, read_log, with_readings, write_log,
+};
+use fieldgap_diagnosis::{Options, PossibleReading};
+use fieldgap_input::{Fault, TomlSource};
+use fieldgap_records::{AdaptiveMap, Plan, RecordedSample, RecordedScan};
+
+use crate::batch::Chooser;
+use crate::checks::{Checks, checks};
+use crate::estimate::Foretold;
+use crate::field_map::{Learnt, MapError, MapErrors, possible, scaled};
+use crate::normal::two_sided;
+use crate::round::{MapEnd, MapRound};
+
+/// Places at which a decision looks at the errors of the map at most, spread evenly.
+const LOOKED_AT: usize = 1500;
+
+/// The catalogue is searched again when the readings have grown by this factor since the last search, or when checks depart by this many
+/// standard deviations. Otherwise the effects of the last search are fitted again. Set by judgement.
+const SEARCHED_AGAIN: f64 = 1.6;
+const DEPARTED: f64 = 1.25;
+
+/// Foretold readings by which the errors are judged: the last so many.
+const CHECKED: usize = 192;
+
+/// A round that lowers the rms error by less than this share gains nothing. Set by judgement: thirty such rounds would lower it by a quarter.
+const LEAST_GAIN: f64 = 0.01;
+
+/// A rig that chooses its readings for a map.
+pub struct Mapping {
+    settings: AdaptiveMap,
+    simulator: fieldgap_acoustics::Simulator,
+    robot: Robot,
+    folder: PathBuf,
+    /// The places of the map that the robot reaches, each with its drive.
+    places: Vec<PossibleReading>,
+}
+
+/// Why a map cannot begin or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum MappingError {
+    /// A file is wrong.
+    #[error(transparent)]
+    File(#[from] Fault),
+    /// The log of the rounds.
+    #[error(transparent)]
+    Rounds(#[from] RoundsError),
+    /// The plan has no `[adaptive]`.
+    #[error("the plan has no [adaptive]")]
+    NoMap,
+    /// Too little of the map can be reached.
+    #[error("the robot reaches {reached} of the {places} places of the map of [adaptive]")]
+    OutOfReach {
+        /// Places that it reaches.
+        reached: usize,
+        /// Places of the map.
+        places: usize,
+    },
+    /// The map cannot be made.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// The log of the rounds is not that of the plan.
+    #[error("{planned} rounds are planned, but map-rounds.jsonl has {logged}")]
+    OtherRounds {
+        /// Lists of readings in the plan.
+        planned: usize,
+        /// Rounds in the log.
+        logged: usize,
+    },
+}
+
+impl From<fieldgap_comparison::Incomparable> for MappingError {
+    fn from(error: fieldgap_comparison::Incomparable) -> Self {
+        Self::Map(error.into())
+    }
+}
+
+impl Mapping {
+    /// The map of a plan on a rig, whose record is or will be in `folder`.
+    ///
+    /// # Errors
+    /// [`MappingError::NoMap`]; [`MappingError::OutOfReach`] if the robot reaches less than half of the map.
+    pub fn new(plan: &Plan, rig_setup: &RigSetup, folder: &Path) -> Result<Self, MappingError> {
+        let settings = plan.adaptive.clone().ok_or(MappingError::NoMap)?;
+        let robot = Robot::of(rig_setup);
+        let all = places_of(&settings, plan.foci.len());
+        let reached: Vec<_> =
+            all.iter().copied().filter(|(at_m, _)| robot.reaches(*at_m)).collect();
+        if 2 * reached.len() < all.len() {
+            return Err(MappingError::OutOfReach { reached: reached.len(), places: all.len() });
+        }
+        let places = possible(&reached);
+        let folder = folder.to_owned();
+        Ok(Self { settings, simulator: plan.simulator, robot, folder, places })
+    }
+
+    /// The plan of the first round: the given one with its first readings. The decision is logged when the scan has begun; see
+    /// [`Mapping::begin`].
+    ///
+    /// # Errors
+    /// A [`Fault`] if the plan does not fit the rig.
+    pub fn first_plan(
+        &self,
+        plan: &Plan,
+        rig_setup: &RigSetup,
+    ) -> Result<(Plan, MapRound), MappingError> {
+        plan.fits_array(rig_setup.nominal_array().len())?;
+        let home_m = self.robot.home_m();
+        let readings = self.chooser(home_m, 0).first(self.settings.first_readings);
+        let reason = format!("A first look: {} readings spread evenly.", readings.len());
+        let text = with_readings(plan.text(), &reason, &readings);
+        let round = MapRound {
+            round: 0,
+            before: 0,
+            readings: readings.len(),
+            spread: readings.len(),
+            searched: false,
+            effects: Vec::new(),
+            rms_error: None,
+            largest_error: None,
+            checks: None,
+            foretold: Vec::new(),
+            expected_s: self.robot.duration_s(home_m, &readings),
+            end: None,
+            reason,
+        };
+        Ok((Plan::parse(TomlSource::new(plan.path(), text))?, round))
+    }
+
+    /// Logs the first round in the folder of the record.
+    ///
+    /// # Errors
+    /// [`RoundsError`].
+    pub fn begin(&self, first: MapRound) -> Result<(), RoundsError> {
+        write_log(&self.folder, &[first])
+    }
+
+    /// The decision after the readings of a record, by the rounds before it; and the longer plan.
+    ///
+    /// # Errors
+    /// [`MappingError`] if no map can be made of the readings, or if the earlier rounds are not those of the plan.
+    pub fn decide(
+        &self,
+        plan: &Plan,
+        record: &RecordedScan,
+        earlier: &[MapRound],
+    ) -> Result<(MapRound, Option<String>), MappingError> {
+        let planned = plan.readings.len();
+        let (Some(last), true) = (earlier.last(), earlier.len() == planned) else {
+            return Err(MappingError::OtherRounds { planned, logged: earlier.len() });
+        };
+        let before = record.samples.len();
+        let checks = checks_of(record, earlier);
+        let due = earlier.iter().rev().find(|round| round.searched).is_none_or(|searched| {
+            before as f64 >= SEARCHED_AGAIN * searched.before as f64
+        });
+        let departs = checks.is_some_and(|checks| checks.rms > DEPARTED);
+        let (decided, ends) = self.decided(record, last, checks, earlier.len(), due || departs)?;
+        // A map ends on a whole search, which the map itself is made by.
+        let (mut round, readings) = match ends && !decided.0.searched {
+            true => self.decided(record, last, checks, earlier.len(), true)?.0,
+            false => decided,
+        };
+        let Some(readings) = readings else { return Ok((round, None)) };
+        round.readings = readings.len();
+        let text = with_readings(plan.text(), &round.reason, &readings);
+        Ok((round, Some(text)))
+    }
+
+    /// Decides by a whole search, or by the effects of the last round. Also whether the rounds end.
+    #[allow(clippy::type_complexity)]
+    fn decided(
+        &self,
+        record: &RecordedScan,
+        last: &MapRound,
+        checks: Option<Checks>,
+        number: usize,
+        searched: bool,
+    ) -> Result<((MapRound, Option<Vec<Planned>>), bool), MappingError> {
+        let known: BTreeSet<_> = last.effects.iter().copied().collect();
+        let effects = (!searched).then_some(known);
+        let options = Options { simulator: Some(self.simulator), effects };
+        let learnt = Learnt::of(record, self.settings.prior, &options)?;
+        let factor = checks.map_or(1.0, |checks| checks.factor);
+        let at_m = record.samples.last().map_or(self.robot.home_m(), RecordedSample::position_m);
+        let before = record.samples.len();
+        let decided = learnt.field(|effects, _, field| {
+            let looked_at = spread(&self.places, LOOKED_AT);
+            let errors = MapErrors::of(&scaled(field.map(&looked_at), factor));
+            let mut round = MapRound {
+                round: number,
+                before,
+                readings: 0,
+                spread: last.spread,
+                searched,
+                effects: effects.to_vec(),
+                rms_error: Some(errors.rms / errors.peak),
+                largest_error: Some(errors.largest / errors.peak),
+                checks: checks.map(Into::into),
+                foretold: Vec::new(),
+                expected_s: 0.0,
+                end: None,
+                reason: String::new(),
+            };
+            if two_sided(self.settings.confidence) * errors.largest
+                <= self.settings.error * errors.peak
+            {
+                round.end = Some(MapEnd::Met);
+                return (round, None);
+            }
+            let chooser = self.chooser(at_m, last.spread);
+            let chosen = chooser.next(field, self.settings.round_readings);
+            let expected_s = self.robot.duration_s(at_m, &chosen.readings);
+            let spent = Spent::of(&record.samples);
+            round.end = match self.budget().used_up(spent, chosen.readings.len(), expected_s) {
+                Some(used_up) => Some(used_up.into()),
+                None if chosen.gain < LEAST_GAIN => Some(MapEnd::NoGain),
+                None => None,
+            };
+            if round.end.is_some() {
+                return (round, None);
+            }
+            let readings = chosen.readings;
+            let driven: Vec<_> = readings.iter().filter_map(|(at_m, f)| Some((*at_m, (*f)?))).collect();
+            let foretold = field.foretold(&possible(&driven));
+            round.foretold =
+                foretold.iter().map(|f| [f.reading, f.standard_error, f.noise]).collect();
+            round.spread += chosen.spread;
+            round.expected_s = expected_s;
+            (round, Some(readings))
+        })?;
+        let (mut round, readings) = decided;
+        round.reason = self.words(&round, readings.as_ref().map(Vec::len));
+        let ends = readings.is_none();
+        Ok(((round, readings), ends))
+    }
+
+    /// Every decision made again from a finished record and its plan, the first round as it was logged. A round whose readings are not those of
+    /// the plan has none.
+    ///
+    /// # Errors
+    /// As [`Mapping::decide`].
+    pub fn again(
+        &self,
+        plan: &Plan,
+        record: &RecordedScan,
+        rounds: &[MapRound],
+    ) -> Result<Vec<MapRound>, MappingError> {
+        let mut again: Vec<MapRound> = rounds.iter().take(1).cloned().collect();
+        for round in rounds.iter().skip(1) {
+            let mut so_far = plan.clone();
+            so_far.readings.truncate(round.round);
+            let seen = RecordedScan {
+                setup: record.setup.clone(),
+                samples: record.samples[..round.before.min(record.samples.len())].to_vec(),
+            };
+            let (mut made, longer) = self.decide(&so_far, &seen, &rounds[..round.round])?;
+            if let Some(text) = longer {
+                let source = TomlSource::new(plan.path(), text);
+                let chosen = Plan::parse(source)?.readings.pop().map(|readings| readings.list);
+                let planned = plan.readings.get(round.round).map(|readings| &readings.list);
+                if chosen.as_ref() != planned {
+                    made.readings = 0;
+                }
+            }
+            again.push(made);
+        }
+        Ok(again)
+    }
+
+    fn words(&self, round: &MapRound, next: Option<usize>) -> String {
+        let percent = |share: Option<f64>| 100.0 * share.unwrap_or(0.0);
+        let scaled = match round.checks {
+            Some(checks) if checks.factor > 1.0 => format!(
+                " (made {:.2} times larger, as the last {} readings departed by {:.2} of their stated deviations)",
+                checks.factor, checks.readings, checks.rms
+            ),
+            _ => String::new(),
+        };
+        let then = match (round.end, next) {
+            (None, Some(next)) => format!("Next {next} readings where it is least certain."),
+            (end, _) => self.end_in_words(end.unwrap_or(MapEnd::Readings)),
+        };
+        format!(
+            "After {} readings: standard errors of {:.2} % of the peak rms, {:.2} % at most{scaled}. {then}",
+            round.before,
+            percent(round.rms_error),
+            percent(round.largest_error)
+        )
+    }
+
+    fn end_in_words(&self, end: MapEnd) -> String {
+        let AdaptiveMap { error, confidence, .. } = self.settings;
+        let stated = format!("{:.3} % at {:.0} %", 100.0 * error, 100.0 * confidence);
+        let stated = stated.replace(".000 %", " %").replacen("00 %", " %", 1);
+        match end {
+            MapEnd::Met => format!("The stated error of {stated} is met everywhere."),
+            MapEnd::NoGain => format!("The stated error of {stated} is not met: with the noise of this receiver further readings would gain almost nothing."),
+            MapEnd::Readings => format!("The stated error of {stated} is not met: the readings of the plan are used up."),
+            MapEnd::Time => format!("The stated error of {stated} is not met: the time of the plan is used up."),
+            MapEnd::Sounding => format!("The stated error of {stated} is not met: the sounding time of the plan is used up."),
+        }
+    }
+
+    fn budget(&self) -> Budget {
+        let AdaptiveMap { most_readings, longest_s, longest_sounding_s, .. } = self.settings;
+        Budget { readings: most_readings, longest_s, longest_sounding_s }
+    }
+
+    fn chooser(&self, at_m: Vec3, spread: usize) -> Chooser<'_> {
+        Chooser { robot: &self.robot, map: &self.places, at_m, spread }
+    }
+}
+
+impl ChooseRounds for Mapping {
+    fn next(&mut self, plan: &Plan, record: &RecordedScan) -> Result<NextRound, NoNextRound> {
+        // A decision that was logged, and its plan not yet written, is made again.
+        let mut rounds: Vec<MapRound> = read_log(&self.folder)?;
+        rounds.truncate(plan.readings.len());
+        let (round, plan) = self.decide(plan, record, &rounds)?;
+        let decision = round.reason.clone();
+        rounds.push(round);
+        write_log(&self.folder, &rounds)?;
+        Ok(NextRound { decision, plan })
+    }
+}
+
+/// The places of a map, m, for each of so many drives.
+pub fn places_of(settings: &AdaptiveMap, foci: usize) -> Vec<(Vec3, usize)> {
+    let places = |focus| settings.grid.places_mm().map(move |at_mm| (at_mm / 1e3, focus));
+    (0..foci).flat_map(places).collect()
+}
+
+/// How the last readings of a record turned out, against what its rounds foretold of them; `None` where none was foretold.
+pub fn checks_of(record: &RecordedScan, rounds: &[MapRound]) -> Option<Checks> {
+    let mut pairs = Vec::new();
+    for round in rounds.iter().filter(|round| !round.foretold.is_empty()) {
+        let taken = record.samples.iter().skip(round.before).take(round.readings);
+        let driven = taken.filter(|sample| sample.focus.is_some());
+        pairs.extend(driven.zip(&round.foretold).map(|(sample, &[reading, standard_error, noise])| {
+            (sample.reading, Foretold { reading, standard_error, noise })
+        }));
+    }
+    let last = &pairs[pairs.len().saturating_sub(CHECKED)..];
+    (!last.is_empty()).then(|| checks(last))
+}
+
+/// So many of some places, spread evenly.
+fn spread(places: &[PossibleReading], most: usize) -> Vec<PossibleReading> {
+    if places.len() <= most {
+        return places.to_vec();
+    }
+    let step = places.len() as f64 / most as f64;
+    (0..most).map(|n| places[(n as f64 * step) as usize]).collect()
+}

@@ -1,17 +1,20 @@
 //! Whether stated errors hold: readings that were foretold before they were taken.
 //!
-//! A reading's departure from what was foretold has the variance n² + κ² v: noise n, and the error v of the map, too small or too large by
-//! κ². Each new round tests the map of the round before for free. κ is the value with the greatest likelihood beside a prior about one; where
-//! it exceeds one, the stated errors are made larger by it. They are never made smaller.
+//! A reading's departure from what was foretold has the variance ν² n² + κ² v: noise n, and the error v of the map's square, each too small or
+//! too large by a factor. Each new round tests the map of the round before for free. ν and κ are the values with the greatest likelihood beside
+//! priors about one; where κ exceeds one, the stated errors are made larger by it. They are never made smaller.
 
 use crate::estimate::Foretold;
 
-/// Standard deviation of ln κ before any check. Set by judgement: two hundred checks then decide.
+/// Standard deviations of ln κ and ln ν before any check. Set by judgement: two hundred checks then decide. The noise is known better.
 const WITHIN: f64 = 0.4;
+const NOISE_WITHIN: f64 = 0.15;
 
-/// Factors that are tried: from 1 to 6.
-const TRIED: i32 = 90;
-const STEP: f64 = 0.02;
+/// Factors that are tried: from 1 to 6; and of the noise, from two thirds to one and a half.
+const TRIED: i32 = 60;
+const STEP: f64 = 0.03;
+const NOISE_TRIED: i32 = 8;
+const NOISE_STEP: f64 = 0.05;
 
 /// Departures of more standard deviations count as so many: a single reading that went wrong is no scale.
 const MOST_DEPARTURE: f64 = 4.0;
@@ -29,21 +32,25 @@ pub struct Checks {
 
 /// Of readings and what was foretold of each.
 pub(crate) fn checks(pairs: &[(f64, Foretold)]) -> Checks {
-    let standardised = |(reading, foretold): &(f64, Foretold), factor: f64| {
-        let deviation = foretold.noise.hypot(factor * foretold.standard_error);
-        let departure = (reading - foretold.reading) / deviation.max(f64::MIN_POSITIVE);
+    let standardised = |(reading, foretold): &(f64, Foretold), noise: f64, factor: f64| {
+        let deviation = (noise * foretold.noise).hypot(factor * foretold.standard_error);
+        let deviation = deviation.max(f64::MIN_POSITIVE);
+        let departure = (reading - foretold.reading) / deviation;
         (departure.clamp(-MOST_DEPARTURE, MOST_DEPARTURE), deviation)
     };
-    let cost = |log_factor: f64| -> f64 {
+    let cost = |log_noise: f64, log_factor: f64| -> f64 {
         let each = pairs.iter().map(|pair| {
-            let (departure, deviation) = standardised(pair, log_factor.exp());
-            departure * departure + 2.0 * deviation.max(f64::MIN_POSITIVE).ln()
+            let (departure, deviation) = standardised(pair, log_noise.exp(), log_factor.exp());
+            departure * departure + 2.0 * deviation.ln()
         });
-        each.sum::<f64>() + (log_factor / WITHIN).powi(2)
+        each.sum::<f64>() + (log_factor / WITHIN).powi(2) + (log_noise / NOISE_WITHIN).powi(2)
     };
-    let logs = (0..TRIED).map(|n| STEP * f64::from(n));
-    let best = logs.min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap_or(0.0);
-    let squares = pairs.iter().map(|pair| standardised(pair, 1.0).0.powi(2)).sum::<f64>();
+    let logs = (-NOISE_TRIED..=NOISE_TRIED).flat_map(|noise| {
+        (0..TRIED).map(move |n| (NOISE_STEP * f64::from(noise), STEP * f64::from(n)))
+    });
+    let best = logs.min_by(|a, b| cost(a.0, a.1).total_cmp(&cost(b.0, b.1)));
+    let best = best.map_or(0.0, |(_, factor)| factor);
+    let squares = pairs.iter().map(|pair| standardised(pair, 1.0, 1.0).0.powi(2)).sum::<f64>();
     let readings = pairs.len();
     let rms = if readings == 0 { 1.0 } else { (squares / readings as f64).sqrt() };
     Checks { readings, rms, factor: best.exp() }

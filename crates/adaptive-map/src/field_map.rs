@@ -19,6 +19,9 @@ pub enum MapError {
     /// The readings contradict each other, or are no numbers.
     #[error("no map can be made of these {0} readings: their covariance is not positive definite")]
     NotPositive(usize),
+    /// An amplitude or its error is no finite number.
+    #[error("no map can be made of these readings: at {0:?} mm (array's frame) the corrected simulation gives no finite number")]
+    NotFinite([f64; 3]),
 }
 
 /// The amplitude on a grid, with standard errors.
@@ -130,23 +133,48 @@ pub fn map(
     let learnt = Learnt::of(record, prior, &options)?;
     let factor = checks.map_or(1.0, |checks| checks.factor);
     let of_map = possible(places);
-    learnt.field(|effects, sizes, field| FieldMap {
-        places: places.to_vec(),
-        estimates: scaled(field.map(&of_map), factor),
-        effects: effects.to_vec(),
-        sizes,
-        factor,
-    })
+    learnt.field(|effects, sizes, field| {
+        Ok(FieldMap {
+            places: places.to_vec(),
+            estimates: estimates(field, &of_map, factor)?,
+            effects: effects.to_vec(),
+            sizes,
+            factor,
+        })
+    })?
 }
 
-/// The same with larger errors.
-pub(crate) fn scaled(mut estimates: Vec<Estimate>, factor: f64) -> Vec<Estimate> {
-    estimates.iter_mut().for_each(|estimate| estimate.standard_error *= factor);
-    estimates
+/// The amplitudes at some places, with errors that are larger by a factor.
+pub(crate) fn estimates(
+    field: &dyn FieldEstimate,
+    places: &[PossibleReading],
+    factor: f64,
+) -> Result<Vec<Estimate>, MapError> {
+    let scaled = |(estimate, place): (Estimate, &PossibleReading)| {
+        let standard_error = factor * estimate.standard_error;
+        if estimate.amplitude.is_finite() && standard_error.is_finite() {
+            return Ok(Estimate { standard_error, ..estimate });
+        }
+        Err(MapError::NotFinite((place.at_m * 1e3).into()))
+    };
+    field.map(places).into_iter().zip(places).map(scaled).collect()
 }
 
-/// Places as readings that could be taken there, the robot coming from smaller x as in a raster.
+/// Places of a map as readings that could be taken there, the robot coming from smaller x as in a raster.
 pub(crate) fn possible(places: &[(Vec3, usize)]) -> Vec<PossibleReading> {
     let of = |&(at_m, focus): &(Vec3, usize)| PossibleReading { at_m, focus, from_below: true };
     places.iter().map(of).collect()
+}
+
+/// Readings on a robot's way from a place, with the direction from which it comes to each.
+pub(crate) fn on_the_way(from_m: Vec3, readings: &[(Vec3, usize)]) -> Vec<PossibleReading> {
+    let (mut before_m, mut from_below) = (from_m, true);
+    let of = |&(at_m, focus): &(Vec3, usize)| {
+        if at_m.x != before_m.x {
+            from_below = at_m.x > before_m.x;
+        }
+        before_m = at_m;
+        PossibleReading { at_m, focus, from_below }
+    };
+    readings.iter().map(of).collect()
 }

@@ -17,7 +17,7 @@ use fieldgap_records::{AdaptiveMap, Plan, RecordedSample, RecordedScan};
 use crate::batch::Chooser;
 use crate::checks::{Checks, checks};
 use crate::estimate::Foretold;
-use crate::field_map::{Learnt, MapError, MapErrors, possible, scaled};
+use crate::field_map::{Learnt, MapError, MapErrors, estimates, on_the_way, possible};
 use crate::normal::two_sided;
 use crate::round::{MapEnd, MapRound};
 
@@ -31,6 +31,9 @@ const DEPARTED: f64 = 1.25;
 
 /// Foretold readings by which the errors are judged: the last so many.
 const CHECKED: usize = 192;
+
+/// Fewest of them for the stated error to be met: they tell errors of twice their size.
+const LEAST_CHECKED: usize = 32;
 
 /// A round that lowers the rms error by less than this share gains nothing. Set by judgement: thirty such rounds would lower it by a quarter.
 const LEAST_GAIN: f64 = 0.01;
@@ -193,9 +196,9 @@ impl Mapping {
         let factor = checks.map_or(1.0, |checks| checks.factor);
         let at_m = record.samples.last().map_or(self.robot.home_m(), RecordedSample::position_m);
         let before = record.samples.len();
-        let decided = learnt.field(|effects, _, field| {
+        let decided = learnt.field(|effects, _, field| -> Result<_, MapError> {
             let looked_at = spread(&self.places, LOOKED_AT);
-            let errors = MapErrors::of(&scaled(field.map(&looked_at), factor));
+            let errors = MapErrors::of(&estimates(field, &looked_at, factor)?);
             let mut round = MapRound {
                 round: number,
                 before,
@@ -211,11 +214,13 @@ impl Mapping {
                 end: None,
                 reason: String::new(),
             };
-            if two_sided(self.settings.confidence) * errors.largest
+            // Readings that were foretold must have borne the errors out.
+            let is_checked = checks.is_some_and(|checks| checks.readings >= LEAST_CHECKED);
+            if is_checked && two_sided(self.settings.confidence) * errors.largest
                 <= self.settings.error * errors.peak
             {
                 round.end = Some(MapEnd::Met);
-                return (round, None);
+                return Ok((round, None));
             }
             let chooser = self.chooser(at_m, last.spread);
             let chosen = chooser.next(field, self.settings.round_readings);
@@ -227,18 +232,18 @@ impl Mapping {
                 None => None,
             };
             if round.end.is_some() {
-                return (round, None);
+                return Ok((round, None));
             }
             let readings = chosen.readings;
             let driven: Vec<_> = readings.iter().filter_map(|(at_m, f)| Some((*at_m, (*f)?))).collect();
-            let foretold = field.foretold(&possible(&driven));
+            let foretold = field.foretold(&on_the_way(at_m, &driven));
             round.foretold =
                 foretold.iter().map(|f| [f.reading, f.standard_error, f.noise]).collect();
             round.spread += chosen.spread;
             round.expected_s = expected_s;
-            (round, Some(readings))
+            Ok((round, Some(readings)))
         })?;
-        let (mut round, readings) = decided;
+        let (mut round, readings) = decided?;
         round.reason = self.words(&round, readings.as_ref().map(Vec::len));
         let ends = readings.is_none();
         Ok(((round, readings), ends))

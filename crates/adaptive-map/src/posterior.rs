@@ -9,7 +9,7 @@ use fieldgap_diagnosis::{FieldSamples, FoundField, PossibleReading};
 use crate::diffuse::correlation;
 use crate::estimate::{Estimate, FieldEstimate, Foretold};
 use crate::linear::Factor;
-use crate::prior::{Functionals, Prior, Sizes};
+use crate::prior::{Functionals, Prior, ReceiverCurve, Sizes};
 use crate::sizes::{Parts, best_sizes};
 
 /// Linearisations: the field then changes by less than a tenth of its standard error.
@@ -27,6 +27,7 @@ pub(crate) struct Posterior<'f> {
     slopes: Vec<f64>,
     receiver: Vec<Vec<f64>>,
     sizes: Sizes,
+    curve: ReceiverCurve,
     factor: Factor,
     /// The inverse covariance times the departures of the readings.
     weights: DVector<f64>,
@@ -42,10 +43,10 @@ impl<'f> Posterior<'f> {
     /// numbers that are not finite make.
     pub fn of(field: &'f FoundField<'f>, readings: &[f64]) -> Option<Self> {
         let samples = field.at_readings();
-        let prior =
-            Prior { departures: field.departures(), wavenumber_rad_m: field.wavenumber_rad_m() };
+        let prior = Prior::new(field.departures(), field.wavenumber_rad_m());
         let largest = readings.iter().copied().fold(0.0, f64::max);
         let mut sizes = Sizes { elements: 0.01, diffuse: 0.002 * largest, noise: 1.0 };
+        let curve = ReceiverCurve { largest };
         let mut levels = samples.levels.clone();
         let mut across = vec![0.0; levels.len()];
         let mut posterior = None;
@@ -61,7 +62,9 @@ impl<'f> Posterior<'f> {
                 .enumerate()
                 .map(|(index, &level)| field.received(&samples, index, level))
                 .collect();
-            let receiver = field.receiver_slopes(&samples, &magnitudes, true);
+            let mut receiver = field.receiver_slopes(&samples, &magnitudes, true);
+            let means: Vec<f64> = received.iter().map(|received| received.reading).collect();
+            receiver.extend(curve.slopes(&means));
             // A level that is lost in the error across it hardly depends on the field along it.
             let slopes: Vec<f64> = received
                 .iter()
@@ -97,7 +100,8 @@ impl<'f> Posterior<'f> {
                 parameters: prior.mean() + &by_parameters * &weights,
                 elements: &by_elements * &weights * sizes.elements.powi(2),
                 field,
-                prior: Prior { departures: prior.departures.clone(), ..prior },
+                prior: prior.clone(),
+                curve,
                 units: functionals.units,
                 slopes: functionals.slopes,
                 receiver: functionals.receiver,
@@ -213,7 +217,7 @@ impl<'f> Posterior<'f> {
         samples: &'s FieldSamples,
         levels: &[Complex64],
         noisy: bool,
-    ) -> (Functionals<'s>, Vec<fieldgap_diagnosis::Received>, Vec<f64>) {
+    ) -> Read<'s> {
         let across = self.across_where_weak(samples, levels);
         let magnitudes: Vec<f64> =
             levels.iter().zip(&across).map(|(level, a)| (level.norm_sqr() + a).sqrt()).collect();
@@ -223,6 +227,9 @@ impl<'f> Posterior<'f> {
                 false => self.field.noiseless(samples, n, magnitudes[n]),
             })
             .collect();
+        let mut receiver = self.field.receiver_slopes(samples, &magnitudes, noisy);
+        let means: Vec<f64> = received.iter().map(|received| received.reading).collect();
+        receiver.extend(self.curve.slopes(&means));
         let functionals = Functionals {
             samples,
             units: levels.iter().map(|&level| unit(level)).collect(),
@@ -231,50 +238,67 @@ impl<'f> Posterior<'f> {
                 .zip(levels.iter().zip(&magnitudes))
                 .map(|(r, (level, magnitude))| r.slope * level.norm() / magnitude.max(f64::MIN_POSITIVE))
                 .collect(),
-            receiver: self.field.receiver_slopes(samples, &magnitudes, noisy),
+            receiver,
         };
         let weak = (0..levels.len())
             .map(|n| 0.5 * across[n].powi(2) / magnitudes[n].powi(2).max(f64::MIN_POSITIVE))
             .zip(&received)
             .map(|(variance, received)| variance * received.slope.powi(2))
             .collect();
-        (functionals, received, weak)
+        let readings = received
+            .iter()
+            .zip(self.prior.at_receiver(&functionals, &self.parameters))
+            .map(|(received, change)| (received.reading + change).max(0.0));
+        Read {
+            readings: readings.collect(),
+            noise: received.iter().map(|r| self.sizes.noise * r.variance.sqrt()).collect(),
+            functionals,
+            weak,
+        }
     }
+
+    /// Standard errors of what the receiver makes of the mean field.
+    fn standard_errors(&self, read: &Read<'_>) -> Vec<f64> {
+        let variances = self.variances(&read.functionals);
+        variances.iter().zip(&read.weak).map(|(variance, weak)| (variance + weak).sqrt()).collect()
+    }
+}
+
+/// What the receiver makes of a mean field at some places.
+struct Read<'s> {
+    functionals: Functionals<'s>,
+    readings: Vec<f64>,
+    /// Standard deviation of a reading's noise.
+    noise: Vec<f64>,
+    /// What errors across a weak field add to the variance.
+    weak: Vec<f64>,
 }
 
 impl FieldEstimate for Posterior<'_> {
     fn map(&self, places: &[PossibleReading]) -> Vec<Estimate> {
         let samples = self.field.at(places);
         let levels = self.levels(&samples);
-        let (functionals, received, weak) = self.read(&samples, &levels, false);
-        let variances = self.variances(&functionals);
-        let both = received.iter().zip(variances.iter().zip(&weak));
-        both.map(|(received, (variance, weak))| Estimate {
-            amplitude: received.reading.max(0.0),
-            standard_error: (variance + weak).sqrt(),
-        })
-        .collect()
+        let read = self.read(&samples, &levels, false);
+        let errors = self.standard_errors(&read);
+        let both = read.readings.into_iter().zip(errors);
+        both.map(|(amplitude, standard_error)| Estimate { amplitude, standard_error }).collect()
     }
 
     fn foretold(&self, places: &[PossibleReading]) -> Vec<Foretold> {
         let samples = self.field.at(places);
         let levels = self.levels(&samples);
-        let (functionals, received, weak) = self.read(&samples, &levels, true);
-        let variances = self.variances(&functionals);
-        let both = received.iter().zip(variances.iter().zip(&weak));
-        both.map(|(received, (variance, weak))| Foretold {
-            reading: received.reading,
-            standard_error: (variance + weak).sqrt(),
-            noise: self.sizes.noise * received.variance.sqrt(),
-        })
-        .collect()
+        let read = self.read(&samples, &levels, true);
+        let errors = self.standard_errors(&read);
+        let all = read.readings.into_iter().zip(errors).zip(read.noise);
+        all.map(|((reading, standard_error), noise)| Foretold { reading, standard_error, noise })
+            .collect()
     }
 
     fn covariance(&self, targets: &[PossibleReading], possible: &[PossibleReading]) -> DMatrix<f64> {
         let [targets, possible] = [targets, possible].map(|places| self.field.at(places));
         let functionals = |samples| {
             let levels = self.levels(samples);
-            self.read(samples, &levels, false).0
+            self.read(samples, &levels, false).functionals
         };
         let (targets, possible) = (functionals(&targets), functionals(&possible));
         let Sizes { elements, diffuse, .. } = self.sizes;

@@ -29,11 +29,38 @@ pub(crate) struct Functionals<'s> {
     /// A complex number of magnitude one for each place.
     pub units: Vec<Complex64>,
     pub slopes: Vec<f64>,
-    /// By parameter, then by place.
+    /// What the receiver makes of the parameters: by parameter, then by place; last the [`ReceiverCurve`]. Empty for functionals of
+    /// the field alone.
     pub receiver: Vec<Vec<f64>>,
 }
 
+/// How the receiver's curve may differ from what is believed, whatever the field: compression bends it by a share of a reading r that grows as
+/// (r / largest)², to lowest order; a floor or noise power other than believed, f², raises readings by f² / 2√(r² + f²).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ReceiverCurve {
+    /// The largest reading.
+    pub largest: f64,
+}
+
+impl ReceiverCurve {
+    /// Standard deviations of the bend at the largest reading, and of the power of the floor over that of [`Self::FLOOR`]. Set by judgement:
+    /// some per cent of compression, or a floor of that size, are common, and no error of the field explains them.
+    const DEVIATIONS: [f64; 2] = [0.03, 0.5];
+
+    /// A usual floor, as a share of the largest reading.
+    const FLOOR: f64 = 0.02;
+
+    /// What each adds to some readings.
+    pub fn slopes(self, readings: &[f64]) -> [Vec<f64>; 2] {
+        let floor = Self::FLOOR * self.largest;
+        let bend = |reading: &f64| reading * (reading / self.largest).powi(2);
+        let raised = |reading: &f64| 0.5 * floor * floor / reading.hypot(floor);
+        [readings.iter().map(bend).collect(), readings.iter().map(raised).collect()]
+    }
+}
+
 /// What the functionals of a set of effects have in common.
+#[derive(Clone)]
 pub(crate) struct Prior {
     pub departures: Vec<Departure>,
     pub wavenumber_rad_m: f64,
@@ -61,12 +88,30 @@ impl Functionals<'_> {
 }
 
 impl Prior {
+    /// The prior of a set whose parameters may depart so, and of the receiver's curve after them.
+    pub fn new(mut departures: Vec<Departure>, wavenumber_rad_m: f64) -> Self {
+        let curve = ReceiverCurve::DEVIATIONS;
+        departures.extend(curve.map(|deviation| Departure { mean: 0.0, deviation }));
+        Self { departures, wavenumber_rad_m }
+    }
+
+    /// What parameters that depart by so many standard deviations make of the receiver's readings, the field held.
+    pub fn at_receiver(&self, functionals: &Functionals<'_>, parameters: &DVector<f64>) -> Vec<f64> {
+        let mut change = vec![0.0; functionals.len()];
+        for (parameter, slopes) in functionals.receiver.iter().enumerate() {
+            let departure = self.departures[parameter].deviation * parameters[parameter];
+            change.iter_mut().zip(slopes).for_each(|(change, slope)| *change += departure * slope);
+        }
+        change
+    }
+
     /// Derivatives of the functionals by the parameters, each times its standard deviation: a row for each parameter.
     pub fn by_parameters(&self, functionals: &Functionals<'_>) -> DMatrix<f64> {
         let slopes = &functionals.samples.slopes;
         DMatrix::from_fn(self.departures.len(), functionals.len(), |parameter, place| {
             let receiver = functionals.receiver.get(parameter).map_or(0.0, |slopes| slopes[place]);
-            let along = functionals.of(place, slopes[parameter][place]);
+            let along =
+                slopes.get(parameter).map_or(0.0, |slopes| functionals.of(place, slopes[place]));
             self.departures[parameter].deviation * (along + receiver)
         })
     }

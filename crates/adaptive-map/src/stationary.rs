@@ -15,8 +15,8 @@ use crate::estimate::{Estimate, FieldEstimate, Foretold};
 use crate::linear::Factor;
 use crate::sizes::climb;
 
-/// Readings on which sizes are sought at most.
-const MOST_READINGS: usize = 320;
+/// Readings on which sizes are sought at most: the first of them. (Every second of a grid would hide the length that the grid shows.)
+const MOST_READINGS: usize = 450;
 
 /// Lengths that a search begins with, m: a third of a wavelength in air at 40 kHz across, ten times that along the axis.
 const FIRST_LENGTHS_M: [f64; 2] = [6e-3, 3e-2];
@@ -132,7 +132,7 @@ impl Stationary {
         let of = |kept: &[usize]| {
             DVector::from_iterator(kept.len(), kept.iter().map(|&index| levels[index] - mean))
         };
-        let some: Vec<usize> = (0..count).step_by(count.div_ceil(MOST_READINGS).max(1)).collect();
+        let some: Vec<usize> = (0..count.min(MOST_READINGS)).collect();
         let departures = of(&some);
         let at = |[size, across, along, share]: [f64; 4]| ProcessSizes {
             size: size.exp(),
@@ -151,6 +151,11 @@ impl Stationary {
         let [across, along] = start.lengths_m;
         let logs = [start.size, across, along, start.share].map(f64::ln);
         let sizes = at(climb(logs, STEPS, evidence));
+        if std::env::var("MAP_VERBOSE").is_ok() {
+            eprintln!("{sizes:?} of {} at {}", evidence([sizes.size.ln(), sizes.lengths_m[0].ln(), sizes.lengths_m[1].ln(), sizes.share.ln()]), evidence(logs));
+            for a in [2e-3f64, 4e-3, 6e-3, 8e-3, 12e-3, 16e-3] { eprint!("{a}: {:.1}, ", evidence([sizes.size.ln(), a.ln(), sizes.lengths_m[1].ln(), sizes.share.ln()])); }
+            eprintln!();
+        }
         let all: Vec<usize> = (0..count).collect();
         let factor = Factor::of(covariance(&sizes, &all))?;
         let weights = factor.solve(&of(&all));

@@ -163,8 +163,4 @@ impl Session<'_> {
         let sample = RecordedSample::measured(self.time_s, focus, to_m, mean, spread);
         self.record.samples.push(sample);
     }
-
-    pub fn duration_s(&self) -> f64 {
-        self.time_s
-    }
 }

@@ -1,6 +1,6 @@
 //! Maps of sealed rigs against their truth: adaptive, by a process alone, and by plain grids of as many readings.
 //!
-//! `cargo run --release -p fieldgap-adaptive-map --example sealed_rigs -- SEED COUNT FOLDER`
+//! `cargo run --release -p fieldgap-adaptive-map --example sealed_rigs -- SEED COUNT FOLDER [NAME,NAME]`
 //!
 //! Every rig has two effects of the catalogue that its simulation does not know. The truth is that of the virtual rig's own physics. The
 //! table goes to standard output, one rig a line; means and shares follow.
@@ -58,11 +58,14 @@ fn main() {
     let count: usize = arguments.next().expect("a count").parse().expect("a number");
     let folder = arguments.next().expect("a folder");
     let folder = Path::new(&folder).join(seed.to_string());
+    let chosen: Option<Vec<String>> =
+        arguments.next().map(|names| names.split(',').map(str::to_owned).collect());
     let error = std::env::var("MAP_ERROR").unwrap_or_else(|_| "0.01".to_owned());
     let shares = Shares { none: 0.0, pairs: 1.0, unmodelled: 0.0 };
     let answers = SetToMake { count, seed, shares }.make_rigs(&folder, || ()).expect("made");
     let lines = Mutex::new(Vec::new());
-    answers.answers.par_iter().for_each(|answer| {
+    let chosen = |name: &str| chosen.as_ref().is_none_or(|names| names.iter().any(|n| n == name));
+    answers.answers.par_iter().filter(|answer| chosen(&answer.name)).for_each(|answer| {
         let line = one(&folder.join(&answer.name), answer.effects.join(" + "), &error);
         println!("{}", line.text());
         lines.lock().expect("no thread panicked").push(line);

@@ -10,16 +10,22 @@ use fieldgap_acoustics::Vec3;
 
 use super::outlook::{PossibleReading, as_observations};
 use crate::effect_id::EffectId;
+use crate::effects::catalogue;
 use crate::fit::joint_fit::{Fit, unknowns};
-use crate::fit::problem::Problem;
-use crate::model::effect::Context;
+use crate::fit::problem::{DIFFERENCE, Problem};
+use crate::model::effect::{Choice, Context, Effect, Parameter, Search, Stage};
 use crate::model::forward_model::ForwardModel;
+use crate::model::instance::Instance;
+use crate::model::nuisance::Nuisance;
 use crate::model::observations::{Observations, ObservedScan, Visit};
 use crate::model::pressure::Pressure;
 use crate::statistics::scatter::Scatter;
 
 /// Share of a level that the derivative of a reading steps.
 const LEVEL_STEP: f64 = 1e-3;
+
+/// Noise that stands for none, as a share of the largest reading: quotients of noise and level stay numbers.
+const SILENT: f64 = 1e-9;
 
 /// Standard deviation of a parameter that has no prior, the logarithm of the gain: any factor.
 const UNKNOWN: f64 = 3.0;
@@ -35,7 +41,19 @@ pub struct FoundField<'f> {
     model: ForwardModel<'f>,
     /// The scan without noise.
     noiseless: ObservedScan,
+    /// Effects that the set does not hold, each with one of its parameters beside its neutral value.
+    undetected: Vec<Undetected<'f>>,
 }
+
+/// An effect that could be at work without being named.
+struct Undetected<'f> {
+    model: ForwardModel<'f>,
+    step: f64,
+    deviation: f64,
+}
+
+/// Scales of a parameter within which an effect goes undetected. (A scale is about what a good scan resolves.) Set by judgement.
+const UNDETECTED_SCALES: f64 = 3.0;
 
 /// The field at some readings or places. Levels are in the unit of the readings: a pressure times the gain.
 #[derive(Debug, Clone, Default)]
@@ -95,9 +113,11 @@ impl<'f> FoundField<'f> {
     pub(crate) fn of(observations: &'f Observations, context: &'f Context, fit: &'f Fit) -> Self {
         let scan = &observations.scans[0];
         let mut noiseless = ObservedScan { drives: Vec::new(), dark: Vec::new(), ..scan.clone() };
-        let silent = f64::MIN_POSITIVE.sqrt();
-        noiseless.scatter = Scatter { share: 0.0, additive: silent, ..scan.scatter.clone() };
-        Self { observations, context, fit, model: fit.model(context), noiseless }
+        let additive = SILENT * context.largest_reading;
+        noiseless.scatter = Scatter { share: 0.0, additive, ..scan.scatter.clone() };
+        let model = fit.model(context);
+        let undetected = undetected(&model, fit, observations, context);
+        Self { observations, context, fit, model, noiseless, undetected }
     }
 
     /// The effects of the set; none for the set-up as believed.
@@ -115,14 +135,17 @@ impl<'f> FoundField<'f> {
         self.model.wavenumber_rad_m(&self.observations.first().believed)
     }
 
-    /// How each parameter may depart from the fit, before any reading.
+    /// How each parameter may depart from the fit, before any reading: those of the set, then those of effects that could be at work without
+    /// being named.
     pub fn departures(&self) -> Vec<Departure> {
         let unknowns = self.unknowns();
         let of = |unknown: &fieldgap_acoustics::least_squares::Parameter| match unknown.prior {
             Some((mean, deviation)) => Departure { mean: mean - unknown.start, deviation },
             None => Departure { mean: 0.0, deviation: UNKNOWN },
         };
-        unknowns.iter().map(of).collect()
+        let undetected = self.undetected.iter();
+        let undetected = undetected.map(|one| Departure { mean: 0.0, deviation: one.deviation });
+        unknowns.iter().map(of).chain(undetected).collect()
     }
 
     /// The driven readings of the record, in the order in which they were taken.
@@ -167,10 +190,12 @@ impl<'f> FoundField<'f> {
         let unknowns = self.unknowns();
         let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
         let problem = self.problem(self.observations);
-        let slopes = problem.beside(&numbers, &unknowns).map(|(model, _, step)| {
-            read(&model).iter().zip(&base).map(|(beside, base)| (beside - base) / step).collect()
-        });
-        slopes.collect()
+        let slope = |model: &ForwardModel<'_>, step: f64| -> Vec<f64> {
+            read(model).iter().zip(&base).map(|(beside, base)| (beside - base) / step).collect()
+        };
+        let known = problem.beside(&numbers, &unknowns).map(|(model, _, step)| slope(&model, step));
+        let undetected = self.undetected.iter().map(|one| slope(&one.model, one.step));
+        known.chain(undetected).collect()
     }
 
     fn problem<'p>(&'p self, observations: &'p Observations) -> Problem<'p> {
@@ -192,12 +217,16 @@ impl<'f> FoundField<'f> {
             speckles.iter().map(|pressure| pressure.coherent).collect()
         };
         let levels = coherent(&speckles);
-        let slopes = problem.beside(&numbers, &unknowns).map(|(model, nuisance, step)| {
-            let beside = in_order(&model.levels(observations, &nuisance), order);
+        let slope = |model: &ForwardModel<'_>, nuisance: &[Nuisance], step: f64| {
+            let beside = in_order(&model.levels(observations, nuisance), order);
             let pairs = coherent(&beside).into_iter().zip(&levels);
             pairs.map(|(beside, here)| (beside - here) / step).collect()
-        });
-        let slopes = slopes.collect();
+        };
+        let known = problem
+            .beside(&numbers, &unknowns)
+            .map(|(model, nuisance, step)| slope(&model, &nuisance, step));
+        let undetected = self.undetected.iter().map(|one| slope(&one.model, nuisance, one.step));
+        let slopes = known.chain(undetected).collect();
         let (mut at_m, mut foci, mut progress) = (Vec::new(), Vec::new(), Vec::new());
         let mut elements = vec![Vec::new(); observations.elements()];
         let gain = nuisance[0].log_gain.exp();
@@ -257,6 +286,40 @@ impl<'f> FoundField<'f> {
         let pressure = of_level(&samples.speckles[index], level);
         model.expected(&pressure, 1.0, samples.progress[index], scan).reading
     }
+}
+
+/// What could be at work beside a set: smooth effects of the catalogue that act to first order.
+fn undetected<'f>(
+    model: &ForwardModel<'f>,
+    fit: &Fit,
+    observations: &Observations,
+    context: &'f Context,
+) -> Vec<Undetected<'f>> {
+    let named = fit.ids();
+    let acts = |effect: &&'static dyn Effect| {
+        effect.search() == Search::Smooth
+            && matches!(effect.facts().stage, Stage::Field | Stage::Gain)
+            && !effect.is_defect()
+            && !effect.begins_flat(context)
+            && !named.contains(&effect.id())
+            && effect.can_act(observations)
+    };
+    let of_effect = |effect: &'static dyn Effect| {
+        let choice = effect.choices().into_iter().next().unwrap_or(Choice::None);
+        let parameters = effect.parameters_of(&choice);
+        let instance = Instance { effect, choice };
+        let beside = move |number: usize| {
+            let mut values: Vec<f64> = parameters.iter().map(|one| one.neutral).collect();
+            let Parameter { scale, most, neutral, .. } = parameters[number];
+            let step = if neutral + DIFFERENCE * scale <= most { 1.0 } else { -1.0 };
+            let step = step * DIFFERENCE * scale;
+            values[number] += step;
+            let model = model.and(&instance, &values, context);
+            Undetected { model, step, deviation: UNDETECTED_SCALES * scale }
+        };
+        (0..parameters.len()).map(beside).collect::<Vec<_>>()
+    };
+    catalogue().filter(acts).flat_map(of_effect).collect()
 }
 
 /// A pressure with another coherent level, its random part kept.

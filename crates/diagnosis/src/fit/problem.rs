@@ -15,7 +15,7 @@ use crate::model::observations::Observations;
 use crate::model::residuals::Residuals;
 
 /// Share of a parameter's scale that its difference quotient steps: far above rounding, far below curvature.
-const DIFFERENCE: f64 = 1e-3;
+pub(crate) const DIFFERENCE: f64 = 1e-3;
 
 /// The problem that a search works on.
 pub(crate) struct Problem<'o> {

@@ -68,9 +68,8 @@ mod tests {
         let mut draws = ChaCha8Rng::seed_from_u64(4);
         let mut normal = || -> f64 { StandardNormal.sample(&mut draws) };
         let foretold = Foretold { reading: 1.0, standard_error: 0.02, noise: 0.02 };
-        let pairs: Vec<_> = (0..400)
-            .map(|_| (1.0 + 0.02 * wrong * normal() + 0.02 * normal(), foretold))
-            .collect();
+        let pairs: Vec<_> =
+            (0..400).map(|_| (1.0 + 0.02 * wrong * normal() + 0.02 * normal(), foretold)).collect();
         checks(&pairs)
     }
 

@@ -32,9 +32,8 @@ mod tests {
             let direction = Vec3::from(UnitSphere.sample(&mut draws));
             let [re, im]: [f64; 2] = [(); 2].map(|()| StandardNormal.sample(&mut draws));
             let amplitude = Complex64::new(re, im) / 2f64.sqrt();
-            let at = |place: &Vec3| {
-                amplitude * Complex64::cis(wavenumber_rad_m * direction.dot(place))
-            };
+            let at =
+                |place: &Vec3| amplitude * Complex64::cis(wavenumber_rad_m * direction.dot(place));
             for (sum, place) in sums.iter_mut().zip(&places) {
                 *sum += at(place) * at(&places[0]).conj();
             }

@@ -33,5 +33,6 @@ pub(crate) trait FieldEstimate: Sync {
     fn foretold(&self, places: &[PossibleReading]) -> Vec<Foretold>;
 
     /// Covariance of the amplitudes at some targets with those of some possible readings: a row for each target.
-    fn covariance(&self, targets: &[PossibleReading], possible: &[PossibleReading]) -> DMatrix<f64>;
+    fn covariance(&self, targets: &[PossibleReading], possible: &[PossibleReading])
+    -> DMatrix<f64>;
 }

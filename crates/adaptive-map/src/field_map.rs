@@ -20,7 +20,9 @@ pub enum MapError {
     #[error("no map can be made of these {0} readings: their covariance is not positive definite")]
     NotPositive(usize),
     /// An amplitude or its error is no finite number.
-    #[error("no map can be made of these readings: at {0:?} mm (array's frame) the corrected simulation gives no finite number")]
+    #[error(
+        "no map can be made of these readings: at {0:?} mm (array's frame) the corrected simulation gives no finite number"
+    )]
     NotFinite([f64; 3]),
 }
 
@@ -49,7 +51,7 @@ pub struct MapSizes {
 }
 
 /// Errors of a map.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct MapErrors {
     /// The largest amplitude.
     pub peak: f64,

@@ -20,6 +20,7 @@ use crate::estimate::Foretold;
 use crate::field_map::{Learnt, MapError, MapErrors, estimates, on_the_way, possible};
 use crate::normal::two_sided;
 use crate::round::{MapEnd, MapRound};
+use crate::words::{in_percent, why};
 
 /// Places at which a decision looks at the errors of the map at most, spread evenly.
 const LOOKED_AT: usize = 1500;
@@ -163,9 +164,11 @@ impl Mapping {
         };
         let before = record.samples.len();
         let checks = checks_of(record, earlier);
-        let due = earlier.iter().rev().find(|round| round.searched).is_none_or(|searched| {
-            before as f64 >= SEARCHED_AGAIN * searched.before as f64
-        });
+        let due = earlier
+            .iter()
+            .rev()
+            .find(|round| round.searched)
+            .is_none_or(|searched| before as f64 >= SEARCHED_AGAIN * searched.before as f64);
         let departs = checks.is_some_and(|checks| checks.rms > DEPARTED);
         let (decided, ends) = self.decided(record, last, checks, earlier.len(), due || departs)?;
         // A map ends on a whole search, which the map itself is made by.
@@ -216,8 +219,9 @@ impl Mapping {
             };
             // Readings that were foretold must have borne the errors out.
             let is_checked = checks.is_some_and(|checks| checks.readings >= LEAST_CHECKED);
-            if is_checked && two_sided(self.settings.confidence) * errors.largest
-                <= self.settings.error * errors.peak
+            if is_checked
+                && two_sided(self.settings.confidence) * errors.largest
+                    <= self.settings.error * errors.peak
             {
                 round.end = Some(MapEnd::Met);
                 return Ok((round, None));
@@ -235,7 +239,8 @@ impl Mapping {
                 return Ok((round, None));
             }
             let readings = chosen.readings;
-            let driven: Vec<_> = readings.iter().filter_map(|(at_m, f)| Some((*at_m, (*f)?))).collect();
+            let driven: Vec<_> =
+                readings.iter().filter_map(|(at_m, f)| Some((*at_m, (*f)?))).collect();
             let foretold = field.foretold(&on_the_way(at_m, &driven));
             round.foretold =
                 foretold.iter().map(|f| [f.reading, f.standard_error, f.noise]).collect();
@@ -304,15 +309,10 @@ impl Mapping {
     }
 
     fn end_in_words(&self, end: MapEnd) -> String {
-        let AdaptiveMap { error, confidence, .. } = self.settings;
-        let stated = format!("{:.3} % at {:.0} %", 100.0 * error, 100.0 * confidence);
-        let stated = stated.replace(".000 %", " %").replacen("00 %", " %", 1);
+        let stated = in_percent(&self.settings);
         match end {
             MapEnd::Met => format!("The stated error of {stated} is met everywhere."),
-            MapEnd::NoGain => format!("The stated error of {stated} is not met: with the noise of this receiver further readings would gain almost nothing."),
-            MapEnd::Readings => format!("The stated error of {stated} is not met: the readings of the plan are used up."),
-            MapEnd::Time => format!("The stated error of {stated} is not met: the time of the plan is used up."),
-            MapEnd::Sounding => format!("The stated error of {stated} is not met: the sounding time of the plan is used up."),
+            end => format!("The stated error of {stated} is not met: {}.", why(Some(end))),
         }
     }
 
@@ -351,9 +351,11 @@ pub fn checks_of(record: &RecordedScan, rounds: &[MapRound]) -> Option<Checks> {
     for round in rounds.iter().filter(|round| !round.foretold.is_empty()) {
         let taken = record.samples.iter().skip(round.before).take(round.readings);
         let driven = taken.filter(|sample| sample.focus.is_some());
-        pairs.extend(driven.zip(&round.foretold).map(|(sample, &[reading, standard_error, noise])| {
-            (sample.reading, Foretold { reading, standard_error, noise })
-        }));
+        pairs.extend(driven.zip(&round.foretold).map(
+            |(sample, &[reading, standard_error, noise])| {
+                (sample.reading, Foretold { reading, standard_error, noise })
+            },
+        ));
     }
     let last = &pairs[pairs.len().saturating_sub(CHECKED)..];
     (!last.is_empty()).then(|| checks(last))

@@ -31,7 +31,8 @@ mod tests {
 
     #[test]
     fn the_usual_probabilities_have_the_usual_deviations() {
-        for (probability, deviations) in [(0.682_689_5, 1.0), (0.95, 1.959_964), (0.99, 2.575_829)] {
+        for (probability, deviations) in [(0.682_689_5, 1.0), (0.95, 1.959_964), (0.99, 2.575_829)]
+        {
             assert!((two_sided(probability) - deviations).abs() < 1e-5, "{probability}");
         }
     }

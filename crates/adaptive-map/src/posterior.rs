@@ -43,12 +43,12 @@ impl<'f> Posterior<'f> {
     /// numbers that are not finite make.
     pub fn of(field: &'f FoundField<'f>, readings: &[f64]) -> Option<Self> {
         let samples = field.at_readings();
-        let prior = Prior::new(field.departures(), field.wavenumber_rad_m());
         let largest = readings.iter().copied().fold(0.0, f64::max);
         let mut sizes = Sizes { elements: 0.01, diffuse: 0.002 * largest, noise: 1.0 };
         let curve = ReceiverCurve { largest };
         let mut levels = samples.levels.clone();
         let mut across = vec![0.0; levels.len()];
+        let mut prior = None;
         let mut posterior = None;
         for round in 0..LINEARISATIONS {
             let units: Vec<Complex64> = levels.iter().map(|&level| unit(level)).collect();
@@ -72,6 +72,11 @@ impl<'f> Posterior<'f> {
                 .map(|(received, (level, magnitude))| received.slope * level.norm() / magnitude)
                 .collect();
             let functionals = Functionals { samples: &samples, units, slopes, receiver };
+            let prior: &Prior = prior.get_or_insert_with(|| {
+                let noise: Vec<f64> = received.iter().map(|received| received.variance).collect();
+                let (departures, k) = (field.departures(), field.wavenumber_rad_m());
+                Prior::new(departures, k, &functionals, &noise)
+            });
             let by_parameters = prior.by_parameters(&functionals);
             let by_elements = prior.by_elements(&functionals);
             let by_diffuse = prior.by_diffuse(&functionals, &functionals);
@@ -87,8 +92,11 @@ impl<'f> Posterior<'f> {
             let weak: Vec<f64> = (0..readings.len())
                 .map(|n| 0.5 * (across[n] / magnitudes[n].max(f64::MIN_POSITIVE)).powi(2))
                 .collect();
-            let noise: Vec<f64> =
-                received.iter().zip(&weak).map(|(received, weak)| received.variance + weak).collect();
+            let noise: Vec<f64> = received
+                .iter()
+                .zip(&weak)
+                .map(|(received, weak)| received.variance + weak)
+                .collect();
             let parts = Parts { by_parameters, by_elements, by_diffuse, noise, departures };
             if round < 2 {
                 sizes = best_sizes(&parts, sizes, largest);
@@ -146,7 +154,8 @@ impl<'f> Posterior<'f> {
         let at = |place: usize| {
             let mut level = samples.levels[place];
             for (parameter, slopes) in samples.slopes.iter().enumerate() {
-                level += departures[parameter].deviation * self.parameters[parameter] * slopes[place];
+                level +=
+                    departures[parameter].deviation * self.parameters[parameter] * slopes[place];
             }
             let count = samples.elements.len();
             for (n, element) in samples.elements.iter().enumerate() {
@@ -212,12 +221,7 @@ impl<'f> Posterior<'f> {
     }
 
     /// Functionals of what the receiver makes of a mean field, without noise or with it.
-    fn read<'s>(
-        &self,
-        samples: &'s FieldSamples,
-        levels: &[Complex64],
-        noisy: bool,
-    ) -> Read<'s> {
+    fn read<'s>(&self, samples: &'s FieldSamples, levels: &[Complex64], noisy: bool) -> Read<'s> {
         let across = self.across_where_weak(samples, levels);
         let magnitudes: Vec<f64> =
             levels.iter().zip(&across).map(|(level, a)| (level.norm_sqr() + a).sqrt()).collect();
@@ -236,7 +240,9 @@ impl<'f> Posterior<'f> {
             slopes: received
                 .iter()
                 .zip(levels.iter().zip(&magnitudes))
-                .map(|(r, (level, magnitude))| r.slope * level.norm() / magnitude.max(f64::MIN_POSITIVE))
+                .map(|(r, (level, magnitude))| {
+                    r.slope * level.norm() / magnitude.max(f64::MIN_POSITIVE)
+                })
                 .collect(),
             receiver,
         };
@@ -294,7 +300,11 @@ impl FieldEstimate for Posterior<'_> {
             .collect()
     }
 
-    fn covariance(&self, targets: &[PossibleReading], possible: &[PossibleReading]) -> DMatrix<f64> {
+    fn covariance(
+        &self,
+        targets: &[PossibleReading],
+        possible: &[PossibleReading],
+    ) -> DMatrix<f64> {
         let [targets, possible] = [targets, possible].map(|places| self.field.at(places));
         let functionals = |samples| {
             let levels = self.levels(samples);

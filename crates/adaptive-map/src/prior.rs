@@ -88,15 +88,39 @@ impl Functionals<'_> {
 }
 
 impl Prior {
-    /// The prior of a set whose parameters may depart so, and of the receiver's curve after them.
-    pub fn new(mut departures: Vec<Departure>, wavenumber_rad_m: f64) -> Self {
+    /// The prior of a set whose parameters may depart so, and of the receiver's curve after all other parameters. `readings` are those of the
+    /// amplitude at the readings, `noise` the variance of each.
+    ///
+    /// What the set does not hold goes undetected where it changes the readings, all together, by about one standard deviation:
+    /// Σ (change / noise)² = 1. More would have been named, or would show in what is left.
+    pub fn new(
+        mut departures: Vec<Departure>,
+        wavenumber_rad_m: f64,
+        readings: &Functionals<'_>,
+        noise: &[f64],
+    ) -> Self {
+        let named = departures.len();
+        for (number, slopes) in readings.samples.slopes.iter().enumerate().skip(named) {
+            let receiver = readings.receiver.get(number);
+            let change = |place: usize| {
+                let at_receiver = receiver.map_or(0.0, |slopes| slopes[place]);
+                readings.of(place, slopes[place]) + at_receiver
+            };
+            let squares: f64 = (0..noise.len()).map(|n| change(n).powi(2) / noise[n]).sum();
+            let deviation = if squares > 0.0 { squares.sqrt().recip() } else { 0.0 };
+            departures.push(Departure { mean: 0.0, deviation });
+        }
         let curve = ReceiverCurve::DEVIATIONS;
         departures.extend(curve.map(|deviation| Departure { mean: 0.0, deviation }));
         Self { departures, wavenumber_rad_m }
     }
 
     /// What parameters that depart by so many standard deviations make of the receiver's readings, the field held.
-    pub fn at_receiver(&self, functionals: &Functionals<'_>, parameters: &DVector<f64>) -> Vec<f64> {
+    pub fn at_receiver(
+        &self,
+        functionals: &Functionals<'_>,
+        parameters: &DVector<f64>,
+    ) -> Vec<f64> {
         let mut change = vec![0.0; functionals.len()];
         for (parameter, slopes) in functionals.receiver.iter().enumerate() {
             let departure = self.departures[parameter].deviation * parameters[parameter];
@@ -152,7 +176,8 @@ impl Prior {
 
     /// The mean of the parameters' departures, in standard deviations.
     pub fn mean(&self) -> DVector<f64> {
-        let means = self.departures.iter().map(|departure| departure.mean / departure.deviation);
+        let mean = |one: &Departure| if one.mean == 0.0 { 0.0 } else { one.mean / one.deviation };
+        let means = self.departures.iter().map(mean);
         DVector::from_iterator(self.departures.len(), means)
     }
 }

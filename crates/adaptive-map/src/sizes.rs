@@ -92,7 +92,8 @@ pub(crate) fn climb<const N: usize>(
 ) -> [f64; N] {
     let (mut at, mut steps) = (start, first);
     let mut best = height(at);
-    while steps.iter().zip(&first).any(|(step, first)| step.abs() > first * LAST_STEP / FIRST_STEP) {
+    while steps.iter().zip(&first).any(|(step, first)| step.abs() > first * LAST_STEP / FIRST_STEP)
+    {
         for n in 0..N {
             let mut moved = false;
             for sign in [1.0, -1.0] {

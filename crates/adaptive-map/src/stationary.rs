@@ -16,13 +16,17 @@ use crate::linear::Factor;
 use crate::sizes::climb;
 
 /// Readings on which sizes are sought at most: the first of them. (Every second of a grid would hide the length that the grid shows.)
-const MOST_READINGS: usize = 450;
+const MOST_READINGS: usize = 280;
 
-/// Lengths that a search begins with, m: a third of a wavelength in air at 40 kHz across, ten times that along the axis.
-const FIRST_LENGTHS_M: [f64; 2] = [6e-3, 3e-2];
+/// Lengths that searches begin with, m, across the axis and along it; the better of both ends counts, because the evidence may have two maxima.
+const FIRST_LENGTHS_M: [[f64; 2]; 2] = [[6e-3, 3e-2], [15e-3, 6e-2]];
 
 /// Steps of the search, in logarithms.
 const STEPS: [f64; 4] = [0.5, 0.4, 0.6, 0.4];
+
+/// Standard deviation of the logarithm of the proportional noise about its usual size: with more, structure that a coarse grid does not resolve
+/// is taken for noise.
+const NOISE_WITHIN: f64 = 0.2;
 
 /// Additive noise where no dark readings tell it, as a share of the largest reading.
 const USUAL_ADDITIVE_NOISE: f64 = 5e-3;
@@ -76,9 +80,8 @@ impl ProcessSizes {
     fn covariance(&self, one_m: &Vec3, other_m: &Vec3) -> f64 {
         let by = one_m - other_m;
         let [across, along] = self.lengths_m;
-        let distance = ((by.x.powi(2) + by.y.powi(2)) / (across * across)
-            + (by.z / along).powi(2))
-        .sqrt();
+        let distance =
+            ((by.x.powi(2) + by.y.powi(2)) / (across * across) + (by.z / along).powi(2)).sqrt();
         let r = 5f64.sqrt() * distance;
         self.size * self.size * (1.0 + r + r * r / 3.0) * (-r).exp()
     }
@@ -113,11 +116,7 @@ impl Stationary {
         let count = levels.len();
         let mean = levels.iter().sum::<f64>() / count.max(1) as f64;
         let spread = (levels.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / count as f64).sqrt();
-        let start = ProcessSizes {
-            size: spread.max(f64::MIN_POSITIVE),
-            lengths_m: FIRST_LENGTHS_M,
-            share: USUAL_PROPORTIONAL_NOISE,
-        };
+        let size = spread.max(f64::MIN_POSITIVE);
         let covariance = |sizes: &ProcessSizes, kept: &[usize]| {
             let n = kept.len();
             let mut matrix = DMatrix::from_fn(n, n, |i, j| {
@@ -140,22 +139,20 @@ impl Stationary {
             share: share.exp(),
         };
         let evidence = |logs: [f64; 4]| -> f64 {
-            // A proportional noise of about the usual size, within a factor of two.
-            let unusual = (logs[3] - USUAL_PROPORTIONAL_NOISE.ln()) / std::f64::consts::LN_2;
+            let unusual = (logs[3] - USUAL_PROPORTIONAL_NOISE.ln()) / NOISE_WITHIN;
             let Some(factor) = Factor::of(covariance(&at(logs), &some)) else {
                 return f64::NEG_INFINITY;
             };
             let misfit = departures.dot(&factor.solve(&departures));
             -0.5 * (misfit + factor.log_determinant() + unusual * unusual)
         };
-        let [across, along] = start.lengths_m;
-        let logs = [start.size, across, along, start.share].map(f64::ln);
-        let sizes = at(climb(logs, STEPS, evidence));
-        if std::env::var("MAP_VERBOSE").is_ok() {
-            eprintln!("{sizes:?} of {} at {}", evidence([sizes.size.ln(), sizes.lengths_m[0].ln(), sizes.lengths_m[1].ln(), sizes.share.ln()]), evidence(logs));
-            for a in [2e-3f64, 4e-3, 6e-3, 8e-3, 12e-3, 16e-3] { eprint!("{a}: {:.1}, ", evidence([sizes.size.ln(), a.ln(), sizes.lengths_m[1].ln(), sizes.share.ln()])); }
-            eprintln!();
-        }
+        let ends = FIRST_LENGTHS_M.map(|[across, along]| {
+            let start = [size, across, along, USUAL_PROPORTIONAL_NOISE].map(f64::ln);
+            let end = climb(start, STEPS, evidence);
+            (evidence(end), end)
+        });
+        let best = ends.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let sizes = at(best.1);
         let all: Vec<usize> = (0..count).collect();
         let factor = Factor::of(covariance(&sizes, &all))?;
         let weights = factor.solve(&of(&all));
@@ -205,9 +202,13 @@ impl FieldEstimate for Stationary {
             .collect()
     }
 
-    fn covariance(&self, targets: &[PossibleReading], possible: &[PossibleReading]) -> DMatrix<f64> {
-        let [a, b] = [targets, possible]
-            .map(|places| self.factor.whitened(&self.with_readings(places)));
+    fn covariance(
+        &self,
+        targets: &[PossibleReading],
+        possible: &[PossibleReading],
+    ) -> DMatrix<f64> {
+        let [a, b] =
+            [targets, possible].map(|places| self.factor.whitened(&self.with_readings(places)));
         let mut between = DMatrix::from_fn(targets.len(), possible.len(), |i, j| {
             let (one, other) = (&targets[i], &possible[j]);
             if one.focus == other.focus {

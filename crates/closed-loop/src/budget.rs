@@ -73,8 +73,11 @@ mod tests {
     #[test]
     fn every_limit_ends_the_rounds() {
         let spent = Spent { readings: 1750, time_s: 500.0, sounding_s: 400.0 };
-        let limits =
-            |longest_s, longest_sounding_s| Budget { readings: 1800, longest_s, longest_sounding_s };
+        let limits = |longest_s, longest_sounding_s| Budget {
+            readings: 1800,
+            longest_s,
+            longest_sounding_s,
+        };
         assert_eq!(limits(None, None).used_up(spent, 51, 10.0), Some(UsedUp::Readings));
         assert_eq!(limits(Some(505.0), None).used_up(spent, 50, 10.0), Some(UsedUp::Time));
         assert_eq!(limits(None, Some(405.0)).used_up(spent, 50, 10.0), Some(UsedUp::Sounding));

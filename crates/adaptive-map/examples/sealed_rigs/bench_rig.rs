@@ -79,24 +79,36 @@ impl BenchRig {
         self.field.magnitude(&contributions, &self.weights[focus], time_s) * self.volts
     }
 
-    /// The reading without noise at a place, at a moment; what fluctuates is averaged. The robot comes from smaller x.
-    pub fn truth_v(&self, at_m: Vec3, focus: usize, time_s: f64) -> f64 {
-        let fluctuates = self.field.scintillates() || self.effects.iter().any(|id| id == "position-jitter");
-        let draws = if fluctuates { DRAWS } else { 1 };
-        let one = |draw: usize| {
+    /// Levels at a place as they would be drawn again and again; one where nothing fluctuates. The robot comes from smaller x.
+    pub fn levels_v(&self, at_m: Vec3, focus: usize) -> Vec<f64> {
+        let is_moved = self.effects.iter().any(|id| id == "position-jitter");
+        let draws = if is_moved || self.field.scintillates() { DRAWS } else { 1 };
+        let place_m = |draw: usize| {
             let kinematics = Kinematics {
                 position_mm: at_m * 1e3,
                 x_direction: 1.0,
                 x_since_reversal_mm: f64::INFINITY,
                 travelled_mm: 1e6 + 1.037 * draw as f64,
             };
-            let place_m = self.field.place(at_m, &kinematics);
-            // Scintillation is of the order of its draws; a drift is that of the moment.
-            let level_v = self.level_v(place_m, focus, 1e4 + 0.13 * draw as f64);
+            self.field.place(at_m, &kinematics)
+        };
+        let steady = (!is_moved).then(|| self.field.contributions(place_m(0)));
+        let one = |draw: usize| {
+            let moved = steady.is_none().then(|| self.field.contributions(place_m(draw)));
+            let contributions = steady.as_ref().or(moved.as_ref()).expect("one of both");
+            let time_s = 1e4 + 0.13 * draw as f64;
+            self.field.magnitude(contributions, &self.weights[focus], time_s) * self.volts
+        };
+        (0..draws).map(one).collect()
+    }
+
+    /// The reading without noise of such levels, at a moment of a drift.
+    pub fn truth_v(&self, levels_v: &[f64], time_s: f64) -> f64 {
+        let read_v = |&level_v: &f64| {
             let read_v = self.field.level_v(level_v, time_s);
             read_v.min(self.field.full_scale_v(f64::INFINITY))
         };
-        (0..draws).map(one).sum::<f64>() / draws as f64
+        levels_v.iter().map(read_v).sum::<f64>() / levels_v.len() as f64
     }
 
     pub fn session(&self, plan: &Plan) -> Session<'_> {
@@ -149,8 +161,8 @@ impl Session<'_> {
                 let level_v = rig.field.level_v(level_v, time_s);
                 let number = 3 * (self.taken * SAMPLES + sample);
                 let normal = |part: u64| rig.noise.normal(number + part);
-                let in_phase_v = level_v * (1.0 + rig.multiplicative * normal(0))
-                    + rig.additive_v * normal(1);
+                let in_phase_v =
+                    level_v * (1.0 + rig.multiplicative * normal(0)) + rig.additive_v * normal(1);
                 let read_v = in_phase_v.hypot(rig.additive_v * normal(2));
                 read_v.min(rig.field.full_scale_v(f64::INFINITY))
             })

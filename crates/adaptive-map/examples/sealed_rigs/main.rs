@@ -71,9 +71,10 @@ fn main() {
         lines.lock().expect("no thread panicked").push(line);
     });
     let lines = lines.into_inner().expect("no thread panicked");
-    for (number, name) in ["adaptive", "process alone", "grid, spline", "grid, process", "grid, simulation"]
-        .iter()
-        .enumerate()
+    for (number, name) in
+        ["adaptive", "process alone", "grid, spline", "grid, process", "grid, simulation"]
+            .iter()
+            .enumerate()
     {
         let of = |f: fn(&Outcome) -> f64| -> Vec<f64> {
             let mut values: Vec<f64> = lines.iter().map(|line| f(&line.outcomes[number])).collect();
@@ -120,21 +121,26 @@ fn one(folder: &Path, effects: String, error: &str) -> Line {
     let (record, adaptive, end) = adaptive(&rig, simulation, &places);
     let seconds = begun.elapsed().as_secs_f64();
     let readings = record.samples.len();
-    let (process_record, process, _) = self::adaptive(&rig, plan("process", readings.max(192)), &places);
+    let (process_record, process, _) =
+        self::adaptive(&rig, plan("process", readings.max(192)), &places);
     let grid = plain_grid(readings);
     let mut session = rig.session(&plan("process", most));
     session.take(&grid);
     let plain = session.record;
     let duration_s = |record: &RecordedScan| record.samples.last().map_or(0.0, |s| s.time_s);
+    let levels: Vec<Vec<f64>> =
+        places.iter().map(|&(at_m, focus)| rig.levels_v(at_m, focus)).collect();
     let truth = |record: &RecordedScan| -> Vec<f64> {
         let middle_s = middle_s(record);
-        places.iter().map(|&(at_m, focus)| rig.truth_v(at_m, focus, middle_s)).collect()
+        levels.iter().map(|levels_v| rig.truth_v(levels_v, middle_s)).collect()
     };
     let [of_adaptive, of_process, of_plain] = [&record, &process_record, &plain].map(truth);
     let by_spline = by_spline(&plain, &record);
     // The plain grid knows the noise of the receiver as the adaptive scan does: by its silent readings.
     let mut plain_with_dark = plain.clone();
-    plain_with_dark.samples.splice(0..0, record.samples.iter().filter(|s| s.focus.is_none()).copied());
+    plain_with_dark
+        .samples
+        .splice(0..0, record.samples.iter().filter(|s| s.focus.is_none()).copied());
     let by = |prior| map(&plain_with_dark, &places, prior, None).expect("a map").estimates;
     let (by_process, by_simulation) = (by(MapPrior::Process), by(MapPrior::Simulation));
     Line {
@@ -218,9 +224,8 @@ fn by_spline(plain: &RecordedScan, adaptive: &RecordedScan) -> Vec<Estimate> {
     let levels: Vec<f64> = plain.samples.iter().map(|sample| level(sample.reading)).collect();
     let of_plane = levels.len() / HEIGHTS_MM.len();
     let side = (of_plane as f64).sqrt().round() as usize;
-    let values = levels
-        .chunks(of_plane)
-        .flat_map(|plane| spline::interpolated(plane, side, SIDE, SIDE));
+    let values =
+        levels.chunks(of_plane).flat_map(|plane| spline::interpolated(plane, side, SIDE, SIDE));
     values.map(|value| Estimate { amplitude: value.max(0.0), standard_error: 0.0 }).collect()
 }
 
@@ -229,7 +234,8 @@ fn outcome(estimates: &[Estimate], truth: &[f64]) -> Outcome {
     let errors: Vec<f64> =
         estimates.iter().zip(truth).map(|(e, truth)| (e.amplitude - truth).abs()).collect();
     let n = truth.len() as f64;
-    let within = errors.iter().zip(estimates).filter(|(error, e)| **error <= 1.96 * e.standard_error);
+    let within =
+        errors.iter().zip(estimates).filter(|(error, e)| **error <= 1.96 * e.standard_error);
     let rms = |squares: f64| (squares / n).sqrt() / peak;
     Outcome {
         rms: rms(errors.iter().map(|e| e * e).sum()),

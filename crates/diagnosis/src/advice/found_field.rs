@@ -49,11 +49,7 @@ pub struct FoundField<'f> {
 struct Undetected<'f> {
     model: ForwardModel<'f>,
     step: f64,
-    deviation: f64,
 }
-
-/// Scales of a parameter within which an effect goes undetected. (A scale is about what a good scan resolves.) Set by judgement.
-const UNDETECTED_SCALES: f64 = 3.0;
 
 /// The field at some readings or places. Levels are in the unit of the readings: a pressure times the gain.
 #[derive(Debug, Clone, Default)]
@@ -64,7 +60,7 @@ pub struct FieldSamples {
     pub foci: Vec<usize>,
     /// Coherent level.
     pub levels: Vec<Complex64>,
-    /// Derivative of the level by each parameter: by parameter, then by place.
+    /// Derivative of the level by each parameter of the set, then by those of effects that it does not hold: by parameter, then by place.
     pub slopes: Vec<Vec<Complex64>>,
     /// What each element adds to the level: by element, then by place.
     pub elements: Vec<Vec<Complex64>>,
@@ -135,17 +131,15 @@ impl<'f> FoundField<'f> {
         self.model.wavenumber_rad_m(&self.observations.first().believed)
     }
 
-    /// How each parameter may depart from the fit, before any reading: those of the set, then those of effects that could be at work without
-    /// being named.
+    /// How each parameter of the set may depart from the fit, before any reading. Those of effects that could be at work without being named
+    /// follow in all derivatives; they have no departures of their own.
     pub fn departures(&self) -> Vec<Departure> {
         let unknowns = self.unknowns();
         let of = |unknown: &fieldgap_acoustics::least_squares::Parameter| match unknown.prior {
             Some((mean, deviation)) => Departure { mean: mean - unknown.start, deviation },
             None => Departure { mean: 0.0, deviation: UNKNOWN },
         };
-        let undetected = self.undetected.iter();
-        let undetected = undetected.map(|one| Departure { mean: 0.0, deviation: one.deviation });
-        unknowns.iter().map(of).chain(undetected).collect()
+        unknowns.iter().map(of).collect()
     }
 
     /// The driven readings of the record, in the order in which they were taken.
@@ -269,8 +263,7 @@ impl<'f> FoundField<'f> {
         let deviation = self.observations.scans[0].scale.deviation(expected.reading);
         Received {
             reading: expected.reading,
-            slope: (at(level + step) - at((level - step).max(0.0)))
-                / (step + step.min(level)),
+            slope: (at(level + step) - at((level - step).max(0.0))) / (step + step.min(level)),
             variance: expected.variance_ratio * deviation * deviation,
         }
     }
@@ -315,7 +308,7 @@ fn undetected<'f>(
             let step = step * DIFFERENCE * scale;
             values[number] += step;
             let model = model.and(&instance, &values, context);
-            Undetected { model, step, deviation: UNDETECTED_SCALES * scale }
+            Undetected { model, step }
         };
         (0..parameters.len()).map(beside).collect::<Vec<_>>()
     };

@@ -94,10 +94,7 @@ impl AdaptiveMap {
         }
     }
 
-    pub(super) fn read(
-        table: &Spanned<AdaptiveTable>,
-        reader: &Reader<'_>,
-    ) -> Result<Self, Fault> {
+    pub(super) fn read(table: &Spanned<AdaptiveTable>, reader: &Reader<'_>) -> Result<Self, Fault> {
         let (keys, source) = (table.get_ref(), reader.source);
         let grid = grid_of(table, reader)?;
         let usual = Self::on(grid, reader.foci.max(1));
@@ -124,8 +121,7 @@ impl AdaptiveMap {
         let share = |given: &Option<Spanned<Fraction>>, otherwise: f64| {
             given.as_ref().map_or(otherwise, |given| given.get_ref().get())
         };
-        let first_readings =
-            count_of_readings(&keys.first_readings, usual.first_readings, source)?;
+        let first_readings = count_of_readings(&keys.first_readings, usual.first_readings, source)?;
         let most_readings =
             count_of_readings(&keys.readings, usual.most_readings.max(first_readings), source)?;
         if let Some(given) = keys.readings.as_ref().filter(|_| most_readings < first_readings) {

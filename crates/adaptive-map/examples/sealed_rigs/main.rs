@@ -66,7 +66,11 @@ fn main() {
     let lines = Mutex::new(Vec::new());
     let chosen = |name: &str| chosen.as_ref().is_none_or(|names| names.iter().any(|n| n == name));
     answers.answers.par_iter().filter(|answer| chosen(&answer.name)).for_each(|answer| {
-        let line = one(&folder.join(&answer.name), answer.effects.join(" + "), &error);
+        let mapped = || one(&folder.join(&answer.name), answer.effects.join(" + "), &error);
+        // One that fails does not stop the others.
+        let Ok(line) = std::panic::catch_unwind(mapped) else {
+            return println!("{} | {} | failed", answer.name, answer.effects.join(" + "));
+        };
         println!("{}", line.text());
         lines.lock().expect("no thread panicked").push(line);
     });

@@ -157,7 +157,7 @@ impl Left {
         targets: &[PossibleReading],
         possible: &[PossibleReading],
     ) -> Self {
-        let foretold = field.foretold(possible);
+        let foretold = field.foretold(possible, 1.0);
         Self {
             with: field.covariance(targets, possible),
             between: field.covariance(possible, possible),
@@ -190,5 +190,101 @@ impl Left {
         }
         self.with.ger(-1.0 / variance, &with, &between, 1.0);
         self.between.ger(-1.0 / variance, &between, &between, 1.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use fieldgap_acquisition::RigSetup;
+
+    use super::*;
+    use crate::estimate::{Estimate, Foretold};
+
+    const NOISE: f64 = 0.5;
+
+    /// A normal process with a covariance that is known, before any reading.
+    struct Known;
+
+    fn covariance(one: &PossibleReading, other: &PossibleReading) -> f64 {
+        // Twice as uncertain above 100 mm.
+        let size = |at: &PossibleReading| if at.at_m.z > 0.1 { 2.0 } else { 1.0 };
+        let distance = (one.at_m - other.at_m).norm() / 8e-3;
+        size(one) * size(other) * (-0.5 * distance * distance).exp()
+    }
+
+    impl FieldEstimate for Known {
+        fn map(&self, places: &[PossibleReading]) -> Vec<Estimate> {
+            let of = |place| Estimate {
+                amplitude: 1.0,
+                standard_error: covariance(place, place).sqrt(),
+            };
+            places.iter().map(of).collect()
+        }
+
+        fn foretold(&self, places: &[PossibleReading], _moment: f64) -> Vec<Foretold> {
+            let of = |_| Foretold { reading: 1.0, standard_error: 1.0, noise: NOISE };
+            places.iter().map(of).collect()
+        }
+
+        fn covariance(
+            &self,
+            targets: &[PossibleReading],
+            possible: &[PossibleReading],
+        ) -> DMatrix<f64> {
+            DMatrix::from_fn(targets.len(), possible.len(), |i, j| {
+                covariance(&targets[i], &possible[j])
+            })
+        }
+    }
+
+    fn grid() -> Vec<PossibleReading> {
+        let at = |n: usize| {
+            let (x, y, z) = (n % 8, n / 8 % 8, n / 64);
+            let at_m = Vec3::new(x as f64 * 4e-3, y as f64 * 4e-3, 0.08 + 0.04 * z as f64);
+            PossibleReading { at_m, focus: 0, from_below: true }
+        };
+        (0..128).map(at).collect()
+    }
+
+    #[test]
+    fn choosing_leaves_the_variances_of_the_direct_formula() {
+        let grid = grid();
+        let (targets, possible) = (&grid[..20], &grid[10..40]);
+        let mut left = Left::of(&Known, targets, possible);
+        let chosen = [3, 17, 18, 3];
+        chosen.iter().for_each(|&number| left.choose(number));
+        let taken: Vec<PossibleReading> = chosen.iter().map(|&number| possible[number]).collect();
+        let mut between = Known.covariance(&taken, &taken);
+        (0..taken.len()).for_each(|n| between[(n, n)] += NOISE * NOISE);
+        let with = Known.covariance(targets, &taken);
+        let gone = &with * between.try_inverse().expect("positive") * with.transpose();
+        for (n, target) in targets.iter().enumerate() {
+            let direct = covariance(target, target) - gone[(n, n)];
+            assert!((left.targets[n] - direct).abs() < 1e-10, "{n}");
+        }
+    }
+
+    #[test]
+    fn a_round_goes_where_the_map_is_uncertain_and_does_not_crowd() {
+        let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rigs/virtual.toml");
+        let robot = Robot::of(&RigSetup::read(&rig).expect("the rig file"));
+        let map = grid();
+        let chooser = Chooser { robot: &robot, map: &map, at_m: robot.home_m(), spread: 0 };
+        let first = chooser.first(64);
+        assert_eq!(first.len(), 64);
+        assert!(first[..8].iter().all(|(_, focus)| focus.is_none()));
+        let Chosen { readings, spread, gain } = chooser.next(&Known, 48);
+        assert_eq!((readings.len(), spread), (48, 8));
+        assert!(gain > 0.2, "{gain}");
+        let once = &readings[..44];
+        let above = once.iter().filter(|(at_m, _)| at_m.z > 0.1).count();
+        assert!(above > 26, "{above}");
+        // Neighbours are correlated: hardly any place is taken twice.
+        let mut places: Vec<_> = once.iter().map(|(at_m, _)| at_m.map(f64::to_bits)).collect();
+        places.sort_by_key(|at| (at.x, at.y, at.z));
+        places.dedup();
+        assert!(places.len() > 36, "{}", places.len());
     }
 }

@@ -29,8 +29,8 @@ pub(crate) trait FieldEstimate: Sync {
     /// The amplitudes at places of the map.
     fn map(&self, places: &[PossibleReading]) -> Vec<Estimate>;
 
-    /// What readings at these places would be.
-    fn foretold(&self, places: &[PossibleReading]) -> Vec<Foretold>;
+    /// What readings at these places would be, at a moment of the scan: 0 at its first reading, 1 at its last, more for those that follow.
+    fn foretold(&self, places: &[PossibleReading], moment: f64) -> Vec<Foretold>;
 
     /// Covariance of the amplitudes at some targets with those of some possible readings: a row for each target.
     fn covariance(&self, targets: &[PossibleReading], possible: &[PossibleReading])

@@ -241,7 +241,9 @@ impl Mapping {
             let readings = chosen.readings;
             let driven: Vec<_> =
                 readings.iter().filter_map(|(at_m, f)| Some((*at_m, (*f)?))).collect();
-            let foretold = field.foretold(&on_the_way(at_m, &driven));
+            // The middle of the round, for a rig that drifts.
+            let moment = 1.0 + 0.5 * expected_s / spent.time_s.max(expected_s);
+            let foretold = field.foretold(&on_the_way(at_m, &driven), moment);
             round.foretold =
                 foretold.iter().map(|f| [f.reading, f.standard_error, f.noise]).collect();
             round.spread += chosen.spread;

@@ -290,8 +290,8 @@ impl FieldEstimate for Posterior<'_> {
         both.map(|(amplitude, standard_error)| Estimate { amplitude, standard_error }).collect()
     }
 
-    fn foretold(&self, places: &[PossibleReading]) -> Vec<Foretold> {
-        let samples = self.field.at(places);
+    fn foretold(&self, places: &[PossibleReading], moment: f64) -> Vec<Foretold> {
+        let samples = self.field.at_moment(places, moment);
         let levels = self.levels(&samples);
         let read = self.read(&samples, &levels, true);
         let errors = self.standard_errors(&read);

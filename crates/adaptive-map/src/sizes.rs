@@ -113,3 +113,43 @@ pub(crate) fn climb<const N: usize>(
     }
     at
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+
+    #[test]
+    fn the_sizes_that_made_the_readings_are_found() {
+        let (readings, elements) = (300, 40);
+        let mut draws = ChaCha8Rng::seed_from_u64(2);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut draws) };
+        let by_elements = DMatrix::from_fn(elements, readings, |_, _| normal() / 6.0);
+        let weights = DVector::from_fn(elements, |_, _| 0.05 * normal());
+        let noise: f64 = 0.01;
+        let departures = by_elements.tr_mul(&weights)
+            + DVector::from_fn(readings, |_, _| noise * normal() + 0.02 * normal());
+        let parts = Parts {
+            by_parameters: DMatrix::zeros(1, readings),
+            by_elements,
+            // A diffuse field that no two readings share.
+            by_diffuse: DMatrix::identity(readings, readings),
+            noise: vec![noise * noise; readings],
+            departures,
+        };
+        let start = Sizes { elements: 0.01, diffuse: 0.002, noise: 1.0 };
+        let found = best_sizes(&parts, start, 1.0);
+        assert!((0.035..0.07).contains(&found.elements), "{found:?}");
+        assert!((0.016..0.024).contains(&found.diffuse), "{found:?}");
+    }
+
+    #[test]
+    fn a_climb_ends_at_the_top() {
+        let top =
+            climb([0.0, 0.0], [0.8, 0.8], |[x, y]| -(x - 1.3).powi(2) - 2.0 * (y + 0.7).powi(2));
+        assert!((top[0] - 1.3).abs() < 0.15 && (top[1] + 0.7).abs() < 0.15, "{top:?}");
+    }
+}

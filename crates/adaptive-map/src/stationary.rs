@@ -190,7 +190,7 @@ impl FieldEstimate for Stationary {
             .collect()
     }
 
-    fn foretold(&self, places: &[PossibleReading]) -> Vec<Foretold> {
+    fn foretold(&self, places: &[PossibleReading], _moment: f64) -> Vec<Foretold> {
         let estimates = self.map(places);
         estimates
             .iter()

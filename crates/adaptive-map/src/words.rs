@@ -82,3 +82,61 @@ pub(crate) fn why(end: Option<MapEnd>) -> &'static str {
         None => "the rounds have not ended",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::Vec3;
+    use fieldgap_diagnosis::EffectId;
+    use fieldgap_records::{Axis, Layers};
+
+    use super::*;
+    use crate::estimate::Estimate;
+    use crate::field_map::MapSizes;
+
+    fn made(largest: f64, factor: f64) -> FieldMap {
+        let estimate = |amplitude, standard_error| Estimate { amplitude, standard_error };
+        FieldMap {
+            places: vec![(Vec3::new(0.0175, -0.0225, 0.1), 0), (Vec3::new(0.0, 0.0, 0.1), 1)],
+            estimates: vec![estimate(2.0, largest), estimate(0.5, 0.001)],
+            effects: vec![EffectId::Pitch, EffectId::Saturation],
+            sizes: MapSizes { elements: 0.01, diffuse: 0.002 },
+            factor,
+        }
+    }
+
+    fn stated() -> AdaptiveMap {
+        let axis = Axis { first_mm: 0.0, step_mm: 1.0, count: 2 };
+        AdaptiveMap::on(Layers { x: axis, y: axis, z_mm: vec![100.0] }, 1)
+    }
+
+    #[test]
+    fn the_table_has_a_row_for_each_place() {
+        assert_eq!(
+            to_csv(&made(0.004, 1.0)),
+            "x_mm,y_mm,z_mm,focus,amplitude,standard_error\n\
+             17.5,-22.5,100,0,2.000000e0,4.000e-3\n0,0,100,1,5.000000e-1,1.000e-3\n"
+        );
+    }
+
+    #[test]
+    fn the_words_say_whether_the_stated_error_is_met_and_if_not_why() {
+        assert_eq!(
+            in_words(&made(0.004, 1.0), 288, "V", Some(&stated()), Some(MapEnd::Met)),
+            "map of 2 places from 288 readings; peak 2.000 V\n\
+             standard error: 0.15 % of the peak rms, 0.20 % at most\n\
+             the simulation was corrected by: pitch, saturation\n\
+             the stated error of 1 % of the peak at 95 % is met everywhere"
+        );
+        assert_eq!(
+            in_words(&made(0.04, 1.3), 672, "V", Some(&stated()), Some(MapEnd::NoGain)),
+            "map of 2 places from 672 readings; peak 2.000 V\n\
+             standard error: 1.41 % of the peak rms, 2.00 % at most\n\
+             the standard errors were made 1.30 times larger, because the last readings departed by more than was foretold\n\
+             the simulation was corrected by: pitch, saturation\n\
+             the stated error of 1 % of the peak at 95 % is not met: with the noise of this receiver further readings would gain \
+             almost nothing"
+        );
+        let of_any = in_words(&made(0.04, 1.0), 672, "V", None, None);
+        assert!(!of_any.contains("stated"), "{of_any}");
+    }
+}

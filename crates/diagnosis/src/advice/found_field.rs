@@ -152,9 +152,14 @@ impl<'f> FoundField<'f> {
         self.samples(self.observations, &order)
     }
 
-    /// Places of a map, in their order. Each drive must have readings.
+    /// Places of a map, in their order, in the middle of the scan. Each drive must have readings.
     pub fn at(&self, places: &[PossibleReading]) -> FieldSamples {
-        let (observations, order) = as_observations(self.observations, places, MOMENT_OF_A_MAP);
+        self.at_moment(places, MOMENT_OF_A_MAP)
+    }
+
+    /// The same at another moment of the scan, 0 at its first reading to 1 at its last; readings that follow come later.
+    pub fn at_moment(&self, places: &[PossibleReading], moment: f64) -> FieldSamples {
+        let (observations, order) = as_observations(self.observations, places, moment);
         self.samples(&observations, &order)
     }
 

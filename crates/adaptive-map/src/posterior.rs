@@ -45,7 +45,7 @@ impl<'f> Posterior<'f> {
         let samples = field.at_readings();
         let largest = readings.iter().copied().fold(0.0, f64::max);
         let mut sizes = Sizes { elements: 0.01, diffuse: 0.002 * largest, noise: 1.0 };
-        let curve = ReceiverCurve { largest, noise: field.additive_noise() };
+        let curve = ReceiverCurve { largest };
         let mut levels = samples.levels.clone();
         let mut across = vec![0.0; levels.len()];
         let mut prior = None;
@@ -64,7 +64,7 @@ impl<'f> Posterior<'f> {
                 .collect();
             let mut receiver = field.receiver_slopes(&samples, &magnitudes, true);
             let means: Vec<f64> = received.iter().map(|received| received.reading).collect();
-            receiver.extend(curve.slopes(&means, true));
+            receiver.extend(curve.slopes(&means));
             // A level that is lost in the error across it hardly depends on the field along it.
             let slopes: Vec<f64> = received
                 .iter()
@@ -75,7 +75,7 @@ impl<'f> Posterior<'f> {
             let prior: &Prior = prior.get_or_insert_with(|| {
                 let noise: Vec<f64> = received.iter().map(|received| received.variance).collect();
                 let (departures, k) = (field.departures(), field.wavenumber_rad_m());
-                Prior::new(departures, k, &functionals, &noise, curve)
+                Prior::new(departures, k, &functionals, &noise)
             });
             let by_parameters = prior.by_parameters(&functionals);
             let by_elements = prior.by_elements(&functionals);
@@ -233,7 +233,7 @@ impl<'f> Posterior<'f> {
             .collect();
         let mut receiver = self.field.receiver_slopes(samples, &magnitudes, noisy);
         let means: Vec<f64> = received.iter().map(|received| received.reading).collect();
-        receiver.extend(self.curve.slopes(&means, noisy));
+        receiver.extend(self.curve.slopes(&means));
         let functionals = Functionals {
             samples,
             units: levels.iter().map(|&level| unit(level)).collect(),

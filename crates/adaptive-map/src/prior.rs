@@ -8,7 +8,6 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use fieldgap_acoustics::Vec3;
-use fieldgap_comparison::OF_NOISE_ALONE;
 use fieldgap_diagnosis::{Departure, FieldSamples};
 
 use crate::diffuse::correlation;
@@ -36,14 +35,11 @@ pub(crate) struct Functionals<'s> {
 }
 
 /// How the receiver's curve may differ from what is believed, whatever the field: compression bends it by a share of a reading r that grows as
-/// (r / largest)², to lowest order; a floor other than believed, f², raises readings by f² / 2√(r² + f²); and noise of another size raises the
-/// mean of a magnitude (Rice), which a reading has and the map has not.
+/// (r / largest)², to lowest order; a floor or noise power other than believed, f², raises readings by f² / 2√(r² + f²).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ReceiverCurve {
     /// The largest reading.
     pub largest: f64,
-    /// Standard deviation of each quadrature of the noise of one magnitude, and how many silent readings told it.
-    pub noise: (f64, usize),
 }
 
 impl ReceiverCurve {
@@ -54,30 +50,12 @@ impl ReceiverCurve {
     /// A usual floor, as a share of the largest reading.
     const FLOOR: f64 = 0.02;
 
-    /// Standard deviation of the bend, of the floor, and of the logarithm of the noise: n silent readings tell it to 1/√(2n) by their scatter. (Their
-    /// mean tells it better, but not from a floor.)
-    fn deviations(self) -> [f64; 3] {
-        let [bend, floor] = Self::DEVIATIONS;
-        let silent = self.noise.1.max(2) as f64;
-        [bend, floor, (2.0 * silent).sqrt().recip()]
-    }
-
-    /// What each adds to some readings; the noise only to those that have it.
-    pub fn slopes(self, readings: &[f64], noisy: bool) -> Vec<Vec<f64>> {
+    /// What each adds to some readings.
+    pub fn slopes(self, readings: &[f64]) -> [Vec<f64>; 2] {
         let floor = Self::FLOOR * self.largest;
         let bend = |reading: &f64| reading * (reading / self.largest).powi(2);
         let raised = |reading: &f64| 0.5 * floor * floor / reading.hypot(floor);
-        let q2 = self.noise.0.powi(2).max(f64::MIN_POSITIVE);
-        let by_noise = |reading: &f64| {
-            let above = (reading * reading / q2 - OF_NOISE_ALONE.powi(2)).max(0.0);
-            q2 * (1.0 + 0.5708 / (1.0 + 0.434 * above)) / reading.max(OF_NOISE_ALONE * self.noise.0)
-        };
-        let mut slopes: Vec<Vec<f64>> =
-            vec![readings.iter().map(bend).collect(), readings.iter().map(raised).collect()];
-        if noisy {
-            slopes.push(readings.iter().map(by_noise).collect());
-        }
-        slopes
+        [readings.iter().map(bend).collect(), readings.iter().map(raised).collect()]
     }
 }
 
@@ -120,7 +98,6 @@ impl Prior {
         wavenumber_rad_m: f64,
         readings: &Functionals<'_>,
         noise: &[f64],
-        curve: ReceiverCurve,
     ) -> Self {
         let named = departures.len();
         for (number, slopes) in readings.samples.slopes.iter().enumerate().skip(named) {
@@ -133,7 +110,7 @@ impl Prior {
             let deviation = if squares > 0.0 { squares.sqrt().recip() } else { 0.0 };
             departures.push(Departure { mean: 0.0, deviation });
         }
-        let curve = curve.deviations();
+        let curve = ReceiverCurve::DEVIATIONS;
         departures.extend(curve.map(|deviation| Departure { mean: 0.0, deviation }));
         Self { departures, wavenumber_rad_m }
     }

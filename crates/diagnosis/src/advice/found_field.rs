@@ -126,13 +126,6 @@ impl<'f> FoundField<'f> {
         self.fit.cost / self.observations.len() as f64
     }
 
-    /// Standard deviation of each quadrature of the additive noise, of one of the magnitudes that a reading is the mean of; and how many silent
-    /// readings told it.
-    pub fn additive_noise(&self) -> (f64, usize) {
-        let scan = &self.observations.scans[0];
-        (scan.scatter.additive * scan.averaged.sqrt(), scan.dark.len())
-    }
-
     /// The wavenumber, rad/m.
     pub fn wavenumber_rad_m(&self) -> f64 {
         self.model.wavenumber_rad_m(&self.observations.first().believed)

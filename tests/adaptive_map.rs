@@ -169,7 +169,7 @@ fn a_map_that_cannot_be_measured_is_refused_before_anything_moves() {
         let output = fieldgap(&arguments, folder.path());
         assert!(!output.status.success() && said(&output).contains(what), "{}", said(&output));
     };
-    refused(PLAN.replace("z_mm = [90.0", "z_mm = [900.0"), &[], "the robot reaches");
+    refused(PLAN.replace("[90.0, 120.0]", "[900.0, 930.0]"), &[], "the robot reaches");
     refused(PLAN.replace("error = 0.004", "error = 4"), &[], "4");
     refused(PLAN.to_owned(), &["--until-explained"], "seeks no cause");
     let dry = fieldgap(&["run", "plan.toml", "--dry-run"], folder.path());

@@ -9,7 +9,6 @@
 use nalgebra::DMatrix;
 
 use fieldgap_acoustics::Vec3;
-use fieldgap_acoustics::golden_section::even_fraction;
 use fieldgap_closed_loop::{Planned, Robot, route};
 use fieldgap_diagnosis::PossibleReading;
 
@@ -39,7 +38,7 @@ pub(crate) struct Chosen {
 /// What the choices of all rounds have in common.
 pub(crate) struct Chooser<'c> {
     pub robot: &'c Robot,
-    /// The map: its places that the robot reaches, each with its drive.
+    /// The map: its places that the robot reaches, each with its drive, in an order of which every beginning is spread evenly.
     pub map: &'c [PossibleReading],
     /// Where the robot stands, m.
     pub at_m: Vec3,
@@ -102,11 +101,8 @@ impl Chooser<'_> {
     }
 
     fn evenly_from(&self, first: usize, count: usize) -> Vec<PossibleReading> {
-        let place = |n: usize| {
-            let number = (even_fraction(n) * self.map.len() as f64) as usize;
-            self.map[number.min(self.map.len() - 1)]
-        };
-        (first..first + count.min(self.map.len())).map(place).collect()
+        let places = (first..first + count.min(self.map.len())).map(|n| n % self.map.len());
+        places.map(|n| self.map[n]).collect()
     }
 
     /// Time of a reading and of the way to it from the nearest of some places, s.

@@ -46,6 +46,7 @@ mod batch;
 mod checks;
 mod diffuse;
 mod estimate;
+mod even;
 mod field_map;
 mod linear;
 mod mapping;

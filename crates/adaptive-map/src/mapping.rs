@@ -14,9 +14,10 @@ use fieldgap_diagnosis::{Options, PossibleReading};
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{AdaptiveMap, Plan, RecordedSample, RecordedScan};
 
-use crate::batch::Chooser;
+use crate::batch::{Chooser, Chosen};
 use crate::checks::{Checks, checks};
-use crate::estimate::Foretold;
+use crate::estimate::{FieldEstimate, Foretold};
+use crate::even::evenly;
 use crate::field_map::{Learnt, MapError, MapErrors, estimates, on_the_way, possible};
 use crate::normal::two_sided;
 use crate::round::{MapEnd, MapRound};
@@ -45,7 +46,7 @@ pub struct Mapping {
     simulator: fieldgap_acoustics::Simulator,
     robot: Robot,
     folder: PathBuf,
-    /// The places of the map that the robot reaches, each with its drive.
+    /// The places of the map that the robot reaches, each with its drive; every beginning is spread evenly.
     places: Vec<PossibleReading>,
 }
 
@@ -82,6 +83,12 @@ pub enum MappingError {
     },
 }
 
+/// A decision and the readings that follow; none at the end.
+struct Decided {
+    round: MapRound,
+    readings: Option<Vec<Planned>>,
+}
+
 impl From<fieldgap_comparison::Incomparable> for MappingError {
     fn from(error: fieldgap_comparison::Incomparable) -> Self {
         Self::Map(error.into())
@@ -97,8 +104,8 @@ impl Mapping {
         let settings = plan.adaptive.clone().ok_or(MappingError::NoMap)?;
         let robot = Robot::of(rig_setup);
         let all = places_of(&settings, plan.foci.len());
-        let reached: Vec<_> =
-            all.iter().copied().filter(|(at_m, _)| robot.reaches(*at_m)).collect();
+        let evenly = evenly(&settings.grid, plan.foci.len()).into_iter().map(|number| all[number]);
+        let reached: Vec<_> = evenly.filter(|(at_m, _)| robot.reaches(*at_m)).collect();
         if 2 * reached.len() < all.len() {
             return Err(MappingError::OutOfReach { reached: reached.len(), places: all.len() });
         }
@@ -170,20 +177,19 @@ impl Mapping {
             .find(|round| round.searched)
             .is_none_or(|searched| before as f64 >= SEARCHED_AGAIN * searched.before as f64);
         let departs = checks.is_some_and(|checks| checks.rms > DEPARTED);
-        let (decided, ends) = self.decided(record, last, checks, earlier.len(), due || departs)?;
+        let mut decided = self.decided(record, last, checks, earlier.len(), due || departs)?;
         // A map ends on a whole search, which the map itself is made by.
-        let (mut round, readings) = match ends && !decided.0.searched {
-            true => self.decided(record, last, checks, earlier.len(), true)?.0,
-            false => decided,
-        };
+        if decided.readings.is_none() && !decided.round.searched {
+            decided = self.decided(record, last, checks, earlier.len(), true)?;
+        }
+        let Decided { mut round, readings } = decided;
         let Some(readings) = readings else { return Ok((round, None)) };
         round.readings = readings.len();
         let text = with_readings(plan.text(), &round.reason, &readings);
         Ok((round, Some(text)))
     }
 
-    /// Decides by a whole search, or by the effects of the last round. Also whether the rounds end.
-    #[allow(clippy::type_complexity)]
+    /// Decides by a whole search, or by the effects of the last round.
     fn decided(
         &self,
         record: &RecordedScan,
@@ -191,20 +197,18 @@ impl Mapping {
         checks: Option<Checks>,
         number: usize,
         searched: bool,
-    ) -> Result<((MapRound, Option<Vec<Planned>>), bool), MappingError> {
+    ) -> Result<Decided, MappingError> {
         let known: BTreeSet<_> = last.effects.iter().copied().collect();
-        let effects = (!searched).then_some(known);
-        let options = Options { simulator: Some(self.simulator), effects };
+        let options =
+            Options { simulator: Some(self.simulator), effects: (!searched).then_some(known) };
         let learnt = Learnt::of(record, self.settings.prior, &options)?;
-        let factor = checks.map_or(1.0, |checks| checks.factor);
-        let at_m = record.samples.last().map_or(self.robot.home_m(), RecordedSample::position_m);
-        let before = record.samples.len();
         let decided = learnt.field(|effects, _, field| -> Result<_, MapError> {
-            let looked_at = spread(&self.places, LOOKED_AT);
-            let errors = MapErrors::of(&estimates(field, &looked_at, factor)?);
+            let factor = checks.map_or(1.0, |checks| checks.factor);
+            let looked_at = &self.places[..self.places.len().min(LOOKED_AT)];
+            let errors = MapErrors::of(&estimates(field, looked_at, factor)?);
             let mut round = MapRound {
                 round: number,
-                before,
+                before: record.samples.len(),
                 readings: 0,
                 spread: last.spread,
                 searched,
@@ -214,46 +218,55 @@ impl Mapping {
                 checks: checks.map(Into::into),
                 foretold: Vec::new(),
                 expected_s: 0.0,
-                end: None,
+                end: self.is_met(&errors, checks).then_some(MapEnd::Met),
                 reason: String::new(),
             };
-            // Readings that were foretold must have borne the errors out.
-            let is_checked = checks.is_some_and(|checks| checks.readings >= LEAST_CHECKED);
-            if is_checked
-                && two_sided(self.settings.confidence) * errors.largest
-                    <= self.settings.error * errors.peak
-            {
-                round.end = Some(MapEnd::Met);
-                return Ok((round, None));
-            }
-            let chooser = self.chooser(at_m, last.spread);
-            let chosen = chooser.next(field, self.settings.round_readings);
-            let expected_s = self.robot.duration_s(at_m, &chosen.readings);
-            let spent = Spent::of(&record.samples);
-            round.end = match self.budget().used_up(spent, chosen.readings.len(), expected_s) {
-                Some(used_up) => Some(used_up.into()),
-                None if chosen.gain < LEAST_GAIN => Some(MapEnd::NoGain),
-                None => None,
+            let readings = match round.end {
+                Some(_) => None,
+                None => self.next_readings(&mut round, record, field),
             };
-            if round.end.is_some() {
-                return Ok((round, None));
-            }
-            let readings = chosen.readings;
-            let driven: Vec<_> =
-                readings.iter().filter_map(|(at_m, f)| Some((*at_m, (*f)?))).collect();
-            // The middle of the round, for a rig that drifts.
-            let moment = 1.0 + 0.5 * expected_s / spent.time_s.max(expected_s);
-            let foretold = field.foretold(&on_the_way(at_m, &driven), moment);
-            round.foretold =
-                foretold.iter().map(|f| [f.reading, f.standard_error, f.noise]).collect();
-            round.spread += chosen.spread;
-            round.expected_s = expected_s;
-            Ok((round, Some(readings)))
+            Ok(Decided { round, readings })
         })?;
-        let (mut round, readings) = decided?;
+        let Decided { mut round, readings } = decided?;
         round.reason = self.words(&round, readings.as_ref().map(Vec::len));
-        let ends = readings.is_none();
-        Ok(((round, readings), ends))
+        Ok(Decided { round, readings })
+    }
+
+    /// Whether the stated error is met everywhere, and readings that were foretold have borne the errors out.
+    fn is_met(&self, errors: &MapErrors, checks: Option<Checks>) -> bool {
+        let AdaptiveMap { error, confidence, .. } = self.settings;
+        checks.is_some_and(|checks| checks.readings >= LEAST_CHECKED)
+            && two_sided(confidence) * errors.largest <= error * errors.peak
+    }
+
+    /// The readings of a round, with what is foretold of them; `None`, with the reason in the round, if none follow.
+    fn next_readings(
+        &self,
+        round: &mut MapRound,
+        record: &RecordedScan,
+        field: &dyn FieldEstimate,
+    ) -> Option<Vec<Planned>> {
+        let at_m = record.samples.last().map_or(self.robot.home_m(), RecordedSample::position_m);
+        let Chosen { readings, spread, gain } =
+            self.chooser(at_m, round.spread).next(field, self.settings.round_readings);
+        let expected_s = self.robot.duration_s(at_m, &readings);
+        let spent = Spent::of(&record.samples);
+        round.end = match self.budget().used_up(spent, readings.len(), expected_s) {
+            Some(used_up) => Some(used_up.into()),
+            None => (gain < LEAST_GAIN).then_some(MapEnd::NoGain),
+        };
+        if round.end.is_some() {
+            return None;
+        }
+        let driven: Vec<_> =
+            readings.iter().filter_map(|(at_m, focus)| Some((*at_m, (*focus)?))).collect();
+        // The middle of the round, for a rig that drifts.
+        let moment = 1.0 + 0.5 * expected_s / spent.time_s.max(expected_s);
+        let foretold = field.foretold(&on_the_way(at_m, &driven), moment);
+        round.foretold = foretold.iter().map(|f| [f.reading, f.standard_error, f.noise]).collect();
+        round.spread += spread;
+        round.expected_s = expected_s;
+        Some(readings)
     }
 
     /// Every decision made again from a finished record and its plan, the first round as it was logged. A round whose readings are not those of
@@ -361,13 +374,4 @@ pub fn checks_of(record: &RecordedScan, rounds: &[MapRound]) -> Option<Checks> {
     }
     let last = &pairs[pairs.len().saturating_sub(CHECKED)..];
     (!last.is_empty()).then(|| checks(last))
-}
-
-/// So many of some places, spread evenly.
-fn spread(places: &[PossibleReading], most: usize) -> Vec<PossibleReading> {
-    if places.len() <= most {
-        return places.to_vec();
-    }
-    let step = places.len() as f64 / most as f64;
-    (0..most).map(|n| places[(n as f64 * step) as usize]).collect()
 }

@@ -1,6 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use fieldgap_acoustics::Vec3;
 
 const HEAD: &str = "name = \"p\"\n[simulator]\nmodel = \"as-written\"\nalso = [\"corrected\"]\n\
                     [[focus]]\nx_mm = 17.5\ny_mm = -22.5\nz_mm = 100.0\n";

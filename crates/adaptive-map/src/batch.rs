@@ -271,16 +271,17 @@ mod tests {
         let first = chooser.first(64);
         assert_eq!(first.len(), 64);
         assert!(first[..8].iter().all(|(_, focus)| focus.is_none()));
-        let Chosen { readings, spread, gain } = chooser.next(&Known, 48);
-        assert_eq!((readings.len(), spread), (48, 8));
-        assert!(gain > 0.2, "{gain}");
-        let once = &readings[..44];
+        let Chosen { readings, spread, gain } = chooser.next(&Known, 24);
+        assert_eq!((readings.len(), spread), (24, 4));
+        assert!(gain > 0.1, "{gain}");
+        let once = &readings[..22];
         let above = once.iter().filter(|(at_m, _)| at_m.z > 0.1).count();
-        assert!(above > 26, "{above}");
+        // Half of those that are spread evenly lie above, and two thirds of the others.
+        assert!(above >= 13, "{above}");
         // Neighbours are correlated: hardly any place is taken twice.
         let mut places: Vec<_> = once.iter().map(|(at_m, _)| at_m.map(f64::to_bits)).collect();
         places.sort_by_key(|at| (at.x, at.y, at.z));
         places.dedup();
-        assert!(places.len() > 36, "{}", places.len());
+        assert!(places.len() >= 20, "{}", places.len());
     }
 }

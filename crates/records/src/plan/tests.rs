@@ -390,7 +390,7 @@ fn an_adaptive_map_that_cannot_be_is_refused_at_its_line() {
     }
     let fine = MAP.replace("step_mm = 2", "step_mm = 0.02");
     let fault = parse(&format!("{HEAD}{fine}")).expect_err("too fine");
-    assert!(fault.to_string().contains("make the step larger"), "{fault}");
+    assert!(fault.to_string().contains("at most 200000 are allowed"), "{fault}");
     let steps = MAP.replace("step_mm = 2", "step_mm = [2, 2, 2]");
     let fault = parse(&format!("{HEAD}{steps}")).expect_err("three steps");
     assert!(fault.to_string().contains("planes have one step"), "{fault}");

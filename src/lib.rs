@@ -22,6 +22,7 @@
 //! | [`sensing`] | hand swipes recognised from what four elements receive |
 //! | [`virtual_rig`] | firmware on pseudo-terminals with physics behind the receiver |
 //! | [`acquisition`] | a plan run on a rig, the record kept safe |
+//! | [`adaptive_map`] | maps of the field with standard errors, from as few readings as they need |
 //! | [`calibration`] | what each element of an array emits, from coded drives |
 //! | [`campaign`] | many scans against many simulations, by a schedule, on several rigs |
 //! | [`correction`] | set-up files corrected by what a diagnosis found |
@@ -35,6 +36,7 @@
 
 pub use fieldgap_acoustics as acoustics;
 pub use fieldgap_acquisition as acquisition;
+pub use fieldgap_adaptive_map as adaptive_map;
 pub use fieldgap_archive as archive;
 pub use fieldgap_blind as blind;
 pub use fieldgap_calibration as calibration;

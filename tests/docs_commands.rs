@@ -92,6 +92,7 @@ pages! {
     architecture: "ARCHITECTURE.md",
     contributing: "CONTRIBUTING.md",
     contents: "docs/README.md",
+    adaptive_maps: "docs/adaptive-maps.md",
     blind_sets: "docs/blind-sets.md",
     calibration: "docs/calibration.md",
     campaign_page: "docs/campaign-page.md",

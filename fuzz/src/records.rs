@@ -102,6 +102,20 @@ pub fn rounds(case: &[u8]) {
     }
 }
 
+/// `map-rounds.jsonl` of an adaptive map: the same.
+pub fn map_rounds(case: &[u8]) {
+    use fieldgap::adaptive_map::MapRound;
+    let text = String::from_utf8_lossy(case);
+    let rounds = fieldgap::closed_loop::parse_log(Path::new("map-rounds.jsonl"), &text);
+    match rounds {
+        Ok(rounds) => {
+            let rounds: Vec<MapRound> = rounds;
+            assert!(rounds.iter().enumerate().all(|(n, round)| round.round == n));
+        }
+        Err(error) => assert!(error.to_string().starts_with("map-rounds.jsonl, line ")),
+    }
+}
+
 /// The log of a campaign.
 pub fn campaign_log(case: &[u8]) {
     with_folder(&[("campaign.jsonl", case)], |folder| match CampaignFolder::read(folder) {

@@ -55,6 +55,7 @@ files! {
     events: records::events,
     campaign_log: records::campaign_log,
     rounds: records::rounds,
+    map_rounds: records::map_rounds,
     figures: records::figures,
     thesis_log: records::thesis_log,
     grid: records::grid,

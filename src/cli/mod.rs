@@ -25,6 +25,7 @@ mod import_points;
 mod init;
 mod internal_error;
 mod manual;
+mod map;
 mod note;
 mod on;
 mod output;
@@ -102,6 +103,8 @@ enum Command {
     Diagnose(diagnose::Diagnose),
     /// Compare and diagnose records again, with another simulator or a part of the catalogue; results go beside the old ones
     Reanalyse(reanalyse::Reanalyse),
+    /// Make a map of the field with standard errors from a recorded scan
+    Map(map::Map),
     /// Predict which causes of a gap a scan can distinguish
     Distinguish(distinguish::Distinguish),
     /// Simulate the field of a plan, of planes above an array, or of a display
@@ -192,6 +195,7 @@ impl Command {
             Self::Compare(command) => command.run(),
             Self::Diagnose(command) => command.run(),
             Self::Reanalyse(command) => command.run(),
+            Self::Map(command) => command.run(),
             Self::Distinguish(command) => command.run(),
             Self::Simulate(command) => command.run(),
             Self::Study(command) => command.run(),

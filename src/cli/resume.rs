@@ -6,10 +6,11 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::closed_loop::resumed;
+use super::map::{MapRequest, write_map};
 use super::permission::{Act, Permission};
 use super::scan::{Showing, report_ending, run_scan};
 use super::trust::Trust;
-use fieldgap_acquisition::PlannedScan;
+use fieldgap_acquisition::{Ending, PlannedScan};
 
 /// The `resume` command.
 #[derive(Debug, Args)]
@@ -32,6 +33,9 @@ impl Resume {
         self.permission.to(Act::Scan, scan.rig_setup())?;
         let scan_run = resumed(&self.folder);
         let ending = run_scan(scan_run, &hooks, &self.showing)?;
+        if scan.plan().adaptive.is_some() && ending == Ending::Complete {
+            write_map(&self.folder, MapRequest::default())?;
+        }
         Ok(report_ending(&self.folder, &ending))
     }
 }

@@ -32,7 +32,8 @@ pub(super) struct Run {
 
 impl Run {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
-        let Scanned::Done { folder, ending, diagnose } = self.scan.scan(&self.in_loop)? else {
+        let Scanned::Done { folder, ending, diagnose, is_map } = self.scan.scan(&self.in_loop)?
+        else {
             return Ok(ExitCode::SUCCESS);
         };
         let report = folder.join("report");
@@ -43,6 +44,7 @@ impl Run {
                 Closing::Comparison
             }
             Ending::Complete if diagnose => Closing::Correction,
+            Ending::Complete if is_map => Closing::Comparison,
             Ending::Complete => Closing::Cause,
         };
         let comparisons = close(&folder, &self.comparison, &report, closing)?;

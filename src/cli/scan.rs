@@ -9,7 +9,8 @@ use miette::{IntoDiagnostic, miette};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 use super::ENDED_PARTIAL;
-use super::closed_loop::{LoopArgs, begun};
+use super::closed_loop::{LoopArgs, Opening, begun};
+use super::map::{MapRequest, write_map};
 use super::output::say;
 use super::output::{fresh_folder, print_json};
 use super::pause_signals::PauseSignals;
@@ -70,8 +71,8 @@ pub(super) struct Scan {
 pub(super) enum Scanned {
     /// The plan was only checked.
     Checked,
-    /// The scan ran; its record is in `folder`. `diagnose` is the setting in the plan.
-    Done { folder: PathBuf, ending: Ending, diagnose: bool },
+    /// The scan ran; its record is in `folder`. `diagnose` is the setting in the plan; `is_map` whether it was for a map, and not for a cause.
+    Done { folder: PathBuf, ending: Ending, diagnose: bool, is_map: bool },
 }
 
 impl Scan {
@@ -101,8 +102,7 @@ impl ScanArgs {
             print_json(&check)?;
             return Ok(Scanned::Checked);
         }
-        if let (Some(_), Some(settings)) = (&opening, &scan.plan().closed_loop) {
-            let most = settings.most_readings;
+        if let Some(most) = opening.as_ref().and_then(|o| o.most_readings(scan.plan())) {
             say(format!("the rig chooses its readings, {most} at most; the first round:"));
         }
         say(in_words(&check));
@@ -114,10 +114,14 @@ impl ScanArgs {
         }
         let hooks = self.trust.in_hooks_of(&scan)?;
         self.permission.to(Act::Scan, scan.rig_setup())?;
-        let diagnose = scan.plan().diagnose || opening.is_some();
+        let diagnose = scan.plan().diagnose || opening.as_ref().is_some_and(Opening::seeks_a_cause);
+        let is_map = scan.plan().adaptive.is_some();
         let scan_run = begun(scan, &folder, opening);
         let ending = run_scan(scan_run, &hooks, &self.showing)?;
-        Ok(Scanned::Done { folder, ending, diagnose })
+        if is_map && ending == Ending::Complete {
+            write_map(&folder, MapRequest::default())?;
+        }
+        Ok(Scanned::Done { folder, ending, diagnose, is_map })
     }
 }
 

@@ -75,7 +75,7 @@ pub(super) fn dry_run(
     if visits.is_empty() {
         return Err(Fault::of_file(
             plan.path(),
-            "the plan names no readings: it leaves them to a closed loop",
+            "the plan names no readings: it leaves them to the rig",
             "run it with `fieldgap run`, which chooses them",
         ));
     }

@@ -8,11 +8,8 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::information::Contest;
 use crate::places::places_m;
-use crate::robot::Robot;
+use crate::robot::{Planned, Robot};
 use crate::route::route;
-
-/// One reading to take: place, m, and drive; `None` with the array silent.
-pub(crate) type Planned = (Vec3, Option<usize>);
 
 /// Sets that are held against each other at most: more have probabilities too small to matter.
 pub(crate) const MOST_SETS: usize = 8;

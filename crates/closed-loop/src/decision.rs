@@ -160,35 +160,6 @@ pub(crate) fn is_inseparable(
     !apart.is_empty() && apart.iter().all(|nats| nats * rounds < WORTH_PARTING)
 }
 
-/// Whether the budget of the plan ends the loop before a round of so many readings and seconds.
-pub(crate) fn budget(
-    settings: &ClosedLoop,
-    spent: Spent,
-    round_readings: usize,
-    round_s: f64,
-) -> Option<End> {
-    let over = |longest_s: Option<f64>, spent_s: f64| {
-        longest_s.is_some_and(|longest_s| spent_s + round_s > longest_s)
-    };
-    if spent.readings + round_readings > settings.most_readings {
-        Some(End::Readings)
-    } else if over(settings.longest_s, spent.time_s) {
-        Some(End::Time)
-    } else if over(settings.longest_sounding_s, spent.sounding_s) {
-        Some(End::Sounding)
-    } else {
-        None
-    }
-}
-
-/// What the loop has used up.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Spent {
-    pub readings: usize,
-    pub time_s: f64,
-    pub sounding_s: f64,
-}
-
 /// A round that goes on, in words.
 pub(crate) fn going_on(standing: &Standing, round: &Round) -> String {
     let taken_back = taken_back(round.verification.as_ref());
@@ -354,20 +325,6 @@ mod tests {
         let rounds = vec![round(Verdict::Unexplained, &[]); UNEXPLAINED - 1];
         assert_eq!(next(&unexplained, &rounds[1..], N, &settings()), Next::Explore);
         assert_eq!(next(&unexplained, &rounds, N, &settings()), Next::End(End::Unexplained));
-    }
-
-    #[test]
-    fn every_limit_of_the_budget_ends_the_loop() {
-        let spent = Spent { readings: 1750, time_s: 500.0, sounding_s: 400.0 };
-        let limits = |s, sounding_s| ClosedLoop {
-            longest_s: s,
-            longest_sounding_s: sounding_s,
-            ..settings()
-        };
-        assert_eq!(budget(&limits(None, None), spent, 51, 10.0), Some(End::Readings));
-        assert_eq!(budget(&limits(Some(505.0), None), spent, 50, 10.0), Some(End::Time));
-        assert_eq!(budget(&limits(None, Some(405.0)), spent, 50, 10.0), Some(End::Sounding));
-        assert_eq!(budget(&limits(Some(600.0), Some(600.0)), spent, 50, 10.0), None);
     }
 
     #[test]

@@ -13,16 +13,14 @@ use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{ClosedLoop, Plan, RecordedSample, RecordedScan};
 
 use crate::batch::{Batch, Chooser, MOST_SETS};
+use crate::budget::{Budget, Spent};
 use crate::cure::PlannedCure;
-use crate::decision::{
-    Next, Spent, Standing, budget, going_on, in_words, is_inseparable, next, taken_back,
-};
+use crate::decision::{Next, Standing, going_on, in_words, is_inseparable, next, taken_back};
 use crate::drives::further_drives;
+use crate::log::{RoundsError, write_log};
 use crate::plan_text::{with_drives, with_readings};
 use crate::robot::Robot;
-use crate::round::{
-    End, Likely, Purpose, Round, RoundsError, Verification, read_rounds, write_rounds,
-};
+use crate::round::{End, Likely, Purpose, Round, Verification, read_rounds};
 
 /// Sets that a round keeps in its log: those that the next round is to tell apart.
 const MOST_LOGGED: usize = MOST_SETS;
@@ -150,7 +148,7 @@ impl Inquiry {
     /// # Errors
     /// [`RoundsError`].
     pub fn begin(&self, first: Round) -> Result<(), RoundsError> {
-        write_rounds(&self.folder, &[first])
+        write_log(&self.folder, &[first])
     }
 
     /// The decision after the readings of a record, by the rounds before it.
@@ -202,9 +200,9 @@ impl Inquiry {
             }
         };
         let expected_s = self.duration_s(&batch, at_m);
-        let spent = spent(&record.samples);
-        if let Some(reason) = budget(&self.settings, spent, batch.readings.len(), expected_s) {
-            return end(&standing, verification, reason);
+        let spent = Spent::of(&record.samples);
+        if let Some(used_up) = self.budget().used_up(spent, batch.readings.len(), expected_s) {
+            return end(&standing, verification, End::from(used_up));
         }
         self.is_enough(&batch, batch.readings.len().max(1))?;
         let cure = match purpose {
@@ -281,6 +279,11 @@ impl Inquiry {
         Ok(again)
     }
 
+    fn budget(&self) -> Budget {
+        let ClosedLoop { most_readings, longest_s, longest_sounding_s, .. } = self.settings;
+        Budget { readings: most_readings, longest_s, longest_sounding_s }
+    }
+
     /// A round without readings.
     fn round(
         &self,
@@ -340,13 +343,7 @@ impl Inquiry {
     }
 
     fn duration_s(&self, batch: &Batch, from_m: Vec3) -> f64 {
-        let mut at_m = from_m;
-        let each = batch.readings.iter().map(|(to_m, _)| {
-            let took_s = self.robot.move_s(at_m, *to_m) + self.robot.reading_s();
-            at_m = *to_m;
-            took_s
-        });
-        each.sum()
+        self.robot.duration_s(from_m, &batch.readings)
     }
 
     fn is_enough(&self, batch: &Batch, wanted: usize) -> Result<(), InquiryError> {
@@ -370,18 +367,7 @@ impl ChooseRounds for Inquiry {
         }
         let decision = round.reason.clone();
         rounds.push(round);
-        write_rounds(&self.folder, &rounds)?;
+        write_log(&self.folder, &rounds)?;
         Ok(NextRound { decision, plan })
-    }
-}
-
-/// What a loop has used up.
-fn spent(samples: &[RecordedSample]) -> Spent {
-    let time_s = |from: &RecordedSample, to: &RecordedSample| to.time_s - from.time_s;
-    let sounding = samples.windows(2).filter(|pair| pair.iter().all(|s| s.focus.is_some()));
-    Spent {
-        readings: samples.len(),
-        time_s: samples.first().zip(samples.last()).map_or(0.0, |(a, b)| time_s(a, b)),
-        sounding_s: sounding.map(|pair| time_s(&pair[0], &pair[1])).sum(),
     }
 }

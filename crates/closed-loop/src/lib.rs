@@ -8,11 +8,13 @@
 //! The scan itself is one of `fieldgap_acquisition`: its plan grows at its end, so that all that holds of scans holds here.
 
 mod batch;
+mod budget;
 mod cure;
 mod decision;
 mod drives;
 mod information;
 mod inquiry;
+mod log;
 mod obtained;
 mod places;
 mod plan_text;
@@ -20,11 +22,15 @@ mod robot;
 mod round;
 mod route;
 
+pub use budget::{Budget, Spent, UsedUp};
 pub use cure::Cure;
 pub use inquiry::{Decision, Inquiry, InquiryError};
+pub use log::{LoggedRound, RoundsError, parse_log, read_log, write_log};
 pub use obtained::obtained_bits;
-pub use plan_text::in_closed_loop;
+pub use plan_text::{in_closed_loop, with_readings};
+pub use robot::{Planned, Robot};
 pub use round::{
-    Corrected, End, FILE as ROUNDS_FILE, Likely, Purpose, Round, RoundsError, Verification,
-    parse_rounds, read_rounds, verified,
+    Corrected, End, FILE as ROUNDS_FILE, Likely, Purpose, Round, Verification, parse_rounds,
+    read_rounds, verified,
 };
+pub use route::route;

@@ -9,7 +9,7 @@ use fieldgap_acoustics::Vec3;
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{BoxMm, FocusSection, FocusTable, Layers, Plan, Shape};
 
-use crate::batch::Planned;
+use crate::robot::Planned;
 
 /// Least extent of the box of a plan along an axis, as a share of the largest: a plan of one plane is scanned around it too.
 const LEAST_EXTENT: f64 = 0.5;
@@ -110,7 +110,7 @@ fn in_headings(mut tables: DocumentMut) -> String {
 }
 
 /// The text of a plan with one more list of readings.
-pub(crate) fn with_readings(text: &str, why: &str, readings: &[Planned]) -> String {
+pub fn with_readings(text: &str, why: &str, readings: &[Planned]) -> String {
     let mut longer = text.trim_end().to_owned();
     let _ = write!(longer, "\n\n# {why}\n[[readings]]\nat_mm = [\n");
     for line in readings.chunks(6) {

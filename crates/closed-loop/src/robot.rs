@@ -7,9 +7,12 @@ use fieldgap_acoustics::Vec3;
 use fieldgap_acquisition::{RigSetup, move_s, reading_s};
 use fieldgap_rig::{Envelope, Frame};
 
+/// One reading to take: place, m, and drive; `None` with the array silent.
+pub type Planned = (Vec3, Option<usize>);
+
 /// The times of a rig, and where its robot may go.
 #[derive(Debug)]
-pub(crate) struct Robot {
+pub struct Robot {
     envelope: Envelope,
     frame: Frame,
     feed_m_s: f64,
@@ -39,6 +42,17 @@ impl Robot {
     pub fn move_s(&self, from_m: Vec3, to_m: Vec3) -> f64 {
         let distance_m = (to_m - from_m).norm();
         if distance_m == 0.0 { 0.0 } else { move_s(distance_m, self.feed_m_s) }
+    }
+
+    /// Time of some readings one after another, from a place, s.
+    pub fn duration_s(&self, from_m: Vec3, readings: &[Planned]) -> f64 {
+        let mut at_m = from_m;
+        let each = readings.iter().map(|(to_m, _)| {
+            let took_s = self.move_s(at_m, *to_m) + self.reading_s();
+            at_m = *to_m;
+            took_s
+        });
+        each.sum()
     }
 
     /// Whether the robot can stand at a place.

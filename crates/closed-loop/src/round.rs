@@ -1,15 +1,13 @@
 //! What a closed loop decided, round by round: `rounds.jsonl` in the folder of the record.
 
-use std::fs;
-use std::io;
 use std::path::Path;
 
 use fieldgap_diagnosis::{CorrectedTest, EffectId, FreshTest, Verdict};
-use fieldgap_input::{MOST_TABLE, read_text};
-use fieldgap_records::write_whole;
 use serde::{Deserialize, Serialize};
 
+use crate::budget::UsedUp;
 use crate::cure::Cure;
+use crate::log::{LoggedRound, RoundsError, parse_log, read_log};
 
 /// The file.
 pub const FILE: &str = "rounds.jsonl";
@@ -130,27 +128,22 @@ pub struct Round {
     pub reason: String,
 }
 
-/// A log of rounds that cannot be read or written.
-#[derive(Debug, thiserror::Error)]
-pub enum RoundsError {
-    /// The file cannot be read or written.
-    #[error("{path}: {source}", path = .path.display())]
-    File {
-        /// The file.
-        path: std::path::PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// A line is no round.
-    #[error("{path}, line {line}: {reason}", path = .path.display())]
-    Line {
-        /// The file.
-        path: std::path::PathBuf,
-        /// Number of the line, from 1.
-        line: usize,
-        /// What is wrong with it.
-        reason: String,
-    },
+impl LoggedRound for Round {
+    const FILE: &'static str = FILE;
+
+    fn number(&self) -> usize {
+        self.round
+    }
+}
+
+impl From<UsedUp> for End {
+    fn from(used_up: UsedUp) -> Self {
+        match used_up {
+            UsedUp::Readings => Self::Readings,
+            UsedUp::Time => Self::Time,
+            UsedUp::Sounding => Self::Sounding,
+        }
+    }
 }
 
 impl Verification {
@@ -208,13 +201,7 @@ pub fn verified(rounds: &[Round]) -> Option<&Cure> {
 /// # Errors
 /// [`RoundsError`] if the file cannot be read or a line of it is no round.
 pub fn read_rounds(folder: &Path) -> Result<Vec<Round>, RoundsError> {
-    let path = folder.join(FILE);
-    if !path.exists() {
-        return Ok(Vec::new());
-    }
-    let text = read_text(&path, MOST_TABLE)
-        .map_err(|source| RoundsError::File { path: path.clone(), source })?;
-    parse_rounds(&path, &text)
+    read_log(folder)
 }
 
 /// Reads the text of a `rounds.jsonl`.
@@ -222,31 +209,7 @@ pub fn read_rounds(folder: &Path) -> Result<Vec<Round>, RoundsError> {
 /// # Errors
 /// [`RoundsError::Line`] at the first line that is no round, or that is out of order.
 pub fn parse_rounds(path: &Path, text: &str) -> Result<Vec<Round>, RoundsError> {
-    let mut rounds = Vec::new();
-    for (index, line) in text.lines().enumerate() {
-        let wrong =
-            |reason: String| RoundsError::Line { path: path.to_owned(), line: index + 1, reason };
-        let round: Round = serde_json::from_str(line).map_err(|error| wrong(error.to_string()))?;
-        if round.round != index {
-            return Err(wrong(format!("round {} stands where {index} is due", round.round)));
-        }
-        rounds.push(round);
-    }
-    Ok(rounds)
-}
-
-/// Writes the rounds of the record in `folder`. They are on disk when this returns.
-///
-/// # Errors
-/// [`RoundsError::File`].
-pub fn write_rounds(folder: &Path, rounds: &[Round]) -> Result<(), RoundsError> {
-    let path = folder.join(FILE);
-    let file = |source| RoundsError::File { path: path.clone(), source };
-    let lines: Result<Vec<String>, serde_json::Error> =
-        rounds.iter().map(serde_json::to_string).collect();
-    let text = lines.map_err(|error| file(error.into()))?.join("\n") + "\n";
-    fs::create_dir_all(folder).map_err(file)?;
-    write_whole(&path, |to| io::Write::write_all(to, text.as_bytes())).map_err(file)
+    parse_log(path, text)
 }
 
 #[cfg(test)]
@@ -278,7 +241,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         assert_eq!(read_rounds(folder.path()).expect("none"), []);
         let rounds = [round(0), round(1)];
-        write_rounds(folder.path(), &rounds).expect("written");
+        crate::log::write_log(folder.path(), &rounds).expect("written");
         assert_eq!(read_rounds(folder.path()).expect("there"), rounds);
     }
 

@@ -13,7 +13,7 @@ const ROUNDS: usize = 8;
 
 /// Indices of `places_m` in the order of a short way from `start_m`, and none that only a blocked way reaches. `seconds` gives the time of
 /// a way, `None` if it is not free.
-pub(crate) fn route(
+pub fn route(
     start_m: Vec3,
     places_m: &[Vec3],
     seconds: impl Fn(Vec3, Vec3) -> Option<f64>,

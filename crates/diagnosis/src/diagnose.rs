@@ -7,6 +7,7 @@ use fieldgap_comparison::{Incomparable, Registration};
 use fieldgap_records::{RecordedScan, ScanSetup};
 use rayon::prelude::*;
 
+use crate::advice::found_field::FoundField;
 use crate::advice::outlook::{Outlook, PossibleReading, outlook};
 use crate::effect_id::EffectId;
 use crate::fit::any::refined;
@@ -124,6 +125,13 @@ impl<'s> Findings<'s> {
         let judgement = &self.report.judgement;
         let seen = judgement.verdict == Verdict::Unexplained && !judgement.too_faint;
         if seen { 1.0 } else { ANOTHER_CAUSE }
+    }
+
+    /// The field that the most probable set expects, of the (one) scan of these findings.
+    pub fn field(&self) -> FoundField<'_> {
+        let ReportBuilder { observations, context, scored, judgement, .. } = &self.report;
+        let number = judgement.named.first().copied().unwrap_or(0);
+        FoundField::of(observations, context, &scored[number].fit)
     }
 
     /// Holds the named set, or the most probable one, against the readings of `whole` that follow those of the (one) scan of these findings.

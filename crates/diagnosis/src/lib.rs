@@ -68,6 +68,7 @@ mod text;
 mod verdict;
 
 pub use advice::distinguish::{AlikeEffects, alike_effects};
+pub use advice::found_field::{Departure, FieldSamples, FoundField, Received};
 pub use advice::outlook::{Outlook, PossibleReading};
 pub use change::{
     ChangeCandidate, ChangeDiagnosis, ChangeVerdict, CommonModel, NoChangeDiagnosis,

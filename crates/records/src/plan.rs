@@ -1,5 +1,6 @@
 //! The plan of a scan: which foci, which points, in what order.
 
+mod adaptive;
 mod closed_loop;
 mod fly;
 mod one_or_many;
@@ -14,6 +15,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
+use self::adaptive::AdaptiveTable;
+pub use self::adaptive::{AdaptiveMap, MapPrior};
 use self::closed_loop::ClosedLoopTable;
 pub use self::closed_loop::{BoxMm, ClosedLoop, Criterion};
 pub use self::fly::Fly;
@@ -65,6 +68,7 @@ struct PlanFile {
     #[serde(default)]
     readings: Vec<Spanned<ReadingsTable>>,
     closed_loop: Option<Spanned<ClosedLoopTable>>,
+    adaptive: Option<Spanned<AdaptiveTable>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -152,6 +156,8 @@ pub struct Plan {
     pub readings: Vec<Readings>,
     /// Where the rig chooses further readings itself, and when it stops; `None` if it chooses none.
     pub closed_loop: Option<ClosedLoop>,
+    /// The map for which the rig chooses its readings; `None` if there is none.
+    pub adaptive: Option<AdaptiveMap>,
     source: TomlSource,
     rig_place: Option<Range<usize>>,
     focus_places: Vec<Range<usize>>,
@@ -202,7 +208,10 @@ impl Plan {
         let readings = readings.collect::<Result<Vec<_>, _>>()?;
         let closed_loop =
             file.closed_loop.as_ref().map(|table| ClosedLoop::read(table, &source)).transpose()?;
-        if regions.is_empty() && readings.is_empty() && closed_loop.is_none() {
+        let adaptive =
+            file.adaptive.as_ref().map(|table| AdaptiveMap::read(table, &reader)).transpose()?;
+        let chooses = closed_loop.is_some() || adaptive.is_some();
+        if regions.is_empty() && readings.is_empty() && !chooses {
             return Err(Fault::of_file(
                 source.path(),
                 "the plan has nothing to measure",
@@ -234,12 +243,24 @@ impl Plan {
             regions,
             readings,
             closed_loop,
+            adaptive,
             rig_place: file.rig.as_ref().map(Spanned::span),
             focus_places: file.focus.iter().map(Spanned::span).collect(),
             source,
         };
         plan.within_bounds()?;
-        plan.grows_at_its_end(file.closed_loop.as_ref())?;
+        if let (Some(_), Some(table)) = (&file.closed_loop, &file.adaptive) {
+            return Err(plan.source.fault(
+                table.span(),
+                "the plan has [closed_loop] as well, which seeks a cause and not a map",
+                "leave one of the two out; a map can also be made of what a closed loop recorded, by `fieldgap map`",
+            ));
+        }
+        let closed_loop = file.closed_loop.as_ref().map(|table| ("a closed loop", table.span()));
+        let adaptive = file.adaptive.as_ref().map(|table| ("an adaptive map", table.span()));
+        if let Some((what, place)) = closed_loop.or(adaptive) {
+            plan.grows_at_its_end(what, place)?;
+        }
         Ok(plan)
     }
 
@@ -271,6 +292,11 @@ impl Plan {
             Some(place) => self.source.fault(place, problem, remedy),
             None => Fault::of_file(self.source.path(), problem, remedy),
         }
+    }
+
+    /// Whether the rig chooses readings, so that the plan grows as it is measured.
+    pub fn chooses_readings(&self) -> bool {
+        self.closed_loop.is_some() || self.adaptive.is_some()
     }
 
     /// Checks that foci given by phases have one phase for each element of the array.
@@ -308,9 +334,8 @@ impl Plan {
         Ok(())
     }
 
-    /// A closed loop adds readings at the end: whatever else comes last would come twice.
-    fn grows_at_its_end(&self, table: Option<&Spanned<ClosedLoopTable>>) -> Result<(), Fault> {
-        let Some(table) = table else { return Ok(()) };
+    /// Rounds add readings at the end: whatever else comes last would come twice.
+    fn grows_at_its_end(&self, what: &str, place: Range<usize>) -> Result<(), Fault> {
         let last = match (self.dark.after, self.reference.every_points, self.regions.is_empty()) {
             (0, None, true) => return Ok(()),
             (0, None, false) => "regions to measure",
@@ -318,8 +343,8 @@ impl Plan {
             _ => "silent readings after all others",
         };
         Err(self.source.fault(
-            table.span(),
-            format!("a closed loop chooses its readings itself, and the plan has {last}"),
+            place,
+            format!("{what} chooses its readings itself, and the plan has {last}"),
             "leave planes, volumes, lines, points, `every_points` and `dark.after` out of this plan",
         ))
     }

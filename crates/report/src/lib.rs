@@ -4,6 +4,7 @@
 //! |---|---|
 //! | comparison of a scan with simulations | [`write()`], and [`csv()`] for the table alone |
 //! | diagnosis | [`write_diagnosis`] |
+//! | map made of readings | [`write_measured_map`] |
 //! | simulated planes | [`write_simulation`] |
 //! | study over parameters | [`write_study`] |
 //! | characterized transducer | [`write_transducer`] |
@@ -87,6 +88,8 @@ mod figures;
 mod folder;
 mod html;
 mod judgement;
+mod map_pictures;
+mod measured_map;
 mod page;
 mod peak_distance;
 mod picture;
@@ -117,6 +120,8 @@ pub use self::control_charts::write_control_charts;
 pub use self::diagnosis::{DiagnosisFiles, write_diagnosis};
 pub use self::display::{DisplayFiles, PlayedDisplay, write_display};
 pub use self::error::{PictureError, ReportError};
+pub use self::map_pictures::write_measured_map;
+pub use self::measured_map::MeasuredMap;
 pub use self::picture::{PrintStyle, PrintStyleError};
 pub use self::rounds::{LoopOfRounds, RoundsFiles, write_rounds};
 pub use self::simulated_map::SimulatedMap;

@@ -46,9 +46,9 @@ impl ScanRun {
         progress: &mut Progress,
         watch: EventSink<'_>,
     ) -> Result<(), Stopped> {
-        if self.rounds.is_none() && self.scan.plan.closed_loop.is_some() {
+        if self.rounds.is_none() && self.scan.plan.chooses_readings() {
             return Err(AcquisitionError::NoNextRound(
-                "the plan is that of a closed loop, and nothing here chooses its rounds".into(),
+                "the plan leaves its readings to the rig, and nothing here chooses them".into(),
             )
             .into());
         }

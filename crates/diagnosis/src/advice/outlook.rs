@@ -52,7 +52,7 @@ pub(crate) fn outlook(
     probability: f64,
     possible: &[PossibleReading],
 ) -> Outlook {
-    let (possible, order) = as_observations(observations, possible);
+    let (possible, order) = as_observations(observations, possible, 1.0);
     let fit = &scored.fit;
     let problem = Problem::new(&possible, context, &fit.instances, &fit.values);
     let unknowns = unknowns(&fit.instances, &fit.values, &fit.spreads, &fit.nuisance[..1], context);
@@ -88,10 +88,12 @@ pub(crate) fn outlook(
     }
 }
 
-/// Possible readings as observations that read nothing, drive by drive; and where each stands among them.
-fn as_observations(
+/// Possible readings as observations that read nothing, drive by drive; and where each stands among them. `progress` is the moment of the scan
+/// at which they are taken, 0 at its first reading to 1 at its last.
+pub(super) fn as_observations(
     observations: &Observations,
     possible: &[PossibleReading],
+    progress: f64,
 ) -> (Observations, Vec<usize>) {
     let scan = &observations.scans[0];
     let mut order = vec![0; possible.len()];
@@ -108,7 +110,7 @@ fn as_observations(
                 at_m: one.at_m,
                 motion: Motion::steady(Vec3::zeros(), x_direction),
                 otherwise: None,
-                progress: 1.0,
+                progress,
             });
         }
         before += visits.len();

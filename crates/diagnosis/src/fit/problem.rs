@@ -16,7 +16,7 @@ use crate::model::pressure::Pressure;
 use crate::model::residuals::Residuals;
 
 /// Share of a parameter's scale that its difference quotient steps: far above rounding, far below curvature.
-const DIFFERENCE: f64 = 1e-3;
+pub(crate) const DIFFERENCE: f64 = 1e-3;
 
 /// The problem that a search works on.
 pub(crate) struct Problem<'o> {
@@ -126,6 +126,30 @@ impl<'o> Problem<'o> {
         Left::of(self.observations, residuals, &expected, freedom)
     }
 
+    /// The forward model and the nuisance one step from a point along each unknown in turn, with the step.
+    pub fn beside<'p>(
+        &'p self,
+        numbers: &'p [f64],
+        unknowns: &'p [Unknown],
+    ) -> impl Iterator<Item = (ForwardModel<'o>, Vec<Nuisance>, f64)> + 'p {
+        (0..numbers.len()).map(|j| {
+            let (beside, step) = self.stepped(numbers, unknowns, j);
+            (self.model(&beside), self.nuisance(&beside), step)
+        })
+    }
+
+    /// A point one step along the `j`th unknown, backwards where it is not plausible forwards; and the step.
+    fn stepped(&self, numbers: &[f64], unknowns: &[Unknown], j: usize) -> (Vec<f64>, f64) {
+        let mut beside = numbers.to_vec();
+        let mut step = DIFFERENCE * unknowns[j].scale;
+        beside[j] += step;
+        if !self.plausible(&beside) {
+            step = -step;
+            beside[j] = numbers[j] + step;
+        }
+        (beside, step)
+    }
+
     /// Residuals at a point; NaN where a parameter is not plausible.
     pub fn at(&self, numbers: &[f64]) -> Vec<f64> {
         match self.plausible(numbers) {
@@ -199,13 +223,7 @@ impl<'o> Problem<'o> {
         let random = self.random_ranges();
         range
             .map(|j| {
-                let mut beside = numbers.to_vec();
-                let mut step = DIFFERENCE * unknowns[j].scale;
-                beside[j] += step;
-                if !self.plausible(&beside) {
-                    step = -step;
-                    beside[j] = numbers[j] + step;
-                }
+                let (beside, step) = self.stepped(numbers, unknowns, j);
                 let of_scan = j % Nuisance::COUNT;
                 let is_nuisance = j < Nuisance::COUNT * self.observations.scans.len();
                 let model = self.model(&beside);

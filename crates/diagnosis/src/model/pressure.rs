@@ -20,6 +20,15 @@ impl Pressure {
         Self { coherent, speckle: 0.0, speckle_square: Complex64::ZERO }
     }
 
+    /// The same at another gain.
+    pub fn times(self, gain: f64) -> Self {
+        Self {
+            coherent: gain * self.coherent,
+            speckle: gain * gain * self.speckle,
+            speckle_square: gain * gain * self.speckle_square,
+        }
+    }
+
     /// Mean squares of the random part along the coherent pressure and across it.
     pub fn speckle_along_and_across(&self) -> [f64; 2] {
         let power = self.coherent.norm_sqr();

@@ -114,6 +114,22 @@ impl ForwardModel<'_> {
         expected
     }
 
+    /// The pressures times the gain of each scan, as the robot came to each reading, in the order of the observations.
+    pub fn levels(&self, observations: &Observations, nuisance: &[Nuisance]) -> Vec<Pressure> {
+        let pressures = self.pressures(observations, nuisance);
+        let mut levels = Vec::with_capacity(observations.len());
+        for ((scan, pressures), nuisance) in observations.scans.iter().zip(&pressures).zip(nuisance)
+        {
+            let gain = nuisance.log_gain.exp();
+            let straight = self.came_straight(scan, pressures, gain);
+            for (drive, pressures) in scan.drives.iter().zip(pressures) {
+                let arrived = arrived(drive, pressures, straight);
+                levels.extend(arrived.map(|(_, pressure)| pressure.times(gain)));
+            }
+        }
+        levels
+    }
+
     /// Whether the readings of a scan outside of rows are likelier if the robot came to each straight from the one before.
     fn came_straight(&self, scan: &ObservedScan, pressures: &[Vec<Pressure>], gain: f64) -> bool {
         if !self.depends_on_arrival() {

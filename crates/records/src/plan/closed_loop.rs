@@ -128,15 +128,8 @@ impl ClosedLoop {
     ) -> Result<Self, Fault> {
         let keys = table.get_ref();
         let usual = Self::within(box_of(&keys.min_mm, &keys.max_mm, source)?);
-        let count = |key: &Option<Spanned<usize>>, otherwise| match key {
-            None => Ok(otherwise),
-            Some(given) if (FEWEST..=MOST).contains(given.get_ref()) => Ok(*given.get_ref()),
-            Some(given) => Err(source.fault(
-                given.span(),
-                format!("{} readings are too few or too many", given.get_ref()),
-                format!("give a number from {FEWEST} to {MOST}"),
-            )),
-        };
+        let count =
+            |key: &Option<Spanned<usize>>, otherwise| count_of_readings(key, otherwise, source);
         let first_readings = count(&keys.first_readings, usual.first_readings)?;
         let most_readings = count(&keys.readings, usual.most_readings.max(first_readings))?;
         if let Some(given) = keys.readings.as_ref().filter(|_| most_readings < first_readings) {
@@ -178,6 +171,23 @@ impl ClosedLoop {
             verify_within,
             ..usual
         })
+    }
+}
+
+/// A number of readings that a round or a plan can have.
+pub(super) fn count_of_readings(
+    key: &Option<Spanned<usize>>,
+    otherwise: usize,
+    source: &TomlSource,
+) -> Result<usize, Fault> {
+    match key {
+        None => Ok(otherwise),
+        Some(given) if (FEWEST..=MOST).contains(given.get_ref()) => Ok(*given.get_ref()),
+        Some(given) => Err(source.fault(
+            given.span(),
+            format!("{} readings are too few or too many", given.get_ref()),
+            format!("give a number from {FEWEST} to {MOST}"),
+        )),
     }
 }
 

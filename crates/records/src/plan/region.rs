@@ -116,13 +116,28 @@ impl Axis {
     }
 }
 
+impl Layers {
+    /// Number of points; at least one.
+    pub fn points(&self) -> usize {
+        self.x.count.saturating_mul(self.y.count).saturating_mul(self.z_mm.len())
+    }
+
+    /// The points, millimetres: along x first, then y, then z.
+    pub fn places_mm(&self) -> impl Iterator<Item = Vec3> + '_ {
+        let row = move |y_mm: f64, z_mm: f64| {
+            (0..self.x.count).map(move |column| Vec3::new(self.x.at_mm(column), y_mm, z_mm))
+        };
+        let plane =
+            move |z_mm: f64| (0..self.y.count).flat_map(move |n| row(self.y.at_mm(n), z_mm));
+        self.z_mm.iter().flat_map(move |&z_mm| plane(z_mm))
+    }
+}
+
 impl Shape {
     /// Number of points; at least one.
     pub fn points(&self) -> usize {
         match self {
-            Self::Planes(layers) | Self::Volume(layers) => {
-                layers.x.count.saturating_mul(layers.y.count).saturating_mul(layers.z_mm.len())
-            }
+            Self::Planes(layers) | Self::Volume(layers) => layers.points(),
             Self::Line { count, .. } => *count,
             Self::Points(points) => points.len(),
         }
@@ -139,65 +154,88 @@ impl Reader<'_> {
     /// A `[[plane]]`: as many whole steps as fit in its size, centred.
     pub fn plane(&self, table: &Spanned<PlaneTable>) -> Result<Region, Fault> {
         let keys = table.get_ref();
-        let step_mm = keys.step_mm.get_ref().get();
-        let size_mm = keys.size_mm.get_ref().map(Length::get);
+        let PlaneTable { z_mm, centre_mm, size_mm, step_mm, .. } = keys;
+        let step_mm = (step_mm.get_ref().get(), step_mm.span());
+        let layers = self.planes(z_mm, *centre_mm, size_mm, step_mm)?;
+        self.region(Shape::Planes(layers), &keys.foci, table.span())
+    }
+
+    /// The grid of planes: as many whole steps as fit in their size, centred. The step comes with its place in the file.
+    pub fn planes(
+        &self,
+        z_mm: &Spanned<OneOrMany<Place>>,
+        centre_mm: Exact<Place, 2>,
+        sizes_mm: &Spanned<Exact<Length, 2>>,
+        (step_mm, step_place): (f64, Range<usize>),
+    ) -> Result<Layers, Fault> {
+        let size_mm = sizes_mm.get_ref().map(Length::get);
         if size_mm.iter().any(|&size_mm| size_mm < step_mm) {
             return Err(self.source.fault(
-                keys.size_mm.span(),
+                sizes_mm.span(),
                 format!("the plane is smaller than its step of {step_mm} mm"),
                 "make `size_mm` larger or `step_mm` smaller; for single points use [[points]]",
             ));
         }
         let centred = |axis: usize| -> Result<Axis, Fault> {
-            let steps = self.whole_steps(size_mm[axis], step_mm, &keys.step_mm.span())?;
-            let first_mm = keys.centre_mm[axis].get() - step_mm * (steps as f64 / 2.0);
+            let steps = self.whole_steps(size_mm[axis], step_mm, &step_place)?;
+            let first_mm = centre_mm[axis].get() - step_mm * (steps as f64 / 2.0);
             Ok(Axis { first_mm, step_mm, count: steps + 1 })
         };
         let (x, y) = (centred(0)?, centred(1)?);
-        let mut z_mm: Vec<f64> = keys.z_mm.get_ref().0.iter().map(|z| z.get()).collect();
-        z_mm.sort_by(f64::total_cmp);
-        if z_mm.is_empty() {
+        let mut heights_mm: Vec<f64> = z_mm.get_ref().0.iter().map(|z| z.get()).collect();
+        heights_mm.sort_by(f64::total_cmp);
+        if heights_mm.is_empty() {
             return Err(self.source.fault(
-                keys.z_mm.span(),
+                z_mm.span(),
                 "the plane has no height",
                 "give at least one, such as `z_mm = 100.0`",
             ));
         }
-        self.region(Shape::Planes(Layers { x, y, z_mm }), &keys.foci, table.span())
+        Ok(Layers { x, y, z_mm: heights_mm })
     }
 
     /// A `[[volume]]`: whole steps from `min_mm`, up to `max_mm`.
     pub fn volume(&self, table: &Spanned<VolumeTable>) -> Result<Region, Fault> {
         let keys = table.get_ref();
-        let steps_mm = match keys.step_mm.get_ref().0[..] {
+        let layers = self.layers(&keys.min_mm, &keys.max_mm, &keys.step_mm)?;
+        self.region(Shape::Volume(layers), &keys.foci, table.span())
+    }
+
+    /// The grid of a box: whole steps from its lowest corner, up to its highest.
+    pub fn layers(
+        &self,
+        min_mm: &Exact<Place, 3>,
+        max_mm: &Spanned<Exact<Place, 3>>,
+        step_mm: &Spanned<OneOrMany<Length>>,
+    ) -> Result<Layers, Fault> {
+        let steps_mm = match step_mm.get_ref().0[..] {
             [same] => [same; 3],
             [x, y, z] => [x, y, z],
             _ => {
                 return Err(self.source.fault(
-                    keys.step_mm.span(),
+                    step_mm.span(),
                     "a volume has one step, or three",
                     "give one number for all axes, or [x, y, z]",
                 ));
             }
         };
         let along = |axis: usize| -> Result<Axis, Fault> {
-            let first_mm = keys.min_mm[axis].get();
-            let size_mm = keys.max_mm.get_ref()[axis].get() - first_mm;
+            let first_mm = min_mm[axis].get();
+            let size_mm = max_mm.get_ref()[axis].get() - first_mm;
             if size_mm < 0.0 {
                 return Err(self.source.fault(
-                    keys.max_mm.span(),
+                    max_mm.span(),
                     format!("`max_mm` is below `min_mm` along {}", ["x", "y", "z"][axis]),
                     "exchange the two numbers",
                 ));
             }
-            let step_mm = steps_mm[axis].get();
-            let steps = self.whole_steps(size_mm, step_mm, &keys.step_mm.span())?;
-            Ok(Axis { first_mm, step_mm, count: steps + 1 })
+            let along_mm = steps_mm[axis].get();
+            let steps = self.whole_steps(size_mm, along_mm, &step_mm.span())?;
+            Ok(Axis { first_mm, step_mm: along_mm, count: steps + 1 })
         };
         let z = along(2)?;
         let z_mm = (0..z.count).map(|layer| z.at_mm(layer)).collect();
-        let layers = Layers { x: along(0)?, y: along(1)?, z_mm };
-        self.region(Shape::Volume(layers), &keys.foci, table.span())
+        Ok(Layers { x: along(0)?, y: along(1)?, z_mm })
     }
 
     /// A `[[line]]`: whole steps from its start, up to its end.

@@ -1,6 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use fieldgap_acoustics::Vec3;
 
 const HEAD: &str = "name = \"p\"\n[simulator]\nmodel = \"as-written\"\nalso = [\"corrected\"]\n\
                     [[focus]]\nx_mm = 17.5\ny_mm = -22.5\nz_mm = 100.0\n";
@@ -336,5 +337,80 @@ fn nothing_else_comes_last_in_a_closed_loop() {
     ] {
         let fault = parse(&format!("{HEAD}{LOOP}{more}")).expect_err(what);
         assert!(fault.to_string().contains(what), "{fault}");
+    }
+}
+
+const MAP: &str = "[adaptive]\nz_mm = [100, 80]\nsize_mm = [20, 10]\nstep_mm = 2\n";
+
+#[test]
+fn an_adaptive_map_is_of_planes_or_of_a_box() {
+    let plan = parse(&format!("{HEAD}{MAP}")).expect("good");
+    assert!(plan.visits().is_empty() && plan.chooses_readings());
+    let map = plan.adaptive.expect("given");
+    assert_eq!((map.grid.points(), map.error, map.confidence), (11 * 6 * 2, 0.01, 0.95));
+    assert_eq!(
+        (map.first_readings, map.most_readings, map.prior),
+        (192, 192, MapPrior::Simulation)
+    );
+    let places: Vec<_> = map.grid.places_mm().collect();
+    assert_eq!(places[0], Vec3::new(-10.0, -5.0, 80.0));
+    assert_eq!(places[12], Vec3::new(-8.0, -3.0, 80.0));
+    assert_eq!(places[131], Vec3::new(10.0, 5.0, 100.0));
+    let of_box = "[adaptive]\nmin_mm = [0, 0, 60]\nmax_mm = [10, 10, 100]\nstep_mm = [1, 2, 20]\n\
+                  error = 0.02\nminutes = 2\nprior = \"process\"\n";
+    let map = parse(&format!("{HEAD}{of_box}")).expect("good").adaptive.expect("given");
+    assert_eq!((map.grid.points(), map.error), (11 * 6 * 3, 0.02));
+    assert_eq!((map.longest_s, map.prior), (Some(120.0), MapPrior::Process));
+}
+
+#[test]
+fn an_adaptive_map_that_cannot_be_is_refused_at_its_line() {
+    for (more, what) in [
+        ("[dark]\nafter = 2\n", "an adaptive map chooses its readings itself"),
+        (PLANE, "regions"),
+        (LOOP, "seeks a cause and not a map"),
+    ] {
+        let fault = parse(&format!("{HEAD}{MAP}{more}")).expect_err(what);
+        assert!(fault.to_string().contains(what), "{fault}");
+        assert!(fault.line_column().is_some(), "{fault}");
+    }
+    for (keys, what) in [
+        ("min_mm = [0, 0, 60]\n", "planes or of a box"),
+        ("colour = 1\n", "colour"),
+        ("error = 0\n", "`error` is a share between 0 and 1"),
+        ("confidence = 1.0\n", "`confidence` is a share"),
+        ("error = 2\n", "2"),
+        ("readings = 100\n", "first round alone"),
+        ("first_readings = 3\n", "too few"),
+        ("prior = \"luck\"\n", "luck"),
+    ] {
+        let fault = parse(&format!("{HEAD}{MAP}{keys}")).expect_err(what);
+        assert!(fault.to_string().contains(what), "{fault}");
+        assert!(fault.line_column().is_some_and(|(line, _)| line >= 8), "{fault}");
+    }
+    let fine = MAP.replace("step_mm = 2", "step_mm = 0.02");
+    let fault = parse(&format!("{HEAD}{fine}")).expect_err("too fine");
+    assert!(fault.to_string().contains("at most 200000 are allowed"), "{fault}");
+    let steps = MAP.replace("step_mm = 2", "step_mm = [2, 2, 2]");
+    let fault = parse(&format!("{HEAD}{steps}")).expect_err("three steps");
+    assert!(fault.to_string().contains("planes have one step"), "{fault}");
+}
+
+proptest! {
+    #[test]
+    fn every_place_of_an_adaptive_map_is_within_its_box(
+        low in prop::array::uniform3(-50.0..50.0f64),
+        size in prop::array::uniform3(0.0..40.0f64),
+        step in 0.5..20.0f64,
+    ) {
+        let high: Vec<f64> = low.iter().zip(size).map(|(low, size)| low + size).collect();
+        let text = format!("{HEAD}[adaptive]\nmin_mm = {low:?}\nmax_mm = {high:?}\nstep_mm = {step:?}\n");
+        let map = parse(&text).expect("a box").adaptive.expect("given");
+        prop_assert_eq!(map.grid.places_mm().count(), map.grid.points());
+        for at_mm in map.grid.places_mm() {
+            for axis in 0..3 {
+                prop_assert!(at_mm[axis] >= low[axis] - 1e-9 && at_mm[axis] <= high[axis] + 1e-6);
+            }
+        }
     }
 }

@@ -3,6 +3,12 @@
 //! A [`FoundField`] gives, at readings or at any places, the coherent pressure, its derivatives by all that the fit left free, what each
 //! element adds to it, and what the receiver makes of a level. A program can thereby let the field depart from the set, which no parameter
 //! of the set does.
+//!
+//! Amplitudes do not show by which phase the whole field of a drive turns. A parameter may turn it far (a height by 0.7
+//! radians a millimetre), and a derivative along that turn would make an amplitude of it at second order. Derivatives are therefore given without the turn that
+//! a drive's readings have in common.
+
+use std::collections::BTreeMap;
 
 use num_complex::Complex64;
 
@@ -43,6 +49,8 @@ pub struct FoundField<'f> {
     noiseless: ObservedScan,
     /// Effects that the set does not hold, each with one of its parameters beside its neutral value.
     undetected: Vec<Undetected<'f>>,
+    /// How each parameter turns the whole field of a drive, rad for each of its units, by number of the record's drive.
+    turns: BTreeMap<usize, Vec<f64>>,
 }
 
 /// An effect that could be at work without being named.
@@ -60,7 +68,8 @@ pub struct FieldSamples {
     pub foci: Vec<usize>,
     /// Coherent level.
     pub levels: Vec<Complex64>,
-    /// Derivative of the level by each parameter of the set, then by those of effects that it does not hold: by parameter, then by place.
+    /// Derivative of the level by each parameter of the set, then by those of effects that it does not hold: by parameter, then by place. The turn
+    /// that all readings of a drive share is left out.
     pub slopes: Vec<Vec<Complex64>>,
     /// What each element adds to the level: by element, then by place.
     pub elements: Vec<Vec<Complex64>>,
@@ -82,6 +91,33 @@ impl FieldSamples {
             speckles: in_order(&self.speckles, kept),
             progress: in_order(&self.progress, kept),
         }
+    }
+
+    /// How each parameter turns the whole field of each drive, weighed by the power of the levels.
+    fn turns(&self) -> BTreeMap<usize, Vec<f64>> {
+        let mut turns = BTreeMap::new();
+        for &focus in &self.foci {
+            turns.entry(focus).or_insert_with(|| {
+                let of_drive = || (0..self.foci.len()).filter(|&place| self.foci[place] == focus);
+                let power: f64 = of_drive().map(|place| self.levels[place].norm_sqr()).sum();
+                let turn = |slopes: &Vec<Complex64>| {
+                    let across = of_drive().map(|n| (self.levels[n].conj() * slopes[n]).im);
+                    across.sum::<f64>() / power.max(f64::MIN_POSITIVE)
+                };
+                self.slopes.iter().map(turn).collect()
+            });
+        }
+        turns
+    }
+
+    fn without(mut self, turns: &BTreeMap<usize, Vec<f64>>) -> Self {
+        for (place, focus) in self.foci.iter().enumerate() {
+            let of_drive = turns.get(focus).into_iter().flatten();
+            for (slopes, turn) in self.slopes.iter_mut().zip(of_drive) {
+                slopes[place] -= Complex64::I * turn * self.levels[place];
+            }
+        }
+        self
     }
 }
 
@@ -113,7 +149,10 @@ impl<'f> FoundField<'f> {
         noiseless.scatter = Scatter { share: 0.0, additive, ..scan.scatter.clone() };
         let model = fit.model(context);
         let undetected = undetected(&model, fit, observations, context);
-        Self { observations, context, fit, model, noiseless, undetected }
+        let turns = BTreeMap::new();
+        let mut field = Self { observations, context, fit, model, noiseless, undetected, turns };
+        field.turns = field.at_readings().turns();
+        field
     }
 
     /// The effects of the set; none for the set-up as believed.
@@ -238,7 +277,7 @@ impl<'f> FoundField<'f> {
                 all.extend(of_drive.into_iter().map(|pressure| gain * pressure));
             }
         }
-        FieldSamples {
+        let samples = FieldSamples {
             at_m: in_order(&at_m, order),
             foci: in_order(&foci, order),
             progress: in_order(&progress, order),
@@ -246,7 +285,8 @@ impl<'f> FoundField<'f> {
             levels,
             slopes,
             speckles,
-        }
+        };
+        samples.without(&self.turns)
     }
 
     fn receive(
@@ -332,4 +372,43 @@ fn of_level(pressure: &Pressure, level: f64) -> Pressure {
 
 fn in_order<T: Clone>(values: &[T], order: &[usize]) -> Vec<T> {
     order.iter().map(|&index| values[index].clone()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::testing::{Bench, nuisance};
+    use fieldgap_acoustics::Excitation;
+
+    /// A higher array turns the field by more than a third of a radian, and its amplitude changes by some per cent.
+    #[test]
+    fn a_height_changes_amplitudes_to_first_order_however_far_it_turns_the_field() {
+        let bench = Bench::new();
+        let places = |count: u32| -> Vec<Vec3> {
+            let at = |n: u32| {
+                let n = f64::from(n);
+                Vec3::new(0.01 * (2.4 * n).cos(), 0.01 * (1.7 * n).sin(), 0.09 + 0.0004 * n)
+            };
+            (0..count).map(at).collect()
+        };
+        let focused = bench.believed().excitation.clone();
+        let observations =
+            bench.observations(&[(focused, places(60)), (Excitation::Uniform, places(60))]);
+        let fit = Fit::of_nothing(vec![nuisance()]);
+        let field = FoundField::of(&observations, &bench.context, &fit);
+        let samples = field.at_readings();
+        let (height, step_m) = (3, 0.5e-3);
+        let mut moved = nuisance();
+        moved.shift_m.z = step_m;
+        let higher = field.model.levels(&observations, &[moved]);
+        let largest = higher.iter().map(|level| level.coherent.norm()).fold(0.0, f64::max);
+        let mut turned = 0.0f64;
+        for (place, higher) in higher.iter().enumerate() {
+            let foretold = samples.levels[place] + step_m * samples.slopes[height][place];
+            let missed = (foretold.norm() - higher.coherent.norm()).abs() / largest;
+            assert!(missed < 0.01, "{place}: {missed}");
+            turned = turned.max((higher.coherent * samples.levels[place].conj()).arg().abs());
+        }
+        assert!(turned > 0.3, "{turned}");
+    }
 }

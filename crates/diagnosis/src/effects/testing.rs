@@ -72,8 +72,10 @@ impl Bench {
         for (number, (excitation, places_m)) in drives.iter().enumerate() {
             let mut believed = self.believed().clone();
             believed.excitation = excitation.clone();
+            let first = scan.drives.iter().map(|drive| drive.visits.len()).sum::<usize>();
+            let numbered = (first..).zip(places_m);
             let visits: Vec<Visit> =
-                places_m.iter().map(|&at_m| Visit { at_m, ..visit() }).collect();
+                numbered.map(|(number, &at_m)| Visit { number, at_m, ..visit() }).collect();
             let pressures = ForwardModel::believed().pressures_at(&believed, &visits, &nuisance());
             let model = ForwardModel::believed();
             let expected = pressures.iter().map(|p| model.expected(p, 1.0, 0.0, &scan).reading);

@@ -176,6 +176,22 @@ fn a_frequency_with_unchanged_delays() {
     assert_reproduces(&bench, &diagnosis, &truth.magnitudes(&points()));
 }
 
+/// A delay of more than a period is emitted as what is over whole periods, which at another frequency is another phase.
+#[test]
+fn a_frequency_of_a_driver_that_counts_within_its_period() {
+    let bench = Bench::new();
+    let mut truth = bench.driven();
+    let Excitation::Phases(phases) = &mut truth.excitation else {
+        unreachable!("a drive in phases")
+    };
+    let tau = std::f64::consts::TAU;
+    assert!(phases.iter().any(|phase| *phase > tau), "{phases:?}");
+    phases.iter_mut().for_each(|phase| *phase = 1.02 * phase.rem_euclid(tau));
+    let parameters = [("ratio", real(1.02)), ("within_a_period", real(1.0))];
+    let diagnosis = named("drive-frequency", &parameters);
+    assert_reproduces(&bench, &diagnosis, &truth.magnitudes(&points()));
+}
+
 #[test]
 fn a_larger_and_a_smaller_array() {
     for ratio in [1.03, 0.97] {

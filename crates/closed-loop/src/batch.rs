@@ -71,6 +71,7 @@ impl Chooser<'_> {
             self.in_order(self.at_m, places.map(|(n, at_m)| (at_m, Some(drive(n)))).collect());
         let again = self.repeats(&readings, repeats);
         readings.extend(again);
+        let mut readings = self.on_the_move(readings);
         let first_m = readings.first().map_or(self.at_m, |(at_m, _)| *at_m);
         readings.splice(0..0, std::iter::repeat_n((first_m, None), silent));
         Batch { readings, information: None, apart: Vec::new() }
@@ -79,7 +80,7 @@ impl Chooser<'_> {
     /// Readings by what they would tell the sets apart, per second, and some spread evenly. `outlooks` gives what the sets that are left
     /// expect of possible readings.
     ///
-    /// Each has a place of its own, or comes again on the way back: readings of a robot that has not moved share the error of its place.
+    /// Each has a place of its own, or comes once again on the way back: readings of a robot that has not moved share the error of its place.
     pub fn next(
         &self,
         outlooks: impl Fn(&[PossibleReading]) -> Vec<Outlook>,
@@ -106,11 +107,14 @@ impl Chooser<'_> {
             .map(|one| self.way_s(one.at_m, chosen.iter().map(|(at_m, _)| *at_m)))
             .collect();
         let mut again: Vec<Planned> = Vec::new();
-        let best_by = |told: &dyn Fn(usize) -> f64, seconds: &[f64]| {
-            let worth = (0..possible.len()).map(|number| (told(number), number));
-            worth.max_by(|a, b| (a.0 / seconds[a.1]).total_cmp(&(b.0 / seconds[b.1])))
-        };
+        let mut visited_twice: Vec<Vec3> = Vec::new();
         for _ in 0..count - repeats - even {
+            let best_by = |told: &dyn Fn(usize) -> f64, seconds: &[f64]| {
+                let left = (0..possible.len())
+                    .filter(|number| !visited_twice.contains(&possible[*number].at_m));
+                let worth = left.map(|number| (told(number), number));
+                worth.max_by(|a, b| (a.0 / seconds[a.1]).total_cmp(&(b.0 / seconds[b.1])))
+            };
             let informs = match self.settings.criterion {
                 Criterion::Parameters => None,
                 _ => best_by(&|number| contest.gain(number), &seconds),
@@ -128,7 +132,10 @@ impl Chooser<'_> {
                 }
             }
             match chosen.iter().any(|(place_m, _)| *place_m == at_m) {
-                true => again.push((at_m, Some(focus))),
+                true => {
+                    again.push((at_m, Some(focus)));
+                    visited_twice.push(at_m);
+                }
                 false => chosen.push((at_m, Some(focus))),
             }
         }
@@ -136,6 +143,7 @@ impl Chooser<'_> {
         let end_m = readings.last().map_or(self.at_m, |(at_m, _)| *at_m);
         readings.extend(self.in_order(end_m, again));
         readings.extend(self.repeats(&readings, repeats));
+        let readings = self.on_the_move(readings);
         let apart = (1..outlooks.len()).map(|other| contest.apart(0, other)).collect();
         Batch { readings, information: Some(contest.information()), apart }
     }
@@ -205,6 +213,17 @@ impl Chooser<'_> {
             self.robot.is_free(from_m, to_m).then(|| self.robot.move_s(from_m, to_m))
         });
         order.into_iter().map(|index| readings[index]).collect()
+    }
+
+    /// The readings before which the robot moves.
+    fn on_the_move(&self, mut readings: Vec<Planned>) -> Vec<Planned> {
+        let mut at_m = self.at_m;
+        readings.retain(|(to_m, _)| {
+            let moves = *to_m != at_m;
+            at_m = *to_m;
+            moves
+        });
+        readings
     }
 
     /// Some of the readings once more, spread over them, on the way back.
@@ -315,6 +334,27 @@ mod tests {
         let parted = chosen(Criterion::Information, 5.0);
         let least_sure = chosen(Criterion::Parameters, 5.0);
         assert_eq!(parted.readings, least_sure.readings);
+    }
+
+    /// Readings of a robot at rest share the error of its place: they look sure, and tell nothing of how places scatter.
+    #[test]
+    fn the_robot_moves_before_each_reading_and_comes_to_no_place_more_than_twice_for_what_it_tells()
+    {
+        let (settings, robot) = (settings(Criterion::Information), robot());
+        // One place tells by far the most.
+        let outlooks = |possible: &[PossibleReading]| {
+            let mut sets = above(possible, 0.2);
+            let most = possible.iter().position(|one| one.at_m.z > 0.1).expect("some are above");
+            sets[1].means[most] = 3.0;
+            sets
+        };
+        let Batch { readings, .. } = chooser(&settings, &robot).next(outlooks, 96);
+        assert!(readings.windows(2).all(|pair| pair[0].0 != pair[1].0));
+        assert!(readings.len() > 90, "{}", readings.len());
+        let (once, _repeats) = readings.split_at(readings.len() - 9);
+        for (at_m, _) in once {
+            assert!(once.iter().filter(|(other_m, _)| other_m == at_m).count() <= 2);
+        }
     }
 
     #[test]

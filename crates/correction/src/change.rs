@@ -10,8 +10,8 @@ use fieldgap_diagnosis::{Candidate, Diagnosis, EffectId, FittedParameter, Remedy
 pub(super) enum Change {
     /// Speed of sound, m/s, above zero.
     SpeedOfSound(f64),
-    /// Factor of the frequency, above zero.
-    Frequency(f64),
+    /// Factor of the frequency, above zero, and whether the driver emits delays within one period.
+    Frequency(f64, bool),
     /// Factor of the elements' positions, above zero.
     Pitch(f64),
     /// Silent elements.
@@ -95,7 +95,10 @@ fn change(effect: EffectId, named: &Candidate, simulator: Simulator) -> Result<C
     Ok(match key {
         SetupKey::SimulatorModel => Change::SimulatorModel,
         SetupKey::SpeedOfSound => Change::SpeedOfSound(parameters.above_zero("c_m_s")?),
-        SetupKey::Frequency => Change::Frequency(parameters.above_zero("ratio")?),
+        SetupKey::Frequency => Change::Frequency(
+            parameters.above_zero("ratio")?,
+            parameters.real("within_a_period").is_ok_and(|within| within == 1.0),
+        ),
         SetupKey::Pitch => Change::Pitch(parameters.above_zero("ratio")?),
         SetupKey::SilentElements => Change::Silent(parameters.elements()?),
         SetupKey::ReversedElements => Change::Reversed(parameters.elements()?),

@@ -89,7 +89,7 @@ impl Document {
     /// Corrects the frequency and, for a lattice, the pitch.
     pub fn correct_array(&mut self, correction: &Correction, nominal: &ArraySection) {
         match (&correction.change, nominal.layout()) {
-            (Change::Frequency(ratio), _) => {
+            (Change::Frequency(ratio, _), _) => {
                 let before = nominal.frequency_hz();
                 let note = format!("{}; {before} before", correction.found);
                 let corrected_hz = round_to(before * ratio, 1e-3);

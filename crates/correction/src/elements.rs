@@ -78,7 +78,7 @@ pub(super) fn changed(
             elements.iter_mut().for_each(|element| element.centre_m -= offset_mm / 1e3);
         }
         Change::SpeedOfSound(_)
-        | Change::Frequency(_)
+        | Change::Frequency(..)
         | Change::Steps(..)
         | Change::SimulatorModel => {}
     }

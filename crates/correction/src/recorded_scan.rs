@@ -127,7 +127,7 @@ pub fn plan_recorded_scan(
 fn changes_drives(change: &Change) -> bool {
     match change {
         Change::SpeedOfSound(_)
-        | Change::Frequency(_)
+        | Change::Frequency(..)
         | Change::Pitch(_)
         | Change::Swapped(_)
         | Change::Tilt(_)
@@ -147,11 +147,14 @@ fn changes_drives(change: &Change) -> bool {
 /// period, at the corrected frequency.
 fn keep_drives(document: &mut Document, setup: &ScanSetup, written: &[&Correction]) {
     let nominal_hz = setup.array.frequency_hz();
-    let mut ratio = 1.0;
+    let (mut ratio, mut within_a_period) = (1.0, false);
     let mut steps = None;
     for correction in written {
         match &correction.change {
-            Change::Frequency(corrected) => ratio *= corrected,
+            Change::Frequency(corrected, within) => {
+                ratio *= corrected;
+                within_a_period = *within;
+            }
             Change::Steps(count, zeros) => steps = Some((*count, zeros)),
             _ => {}
         }
@@ -161,7 +164,10 @@ fn keep_drives(document: &mut Document, setup: &ScanSetup, written: &[&Correctio
         let array = setup.array.array();
         let commanded_s = delays_s(&focus.excitation(), array, &nominal, nominal_hz);
         let phases_rad = commanded_s.into_iter().map(|delay_s| {
-            let periods = nominal_hz * delay_s;
+            let mut periods = nominal_hz * delay_s;
+            if within_a_period {
+                periods -= (periods + 1e-9).floor();
+            }
             let periods = steps.map_or(periods, |(count, zeros)| {
                 let zero = zeros.get(number).or(zeros.first()).copied().unwrap_or(0.0);
                 ((periods * count + zero).round() - zero) / count

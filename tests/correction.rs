@@ -181,6 +181,7 @@ fn a_frequency_with_unchanged_delays() {
 fn a_frequency_of_a_driver_that_counts_within_its_period() {
     let bench = Bench::new();
     let mut truth = bench.driven();
+    truth.frequency_hz *= 1.02;
     let Excitation::Phases(phases) = &mut truth.excitation else {
         unreachable!("a drive in phases")
     };

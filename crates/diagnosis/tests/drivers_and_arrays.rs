@@ -189,6 +189,24 @@ fn six_steps_beside_unequal_elements_are_one_number_and_not_thirty_six_phases() 
     assert_eq!(named, [EffectId::ElementGain, EffectId::PhaseQuantisation].into());
 }
 
+/// A driver counts delays in steps of its period, so that whole periods are left out. With delays taken as they are commanded, rounding to 96 steps was
+/// named beside the frequency.
+#[test]
+fn a_driver_off_its_frequency_emits_delays_within_its_period() {
+    let scan = Scan::new(6, &[[17.5, -22.5, 80.0], [-25.0, 15.0, 70.0]], 23, &[80.0, 130.0]);
+    // The farthest element has no delay, and some have more than a period, which the rig's driver leaves out.
+    let delayed = |phases_rad: &[f64]| -> Vec<f64> {
+        let farthest = phases_rad.iter().copied().fold(f64::INFINITY, f64::min);
+        phases_rad.iter().map(|phase_rad| phase_rad - farthest).collect()
+    };
+    assert!(delayed(&phases_rad(&scan.believed(0))).iter().any(|phase_rad| *phase_rad > TAU));
+    let record = scan.read("[drive-frequency]\nratio = 0.984\n", 17, delayed);
+    let diagnosis = diagnose(&[record], None).expect("comparable");
+    named_alone(&diagnosis, EffectId::DriveFrequency);
+    assert!((real(&diagnosis, "drive-frequency.ratio") - 0.984).abs() < 1e-3);
+    assert_eq!(real(&diagnosis, "drive-frequency.within_a_period"), 1.0);
+}
+
 /// A rig that warms up by an exponential law while it scans. By a linear one it was left unexplained, or a standing wave was named beside it.
 #[test]
 fn a_rig_that_warms_up_drifts() {

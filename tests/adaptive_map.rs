@@ -1,47 +1,18 @@
 //! A rig that measures where its map is least certain: to the end, killed on the way, replayed; and the map of any record.
 
-use std::path::Path;
-use std::process::{Command, Output, Stdio};
+mod dead_element_rig;
 
+use std::path::Path;
+
+use dead_element_rig::{bench, copy, fieldgap, said};
 use fieldgap::adaptive_map::{MapEnd, MapRound};
 use fieldgap::closed_loop::read_log;
 use fieldgap::records::{Plan, RecordedScan};
-
-/// An element is dead.
-const TRUTH: &str = "[source]\npressure_pa_at_1_m = 4.0\n[microphone]\nsensitivity_v_pa = 0.003\n\
-                     [noise]\nmultiplicative = 0.04\nadditive_v = 0.01\n[effects.dead-elements]\nelements = [14]\n";
 
 const PLAN: &str = "name = \"field\"\nrig = \"rig.toml\"\n[simulator]\nmodel = \"piston\"\n\
                     [[focus]]\nx_mm = 10.0\ny_mm = -5.0\nz_mm = 100.0\n\
                     [adaptive]\nz_mm = [90.0, 120.0]\nsize_mm = [40.0, 40.0]\nstep_mm = 4.0\nerror = 0.004\n\
                     readings = 224\nfirst_readings = 96\nround_readings = 64\n";
-
-fn fieldgap(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_fieldgap"))
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .expect("the program starts")
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout)
-}
-
-fn bench() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a folder");
-    let rigs = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs");
-    let rig = std::fs::read_to_string(rigs.join("virtual.toml")).expect("the rig file");
-    let rig = rig.replace("truth/thesis-lab.toml", "truth.toml");
-    // The steps of the usual controller are a gap of their own.
-    let rig =
-        rig.replace("[virtual.robot]", "[virtual.array]\nperiod_steps = 8192\n\n[virtual.robot]");
-    for (name, text) in [("rig.toml", rig.as_str()), ("truth.toml", TRUTH), ("plan.toml", PLAN)] {
-        std::fs::write(folder.path().join(name), text).expect("written");
-    }
-    folder
-}
 
 /// Amplitudes and standard errors of a table.
 fn table(path: &Path) -> Vec<[f64; 2]> {
@@ -58,7 +29,7 @@ fn table(path: &Path) -> Vec<[f64; 2]> {
 
 #[test]
 fn a_map_is_measured_killed_resumed_and_replayed_alike() {
-    let folder = bench();
+    let folder = bench(PLAN);
     let run = fieldgap(&["scan", "plan.toml", "--out", "whole"], folder.path());
     let words = said(&run);
     assert!(run.status.success(), "{words}");
@@ -115,7 +86,7 @@ fn a_map_is_measured_killed_resumed_and_replayed_alike() {
 
 #[test]
 fn a_map_is_made_of_any_record() {
-    let folder = bench();
+    let folder = bench(PLAN);
     let plan = PLAN.split("[adaptive]").next().expect("its head").to_owned()
         + "[dark]\nbefore = 16\n[[plane]]\nz_mm = [90.0, 120.0]\nsize_mm = [30.0, 30.0]\nstep_mm = 3.0\n";
     std::fs::write(folder.path().join("planes.toml"), plan).expect("written");
@@ -162,7 +133,7 @@ fn a_map_is_made_of_any_record() {
 
 #[test]
 fn a_map_that_cannot_be_measured_is_refused_before_anything_moves() {
-    let folder = bench();
+    let folder = bench(PLAN);
     let refused = |plan: String, more: &[&str], what: &str| {
         std::fs::write(folder.path().join("wrong.toml"), plan).expect("written");
         let arguments = [&["run", "wrong.toml", "--dry-run"], more].concat();
@@ -175,13 +146,4 @@ fn a_map_that_cannot_be_measured_is_refused_before_anything_moves() {
     let dry = fieldgap(&["run", "plan.toml", "--dry-run"], folder.path());
     assert!(dry.status.success(), "{}", said(&dry));
     assert!(said(&dry).contains("the rig chooses its readings, 224 at most"), "{}", said(&dry));
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).expect("a folder");
-    for entry in std::fs::read_dir(from).expect("a folder").flatten() {
-        if entry.path().is_file() {
-            std::fs::copy(entry.path(), to.join(entry.file_name())).expect("a copy");
-        }
-    }
 }

@@ -1,51 +1,21 @@
 //! A rig that chooses its own readings: to the end, killed on the way, and replayed.
 
-use std::path::Path;
-use std::process::{Command, Output, Stdio};
+mod dead_element_rig;
 
+use std::path::Path;
+
+use dead_element_rig::{bench, copy, fieldgap, said};
 use fieldgap::closed_loop::{End, Purpose, Round, Verification, read_rounds};
 use fieldgap::records::{Plan, RecordedScan};
-
-/// An element is dead, which is no gap of the usual simulator.
-const TRUTH: &str = "[source]\npressure_pa_at_1_m = 4.0\n[microphone]\nsensitivity_v_pa = 0.003\n\
-                     [noise]\nmultiplicative = 0.04\nadditive_v = 0.01\n[effects.dead-elements]\nelements = [14]\n";
 
 const PLAN: &str = "name = \"loop\"\nrig = \"rig.toml\"\n[simulator]\nmodel = \"piston\"\n\
                     [[focus]]\nx_mm = 10.0\ny_mm = -5.0\nz_mm = 100.0\n\
                     [closed_loop]\nmin_mm = [-30.0, -30.0, 80.0]\nmax_mm = [30.0, 30.0, 140.0]\n\
                     first_readings = 160\nround_readings = 64\n[closed_loop.verify]\nreadings = 32\n";
 
-fn fieldgap(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_fieldgap"))
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .expect("the program starts")
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout)
-}
-
-/// A folder with a rig whose element is dead, and the plan.
-fn bench() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a folder");
-    let rigs = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs");
-    let rig = std::fs::read_to_string(rigs.join("virtual.toml")).expect("the rig file");
-    let rig = rig.replace("truth/thesis-lab.toml", "truth.toml");
-    // The steps of the usual controller are a gap of their own.
-    let rig =
-        rig.replace("[virtual.robot]", "[virtual.array]\nperiod_steps = 8192\n\n[virtual.robot]");
-    for (name, text) in [("rig.toml", rig.as_str()), ("truth.toml", TRUTH), ("plan.toml", PLAN)] {
-        std::fs::write(folder.path().join(name), text).expect("written");
-    }
-    folder
-}
-
 #[test]
 fn a_loop_finds_a_dead_element_and_proves_it_and_goes_on_alike_when_it_was_killed() {
-    let folder = bench();
+    let folder = bench(PLAN);
     let run = fieldgap(&["run", "plan.toml", "--out", "whole"], folder.path());
     assert!(run.status.success(), "{}", said(&run));
     let whole = folder.path().join("whole");
@@ -172,7 +142,7 @@ fn cut(record: &Path, kept: usize) {
 
 #[test]
 fn a_plan_that_cannot_go_on_in_rounds_is_refused_at_its_line() {
-    let folder = bench();
+    let folder = bench(PLAN);
     let refused = |more: &str, what: &str| {
         let plan = PLAN.replace("first_readings = 160\n", more);
         std::fs::write(folder.path().join("wrong.toml"), plan).expect("written");
@@ -196,13 +166,4 @@ fn a_plan_that_cannot_go_on_in_rounds_is_refused_at_its_line() {
     // Minutes are for a loop.
     let minutes = fieldgap(&["run", "plan.toml", "--minutes", "3", "--dry-run"], folder.path());
     assert!(minutes.status.success(), "{}", said(&minutes));
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).expect("a folder");
-    for entry in std::fs::read_dir(from).expect("a folder").flatten() {
-        if entry.path().is_file() {
-            std::fs::copy(entry.path(), to.join(entry.file_name())).expect("a copy");
-        }
-    }
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use fieldgap_acoustics::Vec3;
 use fieldgap_acquisition::{ChooseRounds, NextRound, NoNextRound, RigSetup};
 use fieldgap_closed_loop::{
-    Budget, Planned, Robot, RoundsError, Spent, read_log, with_readings, write_log,
+    Budget, Planned, Robot, RoundsError, Spent, again, read_log, with_readings, write_log,
 };
 use fieldgap_diagnosis::{Options, PossibleReading};
 use fieldgap_input::{Fault, TomlSource};
@@ -280,26 +280,7 @@ impl Mapping {
         record: &RecordedScan,
         rounds: &[MapRound],
     ) -> Result<Vec<MapRound>, MappingError> {
-        let mut again: Vec<MapRound> = rounds.iter().take(1).cloned().collect();
-        for round in rounds.iter().skip(1) {
-            let mut so_far = plan.clone();
-            so_far.readings.truncate(round.round);
-            let seen = RecordedScan {
-                setup: record.setup.clone(),
-                samples: record.samples[..round.before.min(record.samples.len())].to_vec(),
-            };
-            let (mut made, longer) = self.decide(&so_far, &seen, &rounds[..round.round])?;
-            if let Some(text) = longer {
-                let source = TomlSource::new(plan.path(), text);
-                let chosen = Plan::parse(source)?.readings.pop().map(|readings| readings.list);
-                let planned = plan.readings.get(round.round).map(|readings| &readings.list);
-                if chosen.as_ref() != planned {
-                    made.readings = 0;
-                }
-            }
-            again.push(made);
-        }
-        Ok(again)
+        again(plan, record, rounds, |plan, record, earlier| self.decide(plan, record, earlier))
     }
 
     fn words(&self, round: &MapRound, next: Option<usize>) -> String {

@@ -84,6 +84,14 @@ impl LoggedRound for MapRound {
     fn number(&self) -> usize {
         self.round
     }
+
+    fn before(&self) -> usize {
+        self.before
+    }
+
+    fn forget_readings(&mut self) {
+        self.readings = 0;
+    }
 }
 
 impl From<UsedUp> for MapEnd {

@@ -12,6 +12,7 @@ use fieldgap_diagnosis::{Findings, Options, PossibleReading};
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{ClosedLoop, Plan, RecordedSample, RecordedScan};
 
+use crate::again::again;
 use crate::batch::{Batch, Chooser, MOST_SETS};
 use crate::budget::{Budget, Spent};
 use crate::cure::PlannedCure;
@@ -256,27 +257,10 @@ impl Inquiry {
         record: &RecordedScan,
         rounds: &[Round],
     ) -> Result<Vec<Round>, InquiryError> {
-        let mut again: Vec<Round> = rounds.iter().take(1).cloned().collect();
-        for round in rounds.iter().skip(1) {
-            let mut so_far = plan.clone();
-            so_far.readings.truncate(round.round);
-            let seen = RecordedScan {
-                setup: record.setup.clone(),
-                samples: record.samples[..round.before.min(record.samples.len())].to_vec(),
-            };
-            let Decision { round: mut made, plan: longer, .. } =
-                self.decide(&so_far, &seen, &rounds[..round.round])?;
-            if let Some(text) = longer {
-                let source = TomlSource::new(plan.path(), text);
-                let chosen = Plan::parse(source)?.readings.pop().map(|readings| readings.list);
-                let planned = plan.readings.get(round.round).map(|readings| &readings.list);
-                if chosen.as_ref() != planned {
-                    made.readings = 0;
-                }
-            }
-            again.push(made);
-        }
-        Ok(again)
+        again(plan, record, rounds, |plan, record, earlier| {
+            let Decision { round, plan, .. } = self.decide(plan, record, earlier)?;
+            Ok((round, plan))
+        })
     }
 
     fn budget(&self) -> Budget {

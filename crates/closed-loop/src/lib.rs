@@ -7,6 +7,7 @@
 //!
 //! The scan itself is one of `fieldgap_acquisition`: its plan grows at its end, so that all that holds of scans holds here.
 
+mod again;
 mod batch;
 mod budget;
 mod cure;
@@ -22,6 +23,7 @@ mod robot;
 mod round;
 mod route;
 
+pub use again::again;
 pub use budget::{Budget, Spent, UsedUp};
 pub use cure::Cure;
 pub use inquiry::{Decision, Inquiry, InquiryError};

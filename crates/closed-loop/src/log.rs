@@ -16,6 +16,12 @@ pub trait LoggedRound: Serialize + DeserializeOwned {
 
     /// Its number, from 0.
     fn number(&self) -> usize;
+
+    /// Readings that were taken before it.
+    fn before(&self) -> usize;
+
+    /// The same decision for no readings.
+    fn forget_readings(&mut self);
 }
 
 /// A log of rounds that cannot be read or written.

@@ -134,6 +134,14 @@ impl LoggedRound for Round {
     fn number(&self) -> usize {
         self.round
     }
+
+    fn before(&self) -> usize {
+        self.before
+    }
+
+    fn forget_readings(&mut self) {
+        self.readings = 0;
+    }
 }
 
 impl From<UsedUp> for End {

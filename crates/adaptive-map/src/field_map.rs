@@ -180,3 +180,78 @@ pub(crate) fn on_the_way(from_m: Vec3, readings: &[(Vec3, usize)]) -> Vec<Possib
     };
     readings.iter().map(of).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    use fieldgap_input::TomlSource;
+    use fieldgap_records::{RecordedSample, ScanSetup};
+    use fieldgap_virtual_rig::{Visit, noise_free_readings};
+
+    use super::*;
+
+    const SETUP: &str = "format = 1\nname = \"map\"\nrecorded = 2026-11-20T17:00:00Z\nreading = \"V\"\n[array]\nfrequency_hz = 40000.0\n\
+                         layout = \"square\"\ncolumns = 4\nrows = 4\nelement_diameter_mm = 10.5\nspacing_mm = 0.0\n\
+                         [medium]\nspeed_of_sound_m_s = 343.0\n[simulator]\nmodel = \"piston\"\n\
+                         [[focus]]\nx_mm = 5.0\ny_mm = 0.0\nz_mm = 100.0\n";
+
+    /// Amplitudes or phases that differ from element to element, by the virtual rig's physics, where no effect may be named: errors of the
+    /// elements' weights alone take them up, real or imaginary ones.
+    #[test]
+    fn errors_of_elements_are_learnt_where_no_effect_is_named() {
+        let source = TomlSource::new(Path::new("scan.toml"), SETUP);
+        let setup = ScanSetup::parse(&source).expect("a set-up");
+        let simulation = setup.simulation(setup.simulator, 0).expect("one focus");
+        let at = |n: usize, of: usize, z: f64| {
+            let n = n as f64 / of as f64;
+            let [x, y] = [9.0, 23.0].map(|turns| 0.02 * (std::f64::consts::TAU * turns * n).sin());
+            (Vec3::new(x, y + 0.004 * (n - 0.5), z), 0)
+        };
+        let read: Vec<_> = (0..300).map(|n| at(n, 300, 0.08 + 0.03 * (n % 2) as f64)).collect();
+        let places: Vec<_> = (0..101).map(|n| at(n, 101, 0.095)).collect();
+        for cause in ["element-gain = { spread = 0.1 }", "element-phase = { spread_rad = 0.1 }"] {
+            let effects: toml::Table = cause.parse().expect("TOML");
+            let true_at = |effects: &toml::Table, places: &[(Vec3, usize)]| {
+                let visit = |(position_m, _): &(Vec3, usize)| Visit {
+                    position_m: *position_m,
+                    velocity_m_s: Vec3::zeros(),
+                    time_s: 0.0,
+                };
+                let visits: Vec<Visit> = places.iter().map(visit).collect();
+                noise_free_readings(&simulation, effects, 0.02, &visits, 7)
+                    .expect("the effects fit")
+            };
+            let readings = true_at(&effects, &read);
+            let peak = readings.iter().copied().fold(0.0, f64::max);
+            let dark = (0..30).map(|n| {
+                let reading = 0.001 * peak * (1.0 + f64::from(n % 5) / 5.0);
+                RecordedSample::measured(f64::from(n) - 40.0, None, read[0].0, reading, None)
+            });
+            let driven = readings.iter().zip(&read).enumerate().map(|(n, (reading, (at_m, _)))| {
+                let ripple = 1.0 + 0.01 * (1.7 * n as f64).sin();
+                RecordedSample::measured(n as f64, Some(0), *at_m, ripple * reading, None)
+            });
+            let record =
+                RecordedScan { setup: setup.clone(), samples: dark.chain(driven).collect() };
+            let options = Options { simulator: None, effects: Some(BTreeSet::new()) };
+            let learnt = Learnt::of(&record, MapPrior::Simulation, &options).expect("comparable");
+            let of_map = possible(&places);
+            let made = learnt.field(|effects, _, field| {
+                assert!(effects.is_empty());
+                estimates(field, &of_map, 1.0)
+            });
+            let made = made.expect("a field").expect("a map");
+            let rms = |of: &mut dyn Iterator<Item = f64>, truth: &[f64]| -> f64 {
+                let squares = of.zip(truth).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+                (squares / truth.len() as f64).sqrt() / peak
+            };
+            let truth = true_at(&effects, &places);
+            let left = rms(&mut made.iter().map(|estimate| estimate.amplitude), &truth);
+            let simulated = true_at(&toml::Table::new(), &places);
+            let before = rms(&mut simulated.into_iter(), &truth);
+            assert!(left < 0.3 * before, "{cause}: {left} of {before}");
+        }
+    }
+}

@@ -123,6 +123,20 @@ impl Series {
     }
 }
 
+/// An error bar with a stroke at each end.
+pub(super) fn error_bar<B: DrawingBackend>(
+    canvas: &mut Canvas<B>,
+    [low, high]: [Point; 2],
+    pen: Pen,
+) -> Result<(), PictureError> {
+    const HALF_A_STROKE: f64 = 3.5;
+    canvas.line(low, high, pen)?;
+    for (x, y) in [low, high] {
+        canvas.line((x - HALF_A_STROKE, y), (x + HALF_A_STROKE, y), pen)?;
+    }
+    Ok(())
+}
+
 /// A dot.
 pub(super) fn dot<B: DrawingBackend>(
     canvas: &mut Canvas<B>,

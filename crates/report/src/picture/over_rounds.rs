@@ -4,7 +4,7 @@ use plotters::backend::DrawingBackend;
 
 use super::axes::{Axes, LABEL_TEXT};
 use super::canvas::{Align, Canvas, Pen};
-use super::marker::Series;
+use super::marker::{Series, error_bar};
 use super::panel_row::{self, PanelRow, a_little_above};
 use super::{Picture, PictureError};
 
@@ -90,12 +90,8 @@ impl Picture for OverRounds {
                 let Some((value, error)) = *value else { continue };
                 let x = self.x(number, round);
                 if error > 0.0 {
-                    let low = axes.place(x, (value - error).max(0.0));
-                    let high = axes.place(x, value + error);
-                    canvas.line(low, high, pen)?;
-                    for (x, y) in [low, high] {
-                        canvas.line((x - 4.0, y), (x + 4.0, y), pen)?;
-                    }
+                    let ends = [(value - error).max(0.0), value + error];
+                    error_bar(canvas, ends.map(|value| axes.place(x, value)), pen)?;
                 }
                 series.mark_on_curve(canvas, axes.place(x, value), true)?;
             }

@@ -4,7 +4,7 @@ use plotters::backend::DrawingBackend;
 
 use super::axes::{Axes, LABEL_TEXT, TICK_TEXT};
 use super::canvas::{Align, BLACK, Canvas, GREY, Pen, Point, Rgb};
-use super::marker::Series;
+use super::marker::{Series, error_bar};
 use super::panel_row::{self, PanelRow};
 use super::time_axis::round_times;
 use super::{Picture, PictureError};
@@ -205,11 +205,7 @@ impl TrendCurves {
             if point.error.is_finite() && point.error > 0.0 {
                 let low = (point.value - point.error).max(axes.y.0);
                 let high = (point.value + point.error).min(axes.y.1);
-                let (low, high) = (axes.place(point.at_s, low), axes.place(point.at_s, high));
-                canvas.line(low, high, pen)?;
-                for (x, y) in [low, high] {
-                    canvas.line((x - 3.5, y), (x + 3.5, y), pen)?;
-                }
+                error_bar(canvas, [low, high].map(|value| axes.place(point.at_s, value)), pen)?;
             }
             series.mark_on_curve(canvas, axes.place(point.at_s, point.value), true)?;
         }

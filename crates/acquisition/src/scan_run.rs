@@ -13,6 +13,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::pin::pin;
 use std::process::Command;
+use std::sync::Arc;
 use std::task::Poll;
 
 use jiff::Timestamp;
@@ -52,7 +53,7 @@ pub struct ScanRun {
     suspensions: Suspensions,
     losses: u32,
     /// What chooses further rounds; `None` if the plan is all.
-    rounds: Option<Box<dyn ChooseRounds>>,
+    rounds: Option<Arc<dyn ChooseRounds>>,
 }
 
 /// How a scan ended. In either case the record is on disk and the rig is safe.

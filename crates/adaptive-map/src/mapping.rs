@@ -323,7 +323,7 @@ impl Mapping {
 }
 
 impl ChooseRounds for Mapping {
-    fn next(&mut self, plan: &Plan, record: &RecordedScan) -> Result<NextRound, NoNextRound> {
+    fn next(&self, plan: &Plan, record: &RecordedScan) -> Result<NextRound, NoNextRound> {
         // A decision that was logged, and its plan not yet written, is made again.
         let mut rounds: Vec<MapRound> = read_log(&self.folder)?;
         rounds.truncate(plan.readings.len());

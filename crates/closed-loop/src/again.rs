@@ -4,6 +4,7 @@ use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{Plan, RecordedScan};
 
 use crate::log::LoggedRound;
+use crate::searches::up_to;
 
 /// Every decision made again from a finished record and its plan, the first round as it was logged. `decide` gives, for the plan, the readings
 /// and the rounds so far, the next round and the text of the longer plan. A round whose readings are not those of the plan has none.
@@ -20,10 +21,7 @@ pub fn again<R: LoggedRound + Clone, E: From<Fault>>(
     for (number, round) in rounds.iter().enumerate().skip(1) {
         let mut so_far = plan.clone();
         so_far.readings.truncate(number);
-        let seen = RecordedScan {
-            setup: record.setup.clone(),
-            samples: record.samples[..round.before().min(record.samples.len())].to_vec(),
-        };
+        let seen = up_to(record, round.before());
         let (mut made, longer) = decide(&so_far, &seen, &rounds[..number])?;
         if let Some(text) = longer {
             let source = TomlSource::new(plan.path(), text);

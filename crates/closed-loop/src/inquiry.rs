@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use fieldgap_acoustics::Vec3;
 use fieldgap_acquisition::{ChooseRounds, NextRound, NoNextRound, RigSetup};
 use fieldgap_correction::CorrectionError;
-use fieldgap_diagnosis::{Findings, Options, PossibleReading};
+use fieldgap_diagnosis::{Findings, PossibleReading, Verdict};
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{ClosedLoop, Plan, RecordedSample, RecordedScan};
 
@@ -22,6 +22,7 @@ use crate::log::{RoundsError, write_log};
 use crate::plan_text::{with_drives, with_readings};
 use crate::robot::Robot;
 use crate::round::{End, Likely, Purpose, Round, Verification, read_rounds};
+use crate::searches::{Searches, up_to};
 
 /// Sets that a round keeps in its log: those that the next round is to tell apart.
 const MOST_LOGGED: usize = MOST_SETS;
@@ -32,7 +33,7 @@ pub struct Inquiry {
     robot: Robot,
     folder: PathBuf,
     rig: PathBuf,
-    options: Options,
+    searches: Searches,
 }
 
 /// What follows after a round.
@@ -90,13 +91,12 @@ impl Inquiry {
     /// [`InquiryError::NoClosedLoop`].
     pub fn new(plan: &Plan, rig_setup: &RigSetup, folder: &Path) -> Result<Self, InquiryError> {
         let settings = plan.closed_loop.clone().ok_or(InquiryError::NoClosedLoop)?;
-        let options = Options { simulator: Some(plan.simulator), effects: None };
         Ok(Self {
             settings,
             robot: Robot::of(rig_setup),
             folder: folder.to_owned(),
             rig: rig_setup.source().path().to_owned(),
-            options,
+            searches: Searches::of(plan.simulator),
         })
     }
 
@@ -167,27 +167,52 @@ impl Inquiry {
         let (Some(last), true) = (earlier.last(), earlier.len() == planned) else {
             return Err(InquiryError::OtherRounds { planned, logged: earlier.len() });
         };
-        let end = |standing: &Standing, verification, end| {
-            let round = self.round(standing, earlier, record, verification, Some(end));
-            Ok(Decision { round, plan: None, cure: None })
-        };
         let mut verification = None;
         if last.purpose == Purpose::Verify {
             let (standing, tested) = self.tested(last, record)?;
             if tested.holds {
-                return end(&standing, Some(tested), End::Verified);
+                let round =
+                    self.round(&standing, earlier, record, Some(tested), Some(End::Verified));
+                return Ok(Decision { round, plan: None, cure: None });
             }
             verification = Some(tested);
         }
-        let scans = std::slice::from_ref(record);
-        let findings = Findings::of(scans, &self.options)?;
-        let standing = Standing::of(&findings);
+        let scans = std::array::from_ref(record);
+        // The sets that a search of the readings before this round left in question choose the next readings. Whatever else is decided, and
+        // what none of these sets explains, is decided after a search.
+        if last.purpose == Purpose::Explore {
+            let findings = self.searches.among_live(scans, last.before)?;
+            let decision = self.by(&findings, plan, record, earlier, verification)?;
+            let Round { purpose, verdict, .. } = decision.round;
+            if purpose == Purpose::Explore && verdict != Some(Verdict::Unexplained) {
+                return Ok(decision);
+            }
+        }
+        let findings = self.searches.among_all(scans)?;
+        self.by(&findings, plan, record, earlier, verification)
+    }
+
+    /// What these findings decide.
+    fn by(
+        &self,
+        findings: &Findings<'_>,
+        plan: &Plan,
+        record: &RecordedScan,
+        earlier: &[Round],
+        verification: Option<Verification>,
+    ) -> Result<Decision, InquiryError> {
+        let last = earlier.last().expect("a first round");
+        let standing = Standing::of(findings);
+        let end = |end| {
+            let round = self.round(&standing, earlier, record, verification, Some(end));
+            Ok(Decision { round, plan: None, cure: None })
+        };
         let at_m = record.samples.last().map_or(self.robot.home_m(), RecordedSample::position_m);
         let places_used = self.places_used(earlier);
         let chooser = self.chooser(last.drives, at_m, places_used);
         let (purpose, batch) = match next(&standing, earlier, record.samples.len(), &self.settings)
         {
-            Next::End(reason) => return end(&standing, verification, reason),
+            Next::End(reason) => return end(reason),
             Next::Verify => (Purpose::Verify, chooser.fresh(earlier.len())),
             Next::Explore => {
                 let outlooks =
@@ -195,7 +220,7 @@ impl Inquiry {
                 let batch = chooser.next(outlooks, self.settings.round_readings);
                 let readings = record.samples.len();
                 if is_inseparable(&standing, &batch, earlier, readings, &self.settings) {
-                    return end(&standing, verification, End::Inseparable);
+                    return end(End::Inseparable);
                 }
                 (Purpose::Explore, batch)
             }
@@ -203,7 +228,7 @@ impl Inquiry {
         let expected_s = self.duration_s(&batch, at_m);
         let spent = Spent::of(&record.samples);
         if let Some(used_up) = self.budget().used_up(spent, batch.readings.len(), expected_s) {
-            return end(&standing, verification, End::from(used_up));
+            return end(End::from(used_up));
         }
         self.is_enough(&batch, batch.readings.len().max(1))?;
         let cure = match purpose {
@@ -231,11 +256,8 @@ impl Inquiry {
         tested: &Round,
         record: &RecordedScan,
     ) -> Result<(Standing, Verification), InquiryError> {
-        let seen = [RecordedScan {
-            setup: record.setup.clone(),
-            samples: record.samples[..tested.before].to_vec(),
-        }];
-        let findings = Findings::of(&seen, &self.options)?;
+        let seen = [up_to(record, tested.before)];
+        let findings = self.searches.among_all(&seen)?;
         let corrected = match &tested.cure {
             Some(cure) => cure
                 .set_up(&self.folder)?
@@ -341,7 +363,7 @@ impl Inquiry {
 }
 
 impl ChooseRounds for Inquiry {
-    fn next(&mut self, plan: &Plan, record: &RecordedScan) -> Result<NextRound, NoNextRound> {
+    fn next(&self, plan: &Plan, record: &RecordedScan) -> Result<NextRound, NoNextRound> {
         // A decision that was logged, and its plan not yet written, is made again.
         let mut rounds = read_rounds(&self.folder)?;
         rounds.truncate(plan.readings.len());
@@ -353,5 +375,10 @@ impl ChooseRounds for Inquiry {
         rounds.push(round);
         write_log(&self.folder, &rounds)?;
         Ok(NextRound { decision, plan })
+    }
+
+    fn meanwhile(&self, record: &RecordedScan) {
+        // Why it cannot be compared is said when the next round is chosen.
+        let _ = self.searches.live_sets(std::array::from_ref(record));
     }
 }

@@ -22,6 +22,7 @@ mod plan_text;
 mod robot;
 mod round;
 mod route;
+mod searches;
 
 pub use again::again;
 pub use budget::{Budget, Spent, UsedUp};

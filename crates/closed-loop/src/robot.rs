@@ -1,7 +1,7 @@
 //! What a reading costs: the time of this robot, this receiver and this array.
 
-use std::cell::RefCell;
 use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 
 use fieldgap_acoustics::Vec3;
 use fieldgap_acquisition::{RigSetup, move_s, reading_s};
@@ -17,7 +17,7 @@ pub struct Robot {
     frame: Frame,
     feed_m_s: f64,
     reading_s: f64,
-    free: RefCell<HashMap<[u64; 6], bool>>,
+    free: Mutex<HashMap<[u64; 6], bool>>,
 }
 
 impl Robot {
@@ -29,7 +29,7 @@ impl Robot {
             frame: motion.frame(),
             feed_m_s: motion.feed().m_s(),
             reading_s: reading_s(rig_setup),
-            free: RefCell::default(),
+            free: Mutex::default(),
         }
     }
 
@@ -67,7 +67,8 @@ impl Robot {
             let [from, to] = [from_m, to_m].map(|at_m| self.frame.to_robot(at_m));
             self.envelope.check_path(from, to).is_ok()
         };
-        *self.free.borrow_mut().entry(key).or_insert_with(check)
+        let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
+        *free.entry(key).or_insert_with(check)
     }
 
     /// Where the robot stands after homing, array frame, m.

@@ -24,7 +24,7 @@ use crate::preparation::Prepared;
 use crate::report::builder::ReportBuilder;
 use crate::residual_structure::ResidualStructure;
 use crate::result::{Diagnosis, Verdict};
-use crate::selection::model_search::ModelSearch;
+use crate::selection::model_search::{ModelSearch, in_question};
 use crate::selection::scored_model::{ScoredModel, believed, is_near};
 use crate::verdict::fresh::{CorrectedTest, FreshReadings, FreshTest};
 use crate::verdict::gap_size::as_believed;
@@ -61,6 +61,13 @@ pub fn diagnose_with(scans: &[RecordedScan], options: &Options) -> Result<Diagno
     Ok(Findings::of(scans, options)?.diagnosis())
 }
 
+/// Sets of effects that a search left in question, as they were fitted. Other readings of the same scan can be fitted from there.
+#[derive(Clone)]
+pub struct LiveSets {
+    /// The best first.
+    sets: Vec<ScoredModel>,
+}
+
 /// What a search among the effects of the catalogue found: every set that was fitted, and which is named.
 pub struct Findings<'s> {
     report: ReportBuilder<'s>,
@@ -77,6 +84,41 @@ impl<'s> Findings<'s> {
             Prepared::of(scans, options.simulator)?;
         context.tried.clone_from(&options.effects);
         let scored = searched(&mut observations, &context);
+        let registration = registrations.swap_remove(0);
+        Ok(Self::judged(scans, simulator, observations, context, scored, registration))
+    }
+
+    /// The same sets fitted to more readings of the same scan, and judged, without a search for others. The same sets and scan give the same
+    /// bits.
+    ///
+    /// # Errors
+    /// [`Incomparable`] if there is nothing to compare.
+    pub fn of_live(
+        scans: &'s [RecordedScan],
+        options: &Options,
+        live: &LiveSets,
+    ) -> Result<Self, Incomparable> {
+        let Prepared { simulator, mut observations, mut context, mut registrations } =
+            Prepared::of(scans, options.simulator)?;
+        context.tried.clone_from(&options.effects);
+        let scored = fitted_again(&live.sets, &mut observations, &context);
+        let registration = registrations.swap_remove(0);
+        Ok(Self::judged(scans, simulator, observations, context, scored, registration))
+    }
+
+    /// The sets that are left in question, to be fitted to more readings of the same scan.
+    pub fn live_sets(&self) -> LiveSets {
+        LiveSets { sets: in_question(&self.report.scored) }
+    }
+
+    fn judged(
+        scans: &'s [RecordedScan],
+        simulator: Simulator,
+        observations: Observations,
+        context: Context,
+        scored: Vec<ScoredModel>,
+        registration: Registration,
+    ) -> Self {
         let base = scored
             .iter()
             .find(|scored| scored.fit.instances.is_empty())
@@ -84,10 +126,9 @@ impl<'s> Findings<'s> {
             .unwrap_or_else(|| believed(&observations, &context));
         let structure = ResidualStructure::of(&scored[0].fit, &observations, &context);
         let judgement = judge(&observations, &scored, &base, &structure);
-        let registration = registrations.swap_remove(0);
         let report =
             ReportBuilder { scans, simulator, observations, context, scored, structure, judgement };
-        Ok(Self { report, registration })
+        Self { report, registration }
     }
 
     /// The verdict.
@@ -198,6 +239,21 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
         search = search.on_all(observations, context).and_on(observations, context);
     }
     search.found()
+}
+
+/// Fits sets again, from where they were. The noise is judged anew, since it is judged from all readings.
+fn fitted_again(
+    sets: &[ScoredModel],
+    observations: &mut Observations,
+    context: &Context,
+) -> Vec<ScoredModel> {
+    let nuisance = as_believed(observations);
+    settle_scatter(observations, &ForwardModel::believed(), &nuisance, context, false);
+    let best = refined(sets[0].fit.clone(), observations, context, SEARCH, &[]);
+    if is_near(&best, observations) {
+        settled_by(&best, observations, context);
+    }
+    ModelSearch::fitted_to(sets.to_vec(), observations, context).found()
 }
 
 /// How the noise after a fit compares with that before.

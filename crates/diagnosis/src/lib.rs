@@ -74,7 +74,7 @@ pub use change::{
     ChangeCandidate, ChangeDiagnosis, ChangeVerdict, CommonModel, NoChangeDiagnosis,
     ParameterChange, RecordName, diagnose_change,
 };
-pub use diagnose::{Findings, Options, diagnose, diagnose_with};
+pub use diagnose::{Findings, LiveSets, Options, diagnose, diagnose_with};
 pub use effect_id::{EffectId, UnknownEffect, joined};
 pub use fitted_parameter::FittedParameter;
 pub use remedy::{Remedy, SetupKey};

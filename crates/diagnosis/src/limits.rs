@@ -167,6 +167,10 @@ pub(crate) const GIVEN_UP: f64 = 80.0;
 /// Sets that are fitted to all readings, and kept, however far they are behind. Set by judgement.
 pub(crate) const KEPT_IN_ANY_CASE: usize = 5;
 
+/// Sets, beside their parts, that are fitted again to more readings without a search: twice as many as a closed loop holds against each
+/// other.
+pub(crate) const MOST_IN_QUESTION: usize = 16;
+
 /// Nats that the score statistic must expect of an effect before it is fitted beside a set near the readings. Set by judgement.
 pub(crate) const LEAST_EXPECTED_NATS: f64 = -1.0;
 

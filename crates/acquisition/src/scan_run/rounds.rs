@@ -1,5 +1,7 @@
 //! A scan that goes on in rounds: after the last reading of its plan, more readings are chosen by what was read.
 
+use std::sync::Arc;
+
 use jiff::Timestamp;
 
 use super::sequence::Progress;
@@ -26,21 +28,28 @@ pub struct NextRound {
 pub type NoNextRound = Box<dyn std::error::Error + Send + Sync>;
 
 /// Chooses the readings of the next round of a scan.
-pub trait ChooseRounds: Send {
+pub trait ChooseRounds: Send + Sync {
     /// Chooses from the plan so far and the record of all its readings. The robot stands still and the array is silent meanwhile.
     ///
     /// # Errors
     /// [`NoNextRound`] ends the scan as partial.
-    fn next(&mut self, plan: &Plan, record: &RecordedScan) -> Result<NextRound, NoNextRound>;
+    fn next(&self, plan: &Plan, record: &RecordedScan) -> Result<NextRound, NoNextRound>;
+
+    /// Works on the record so far while the robot measures the round that was chosen: what the next choice may need and the new readings
+    /// will not change. The next choice must not depend on whether it was called. By default it does nothing.
+    fn meanwhile(&self, record: &RecordedScan) {
+        let _ = record;
+    }
 }
 
 impl ScanRun {
     /// Lets `choose` add rounds after the last reading of the plan, until it chooses none.
     pub fn in_rounds(&mut self, choose: Box<dyn ChooseRounds>) {
-        self.rounds = Some(choose);
+        self.rounds = Some(choose.into());
     }
 
-    /// Chooses and measures rounds until none follows. The array is silent while the next one is chosen.
+    /// Chooses and measures rounds until none follows. The array is silent while the next one is chosen. What can be worked out before its
+    /// readings are there is worked out while they are measured.
     pub(super) async fn measure_rounds(
         &mut self,
         progress: &mut Progress,
@@ -52,28 +61,25 @@ impl ScanRun {
             )
             .into());
         }
-        while let Some(mut choose) = self.rounds.take() {
+        while let Some(choose) = self.rounds.clone() {
             progress.sequencer.silence(self.open.rig()).await?;
             let plan = self.scan.plan.clone();
             let record = RecordedScan { setup: self.setup.clone(), samples: self.kept.clone() };
-            // A search takes seconds; the watchdog and the requests to stop must be heard meanwhile.
-            let chosen = tokio::task::spawn_blocking(move || {
-                let next = choose.next(&plan, &record);
-                (choose, next)
-            });
-            let (choose, next) = chosen.await.map_err(|error| match error.try_into_panic() {
-                Ok(panic) => Stopped::Panicked(super::panic_message(&*panic)),
-                Err(error) => Stopped::Panicked(error.to_string()),
-            })?;
-            let NextRound { decision, plan } = next.map_err(AcquisitionError::NoNextRound)?;
+            let record = Arc::new(record);
+            let next =
+                in_background((&choose, &record), move |choose, record| choose.next(&plan, record));
+            let NextRound { decision, plan } =
+                next.await?.map_err(AcquisitionError::NoNextRound)?;
             self.journal.record(Timestamp::now(), EventKind::RoundChosen, &decision)?;
             watch(&Event::RoundChosen { text: decision });
             let Some(text) = plan else { return Ok(()) };
             self.go_on_with(text)?;
-            self.rounds = Some(choose);
             let (plan, visits) = (&self.scan.plan, &self.scan.visits);
             let itinerary = Itinerary::of(plan, &self.scan.rig_setup, visits, &self.kept);
+            let meanwhile =
+                in_background((&choose, &record), |choose, record| choose.meanwhile(record));
             self.measure_legs(&itinerary, progress, &mut *watch).await?;
+            meanwhile.await?;
         }
         Ok(())
     }
@@ -96,5 +102,20 @@ impl ScanRun {
             .map_err(|source| JournalError::Write { path, source })?;
         self.scan = longer;
         Ok(())
+    }
+}
+
+/// Works on a thread of its own, at once: it takes seconds, and the watchdog and the requests to stop must be heard meanwhile.
+fn in_background<T: Send + 'static>(
+    (choose, record): (&Arc<dyn ChooseRounds>, &Arc<RecordedScan>),
+    work: impl FnOnce(&dyn ChooseRounds, &RecordedScan) -> T + Send + 'static,
+) -> impl Future<Output = Result<T, Stopped>> {
+    let (choose, record) = (choose.clone(), record.clone());
+    let working = tokio::task::spawn_blocking(move || work(&*choose, &record));
+    async {
+        working.await.map_err(|error| match error.try_into_panic() {
+            Ok(panic) => Stopped::Panicked(super::panic_message(&*panic)),
+            Err(error) => Stopped::Panicked(error.to_string()),
+        })
     }
 }

@@ -8,7 +8,8 @@ use crate::fit::any::{fit_any, refined};
 use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
 use crate::limits::{
     ENOUGH_AT_FIRST, EXCHANGES, KEPT_IN_ANY_CASE, MATERIAL, MATERIAL_OF_VERY_LARGE, MOST_EFFECTS,
-    MOST_RIVALS, RIVALS, SETS_EXTENDED, SINGLES_EXTENDED, VERY_LARGE, WORTH_EXTENDING,
+    MOST_IN_QUESTION, MOST_RIVALS, RIVALS, SETS_EXTENDED, SINGLES_EXTENDED, VERY_LARGE,
+    WORTH_EXTENDING,
 };
 use crate::model::effect::{Choice, Context, PerElement, Search};
 use crate::model::observations::Observations;
@@ -48,19 +49,7 @@ impl ModelSearch {
     pub fn on_all(self, observations: &Observations, context: &Context) -> Self {
         let Self { mut scored, mut given_up, .. } = self;
         sort(&mut scored);
-        let least = scored[0].log_evidence - RIVALS;
-        let hopeful: Vec<Vec<EffectId>> = scored
-            .iter()
-            .enumerate()
-            .filter(|(number, scored)| *number < KEPT_IN_ANY_CASE || scored.log_evidence > least)
-            .map(|(_, scored)| scored.fit.ids())
-            .collect();
-        // Keep the parts of these sets too: some effects only compensate for a misjudged noise.
-        let (hopeful, hopeless): (Vec<ScoredModel>, Vec<ScoredModel>) =
-            scored.into_iter().partition(|scored| {
-                let ids = scored.fit.ids();
-                hopeful.iter().any(|hopeful| ids.iter().all(|id| hopeful.contains(id)))
-            });
+        let (hopeful, hopeless) = by_hope(scored, usize::MAX);
         given_up.extend(hopeless.iter().map(|scored| sorted_ids(&scored.fit)));
         // A larger set with less evidence than one of its parts is dropped; the extension of that part may find it again.
         let size = hopeful[0].fit.instances.len();
@@ -73,17 +62,23 @@ impl ModelSearch {
         };
         let hopeful: Vec<ScoredModel> =
             hopeful.iter().filter(worth_more_than_its_parts).cloned().collect();
-        let mut scored: Vec<ScoredModel> = hopeful
-            .into_par_iter()
-            .map(|scored| {
-                ScoredModel::of(
-                    refined(scored.fit, observations, context, SEARCH, &[]),
-                    observations,
-                )
+        Self { given_up, ..Self::fitted_to(hopeful, observations, context) }
+    }
+
+    /// Of sets that were fitted before to other readings of these scans, without a search for others.
+    pub fn fitted_to(
+        sets: Vec<ScoredModel>,
+        observations: &Observations,
+        context: &Context,
+    ) -> Self {
+        let fits = sets.into_par_iter().map(|scored| scored.fit);
+        let mut scored: Vec<ScoredModel> = fits
+            .map(|fit| {
+                ScoredModel::of(refined(fit, observations, context, SEARCH, &[]), observations)
             })
             .collect();
         sort(&mut scored);
-        let laws_chosen = Default::default();
+        let (given_up, laws_chosen) = Default::default();
         let mut search = Self { scored, given_up, noise_is_settled: true, laws_chosen };
         search.leave_out_immaterial_sets(observations);
         search
@@ -330,6 +325,29 @@ impl ModelSearch {
         self.given_up.extend(given_up);
         fitted
     }
+}
+
+/// The sets that are near the best, and the rest; sorted sets, the best first.
+///
+/// Parts of the sets near the best are kept too: some effects only compensate for a misjudged noise.
+fn by_hope(scored: Vec<ScoredModel>, most: usize) -> (Vec<ScoredModel>, Vec<ScoredModel>) {
+    let least = scored[0].log_evidence - RIVALS;
+    let hopeful: Vec<Vec<EffectId>> = scored
+        .iter()
+        .enumerate()
+        .take(most)
+        .filter(|(number, scored)| *number < KEPT_IN_ANY_CASE || scored.log_evidence > least)
+        .map(|(_, scored)| scored.fit.ids())
+        .collect();
+    scored.into_iter().partition(|scored| {
+        let ids = scored.fit.ids();
+        hopeful.iter().any(|hopeful| ids.iter().all(|id| hopeful.contains(id)))
+    })
+}
+
+/// The sets that more readings may still name, the best first.
+pub(crate) fn in_question(scored: &[ScoredModel]) -> Vec<ScoredModel> {
+    by_hope(scored.to_vec(), MOST_IN_QUESTION).0
 }
 
 /// Whether a set explains materially more of a gap than a part of it does. Of a very large gap only the excess over the noise counts. One

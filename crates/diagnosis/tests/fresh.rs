@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use fieldgap_acoustics::Vec3;
-use fieldgap_diagnosis::{EffectId, Findings, Options};
+use fieldgap_diagnosis::{EffectId, Findings, Options, Verdict};
 use fieldgap_input::TomlSource;
 use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
 use fieldgap_virtual_rig::{Visit, noise_free_readings};
@@ -79,6 +79,47 @@ fn a_cause_that_has_gone_does_not_hold() {
     assert!(findings.named()[0].len() == 1, "{:?}", findings.probabilities());
     let test = findings.on_fresh(&whole);
     assert!(test.chi_square > 3.0 && test.gap_after > 2.0 * test.noise, "{test:?}");
+}
+
+/// The first readings of a record.
+fn first(whole: &RecordedScan, readings: usize) -> [RecordedScan; 1] {
+    let samples = whole.samples[..readings].to_vec();
+    [RecordedScan { setup: whole.setup.clone(), samples }]
+}
+
+/// Of few readings several sets are left in question. Fitted to all readings they stand to one another as after a search among all sets.
+#[test]
+fn sets_in_question_fitted_to_more_readings_stand_as_after_a_search() {
+    let whole = record(260, "[pitch]\nratio = 1.02");
+    let seen = first(&whole, 80);
+    let before = Findings::of(&seen, &Options::default()).expect("comparable");
+    assert!(before.probabilities()[0].1 < 0.9, "{:?}", before.probabilities());
+    let all = std::slice::from_ref(&whole);
+    let again = Findings::of_live(all, &Options::default(), &before.live_sets()).expect("as well");
+    let searched = Findings::of(all, &Options::default()).expect("comparable");
+    assert_eq!((again.verdict(), again.named()), (searched.verdict(), searched.named()));
+    let odds = |findings: &Findings<'_>| {
+        let probabilities = findings.probabilities();
+        let of = |ids: &[EffectId]| {
+            probabilities.iter().find(|(set, _)| set == ids).expect("it is in question").1
+        };
+        (of(&[EffectId::Pitch]) / of(&[])).ln()
+    };
+    let [again, searched] = [&again, &searched].map(odds);
+    assert!(searched > 3.0 && (again - searched).abs() < 0.05, "{again} {searched}");
+}
+
+/// Sets that were in question before a cause appeared do not explain it; a search does.
+#[test]
+fn sets_in_question_leave_a_new_cause_unexplained() {
+    let mut whole = record(400, "[dead-elements]\nelements = [5]");
+    whole.samples.splice(..100, record(100, "").samples);
+    let seen = first(&whole, 100);
+    let before = Findings::of(&seen, &Options::default()).expect("comparable");
+    assert_eq!(before.verdict(), Verdict::None);
+    let all = std::slice::from_ref(&whole);
+    let again = Findings::of_live(all, &Options::default(), &before.live_sets()).expect("as well");
+    assert_eq!(again.verdict(), Verdict::Unexplained, "{:?}", again.probabilities());
 }
 
 /// The set-up of the records with this speed of sound, its drive kept as the phases that were emitted.

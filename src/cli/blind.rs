@@ -56,9 +56,9 @@ struct Make {
     /// Share of scans with two effects
     #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
     pairs: f64,
-    /// Share of scans with a cause that is not in the catalogue [default: 0.2; none with --rigs]
-    #[arg(long, value_name = "SHARE", value_parser = share, conflicts_with = "rigs")]
-    outside: Option<f64>,
+    /// Share of scans with a cause that is not in the catalogue
+    #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
+    outside: f64,
     /// Make sealed virtual rigs in place of scans: `run` measures each by its plan, which leaves the readings to the rig
     #[arg(long)]
     rigs: bool,
@@ -143,8 +143,7 @@ impl Blind {
 
 impl Make {
     fn run(self) -> miette::Result<ExitCode> {
-        let outside = self.outside.unwrap_or(if self.rigs { 0.0 } else { 0.2 });
-        if self.none + self.pairs + outside > 1.0 + 1e-9 {
+        if self.none + self.pairs + self.outside > 1.0 + 1e-9 {
             miette::bail!(
                 help = "the rest of the scans has one effect",
                 "--none, --pairs and --outside add up to more than 1"
@@ -152,7 +151,7 @@ impl Make {
         }
         let seal = Seal::of(&self.out, self.key.as_deref());
         seal.is_free()?;
-        let shares = Shares { none: self.none, pairs: self.pairs, unmodelled: outside };
+        let shares = Shares { none: self.none, pairs: self.pairs, unmodelled: self.outside };
         let seed = self.seed.map_or_else(fresh_seed, Ok)?;
         let (count, rigs) = (self.count, self.rigs);
         let bar = counting_bar(count, if rigs { "rigs made" } else { "scans made" });

@@ -10,7 +10,7 @@ use super::closed_loop::{LoopArgs, begun, resumed};
 use fieldgap_acquisition::{Ending, PlannedScan};
 use fieldgap_blind::{Diagnosed, RIG, Run};
 use fieldgap_closed_loop::{End, Verification, read_rounds};
-use fieldgap_diagnosis::{Diagnosis, diagnose};
+use fieldgap_diagnosis::{Diagnosis, Verdict, alike_effects, are_alike, diagnose};
 use fieldgap_records::{Journal, RecordedScan};
 
 /// What follows the folder of the diagnoses in the name of that of the records.
@@ -39,6 +39,22 @@ struct Measurement {
     seconds: f64,
     end: Option<End>,
     verification: Option<Verification>,
+    /// Whether the readings cannot tell the rivals apart, to first order; `None` without rivals, or where that is not known of any.
+    rivals_alike: Option<bool>,
+}
+
+/// Whether the most probable set of an ambiguous diagnosis is alike to each rival of which that is known.
+fn rivals_alike(scan: &RecordedScan, diagnosis: &Diagnosis) -> miette::Result<Option<bool>> {
+    let (Some((first, rivals)), true) =
+        (diagnosis.alternatives.split_first(), diagnosis.verdict == Verdict::Ambiguous)
+    else {
+        return Ok(None);
+    };
+    let alike = alike_effects(scan, Some(diagnosis.simulator)).into_diagnostic()?;
+    let (gap, noise) = (diagnosis.gap_before, diagnosis.noise_floor);
+    let gap_sigma = (gap * gap - noise * noise).max(0.0).sqrt() / noise;
+    let known = rivals.iter().filter_map(|rival| are_alike(&alike, [first, rival], gap_sigma));
+    Ok(known.reduce(|one, other| one && other))
 }
 
 /// The names of the rigs in a folder; none where it holds scans.
@@ -81,6 +97,7 @@ impl BlindRigs<'_> {
             seconds: samples.first().zip(samples.last()).map_or(0.0, |(a, b)| b.time_s - a.time_s),
             end: last.as_ref().and_then(|round| round.end),
             verification: last.and_then(|round| round.verification),
+            rivals_alike: rivals_alike(&scans[0], &diagnosis)?,
         };
         let json = serde_json::to_vec(&OfRig { diagnosis, measurement }).into_diagnostic()?;
         let diagnosed = self.run.keep(name, &json)?;

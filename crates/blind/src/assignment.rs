@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::random_sequence::RandomSequence;
-use super::unmodelled::UNMODELLED;
 
 /// The kind of cause of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -42,15 +41,16 @@ impl Default for Shares {
 pub(super) enum Assignment {
     None,
     Effects(Vec<&'static str>),
-    /// By its index in [`UNMODELLED`].
+    /// By its index in [`UNMODELLED`](super::unmodelled::UNMODELLED).
     Unmodelled(usize),
 }
 
-/// Assigns `count` scans, of effects with these ids.
+/// Assigns `count` scans, of effects with these ids and of these unmodelled causes, by their index.
 pub(super) fn assign(
     count: usize,
     shares: Shares,
     ids: &[&'static str],
+    outside: &[usize],
     random: &mut RandomSequence,
 ) -> Vec<Assignment> {
     let of = |share: f64| (share * count as f64).round() as usize;
@@ -71,9 +71,9 @@ pub(super) fn assign(
         both.sort_unstable();
         Assignment::Effects(both.map(|number| ids[number]).to_vec())
     }));
-    let mut unmodelled_causes = Rounds::new(UNMODELLED.len());
-    assignments
-        .extend((0..unmodelled).map(|_| Assignment::Unmodelled(unmodelled_causes.next(random))));
+    let mut unmodelled_causes = Rounds::new(outside.len());
+    let mut next = || outside[unmodelled_causes.next(random)];
+    assignments.extend((0..unmodelled).map(|_| Assignment::Unmodelled(next())));
     assignments.truncate(count);
     random.shuffle(&mut assignments);
     assignments
@@ -105,10 +105,17 @@ mod tests {
     use super::*;
     use fieldgap_virtual_rig::counter_rng::CounterRng;
 
+    const OUTSIDE: [usize; 7] = [0, 2, 3, 5, 8, 11, 12];
+
     #[test]
     fn all_effects_are_equally_often_and_the_shares_are_kept() {
-        let assigned =
-            assign(620, Shares::default(), &IDS, &mut RandomSequence::new(CounterRng::new(1)));
+        let assigned = assign(
+            620,
+            Shares::default(),
+            &IDS,
+            &OUTSIDE,
+            &mut RandomSequence::new(CounterRng::new(1)),
+        );
         let count = |wanted: &dyn Fn(&Assignment) -> bool| {
             assigned.iter().filter(|assignment| wanted(assignment)).count()
         };
@@ -117,9 +124,9 @@ mod tests {
         for id in IDS {
             assert_eq!(count(&|a| *a == Assignment::Effects(vec![id])), 10, "{id}");
         }
-        for number in 0..UNMODELLED.len() {
+        for number in OUTSIDE {
             let times = count(&|a| *a == Assignment::Unmodelled(number));
-            assert!(times.abs_diff(124 / UNMODELLED.len()) <= 1, "{number}: {times}");
+            assert!(times.abs_diff(124 / OUTSIDE.len()) <= 1, "{number}: {times}");
         }
         assert!(count(&|a| matches!(a, Assignment::Effects(both) if both.len() == 2)) == 124);
         assert_eq!(

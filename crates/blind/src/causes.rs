@@ -70,22 +70,21 @@ impl Causes {
         epochs
     }
 
-    /// The effects of the catalogue as tables of a truth file.
+    /// The effects of the virtual rig as tables of a truth file.
     pub fn tables(&self) -> toml::Table {
-        let tables = self.catalogue.iter();
-        tables
-            .map(|(id, parameters)| ((*id).to_owned(), toml::Value::Table(parameters.clone())))
-            .collect()
+        self.tables_with(&self.catalogue)
+    }
+
+    fn tables_with(&self, catalogue: &[(&'static str, Parameters)]) -> toml::Table {
+        let unmodelled = self.unmodelled().filter(|cause| cause.is_of_truth());
+        let unmodelled = unmodelled.map(|cause| (cause.name(), cause.parameters()));
+        let table =
+            |(id, parameters): (&str, Parameters)| (id.to_owned(), toml::Value::Table(parameters));
+        catalogue.iter().cloned().chain(unmodelled).map(table).collect()
     }
 
     fn effects_of(&self, catalogue: &[(&'static str, Parameters)]) -> Effects {
-        let tables = catalogue
-            .iter()
-            .map(|(id, parameters)| ((*id).to_owned(), toml::Value::Table(parameters.clone())));
-        let mut effects = Truth::of_effects(&tables.collect())
-            .expect("every draw is a valid truth file; a test draws them all")
-            .effects;
-        effects.extend(self.unmodelled().and_then(Unmodelled::effect));
-        effects
+        let truth = Truth::of_effects(&self.tables_with(catalogue));
+        truth.expect("every draw is a valid truth file; a test draws them all").effects
     }
 }

@@ -26,10 +26,6 @@ pub enum BlindError {
     #[error("{} does not have the name of a sealed file", .0.display())]
     #[diagnostic(help("let the name end in .sealed"))]
     NotASealedName(PathBuf),
-    /// A truth file states effects of the catalogue only.
-    #[error("sealed rigs have no causes outside of the catalogue")]
-    #[diagnostic(help("leave --outside out, or make sealed scans"))]
-    OutsideOfRigs,
     /// A scan could not be written.
     #[error(transparent)]
     Record(#[from] RecordError),

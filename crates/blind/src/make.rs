@@ -42,7 +42,8 @@ impl SetToMake {
     /// # Errors
     /// [`BlindError`] if a scan cannot be written.
     pub fn make(self, out: &Path, made: impl Fn() + Sync) -> Result<Answers, BlindError> {
-        self.each("blind set", &catalogue::IDS, |_, name, assignment, rng| {
+        let outside: Vec<usize> = (0..UNMODELLED.len()).collect();
+        self.each("blind set", &catalogue::IDS, &outside, |_, name, assignment, rng| {
             let (scan, answer) = one(name, assignment, rng);
             scan.write(&out.join(&answer.name))?;
             made();
@@ -50,17 +51,18 @@ impl SetToMake {
         })
     }
 
-    /// Assigns causes to the members of the set, among these effects, and writes each: its number, its name, its causes and its random
+    /// Assigns causes to the members of the set, among these effects and these unmodelled causes, and writes each: its number, its name, its causes and its random
     /// numbers. `stream` names those of the set.
     pub(super) fn each(
         self,
         stream: &str,
         ids: &[&'static str],
+        outside: &[usize],
         write: impl Fn(u64, String, &Assignment, CounterRng) -> Result<Answer, BlindError> + Sync,
     ) -> Result<Answers, BlindError> {
         let rng = CounterRng::new(self.seed).stream(stream);
         let mut random = RandomSequence::new(rng.stream("assignment"));
-        let assignments = assign(self.count, self.shares, ids, &mut random);
+        let assignments = assign(self.count, self.shares, ids, outside, &mut random);
         let width = self.count.saturating_sub(1).to_string().len().max(4);
         let answers = assignments
             .par_iter()

@@ -62,6 +62,9 @@ pub struct ParsedMeasurement {
     /// How the named cause did on fresh readings; `None` where it was not tested.
     #[serde(default)]
     pub verification: Option<ParsedVerification>,
+    /// Whether the readings cannot tell the rivals apart, to first order; `None` without rivals, or where that is not known.
+    #[serde(default)]
+    pub rivals_alike: Option<bool>,
 }
 
 /// A cause held against fresh readings.

@@ -3,8 +3,8 @@
 //! Each is a virtual rig whose truth file is sealed, with a plan that leaves the readings to a closed loop, and one of the scan that a
 //! sealed scan has. Laboratories and causes are drawn as those of sealed scans, and the sizes are those that leave a gap there.
 //!
-//! Lag is not among the causes: a robot that stops at each point does not show it. Nor are causes outside of the catalogue, which a truth
-//! file cannot state.
+//! Lag is not among the causes: a robot that stops at each point does not show it. Of the causes outside of the catalogue there are those that
+//! a truth file can state.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -18,6 +18,7 @@ use super::make::{Drawn, SetToMake, drawn};
 use super::random_sequence::RandomSequence;
 use super::seal_truth::seal_text;
 use super::survey::Survey;
+use super::unmodelled::UNMODELLED;
 use fieldgap_records::Layout;
 use fieldgap_virtual_rig::counter_rng::CounterRng;
 
@@ -32,21 +33,20 @@ const TRUTH: &str = "truth.sealed";
 /// Samples that a reading averages. Each has as much more noise as the average has less.
 const SAMPLES: f64 = 16.0;
 
-/// Time over which a drift has its stated size, s: the order of a scan of a closed loop.
-const DRIFT_OVER_S: f64 = 120.0;
+/// Time in which the changes of a scan happen, s: the order of a closed loop. A drift has its stated size after it, and a jump of the level comes
+/// at the same share of it as of a sealed scan.
+const CHANGES_OVER_S: f64 = 120.0;
 
 impl SetToMake {
     /// Writes each member as a rig in a folder of its own under `out`, and returns the answers. `made` is called after each.
     ///
     /// # Errors
-    /// [`BlindError::OutsideOfRigs`] if the set has causes outside of the catalogue; another if a rig cannot be written.
+    /// [`BlindError`] if a rig cannot be written.
     pub fn make_rigs(self, out: &Path, made: impl Fn() + Sync) -> Result<Answers, BlindError> {
-        if self.shares.unmodelled > 0.0 {
-            return Err(BlindError::OutsideOfRigs);
-        }
         let ids: Vec<&'static str> =
             catalogue::IDS.into_iter().filter(|id| shows_at_rest(id)).collect();
-        self.each("blind rigs", &ids, |number, name, assignment, rng| {
+        let outside: Vec<usize> = (0..UNMODELLED.len()).filter(|n| is_of_truth(*n)).collect();
+        self.each("blind rigs", &ids, &outside, |number, name, assignment, rng| {
             let drawn = drawn(name, assignment, rng);
             write(&drawn, &out.join(&drawn.answer.name), self.seed ^ number)?;
             made();
@@ -67,6 +67,14 @@ fn shows_at_rest(id: &'static str) -> bool {
     epochs.iter().flat_map(|(_, effects)| effects).all(|(_, effect)| effect.lag_s() == 0.0)
 }
 
+/// Whether a truth file can state an unmodelled cause.
+fn is_of_truth(number: usize) -> bool {
+    let mut random = RandomSequence::new(CounterRng::new(0));
+    let laboratory = Laboratory::draw(&mut random);
+    let draw = UNMODELLED[number].1(&laboratory, &mut random);
+    (draw.of_size)(draw.largest).is_of_truth()
+}
+
 fn write(drawn: &Drawn, folder: &Path, seed: u64) -> Result<(), BlindError> {
     std::fs::create_dir_all(folder).map_err(BlindError::writing(folder))?;
     let files = [
@@ -85,8 +93,13 @@ fn write(drawn: &Drawn, folder: &Path, seed: u64) -> Result<(), BlindError> {
 fn truth(drawn: &Drawn) -> String {
     let noise = drawn.laboratory.noise();
     let mut effects = drawn.causes.tables();
-    if let Some(over_s) = effects.get_mut("gain-drift").and_then(|drift| drift.get_mut("over_s")) {
-        *over_s = DRIFT_OVER_S.into();
+    let times = [("gain-drift", "over_s"), ("gain-jump", "at_s")];
+    let lasts_s = drawn.laboratory.survey.lasts_s();
+    for (id, key) in times {
+        if let Some(time_s) = effects.get_mut(id).and_then(|table| table.get_mut(key)) {
+            let of_scan = time_s.as_float().unwrap_or(lasts_s) / lasts_s;
+            *time_s = (CHANGES_OVER_S * of_scan.min(1.0)).into();
+        }
     }
     let table = |entries: &[(&str, f64)]| {
         toml::Value::Table(
@@ -199,10 +212,35 @@ mod tests {
     }
 
     #[test]
-    fn rigs_have_no_causes_outside_of_the_catalogue() {
+    fn causes_outside_of_the_catalogue_are_those_of_truth_files() {
+        let of_truth = (0..UNMODELLED.len()).filter(|n| is_of_truth(*n));
+        let names: Vec<&str> = of_truth.map(|number| UNMODELLED[number].0).collect();
+        let all = [
+            "bowed-array",
+            "gain-jump",
+            "hot-plume",
+            "lead-screw",
+            "row-sag",
+            "screen",
+            "tilted-receiver",
+        ];
+        assert_eq!(names, all);
         let folder = tempfile::tempdir().expect("a folder");
-        let shares = Shares { none: 0.0, pairs: 0.0, unmodelled: 0.5 };
-        let made = SetToMake { count: 2, seed: 4, shares }.make_rigs(folder.path(), || ());
-        assert!(matches!(made, Err(BlindError::OutsideOfRigs)));
+        let shares = Shares { none: 0.0, pairs: 0.0, unmodelled: 1.0 };
+        let set = SetToMake { count: all.len(), seed: 4, shares };
+        let answers = set.make_rigs(folder.path(), || ()).expect("made");
+        let mut at_work: Vec<String> = answers
+            .answers
+            .iter()
+            .map(|answer| {
+                assert_eq!(answer.category, Category::Unmodelled);
+                let truth = Truth::read(&folder.path().join(&answer.name).join(TRUTH));
+                let effects = truth.expect("it opens").effects;
+                assert_eq!(effects.len(), 1);
+                effects[0].0.to_owned()
+            })
+            .collect();
+        at_work.sort_unstable();
+        assert_eq!(at_work, all);
     }
 }

@@ -45,3 +45,13 @@ pub(super) fn proven(judged: &[Judged<'_>]) -> Option<Rate> {
     let what = "where explained: the cause holds on fresh readings";
     Some(Rate::of(what, explained, holds).with(Target::AtLeast(0.95)))
 }
+
+/// How often rivals that are left cannot be told apart by the readings; nothing for a set of scans.
+pub(super) fn inseparable(judged: &[Judged<'_>]) -> Option<Rate> {
+    measured(judged).next()?;
+    let told =
+        |one: &Judged<'_>| one.diagnosis.measurement.as_ref().and_then(|one| one.rivals_alike);
+    let left = judged.iter().filter(|one| told(one).is_some());
+    let what = "where rivals are left: the readings cannot tell them apart";
+    Some(Rate::of(what, left, |one| told(one) == Some(true)).with(Target::AtLeast(1.0)))
+}

@@ -82,6 +82,7 @@ impl Score {
         let mut rates = rates::rates(&judged);
         rates.push(parameters::overall(&parameters));
         rates.extend(measurement::proven(&judged));
+        rates.extend(measurement::inseparable(&judged));
         Self {
             scored: judged.len(),
             not_diagnosed: missing.map(|(answer, _)| answer.name.clone()).collect(),

@@ -139,14 +139,24 @@ fn of_rigs_the_cost_and_the_proof_of_the_cause_are_scored() {
             }
         }))
     };
+    let rivals = |alike: Option<bool>| {
+        parsed(json!({
+            "verdict": "ambiguous", "alternatives": [["sound-speed"], ["pitch"]],
+            "measurement": { "readings": 700, "seconds": 210.0, "rivals_alike": alike }
+        }))
+    };
     let score = score(vec![
         (one(0), measured(400, Some(true))),
         (one(1), measured(600, Some(false))),
         (one(2), measured(800, Some(true))),
         // Named, but never tested.
         (one(3), measured(1800, None)),
+        (one(4), rivals(Some(true))),
+        (one(5), rivals(Some(false))),
+        (one(6), rivals(None)),
     ]);
     assert_eq!(share(&score, "where explained: the cause holds on fresh readings"), 0.5);
+    assert_eq!(share(&score, "where rivals are left: the readings cannot tell them apart"), 0.5);
     let figure = |what: &str| {
         score.figures.iter().find(|figure| figure.what == what).expect(what).value.expect("some")
     };

@@ -1,7 +1,7 @@
 //! Unmodelled causes: they are not in the catalogue, so a diagnosis should report `unexplained`.
 //!
-//! Each is one file with a size; size zero means no effect. It acts where the virtual rig's effects act ([`Effect`]), or through
-//! the further methods of [`Unmodelled`].
+//! Each is one file with a size; size zero means no effect. It is an effect of the virtual rig ([`Draw::of_truth`]), or acts through the
+//! methods of [`Unmodelled`].
 //!
 //! Some are close to effects of the catalogue. `row-sag` is a set of element gains, and a small `bowed-array` nearly one of
 //! element phases; they differ from random ones by their spatial order. `crosstalk` is close to gains and phases together.
@@ -28,7 +28,6 @@ use super::laboratory::Laboratory;
 use super::parameters::Parameters;
 use super::random_sequence::RandomSequence;
 use fieldgap_acoustics::{Element, Vec3};
-use fieldgap_virtual_rig::effects::Effect;
 
 /// One unmodelled cause. Each method after the first two is a place where it can act.
 pub(super) trait Unmodelled: std::fmt::Debug + Send + Sync {
@@ -38,9 +37,9 @@ pub(super) trait Unmodelled: std::fmt::Debug + Send + Sync {
     /// Its parameters, for the answers.
     fn parameters(&self) -> Parameters;
 
-    /// Its action where effects of the catalogue act.
-    fn effect(&self) -> Option<(&'static str, Box<dyn Effect>)> {
-        None
+    /// Whether it is an effect of the virtual rig, which a truth file states by its name and parameters.
+    fn is_of_truth(&self) -> bool {
+        false
     }
 
     /// Effects of the catalogue that start at a time, s, and last until the next change.
@@ -71,8 +70,38 @@ pub(super) struct Draw {
 }
 
 impl Draw {
+    /// An effect of the virtual rig, whose parameters follow from its size.
+    fn of_truth(
+        name: &'static str,
+        largest: f64,
+        parameters: impl Fn(f64) -> Parameters + 'static,
+    ) -> Self {
+        Self::new(largest, move |size| OfTruth { name, parameters: parameters(size) })
+    }
+
     fn new<C: Unmodelled + 'static>(largest: f64, of_size: impl Fn(f64) -> C + 'static) -> Self {
         Self { largest, of_size: Box::new(move |size| Arc::new(of_size(size))) }
+    }
+}
+
+/// An effect of the virtual rig.
+#[derive(Debug)]
+struct OfTruth {
+    name: &'static str,
+    parameters: Parameters,
+}
+
+impl Unmodelled for OfTruth {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn parameters(&self) -> Parameters {
+        self.parameters.clone()
+    }
+
+    fn is_of_truth(&self) -> bool {
+        true
     }
 }
 

@@ -86,6 +86,24 @@ pub fn alike_effects(
     Ok(alike)
 }
 
+/// Whether a scan whose gap has this size, rms in standard deviations of a reading, leaves two sets of effects apart by less than three
+/// standard deviations, to first order. `alike` are the pairs of that scan. `None` where the sets differ by more than one effect each, or by
+/// effects that are not in these pairs.
+pub fn are_alike(
+    alike: &[AlikeEffects],
+    [one, other]: [&[EffectId]; 2],
+    gap_sigma: f64,
+) -> Option<bool> {
+    let beyond = |set: &[EffectId], of: &[EffectId]| -> Option<EffectId> {
+        let mut more = set.iter().filter(|id| !of.contains(id));
+        more.next().copied().filter(|_| more.next().is_none())
+    };
+    let ids = [beyond(one, other)?, beyond(other, one)?];
+    let pair =
+        alike.iter().find(|pair| ids.contains(&pair.effect) && ids.contains(&pair.imitator))?;
+    Some(gap_sigma < pair.separable_gap_sigma)
+}
+
 /// Whether an effect has a signature where it does nothing.
 fn has_slope(effect: &dyn Effect, observations: &Observations) -> bool {
     let has_columns = match effect.search() {
@@ -150,5 +168,30 @@ impl Signature {
         let across = columns.rows(0, rows).tr_mul(&self.columns);
         let own = self.columns.tr_mul(&self.columns);
         Some(&own - across.transpose() * within.cholesky()?.solve(&across))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_are_alike_where_the_one_effect_that_differs_is_imitated_at_that_gap() {
+        use EffectId::{Aperture, Flow, Pitch, Polarity, ReceiverDirectivity};
+        let alike = [AlikeEffects {
+            effect: Aperture,
+            imitator: ReceiverDirectivity,
+            residual_share: 0.01,
+            separable_gap_sigma: 2.0,
+        }];
+        let told = |one: &[EffectId], other: &[EffectId], gap_sigma| {
+            are_alike(&alike, [one, other], gap_sigma)
+        };
+        assert_eq!(told(&[ReceiverDirectivity], &[Aperture], 1.9), Some(true));
+        assert_eq!(told(&[Aperture], &[ReceiverDirectivity], 2.1), Some(false));
+        assert_eq!(told(&[Flow, Aperture], &[ReceiverDirectivity, Flow], 1.0), Some(true));
+        assert_eq!(told(&[Aperture], &[Pitch], 1.0), None);
+        assert_eq!(told(&[Aperture, Flow], &[ReceiverDirectivity, Pitch], 1.0), None);
+        assert_eq!(told(&[Aperture], &[Aperture, Polarity], 1.0), None);
     }
 }

@@ -9,6 +9,7 @@ mod aperture;
 mod array_tilt;
 mod axis_scale;
 mod backlash;
+mod bowed_array;
 mod clipping;
 mod dead_elements;
 mod directivity;
@@ -17,7 +18,10 @@ mod element_gain;
 mod element_phase;
 mod flow;
 mod gain_drift;
+mod gain_jump;
+mod hot_plume;
 mod lag;
+mod lead_screw;
 mod noise_floor;
 mod offset;
 mod phase_quantisation;
@@ -27,13 +31,16 @@ mod position_jitter;
 mod receiver_directivity;
 mod reflection;
 mod rotation;
+mod row_sag;
 mod saturation;
+mod screen;
 mod skew;
 mod sound_speed;
 mod spreading;
 mod standing_wave;
 mod swapped_channels;
 mod temperature_gradient;
+mod tilted_receiver;
 mod turbulence;
 
 pub(crate) use position_jitter::CELL_MM as JITTER_CELL_MM;
@@ -258,6 +265,14 @@ registry! {
     "saturation" => saturation::Saturation,
     "noise-floor" => noise_floor::NoiseFloor,
     "clipping" => clipping::Clipping,
+    // not in the catalogue of a diagnosis
+    "bowed-array" => bowed_array::BowedArray,
+    "gain-jump" => gain_jump::GainJump,
+    "hot-plume" => hot_plume::HotPlume,
+    "lead-screw" => lead_screw::LeadScrew,
+    "row-sag" => row_sag::RowSag,
+    "screen" => screen::Screen,
+    "tilted-receiver" => tilted_receiver::TiltedReceiver,
 }
 
 /// Accepts nothing: its name is a defect of a simulator, which a real set-up cannot have.

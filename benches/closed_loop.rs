@@ -12,6 +12,7 @@ use std::time::Instant;
 use fieldgap::acquisition::{ChooseRounds, Ending, PlannedScan, RigSetup, ScanRun};
 use fieldgap::closed_loop::{Inquiry, Purpose, read_rounds};
 use fieldgap::diagnosis::{Findings, Options};
+use fieldgap::input::TomlSource;
 use fieldgap::records::{Plan, RecordedScan};
 use fieldgap::rig_file::simulated_devices;
 
@@ -108,10 +109,13 @@ fn measured(folder: &Path, side: usize) -> std::path::PathBuf {
     let runtime = tokio::runtime::Runtime::new().expect("a runtime");
     let ending = runtime.block_on(async {
         let scan = PlannedScan::read(&folder.join("plan.toml"), None).expect("a plan");
-        let inquiry = Inquiry::new(&scan.plan(), scan.rig_setup(), &record).expect("a loop");
+        let inquiry = Inquiry::new(scan.plan(), scan.rig_setup(), &record).expect("a loop");
         let (plan, first) =
             inquiry.first_plan(scan.plan(), scan.rig_setup()).expect("a first round");
-        let scan = PlannedScan::new(plan, scan.rig_setup);
+        let source = |path: &Path, text: &str| TomlSource::new(path, text.to_owned());
+        let rig = scan.rig_setup().source();
+        let plan = source(plan.path(), plan.text());
+        let scan = PlannedScan::parse(plan, source(rig.path(), rig.text())).expect("the same");
         let mut scan_run = ScanRun::begin(scan, &record, simulated_devices).await.expect("a rig");
         inquiry.begin(first).expect("logged");
         scan_run.in_rounds(Box::new(inquiry));

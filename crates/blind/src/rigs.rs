@@ -33,9 +33,13 @@ const TRUTH: &str = "truth.sealed";
 /// Samples that a reading averages. Each has as much more noise as the average has less.
 const SAMPLES: f64 = 16.0;
 
-/// Time in which the changes of a scan happen, s: the order of a closed loop. A drift has its stated size after it, and a jump of the level comes
-/// at the same share of it as of a sealed scan.
-const CHANGES_OVER_S: f64 = 120.0;
+/// Time in which a drift has its stated size, s: the order of a closed loop. A jump of the level comes at the same share of it as of a sealed
+/// scan.
+const CHANGES_OVER_S: f64 = 200.0;
+
+/// Relative change of the level at which a drift ends. Until then it goes on at its rate: a drift that ended within a scan is not the effect of
+/// the catalogue.
+const MOST_DRIFT: f64 = 0.9;
 
 impl SetToMake {
     /// Writes each member as a rig in a folder of its own under `out`, and returns the answers. `made` is called after each.
@@ -47,7 +51,9 @@ impl SetToMake {
             catalogue::IDS.into_iter().filter(|id| shows_at_rest(id)).collect();
         let outside: Vec<usize> = (0..UNMODELLED.len()).filter(|n| is_of_truth(*n)).collect();
         self.each("blind rigs", &ids, &outside, |number, name, assignment, rng| {
-            let drawn = drawn(name, assignment, rng);
+            let mut drawn = drawn(name, assignment, rng);
+            // How far the level drifts depends on how long the loop lasts.
+            drawn.answer.parameters.retain(|key, _| !key.starts_with("gain-drift."));
             write(&drawn, &out.join(&drawn.answer.name), self.seed ^ number)?;
             made();
             Ok(drawn.answer)
@@ -93,13 +99,19 @@ fn write(drawn: &Drawn, folder: &Path, seed: u64) -> Result<(), BlindError> {
 fn truth(drawn: &Drawn) -> String {
     let noise = drawn.laboratory.noise();
     let mut effects = drawn.causes.tables();
-    let times = [("gain-drift", "over_s"), ("gain-jump", "at_s")];
-    let lasts_s = drawn.laboratory.survey.lasts_s();
-    for (id, key) in times {
-        if let Some(time_s) = effects.get_mut(id).and_then(|table| table.get_mut(key)) {
-            let of_scan = time_s.as_float().unwrap_or(lasts_s) / lasts_s;
-            *time_s = (CHANGES_OVER_S * of_scan.min(1.0)).into();
-        }
+    let number = |table: &toml::Value, key: &str| table.get(key).and_then(toml::Value::as_float);
+    if let Some(drift) = effects.get_mut("gain-drift")
+        && let Some(relative) = number(drift, "relative")
+    {
+        let over_s = CHANGES_OVER_S * MOST_DRIFT / relative.abs();
+        *drift =
+            toml::toml! { relative = (MOST_DRIFT.copysign(relative)) over_s = (over_s) }.into();
+    }
+    if let Some(jump) = effects.get_mut("gain-jump")
+        && let (Some(at_s), Some(relative)) = (number(jump, "at_s"), number(jump, "relative"))
+    {
+        let at_s = CHANGES_OVER_S * at_s / drawn.laboratory.survey.lasts_s();
+        *jump = toml::toml! { at_s = (at_s) relative = (relative) }.into();
     }
     let table = |entries: &[(&str, f64)]| {
         toml::Value::Table(
@@ -209,6 +221,24 @@ mod tests {
         let hidden: Vec<&str> =
             catalogue::IDS.into_iter().filter(|id| !shows_at_rest(id)).collect();
         assert_eq!(hidden, ["lag"]);
+    }
+
+    #[test]
+    fn a_drift_goes_on_at_its_rate_and_a_jump_comes_within_a_loop() {
+        let of = |id: &'static str, parameters: &str| {
+            let rng = CounterRng::new(4);
+            let mut drawn = drawn("0000".to_owned(), &crate::assignment::Assignment::None, rng);
+            let parameters = parameters.parse().expect("TOML");
+            drawn.causes = Causes::of_catalogue(vec![(id, parameters)]);
+            let text: toml::Table = truth(&drawn).parse().expect("TOML");
+            (text["effects"][id].clone(), drawn.laboratory.survey.lasts_s())
+        };
+        let (drift, _) = of("gain-drift", "relative = -0.1\nover_s = 840.0");
+        let value = |table: &toml::Value, key: &str| table[key].as_float().expect("a number");
+        let rate = value(&drift, "relative") / value(&drift, "over_s");
+        assert!((rate * CHANGES_OVER_S + 0.1).abs() < 1e-12 && value(&drift, "over_s") > 1000.0);
+        let (jump, lasts_s) = of("gain-jump", "at_s = 420.0\nrelative = 0.2");
+        assert!((value(&jump, "at_s") / CHANGES_OVER_S - 420.0 / lasts_s).abs() < 1e-12);
     }
 
     #[test]

@@ -257,7 +257,7 @@ impl Inquiry {
         record: &RecordedScan,
     ) -> Result<(Standing, Verification), InquiryError> {
         let seen = [up_to(record, tested.before)];
-        let findings = self.searches.among_all(&seen)?;
+        let findings = self.searches.among_live(&seen, tested.before)?;
         let corrected = match &tested.cure {
             Some(cure) => cure
                 .set_up(&self.folder)?

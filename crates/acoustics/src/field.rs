@@ -16,7 +16,9 @@
 //! | `tile`, `case` | the sum over sources, compiled for each case |
 //! | `ray`, `on_axis_law` | distance, excess path and level of one source |
 //! | `derivatives`, `derivative_sums`, `phasor` | derivatives, in the same pass as the field |
+//! | `usual_derivatives` | the same for the usual kernel and parameters, with the fewest operations |
 //! | `plane`, `lattice`, `resample` | a plane with less work, from repeated rays or a coarse grid |
+//! | `shifted_rows` | sums of shifted rows of a map, several rows at a time |
 //! | `transfer` | the matrix from drives to fields |
 //! | `instruction_set` | which vector instructions the processor has |
 
@@ -30,14 +32,16 @@ mod phasor;
 mod plane;
 mod ray;
 mod resample;
+mod shifted_rows;
 mod surroundings;
 mod tile;
 mod transfer;
+mod usual_derivatives;
 
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use case::{AnyField, AnyFieldAndSquares, Case, PlainField, PlainNearField};
+use case::{AnyField, AnyFieldAndSquares, Case, PlainField, PlainNearField, UsualField};
 use derivative_sums::Differentiation;
 pub use derivative_sums::Parameter;
 pub use derivatives::{DifferentiableKernel, FieldDerivatives};
@@ -242,6 +246,9 @@ impl FieldKernel {
             self.sum::<AnyField, _>(points_m, &mut fields, &write);
         } else if self.near_field != 0.0 {
             self.sum::<PlainNearField, _>(points_m, &mut fields, &write);
+        } else if self.is_usual() && self.instructions != InstructionSet::Baseline {
+            // Of arrays in place of vectors, the compiler makes slower code for this case.
+            self.sum::<UsualField, _>(points_m, &mut fields, &write);
         } else {
             self.sum::<PlainField, _>(points_m, &mut fields, &write);
         }
@@ -287,6 +294,29 @@ impl FieldKernel {
     /// Whether all sources face along z.
     fn is_upright(&self) -> bool {
         self.sources.iter().all(|source| source.normal == Vec3::z())
+    }
+
+    /// Whether it has the usual properties: sources that face along z, lobes without corners that are smooth in sin² θ, pressure that
+    /// falls as one over the distance, path lengths at the observed point.
+    fn is_usual(&self) -> bool {
+        self.is_regular()
+            && self.smooth == Smooth::InSineSquared
+            && self.on_axis == OnAxis::Spherical
+    }
+
+    /// Whether it has these properties but for lobes that are smooth in tan(θ/2) and pressure that falls exponentially with height,
+    /// as the thesis's transducer has them.
+    fn is_thesis(&self) -> bool {
+        self.is_regular()
+            && self.smooth == Smooth::InHalfTangent
+            && matches!(self.on_axis, OnAxis::Exponential { .. })
+    }
+
+    /// Whether sources face along z, lobes have no corners, and path lengths are those at the observed point.
+    fn is_regular(&self) -> bool {
+        self.is_upright()
+            && self.lobes.iter().all(|lobes| lobes.directivity.is_smooth())
+            && self.paths == PathLengths::Observed
     }
 
     /// Whether the air is still, uniform and clear, and the receiver is equally sensitive in all directions.

@@ -113,18 +113,17 @@ impl<T: Float> Lobe<T> {
     #[inline(always)]
     pub fn at<V: Vector<T>, const L: usize>(&self, t: Simd<T, V, L>) -> Simd<T, V, L> {
         match self {
-            Self::Polynomial(pairs) => {
-                let x = t.scale_add(T::of(2.0), Simd::splat(-T::ONE));
-                let square = x.square();
-                let Some((highest, lower)) = pairs.split_last() else { return Simd::zero() };
-                let [mut even, mut odd] = highest.map(Simd::splat);
-                for &pair in lower.iter().rev() {
-                    even = even.mul_add(square, Simd::splat(pair[0]));
-                    odd = odd.mul_add(square, Simd::splat(pair[1]));
-                }
-                odd.mul_add(x, even)
-            }
+            Self::Polynomial(pairs) => polynomial(pairs, t),
             Self::Pieces(pieces) => pieces.at(t)[0],
+        }
+    }
+
+    /// The same for a function without corners: the code for it needs no registers for pieces.
+    #[inline(always)]
+    pub fn smooth_at<V: Vector<T>, const L: usize>(&self, t: Simd<T, V, L>) -> Simd<T, V, L> {
+        match self {
+            Self::Polynomial(pairs) => polynomial(pairs, t),
+            Self::Pieces(_) => unreachable!("a function without corners is one polynomial"),
         }
     }
 
@@ -148,6 +147,23 @@ impl<T: Float> Lobe<T> {
             Self::Pieces(_) => unreachable!("a function without corners is one polynomial"),
         }
     }
+}
+
+/// A polynomial of 2 t - 1, by its pairs of coefficients.
+#[inline(always)]
+fn polynomial<T: Float, V: Vector<T>, const L: usize>(
+    pairs: &[[T; 2]],
+    t: Simd<T, V, L>,
+) -> Simd<T, V, L> {
+    let x = t.scale_add(T::of(2.0), Simd::splat(-T::ONE));
+    let square = x.square();
+    let Some((highest, lower)) = pairs.split_last() else { return Simd::zero() };
+    let [mut even, mut odd] = highest.map(Simd::splat);
+    for &pair in lower.iter().rev() {
+        even = even.mul_add(square, Simd::splat(pair[0]));
+        odd = odd.mul_add(square, Simd::splat(pair[1]));
+    }
+    odd.mul_add(x, even)
 }
 
 /// A polynomial of 2 t - 1, by its pairs of coefficients, and its derivative by t.

@@ -95,6 +95,14 @@ impl<T: Float, V: Vector<T>, const N: usize> Simd<T, V, N> {
         }
     }
 
+    /// Writes the numbers in double precision to the start of a slice that has room for them.
+    #[inline(always)]
+    pub fn store_doubles(self, to: &mut [f64]) {
+        for n in 0..N {
+            self.0[n].store_doubles(&mut to[n * V::LANES..]);
+        }
+    }
+
     /// One of the numbers.
     #[cfg(test)]
     pub fn lane(self, lane: usize) -> T {

@@ -13,9 +13,10 @@ pub(super) trait Case {
     const SQUARES: bool = false;
     /// Derivatives are summed too.
     const DERIVATIVES: bool = false;
-    /// Derivatives by the usual parameters of a kernel with the usual properties (`FieldKernel::is_usual`), which are then not
-    /// looked up for each source.
+    /// The kernel has the usual properties (`FieldKernel::is_usual`), and derivatives are by the usual parameters.
     const USUAL: bool = false;
+    /// The kernel has the properties of the thesis's transducer (`FieldKernel::is_thesis`), and derivatives are by the usual parameters.
+    const THESIS: bool = false;
 }
 
 /// The field of sources that face along z, in plain air.
@@ -23,6 +24,14 @@ pub(super) struct PlainField;
 
 impl Case for PlainField {
     const UPRIGHT: bool = true;
+}
+
+/// The field of a kernel with the usual properties.
+pub(super) struct UsualField;
+
+impl Case for UsualField {
+    const UPRIGHT: bool = true;
+    const USUAL: bool = true;
 }
 
 /// The same with near fields.
@@ -61,6 +70,16 @@ impl Case for AnyDerivatives {
 pub(super) struct UsualDerivatives;
 
 impl Case for UsualDerivatives {
+    const UPRIGHT: bool = true;
     const DERIVATIVES: bool = true;
     const USUAL: bool = true;
+}
+
+/// The field and its derivatives by the usual parameters for the thesis's transducer.
+pub(super) struct ThesisDerivatives;
+
+impl Case for ThesisDerivatives {
+    const UPRIGHT: bool = true;
+    const DERIVATIVES: bool = true;
+    const THESIS: bool = true;
 }

@@ -183,7 +183,7 @@ impl<T: Float> Differentiation<T> {
         let sum = Phasor(sum);
         let phase = shared.phase;
         // A parameter that is known only while the sum runs costs a branch, for which the sums leave their registers.
-        let parameter = if C::USUAL { Some(USUAL_PARAMETERS[n]) } else { self.parameters[n] };
+        let parameter = if C::THESIS { Some(USUAL_PARAMETERS[n]) } else { self.parameters[n] };
         let sum = match parameter {
             None => sum,
             Some(Parameter::X) => along_axis(0, of, shared, shared.along_ray, sum),

@@ -4,11 +4,11 @@ use std::mem::MaybeUninit;
 
 use num_complex::Complex64;
 
-use super::case::{AnyDerivatives, UsualDerivatives};
+use super::case::{AnyDerivatives, ThesisDerivatives, UsualDerivatives};
 use super::derivative_sums::{AT_ONCE, Differentiation, Parameter, USUAL_PARAMETERS};
 use super::tile::Sums;
 use super::{FieldKernel, InstructionSet, PathLengths};
-use crate::transducer::{OnAxis, Smooth, Transducer};
+use crate::transducer::{OnAxis, Transducer};
 use crate::{Array, Vec3};
 
 /// A field kernel together with the transducer that it was made with: derivatives by the width of the lobes need both.
@@ -74,26 +74,17 @@ impl<'t> DifferentiableKernel<'t> {
         let write = |out: &mut MaybeUninit<FieldDerivatives>, sums: &Sums, point| {
             out.write(FieldDerivatives { field: sums.field(point), by: sums.derivatives(point) });
         };
-        if self.is_usual(parameters) {
+        let usual = parameters == USUAL_PARAMETERS;
+        if usual && self.kernel.is_usual() {
             self.kernel.sum_tiles::<f64, UsualDerivatives, _>(by, points_m, out, &write);
+        } else if usual && self.kernel.is_thesis() {
+            self.kernel.sum_tiles::<f64, ThesisDerivatives, _>(by, points_m, out, &write);
         } else {
             self.kernel.sum_tiles::<f64, AnyDerivatives, _>(by, points_m, out, &write);
         }
         // SAFETY: the sum writes every point.
         unsafe { derivatives.set_len(points_m.len()) };
         derivatives
-    }
-
-    /// Whether the parameters are the usual ones and the kernel has the usual properties: sources that face along z, lobes without
-    /// corners that are smooth in sin² θ, pressure that falls as one over the distance, path lengths at the observed point.
-    fn is_usual(&self, parameters: &[Parameter]) -> bool {
-        let kernel = &self.kernel;
-        parameters == USUAL_PARAMETERS
-            && kernel.is_upright()
-            && kernel.smooth == Smooth::InSineSquared
-            && kernel.lobes.iter().all(|lobes| lobes.directivity.is_smooth())
-            && kernel.on_axis == OnAxis::Spherical
-            && kernel.paths == PathLengths::Observed
     }
 }
 

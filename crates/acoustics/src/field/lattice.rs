@@ -3,11 +3,14 @@
 //! Where the grid's step is q times a divisor of the lattice's step, the rays form q × q grids, each with the grid's step. The field of
 //! one source is computed once for every ray. Each row of the total field is a sum of shifted rows of these, times the drives.
 
+use std::collections::BTreeMap;
+
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::resample::{Map, Rows, Term, WeightedSum};
-use super::{FieldKernel, Source};
+use super::resample::{Map, Rows};
+use super::shifted_rows::{Row, Shifted, ShiftedSum, TOGETHER};
+use super::{FieldKernel, InstructionSet, Source};
 use crate::Vec3;
 
 /// Positions closer than this are taken as equal, m: about a millionth of a wavelength.
@@ -21,6 +24,9 @@ const MAX_PHASES: usize = 4;
 
 /// Most rays for each point of the grid.
 const MAX_RAYS: usize = 12;
+
+/// Rows of rays whose field is computed at once.
+const AT_ONCE: usize = 8;
 
 /// The lattice along x and y of a kernel's sources.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -172,50 +178,102 @@ impl Lattice {
         let grid_of = |place: &[(usize, i64); 2]| place[1].0 * rays[0].phases + place[0].0;
         for (place, _) in &sources {
             grids[grid_of(place)].get_or_insert_with(|| {
-                let points_m: Vec<Vec3> = (0..high)
-                    .flat_map(|y| (0..wide).map(move |x| (x, y)))
-                    .map(|(x, y)| {
-                        let x_m = rays[0].component_m(place[0].0, x as i64 + least_x);
-                        let y_m = rays[1].component_m(place[1].0, y as i64 + least_y);
+                let mut map = Map::zero(high, wide);
+                // Some rows at a time: places and field of all would be more memory than the map, and clearing it takes long.
+                map.parts_mut(AT_ONCE * wide).enumerate().for_each(|(part, (real, imaginary))| {
+                    let point_m = |n: usize| {
+                        let (x, y) = ((n % wide) as i64, (part * AT_ONCE + n / wide) as i64);
+                        let x_m = rays[0].component_m(place[0].0, x + least_x);
+                        let y_m = rays[1].component_m(place[1].0, y + least_y);
                         Vec3::new(x_m, y_m, z_m)
-                    })
-                    .collect();
-                Map::of(&model.at(&points_m), wide)
+                    };
+                    let points_m: Vec<Vec3> = (0..real.len()).map(point_m).collect();
+                    for (n, value) in model.at(&points_m).into_iter().enumerate() {
+                        (real[n], imaginary[n]) = (value.re, value.im);
+                    }
+                });
+                map
             });
         }
 
-        let mut out = Map::zero(rows.count, columns.count);
-        out.rows_mut().enumerate().for_each(|(row, (real, imaginary))| {
-            let mut part = [vec![0.0; columns.count], vec![0.0; columns.count]];
-            for (number, grid) in grids.iter().enumerate() {
-                let Some(grid) = grid else { continue };
+        let shifts: Vec<_> = grids
+            .iter()
+            .enumerate()
+            .filter_map(|(number, grid)| {
                 let of_it = sources.iter().filter(|(place, _)| grid_of(place) == number);
-                let terms: Vec<Term> = of_it
-                    .map(|(place, weight)| {
-                        let [x, y] = [place[0].1 - least_x, place[1].1 - least_y];
-                        let start = (row + y as usize) * wide + x as usize;
-                        Term { start, weight: [weight.re, weight.im] }
-                    })
-                    .collect();
-                let [re, im] = &mut part;
-                kernel.instructions.run(WeightedSum::<true> {
-                    map: grid,
-                    terms: &terms,
-                    real: re,
-                    imaginary: im,
-                });
-                add(real, re);
-                add(imaginary, im);
-            }
-        });
+                let shift = |&(place, weight): &([(usize, i64); 2], Complex64)| Shift {
+                    columns: (place[0].1 - least_x) as usize,
+                    rows: (place[1].1 - least_y) as usize,
+                    weight: [weight.re, weight.im],
+                };
+                Some((grid.as_ref()?, of_it.map(shift).collect::<Vec<_>>()))
+            })
+            .collect();
+        let mut out = Map::zero(rows.count, columns.count);
+        sum_shifted(kernel.instructions, &shifts, wide, rays[1].steps as usize, &mut out);
         Some(out)
     }
 }
 
-fn add(sum: &mut [f64], part: &[f64]) {
-    for (sum, part) in sum.iter_mut().zip(part) {
-        *sum += part;
+/// Where the rays of a source begin in a grid of rays, and the source's drive.
+struct Shift {
+    columns: usize,
+    rows: usize,
+    weight: [f64; 2],
+}
+
+/// Adds the shifted rows of grids, `wide` columns each, to the rows of `out`. Shifts differ by multiples of `step` rows.
+fn sum_shifted(
+    instructions: InstructionSet,
+    grids: &[(&Map, Vec<Shift>)],
+    wide: usize,
+    step: usize,
+    out: &mut Map,
+) {
+    let together: Vec<_> = grids
+        .iter()
+        .map(|(_, of)| {
+            let terms = terms::<TOGETHER>(of, wide, step);
+            // On a lattice with gaps, most weights would be zero. One row at a time takes half as long again for each weight.
+            (2 * terms.len() <= 3 * of.len()).then_some(terms)
+        })
+        .collect();
+    let alone: Vec<_> = grids.iter().map(|(_, of)| terms::<1>(of, wide, step)).collect();
+    let class = |row: usize| row.checked_rem(step).unwrap_or(row);
+    let mut rows: Vec<(usize, Row)> =
+        out.rows_mut().enumerate().map(|(row, (re, im))| (row, [re, im])).collect();
+    rows.sort_by_key(|(row, _)| (class(*row), *row));
+    let alike = rows.chunk_by_mut(|(one, _), (other, _)| class(*one) == class(*other));
+    let groups: Vec<_> = alike.flat_map(|rows| rows.chunks_mut(TOGETHER)).collect();
+    groups.into_par_iter().for_each(|group| {
+        let from = group[0].0 * wide;
+        for (n, (map, _)) in grids.iter().enumerate() {
+            let four = <&mut [_; TOGETHER]>::try_from(&mut *group);
+            if let (Some(terms), Ok([(_, a), (_, b), (_, c), (_, d)])) = (&together[n], four) {
+                let rows = [a, b, c, d].map(|[re, im]| [&mut **re, &mut **im]);
+                instructions.run(ShiftedSum { map, terms, from, rows });
+                continue;
+            }
+            for (row, [re, im]) in group.iter_mut() {
+                let (from, rows) = (*row * wide, [[&mut **re, &mut **im]]);
+                instructions.run(ShiftedSum { map, terms: &alone[n], from, rows });
+            }
+        }
+    });
+}
+
+/// The pieces of a grid that `K` rows, each `step` below the one before, consist of.
+fn terms<const K: usize>(shifts: &[Shift], wide: usize, step: usize) -> Vec<Shifted<K>> {
+    let mut terms = BTreeMap::<usize, [[f64; 2]; K]>::new();
+    for shift in shifts {
+        for k in 0..K {
+            let start = (shift.rows + k * step) * wide + shift.columns;
+            let [re, im] = &mut terms.entry(start).or_insert([[0.0; 2]; K])[k];
+            *re += shift.weight[0];
+            *im += shift.weight[1];
+        }
     }
+    terms.into_iter().map(|(start, weights)| Shifted { start, weights }).collect()
 }
 
 #[cfg(test)]

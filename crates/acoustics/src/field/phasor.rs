@@ -1,5 +1,7 @@
 //! Complex numbers in vectors.
 
+use std::ops::{Add, Sub};
+
 use crate::simd::float::Float;
 use crate::simd::{Simd, Vector};
 
@@ -7,11 +9,34 @@ use crate::simd::{Simd, Vector};
 #[derive(Clone, Copy)]
 pub(super) struct Phasor<T, V, const L: usize>(pub [Simd<T, V, L>; 2]);
 
+impl<T: Float, V: Vector<T>, const L: usize> Add for Phasor<T, V, L> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self([self.0[0] + other.0[0], self.0[1] + other.0[1]])
+    }
+}
+
+impl<T: Float, V: Vector<T>, const L: usize> Sub for Phasor<T, V, L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self([self.0[0] - other.0[0], self.0[1] - other.0[1]])
+    }
+}
+
 impl<T: Float, V: Vector<T>, const L: usize> Phasor<T, V, L> {
     /// Times a real factor.
     #[inline(always)]
     pub fn scaled(self, factor: Simd<T, V, L>) -> Self {
         Self([self.0[0] * factor, self.0[1] * factor])
+    }
+
+    /// Times i.
+    #[inline(always)]
+    pub fn turned(self) -> Self {
+        let [real, imaginary] = self.0;
+        Self([Simd::zero() - imaginary, real])
     }
 
     /// Times `scale - i turn`.

@@ -26,13 +26,13 @@ pub(super) fn coarsest_step_m(band_rad_m: f64) -> f64 {
 }
 
 /// Numbers kept beyond a map's last, so that a whole vector may be read at any position.
-const BEYOND: usize = 32;
+pub(super) const BEYOND: usize = 32;
 
 /// Complex numbers on a grid, rows of columns.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Map {
-    real: Vec<f64>,
-    imaginary: Vec<f64>,
+    pub real: Vec<f64>,
+    pub imaginary: Vec<f64>,
     rows: usize,
     columns: usize,
 }

@@ -149,6 +149,38 @@ proptest! {
     }
 
     #[test]
+    fn the_code_for_the_usual_case_agrees_with_the_plain_sum(
+        places in prop::collection::vec((-0.08..0.08f64, -0.08..0.08f64, -0.01..0.01f64, any::<bool>(), -7.0..7.0f64), 1..12),
+        points in prop::collection::vec((-0.1..0.1f64, -0.1..0.1f64, -0.03..0.3f64), 1..80),
+        wavenumber in 400.0..1200.0f64,
+    ) {
+        let phases: Vec<f64> = places.iter().map(|place| place.4).collect();
+        let element = |&(x, y, z, wide, phase): &(f64, f64, f64, bool, f64)| Element {
+            centre_m: Vec3::new(x, y, z),
+            radius_m: if wide { 8.0e-3 } else { 4.5e-3 },
+            amplitude: 1.0 + 0.1 * phase,
+            ..Element::at(x, y)
+        };
+        let array = Array::from_elements(places.iter().map(element).collect()).expect("not empty");
+        let points: Vec<Vec3> = points.into_iter().map(|(x, y, z)| Vec3::new(x, y, z)).collect();
+        let clear = |x: &Vec3| array.elements().iter().all(|e| (x - e.centre_m).norm() > 2e-3 && (x - e.centre_m).z.abs() > 1e-6);
+        prop_assume!(points.iter().all(clear));
+        let kernel = FieldKernel::new(&array, &phases, &Piston, wavenumber, PathLengths::Observed);
+        prop_assert!(kernel.is_usual());
+        let peak = peak(&array, &Piston, &points);
+        let plain = |&x: &Vec3| plain_sum(&array, &phases, &Piston, wavenumber, PathLengths::Observed, x);
+        let plain: Vec<Complex64> = points.iter().map(plain).collect();
+        for &set in InstructionSet::ALL.iter().filter(|set| set.is_available()) {
+            for (precision, tolerance) in [(Precision::Double, 1e-12), (Precision::Single, 1e-5)] {
+                let ours = kernel.clone().with_instructions(set).with_precision(precision).at(&points);
+                for (ours, plain) in ours.into_iter().zip(&plain) {
+                    prop_assert!((ours - plain).norm() < tolerance * peak, "{:?} {:?}: {} {}", set, precision, ours, plain);
+                }
+            }
+        }
+    }
+
+    #[test]
     fn air_and_receiver_act_on_every_path_of_the_plain_sum(
         points in prop::collection::vec((-0.05..0.05f64, -0.05..0.05f64, 0.05..0.25f64), 1..20),
         mach in (-0.03..0.03f64, -0.03..0.03f64), gradient in -0.3..0.3f64,

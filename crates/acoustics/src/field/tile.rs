@@ -16,6 +16,7 @@ use super::instruction_set::Vectorised;
 use super::on_axis_law::OnAxisLaw;
 use super::ray::{Ray, excess, half_tangent};
 use super::surroundings::{Near, ROOM, Surroundings};
+use super::usual_derivatives::UsualDerivatives;
 use super::{FieldKernel, PathLengths};
 use crate::lobe::{Fit, Lobe};
 use crate::propagation::Air;
@@ -53,12 +54,23 @@ impl<'k, T: Float> Prepared<'k, T> {
 
     #[inline(always)]
     fn smooth<C: Case>(&self) -> Smooth {
-        if C::USUAL { Smooth::InSineSquared } else { self.kernel.smooth }
+        if C::USUAL {
+            Smooth::InSineSquared
+        } else if C::THESIS {
+            Smooth::InHalfTangent
+        } else {
+            self.kernel.smooth
+        }
     }
 
     #[inline(always)]
     fn law<C: Case>(&self) -> OnAxisLaw<T> {
-        if C::USUAL { OnAxisLaw::Spherical } else { self.on_axis }
+        match self.on_axis {
+            _ if C::USUAL => OnAxisLaw::Spherical,
+            OnAxisLaw::Exponential { per_m } if C::THESIS => OnAxisLaw::Exponential { per_m },
+            _ if C::THESIS => unreachable!("the case is chosen by the law"),
+            law => law,
+        }
     }
 
     /// The directivity of a source and, where derivatives are summed, its slope by the lobe's variable.
@@ -70,12 +82,30 @@ impl<'k, T: Float> Prepared<'k, T> {
     ) -> [Simd<T, V, L>; 2] {
         let lobe = &self.lobes[source.lobe];
         if C::USUAL {
+            [lobe.smooth_at(variable), Simd::zero()]
+        } else if C::THESIS {
             lobe.smooth_with_slope(variable)
         } else if C::DERIVATIVES {
             lobe.with_slope(variable)
         } else {
             [lobe.at(variable), Simd::zero()]
         }
+    }
+
+    /// The sums with derivatives in the usual case.
+    #[inline(always)]
+    fn usual_derivatives<V: Vector<T>, const L: usize>(
+        &self,
+        near: &[Near<T>],
+        step: [Simd<T, V, L>; 3],
+    ) -> Bundle<T, V, L> {
+        let usual = UsualDerivatives {
+            lobes: &self.lobes,
+            half_turns_per_m: self.half_turns_per_m,
+            wavenumber_rad_m: T::of(self.kernel.wavenumber_rad_m),
+        };
+        let ([real, imaginary], derivatives) = usual.sum(near, step);
+        Bundle { real, imaginary, derivatives, ..Bundle::zero() }
     }
 
     /// What the air lets through and how sensitive the receiver is, for a magnitude.
@@ -102,8 +132,10 @@ impl<'k, T: Float> Prepared<'k, T> {
 /// Vectors at a time with air and reception, which need all registers for themselves at any number of vectors.
 const WITH_AIR: usize = 4;
 
-/// Vectors at a time with four derivatives, whose sums alone take eight registers a vector.
+/// Vectors at a time with four derivatives: of each, sums alone take ten registers. With 32 registers, the kernel of the usual case
+/// works on two sources at once in place of two vectors.
 const WITH_DERIVATIVES: usize = 2;
+const WITH_TWO_SOURCES: usize = 1;
 
 /// The sums of one case at every point of a tile.
 pub(super) struct TileSum<'t, T, C> {
@@ -129,7 +161,12 @@ impl<'t, T: Float, C: Case> TileSum<'t, T, C> {
         let Surroundings { points, steps: [x, y, z], near } = self.surroundings;
         for first in (0..*points).step_by(Simd::<T, V, L>::COUNT) {
             let step = [Simd::load(&x[first..]), Simd::load(&y[first..]), Simd::load(&z[first..])];
-            sum_bundle::<T, V, L, C>(self.prepared, near, step).store::<C>(self.sums, first);
+            let bundle = if C::USUAL && C::DERIVATIVES {
+                self.prepared.usual_derivatives(near, step)
+            } else {
+                sum_bundle::<T, V, L, C>(self.prepared, near, step)
+            };
+            bundle.store::<C>(self.sums, first);
         }
     }
 }
@@ -137,7 +174,13 @@ impl<'t, T: Float, C: Case> TileSum<'t, T, C> {
 impl<T: Float, C: Case> Vectorised for TileSum<'_, T, C> {
     #[inline(always)]
     fn run<R: Registers, const VECTORS: usize>(self) {
-        if C::USUAL {
+        if C::USUAL && C::DERIVATIVES {
+            if <T::In<R>>::MANY_REGISTERS {
+                self.sum::<T::In<R>, WITH_TWO_SOURCES>();
+            } else {
+                self.sum::<T::In<R>, WITH_DERIVATIVES>();
+            }
+        } else if C::THESIS {
             self.sum::<T::In<R>, WITH_DERIVATIVES>();
         } else if C::PLAIN_AIR {
             self.sum::<T::In<R>, VECTORS>();
@@ -157,14 +200,19 @@ fn sum_bundle<T: Float, V: Vector<T>, const L: usize, C: Case>(
     let mut sum = Bundle::zero();
     let Some(first) = near.first() else { return sum };
     let (smooth, law) = (prepared.smooth::<C>(), prepared.law::<C>());
-    let frozen = !C::USUAL && prepared.frozen;
+    let frozen = !C::USUAL && !C::THESIS && prepared.frozen;
     let z_axis = [T::ZERO, T::ZERO, T::ONE];
-    // Root and division are slow: the processor computes those of the next source while it adds this one.
+    // Where roots are slow, the processor computes those of the next source while it adds this one.
     let mut next = Ray::new(first, step);
     for (n, source) in near.iter().enumerate() {
+        if !V::SLOW_ROOTS {
+            next = Ray::new(source, step);
+        }
         let Ray { along, across_square, distance, inverse, inverse_square } = next;
-        next = Ray::new(near.get(n + 1).unwrap_or(source), step);
-        let normal = if C::USUAL { z_axis } else { source.normal };
+        if V::SLOW_ROOTS {
+            next = Ray::new(near.get(n + 1).unwrap_or(source), step);
+        }
+        let normal = if C::UPRIGHT { z_axis } else { source.normal };
         let upright = C::UPRIGHT || (C::PLAIN_AIR && normal == z_axis);
         let height = if upright { along[2] } else { Simd::dot_add(along, normal, Simd::zero()) };
         let cosine_of_angle = height * inverse;
@@ -305,11 +353,7 @@ fn store<T: Float, V: Vector<T>, const L: usize>(
     to: &mut [f64; ROOM],
     first: usize,
 ) {
-    let mut numbers = [T::ZERO; MAX_LANES];
-    vectors.store(&mut numbers);
-    for (to, number) in to[first..].iter_mut().zip(&numbers[..Simd::<T, V, L>::COUNT]) {
-        *to = number.to_f64();
-    }
+    vectors.store_doubles(&mut to[first..]);
 }
 
 /// What is summed over a tile, point by point; of pairs, the first is the real part and the second the imaginary.

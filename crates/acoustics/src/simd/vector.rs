@@ -1,5 +1,6 @@
 //! The operations that the kernel needs of a processor's vectors, and arrays for processors without an implementation of their own.
 
+use crate::simd::MAX_LANES;
 use crate::simd::float::Float;
 
 /// The vectors of an instruction set.
@@ -12,12 +13,27 @@ pub(crate) trait Registers {
 pub(crate) trait Vector<T: Float>: Copy {
     /// How many numbers there are.
     const LANES: usize;
+    /// Whether there are 32 registers rather than 16.
+    const MANY_REGISTERS: bool = false;
+    /// Whether a root takes the processor so long that other work should go on meanwhile. This needs registers for both.
+    const SLOW_ROOTS: bool = true;
 
     fn splat(value: T) -> Self;
     /// The first numbers of a slice that holds enough.
     fn load(from: &[T]) -> Self;
     /// Writes the numbers to the start of a slice that has room for them.
     fn store(self, to: &mut [T]);
+
+    /// Writes the numbers in double precision to the start of a slice that has room for them.
+    #[inline(always)]
+    fn store_doubles(self, to: &mut [f64]) {
+        let mut numbers = [T::ZERO; MAX_LANES];
+        self.store(&mut numbers);
+        // As many as the compiler knows: they go from a register to their place.
+        for (to, number) in to[..Self::LANES].iter_mut().zip(&numbers[..Self::LANES]) {
+            *to = number.to_f64();
+        }
+    }
 
     fn add(self, other: Self) -> Self;
     fn sub(self, other: Self) -> Self;
@@ -100,6 +116,14 @@ impl<T: Float, const W: usize, const FUSED: bool> Vector<T> for Array<T, W, FUSE
     #[inline(always)]
     fn store(self, to: &mut [T]) {
         *to.first_chunk_mut().expect("room enough") = self.0;
+    }
+
+    #[inline(always)]
+    fn store_doubles(self, to: &mut [f64]) {
+        // If the compiler saw that two singles fill a vector when they are stored, it would sum them two by two, at half the speed.
+        for (to, number) in to[..W].iter_mut().zip(std::hint::black_box(self.0)) {
+            *to = number.to_f64();
+        }
     }
 
     lane_by_lane! {

@@ -160,6 +160,9 @@ vector! {
         greater(other) = _mm512_max_pd;
     }
 
+    const MANY_REGISTERS: bool = true;
+    const SLOW_ROOTS: bool = false;
+
     /// From the processor's estimate g, accurate to 2^-14: with l = 1 - x g², the root of 1/x is g (1 + l/2 + 3/8 l² + 5/16 l³), to
     /// 6e-17.
     #[inline(always)]
@@ -197,6 +200,9 @@ vector! {
         lesser(other) = _mm512_min_ps;
         greater(other) = _mm512_max_ps;
     }
+
+    const MANY_REGISTERS: bool = true;
+    const SLOW_ROOTS: bool = false;
 
     /// From the processor's estimate g, accurate to 2^-14: with l = 1 - x g², the root of 1/x is g (1 + l/2), to 6e-9.
     #[inline(always)]

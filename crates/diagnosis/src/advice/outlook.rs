@@ -24,6 +24,8 @@ pub struct PossibleReading {
     pub focus: usize,
     /// Whether the robot comes to it from smaller x.
     pub from_below: bool,
+    /// The robot's velocity as it reads, array frame, m/s; zero at rest.
+    pub velocity_m_s: Vec3,
 }
 
 /// What one set of effects expects of possible readings. Readings are on the scale on which they scatter by one.
@@ -108,7 +110,7 @@ pub(super) fn as_observations(
             visits.push(Visit {
                 number: index,
                 at_m: one.at_m,
-                motion: Motion::steady(Vec3::zeros(), x_direction),
+                motion: Motion::steady(one.velocity_m_s, x_direction),
                 otherwise: None,
                 progress,
             });
@@ -176,7 +178,12 @@ mod tests {
         let observations = observations(&bench);
         let possible: Vec<PossibleReading> = POSSIBLE
             .iter()
-            .map(|&(focus, at_m)| PossibleReading { at_m: at_m.into(), focus, from_below: true })
+            .map(|&(focus, at_m)| PossibleReading {
+                at_m: at_m.into(),
+                focus,
+                from_below: true,
+                velocity_m_s: Vec3::zeros(),
+            })
             .collect();
         let size = Nuisance::COUNT + 1;
         let of =

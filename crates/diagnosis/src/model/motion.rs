@@ -76,6 +76,12 @@ pub(crate) fn approaches(readings: &[(f64, Vec3)]) -> Vec<Approach> {
     (0..readings.len())
         .map(|reading| {
             x.follow(readings[reading].1.x);
+            let came = x.now;
+            // The steps of a row may be far below the usual one of other readings.
+            let velocity_m_s = ways.steady_m_s[reading].unwrap_or_default();
+            if velocity_m_s.x.abs() > OFF * velocity_m_s.norm() {
+                x.turn(velocity_m_s.x.signum(), readings[reading].1.x);
+            }
             let motion = ways.motion(reading, x.now);
             if ways.in_row[reading] {
                 return Approach { motion, otherwise: None };
@@ -84,7 +90,7 @@ pub(crate) fn approaches(readings: &[(f64, Vec3)]) -> Vec<Approach> {
                 0 => Vec3::zeros(),
                 _ => ways.steps[reading - 1].velocity_m_s(),
             };
-            let otherwise = Motion::steady(velocity_m_s, x.now);
+            let otherwise = Motion::steady(velocity_m_s, came);
             let along_m = ways.row_from(reading).map_or(0.0, |row| ways.steps[row].moved_m.x);
             let x_direction = if x.is_a_move(along_m) { along_m.signum() } else { x.now };
             Approach { motion: Motion { x_direction, ..motion }, otherwise: Some(otherwise) }
@@ -244,6 +250,13 @@ impl Direction {
         if self.now * moved_m > 0.0 {
             self.farthest_m = Some(x_m);
         }
+    }
+
+    fn turn(&mut self, now: f64, x_m: f64) {
+        if self.now != now {
+            self.farthest_m = Some(x_m);
+        }
+        self.now = now;
     }
 }
 

@@ -2,7 +2,7 @@
 
 use fieldgap_acoustics::{Simulation, Simulator, Vec3, golden_section};
 use fieldgap_comparison::{Pose, averaged};
-use fieldgap_records::RecordedScan;
+use fieldgap_records::{RecordedSample, RecordedScan};
 
 use crate::model::motion::{Approach, Motion, approaches};
 use crate::statistics::noise_scale::NoiseScale;
@@ -85,6 +85,8 @@ pub(crate) struct Visit {
     pub otherwise: Option<Motion>,
     /// How far through the scan, 0 at the first driven reading to 1 at the last.
     pub progress: f64,
+    /// Variance of the noise of the reading over that of a usual reading of its scan, one or more: it may average fewer samples.
+    pub variance: f64,
 }
 
 impl Observations {
@@ -226,6 +228,15 @@ impl ObservedScan {
     }
 }
 
+/// Variance of the noise of a reading over that of a mean of so many samples. Some more or fewer are as usual, and more than usual make no
+/// reading surer: slow noise does not average out.
+fn variance(sample: &RecordedSample, usual: f64) -> f64 {
+    /// Ratio up to which counts are alike: samples that are lost or just outside of a window.
+    const ALIKE: f64 = 1.5;
+    let ratio = sample.spread.map_or(1.0, |spread| usual / f64::from(spread.count.max(1)));
+    if ratio > ALIKE { ratio } else { 1.0 }
+}
+
 /// Drive, visit and reading of each driven sample.
 fn visits(scan: &RecordedScan, pose: &Pose) -> Vec<(usize, Visit, f64)> {
     let driven: Vec<_> = scan.samples.iter().filter(|sample| sample.focus.is_some()).collect();
@@ -233,13 +244,15 @@ fn visits(scan: &RecordedScan, pose: &Pose) -> Vec<(usize, Visit, f64)> {
         (Some(first), Some(last)) => (first.time_s, last.time_s),
         _ => return Vec::new(),
     };
+    let usual = averaged(scan);
     let length_s = (last_s - first_s).max(f64::MIN_POSITIVE);
     let places: Vec<(f64, Vec3)> =
         driven.iter().map(|sample| (sample.time_s, pose.to_array(&sample.position_m()))).collect();
     let visit = |(number, Approach { motion, otherwise }): (usize, Approach)| {
         let (time_s, at_m) = places[number];
         let progress = (time_s - first_s) / length_s;
-        let visit = Visit { number, at_m, motion, otherwise, progress };
+        let variance = variance(driven[number], usual);
+        let visit = Visit { number, at_m, motion, otherwise, progress, variance };
         (driven[number].focus.expect("driven"), visit, driven[number].reading)
     };
     approaches(&places).into_iter().enumerate().map(visit).collect()

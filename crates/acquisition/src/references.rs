@@ -167,6 +167,10 @@ mod tests {
             .collect();
         assert_eq!(reference_rows(&kept, &visits(6, None)), [1, 2, 4]);
         assert_eq!(reference_rows(&kept, &visits(6, Some(3))), [3, 1, 2]);
+        // A reading in motion may differ from one at rest.
+        let mut in_motion = visits(6, None);
+        in_motion[2].pace = VisitPace::Flown(literal(60.0));
+        assert_eq!(reference_rows(&kept, &in_motion), [1, 3, 4]);
         assert!(reference_rows(&[], &[]).is_empty());
         assert!(reference_rows(&[sample(None, 0.0, 1.0)], &visits(1, None)).is_empty());
     }

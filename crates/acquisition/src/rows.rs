@@ -163,6 +163,31 @@ mod tests {
         assert_eq!(legs(&visits, 7, true), [Leg::Stop(7), Leg::Stop(8), Leg::Stop(9)]);
     }
 
+    /// Two rows that a list has in motion, beside readings at rest that would form one.
+    #[test]
+    fn a_listed_row_is_flown_whole_wherever_a_scan_goes_on() {
+        let listed = |paces: &str| {
+            visits(&format!(
+                "[[readings]]\nat_mm = [[0, 0, 50], [1, 0, 50], [2, 0, 50], [3, 0, 50], [4, 0, 50], [4, 1, 50], [4, 2, 50], [4, 3, 50],\
+                 [5, 3, 50], [6, 3, 50], [7, 3, 50], [8, 3, 50]]\nfocus = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]\n{paces}"
+            ))
+        };
+        let visits = listed("speed_mm_s = [9, 9, 9, 9, 60, 60, 60, 60, 0, 0, 0, 0]\n");
+        let rest = |from: usize| (from..12).map(Leg::Stop).collect::<Vec<_>>();
+        for in_motion in [true, false] {
+            let from = |done: usize| legs(&visits, done, in_motion);
+            assert_eq!(from(0)[..3], [Leg::Row(0..4), Leg::Row(4..8), Leg::Stop(8)]);
+            assert_eq!(from(2), from(0));
+            assert_eq!(from(4), from(0)[1..]);
+            assert_eq!(from(7), from(0)[1..]);
+            assert_eq!(from(8), rest(8));
+            assert_eq!(from(12), []);
+        }
+        // Without speeds the section `[fly]` decides.
+        assert_eq!(legs(&listed(""), 0, false).len(), 12);
+        assert_eq!(legs(&listed(""), 0, true)[0], Leg::Row(0..5));
+    }
+
     #[test]
     fn a_pass_starts_before_the_first_point_and_ends_after_the_last() {
         let line = Line {

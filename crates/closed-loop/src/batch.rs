@@ -379,7 +379,8 @@ mod tests {
     use std::path::Path;
 
     use fieldgap_acquisition::RigSetup;
-    use fieldgap_records::BoxMm;
+    use fieldgap_input::TomlSource;
+    use fieldgap_records::{BoxMm, Plan};
     use nalgebra::DMatrix;
 
     use super::*;
@@ -525,5 +526,118 @@ mod tests {
             counts[one_of(10, n)][part.min(4)] += 1;
         }
         assert!(counts.iter().flatten().all(|count| (5..=16).contains(count)), "{counts:?}");
+    }
+
+    /// The flights of a plan with `[fly]` on the rig of these tests.
+    fn flying(speed_mm_s: f64) -> Flying {
+        let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rigs/virtual.toml");
+        let text = format!(
+            "name = \"p\"\n[simulator]\nmodel = \"piston\"\n[[focus]]\nx_mm = 0.0\ny_mm = 0.0\nz_mm = 100.0\n\
+             [fly]\nspeed_mm_s = {speed_mm_s}\n[closed_loop]\nmin_mm = [-30, -30, 60]\nmax_mm = [30, 30, 140]\n"
+        );
+        let plan = Plan::parse(TomlSource::new(Path::new("plan.toml"), text)).expect("a plan");
+        Flying::of(&plan, &RigSetup::read(&rig).expect("the rig file")).expect("it flies")
+    }
+
+    fn speeds_of(course: &Course) -> Vec<f64> {
+        course.rows.iter().map(|(_, row)| row.speed_mm_s.get()).collect()
+    }
+
+    #[test]
+    fn half_of_a_first_look_is_flown_at_both_speeds_and_either_way() {
+        let (settings, robot, flying) = (settings(Criterion::Information), robot(), flying(180.0));
+        let chooser = Chooser { flying: Some(&flying), ..chooser(&settings, &robot) };
+        let Batch { course, .. } = chooser.first();
+        assert_eq!(course.readings.len(), 240);
+        // Of 176 that are neither silent nor repeats.
+        assert_eq!(course.rows.len(), 88 / ROW);
+        for speed in [180.0, 60.0] {
+            assert!(speeds_of(&course).iter().filter(|mm_s| **mm_s == speed).count() >= 5);
+        }
+        let mut ways: Vec<[i8; 3]> = course
+            .rows
+            .iter()
+            .map(|(first, row)| {
+                let places_m: Vec<Vec3> = row.places_m().collect();
+                assert!(row.readings().eq(course.readings[*first..][..ROW].iter().copied()));
+                (places_m[1] - places_m[0])
+                    .map(|along| along.signum() as i8 * i8::from(along != 0.0))
+            })
+            .map(Into::into)
+            .collect();
+        ways.sort_unstable();
+        ways.dedup();
+        assert_eq!(ways, [[-1, 0, 0], [0, -1, 0], [0, 1, 0], [1, 0, 0]]);
+        // The robot stands at the last place of a round.
+        assert!(course.rows.iter().all(|(first, _)| first + ROW < course.readings.len()));
+        let speeds = course.speeds_mm_s().expect("some are flown");
+        assert_eq!(speeds.iter().filter(|mm_s| **mm_s > 0.0).count(), 88);
+    }
+
+    /// A lag and play that shift readings alike at the slower speed and along x; at rest neither does.
+    fn lag_or_play(possible: &[PossibleReading], same_at_m_s: f64, sigma: f64) -> Vec<Outlook> {
+        let set = |means: &dyn Fn(f64) -> f64| Outlook {
+            effects: Vec::new(),
+            probability: 0.5,
+            means: possible.iter().map(|one| sigma * means(one.velocity_m_s.x)).collect(),
+            variances: vec![1.0; possible.len()],
+            slopes: DMatrix::zeros(0, possible.len()),
+            covariance: DMatrix::zeros(0, 0),
+        };
+        let play = |along: f64| if along == 0.0 { 0.0 } else { along.signum() };
+        vec![set(&|along| along / same_at_m_s), set(&play)]
+    }
+
+    #[test]
+    fn where_one_speed_leaves_a_lag_and_play_alike_rows_are_flown_at_the_other() {
+        let (settings, robot, flying) = (settings(Criterion::Information), robot(), flying(180.0));
+        let chooser = Chooser { flying: Some(&flying), ..chooser(&settings, &robot) };
+        for (same_at_m_s, other_mm_s) in [(0.06, 180.0), (0.18, 60.0)] {
+            let outlooks = |possible: &[PossibleReading]| lag_or_play(possible, same_at_m_s, 0.2);
+            let Batch { course, information, .. } = chooser.next(outlooks, 96);
+            assert!(information.expect("sets were asked") > 0.1);
+            // One row is of the even ones; the others are those that were chosen.
+            let telling = course.rows.iter().filter(|(_, row)| {
+                let mut possible = row.possible(true);
+                row.speed_mm_s.get() == other_mm_s && possible.all(|one| one.velocity_m_s.x != 0.0)
+            });
+            assert!(course.rows.len() >= 3, "{}", course.rows.len());
+            assert!(telling.count() + 1 >= course.rows.len(), "{:?}", course.rows);
+            assert!(course.readings.len() > 90);
+        }
+    }
+
+    #[test]
+    fn rows_are_flown_where_they_tell_more_in_a_second_and_no_more_than_half_of_what_is_chosen() {
+        let (settings, robot, flying) = (settings(Criterion::Information), robot(), flying(180.0));
+        let at_rest = chooser(&settings, &robot);
+        let chooser = Chooser { flying: Some(&flying), ..at_rest };
+        // Places above tell alike, in motion or at rest; a pass takes less time.
+        let Batch { course, .. } = chooser.next(|possible| above(possible, 0.2), 96);
+        let flown = course.rows.len() * ROW;
+        // Half of 24 even readings make one row, and half of the other 63 make three.
+        assert_eq!(flown, 4 * ROW);
+        let evenly = ClosedLoop { criterion: Criterion::Even, ..settings.clone() };
+        let even = Chooser { settings: &evenly, ..chooser };
+        let Batch { course, .. } = even.next(|possible| above(possible, 0.2), 96);
+        assert_eq!(course.rows.len(), 43 / ROW);
+    }
+
+    #[test]
+    fn half_of_a_verification_is_flown_at_fresh_places_at_both_speeds() {
+        let (settings, robot, flying) = (settings(Criterion::Information), robot(), flying(180.0));
+        let chooser = Chooser { flying: Some(&flying), ..chooser(&settings, &robot) };
+        let Batch { course, .. } = chooser.fresh(3);
+        assert_eq!((course.readings.len(), course.rows.len()), (64, 4));
+        let mut speeds = speeds_of(&course);
+        speeds.sort_by(f64::total_cmp);
+        assert_eq!(speeds, [60.0, 60.0, 180.0, 180.0]);
+        assert_eq!(chooser.fresh(3).course, course);
+        assert_ne!(chooser.fresh(4).course, course);
+        assert!(course.readings.iter().all(|(_, focus)| focus.is_some_and(|focus| focus < 2)));
+        // None of few readings is flown.
+        let few = ClosedLoop { verify_readings: 2 * ROW - 1, ..settings.clone() };
+        let few = Chooser { settings: &few, ..chooser };
+        assert!(few.fresh(3).course.rows.is_empty());
     }
 }

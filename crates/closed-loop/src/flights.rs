@@ -269,3 +269,102 @@ fn detour_s(
 fn tenths(mm_s: f64) -> f64 {
     (10.0 * mm_s).round() / 10.0
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use fieldgap_input::{TomlSource, literal};
+
+    use super::*;
+
+    fn rig_setup(more: &str) -> RigSetup {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rigs/virtual.toml");
+        let text = std::fs::read_to_string(&path).expect("the rig file");
+        let text = text.replace("[motion.marlin]", &format!("{more}\n[motion.marlin]"));
+        RigSetup::parse(TomlSource::new(&path, text)).expect("a rig file")
+    }
+
+    fn flying() -> Flying {
+        Flying { speeds: [(literal(180.0), 20e-3), (literal(60.0), 3e-3)], step_mm: 2.15 }
+    }
+
+    const BOX: BoxMm =
+        BoxMm { least: Vec3::new(-30.0, -30.0, 60.0), most: Vec3::new(30.0, 30.0, 140.0) };
+
+    #[test]
+    fn a_row_lies_within_its_box_and_its_leads_within_reach() {
+        let robot = Robot::of(&rig_setup(""));
+        for variant in 0..8 {
+            let about_m = Vec3::new(0.029, -0.0291, 0.1);
+            let row = flying().row(about_m, 0, variant, &BOX, &robot).expect("it is free");
+            let places_m: Vec<Vec3> = row.places_m().collect();
+            assert_eq!(places_m.len(), ROW);
+            let inside = |at_m: &Vec3| at_m.x.abs().max(at_m.y.abs()) <= 0.03 + 1e-12;
+            assert!(places_m.iter().all(inside), "{places_m:?}");
+            let steps = places_m.windows(2).map(|pair| pair[1] - pair[0]);
+            assert!(steps.clone().all(|step| (step.norm() - 2.15e-3).abs() < 1e-12));
+            let [begins_m, ends_m] = row.ends_m();
+            let speed = row.speed_mm_s.get();
+            assert_eq!(speed, if variant & 1 == 0 { 180.0 } else { 60.0 });
+            let lead_m = if variant & 1 == 0 { 20e-3 } else { 3e-3 };
+            assert!(((begins_m - places_m[0]).norm() - lead_m).abs() < 1e-12);
+            assert!(((ends_m - places_m[ROW - 1]).norm() - lead_m).abs() < 1e-12);
+            assert_eq!(row.readings().count(), ROW);
+            for one in row.possible(true) {
+                let along = (places_m[1] - places_m[0]).normalize();
+                assert!((one.velocity_m_s - along * speed * 1e-3).norm() < 1e-12);
+                assert_eq!(one.from_below, along.x >= 0.0);
+            }
+        }
+        // A box too small for a row, and a post where the lead of the faster row would be.
+        let narrow = BoxMm { most: Vec3::new(-24.0, 30.0, 140.0), ..BOX };
+        assert!(flying().row(Vec3::new(-0.027, 0.0, 0.1), 0, 0, &narrow, &robot).is_none());
+        let post = "[[motion.keep_out]]\nname = \"post\"\nmin_mm = [185, 140, 70]\nmax_mm = [190, 160, 130]";
+        let robot = Robot::of(&rig_setup(post));
+        let row = |variant| flying().row(Vec3::new(0.02, 0.0, 0.12), 0, variant, &BOX, &robot);
+        assert!(row(0).is_none() && row(1).is_some());
+    }
+
+    #[test]
+    fn rows_are_flown_where_the_detour_is_short_and_the_time_counts_leads_and_passes() {
+        let robot = Robot::of(&rig_setup(""));
+        let at = |x: f64| (Vec3::new(x, 0.0, 0.1), Some(0));
+        let at_rest = [at(-0.03), at(-0.025), at(0.025), at(0.029)];
+        let row = flying().row(Vec3::new(0.0, 0.0, 0.1), 1, 1, &BOX, &robot).expect("free");
+        let from_m = Vec3::new(-0.03, 0.01, 0.1);
+        let course = Course::with_rows(from_m, &at_rest, &[row], &robot);
+        assert_eq!(course.rows, [(2, row)]);
+        let speeds = course.speeds_mm_s().expect("some are flown");
+        assert_eq!(speeds[..3], [0.0, 0.0, 60.0]);
+        assert_eq!(speeds[2 + ROW..], [0.0, 0.0]);
+        let [begins_m, ends_m] = row.ends_m();
+        let moves_s = [
+            (from_m, at(-0.03).0),
+            (at(-0.03).0, at(-0.025).0),
+            (at(-0.025).0, begins_m),
+            (ends_m, at(0.025).0),
+            (at(0.025).0, at(0.029).0),
+        ];
+        let moves_s: f64 = moves_s.iter().map(|(a, b)| robot.move_s(*a, *b)).sum();
+        let expected_s = moves_s + 4.0 * robot.reading_s() + row.pass_s();
+        assert!((course.duration_s(from_m, &robot) - expected_s).abs() < 1e-9);
+        // Silent readings before move the rows.
+        let later = course.after(std::iter::repeat_n((from_m, None), 3));
+        assert_eq!((later.rows[0].0, later.readings.len()), (5, 3 + 4 + ROW));
+    }
+
+    /// The robot ends 20 mm past a row and comes back to a place 5 mm past it, while the record shows it go on in the same direction.
+    #[test]
+    fn no_reading_follows_a_row_where_the_record_would_hide_the_turn() {
+        let robot = Robot::of(&rig_setup(""));
+        let row = flying().row(Vec3::new(-0.01, 0.0, 0.1), 0, 0, &BOX, &robot).expect("free");
+        let last_m = row.places_m().last().expect("some");
+        let at = |past_m: f64| (last_m + Vec3::new(past_m, 0.001, 0.0), Some(0));
+        let from_m = Vec3::new(-0.03, 0.0, 0.1);
+        assert!(Course::with_rows(from_m, &[at(0.005)], &[row], &robot).rows.is_empty());
+        for past_m in [-0.005, 0.025] {
+            assert_eq!(Course::with_rows(from_m, &[at(past_m)], &[row], &robot).rows.len(), 1);
+        }
+    }
+}

@@ -257,3 +257,39 @@ fn visits(scan: &RecordedScan, pose: &Pose) -> Vec<(usize, Visit, f64)> {
     };
     approaches(&places).into_iter().enumerate().map(visit).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_records::Spread;
+
+    use super::*;
+    use crate::effects::testing::{Bench, nuisance};
+    use crate::model::forward_model::ForwardModel;
+    use fieldgap_acoustics::Excitation;
+
+    #[test]
+    fn a_reading_of_fewer_samples_has_more_noise_and_one_of_more_no_less() {
+        let of = |count: Option<u32>| {
+            let spread = count.map(|count| Spread { std: 0.1, count });
+            variance(&RecordedSample::measured(0.0, Some(0), Vec3::zeros(), 1.0, spread), 16.0)
+        };
+        assert_eq!(
+            [Some(16), Some(12), Some(4), Some(200), None].map(of),
+            [1.0, 1.0, 4.0, 1.0, 1.0]
+        );
+    }
+
+    #[test]
+    fn a_residual_of_twice_the_noise_counts_half() {
+        let bench = Bench::new();
+        let places = vec![Vec3::new(0.0, 0.0, 0.1), Vec3::new(0.004, 0.0, 0.1)];
+        let mut observations = bench.observations(&[(Excitation::Uniform, places)]);
+        let drive = &mut observations.scans[0].drives[0];
+        drive.stabilised.iter_mut().for_each(|reading| *reading += 3.0);
+        drive.visits[1].variance = 4.0;
+        let (model, nuisance) = (ForwardModel::believed(), [nuisance()]);
+        let pressures = model.pressures(&observations, &nuisance);
+        let scaled = model.residuals(&observations, &pressures, &nuisance).scaled;
+        assert!((scaled[0] - 3.0).abs() < 1e-3 && (scaled[1] - 1.5).abs() < 1e-3, "{scaled:?}");
+    }
+}

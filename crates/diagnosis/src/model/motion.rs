@@ -267,11 +267,9 @@ impl Direction {
         }
     }
 
-    /// Turned by a run-up before this place.
+    /// It came to this place by a run-up.
     fn run_up(&mut self, now: f64, x_m: f64) {
-        if self.now != now {
-            (self.now, self.since_m, self.farthest_m) = (now, f64::INFINITY, Some(x_m));
-        }
+        (self.now, self.since_m, self.farthest_m) = (now, f64::INFINITY, Some(x_m));
     }
 }
 

@@ -4,7 +4,7 @@ mod dead_element_rig;
 
 use std::path::Path;
 
-use dead_element_rig::{bench_with, copy, fieldgap, said};
+use dead_element_rig::{bench, copy, fieldgap, said};
 use fieldgap::closed_loop::{End, Purpose, Round, read_rounds};
 use fieldgap::diagnosis::{EffectId, FittedParameter, diagnose};
 use fieldgap::records::{Plan, RecordedScan, VisitPace};
@@ -15,6 +15,16 @@ const PLAN: &str = "name = \"loop\"\nrig = \"rig.toml\"\n[simulator]\nmodel = \"
                     first_readings = 160\nround_readings = 64\n[closed_loop.verify]\nreadings = 32\n";
 const FLY: &str = "[fly]\nspeed_mm_s = 180.0\nlag_ms = 0.0\n";
 const LAG: &str = "[effects.lag]\ns = 0.025\n";
+
+/// A folder with a rig whose truth has these effects in place of the dead element.
+fn bench_with(plan: &str, effects: &str) -> tempfile::TempDir {
+    let folder = bench(plan);
+    let path = folder.path().join("truth.toml");
+    let truth = std::fs::read_to_string(&path).expect("there");
+    let (rest, _dead) = truth.split_once("[effects.").expect("it has an effect");
+    std::fs::write(path, format!("{rest}{effects}")).expect("written");
+    folder
+}
 
 /// Runs a plan in a folder; its rounds.
 fn run(folder: &Path) -> Vec<Round> {

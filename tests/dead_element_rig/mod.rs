@@ -3,11 +3,9 @@
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-const TRUTH: &str = "[source]\npressure_pa_at_1_m = 4.0\n[microphone]\nsensitivity_v_pa = 0.003\n\
-                     [noise]\nmultiplicative = 0.04\nadditive_v = 0.01\n";
-
 /// An element is dead, which is no gap of the usual simulator.
-const DEAD: &str = "[effects.dead-elements]\nelements = [14]\n";
+const TRUTH: &str = "[source]\npressure_pa_at_1_m = 4.0\n[microphone]\nsensitivity_v_pa = 0.003\n\
+                     [noise]\nmultiplicative = 0.04\nadditive_v = 0.01\n[effects.dead-elements]\nelements = [14]\n";
 
 /// Runs the program in a folder.
 pub fn fieldgap(arguments: &[&str], folder: &Path) -> Output {
@@ -26,11 +24,6 @@ pub fn said(output: &Output) -> String {
 
 /// A folder with the rig, and a plan for it.
 pub fn bench(plan: &str) -> tempfile::TempDir {
-    bench_with(plan, DEAD)
-}
-
-/// The same with other effects in the truth file.
-pub fn bench_with(plan: &str, effects: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let rigs = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs");
     let rig = std::fs::read_to_string(rigs.join("virtual.toml")).expect("the rig file");
@@ -38,8 +31,7 @@ pub fn bench_with(plan: &str, effects: &str) -> tempfile::TempDir {
     // The steps of the usual controller are a gap of their own.
     let rig =
         rig.replace("[virtual.robot]", "[virtual.array]\nperiod_steps = 8192\n\n[virtual.robot]");
-    let truth = format!("{TRUTH}{effects}");
-    for (name, text) in [("rig.toml", &*rig), ("truth.toml", &*truth), ("plan.toml", plan)] {
+    for (name, text) in [("rig.toml", rig.as_str()), ("truth.toml", TRUTH), ("plan.toml", plan)] {
         std::fs::write(folder.path().join(name), text).expect("written");
     }
     folder

@@ -155,7 +155,7 @@ impl Chooser<'_> {
         while left > 0 {
             let best_by = |told: &dyn Fn(&Offer) -> f64| {
                 let free = offers.iter().enumerate().filter(|(_, offer)| match offer.row {
-                    Some(row) => row.len() <= left_flown,
+                    Some(row) => row.len() <= left_flown.min(left),
                     None => !visited_twice.contains(&possible[offer.readings.start].at_m),
                 });
                 let worth = free.map(|(number, offer)| (told(offer), number));

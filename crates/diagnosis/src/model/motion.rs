@@ -103,8 +103,13 @@ pub(crate) fn approaches(readings: &[(f64, Vec3)]) -> Vec<Approach> {
             };
             let otherwise = Motion::steady(velocity_m_s, came.0).since_turn(came.1);
             let along_m = ways.row_from(reading).map_or(0.0, |row| ways.steps[row].moved_m.x);
-            let x_direction = if x.is_a_move(along_m) { along_m.signum() } else { x.now };
-            Approach { motion: Motion { x_direction, ..motion }, otherwise: Some(otherwise) }
+            let motion = match x.is_a_move(along_m) {
+                true => {
+                    Motion { x_direction: along_m.signum(), x_since_m: f64::INFINITY, ..motion }
+                }
+                false => motion,
+            };
+            Approach { motion, otherwise: Some(otherwise) }
         })
         .collect()
 }
@@ -394,9 +399,14 @@ mod tests {
             (0..6).map(|n| (3.0 + 0.04 * f64::from(n), at(0.11 - 0.002 * f64::from(n), 0.0))),
         );
         readings.extend([(5.0, at(0.15, 0.0)), (6.0, at(0.19, 0.03)), (7.0, at(0.23, 0.0))]);
-        let directions: Vec<f64> =
-            approaches(&readings).iter().map(|approach| approach.motion.x_direction).collect();
+        let motions: Vec<Motion> =
+            approaches(&readings).iter().map(|approach| approach.motion).collect();
+        let directions: Vec<f64> = motions.iter().map(|motion| motion.x_direction).collect();
         assert_eq!(directions, [0.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0]);
+        // After a run-up play is taken up; between single readings the record says how far the robot went.
+        assert!(motions[3..9].iter().all(|motion| motion.x_since_m == f64::INFINITY));
+        assert!((motions[2].x_since_m - 0.1).abs() < 1e-12);
+        assert!((motions[9].x_since_m - 0.05).abs() < 1e-12);
     }
 
     #[test]

@@ -61,7 +61,7 @@ fn text_of_a_report() {
 fn files_of_rounds(rounds: &[Round]) -> BTreeMap<String, Vec<u8>> {
     let dir = tempfile::tempdir().expect("a folder");
     let (record, settings) = (rounds_synthetic::record(rounds), rounds_synthetic::settings());
-    let of = LoopOfRounds { rounds, record: &record, settings: &settings };
+    let of = LoopOfRounds { rounds, record: &record, visits: &[], settings: &settings };
     report::write_rounds(dir.path(), &context(), of).expect("written");
     read_all(dir.path())
 }

@@ -62,6 +62,9 @@ struct Make {
     /// Make sealed virtual rigs in place of scans: `run` measures each by its plan, which leaves the readings to the rig
     #[arg(long)]
     rigs: bool,
+    /// Let the closed loops of sealed rigs read in motion too: a lag may then be a cause
+    #[arg(long, requires = "rigs")]
+    flights: bool,
     /// Where the key is written [default: answers.key in the set's folder]
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
@@ -157,7 +160,7 @@ impl Make {
         let bar = counting_bar(count, if rigs { "rigs made" } else { "scans made" });
         let set = SetToMake { count, seed, shares };
         let answers = match rigs {
-            true => set.make_rigs(&self.out, || bar.inc(1))?,
+            true => set.make_rigs(&self.out, self.flights, || bar.inc(1))?,
             false => set.make(&self.out, || bar.inc(1))?,
         };
         let commitment = seal.close(&answers)?;

@@ -35,7 +35,8 @@ pub(super) fn write_rounds_page(
         ..context(folder, record)?
     };
     context.inputs.push(input_file(folder, ROUNDS_FILE)?);
-    let of = LoopOfRounds { rounds: &rounds, record, settings };
+    let visits = plan.visits();
+    let of = LoopOfRounds { rounds: &rounds, record, visits: &visits, settings };
     write_rounds(&report_folder.join(ROUNDS), &context, of).into_diagnostic()?;
     Ok(Some(("Rounds: what it measured and why".to_owned(), format!("{ROUNDS}/index.html"))))
 }

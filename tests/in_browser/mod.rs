@@ -104,7 +104,7 @@ fn the_page_of_rounds_fits_a_phone_and_a_desk() {
     };
     let rounds = rounds_synthetic::rounds();
     let (record, settings) = (rounds_synthetic::record(&rounds), rounds_synthetic::settings());
-    let of = LoopOfRounds { rounds: &rounds, record: &record, settings: &settings };
+    let of = LoopOfRounds { rounds: &rounds, record: &record, visits: &[], settings: &settings };
     let folder = tempfile::tempdir().expect("a folder");
     report::write_rounds(folder.path(), &context(), of).expect("written");
     // A window is never as narrow as a phone; a frame in it is. It tells how wide its content came out.

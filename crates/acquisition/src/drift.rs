@@ -6,7 +6,7 @@
 use super::references::standard_error;
 use super::sequencer::distance_mm;
 use fieldgap_acoustics::Vec3;
-use fieldgap_records::{Plan, PlanPart, RecordedSample, Visit, VisitKind};
+use fieldgap_records::{Plan, PlanPart, RecordedSample, Visit, VisitKind, VisitPace};
 use fieldgap_rig::{Envelope, Frame};
 
 /// Standard errors that two readings of one level may differ by.
@@ -127,7 +127,13 @@ impl Drift {
 }
 
 fn revisit(focus: usize, position_m: Vec3) -> Visit {
-    Visit { kind: VisitKind::Reference, focus: Some(focus), position_m, part: PlanPart::Reference }
+    Visit {
+        kind: VisitKind::Reference,
+        focus: Some(focus),
+        position_m,
+        pace: VisitPace::AtRest,
+        part: PlanPart::Reference,
+    }
 }
 
 #[cfg(test)]

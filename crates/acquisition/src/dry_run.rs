@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::fly::USUAL_ACCELERATION_M_S2;
+use super::fly::{Flight, USUAL_ACCELERATION_M_S2};
 use super::itinerary::{Itinerary, Purpose, Station};
 use super::rig_setup::RigSetup;
 use fieldgap_acoustics::Vec3;
@@ -102,7 +102,6 @@ pub(super) fn dry_run(
     };
     let feed = rig_setup.rig.motion.feed();
     let itinerary = Itinerary::of(plan, rig_setup, visits, kept);
-    let flight_feed = itinerary.flight().map_or(feed, |flight| flight.feed());
     // A row takes its run-up and its pass.
     let mut run_up_s = 0.0;
     for Station { to_m, visit, purpose } in itinerary.stations(visits) {
@@ -112,7 +111,11 @@ pub(super) fn dry_run(
                 run_up_s = go(to_m, part, feed)?;
                 continue;
             }
-            Purpose::Pass => std::mem::take(&mut run_up_s) + go(to_m, part, flight_feed)? + TALK_S,
+            Purpose::Pass => {
+                let flight = itinerary.flight(visits[visit].pace);
+                let flight_feed = flight.map_or(feed, Flight::feed);
+                std::mem::take(&mut run_up_s) + go(to_m, part, flight_feed)? + TALK_S
+            }
             Purpose::Point => go(to_m, part, feed)? + reading_s,
         };
         about_s += took_s;
@@ -175,6 +178,11 @@ fn reference_within_travel(plan: &Plan, rig_setup: &RigSetup) -> Result<(), Faul
 pub fn reading_s(rig_setup: &RigSetup) -> f64 {
     let receiver = &rig_setup.rig.receiver;
     receiver.settle().as_secs_f64() + receiver.count() as f64 / USUAL_RATE_HZ + TALK_S
+}
+
+/// Estimated time of a pass over a row with its leads, s.
+pub fn pass_s(way_m: f64, speed_m_s: f64) -> f64 {
+    move_s(way_m, speed_m_s) + TALK_S
 }
 
 /// Duration of a move from standstill to standstill, s: a trapezoidal speed profile, or a triangular one for a short move.

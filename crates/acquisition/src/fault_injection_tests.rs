@@ -14,7 +14,7 @@ use super::rig_setup::RigSetup;
 use super::sequencer::PointSequencer;
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::TomlSource;
-use fieldgap_records::{FocusSection, PlanPart, Visit, VisitKind};
+use fieldgap_records::{FocusSection, PlanPart, Visit, VisitKind, VisitPace};
 use fieldgap_rig::focus_array::{Modulation, ThesisArray};
 use fieldgap_rig::link::Wire;
 use fieldgap_rig::link::fault_injection::FaultRates;
@@ -174,8 +174,8 @@ impl FaultyRig {
             let position_m =
                 Vec3::new(mm(draws, -30.0, 30.0), mm(draws, -30.0, 30.0), mm(draws, 60.0, 150.0));
             let focus = [None, Some(0), Some(0), Some(1)][draws.random_range(0..4)];
-            let visit =
-                Visit { kind: VisitKind::Point, focus, position_m, part: PlanPart::Region(0) };
+            let (kind, part) = (VisitKind::Point, PlanPart::Region(0));
+            let visit = Visit { kind, focus, position_m, pace: VisitPace::OfPlan, part };
             let begun = Instant::now();
             let measured = sequencer.measure(rig, &visit).await;
             self.took(begun, "a point");

@@ -6,6 +6,7 @@ use super::rig_setup::RigSetup;
 use super::rows::Line;
 use super::sequencer::{Measurement, PointSequencer};
 use fieldgap_acoustics::Vec3;
+use fieldgap_input::Speed;
 use fieldgap_records::{Fly, RecordedSample, Spread, Visit};
 use fieldgap_rig::{Feed, Recording, SafeRig};
 
@@ -52,17 +53,28 @@ pub(super) struct Flight {
 impl Flight {
     /// From the section `[fly]` of a plan and the rig set-up.
     pub fn new(fly: &Fly, rig_setup: &RigSetup) -> Self {
-        let feed = Feed::from_mm_s(fly.speed_mm_s.into());
+        let lag_s = fly.lag_ms.map(|lag_ms| lag_ms.get() * 1e-3);
+        Self::at(fly.speed_mm_s, Some(fly), lag_s, rig_setup)
+    }
+
+    /// At the speed of a list of readings. Without `lag_ms` a lag of zero is assumed, and not found: play between robot and nozzle looks
+    /// like a lag at one speed, and a record in which each speed has a lag of its own would show neither.
+    pub fn listed(speed_mm_s: Speed, fly: Option<&Fly>, rig_setup: &RigSetup) -> Self {
+        let lag_s = fly.and_then(|fly| fly.lag_ms).map_or(0.0, |lag_ms| lag_ms.get() * 1e-3);
+        Self::at(speed_mm_s, fly, Some(lag_s), rig_setup)
+    }
+
+    fn at(speed_mm_s: Speed, fly: Option<&Fly>, lag_s: Option<f64>, rig_setup: &RigSetup) -> Self {
+        let feed = Feed::from_mm_s(speed_mm_s.into());
         let wavelength_m =
             rig_setup.nominal_medium().speed_of_sound_m_s / rig_setup.array.frequency_hz();
-        let usual_m = feed.m_s().powi(2) / (2.0 * USUAL_ACCELERATION_M_S2) * SPARE + SPARE_M;
         Self {
             feed,
-            lead_m: fly.lead_mm.map_or(usual_m, |lead_mm| lead_mm.get() * 1e-3),
+            lead_m: lead_m(fly, speed_mm_s),
             widest_m: OF_WAVELENGTH * wavelength_m,
             // An error of the duration shifts the centre of a pass by half of it.
             uneven_s: 2.0 * EVEN_OF_WAVELENGTH * wavelength_m / feed.m_s(),
-            lag_s: fly.lag_ms.map(|lag_ms| lag_ms.get() * 1e-3),
+            lag_s,
         }
     }
 
@@ -137,6 +149,17 @@ impl Flight {
     }
 }
 
+/// Length of the lead before and after a row at a speed, m: that of `[fly]`, unless this speed is higher and needs a longer one.
+pub fn lead_m(fly: Option<&Fly>, speed_mm_s: Speed) -> f64 {
+    let speed_m_s = speed_mm_s.get() * 1e-3;
+    let usual_m = speed_m_s.powi(2) / (2.0 * USUAL_ACCELERATION_M_S2) * SPARE + SPARE_M;
+    match fly.and_then(|fly| Some((fly.lead_mm?.get() * 1e-3, fly.speed_mm_s))) {
+        None => usual_m,
+        Some((lead_m, of_fly)) if speed_mm_s <= of_fly => lead_m,
+        Some((lead_m, _)) => lead_m.max(usual_m),
+    }
+}
+
 /// One pass over a row.
 struct Flown {
     recording: Recording,
@@ -160,6 +183,11 @@ pub(super) struct Flights {
 impl Flights {
     pub fn new(flight: Flight) -> Self {
         Self { flight, over_s: Vec::new(), least_over_s: f64::INFINITY, handling_s: None }
+    }
+
+    /// The same with the handling that flights of another speed measured: it is not that of the motion.
+    pub fn handled_like(self, other: Option<&Self>) -> Self {
+        Self { handling_s: other.and_then(|other| other.handling_s), ..self }
     }
 
     /// Scans a row in both directions and finds the lag of the readings behind the robot.
@@ -363,13 +391,16 @@ impl Flights {
     ) -> Result<f64, AcquisitionError> {
         let [from_m, to_m] = line.ends_m(self.flight.lead_m);
         let along = (to_m - from_m).normalize();
+        // A slow flight would be at its speed within the short moves, which then take longer.
+        let feeds = [self.flight.feed, sequencer.feed()];
+        let feed = if feeds[0].m_s() < feeds[1].m_s() { feeds[1] } else { feeds[0] };
         let mut took_s = [f64::INFINITY; 4];
         for _ in 0..SHORT_FLIGHTS {
             for (least_s, length_m) in
                 took_s.iter_mut().zip([SHORT_FLIGHT_M, 0.0, 4.0 * SHORT_FLIGHT_M, 0.0])
             {
                 let to = sequencer.frame().to_robot(from_m + along * length_m);
-                let (_, recording) = rig.move_while_recording(to, self.flight.feed).await?;
+                let (_, recording) = rig.move_while_recording(to, feed).await?;
                 *least_s = least_s.min(recording.ended_s - recording.began_s);
             }
         }

@@ -9,7 +9,7 @@ use super::references::reference_rows;
 use super::rig_setup::RigSetup;
 use super::rows::{Leg, Line, legs};
 use fieldgap_acoustics::Vec3;
-use fieldgap_records::{Plan, RecordedSample, Visit};
+use fieldgap_records::{Plan, RecordedSample, Visit, VisitPace};
 
 /// What a scan does between homing and its end. Visits to the reference point that become due by time are made between
 /// two legs, only where both ways are free; they are not part of this list.
@@ -21,7 +21,8 @@ pub(super) struct Itinerary {
     pub(super) lag_row: Option<Range<usize>>,
     /// The legs of the plan.
     pub(super) legs: Vec<Leg>,
-    flight: Option<Flight>,
+    /// How rows of each pace are flown.
+    flights: Vec<(VisitPace, Flight)>,
 }
 
 /// One move of the list.
@@ -54,11 +55,22 @@ impl Itinerary {
         visits: &[Visit],
         kept: &[RecordedSample],
     ) -> Self {
-        let flight = plan.fly.as_ref().map(|fly| Flight::new(fly, rig_setup));
-        let legs = legs(visits, kept.len(), flight.is_some());
-        let wants_lag = flight.as_ref().is_some_and(Flight::wants_lag);
+        let fly = plan.fly.as_ref();
+        let legs = legs(visits, kept.len(), fly.is_some());
+        let mut flights: Vec<(VisitPace, Flight)> = Vec::new();
+        for row in rows(&legs) {
+            let pace = visits[row.start].pace;
+            if flights.iter().all(|(known, _)| *known != pace) {
+                let flight = match pace {
+                    VisitPace::Flown(speed) => Some(Flight::listed(speed, fly, rig_setup)),
+                    _ => fly.map(|fly| Flight::new(fly, rig_setup)),
+                };
+                flights.extend(flight.map(|flight| (pace, flight)));
+            }
+        }
+        let wants_lag = flights.iter().any(|(_, flight)| flight.wants_lag());
         let lag_row = wants_lag.then(|| nearest_to_its_focus(plan, &legs, visits)).flatten();
-        Self { checks: reference_rows(kept, visits), lag_row, legs, flight }
+        Self { checks: reference_rows(kept, visits), lag_row, legs, flights }
     }
 
     /// Checks that a receiver is fast enough for every row.
@@ -66,25 +78,25 @@ impl Itinerary {
     /// # Errors
     /// [`FlightFault::TooFast`](super::error::FlightFault::TooFast).
     pub(super) fn fits(&self, visits: &[Visit], rate_hz: f64) -> Result<(), AcquisitionError> {
-        let Some(flight) = &self.flight else { return Ok(()) };
-        for leg in &self.legs {
-            if let Leg::Row(row) = leg {
+        for row in rows(&self.legs) {
+            if let Some(flight) = self.flight(visits[row.start].pace) {
                 flight.fits(&Line::of(&visits[row.clone()]), rate_hz)?;
             }
         }
         Ok(())
     }
 
-    /// How rows are scanned in motion.
-    pub(super) fn flight(&self) -> Option<&Flight> {
-        self.flight.as_ref()
+    /// How rows of a pace are scanned in motion; `None` if there are none.
+    pub(super) fn flight(&self, pace: VisitPace) -> Option<&Flight> {
+        self.flights.iter().find(|(known, _)| *known == pace).map(|(_, flight)| flight)
     }
 
     /// Where the robot stands before and after a leg, array frame, m.
     pub(super) fn ends_m(&self, leg: &Leg, visits: &[Visit]) -> [Vec3; 2] {
-        match (leg, &self.flight) {
+        let first = visits[leg.rows().start];
+        match (leg, self.flight(first.pace)) {
             (Leg::Row(row), Some(flight)) => Line::of(&visits[row.clone()]).ends_m(flight.lead_m()),
-            _ => [visits[leg.rows().start].position_m; 2],
+            _ => [first.position_m; 2],
         }
     }
 
@@ -114,18 +126,23 @@ impl Itinerary {
     }
 }
 
-/// The row that passes nearest to the focus with which it is scanned.
+/// The rows among some legs.
+fn rows(legs: &[Leg]) -> impl Iterator<Item = &Range<usize>> {
+    legs.iter().filter_map(|leg| match leg {
+        Leg::Row(row) => Some(row),
+        Leg::Stop(_) => None,
+    })
+}
+
+/// The row that passes nearest to the focus with which it is scanned, of those whose pace the plan leaves to `[fly]`.
 fn nearest_to_its_focus(plan: &Plan, legs: &[Leg], visits: &[Visit]) -> Option<Range<usize>> {
     let from_focus_m = |row: &Range<usize>| {
         let focus = visits[row.start].focus.map(|focus| plan.foci[focus].excitation());
         let focus_m = focus.and_then(|excitation| excitation.focus_m());
         Line::of(&visits[row.clone()]).distance_m(focus_m.unwrap_or_default())
     };
-    let rows = legs.iter().filter_map(|leg| match leg {
-        Leg::Row(row) => Some(row.clone()),
-        Leg::Stop(_) => None,
-    });
-    rows.min_by(|a, b| from_focus_m(a).total_cmp(&from_focus_m(b)))
+    let rows = rows(legs).filter(|row| visits[row.start].pace == VisitPace::OfPlan);
+    rows.min_by(|a, b| from_focus_m(a).total_cmp(&from_focus_m(b))).cloned()
 }
 
 #[cfg(test)]

@@ -49,9 +49,10 @@ mod suspension;
 mod transcript;
 pub mod watchdog;
 
-pub use dry_run::{DryRun, move_s, reading_s};
+pub use dry_run::{DryRun, move_s, pass_s, reading_s};
 pub use error::{AcquisitionError, FlightFault};
 pub use event::{Event, EventSink};
+pub use fly::lead_m;
 pub use hook::{HookFault, TIME_LIMIT as HOOK_TIME_LIMIT, run_hook};
 pub use monitor::Monitor;
 pub use open::{OpenSimulated, SimulatedDevices, read_air};

@@ -1,6 +1,6 @@
 //! The check on resuming a scan: some points are measured again, and the scan continues only if position and level agree.
 
-use fieldgap_records::{RecordedSample, Tolerances, Visit, VisitKind};
+use fieldgap_records::{RecordedSample, Tolerances, Visit, VisitKind, VisitPace};
 
 use super::sequencer::distance_mm;
 
@@ -83,7 +83,8 @@ fn common_cause(found: &[RigChange]) -> &'static str {
 }
 
 /// The rows to measure again: the last visit to the reference point of the plan, if it has one, and the strongest readings,
-/// spread over the recorded rows. Empty if nothing was measured with the array driven.
+/// spread over the recorded rows. Empty if nothing was measured with the array driven. They are measured at rest; what a list of the
+/// plan had in motion may read otherwise there, and is left out.
 pub(super) fn reference_rows(kept: &[RecordedSample], visits: &[Visit]) -> Vec<usize> {
     let reference = |row: &usize| visits[*row].kind == VisitKind::Reference;
     let mut rows: Vec<usize> = (0..kept.len()).rev().find(reference).into_iter().collect();
@@ -91,7 +92,10 @@ pub(super) fn reference_rows(kept: &[RecordedSample], visits: &[Visit]) -> Vec<u
     let strongest = kept.chunks(part).enumerate().filter_map(|(number, rows)| {
         rows.iter()
             .enumerate()
-            .filter(|(_, sample)| sample.focus.is_some())
+            .filter(|(row, sample)| {
+                let pace = visits[number * part + row].pace;
+                sample.focus.is_some() && !matches!(pace, VisitPace::Flown(_))
+            })
             .max_by(|a, b| a.1.reading.total_cmp(&b.1.reading))
             .map(|(row, _)| number * part + row)
     });
@@ -148,6 +152,7 @@ mod tests {
             kind: kind(row),
             focus: Some(0),
             position_m: Vec3::zeros(),
+            pace: VisitPace::OfPlan,
             part: PlanPart::Region(0),
         };
         (0..count).map(visit).collect()
@@ -162,6 +167,10 @@ mod tests {
             .collect();
         assert_eq!(reference_rows(&kept, &visits(6, None)), [1, 2, 4]);
         assert_eq!(reference_rows(&kept, &visits(6, Some(3))), [3, 1, 2]);
+        // A reading in motion may differ from one at rest.
+        let mut in_motion = visits(6, None);
+        in_motion[2].pace = VisitPace::Flown(literal(60.0));
+        assert_eq!(reference_rows(&kept, &in_motion), [1, 3, 4]);
         assert!(reference_rows(&[], &[]).is_empty());
         assert!(reference_rows(&[sample(None, 0.0, 1.0)], &visits(1, None)).is_empty());
     }

@@ -3,10 +3,7 @@
 use std::ops::Range;
 
 use fieldgap_acoustics::Vec3;
-use fieldgap_records::{Visit, VisitKind};
-
-/// Fewest points of a row: fewer are faster to measure one by one.
-const FEWEST: usize = 4;
+use fieldgap_records::{FEWEST_FLOWN, Visit, VisitKind, VisitPace};
 
 /// Largest difference between steps of a row, m.
 const SAME_STEP_M: f64 = 1e-9;
@@ -30,13 +27,19 @@ impl Leg {
     }
 }
 
-/// The legs of the visits from `done` on, in order. Unless `in_motion`, all are stops.
+/// The legs of the visits from `done` on, in order. Where the plan leaves the pace open all are stops, unless it flies (`in_motion`). A row
+/// that a list has in motion is flown whole, although some of it may be done: fewer of it would be another motion.
 pub(super) fn legs(visits: &[Visit], done: usize, in_motion: bool) -> Vec<Leg> {
     let mut legs = Vec::new();
-    let mut at = done;
+    let mut at = row_begun(visits, done).unwrap_or(done);
     while at < visits.len() {
-        let length = if in_motion { row_length(&visits[at..]) } else { 1 };
-        if length >= FEWEST {
+        let flies = match visits[at].pace {
+            VisitPace::OfPlan => in_motion,
+            VisitPace::AtRest => false,
+            VisitPace::Flown(_) => true,
+        };
+        let length = if flies { row_length(&visits[at..]) } else { 1 };
+        if length >= FEWEST_FLOWN {
             legs.push(Leg::Row(at..at + length));
             at += length;
         } else {
@@ -47,11 +50,27 @@ pub(super) fn legs(visits: &[Visit], done: usize, in_motion: bool) -> Vec<Leg> {
     legs
 }
 
+/// Where the row of a list begins that a visit belongs to, if the list has it in motion.
+fn row_begun(visits: &[Visit], visit: usize) -> Option<usize> {
+    let of = visits.get(visit).filter(|of| matches!(of.pace, VisitPace::Flown(_)))?;
+    let same =
+        |before: &&Visit| before.part == of.part && matches!(before.pace, VisitPace::Flown(_));
+    let mut first = visit - visits[..visit].iter().rev().take_while(same).count();
+    loop {
+        let length = row_length(&visits[first..]);
+        if first + length > visit {
+            return Some(first);
+        }
+        first += length;
+    }
+}
+
 /// How many of the first visits form one row.
 fn row_length(visits: &[Visit]) -> usize {
     let in_row = |visit: &Visit| {
         visit.kind == VisitKind::Point
-            && (visit.focus, visit.part) == (visits[0].focus, visits[0].part)
+            && (visit.focus, visit.part, visit.pace)
+                == (visits[0].focus, visits[0].part, visits[0].pace)
     };
     let Some(second) = visits.get(1) else { return 1 };
     let step_m = second.position_m - visits[0].position_m;
@@ -142,6 +161,31 @@ mod tests {
         let visits = visits("[[line]]\nfrom_mm = [0, 0, 50]\nto_mm = [0, 0, 59]\nstep_mm = 1\n");
         assert_eq!(legs(&visits, 4, true), [Leg::Row(4..10)]);
         assert_eq!(legs(&visits, 7, true), [Leg::Stop(7), Leg::Stop(8), Leg::Stop(9)]);
+    }
+
+    /// Two rows that a list has in motion, beside readings at rest that would form one.
+    #[test]
+    fn a_listed_row_is_flown_whole_wherever_a_scan_goes_on() {
+        let listed = |paces: &str| {
+            visits(&format!(
+                "[[readings]]\nat_mm = [[0, 0, 50], [1, 0, 50], [2, 0, 50], [3, 0, 50], [4, 0, 50], [4, 1, 50], [4, 2, 50], [4, 3, 50],\
+                 [5, 3, 50], [6, 3, 50], [7, 3, 50], [8, 3, 50]]\nfocus = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]\n{paces}"
+            ))
+        };
+        let visits = listed("speed_mm_s = [9, 9, 9, 9, 60, 60, 60, 60, 0, 0, 0, 0]\n");
+        let rest = |from: usize| (from..12).map(Leg::Stop).collect::<Vec<_>>();
+        for in_motion in [true, false] {
+            let from = |done: usize| legs(&visits, done, in_motion);
+            assert_eq!(from(0)[..3], [Leg::Row(0..4), Leg::Row(4..8), Leg::Stop(8)]);
+            assert_eq!(from(2), from(0));
+            assert_eq!(from(4), from(0)[1..]);
+            assert_eq!(from(7), from(0)[1..]);
+            assert_eq!(from(8), rest(8));
+            assert_eq!(from(12), []);
+        }
+        // Without speeds the section `[fly]` decides.
+        assert_eq!(legs(&listed(""), 0, false).len(), 12);
+        assert_eq!(legs(&listed(""), 0, true)[0], Leg::Row(0..5));
     }
 
     #[test]

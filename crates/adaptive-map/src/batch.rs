@@ -239,7 +239,7 @@ mod tests {
         let at = |n: usize| {
             let (x, y, z) = (n % 8, n / 8 % 8, n / 64);
             let at_m = Vec3::new(x as f64 * 4e-3, y as f64 * 4e-3, 0.08 + 0.04 * z as f64);
-            PossibleReading { at_m, focus: 0, from_below: true }
+            PossibleReading { at_m, focus: 0, from_below: true, velocity_m_s: Vec3::zeros() }
         };
         (0..128).map(at).collect()
     }

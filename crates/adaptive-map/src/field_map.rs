@@ -164,7 +164,12 @@ pub(crate) fn estimates(
 
 /// Places of a map as readings that could be taken there, the robot coming from smaller x as in a raster.
 pub(crate) fn possible(places: &[(Vec3, usize)]) -> Vec<PossibleReading> {
-    let of = |&(at_m, focus): &(Vec3, usize)| PossibleReading { at_m, focus, from_below: true };
+    let of = |&(at_m, focus): &(Vec3, usize)| PossibleReading {
+        at_m,
+        focus,
+        from_below: true,
+        velocity_m_s: Vec3::zeros(),
+    };
     places.iter().map(of).collect()
 }
 
@@ -176,7 +181,7 @@ pub(crate) fn on_the_way(from_m: Vec3, readings: &[(Vec3, usize)]) -> Vec<Possib
             from_below = at_m.x > before_m.x;
         }
         before_m = at_m;
-        PossibleReading { at_m, focus, from_below }
+        PossibleReading { at_m, focus, from_below, velocity_m_s: Vec3::zeros() }
     };
     readings.iter().map(of).collect()
 }

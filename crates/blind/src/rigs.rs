@@ -3,8 +3,8 @@
 //! Each is a virtual rig whose truth file is sealed, with a plan that leaves the readings to a closed loop, and one of the scan that a
 //! sealed scan has. Laboratories and causes are drawn as those of sealed scans, and the sizes are those that leave a gap there.
 //!
-//! Lag is not among the causes: a robot that stops at each point does not show it. Of the causes outside of the catalogue there are those that
-//! a truth file can state.
+//! Lag is among the causes only where the plans let the robot read in motion: one that stops at each point does not show it. Of the causes
+//! outside of the catalogue there are those that a truth file can state.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -42,19 +42,25 @@ const CHANGES_OVER_S: f64 = 200.0;
 const MOST_DRIFT: f64 = 0.9;
 
 impl SetToMake {
-    /// Writes each member as a rig in a folder of its own under `out`, and returns the answers. `made` is called after each.
+    /// Writes each member as a rig in a folder of its own under `out`, and returns the answers. If it `flies`, its plans of closed loops have
+    /// readings in motion, and a lag may be a cause. `made` is called after each.
     ///
     /// # Errors
     /// [`BlindError`] if a rig cannot be written.
-    pub fn make_rigs(self, out: &Path, made: impl Fn() + Sync) -> Result<Answers, BlindError> {
+    pub fn make_rigs(
+        self,
+        out: &Path,
+        flies: bool,
+        made: impl Fn() + Sync,
+    ) -> Result<Answers, BlindError> {
         let ids: Vec<&'static str> =
-            catalogue::IDS.into_iter().filter(|id| shows_at_rest(id)).collect();
+            catalogue::IDS.into_iter().filter(|id| flies || shows_at_rest(id)).collect();
         let outside: Vec<usize> = (0..UNMODELLED.len()).filter(|n| is_of_truth(*n)).collect();
         self.each("blind rigs", &ids, &outside, |number, name, assignment, rng| {
             let mut drawn = drawn(name, assignment, rng);
             // How far the level drifts depends on how long the loop lasts.
             drawn.answer.parameters.retain(|key, _| !key.starts_with("gain-drift."));
-            write(&drawn, &out.join(&drawn.answer.name), self.seed ^ number)?;
+            write(&drawn, &out.join(&drawn.answer.name), self.seed ^ number, flies)?;
             made();
             Ok(drawn.answer)
         })
@@ -81,11 +87,11 @@ fn is_of_truth(number: usize) -> bool {
     (draw.of_size)(draw.largest).is_of_truth()
 }
 
-fn write(drawn: &Drawn, folder: &Path, seed: u64) -> Result<(), BlindError> {
+fn write(drawn: &Drawn, folder: &Path, seed: u64, flies: bool) -> Result<(), BlindError> {
     std::fs::create_dir_all(folder).map_err(BlindError::writing(folder))?;
     let files = [
         (RIG, rig(drawn, seed)),
-        (LOOP_PLAN, format!("{}{CLOSED_LOOP}", plan_head(drawn))),
+        (LOOP_PLAN, format!("{}{}{CLOSED_LOOP}", plan_head(drawn), if flies { FLY } else { "" })),
         (FULL_PLAN, format!("{}{}", plan_head(drawn), full_scan(drawn))),
     ];
     for (name, text) in files {
@@ -170,6 +176,9 @@ fn plan_head(drawn: &Drawn) -> String {
 const CLOSED_LOOP: &str =
     "\n[closed_loop]\nmin_mm = [-35.0, -35.0, 80.0]\nmax_mm = [35.0, 35.0, 200.0]\n";
 
+/// A third of the speed is that of the survey, for which causes have their sizes. The leads are longer than the largest lag's way.
+const FLY: &str = "\n[fly]\nspeed_mm_s = 55.0\nlead_mm = 8.0\nlag_ms = 0.0\n";
+
 /// The readings of the survey, in their order.
 fn full_scan(drawn: &Drawn) -> String {
     let Survey { stops } = &drawn.laboratory.survey;
@@ -196,7 +205,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let shares = Shares { none: 0.0, pairs: 1.0, unmodelled: 0.0 };
         let set = SetToMake { count: 2, seed: 4, shares };
-        let answers = set.make_rigs(folder.path(), || ()).expect("made");
+        let answers = set.make_rigs(folder.path(), true, || ()).expect("made");
         for answer in &answers.answers {
             assert_eq!(answer.category, Category::Two);
             let at = folder.path().join(&answer.name);
@@ -209,6 +218,7 @@ mod tests {
             for (plan, readings) in [(LOOP_PLAN, 0), (FULL_PLAN, 64 + 4 * 1296 + 240)] {
                 let plan = fieldgap_records::Plan::read(&at.join(plan)).expect("a plan");
                 assert!(plan.visits().len() == readings || plan.foci.len() == 2);
+                assert_eq!(plan.fly.is_some(), plan.closed_loop.is_some());
             }
             // What the closed loop reads does not say what is sealed.
             let text = std::fs::read_to_string(at.join(RIG)).expect("there");
@@ -258,7 +268,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let shares = Shares { none: 0.0, pairs: 0.0, unmodelled: 1.0 };
         let set = SetToMake { count: all.len(), seed: 4, shares };
-        let answers = set.make_rigs(folder.path(), || ()).expect("made");
+        let answers = set.make_rigs(folder.path(), false, || ()).expect("made");
         let mut at_work: Vec<String> = answers
             .answers
             .iter()

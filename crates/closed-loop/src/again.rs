@@ -1,7 +1,7 @@
 //! The decisions of a record made again.
 
 use fieldgap_input::{Fault, TomlSource};
-use fieldgap_records::{Plan, RecordedScan};
+use fieldgap_records::{Plan, Readings, RecordedScan};
 
 use crate::log::LoggedRound;
 use crate::searches::up_to;
@@ -25,9 +25,9 @@ pub fn again<R: LoggedRound + Clone, E: From<Fault>>(
         let (mut made, longer) = decide(&so_far, &seen, &rounds[..number])?;
         if let Some(text) = longer {
             let source = TomlSource::new(plan.path(), text);
-            let chosen = Plan::parse(source)?.readings.pop().map(|readings| readings.list);
-            let planned = plan.readings.get(number).map(|readings| &readings.list);
-            if chosen.as_ref() != planned {
+            let chosen = Plan::parse(source)?.readings.pop();
+            let told = |readings: &Readings| (readings.list.clone(), readings.speeds_mm_s.clone());
+            if chosen.as_ref().map(told) != plan.readings.get(number).map(told) {
                 made.forget_readings();
             }
         }

@@ -1,13 +1,16 @@
 //! The readings of a round: what is measured next, and in which order.
 
+use std::ops::Range;
+
 use fieldgap_acoustics::{Vec3, golden_section};
 use fieldgap_diagnosis::{Outlook, PossibleReading};
 use fieldgap_records::{ClosedLoop, Criterion};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::flights::{Course, Flying, ROW, Row};
 use crate::information::Contest;
-use crate::places::places_m;
+use crate::places::{places_m, rounded_m};
 use crate::robot::{Planned, Robot};
 use crate::route::route;
 
@@ -34,19 +37,42 @@ const EVEN_ONE_IN: usize = 4;
 const REPEAT_ONE_IN: usize = 10;
 const SILENT_ONE_IN: usize = 6;
 
+/// One reading in so many of those that are spread evenly is flown, where the rig flies: what acts in motion alone shows only there. As many
+/// of those that test a cause.
+const FLOWN_ONE_IN: usize = 2;
+
+/// Share of the readings chosen for what they tell that are flown at most, however little time these cost: those of a pass share the error of
+/// its place, and lie on one line. Set by judgement.
+const MOST_FLOWN: f64 = 0.5;
+
+/// Places of rows among which a round is chosen, each flown at both speeds in both directions. Set by judgement.
+const POSSIBLE_ROWS: usize = 24;
+const WAYS_OF_A_ROW: usize = 4;
+
 /// A batch of readings, and what was expected of it.
 pub(crate) struct Batch {
-    pub readings: Vec<Planned>,
+    pub course: Course,
     /// Expected information about which set holds, nats; `None` where no set was asked.
     pub information: Option<f64>,
     /// Expected divergence of each set from the most probable, nats, in the order of the probabilities.
     pub apart: Vec<f64>,
 }
 
+impl Batch {
+    /// Number of its readings.
+    pub fn len(&self) -> usize {
+        self.course.readings.len()
+    }
+}
+
 /// What the choices of all rounds have in common.
 pub(crate) struct Chooser<'c> {
     pub settings: &'c ClosedLoop,
     pub robot: &'c Robot,
+    /// How the rig flies; `None` if it does not.
+    pub flying: Option<&'c Flying>,
+    /// Rounds so far.
+    pub rounds: usize,
     /// Drives of the plan, and all drives.
     pub planned_drives: usize,
     pub drives: usize,
@@ -66,15 +92,18 @@ impl Chooser<'_> {
             (1, 1..) => self.planned_drives + one_of(further, n / 2),
             _ => one_of(self.planned_drives, n / 2),
         };
-        let places = self.even_places(count - silent - repeats).enumerate();
+        let once = count - silent - repeats;
+        let rows = self.even_rows(once / FLOWN_ONE_IN);
+        let places = self.even_places(once - flown(&rows)).enumerate();
         let mut readings =
             self.in_order(self.at_m, places.map(|(n, at_m)| (at_m, Some(drive(n)))).collect());
         let again = self.repeats(&readings, repeats);
         readings.extend(again);
-        let mut readings = self.on_the_move(readings);
+        let readings = self.on_the_move(readings);
         let first_m = readings.first().map_or(self.at_m, |(at_m, _)| *at_m);
-        readings.splice(0..0, std::iter::repeat_n((first_m, None), silent));
-        Batch { readings, information: None, apart: Vec::new() }
+        let course = Course::with_rows(first_m, &readings, &rows, self.robot);
+        let course = course.after(std::iter::repeat_n((first_m, None), silent));
+        Batch { course, information: None, apart: Vec::new() }
     }
 
     /// Readings by what they would tell the sets apart, per second, and some spread evenly. `outlooks` gives what the sets that are left
@@ -91,7 +120,18 @@ impl Chooser<'_> {
             Criterion::Even => count - repeats,
             _ => count / EVEN_ONE_IN,
         };
-        let possible = self.possible();
+        let mut rows = self.even_rows(even / FLOWN_ONE_IN);
+        let even = even - flown(&rows);
+        let mut possible = self.possible();
+        let mut offers: Vec<Offer> = (0..possible.len()).map(Offer::at_rest).collect();
+        // The even rows are taken in any case.
+        let others: Vec<Row> = self.possible_rows(rows.len()).collect();
+        let of_rows = offers.len();
+        for (number, row) in rows.iter().chain(&others).enumerate() {
+            let from = possible.len();
+            possible.extend(row.possible(number.is_multiple_of(2)));
+            offers.push(Offer { readings: from..possible.len(), row: Some(*row), seconds: 0.0 });
+        }
         let outlooks = outlooks(&possible);
         let mut contest = Contest::new(&outlooks, DEALT_OUT);
         let mut chosen: Vec<Planned> = Vec::new();
@@ -102,34 +142,53 @@ impl Chooser<'_> {
             }
             chosen.push((at_m, Some(focus)));
         }
-        let mut seconds: Vec<f64> = possible
-            .iter()
-            .map(|one| self.way_s(one.at_m, chosen.iter().map(|(at_m, _)| *at_m)))
-            .collect();
+        let taken = offers.drain(of_rows..of_rows + rows.len()).flat_map(|offer| offer.readings);
+        taken.for_each(|reading| contest.choose(reading));
+        for offer in &mut offers {
+            let to_m = offer.begins_m(&possible);
+            offer.seconds = self.way_s(offer, to_m, chosen.iter().map(|(at_m, _)| *at_m));
+        }
         let mut again: Vec<Planned> = Vec::new();
         let mut visited_twice: Vec<Vec3> = Vec::new();
-        for _ in 0..count - repeats - even {
-            let best_by = |told: &dyn Fn(usize) -> f64, seconds: &[f64]| {
-                let left = (0..possible.len())
-                    .filter(|number| !visited_twice.contains(&possible[*number].at_m));
-                let worth = left.map(|number| (told(number), number));
-                worth.max_by(|a, b| (a.0 / seconds[a.1]).total_cmp(&(b.0 / seconds[b.1])))
+        let mut left = count - repeats - even - flown(&rows);
+        let mut left_flown = (MOST_FLOWN * left as f64) as usize;
+        while left > 0 {
+            let best_by = |told: &dyn Fn(&Offer) -> f64| {
+                let free = offers.iter().enumerate().filter(|(_, offer)| match offer.row {
+                    Some(row) => row.len() <= left_flown.min(left),
+                    None => !visited_twice.contains(&possible[offer.readings.start].at_m),
+                });
+                let worth = free.map(|(number, offer)| (told(offer), number));
+                worth.max_by(|a, b| {
+                    (a.0 / offers[a.1].seconds).total_cmp(&(b.0 / offers[b.1].seconds))
+                })
             };
             let informs = match self.settings.criterion {
                 Criterion::Parameters => None,
-                _ => best_by(&|number| contest.gain(number), &seconds),
+                _ => best_by(&|offer| contest.gain(offer.readings.clone())),
             };
             // Where all sets are apart already, the next readings put the most probable one to the test where it is least sure.
             let informs = informs.filter(|(told, _)| *told > LEAST_TOLD);
-            let best = informs.or_else(|| best_by(&|number| contest.narrowing(number), &seconds));
+            let best =
+                informs.or_else(|| best_by(&|offer| contest.narrowing(offer.readings.clone())));
             let Some((_, best)) = best else { break };
-            contest.choose(best);
-            let PossibleReading { at_m, focus, .. } = possible[best];
-            for (one, seconds) in possible.iter().zip(&mut seconds) {
+            let Offer { readings, row, .. } = offers[best].clone();
+            left -= readings.len();
+            readings.clone().for_each(|reading| contest.choose(reading));
+            let PossibleReading { at_m, focus, .. } = possible[readings.start];
+            let stands_m = row.map_or(at_m, |row| row.ends_m()[1]);
+            for offer in &mut offers {
                 // Beside a chosen place the way is short; at that place itself the robot has to come back.
-                if one.at_m != at_m {
-                    *seconds = seconds.min(self.way_s(one.at_m, [at_m]));
+                let to_m = offer.begins_m(&possible);
+                if to_m != stands_m {
+                    offer.seconds = offer.seconds.min(self.way_s(offer, to_m, [stands_m]));
                 }
+            }
+            if let Some(row) = row {
+                left_flown -= row.len();
+                rows.push(row);
+                offers.remove(best);
+                continue;
             }
             match chosen.iter().any(|(place_m, _)| *place_m == at_m) {
                 true => {
@@ -145,7 +204,8 @@ impl Chooser<'_> {
         readings.extend(self.repeats(&readings, repeats));
         let readings = self.on_the_move(readings);
         let apart = (1..outlooks.len()).map(|other| contest.apart(0, other)).collect();
-        Batch { readings, information: Some(contest.information()), apart }
+        let course = Course::with_rows(self.at_m, &readings, &rows, self.robot);
+        Batch { course, information: Some(contest.information()), apart }
     }
 
     /// Fresh readings at the drives of the plan, drawn at random where the plan wants the cure verified.
@@ -154,26 +214,62 @@ impl Chooser<'_> {
         // Each verification draws its own places; the same round draws the same ones, so that a resumed loop goes on alike.
         let mut draws = ChaCha8Rng::seed_from_u64(round as u64);
         let size = within.most - within.least;
-        let mut places = Vec::new();
-        let mut tried = 0;
-        while places.len() < self.settings.verify_readings
-            && tried < 100 * self.settings.verify_readings
-        {
-            tried += 1;
+        let mut drawn_m = || {
             let at_mm = within.least + size.map(|size| size * draws.random_range(0.0..1.0));
-            let at_m = crate::places::rounded_m(at_mm);
-            if self.robot.reaches(at_m) {
+            rounded_m(at_mm)
+        };
+        let wanted = self.settings.verify_readings;
+        let (mut places, mut rows) = (Vec::new(), Vec::new());
+        for tried in 0..100 * wanted {
+            let left = wanted - places.len() - flown(&rows);
+            let at_m = drawn_m();
+            let about_rows = self.flying.filter(|_| flown(&rows) + ROW <= wanted / FLOWN_ONE_IN);
+            if let Some(flying) = about_rows.filter(|_| tried < wanted) {
+                let focus = rows.len() % self.planned_drives;
+                rows.extend(flying.row(at_m, focus, round + rows.len(), within, self.robot));
+            } else if left == 0 {
+                break;
+            } else if self.robot.reaches(at_m) {
                 places.push((at_m, Some(places.len() % self.planned_drives)));
             }
         }
         let readings = self.in_order(self.at_m, places);
-        Batch { readings, information: None, apart: Vec::new() }
+        let course = Course::with_rows(self.at_m, &readings, &rows, self.robot);
+        Batch { course, information: None, apart: Vec::new() }
     }
 
-    /// Time of a reading and of the way to it from the nearest of some places, s.
-    fn way_s(&self, to_m: Vec3, from: impl IntoIterator<Item = Vec3>) -> f64 {
+    /// Time of what is offered and of the way to it from the nearest of some places, s.
+    fn way_s(&self, offer: &Offer, to_m: Vec3, from: impl IntoIterator<Item = Vec3>) -> f64 {
         let ways = from.into_iter().map(|from_m| self.robot.move_s(from_m, to_m));
-        self.robot.reading_s() + ways.reduce(f64::min).unwrap_or(0.0)
+        let taken_s = offer.row.map_or_else(|| self.robot.reading_s(), |row| row.pass_s());
+        taken_s + ways.reduce(f64::min).unwrap_or(0.0)
+    }
+
+    /// Rows spread evenly, of so many readings at most; none if the rig does not fly.
+    fn even_rows(&self, readings: usize) -> Vec<Row> {
+        self.rows(0).take(readings / ROW).collect()
+    }
+
+    /// Rows among which a round is chosen, after so many of the same sequence: each flown in all ways.
+    fn possible_rows(&self, even: usize) -> impl Iterator<Item = Row> {
+        let about = self.rows(even).take(POSSIBLE_ROWS).enumerate();
+        about
+            .flat_map(|(number, row)| (0..WAYS_OF_A_ROW).map(move |way| (number, row, way)))
+            .filter_map(|(number, row, way)| {
+                self.row(row.middle_m(), row.focus, way + WAYS_OF_A_ROW * (number % 2))
+            })
+    }
+
+    /// Rows about places of the even sequence, one after another in all ways.
+    fn rows(&self, after: usize) -> impl Iterator<Item = Row> {
+        let drive = |n: usize| one_of(self.drives, self.places_used + n);
+        let count = self.flying.map_or(0, |_| 100 * POSSIBLE_ROWS);
+        let about = places_m(&self.settings.within, self.places_used).enumerate().take(count);
+        about.filter_map(move |(n, at_m)| self.row(at_m, drive(n), self.rounds + n)).skip(after)
+    }
+
+    fn row(&self, about_m: Vec3, focus: usize, way: usize) -> Option<Row> {
+        self.flying?.row(about_m, focus, way, &self.settings.within, self.robot)
     }
 
     fn even_places(&self, count: usize) -> impl Iterator<Item = Vec3> {
@@ -201,6 +297,7 @@ impl Chooser<'_> {
                         + k * self.drives.div_ceil(DRIVES_OF_A_PLACE))
                         % self.drives,
                     from_below: n % 2 == 0,
+                    velocity_m_s: Vec3::zeros(),
                 })
             })
             .collect()
@@ -245,6 +342,32 @@ impl Chooser<'_> {
     }
 }
 
+/// What can be taken at once: a reading at rest, or a row.
+#[derive(Clone)]
+struct Offer {
+    /// Numbers of the possible readings.
+    readings: Range<usize>,
+    row: Option<Row>,
+    /// Time that it takes with its way, s.
+    seconds: f64,
+}
+
+impl Offer {
+    fn at_rest(reading: usize) -> Self {
+        Self { readings: reading..reading + 1, row: None, seconds: 0.0 }
+    }
+
+    /// Where the robot has to come to, m.
+    fn begins_m(&self, possible: &[PossibleReading]) -> Vec3 {
+        self.row.map_or_else(|| possible[self.readings.start].at_m, |row| row.ends_m()[0])
+    }
+}
+
+/// Readings of some rows.
+fn flown(rows: &[Row]) -> usize {
+    rows.iter().map(Row::len).sum()
+}
+
 /// One of so many drives for a place of the even sequence. Drives in turn would follow the digits of its coordinates, so that each drive was
 /// measured at the same heights only.
 fn one_of(drives: usize, number: usize) -> usize {
@@ -252,152 +375,4 @@ fn one_of(drives: usize, number: usize) -> usize {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::path::Path;
-
-    use fieldgap_acquisition::RigSetup;
-    use fieldgap_records::BoxMm;
-    use nalgebra::DMatrix;
-
-    use super::*;
-
-    fn robot() -> Robot {
-        let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rigs/virtual.toml");
-        Robot::of(&RigSetup::read(&rig).expect("the rig file"))
-    }
-
-    fn settings(criterion: Criterion) -> ClosedLoop {
-        let within =
-            BoxMm { least: Vec3::new(-30.0, -30.0, 60.0), most: Vec3::new(30.0, 30.0, 140.0) };
-        ClosedLoop { criterion, ..ClosedLoop::within(within) }
-    }
-
-    fn chooser<'c>(settings: &'c ClosedLoop, robot: &'c Robot) -> Chooser<'c> {
-        Chooser {
-            settings,
-            robot,
-            planned_drives: 2,
-            drives: 9,
-            at_m: robot.home_m(),
-            places_used: 0,
-        }
-    }
-
-    /// Two sets that differ above 100 mm alone, by so many standard deviations; one parameter of both moves readings below.
-    fn above(possible: &[PossibleReading], sigma: f64) -> Vec<Outlook> {
-        let is_above = |one: &PossibleReading| if one.at_m.z > 0.1 { 1.0 } else { 0.0 };
-        let set = |share: f64| Outlook {
-            effects: Vec::new(),
-            probability: 0.5,
-            means: possible.iter().map(|one| share * sigma * is_above(one)).collect(),
-            variances: vec![1.0; possible.len()],
-            slopes: DMatrix::from_fn(1, possible.len(), |_, n| 1.0 - is_above(&possible[n])),
-            covariance: DMatrix::identity(1, 1),
-        };
-        vec![set(0.0), set(1.0)]
-    }
-
-    fn share_above(batch: &Batch) -> f64 {
-        let above = batch.readings.iter().filter(|(at_m, _)| at_m.z > 0.1).count();
-        above as f64 / batch.readings.len() as f64
-    }
-
-    #[test]
-    fn the_first_round_has_silence_places_of_both_kinds_of_drives_and_repeats() {
-        let (settings, robot) = (settings(Criterion::Information), robot());
-        let Batch { readings, .. } = chooser(&settings, &robot).first();
-        assert_eq!(readings.len(), 240);
-        assert!(readings[..40].iter().all(|(_, focus)| focus.is_none()));
-        let driven = &readings[40..];
-        let (once, again) = driven.split_at(driven.len() - 24);
-        assert!(again.iter().all(|reading| once.contains(reading)));
-        let planned = once.iter().filter(|(_, focus)| focus.is_some_and(|focus| focus < 2));
-        assert_eq!(2 * planned.count(), once.len());
-        assert!((0..9).all(|drive| once.iter().any(|(_, focus)| *focus == Some(drive))));
-        assert!(once.windows(2).all(|pair| pair[0].0 != pair[1].0));
-    }
-
-    #[test]
-    fn readings_are_taken_where_the_sets_differ_or_where_the_first_is_least_sure() {
-        let robot = robot();
-        let chosen = |criterion, sigma| {
-            let settings = settings(criterion);
-            let outlooks = |possible: &[PossibleReading]| above(possible, sigma);
-            chooser(&settings, &robot).next(outlooks, 96)
-        };
-        let share = |criterion| share_above(&chosen(criterion, 0.2));
-        // Of a round a quarter is even; so half of a quarter lies where nothing is to be learnt.
-        assert!(share(Criterion::Information) > 0.75, "{}", share(Criterion::Information));
-        assert!(share(Criterion::Parameters) < 0.35, "{}", share(Criterion::Parameters));
-        assert!((0.35..0.65).contains(&share(Criterion::Even)), "{}", share(Criterion::Even));
-        // Sets that the even readings part already leave the rest to what the first is least sure of.
-        let parted = chosen(Criterion::Information, 5.0);
-        let least_sure = chosen(Criterion::Parameters, 5.0);
-        assert_eq!(parted.readings, least_sure.readings);
-    }
-
-    /// Readings of a robot at rest share the error of its place: they look sure, and tell nothing of how places scatter.
-    #[test]
-    fn the_robot_moves_before_each_reading_and_comes_to_no_place_more_than_twice_for_what_it_tells()
-    {
-        let (settings, robot) = (settings(Criterion::Information), robot());
-        // One place tells by far the most.
-        let outlooks = |possible: &[PossibleReading]| {
-            let mut sets = above(possible, 0.2);
-            let most = possible.iter().position(|one| one.at_m.z > 0.1).expect("some are above");
-            sets[1].means[most] = 3.0;
-            sets
-        };
-        let Batch { readings, .. } = chooser(&settings, &robot).next(outlooks, 96);
-        assert!(readings.windows(2).all(|pair| pair[0].0 != pair[1].0));
-        assert!(readings.len() > 90, "{}", readings.len());
-        let (once, _repeats) = readings.split_at(readings.len() - 9);
-        for (at_m, _) in once {
-            assert!(once.iter().filter(|(other_m, _)| other_m == at_m).count() <= 2);
-        }
-    }
-
-    #[test]
-    fn what_is_told_counts_per_second() {
-        let (settings, robot) = (settings(Criterion::Information), robot());
-        let chooser = chooser(&settings, &robot);
-        let batch = chooser.next(|possible| above(possible, 0.2), 96);
-        let way_s = |readings: &[Planned]| -> f64 {
-            readings.windows(2).map(|pair| robot.move_s(pair[0].0, pair[1].0)).sum()
-        };
-        // As many readings spread evenly, with as many repeats, would take longer.
-        let evenly = ClosedLoop { criterion: Criterion::Even, ..settings.clone() };
-        let evenly = Chooser { settings: &evenly, ..chooser };
-        let even = evenly.next(|possible| above(possible, 0.2), 96).readings;
-        let [way_s, even_s] = [&batch.readings, &even].map(|r| way_s(r) / r.len() as f64);
-        assert!(way_s < even_s, "{way_s} {even_s}");
-        // Some seventy readings above of 0.2 standard deviations: half of the sum of their squares.
-        assert!((0.9..1.9).contains(&batch.apart[0]), "{:?}", batch.apart);
-        assert!(batch.information.expect("sets were asked") > 0.2);
-    }
-
-    #[test]
-    fn a_verification_draws_the_same_places_again_and_others_in_another_round() {
-        let (mut settings, robot) = (settings(Criterion::Information), robot());
-        settings.verify_within =
-            BoxMm { least: Vec3::new(-5.0, -5.0, 90.0), most: Vec3::new(5.0, 5.0, 110.0) };
-        let chooser = chooser(&settings, &robot);
-        let drawn = |round| chooser.fresh(round).readings;
-        assert_eq!(drawn(3).len(), 64);
-        assert_eq!(drawn(3), drawn(3));
-        assert!(drawn(3).iter().all(|reading| !drawn(4).contains(reading)));
-        let inside = |at_m: &Vec3| at_m.x.abs() <= 5e-3 && (0.09..=0.11).contains(&at_m.z);
-        assert!(drawn(3).iter().all(|(at_m, focus)| inside(at_m) && focus.is_some_and(|f| f < 2)));
-    }
-
-    #[test]
-    fn every_drive_is_measured_in_every_part_of_the_box() {
-        let within = BoxMm { least: Vec3::repeat(-10.0), most: Vec3::repeat(10.0) };
-        let mut counts = [[0; 5]; 10];
-        for (n, at_m) in places_m(&within, 0).take(500).enumerate() {
-            let part = ((at_m.z * 1e3 + 10.0) / 4.0) as usize;
-            counts[one_of(10, n)][part.min(4)] += 1;
-        }
-        assert!(counts.iter().flatten().all(|count| (5..=16).contains(count)), "{counts:?}");
-    }
-}
+mod tests;

@@ -244,6 +244,7 @@ pub(crate) fn in_words(end: End, tested: Option<(&Verification, &Cure)>) -> Stri
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flights::Course;
     use fieldgap_acoustics::Vec3;
     use fieldgap_records::BoxMm;
 
@@ -336,7 +337,8 @@ mod tests {
             outside: 0.02,
         };
         let before = Round { named: rivals.named.clone(), ..round(Verdict::Ambiguous, &[]) };
-        let batch = |nats| Batch { readings: Vec::new(), information: None, apart: vec![nats] };
+        let batch =
+            |nats| Batch { course: Course::default(), information: None, apart: vec![nats] };
         let is = |nats, earlier: &[Round]| {
             is_inseparable(&rivals, &batch(nats), earlier, 840, &settings())
         };

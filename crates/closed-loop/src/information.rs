@@ -11,6 +11,8 @@
 //! out, which makes divergences too small by up to half a nat for each parameter. Predictions are linear in the parameters between the
 //! fits of two rounds.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use fieldgap_diagnosis::Outlook;
@@ -65,16 +67,20 @@ impl Contest {
         self.bound(|i, j| self.divergence[(i, j)])
     }
 
-    /// Information that a reading would add, nats.
-    pub fn gain(&self, reading: usize) -> f64 {
-        let with = |i: usize, j: usize| self.divergence[(i, j)] + self.step(i, j, reading);
+    /// Information that some readings would add together, nats: what a refit between them would take up is left out, so that this is too
+    /// much for many of them.
+    pub fn gain(&self, readings: Range<usize>) -> f64 {
+        let with = |i: usize, j: usize| {
+            let steps = readings.clone().map(|reading| self.step(i, j, reading));
+            self.divergence[(i, j)] + steps.sum::<f64>()
+        };
         self.bound(with) - self.information()
     }
 
-    /// Entropy by which a reading would narrow the parameters of the most probable set, nats.
-    pub fn narrowing(&self, reading: usize) -> f64 {
+    /// Entropy by which each of some readings would narrow the parameters of the most probable set, their sum, nats.
+    pub fn narrowing(&self, readings: Range<usize>) -> f64 {
         let first = &self.sets[0];
-        0.5 * (first.variances[reading] / first.noise[reading]).ln()
+        readings.map(|reading| 0.5 * (first.variances[reading] / first.noise[reading]).ln()).sum()
     }
 
     /// The smallest of the two divergences between two sets by the readings chosen so far, nats.
@@ -166,7 +172,7 @@ mod tests {
         // Two sets that are apart are worth the entropy of the two, ln 2, and no more.
         let more = (0..40).map(|_| contest.choose(3)).count();
         assert!(more == 40 && (contest.information() - 2.0f64.ln()).abs() < 1e-9);
-        assert!(contest.gain(3) < 1e-9);
+        assert!(contest.gain(3..4) < 1e-9);
     }
 
     #[test]
@@ -198,7 +204,7 @@ mod tests {
             set(0.4, [0.0, 0.1, 0.5, 2.0], &[[1.0; 4]], 0.1),
         ];
         let contest = Contest::new(&sets, 0.0);
-        let gains: Vec<f64> = (0..4).map(|reading| contest.gain(reading)).collect();
+        let gains: Vec<f64> = (0..4).map(|reading| contest.gain(reading..reading + 1)).collect();
         assert!(gains.windows(2).all(|pair| pair[0] < pair[1]), "{gains:?}");
         assert!(gains[3] < 2.0f64.ln());
     }
@@ -206,7 +212,7 @@ mod tests {
     #[test]
     fn probabilities_that_are_too_sure_are_shared_out() {
         let sets = [set(1.0, [0.0; 4], &[], 1.0), set(0.0, [3.0; 4], &[], 1.0)];
-        assert_eq!(Contest::new(&sets, 0.0).gain(0), 0.0);
-        assert!(Contest::new(&sets, 0.2).gain(0) > 0.1);
+        assert_eq!(Contest::new(&sets, 0.0).gain(0..1), 0.0);
+        assert!(Contest::new(&sets, 0.2).gain(0..1) > 0.1);
     }
 }

@@ -18,8 +18,9 @@ use crate::budget::{Budget, Spent};
 use crate::cure::PlannedCure;
 use crate::decision::{Next, Standing, going_on, in_words, is_inseparable, next, taken_back};
 use crate::drives::further_drives;
+use crate::flights::Flying;
 use crate::log::{RoundsError, write_log};
-use crate::plan_text::{with_drives, with_readings};
+use crate::plan_text::{with_course, with_drives};
 use crate::robot::Robot;
 use crate::round::{End, Likely, Purpose, Round, Verification, read_rounds};
 use crate::searches::{Searches, up_to};
@@ -31,6 +32,7 @@ const MOST_LOGGED: usize = MOST_SETS;
 pub struct Inquiry {
     settings: ClosedLoop,
     robot: Robot,
+    flying: Option<Flying>,
     folder: PathBuf,
     rig: PathBuf,
     searches: Searches,
@@ -94,6 +96,7 @@ impl Inquiry {
         Ok(Self {
             settings,
             robot: Robot::of(rig_setup),
+            flying: Flying::of(plan, rig_setup),
             folder: folder.to_owned(),
             rig: rig_setup.source().path().to_owned(),
             searches: Searches::of(plan.simulator),
@@ -119,16 +122,16 @@ impl Inquiry {
             &self.settings.within,
         );
         let drives = [plan.foci.len(), plan.foci.len() + further.len()];
-        let batch = self.chooser(drives, self.robot.home_m(), 0).first();
+        let batch = self.chooser(drives, self.robot.home_m(), &[]).first();
         self.is_enough(&batch, self.settings.first_readings)?;
-        let reason = format!("A first look: {} readings spread evenly.", batch.readings.len());
+        let reason = format!("A first look: {} readings spread evenly.", batch.len());
         let text = with_drives(plan.text(), &further);
-        let text = with_readings(&text, &reason, &batch.readings);
+        let text = with_course(&text, &reason, &batch.course);
         let round = Round {
             round: 0,
             purpose: Purpose::First,
             before: 0,
-            readings: batch.readings.len(),
+            readings: batch.len(),
             drives,
             verdict: None,
             named: Vec::new(),
@@ -208,8 +211,7 @@ impl Inquiry {
             Ok(Decision { round, plan: None, cure: None })
         };
         let at_m = record.samples.last().map_or(self.robot.home_m(), RecordedSample::position_m);
-        let places_used = self.places_used(earlier);
-        let chooser = self.chooser(last.drives, at_m, places_used);
+        let chooser = self.chooser(last.drives, at_m, earlier);
         let (purpose, batch) = match next(&standing, earlier, record.samples.len(), &self.settings)
         {
             Next::End(reason) => return end(reason),
@@ -227,10 +229,10 @@ impl Inquiry {
         };
         let expected_s = self.duration_s(&batch, at_m);
         let spent = Spent::of(&record.samples);
-        if let Some(used_up) = self.budget().used_up(spent, batch.readings.len(), expected_s) {
+        if let Some(used_up) = self.budget().used_up(spent, batch.len(), expected_s) {
             return end(End::from(used_up));
         }
-        self.is_enough(&batch, batch.readings.len().max(1))?;
+        self.is_enough(&batch, batch.len().max(1))?;
         let cure = match purpose {
             Purpose::Verify => {
                 let diagnosis = findings.diagnosis();
@@ -241,12 +243,12 @@ impl Inquiry {
         };
         let mut round = self.round(&standing, earlier, record, verification, None);
         round.purpose = purpose;
-        round.readings = batch.readings.len();
+        round.readings = batch.len();
         round.expected_bits = batch.information.map(|nats| nats / std::f64::consts::LN_2);
         round.expected_s = expected_s;
         round.cure = cure.as_ref().map(|planned| planned.cure.clone());
         round.reason = going_on(&standing, &round);
-        let plan = with_readings(plan.text(), &round.reason, &batch.readings);
+        let plan = with_course(plan.text(), &round.reason, &batch.course);
         Ok(Decision { round, plan: Some(plan), cure })
     }
 
@@ -331,14 +333,16 @@ impl Inquiry {
         }
     }
 
-    fn chooser(&self, [planned, all]: [usize; 2], at_m: Vec3, places_used: usize) -> Chooser<'_> {
+    fn chooser(&self, [planned, all]: [usize; 2], at_m: Vec3, earlier: &[Round]) -> Chooser<'_> {
         Chooser {
             settings: &self.settings,
             robot: &self.robot,
+            flying: self.flying.as_ref(),
+            rounds: earlier.len(),
             planned_drives: planned,
             drives: all,
             at_m,
-            places_used,
+            places_used: self.places_used(earlier),
         }
     }
 
@@ -349,11 +353,11 @@ impl Inquiry {
     }
 
     fn duration_s(&self, batch: &Batch, from_m: Vec3) -> f64 {
-        self.robot.duration_s(from_m, &batch.readings)
+        batch.course.duration_s(from_m, &self.robot)
     }
 
     fn is_enough(&self, batch: &Batch, wanted: usize) -> Result<(), InquiryError> {
-        let reached = batch.readings.len();
+        let reached = batch.len();
         // Half of a box behind a keep-out box still tells a cause; less would be another box.
         if 2 * reached >= wanted && reached > 0 {
             return Ok(());

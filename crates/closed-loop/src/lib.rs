@@ -13,6 +13,7 @@ mod budget;
 mod cure;
 mod decision;
 mod drives;
+mod flights;
 mod information;
 mod inquiry;
 mod log;

@@ -9,6 +9,7 @@ use fieldgap_acoustics::Vec3;
 use fieldgap_input::{Fault, TomlSource};
 use fieldgap_records::{BoxMm, FocusSection, FocusTable, Layers, Plan, Shape};
 
+use crate::flights::Course;
 use crate::robot::Planned;
 
 /// Least extent of the box of a plan along an axis, as a share of the largest: a plan of one plane is scanned around it too.
@@ -111,6 +112,12 @@ fn in_headings(mut tables: DocumentMut) -> String {
 
 /// The text of a plan with one more list of readings.
 pub fn with_readings(text: &str, why: &str, readings: &[Planned]) -> String {
+    with_course(text, why, &Course::at_rest(readings.to_vec()))
+}
+
+/// The text of a plan with one more list of readings, of which some may be flown.
+pub(crate) fn with_course(text: &str, why: &str, course: &Course) -> String {
+    let readings = &course.readings;
     let mut longer = text.trim_end().to_owned();
     let _ = write!(longer, "\n\n# {why}\n[[readings]]\nat_mm = [\n");
     for line in readings.chunks(6) {
@@ -132,7 +139,19 @@ pub fn with_readings(text: &str, why: &str, readings: &[Planned]) -> String {
         }
         longer += "\n";
     }
-    longer + "]\n"
+    longer += "]\n";
+    if let Some(speeds_mm_s) = course.speeds_mm_s() {
+        longer += "speed_mm_s = [\n";
+        for line in speeds_mm_s.chunks(24) {
+            longer += "  ";
+            line.iter().for_each(|mm_s| {
+                let _ = write!(longer, " {mm_s:?},");
+            });
+            longer += "\n";
+        }
+        longer += "]\n";
+    }
+    longer
 }
 
 #[cfg(test)]

@@ -244,9 +244,10 @@ impl Journal {
     pub fn append_row(&mut self, points: &[(RecordedSample, Vec3)]) -> Result<(), JournalError> {
         let (mut records, mut lines) = (String::new(), String::new());
         for (n, &(sample, commanded_m)) in points.iter().enumerate() {
+            let visit = self.visits_done + n;
             let (record, line) = self
-                .lines(&Record::new(sample, commanded_m))
-                .map_err(|reason| JournalError::Sample { visit: self.visits_done + n, reason })?;
+                .lines(visit, &Record::new(sample, commanded_m))
+                .map_err(|reason| JournalError::Sample { visit, reason })?;
             records += &record;
             lines += &line;
         }
@@ -317,9 +318,9 @@ impl Journal {
         &self.folder
     }
 
-    fn lines(&self, record: &Record) -> Result<(String, String), UnwritableSample> {
+    fn lines(&self, visit: usize, record: &Record) -> Result<(String, String), UnwritableSample> {
         self.limits.check(&record.sample)?;
-        record::lines(self.visits_done, record, self.columns)
+        record::lines(visit, record, self.columns)
     }
 }
 

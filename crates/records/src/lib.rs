@@ -103,8 +103,9 @@ pub use layout::{Layout, Rims};
 pub use medium_section::{MediumSection, MediumTable};
 pub use notes::{Note, NoteError, NoteKind};
 pub use plan::{
-    AdaptiveMap, Axis, BoxMm, ClosedLoop, Criterion, Dark, Fly, Layers, MapPrior, Order, Plan,
-    PlanPart, Readings, Reference, Region, Shape, Tolerances, Visit, VisitKind,
+    AdaptiveMap, Axis, BoxMm, ClosedLoop, Criterion, Dark, FEWEST_FLOWN, Fly, Layers, MapPrior,
+    Order, Plan, PlanPart, Readings, Reference, Region, Shape, Tolerances, Visit, VisitKind,
+    VisitPace,
 };
 pub use plane_map::{MappedPlane, NotAGrid, OFF_LINE_MM, plane_map};
 pub use planes::{LAYER_MM, Plane, SAME_HEIGHT_MM, are_scattered, planes};

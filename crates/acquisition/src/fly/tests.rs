@@ -8,7 +8,7 @@ use async_trait::async_trait;
 use super::*;
 use crate::clock::ScanClock;
 use fieldgap_input::{Positive, TomlSource};
-use fieldgap_records::{FocusSection, PlanPart, VisitKind};
+use fieldgap_records::{FocusSection, PlanPart, VisitKind, VisitPace};
 use fieldgap_rig::focus_array::{Modulation, ThesisArray};
 use fieldgap_rig::link::Wire;
 use fieldgap_rig::motion::grbl::Grbl;
@@ -134,6 +134,7 @@ fn row() -> Vec<Visit> {
             kind: VisitKind::Point,
             focus: Some(0),
             position_m: Vec3::new(f64::from(n) * 2e-3 - 35e-3, -22.5e-3, 0.1),
+            pace: VisitPace::OfPlan,
             part: PlanPart::Region(0),
         })
         .collect()

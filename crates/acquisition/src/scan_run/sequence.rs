@@ -15,15 +15,34 @@ use crate::references::{RigChange, compare};
 use crate::rows::Leg;
 use crate::sequencer::{PointSequencer, distance_mm};
 use fieldgap_acoustics::Vec3;
-use fieldgap_records::EventKind;
+use fieldgap_records::{EventKind, VisitPace};
 
 /// What a scan under way carries from leg to leg.
 pub(super) struct Progress {
     pub(super) sequencer: PointSequencer,
-    flights: Option<Flights>,
+    /// By the pace of their rows.
+    flights: Vec<(VisitPace, Flights)>,
     drift: Option<Drift>,
     /// Where the robot stands; visits to the reference point begin there.
     at_m: Vec3,
+}
+
+/// The flights at a pace, which begin with the first row of that pace; `None` if an itinerary has no such rows.
+fn flights_of<'f>(
+    pace: VisitPace,
+    flights: &'f mut Vec<(VisitPace, Flights)>,
+    itinerary: &Itinerary,
+) -> Option<&'f mut Flights> {
+    let number = match flights.iter().position(|(known, _)| *known == pace) {
+        Some(number) => number,
+        None => {
+            let begun = Flights::new(*itinerary.flight(pace)?);
+            let begun = begun.handled_like(flights.first().map(|(_, flights)| flights));
+            flights.push((pace, begun));
+            flights.len() - 1
+        }
+    };
+    Some(&mut flights[number].1)
 }
 
 impl ScanRun {
@@ -48,20 +67,22 @@ impl ScanRun {
         let mut sequencer = PointSequencer::new(&self.scan.rig_setup, &self.scan.plan.foci, clock);
         let (plan, visits) = (&self.scan.plan, &self.scan.visits);
         let drift = Drift::of(plan, visits, self.check.about_s, &self.kept);
-        let mut flights = itinerary.flight().copied().map(Flights::new);
         let mut at_m = sequencer.frame().to_array(homed);
         if let Some(&row) = itinerary.checks.last() {
             at_m = visits[row].position_m;
         }
         self.check_references(&mut sequencer, &itinerary.checks, &mut *watch).await?;
-        if let (Some(flights), Some(row)) = (&mut flights, &itinerary.lag_row) {
+        let mut flights = Vec::new();
+        if let Some(row) = &itinerary.lag_row {
             at_m = itinerary.ends_m(&Leg::Row(row.clone()), &self.scan.visits)[0];
-            self.find_lag(flights, &mut sequencer, row, &mut *watch).await?;
+            if let Some(flights) = flights_of(VisitPace::OfPlan, &mut flights, &itinerary) {
+                self.find_lag(flights, &mut sequencer, row, &mut *watch).await?;
+            }
         }
         let mut progress = Progress { sequencer, flights, drift, at_m };
         self.measure_legs(&itinerary, &mut progress, &mut *watch).await?;
         self.measure_rounds(&mut progress, &mut *watch).await?;
-        if let Some(text) = progress.flights.and_then(|flights| flights.evenness()) {
+        for text in progress.flights.iter().filter_map(|(_, flights)| flights.evenness()) {
             self.journal.record(Timestamp::now(), EventKind::Flown, &text)?;
         }
         Ok(())
@@ -76,14 +97,17 @@ impl ScanRun {
     ) -> Result<(), Stopped> {
         let mut now_s = self.kept.last().map_or(0.0, |last| last.time_s);
         for leg in &itinerary.legs {
-            let rows = leg.rows();
+            let mut rows = leg.rows();
             let next = self.scan.visits[rows.start];
             let [begins_m, ends_m] = itinerary.ends_m(leg, &self.scan.visits);
             let way_m = [*at_m, begins_m];
             self.revisit(sequencer, drift.as_mut(), now_s, way_m, &mut *watch).await?;
-            let measured = match (leg, flights.as_mut()) {
+            let measured = match (leg, flights_of(next.pace, flights, itinerary)) {
                 (Leg::Row(row), Some(flights)) => {
-                    self.fly(flights, sequencer, row, &mut *watch).await?
+                    let mut flown = self.fly(flights, sequencer, row, &mut *watch).await?;
+                    // Of a row that was interrupted some readings are kept already.
+                    rows.start = self.journal.visits_done();
+                    flown.split_off(rows.start - row.start)
                 }
                 _ => vec![self.measure(sequencer, &next, &mut *watch).await?],
             };

@@ -62,7 +62,7 @@ fn main() {
         arguments.next().map(|names| names.split(',').map(str::to_owned).collect());
     let error = std::env::var("MAP_ERROR").unwrap_or_else(|_| "0.01".to_owned());
     let shares = Shares { none: 0.0, pairs: 1.0, unmodelled: 0.0 };
-    let answers = SetToMake { count, seed, shares }.make_rigs(&folder, || ()).expect("made");
+    let answers = SetToMake { count, seed, shares }.make_rigs(&folder, false, || ()).expect("made");
     let lines = Mutex::new(Vec::new());
     let chosen = |name: &str| chosen.as_ref().is_none_or(|names| names.iter().any(|n| n == name));
     answers.answers.par_iter().filter(|answer| chosen(&answer.name)).for_each(|answer| {

@@ -315,6 +315,7 @@ impl Proposal {
                                 ),
                                 otherwise: None,
                                 progress: number as f64 / total,
+                                variance: 1.0,
                             });
                             number += 1;
                         }

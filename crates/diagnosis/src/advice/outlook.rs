@@ -24,6 +24,8 @@ pub struct PossibleReading {
     pub focus: usize,
     /// Whether the robot comes to it from smaller x.
     pub from_below: bool,
+    /// The robot's velocity as it reads, array frame, m/s; zero at rest.
+    pub velocity_m_s: Vec3,
 }
 
 /// What one set of effects expects of possible readings. Readings are on the scale on which they scatter by one.
@@ -59,8 +61,11 @@ pub(crate) fn outlook(
     let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
     let evaluation = problem.evaluate(&numbers);
     let residuals = &evaluation.residuals;
-    let variance_of =
-        |index: usize| residuals.log_variances.get(index).map_or(1.0, |log| log.exp());
+    let visits: Vec<&Visit> =
+        possible.scans[0].drives.iter().flat_map(|drive| &drive.visits).collect();
+    let variance_of = |index: usize| {
+        visits[index].variance * residuals.log_variances.get(index).map_or(1.0, |log| log.exp())
+    };
     // A set that leaves more than noise expects as much of the next readings.
     let misfit = (fit.cost / observations.len() as f64).max(1.0);
     let silent = possible.scans[0].scale.of(0.0);
@@ -108,9 +113,10 @@ pub(super) fn as_observations(
             visits.push(Visit {
                 number: index,
                 at_m: one.at_m,
-                motion: Motion::steady(Vec3::zeros(), x_direction),
+                motion: Motion::steady(one.velocity_m_s, x_direction),
                 otherwise: None,
                 progress,
+                variance: variance_at(scan, one.velocity_m_s.norm()),
             });
         }
         before += visits.len();
@@ -128,6 +134,20 @@ pub(super) fn as_observations(
     }
     let scan = ObservedScan { drives, dark: Vec::new(), ..scan.clone() };
     (Observations { scans: vec![scan] }, order)
+}
+
+/// Median variance of the readings of a scan that were taken at about this speed; one at rest or where there are none.
+fn variance_at(scan: &ObservedScan, speed_m_s: f64) -> f64 {
+    /// Share by which speeds that are alike differ.
+    const ALIKE: f64 = 0.1;
+    let visits = scan.drives.iter().flat_map(|drive| &drive.visits);
+    let alike = visits.filter(|visit| {
+        let differs = visit.motion.velocity_m_s().norm() - speed_m_s;
+        visit.is_in_row() && speed_m_s > 0.0 && differs.abs() <= ALIKE * speed_m_s
+    });
+    let mut variances: Vec<f64> = alike.map(|visit| visit.variance).collect();
+    variances.sort_by(f64::total_cmp);
+    variances.get(variances.len() / 2).copied().unwrap_or(1.0)
 }
 
 #[cfg(test)]
@@ -176,7 +196,12 @@ mod tests {
         let observations = observations(&bench);
         let possible: Vec<PossibleReading> = POSSIBLE
             .iter()
-            .map(|&(focus, at_m)| PossibleReading { at_m: at_m.into(), focus, from_below: true })
+            .map(|&(focus, at_m)| PossibleReading {
+                at_m: at_m.into(),
+                focus,
+                from_below: true,
+                velocity_m_s: Vec3::zeros(),
+            })
             .collect();
         let size = Nuisance::COUNT + 1;
         let of =

@@ -45,7 +45,10 @@ impl Effect for Backlash {
 
     fn position(&self, at: Setting<'_>, visit: &Visit, at_m: Vec3) -> Vec3 {
         let play_m = 1e-3 * at.values[0];
-        at_m - Vec3::x() * (0.5 * visit.motion.x_direction * play_m)
+        // After a turn the nozzle stands still until the play is taken up.
+        let taken_up_m = visit.motion.x_since_m.min(play_m.abs());
+        let trails_m = (taken_up_m - 0.5 * play_m.abs()) * play_m.signum();
+        at_m - Vec3::x() * (visit.motion.x_direction * trails_m)
     }
 
     fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
@@ -78,6 +81,22 @@ mod tests {
         };
         assert!((x_mm(-1.0) - x_mm(1.0) - 0.4).abs() < 1e-12);
         assert_eq!(x_mm(0.0), 0.0);
+    }
+
+    #[test]
+    fn a_nozzle_that_turned_stands_still_until_the_play_is_taken_up() {
+        let bench = Bench::new();
+        let nozzle_mm = |play_mm: f64, x_since_m: f64| {
+            let motion = Motion::steady(Vec3::zeros(), -1.0).since_turn(x_since_m);
+            let reported = Vec3::x() * -x_since_m;
+            1e3 * Backlash.position(bench.at(&[play_mm]), &Visit { motion, ..visit() }, reported).x
+        };
+        // It came from below, trailing by 0.2 mm, and turned at zero.
+        for since_mm in [0.0, 0.1, 0.3] {
+            assert!((nozzle_mm(0.4, 1e-3 * since_mm) + 0.2).abs() < 1e-12);
+        }
+        assert!((nozzle_mm(0.4, 1e-3) + 0.8).abs() < 1e-12);
+        assert!((nozzle_mm(-0.4, 1e-3) + 1.2).abs() < 1e-12);
     }
 
     #[test]

@@ -110,6 +110,7 @@ fn expected(model: &ForwardModel<'_>, visits: &[rig::Visit], log_gain: f64) -> V
             motion: Motion::steady(visit.velocity_m_s, visit.velocity_m_s.x.signum()),
             otherwise: None,
             progress: visit.time_s / SCAN_S,
+            variance: 1.0,
         })
         .collect();
     let nuisance = Nuisance { log_gain, ..nuisance() };

@@ -35,7 +35,9 @@ impl Effect for Lag {
     }
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
-        Remedy::Manual("increase settle_ms of the receiver")
+        Remedy::Manual(
+            "increase settle_ms of the receiver; for readings in motion, add the lag to lag_ms of [fly]",
+        )
     }
 
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {

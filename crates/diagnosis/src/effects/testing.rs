@@ -107,6 +107,7 @@ pub(crate) fn visit() -> Visit {
         motion: Motion::steady(Vec3::zeros(), 0.0),
         otherwise: None,
         progress: 0.0,
+        variance: 1.0,
     }
 }
 

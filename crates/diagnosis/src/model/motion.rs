@@ -23,6 +23,10 @@ const FEWEST_STEPS: usize = 3;
 /// wherever a lag is fitted, which speaks for a lag.)
 const OFF: f64 = 0.1;
 
+/// Move along x that turns its direction in any case, m: robots report places to some hundredths of a millimetre. Between single readings the
+/// usual step is tens of millimetres, and shorter moves take up play as well.
+const A_MOVE_M: f64 = 0.1e-3;
+
 /// Moments before a reading at which the place is kept, and the least time from one to the next, s: about the lags of receivers and
 /// averages.
 const MOMENTS: usize = 4;
@@ -33,6 +37,8 @@ const LEAST_STEP_S: f64 = 0.015;
 pub(crate) struct Motion {
     /// The last direction of travel along x: 1, -1, or 0 before it moved.
     pub x_direction: f64,
+    /// How far it went along x since it turned to that direction, m; infinite after a run-up.
+    pub x_since_m: f64,
     /// Time from one moment to the next, s.
     step_s: f64,
     /// From the place of the reading to the places one moment and more before it, m.
@@ -43,7 +49,12 @@ impl Motion {
     /// At a constant velocity, m/s.
     pub fn steady(velocity_m_s: Vec3, x_direction: f64) -> Self {
         let back_m = std::array::from_fn(|n| -velocity_m_s * (n + 1) as f64);
-        Self { x_direction, step_s: 1.0, back_m }
+        Self { x_direction, x_since_m: f64::INFINITY, step_s: 1.0, back_m }
+    }
+
+    /// The same after so far along x since a turn, m.
+    pub fn since_turn(self, x_since_m: f64) -> Self {
+        Self { x_since_m, ..self }
     }
 
     /// From the place of the reading to the place at a time before it, m.
@@ -76,7 +87,13 @@ pub(crate) fn approaches(readings: &[(f64, Vec3)]) -> Vec<Approach> {
     (0..readings.len())
         .map(|reading| {
             x.follow(readings[reading].1.x);
-            let motion = ways.motion(reading, x.now);
+            let came = (x.now, x.since_m);
+            // The steps of a row may be far below the usual one of other readings.
+            let velocity_m_s = ways.steady_m_s[reading].unwrap_or_default();
+            if velocity_m_s.x.abs() > OFF * velocity_m_s.norm() {
+                x.run_up(velocity_m_s.x.signum(), readings[reading].1.x);
+            }
+            let motion = ways.motion(reading, &x);
             if ways.in_row[reading] {
                 return Approach { motion, otherwise: None };
             }
@@ -84,10 +101,15 @@ pub(crate) fn approaches(readings: &[(f64, Vec3)]) -> Vec<Approach> {
                 0 => Vec3::zeros(),
                 _ => ways.steps[reading - 1].velocity_m_s(),
             };
-            let otherwise = Motion::steady(velocity_m_s, x.now);
+            let otherwise = Motion::steady(velocity_m_s, came.0).since_turn(came.1);
             let along_m = ways.row_from(reading).map_or(0.0, |row| ways.steps[row].moved_m.x);
-            let x_direction = if x.is_a_move(along_m) { along_m.signum() } else { x.now };
-            Approach { motion: Motion { x_direction, ..motion }, otherwise: Some(otherwise) }
+            let motion = match x.is_a_move(along_m) {
+                true => {
+                    Motion { x_direction: along_m.signum(), x_since_m: f64::INFINITY, ..motion }
+                }
+                false => motion,
+            };
+            Approach { motion, otherwise: Some(otherwise) }
         })
         .collect()
 }
@@ -174,9 +196,10 @@ impl<'r> Ways<'r> {
     }
 
     /// The motion before a reading along its row, and before the row as at its first reading.
-    fn motion(&self, reading: usize, x_direction: f64) -> Motion {
+    fn motion(&self, reading: usize, x: &Direction) -> Motion {
+        let (x_direction, x_since_m) = (x.now, x.since_m);
         if let Some(velocity_m_s) = self.steady_m_s[reading] {
-            return Motion::steady(velocity_m_s, x_direction);
+            return Motion::steady(velocity_m_s, x_direction).since_turn(x_since_m);
         }
         let (now_s, at_m) = self.readings[reading];
         let took_s = if self.in_row[reading] { self.steps[reading - 1].took_s } else { 0.0 };
@@ -194,7 +217,7 @@ impl<'r> Ways<'r> {
             };
             known_m + velocity_m_s * (then_s - known_s) - at_m
         });
-        Motion { x_direction, step_s, back_m }
+        Motion { x_direction, x_since_m, step_s, back_m }
     }
 }
 
@@ -226,24 +249,32 @@ fn constant_velocity_m_s(row: &[(f64, Vec3)], usual_m: f64) -> Option<Vec3> {
 struct Direction {
     usual_m: f64,
     now: f64,
-    /// How far it went in this direction, m.
+    /// How far it went in this direction since it turned, m.
+    since_m: f64,
+    /// The farthest place in this direction, m.
     farthest_m: Option<f64>,
 }
 
 impl Direction {
     fn is_a_move(&self, moved_m: f64) -> bool {
-        moved_m != 0.0 && moved_m.abs() > OFF * self.usual_m
+        moved_m != 0.0 && moved_m.abs() > (OFF * self.usual_m).min(A_MOVE_M)
     }
 
     fn follow(&mut self, x_m: f64) {
         let farthest_m = *self.farthest_m.get_or_insert(x_m);
         let moved_m = x_m - farthest_m;
-        if self.is_a_move(moved_m) {
-            self.now = moved_m.signum();
+        if self.is_a_move(moved_m) && self.now != moved_m.signum() {
+            (self.now, self.since_m) = (moved_m.signum(), 0.0);
         }
         if self.now * moved_m > 0.0 {
             self.farthest_m = Some(x_m);
+            self.since_m += moved_m.abs();
         }
+    }
+
+    /// It came to this place by a run-up.
+    fn run_up(&mut self, now: f64, x_m: f64) {
+        (self.now, self.since_m, self.farthest_m) = (now, f64::INFINITY, Some(x_m));
     }
 }
 
@@ -358,6 +389,24 @@ mod tests {
                 assert!((found_m - truly_m).norm() < 1e-4, "{time_s} {lag_s}");
             }
         }
+    }
+
+    /// The steps of a row are far below those between single readings, which turn no direction.
+    #[test]
+    fn a_row_among_single_readings_has_its_own_direction() {
+        let mut readings = vec![(0.0, at(0.0, 0.0)), (1.0, at(0.05, 0.03)), (2.0, at(0.1, -0.02))];
+        readings.extend(
+            (0..6).map(|n| (3.0 + 0.04 * f64::from(n), at(0.11 - 0.002 * f64::from(n), 0.0))),
+        );
+        readings.extend([(5.0, at(0.15, 0.0)), (6.0, at(0.19, 0.03)), (7.0, at(0.23, 0.0))]);
+        let motions: Vec<Motion> =
+            approaches(&readings).iter().map(|approach| approach.motion).collect();
+        let directions: Vec<f64> = motions.iter().map(|motion| motion.x_direction).collect();
+        assert_eq!(directions, [0.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0]);
+        // After a run-up play is taken up; between single readings the record says how far the robot went.
+        assert!(motions[3..9].iter().all(|motion| motion.x_since_m == f64::INFINITY));
+        assert!((motions[2].x_since_m - 0.1).abs() < 1e-12);
+        assert!((motions[9].x_since_m - 0.05).abs() < 1e-12);
     }
 
     #[test]

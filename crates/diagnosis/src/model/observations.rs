@@ -2,7 +2,7 @@
 
 use fieldgap_acoustics::{Simulation, Simulator, Vec3, golden_section};
 use fieldgap_comparison::{Pose, averaged};
-use fieldgap_records::RecordedScan;
+use fieldgap_records::{RecordedSample, RecordedScan};
 
 use crate::model::motion::{Approach, Motion, approaches};
 use crate::statistics::noise_scale::NoiseScale;
@@ -85,6 +85,8 @@ pub(crate) struct Visit {
     pub otherwise: Option<Motion>,
     /// How far through the scan, 0 at the first driven reading to 1 at the last.
     pub progress: f64,
+    /// Variance of the noise of the reading over that of a usual reading of its scan, one or more: it may average fewer samples.
+    pub variance: f64,
 }
 
 impl Observations {
@@ -226,6 +228,15 @@ impl ObservedScan {
     }
 }
 
+/// Variance of the noise of a reading over that of a mean of so many samples. Some more or fewer are as usual, and more than usual make no
+/// reading surer: slow noise does not average out.
+fn variance(sample: &RecordedSample, usual: f64) -> f64 {
+    /// Ratio up to which counts are alike: samples that are lost or just outside of a window.
+    const ALIKE: f64 = 1.5;
+    let ratio = sample.spread.map_or(1.0, |spread| usual / f64::from(spread.count.max(1)));
+    if ratio > ALIKE { ratio } else { 1.0 }
+}
+
 /// Drive, visit and reading of each driven sample.
 fn visits(scan: &RecordedScan, pose: &Pose) -> Vec<(usize, Visit, f64)> {
     let driven: Vec<_> = scan.samples.iter().filter(|sample| sample.focus.is_some()).collect();
@@ -233,14 +244,52 @@ fn visits(scan: &RecordedScan, pose: &Pose) -> Vec<(usize, Visit, f64)> {
         (Some(first), Some(last)) => (first.time_s, last.time_s),
         _ => return Vec::new(),
     };
+    let usual = averaged(scan);
     let length_s = (last_s - first_s).max(f64::MIN_POSITIVE);
     let places: Vec<(f64, Vec3)> =
         driven.iter().map(|sample| (sample.time_s, pose.to_array(&sample.position_m()))).collect();
     let visit = |(number, Approach { motion, otherwise }): (usize, Approach)| {
         let (time_s, at_m) = places[number];
         let progress = (time_s - first_s) / length_s;
-        let visit = Visit { number, at_m, motion, otherwise, progress };
+        let variance = variance(driven[number], usual);
+        let visit = Visit { number, at_m, motion, otherwise, progress, variance };
         (driven[number].focus.expect("driven"), visit, driven[number].reading)
     };
     approaches(&places).into_iter().enumerate().map(visit).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_records::Spread;
+
+    use super::*;
+    use crate::effects::testing::{Bench, nuisance};
+    use crate::model::forward_model::ForwardModel;
+    use fieldgap_acoustics::Excitation;
+
+    #[test]
+    fn a_reading_of_fewer_samples_has_more_noise_and_one_of_more_no_less() {
+        let of = |count: Option<u32>| {
+            let spread = count.map(|count| Spread { std: 0.1, count });
+            variance(&RecordedSample::measured(0.0, Some(0), Vec3::zeros(), 1.0, spread), 16.0)
+        };
+        assert_eq!(
+            [Some(16), Some(12), Some(4), Some(200), None].map(of),
+            [1.0, 1.0, 4.0, 1.0, 1.0]
+        );
+    }
+
+    #[test]
+    fn a_residual_of_twice_the_noise_counts_half() {
+        let bench = Bench::new();
+        let places = vec![Vec3::new(0.0, 0.0, 0.1), Vec3::new(0.004, 0.0, 0.1)];
+        let mut observations = bench.observations(&[(Excitation::Uniform, places)]);
+        let drive = &mut observations.scans[0].drives[0];
+        drive.stabilised.iter_mut().for_each(|reading| *reading += 3.0);
+        drive.visits[1].variance = 4.0;
+        let (model, nuisance) = (ForwardModel::believed(), [nuisance()]);
+        let pressures = model.pressures(&observations, &nuisance);
+        let scaled = model.residuals(&observations, &pressures, &nuisance).scaled;
+        assert!((scaled[0] - 3.0).abs() < 1e-3 && (scaled[1] - 1.5).abs() < 1e-3, "{scaled:?}");
+    }
 }

@@ -62,7 +62,8 @@ impl ForwardModel<'_> {
                 for ((visit, pressure), stabilised) in arrived.zip(&drive.stabilised) {
                     let Scaled { value, variance_ratio, .. } =
                         self.expected_on_scale(pressure, gain, visit.progress, scan);
-                    residuals.scaled.push((stabilised - value) / variance_ratio.sqrt());
+                    let deviation = (variance_ratio * visit.variance).sqrt();
+                    residuals.scaled.push((stabilised - value) / deviation);
                     if self.changes_scatter() {
                         residuals.log_variances.push(variance_ratio.ln());
                     }

@@ -133,12 +133,12 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     let full_scale = full_scale(scan);
     let mut known: Vec<Pair> = Vec::new();
     for (drive, levels) in scan.drives.iter().zip(levels) {
-        for (reading, level) in drive.readings.iter().zip(levels) {
+        for ((reading, level), visit) in drive.readings.iter().zip(levels).zip(&drive.visits) {
             if *reading >= full_scale {
                 continue;
             }
             // The variance of a reading is half that of a difference of two.
-            let difference = 2f64.sqrt() * (reading - level.reading);
+            let difference = (2.0 / visit.variance).sqrt() * (reading - level.reading);
             known.push(Pair::new(*level, scan.averaged, judged.floor, difference));
         }
     }
@@ -219,7 +219,7 @@ pub(crate) fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> Option<(f
             if even && seen {
                 let third = beyond(i + 3) - 3.0 * beyond(i + 2) + 3.0 * beyond(i + 1) - beyond(i);
                 let level = 0.5 * (levels[i + 1].reading + levels[i + 2].reading);
-                known.push((level * level, third * third / 20.0));
+                known.push((level * level, third * third / (20.0 * drive.visits[i].variance)));
             }
         }
     }

@@ -23,7 +23,9 @@ pub(crate) fn pairs_beside(scan: &ObservedScan, levels: &[Vec<Level>], floor: f6
                 let beyond = |i: usize| drive.readings[i] - levels[i].reading;
                 let reading = 0.5 * (drive.readings[index] + drive.readings[before]);
                 let level = Level { reading, ..levels[index] };
-                pairs.push(Pair::new(level, scan.averaged, floor, beyond(index) - beyond(before)));
+                let variance = 0.5 * (visit.variance + drive.visits[before].variance);
+                let difference = (beyond(index) - beyond(before)) / variance.sqrt();
+                pairs.push(Pair::new(level, scan.averaged, floor, difference));
             }
         }
     }

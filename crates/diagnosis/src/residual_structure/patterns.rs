@@ -217,7 +217,14 @@ mod tests {
             let steps = Vec3::new(f64::from(column), f64::from(row), f64::from(25 * plane));
             let (at_m, motion) = (2e-3 * steps, Motion::steady(Vec3::x(), 1.0));
             let number = number as usize;
-            visits.push(Visit { number, at_m, motion, otherwise: None, progress: 0.0 });
+            visits.push(Visit {
+                number,
+                at_m,
+                motion,
+                otherwise: None,
+                progress: 0.0,
+                variance: 1.0,
+            });
         }
         let believed = Simulation {
             simulator: Simulator::Piston,

@@ -115,9 +115,10 @@ impl<'o> QuickScores<'o> {
             pressure.coherent += change(i);
             let progress = observed.visits[i].progress;
             let expected = self.model.expected_on_scale(&pressure, gain, progress, scan);
+            let deviation = observed.visits[i].variance.sqrt();
             see(Slope {
-                residual: observed.stabilised[i] - expected.value,
-                by_gain: expected.by_log_level,
+                residual: (observed.stabilised[i] - expected.value) / deviation,
+                by_gain: expected.by_log_level / deviation,
                 pressure: pressure.coherent,
             });
         }

@@ -41,10 +41,11 @@ pub(crate) fn scatter_beside(observations: &Observations, fit: &Fit, context: &C
     let mut expected = expected.iter();
     let (mut scatter, mut power) = (0.0, 0.0);
     for scan in &observations.scans {
-        let readings = scan.drives.iter().flat_map(|drive| &drive.readings);
-        for (reading, expected) in readings.zip(&mut expected) {
+        let drives = scan.drives.iter();
+        let readings = drives.flat_map(|drive| drive.readings.iter().zip(&drive.visits));
+        for ((reading, visit), expected) in readings.zip(&mut expected) {
             let deviation = scan.scale.deviation(expected.reading);
-            scatter += expected.variance_ratio * deviation * deviation;
+            scatter += visit.variance * expected.variance_ratio * deviation * deviation;
             power += reading * reading;
         }
     }
@@ -55,8 +56,9 @@ pub(crate) fn scatter_beside(observations: &Observations, fit: &Fit, context: &C
 pub(crate) fn noise_floor(observations: &Observations) -> f64 {
     let (mut noise, mut power) = (0.0, 0.0);
     for scan in &observations.scans {
-        for reading in scan.drives.iter().flat_map(|drive| &drive.readings) {
-            noise += scan.scale.slope(*reading).powi(-2);
+        let drives = scan.drives.iter();
+        for (reading, visit) in drives.flat_map(|drive| drive.readings.iter().zip(&drive.visits)) {
+            noise += visit.variance * scan.scale.slope(*reading).powi(-2);
             power += reading * reading;
         }
     }

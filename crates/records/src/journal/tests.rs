@@ -230,6 +230,26 @@ fn a_record_written_but_not_acknowledged_counts_if_it_is_whole() {
 }
 
 #[test]
+fn a_row_that_was_written_at_once_is_read_back_whole_or_as_far_as_it_got() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut journal = create(folder.path()).expect("an empty folder");
+    let row: Vec<(RecordedSample, Vec3)> =
+        (0..5).map(|n| (sample(n), sample(n).position_m())).collect();
+    journal.append_row(&row[..2]).expect("written");
+    journal.append_row(&row[2..]).expect("written");
+    drop(journal);
+    let expected: Vec<RecordedSample> = row.iter().map(|(sample, _)| *sample).collect();
+    assert_eq!(samples_of(&resume(folder.path())), expected);
+    for file in [SAMPLES, record::FILE] {
+        let path = folder.path().join(file);
+        let text = fs::read_to_string(&path).expect("there");
+        let lines: String = text.split_inclusive('\n').take(1 + 4).collect();
+        fs::write(&path, lines).expect("written");
+    }
+    assert_eq!(samples_of(&resume(folder.path())), expected[..4]);
+}
+
+#[test]
 fn a_torn_event_is_taken_off() {
     let folder = tempfile::tempdir().expect("a folder");
     killed_after(folder.path(), 1);

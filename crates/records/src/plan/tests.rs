@@ -2,6 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 use fieldgap_acoustics::Vec3;
+use fieldgap_input::Speed;
 
 const HEAD: &str = "name = \"p\"\n[simulator]\nmodel = \"as-written\"\nalso = [\"corrected\"]\n\
                     [[focus]]\nx_mm = 17.5\ny_mm = -22.5\nz_mm = 100.0\n";
@@ -297,6 +298,32 @@ fn listed_readings_follow_the_regions_in_their_order() {
     assert_eq!(listed[2].part, PlanPart::Readings(0));
 }
 
+/// Three readings with equal steps, and two more that go on with another.
+fn flown(focus: &str, speed_mm_s: &str) -> String {
+    format!(
+        "at_mm = [[0, 0, 90], [2, 0, 90], [4, 0, 90], [7, 0, 90], [10, 0, 90]]\nfocus = [{focus}]\n\
+         speed_mm_s = [{speed_mm_s}]\n"
+    )
+}
+
+#[test]
+fn readings_with_a_speed_form_rows_and_others_are_at_rest() {
+    let keys = "at_mm = [[9, 0, 80], [0, 0, 90], [2, 0, 90], [4, 0, 90], [6, 0, 90], [6, 0, 92], [6, 0, 94], [6, 0, 96], [6, 0, 98]]\n\
+                focus = [-1, 0, 0, 0, 0, 0, 0, 0, 0]\n";
+    let paces = |speeds: &str| -> Vec<VisitPace> {
+        let plan = parse(&format!("{HEAD}[[readings]]\n{keys}{speeds}")).expect("good");
+        plan.visits().iter().map(|visit| visit.pace).collect()
+    };
+    let speed = |mm_s| VisitPace::Flown(Speed::new(mm_s).expect("a speed"));
+    let mut expected = vec![VisitPace::AtRest];
+    expected.extend([speed(60.0); 4]);
+    expected.extend([speed(20.5); 4]);
+    let speeds = "speed_mm_s = [0, 60, 60, 60, 60, 20.5, 20.5, 20.5, 20.5]\n";
+    assert_eq!(paces(speeds), expected);
+    // Without the key the plan leaves it to `[fly]`, as ever.
+    assert_eq!(paces(""), [VisitPace::OfPlan; 9]);
+}
+
 #[test]
 fn a_list_of_readings_that_does_not_fit_is_refused_at_its_line() {
     let cases = [
@@ -304,6 +331,13 @@ fn a_list_of_readings_that_does_not_fit_is_refused_at_its_line() {
         ("at_mm = [[0, 0, 90]]\nfocus = [0, 0]\n", "`focus` has 2 numbers, and `at_mm` has 1"),
         ("at_mm = [[0, 0, 90]]\nfocus = [1]\n", "there is no focus 1"),
         ("at_mm = [[0, 0, 90]]\nfocus = [-2]\n", "-2 is no number of a focus"),
+        ("at_mm = [[0, 0, 90]]\nfocus = [0]\nspeed_mm_s = [0, 0]\n", "`speed_mm_s` has 2 numbers"),
+        ("at_mm = [[0, 0, 90]]\nfocus = [0]\nspeed_mm_s = [-5]\n", "-5 is not a speed above zero"),
+        ("at_mm = [[0, 0, 90]]\nfocus = [0]\nspeed_mm_s = [nan]\n", "not a speed above zero"),
+        (&flown("0, 0, 0, 0, 0", "9, 9, 9, 0, 0"), "from reading 0 on, 3 of one speed"),
+        (&flown("0, 0, 0, 0, 0", "9, 9, 9, 9, 0"), "from reading 0 on, 3 of one speed"),
+        (&flown("0, 0, -1, 0, 0", "0, 9, 9, 9, 9"), "from reading 1 on, 1 of one speed"),
+        (&flown("-1, -1, -1, -1, -1", "9, 9, 9, 0, 0"), "reading 0 is silent and in motion"),
     ];
     for (keys, what) in cases {
         let fault = parse(&format!("{HEAD}[[readings]]\n{keys}")).expect_err(keys);

@@ -3,6 +3,7 @@
 use super::region::{Layers, Shape};
 use super::{Order, Plan, PlanPart};
 use fieldgap_acoustics::Vec3;
+use fieldgap_input::Speed;
 
 /// What a visit is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +16,17 @@ pub enum VisitKind {
     Reference,
 }
 
+/// How the robot moves while a reading is taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum VisitPace {
+    /// As the plan has it for all rows: at the speed of `[fly]`, or at rest without that section.
+    OfPlan,
+    /// The robot stands still.
+    AtRest,
+    /// At this speed, mm/s; neighbours of the same list, drive and speed form a row.
+    Flown(Speed),
+}
+
 /// One point at which one sample is taken: row k of the samples belongs to visit k of the plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Visit {
@@ -24,6 +36,8 @@ pub struct Visit {
     pub focus: Option<usize>,
     /// Position, metres, array frame.
     pub position_m: Vec3,
+    /// How the robot moves meanwhile.
+    pub pace: VisitPace,
     /// The part of the plan that it comes from.
     pub part: PlanPart,
 }
@@ -48,10 +62,11 @@ impl Plan {
     fn listed(&self) -> impl Iterator<Item = Visit> {
         let lists = self.readings.iter().enumerate();
         lists.flat_map(|(index, readings)| {
-            readings.list.iter().map(move |&(at_mm, focus)| Visit {
+            readings.list.iter().enumerate().map(move |(number, &(at_mm, focus))| Visit {
                 kind: if focus.is_some() { VisitKind::Point } else { VisitKind::Dark },
                 focus,
                 position_m: at_mm / 1e3,
+                pace: readings.pace(number),
                 part: PlanPart::Readings(index),
             })
         })
@@ -104,6 +119,7 @@ impl Plan {
             kind: VisitKind::Reference,
             focus: Some(reference.focus),
             position_m: at_mm / 1e3,
+            pace: VisitPace::OfPlan,
             part: PlanPart::Reference,
         };
         let mut visits = vec![revisit];
@@ -143,6 +159,7 @@ impl Route {
             kind: VisitKind::Point,
             focus: Some(focus),
             position_m: at_mm / 1e3,
+            pace: VisitPace::OfPlan,
             part,
         });
     }

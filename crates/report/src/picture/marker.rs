@@ -157,6 +157,16 @@ pub(super) fn triangle<B: DrawingBackend>(
     regular(canvas, at, radius, colour, 3)
 }
 
+/// A square on its corner.
+pub(super) fn diamond<B: DrawingBackend>(
+    canvas: &mut Canvas<B>,
+    at: Point,
+    radius: f64,
+    colour: Rgb,
+) -> Result<(), PictureError> {
+    regular(canvas, at, radius, colour, 4)
+}
+
 /// A filled shape of so many equal sides, the first corner at the top.
 fn regular<B: DrawingBackend>(
     canvas: &mut Canvas<B>,

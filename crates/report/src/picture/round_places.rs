@@ -5,7 +5,7 @@ use plotters::backend::DrawingBackend;
 use super::axes::{Axes, LABEL_TEXT};
 use super::canvas::{Align, Canvas, Rgb};
 use super::colour_scale::ColourScale;
-use super::marker::{dot, triangle};
+use super::marker::{diamond, dot, triangle};
 use super::panel_row::{self, PanelRow};
 use super::{Picture, PictureError};
 
@@ -22,8 +22,8 @@ pub(crate) struct PlacesOfRound {
     pub name: String,
     /// Whether they are fresh places that test a cause, which have a mark of their own.
     pub is_fresh: bool,
-    /// Places, array frame, mm.
-    pub at_mm: Vec<[f64; 3]>,
+    /// Places, array frame, mm, and whether each was read in motion, which has a mark of its own too.
+    pub places: Vec<([f64; 3], bool)>,
 }
 
 /// The places of all rounds in plan and side view.
@@ -56,7 +56,8 @@ impl RoundPlaces {
 
     /// Least and largest place along an axis with a margin, mm.
     fn range(&self, axis: usize) -> (f64, f64) {
-        let along = self.rounds.iter().flat_map(|round| &round.at_mm).map(|at_mm| at_mm[axis]);
+        let along =
+            self.rounds.iter().flat_map(|round| &round.places).map(|(at_mm, _)| at_mm[axis]);
         let (low, high) = along
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| (a.min(value), b.max(value)));
         if low > high {
@@ -75,11 +76,13 @@ impl RoundPlaces {
         canvas: &mut Canvas<B>,
         round: usize,
         at: (f64, f64),
+        is_flown: bool,
     ) -> Result<(), PictureError> {
         let colour = self.colour(round);
-        match self.rounds[round].is_fresh {
-            true => triangle(canvas, at, 1.8 * MARK, colour),
-            false => dot(canvas, at, MARK, colour),
+        match (is_flown, self.rounds[round].is_fresh) {
+            (true, _) => diamond(canvas, at, 1.4 * MARK, colour),
+            (false, true) => triangle(canvas, at, 1.8 * MARK, colour),
+            (false, false) => dot(canvas, at, MARK, colour),
         }
     }
 
@@ -90,8 +93,8 @@ impl RoundPlaces {
         vertical: usize,
     ) -> Result<(), PictureError> {
         for (number, round) in self.rounds.iter().enumerate() {
-            for at_mm in &round.at_mm {
-                self.mark(canvas, number, axes.place(at_mm[0], at_mm[vertical]))?;
+            for (at_mm, is_flown) in &round.places {
+                self.mark(canvas, number, axes.place(at_mm[0], at_mm[vertical]), *is_flown)?;
             }
         }
         Ok(())
@@ -112,7 +115,7 @@ impl Picture for RoundPlaces {
         let rounds: Vec<String> = self
             .rounds
             .iter()
-            .map(|round| format!("{} at {} places", round.name, round.at_mm.len()))
+            .map(|round| format!("{} at {} places", round.name, round.places.len()))
             .collect();
         format!(
             "Places of the readings from above and from the side, coloured by round: {}. The table below has their ranges.",
@@ -132,7 +135,7 @@ impl Picture for RoundPlaces {
         let widths = self.legend_widths();
         for (number, round) in self.rounds.iter().enumerate() {
             let (x, y) = self.row.legend_place(number, &widths);
-            self.mark(canvas, number, (x + 8.0, y))?;
+            self.mark(canvas, number, (x + 8.0, y), false)?;
             canvas.text(&round.name, (x + 18.0, y), LABEL_TEXT, Align::Right)?;
         }
         Ok(())
@@ -149,7 +152,7 @@ mod tests {
         let round = |name: &str, is_fresh, at_mm| PlacesOfRound {
             name: name.to_owned(),
             is_fresh,
-            at_mm: vec![at_mm],
+            places: vec![(at_mm, false)],
         };
         let places = RoundPlaces::new(vec![
             round("round 0", false, [-20.0, -20.0, 60.0]),
@@ -168,6 +171,18 @@ mod tests {
         assert_eq!(pixel(0, 1, 20.0, 20.0), places.colour(1));
         assert_eq!(pixel(1, 2, 20.0, 60.0), places.colour(2));
         assert_eq!(pixel(1, 2, 0.0, 100.0), (255, 255, 255));
+        // A diamond is wider than a dot at the height of its middle.
+        let mut flown = places.clone();
+        flown.rounds[1].places[0].1 = true;
+        let coloured = |places: &RoundPlaces| {
+            let drawn = Drawn::new(places).expect("drawn");
+            let image = image::load_from_memory(&drawn.png).expect("a PNG").to_rgb8();
+            let (x, y) = places.row.axes(0, places.range(0), places.range(1)).place(20.0, 20.0);
+            let (x, y) = ((2.0 * x) as u32, (2.0 * y) as u32);
+            let is_drawn = |at: &u32| image.get_pixel(*at, y).0 != [255, 255, 255];
+            (x - 15..x + 15).filter(is_drawn).count()
+        };
+        assert!(coloured(&flown) > coloured(&places));
         assert!(places.narrow().size().0 < 450);
     }
 }

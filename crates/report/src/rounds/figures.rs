@@ -73,7 +73,12 @@ fn places(of: &LoopOfRounds<'_>) -> RoundPlaces {
     let rounds = of.measured().map(|round| PlacesOfRound {
         name: name(round),
         is_fresh: round.purpose == Purpose::Verify,
-        at_mm: of.samples(round).iter().map(|sample| sample.position_mm.into()).collect(),
+        places: of
+            .samples(round)
+            .iter()
+            .zip(of.flown(round))
+            .map(|(sample, is_flown)| (sample.position_mm.into(), is_flown))
+            .collect(),
     });
     RoundPlaces::new(rounds.collect())
 }

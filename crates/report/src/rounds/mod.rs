@@ -14,7 +14,7 @@ use super::context::ReportContext;
 use super::error::ReportError;
 use super::folder::Folder;
 use fieldgap_closed_loop::{ROUNDS_FILE, Round};
-use fieldgap_records::{ClosedLoop, RecordedSample, RecordedScan};
+use fieldgap_records::{ClosedLoop, RecordedSample, RecordedScan, Visit, VisitPace};
 
 /// A closed loop, ended or not.
 #[derive(Debug, Clone, Copy)]
@@ -23,6 +23,8 @@ pub struct LoopOfRounds<'a> {
     pub rounds: &'a [Round],
     /// The readings.
     pub record: &'a RecordedScan,
+    /// The visits of the plan: reading k belongs to visit k.
+    pub visits: &'a [Visit],
     /// What the plan allows.
     pub settings: &'a ClosedLoop,
 }
@@ -42,6 +44,18 @@ impl<'a> LoopOfRounds<'a> {
         let all = &self.record.samples;
         let from = round.before.min(all.len());
         &all[from..(round.before + round.readings).min(all.len())]
+    }
+
+    /// Which readings of a round were taken in motion.
+    fn flown(&self, round: &Round) -> impl Iterator<Item = bool> {
+        let paces = self.visits.iter().skip(round.before).map(|visit| visit.pace);
+        let flown = paces.map(|pace| matches!(pace, VisitPace::Flown(_)));
+        flown.chain(std::iter::repeat(false)).take(self.samples(round).len())
+    }
+
+    /// Whether any reading was taken in motion.
+    fn flies(&self) -> bool {
+        self.rounds.iter().any(|round| self.flown(round).any(|flown| flown))
     }
 
     /// The rounds that took readings.

@@ -75,6 +75,8 @@ const INFORMATION: &str = "Expected: what the readings of a round would tell abo
 
 const PLACES: &str = "A round of fresh readings has triangles. They are drawn at random, and nothing is fitted to them.";
 
+const FLOWN: &str = "Diamonds: read in motion.";
+
 const GAPS: &str = "Error bars: one standard error. Nothing of this was fitted to these readings.";
 
 /// What was found, by which effort.
@@ -132,7 +134,7 @@ fn end(of: &LoopOfRounds<'_>) -> Markup {
 
 fn places(of: &LoopOfRounds<'_>, figures: &RoundsFigures) -> Markup {
     html! {
-        (figures.places.markup(&html! { p { (PLACES) } }))
+        (figures.places.markup(&html! { p { (PLACES) @if of.flies() { " " (FLOWN) } } }))
         (tables::rounds(of))
         (tables::drives(of))
     }

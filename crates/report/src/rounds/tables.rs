@@ -25,10 +25,10 @@ pub(super) fn rounds(of: &LoopOfRounds<'_>) -> Markup {
             format!("{} to {}", fixed(low, 0), fixed(high, 0))
         };
         let from_s = samples.first().map_or(0.0, |first| first.time_s) - begun_s;
-        vec![
-            name(round),
-            samples.len().to_string(),
-            silent.to_string(),
+        let flown = of.flown(round).filter(|flown| *flown).count();
+        let counts = [samples.len(), silent].into_iter().chain(of.flies().then_some(flown));
+        let first = std::iter::once(name(round)).chain(counts.map(|count| count.to_string()));
+        let others = [
             numbers_of(samples),
             ends(0),
             ends(1),
@@ -36,20 +36,13 @@ pub(super) fn rounds(of: &LoopOfRounds<'_>) -> Markup {
             minutes(from_s),
             minutes(duration_s(samples)),
             minutes(round.expected_s),
-        ]
+        ];
+        first.chain(others).collect()
     });
-    let columns = [
-        "round",
-        "readings",
-        "silent",
-        "drives",
-        "x (mm)",
-        "y (mm)",
-        "z (mm)",
-        "begun (min)",
-        "took (min)",
-        "expected (min)",
-    ];
+    let counted = ["round", "readings", "silent"].into_iter().chain(of.flies().then_some("flown"));
+    let columns =
+        ["drives", "x (mm)", "y (mm)", "z (mm)", "begun (min)", "took (min)", "expected (min)"];
+    let columns: Vec<&str> = counted.chain(columns).collect();
     table("Readings of each round, and times on the robot's clock", &columns, rows)
 }
 

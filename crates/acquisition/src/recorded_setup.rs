@@ -26,6 +26,7 @@ pub(super) fn setup_of(
         unit,
         array: rig_setup.array.clone(),
         medium: rig_setup.medium,
+        receiver: rig_setup.receiver.clone(),
         simulator: plan.simulator,
         foci: plan.foci.clone(),
     }

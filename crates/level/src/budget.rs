@@ -7,6 +7,7 @@
 use serde::Serialize;
 
 use crate::DB_PER_NEPER;
+use fieldgap_text::{fixed, paragraph, significant, table};
 
 /// Factor of the expanded uncertainty. It covers about 95 % if the level is nearly normally distributed (GUM, 6.3.3).
 pub const COVERAGE_FACTOR: f64 = 2.0;
@@ -119,6 +120,21 @@ impl Line {
     }
 }
 
+impl Line {
+    /// Source, type, standard uncertainty, its unit, sensitivity coefficient and contribution, as text.
+    pub fn cells(&self) -> [String; 6] {
+        let mark = if self.assumed { " *" } else { "" };
+        [
+            format!("{}{mark}", self.source),
+            self.kind.to_string(),
+            significant(self.standard_uncertainty, 2),
+            self.unit.to_owned(),
+            significant(self.sensitivity_db, 2),
+            fixed(self.contribution_db, 3),
+        ]
+    }
+}
+
 /// The sources of uncertainty of a level.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Budget {
@@ -146,6 +162,39 @@ impl Budget {
     /// Expanded uncertainty of the level, k = 2, dB.
     pub fn expanded_db(&self) -> f64 {
         self.expanded_db
+    }
+
+    /// The budget as a table of at most 80 columns, with its sum below.
+    pub fn to_text(&self) -> String {
+        let heading = ["source", "type", "u", "", "dB per unit", "dB"].map(str::to_owned);
+        let rows: Vec<[String; 6]> =
+            std::iter::once(heading).chain(self.lines.iter().map(Line::cells)).collect();
+        let mut text = table(&rows);
+        text += &format!(
+            "  combined {} dB; expanded (k = 2) {} dB\n",
+            fixed(self.combined_db, 2),
+            fixed(self.expanded_db, 2)
+        );
+        for note in self.notes() {
+            text += &paragraph(&note, 2, 2);
+        }
+        text
+    }
+
+    /// What a reader of the budget must know beside its numbers.
+    pub fn notes(&self) -> Vec<String> {
+        let assumed = self.lines.iter().any(|line| line.assumed);
+        let assumed = assumed.then(|| "* not stated; the program's own value was taken".to_owned());
+        /// With fewer, two standard deviations cover less than 93 % (GUM, table G.2).
+        const ENOUGH: f64 = 10.0;
+        let few = self.degrees_of_freedom.filter(|degrees| *degrees < ENOUGH);
+        let few = few.map(|degrees| {
+            format!(
+                "k = 2 covers less than 95 %: the type A uncertainty has {} effective degrees of freedom",
+                degrees.floor()
+            )
+        });
+        assumed.into_iter().chain(few).collect()
     }
 
     /// Standard uncertainty of the pressure, relative.

@@ -184,6 +184,7 @@ fn any_setup() -> impl Strategy<Value = ScanSetup> {
                 unit,
                 array: array.clone(),
                 medium,
+                receiver: receiver.clone(),
                 simulator,
                 foci,
             },

@@ -8,7 +8,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use fieldgap_acoustics::{Array, Medium};
+use fieldgap_exposure::{Exposure, ExposureTable};
 use fieldgap_input::{Fault, Label, TomlSource};
+use fieldgap_level::Sensitivity;
 use fieldgap_records::{ArraySection, ArrayTable, Hooks, MediumSection, MediumTable};
 use fieldgap_rig::{
     EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig, Role,
@@ -22,9 +24,10 @@ struct RigFileKeys {
     array: Spanned<ArrayTable>,
     medium: Spanned<MediumTable>,
     motion: MotionConfig,
-    receiver: ReceiverConfig,
+    receiver: Spanned<ReceiverConfig>,
     focus_array: FocusArrayConfig,
     environment: Option<EnvironmentConfig>,
+    exposure: Option<Spanned<ExposureTable>>,
     sensing: Option<Spanned<SensingSection>>,
     #[serde(default)]
     hooks: Hooks,
@@ -47,6 +50,10 @@ pub struct RigSetup {
     pub array: ArraySection,
     /// The medium, as the rig file describes it.
     pub medium: MediumSection,
+    /// What the receiver reads at a sound pressure, where the rig file states it: in scans by this rig.
+    pub receiver: Option<Sensitivity>,
+    /// Places of people and limits of exposure, if any.
+    pub exposure: Option<Exposure>,
     /// The devices.
     pub rig: RigConfig,
     /// The elements that receive reflections from a hand, if any.
@@ -86,13 +93,18 @@ impl RigSetup {
                 ));
             }
         }
+        let receiver = in_scans(&file, &source)?;
+        let exposure =
+            file.exposure.as_ref().map(|table| Exposure::read(table, &source)).transpose()?;
         Ok(Self {
             name: file.name.into(),
             array,
             medium: MediumSection::read(&file.medium, &source)?,
+            receiver,
+            exposure,
             rig: RigConfig {
                 motion: file.motion,
-                receiver: file.receiver,
+                receiver: file.receiver.into_inner(),
                 focus_array: file.focus_array,
                 environment: file.environment,
             },
@@ -102,6 +114,11 @@ impl RigSetup {
             real,
             source,
         })
+    }
+
+    /// Share of time that the array emits while it is driven, 0 to 1.
+    pub fn emitted_share(&self) -> f64 {
+        emitted_share(&self.rig.focus_array)
     }
 
     /// Whether all devices are simulated: the file has a section `[virtual]`, and no device has a port.
@@ -141,6 +158,26 @@ impl RigSetup {
     pub fn nominal_medium(&self) -> Medium {
         self.medium.medium()
     }
+}
+
+/// The sensitivity of the receiver in scans: with the modulation of the array, and the robot's tolerance where the file states no error of
+/// place. A tolerance is the half width of an even distribution (GUM, 4.3.7).
+fn in_scans(file: &RigFileKeys, source: &TomlSource) -> Result<Option<Sensitivity>, Fault> {
+    let receiver = &file.receiver;
+    let Some(sensitivity) = receiver.get_ref().sensitivity.clone() else { return Ok(None) };
+    let place_m = file.motion.position_tolerance_m() / 3f64.sqrt();
+    let share = emitted_share(&file.focus_array);
+    sensitivity.in_scan(share, place_m).map(Some).map_err(|wrong| {
+        source.fault(
+            receiver.span(),
+            wrong.to_string(),
+            "add the key to [receiver]; docs/levels.md says what it means",
+        )
+    })
+}
+
+fn emitted_share(array: &FocusArrayConfig) -> f64 {
+    array.modulation_duty_percent.get() / 100.0
 }
 
 /// The sections of the devices.

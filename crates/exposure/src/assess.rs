@@ -7,14 +7,8 @@ use super::section::{Exposure, Place};
 use super::source::SourceLevel;
 use fieldgap_acoustics::transducer::OnAxis;
 use fieldgap_acoustics::{Array, Excitation, FieldKernel, PathLengths, Simulator, Vec3};
-use fieldgap_level::{Budget, Kind, Line, Standing, level_db};
+use fieldgap_level::{Budget, Kind, Line, Standing, level_db, usual};
 use fieldgap_records::MediumSection;
-
-/// Standard uncertainties that are taken where nobody stated one, set by judgement: a room without a sensor of its air, and a simulated
-/// level at places to which the elements radiate at large angles.
-const USUAL_TEMPERATURE_C: f64 = 2.0;
-const USUAL_HUMIDITY_PERCENT: f64 = 10.0;
-const USUAL_MODEL_DB: f64 = 2.0;
 
 /// Points along the radius of a ball in which the largest level is sought, at most. The field of an array of size D varies over λ d/D, and for
 /// places of people, far from the array, this is many times the step.
@@ -167,16 +161,16 @@ fn at_place(
         None => f64::NEG_INFINITY,
     };
     let mut lines = source.lines.clone();
-    let or_usual = |stated: Option<f64>, usual: f64| (stated.unwrap_or(usual), stated.is_none());
-    let (u, usual) = or_usual(exposure.temperature_u_c, USUAL_TEMPERATURE_C);
-    let of_air = |what: &str, u, unit, changed: fn(f64) -> [f64; 2], usual| {
-        Line::of_model(what, Kind::B, u, unit, |by| level(changed(by))).assumed_if(usual)
+    let or_usual = |stated: Option<f64>, taken: f64| (stated.unwrap_or(taken), stated.is_none());
+    let (u, assumed) = or_usual(exposure.temperature_u_c, usual::TEMPERATURE_C);
+    let of_air = |what: &str, u, unit, changed: fn(f64) -> [f64; 2], assumed| {
+        Line::of_model(what, Kind::B, u, unit, |by| level(changed(by))).assumed_if(assumed)
     };
-    lines.push(of_air("temperature of the air", u, "°C", |warmer| [warmer, 0.0], usual));
-    let (u, usual) = or_usual(exposure.humidity_u_percent, USUAL_HUMIDITY_PERCENT);
-    lines.push(of_air("relative humidity", u, "%", |wetter| [0.0, wetter], usual));
-    let (u, usual) = or_usual(exposure.model_u_db, USUAL_MODEL_DB);
-    lines.push(Line::decibels("simulation", Kind::B, u).assumed_if(usual));
+    lines.push(of_air("temperature of the air", u, "°C", |warmer| [warmer, 0.0], assumed));
+    let (u, assumed) = or_usual(exposure.humidity_u_percent, usual::HUMIDITY_PERCENT);
+    lines.push(of_air("relative humidity", u, "%", |wetter| [0.0, wetter], assumed));
+    let (u, assumed) = or_usual(exposure.model_u_db, usual::SIMULATION_DB);
+    lines.push(Line::decibels("simulation", Kind::B, u).assumed_if(assumed));
     let budget = Budget::new(lines);
     let db = level_db(rms_pa);
     let against = exposure.limits.iter().filter_map(|limit| {

@@ -58,33 +58,33 @@ impl Assessment {
     }
 }
 
+/// The place with its level, and below it each limit.
 fn rows(place: &PlaceLevel) -> Vec<[String; 6]> {
-    let within = if place.within_mm > 0.0 {
-        format!(", within {} mm", place.within_mm)
-    } else {
-        String::new()
+    let within = match place.within_mm {
+        0.0 => String::new(),
+        within_mm => format!(", within {within_mm} mm"),
     };
-    let row = |first: String, limit: [String; 3]| {
-        let [limit, margin, standing] = limit;
-        [
-            first,
-            fixed(place.level_db, 1),
-            format!("±{}", fixed(place.budget.expanded_db(), 1)),
-            limit,
-            margin,
-            standing,
-        ]
-    };
-    let name = format!("{}{within}", place.name);
-    if place.against.is_empty() {
-        return vec![row(name, [String::new(), String::new(), String::new()])];
-    }
-    let against = place.against.iter().map(|against| {
-        let limit = format!("{name}: {}", against.limit);
+    let none = String::new;
+    let mut rows = vec![[
+        format!("{}{within}", place.name),
+        fixed(place.level_db, 1),
+        format!("±{}", fixed(place.budget.expanded_db(), 1)),
+        none(),
+        none(),
+        none(),
+    ]];
+    rows.extend(place.against.iter().map(|against| {
         let margin = format!("{:+.1}", against.margin_db).replace('-', "\u{2212}");
-        row(limit, [fixed(against.limit_db, 1), margin, against.standing.to_string()])
-    });
-    against.collect()
+        [
+            format!("  {}", against.limit),
+            none(),
+            none(),
+            fixed(against.limit_db, 1),
+            margin,
+            against.standing.to_string(),
+        ]
+    }));
+    rows
 }
 
 #[cfg(test)]

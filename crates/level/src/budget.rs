@@ -107,6 +107,19 @@ impl Line {
         }
     }
 
+    /// Several components of one quantity, each with the same standard uncertainty, such as the three of a place, as one source.
+    pub fn joined(source: impl Into<String>, components: &[Self]) -> Option<Self> {
+        let root = |of: fn(&Self) -> f64| {
+            components.iter().map(|line| of(line).powi(2)).sum::<f64>().sqrt()
+        };
+        Some(Self {
+            source: source.into(),
+            sensitivity_db: root(|line| line.sensitivity_db),
+            contribution_db: root(|line| line.contribution_db),
+            ..components.first()?.clone()
+        })
+    }
+
     /// The same with degrees of freedom.
     #[must_use]
     pub fn with_degrees_of_freedom(self, degrees: f64) -> Self {
@@ -220,6 +233,15 @@ mod tests {
         assert!((budget.combined_db - 0.5).abs() < 1e-12);
         assert!((budget.expanded_db() - 1.0).abs() < 1e-12);
         assert_eq!(budget.degrees_of_freedom, None);
+    }
+
+    #[test]
+    fn components_of_a_place_join_to_its_gradient() {
+        let along = |slope: f64| Line::linear("x", Kind::B, 0.1, "mm", slope);
+        let joined = Line::joined("place", &[along(2.0), along(-1.0), along(2.0)]).expect("three");
+        assert_eq!((joined.sensitivity_db, joined.source.as_str()), (3.0, "place"));
+        assert!((joined.contribution_db - 0.3).abs() < 1e-12);
+        assert_eq!(Line::joined("place", &[]), None);
     }
 
     #[test]

@@ -18,6 +18,7 @@
 //! | `sensitivity`, `response` | what a receiver reads at a sound pressure, also at an angle |
 //! | `budget` | uncertainty budgets by the GUM |
 //! | `calibrator` | a receiver's sensitivity from readings in a sound calibrator |
+//! | [`usual`] | uncertainties that are taken where nobody stated one |
 //! | `limits` | limits of exposure, and what a level with its uncertainty says of them |
 //!
 //! The GUM is JCGM 100:2008, *Evaluation of measurement data – Guide to the expression of uncertainty in measurement*. All pressures
@@ -29,6 +30,7 @@ mod decibel;
 mod limits;
 mod response;
 mod sensitivity;
+pub mod usual;
 
 pub use budget::{Budget, COVERAGE_FACTOR, Kind, Line};
 pub use calibrator::{CalibratedReceiver, Calibrator, NoSensitivity, Relative};

@@ -120,7 +120,7 @@ impl ScanSetup {
             unit: file.reading.clone().into(),
             array,
             medium: MediumSection::read(&file.medium, source)?,
-            receiver: receiver(file.receiver.as_ref(), source)?,
+            receiver: receiver(file, source)?,
             simulator: file.simulator.model,
             foci,
         })
@@ -189,19 +189,18 @@ impl ScanSetup {
     }
 }
 
-/// The sensitivity of a receiver in its section.
-fn receiver(
-    keys: Option<&Spanned<SensitivityKeys>>,
-    source: &TomlSource,
-) -> Result<Option<Sensitivity>, Fault> {
-    let Some(keys) = keys else { return Ok(None) };
-    Sensitivity::of_keys(keys.get_ref().clone()).map_err(|wrong| {
-        source.fault(
-            keys.span(),
-            wrong.to_string(),
-            "docs/levels.md lists the keys of a sensitivity",
-        )
-    })
+/// The sensitivity of the receiver, for the unit of the readings.
+fn receiver(file: &ScanFile, source: &TomlSource) -> Result<Option<Sensitivity>, Fault> {
+    let Some(keys) = &file.receiver else { return Ok(None) };
+    let fault = |wrong: String| {
+        source.fault(keys.span(), wrong, "docs/levels.md lists the keys of a sensitivity")
+    };
+    let found =
+        Sensitivity::of_keys(keys.get_ref().clone()).map_err(|wrong| fault(wrong.to_string()))?;
+    if let Some(sensitivity) = &found {
+        sensitivity.rms_pa_of(file.reading.as_str()).map_err(|wrong| fault(wrong.to_string()))?;
+    }
+    Ok(found)
 }
 
 fn instant(recorded: &Spanned<Datetime>, source: &TomlSource) -> Result<Timestamp, Fault> {

@@ -55,7 +55,9 @@ struct Deviation {
 fn reading(elements: &[Vec3], at: Vec3, deviation: Deviation, faced: bool) -> f64 {
     let [sensitivity, amplifier, face, about_y, _, warm, wet] = deviation.of;
     let speed = |t: f64, h: f64| {
-        Air { temperature_c: t, humidity_percent: h, pressure_kpa: 101.325 }.medium().speed_of_sound_m_s
+        Air { temperature_c: t, humidity_percent: h, pressure_kpa: 101.325 }
+            .medium()
+            .speed_of_sound_m_s
     };
     let (temperature, humidity) = (20.0 + U[5] * warm, 50.0 + U[6] * wet);
     let air = Air { temperature_c: temperature, humidity_percent: humidity, pressure_kpa: 101.325 };
@@ -88,7 +90,8 @@ fn the_budget_of_a_peak_agrees_with_a_monte_carlo() {
     let elements: Vec<Vec3> = setup.array.array().elements().iter().map(|e| e.centre_m).collect();
     let truth = Deviation::default();
     // A map about the focus, each point twice, as a laboratory without errors reads it; repeats differ by 0.4 %.
-    let noise = |n: usize| 1.0 + if n % 2 == 0 { 0.004 } else { -0.004 } * std::f64::consts::FRAC_1_SQRT_2;
+    let noise =
+        |n: usize| 1.0 + if n % 2 == 0 { 0.004 } else { -0.004 } * std::f64::consts::FRAC_1_SQRT_2;
     let mut samples = Vec::new();
     for n in 0..13 * 13 * 2 {
         let (column, row) = ((n / 2) % 13, n / 26);
@@ -117,7 +120,8 @@ fn the_budget_of_a_peak_agrees_with_a_monte_carlo() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
     let stated = reading(&elements, peak, truth, true);
-    let repeatability = comparison.planes[0].scan.peak.standard_error / comparison.planes[0].scan.peak.value;
+    let repeatability =
+        comparison.planes[0].scan.peak.standard_error / comparison.planes[0].scan.peak.value;
     let errors: Vec<f64> = (0..DRAWS)
         .map(|_| {
             let deviation = Deviation {
@@ -133,8 +137,13 @@ fn the_budget_of_a_peak_agrees_with_a_monte_carlo() {
     let deviation = (errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / DRAWS as f64).sqrt();
     let combined = plane.budget.combined_db;
     // Cross terms of the place and the square terms of the budget agree to some percent; the draws to 0.5 %.
-    assert!((combined / deviation - 1.0).abs() < 0.05, "{combined} {deviation}: {:#?}", plane.budget);
-    let covered = errors.iter().filter(|e| e.abs() <= plane.expanded_db).count() as f64 / DRAWS as f64;
+    assert!(
+        (combined / deviation - 1.0).abs() < 0.05,
+        "{combined} {deviation}: {:#?}",
+        plane.budget
+    );
+    let covered =
+        errors.iter().filter(|e| e.abs() <= plane.expanded_db).count() as f64 / DRAWS as f64;
     assert!((0.93..0.97).contains(&covered), "{covered}");
 }
 

@@ -195,6 +195,14 @@ fn at_place(
 }
 
 impl Radiating<'_> {
+    /// Pressure at a place, array frame, m, for elements whose pressure times distance is one, per metre: a measured pressure over it is the
+    /// level of the elements.
+    pub fn of_unit_elements(&self, excitation: &Excitation, at_m: Vec3) -> f64 {
+        let unit = SourceLevel { pa_m: 1.0, origin: String::new(), lines: Vec::new() };
+        let at = self.kernel(&unit, excitation, [0.0; 2]).at(&[at_m]);
+        at.first().map_or(0.0, |pressure| pressure.norm())
+    }
+
     /// The field in pascals rms, in air that is warmer and wetter than stated. The delays stay those of the stated medium.
     fn kernel(
         &self,

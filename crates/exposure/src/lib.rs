@@ -21,5 +21,5 @@ mod text;
 
 pub use assess::{Against, Assessment, Drives, PlaceLevel, Radiating, assess};
 pub use section::{Exposure, ExposureTable, Place, SourceStatement};
-pub use sounding::{Sounding, SoundingError, SoundingLog};
+pub use sounding::{Sounding, SoundingError, SoundingLog, driven_s};
 pub use source::{DataSheet, SourceLevel};

@@ -10,6 +10,7 @@ use jiff::tz::TimeZone;
 use serde::{Deserialize, Serialize};
 
 use fieldgap_input::{Fault, Label, MOST_TABLE, NonNegative, read_text, visible_line};
+use fieldgap_records::RecordedSample;
 
 /// A time with the array driven.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,6 +32,17 @@ pub struct Sounding {
 pub struct SoundingError {
     path: PathBuf,
     source: io::Error,
+}
+
+/// Longest time between two readings that counts, s: the array is silenced in a pause and between a scan and its resumption, and a reading
+/// with its move takes seconds.
+const LONGEST_STEP_S: f64 = 60.0;
+
+/// Time with the array driven during a scan, s: between readings that were both taken with it driven.
+pub fn driven_s(samples: &[RecordedSample]) -> f64 {
+    let driven = samples.windows(2).filter(|pair| pair.iter().all(|sample| sample.focus.is_some()));
+    let times_s = driven.map(|pair| pair[1].time_s - pair[0].time_s);
+    times_s.filter(|time_s| (0.0..=LONGEST_STEP_S).contains(time_s)).sum()
 }
 
 /// The log of a user.
@@ -168,6 +180,25 @@ mod tests {
             (12.0, 1.0, 15.0, 0.0)
         );
         assert_eq!(log.seconds_of("bench", "out/scan").expect("a log"), 780.0);
+    }
+
+    #[test]
+    fn readings_with_the_array_silent_and_pauses_do_not_count() {
+        let sample = |time_s, focus| {
+            RecordedSample::measured(time_s, focus, fieldgap_acoustics::Vec3::zeros(), 1.0, None)
+        };
+        let times = [
+            (0.0, None),
+            (1.0, Some(0)),
+            (2.5, Some(0)),
+            (3.0, Some(1)),
+            (900.0, Some(1)),
+            (901.0, Some(1)),
+            (902.0, None),
+        ];
+        let samples = times.map(|(time_s, focus)| sample(time_s, focus));
+        assert_eq!(driven_s(&samples), 3.0);
+        assert_eq!(driven_s(&samples[..1]), 0.0);
     }
 
     #[test]

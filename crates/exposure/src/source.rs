@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use fieldgap_level::{DB_PER_NEPER, Kind, Line, of_level_pa};
+use fieldgap_level::{Kind, Line, of_level_pa};
 
 /// Distance at which data sheets of 40 kHz transducers state a level, m.
 const STATED_AT_M: f64 = 0.3;
@@ -60,18 +60,6 @@ impl fmt::Display for DataSheet {
             f,
             "data sheet of {of}: {db_at_300_mm} dB at 0.3 m and {at_v_rms} V rms, driven with {drive_v_rms} V rms"
         )
-    }
-}
-
-impl SourceLevel {
-    /// From a measurement: pressure of a nominal element times its distance, without absorption, Pa rms m, with the relative standard uncertainty of the
-    /// measured level.
-    pub fn measured(pa_m: f64, relative: f64, origin: String) -> Self {
-        Self {
-            pa_m,
-            origin,
-            lines: vec![Line::decibels("measured level", Kind::B, relative * DB_PER_NEPER)],
-        }
     }
 }
 

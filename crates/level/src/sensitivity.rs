@@ -343,6 +343,24 @@ impl Sensitivity {
     }
 }
 
+impl Per {
+    /// A sensitivity in a unit of readings, per pascal: in volts if the unit is one of volts.
+    pub fn of(readings_a_pa: f64, unit: &str) -> Self {
+        match volts_in(unit) {
+            Some(volts) => Self::Volt(readings_a_pa * volts),
+            None => Self::Reading(readings_a_pa),
+        }
+    }
+
+    /// Key and value, as a rig file has them.
+    pub fn key(self) -> (&'static str, f64) {
+        match self {
+            Self::Volt(volts) => ("sensitivity_v_pa", volts),
+            Self::Reading(readings) => ("sensitivity_reading_pa", readings),
+        }
+    }
+}
+
 /// Volts in one of a unit of voltage.
 fn volts_in(unit: &str) -> Option<f64> {
     Some(match unit {

@@ -210,7 +210,6 @@ fn radiating(rig_setup: &RigSetup) -> Radiating<'_> {
         medium: &rig_setup.medium,
         frequency_hz: rig_setup.array.frequency_hz(),
         simulator: simulator(rig_setup),
-        emitted_share: rig_setup.emitted_share(),
     }
 }
 

@@ -24,7 +24,7 @@ struct RigFileKeys {
     array: Spanned<ArrayTable>,
     medium: Spanned<MediumTable>,
     motion: MotionConfig,
-    receiver: Spanned<ReceiverConfig>,
+    receiver: ReceiverConfig,
     focus_array: FocusArrayConfig,
     environment: Option<EnvironmentConfig>,
     exposure: Option<Spanned<ExposureTable>>,
@@ -93,7 +93,10 @@ impl RigSetup {
                 ));
             }
         }
-        let receiver = in_scans(&file, &source)?;
+        // A tolerance is the half width of an even distribution (GUM, 4.3.7).
+        let place_m = file.motion.position_tolerance_m() / 3f64.sqrt();
+        let receiver = file.receiver.sensitivity.clone();
+        let receiver = receiver.map(|sensitivity| sensitivity.placed_within(place_m));
         let exposure =
             file.exposure.as_ref().map(|table| Exposure::read(table, &source)).transpose()?;
         Ok(Self {
@@ -104,7 +107,7 @@ impl RigSetup {
             exposure,
             rig: RigConfig {
                 motion: file.motion,
-                receiver: file.receiver.into_inner(),
+                receiver: file.receiver,
                 focus_array: file.focus_array,
                 environment: file.environment,
             },
@@ -114,11 +117,6 @@ impl RigSetup {
             real,
             source,
         })
-    }
-
-    /// Share of time that the array emits while it is driven, 0 to 1.
-    pub fn emitted_share(&self) -> f64 {
-        emitted_share(&self.rig.focus_array)
     }
 
     /// Whether all devices are simulated: the file has a section `[virtual]`, and no device has a port.
@@ -158,26 +156,6 @@ impl RigSetup {
     pub fn nominal_medium(&self) -> Medium {
         self.medium.medium()
     }
-}
-
-/// The sensitivity of the receiver in scans: with the modulation of the array, and the robot's tolerance where the file states no error of
-/// place. A tolerance is the half width of an even distribution (GUM, 4.3.7).
-fn in_scans(file: &RigFileKeys, source: &TomlSource) -> Result<Option<Sensitivity>, Fault> {
-    let receiver = &file.receiver;
-    let Some(sensitivity) = receiver.get_ref().sensitivity.clone() else { return Ok(None) };
-    let place_m = file.motion.position_tolerance_m() / 3f64.sqrt();
-    let share = emitted_share(&file.focus_array);
-    sensitivity.in_scan(share, place_m).map(Some).map_err(|wrong| {
-        source.fault(
-            receiver.span(),
-            wrong.to_string(),
-            "add the key to [receiver]; docs/levels.md says what it means",
-        )
-    })
-}
-
-fn emitted_share(array: &FocusArrayConfig) -> f64 {
-    array.modulation_duty_percent.get() / 100.0
 }
 
 /// The sections of the devices.

@@ -166,7 +166,7 @@ pub struct Discrepancy {
 
 /// The levels of a comparison.
 ///
-/// All are levels of the carrier while the array emits, from root mean squares, re 20 µPa.
+/// All are levels of the carrier, from root mean squares, re 20 µPa.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Levels {
     /// Sound pressure per unit of a reading, Pa rms, of a plane wave along the receiver's axis.

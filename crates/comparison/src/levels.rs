@@ -31,13 +31,6 @@ fn notes(sensitivity: &Sensitivity) -> Vec<String> {
     if sensitivity.has_uncertain_amplifier() {
         notes.push("`amplifier_u_db` is not stated: the gain is taken as exact.".to_owned());
     }
-    if sensitivity.emitted_share() < 1.0 {
-        notes.push(format!(
-            "The array emitted {:.0} % of the time. Levels are those while it emits; the mean over the modulation is {:.1} dB lower.",
-            100.0 * sensitivity.emitted_share(),
-            -10.0 * sensitivity.emitted_share().log10()
-        ));
-    }
     notes
 }
 
@@ -58,6 +51,9 @@ fn of_plane(
     let at_m = comparison.registration.pose().to_array(&in_scan);
     let reception = Reception::at(&scan.setup, comparison.simulator, plane.focus, at_m)?;
     let heard_db = reception.heard_db(sensitivity);
+    if !heard_db.is_finite() {
+        return None;
+    }
     let level = |reading: f64| {
         let rms_pa = reading * rms_pa_per_reading * 10f64.powf(-heard_db / 20.0);
         PeakLevel { rms_pa, level_db: level_db(rms_pa) }

@@ -20,7 +20,7 @@ impl Levels {
     /// Levels height by height, the budget of the loudest peak, and what is taken for granted, in at most 80 columns.
     pub fn to_text(&self) -> String {
         let mut text = paragraph(
-            "Levels of the carrier while the array emits, dB re 20 µPa, from pressures in Pa rms. U: expanded uncertainty (k = 2) of the \
+            "Levels of the carrier, dB re 20 µPa, from pressures in Pa rms. U: expanded uncertainty (k = 2) of the \
              scan's peak. Gap: level of the scan over the simulation, which does not depend on the sensitivity.",
             0,
             2,

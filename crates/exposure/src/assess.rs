@@ -25,8 +25,6 @@ pub struct Radiating<'a> {
     pub frequency_hz: f64,
     /// Directivity of the elements. The decay is that of a spherical wave in absorbing air, whatever the simulator.
     pub simulator: Simulator,
-    /// Share of time that the array emits while it is driven, 0 to 1.
-    pub emitted_share: f64,
 }
 
 /// How the array is driven.
@@ -43,8 +41,6 @@ pub enum Drives<'a> {
 pub struct Assessment {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Share of time that the array emits while it is driven, 0 to 1.
-    pub emitted_share: f64,
     /// Whether the array is focused at each place.
     pub focused_at_places: bool,
     /// Where the level of the elements comes from; `None` if it is unknown.
@@ -64,7 +60,7 @@ pub struct PlaceLevel {
     pub name: String,
     /// Radius of the ball in which the largest level was sought, mm.
     pub within_mm: f64,
-    /// Largest level while the array emits, dB re 20 µPa rms.
+    /// Largest level, dB re 20 µPa rms.
     pub level_db: f64,
     /// Its pressure, Pa rms.
     pub rms_pa: f64,
@@ -118,7 +114,6 @@ pub fn assess(
     });
     Assessment {
         frequency_hz,
-        emitted_share: radiating.emitted_share,
         focused_at_places: matches!(drives, Drives::AtEachPlace),
         source: source.map(|source| source.origin.clone()),
         places,

@@ -19,7 +19,7 @@ impl Assessment {
         };
         let mut text = paragraph(
             &format!(
-                "Largest levels at {khz} kHz while the array emits{}, dB re 20 µPa rms, with expanded uncertainty (k = 2)",
+                "Largest levels at {khz} kHz{}, dB re 20 µPa rms, with expanded uncertainty (k = 2)",
                 if self.focused_at_places { ", focused at each place" } else { "" }
             ),
             0,
@@ -36,17 +36,6 @@ impl Assessment {
         }
         if self.limits == 0 {
             text += &paragraph("no limit is stated: [[exposure.limit]] in the rig file", 2, 2);
-        }
-        if self.emitted_share < 1.0 {
-            text += &paragraph(
-                &format!(
-                    "the modulation emits {} % of the time: the mean over it is {} dB lower, which is not counted",
-                    fixed(100.0 * self.emitted_share, 0),
-                    fixed(-10.0 * self.emitted_share.log10(), 1)
-                ),
-                2,
-                2,
-            );
         }
         if let Some(loudest) = self.places.iter().max_by(|a, b| a.level_db.total_cmp(&b.level_db)) {
             let [x, y, z] = loudest.at_mm.map(|mm| fixed(mm, 0));
@@ -131,7 +120,6 @@ mod tests {
             medium: &medium,
             frequency_hz: 40e3,
             simulator: Simulator::Piston,
-            emitted_share: 0.5,
         };
         let drives = [Excitation::Focus(Vec3::new(0.0, 0.0, 0.15))];
         assess(&exposure, radiating, known.then_some(&source), Drives::These(&drives))

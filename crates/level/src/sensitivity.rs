@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::response::{AngularResponse, NoResponse};
-use fieldgap_input::{Finite, Fraction, Gap, Length, NonNegative, Positive};
+use fieldgap_input::{Finite, Gap, Length, NonNegative, Positive};
 
 /// Which value of the carrier a reading is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -52,10 +52,6 @@ pub struct SensitivityKeys {
     pub temperature_u_c: Option<NonNegative>,
     /// Standard uncertainty of its relative humidity, percent.
     pub humidity_u_percent: Option<NonNegative>,
-    /// Whether a reading is the mean of the amplitude over the modulation; needed where the array is modulated.
-    pub averages_modulation: Option<bool>,
-    /// Share of time that the array emitted, 0 to 1; of records alone.
-    pub emitted_share: Option<Fraction>,
 }
 
 /// Why the keys are not a sensitivity.
@@ -102,9 +98,6 @@ pub enum SensitivityError {
         /// Its unit.
         unit: &'static str,
     },
-    /// No time of emission.
-    #[error("`emitted_share` is 0: an array that never emits has no level")]
-    NeverEmits,
     /// The lists of the response.
     #[error(transparent)]
     Response(#[from] NoResponse),
@@ -202,9 +195,6 @@ impl Sensitivity {
             "percent",
         )?;
         let alone = |key, of| Err(SensitivityError::Alone { key, of });
-        if keys.emitted_share.is_some_and(|share| share.get() == 0.0) {
-            return Err(SensitivityError::NeverEmits);
-        }
         let numbers = |list: &[Finite]| list.iter().map(|number| number.get()).collect();
         let response = match (&keys.response_angle_deg, &keys.response_db) {
             (Some(_), None) => return alone("response_angle_deg", "response_db"),
@@ -252,29 +242,16 @@ impl Sensitivity {
         self.reads
     }
 
-    /// The same, of a scan whose array emitted a share of the time, 0 to 1, and whose receiver was placed by a robot with a standard
-    /// uncertainty, m, unless the file states one.
-    ///
-    /// # Errors
-    /// [`SensitivityError`] if the array is modulated and the file does not say what a reading then is.
-    pub fn in_scan(mut self, emitted_share: f64, place_m: f64) -> Result<Self, SensitivityError> {
-        let share = Fraction::new(emitted_share).ok().filter(|share| share.get() > 0.0);
-        let share = share.ok_or(SensitivityError::NeverEmits)?;
-        if share.get() < 1.0 && self.keys.averages_modulation.is_none() {
-            return Err(SensitivityError::Missing {
-                key: "averages_modulation",
-                what: "because the array is modulated: `true` if a reading is the mean of the amplitude over the modulation, `false` if it is \
-                       the carrier's while the array emits",
-            });
-        }
-        self.keys.emitted_share = Some(share);
+    /// The same, of a receiver that a robot places with a standard uncertainty, m, unless the file states one.
+    #[must_use]
+    pub fn placed_within(mut self, place_m: f64) -> Self {
         if self.keys.place_u_mm.is_none() {
             self.keys.place_u_mm = Gap::new(place_m * 1e3).ok();
         }
-        Ok(self)
+        self
     }
 
-    /// Sound pressure per unit of a reading, Pa rms: of a plane wave along the receiver's axis, while the array emits.
+    /// Sound pressure per unit of a reading, Pa rms: of a plane wave along the receiver's axis.
     ///
     /// # Errors
     /// [`NoSuchUnit`] if the sensitivity is per volt and the unit of the readings is none of volts.
@@ -290,20 +267,7 @@ impl Sensitivity {
             Reads::Rms => 1.0,
             Reads::Peak => std::f64::consts::FRAC_1_SQRT_2,
         };
-        Ok(rms / (readings_a_pa * gain * self.averaged_share()))
-    }
-
-    /// The reading of a steady carrier over that of the modulated one.
-    fn averaged_share(&self) -> f64 {
-        match (self.keys.averages_modulation, self.keys.emitted_share) {
-            (Some(true), Some(share)) => share.get(),
-            _ => 1.0,
-        }
-    }
-
-    /// Share of time that the array emitted, 0 to 1; 1 if it is not known.
-    pub fn emitted_share(&self) -> f64 {
-        self.keys.emitted_share.map_or(1.0, Fraction::get)
+        Ok(rms / (readings_a_pa * gain))
     }
 
     /// Relative standard uncertainty of the sensitivity.
@@ -374,7 +338,7 @@ fn volts_in(unit: &str) -> Option<f64> {
 
 impl SensitivityKeys {
     /// The keys beside the sensitivity, and whether each is there.
-    fn present(&self) -> [(&'static str, bool); 15] {
+    fn present(&self) -> [(&'static str, bool); 13] {
         [
             ("sensitivity_u_percent", self.sensitivity_u_percent.is_some()),
             ("reads", self.reads.is_some()),
@@ -389,8 +353,6 @@ impl SensitivityKeys {
             ("place_u_mm", self.place_u_mm.is_some()),
             ("temperature_u_c", self.temperature_u_c.is_some()),
             ("humidity_u_percent", self.humidity_u_percent.is_some()),
-            ("averages_modulation", self.averages_modulation.is_some()),
-            ("emitted_share", self.emitted_share.is_some()),
         ]
     }
 }
@@ -429,20 +391,20 @@ mod tests {
     }
 
     #[test]
-    fn an_amplifier_and_a_modulation_are_taken_out() {
+    fn an_amplifier_is_taken_out() {
         let of = |text: &str| good(&format!("{LEAST}{text}"));
-        let steady = of("");
         let pa = |sensitivity: &Sensitivity| sensitivity.rms_pa_of("V").expect("volts");
-        assert!((pa(&of("amplifier_gain_db = 20.0\n")) * 10.0 / pa(&steady) - 1.0).abs() < 1e-12);
-        assert!(steady.clone().in_scan(0.5, 1e-4).is_err());
-        let half = of("averages_modulation = true\n").in_scan(0.5, 1e-4).expect("stated");
-        assert!((pa(&half) / pa(&steady) - 2.0).abs() < 1e-12);
-        let carrier = of("averages_modulation = false\n").in_scan(0.5, 1e-4).expect("stated");
-        assert_eq!((pa(&carrier), carrier.emitted_share()), (pa(&steady), 0.5));
-        assert!((carrier.uncertainties().place_m.expect("the robot's") - 1e-4).abs() < 1e-12);
-        let placed = of("place_u_mm = 0.3\n").in_scan(1.0, 1e-4).expect("not modulated");
-        assert!((placed.uncertainties().place_m.expect("stated") - 3e-4).abs() < 1e-12);
-        assert!(of("averages_modulation = true\n").in_scan(0.0, 1e-4).is_err());
+        assert!((pa(&of("amplifier_gain_db = 20.0\n")) * 10.0 / pa(&of("")) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_robot_places_the_receiver_unless_the_file_knows_better() {
+        let place_m = |text: &str| {
+            let placed = good(&format!("{LEAST}{text}")).placed_within(1e-4);
+            placed.uncertainties().place_m.expect("one of them")
+        };
+        assert!((place_m("") - 1e-4).abs() < 1e-12);
+        assert!((place_m("place_u_mm = 0.3\n") - 3e-4).abs() < 1e-12);
     }
 
     #[test]
@@ -470,7 +432,6 @@ mod tests {
                 ),
                 "keep it or `face_radius_mm`",
             ),
-            (format!("{LEAST}emitted_share = 0.0\n"), "never emits"),
         ] {
             let error = read(&text).expect_err(&text).to_string();
             assert!(error.contains(said), "{text}: {error}");
@@ -481,13 +442,13 @@ mod tests {
     proptest! {
         #[test]
         fn what_is_written_reads_back_equal(
-            volts in 1e-6..10.0f64, percent in 0.0..50.0f64, gain in -60.0..60.0f64, face in 0.1..20.0f64, tilt in 0.0..45.0f64, share in 0.01..1.0f64,
+            volts in 1e-6..10.0f64, percent in 0.0..50.0f64, gain in -60.0..60.0f64, face in 0.1..20.0f64, tilt in 0.0..45.0f64,
         ) {
             let text = format!(
-                "{}face_radius_mm = {face:?}\nface_radius_u_mm = 0.2\namplifier_gain_db = {gain:?}\ntilt_u_deg = {tilt:?}\naverages_modulation = true\n",
+                "{}face_radius_mm = {face:?}\nface_radius_u_mm = 0.2\namplifier_gain_db = {gain:?}\ntilt_u_deg = {tilt:?}\n",
                 LEAST.replace("0.003", &format!("{volts:?}")).replace("5.0", &format!("{percent:?}"))
             );
-            let sensitivity = good(&text).in_scan(share, 1e-4).expect("stated");
+            let sensitivity = good(&text).placed_within(1e-4);
             let written = toml::to_string(sensitivity.keys()).expect("keys are TOML");
             prop_assert_eq!(good(&written), sensitivity);
         }

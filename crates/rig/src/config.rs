@@ -179,7 +179,6 @@ section! {
             place_u_mm: Gap,
             temperature_u_c: NonNegative,
             humidity_u_percent: NonNegative,
-            averages_modulation: bool,
         }]
     }
     /// The receivers that can be read.

@@ -44,13 +44,7 @@ fn source() -> SourceLevel {
 }
 
 fn radiating<'a>(array: &'a Array, medium: &'a MediumSection) -> Radiating<'a> {
-    Radiating {
-        array,
-        medium,
-        frequency_hz: FREQUENCY_HZ,
-        simulator: Simulator::Piston,
-        emitted_share: 1.0,
-    }
+    Radiating { array, medium, frequency_hz: FREQUENCY_HZ, simulator: Simulator::Piston }
 }
 
 fn one_element() -> Array {

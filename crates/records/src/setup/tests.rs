@@ -188,18 +188,16 @@ fn any_focus(elements: usize) -> impl Strategy<Value = FocusSection> {
 }
 
 fn any_receiver() -> impl Strategy<Value = Option<Sensitivity>> {
-    let known =
-        (1e-6..1e3f64, 0.0..50.0f64, 0.01..1.0f64).prop_map(|(readings, percent, share)| {
-            let keys = SensitivityKeys {
-                sensitivity_reading_pa: Some(literal(readings)),
-                sensitivity_u_percent: Some(literal(percent)),
-                reads: Some(Reads::Peak),
-                averages_modulation: Some(true),
-                ..SensitivityKeys::default()
-            };
-            let sensitivity = Sensitivity::of_keys(keys).expect("good").expect("a sensitivity");
-            sensitivity.in_scan(share, 1e-4).expect("stated")
-        });
+    let known = (1e-6..1e3f64, 0.0..50.0f64).prop_map(|(readings, percent)| {
+        let keys = SensitivityKeys {
+            sensitivity_reading_pa: Some(literal(readings)),
+            sensitivity_u_percent: Some(literal(percent)),
+            reads: Some(Reads::Peak),
+            ..SensitivityKeys::default()
+        };
+        let sensitivity = Sensitivity::of_keys(keys).expect("good").expect("a sensitivity");
+        sensitivity.placed_within(1e-4)
+    });
     proptest::option::of(known)
 }
 

@@ -18,7 +18,7 @@ pub(super) fn levels(comparison: &Comparison) -> Markup {
         cells: cells(plane),
     };
     let table = PlaneTable {
-        caption: "Levels of the carrier while the array emits, dB re 20 \u{b5}Pa rms. U: expanded uncertainty, k = 2. The gap is the level of \
+        caption: "Levels of the carrier, dB re 20 \u{b5}Pa rms. U: expanded uncertainty, k = 2. The gap is the level of \
                   the scan over the simulation; it does not depend on the sensitivity.",
         lead: if several { &["drive", "z (mm)"] } else { &["z (mm)"] },
         groups: &[("Peak of the scan", 3), ("Peak of the simulation", 2), ("Difference", 2)],

@@ -18,6 +18,7 @@ use fieldgap_exposure::{
 use fieldgap_input::TomlSource;
 use fieldgap_level::{Kind, Line, Standing};
 use fieldgap_records::{FocusSection, Plan, RecordedScan};
+use fieldgap_text::paragraph;
 
 /// The `exposure` command.
 #[derive(Debug, Args)]
@@ -152,7 +153,9 @@ impl Foreseen {
         let most = self.most_minutes.as_ref();
         times.extend(most.map(|(most, name)| format!("at most {most} min a day ({name})")));
         if !times.is_empty() {
-            text += &format!("\ntime with the array driven: {}\n", times.join(", "));
+            let times = format!("time with the array driven: {}", times.join(", "));
+            text += "\n";
+            text += &paragraph(&times, 0, 2);
         }
         if self.minutes_today.is_none() {
             text += "the array is virtual: nobody hears it, and its time is not counted\n";

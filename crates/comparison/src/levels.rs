@@ -75,7 +75,8 @@ fn of_plane(
             standard_error: DB_PER_NEPER * ratio.standard_error / ratio.value,
         },
         residual_rms_pa: level(plane.agreement.residual_rms).rms_pa,
-        reception_db: -heard_db,
+        // Not minus zero.
+        reception_db: 0.0 - heard_db,
         expanded_db: budget.expanded_db(),
         budget,
     })

@@ -116,6 +116,7 @@ fn the_budget_of_a_peak_agrees_with_a_monte_carlo() {
     let off_db = 20.0 * (plane.scan.rms_pa / true_pa).log10();
     assert!(off_db.abs() < 0.05, "{off_db}: {plane:?}");
     assert!(plane.reception_db > 0.2, "the face matters: {}", plane.reception_db);
+    insta::assert_snapshot!(levels.to_text());
 
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };

@@ -33,6 +33,9 @@ pub(in crate::cli) struct CalibrateLevel {
     /// Standard uncertainty of this response, dB
     #[arg(long, value_name = "DB", value_parser = uncertainty, requires = "response_db")]
     response_u_db: Option<f64>,
+    /// Of records that also have readings with the array driven, use those with it silent: the calibrator was on during these
+    #[arg(long)]
+    silent: bool,
     /// Write the lines for the rig file into this new file
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
@@ -92,7 +95,7 @@ impl CalibrateLevel {
                     self.records[0].display()
                 ));
             }
-            placements.push(in_calibrator(scan, folder)?);
+            placements.push(in_calibrator(scan, folder, self.silent)?);
         }
         let response = self.response_db.map(|db| Relative { db, u_db: self.response_u_db });
         let calibrator =
@@ -138,12 +141,12 @@ impl CalibrateLevel {
     /// The lines for `[receiver]`. An uncertainty that is not complete is left to the person who knows the rest.
     fn lines(&self, found: &CalibratedReceiver, unit: &str, scan: &RecordedScan) -> String {
         let (key, value) = Per::of(found.readings_a_pa, unit).key();
-        let percent = significant(100.0 * found.budget.relative(), 2);
+        let percent = rounded(100.0 * found.budget.relative(), 2);
         let mut lines = format!(
             "# [receiver]: calibrated with {} dB, {} readings, record `{}` of {}\n",
             self.db, found.readings, scan.setup.name, scan.setup.recorded
         );
-        let _ = writeln!(lines, "{key} = {}", significant(value, 5));
+        let _ = writeln!(lines, "{key} = {}", rounded(value, 5));
         match found.unknown.is_empty() {
             true => {
                 let _ = writeln!(lines, "sensitivity_u_percent = {percent}");
@@ -185,16 +188,40 @@ impl CalibrateLevel {
     }
 }
 
+/// A number of some significant digits, as TOML has it.
+fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
+}
+
 /// The readings in the calibrator.
-fn in_calibrator(scan: &RecordedScan, folder: &Path) -> miette::Result<Vec<f64>> {
+fn in_calibrator(scan: &RecordedScan, folder: &Path, of_silent: bool) -> miette::Result<Vec<f64>> {
+    if of_silent {
+        return Ok(scan.silent().map(|sample| sample.reading).collect());
+    }
     let silent = scan.silent().count();
     if silent > 0 && silent < scan.samples.len() {
         return Err(miette!(
-            help = "record with the calibrator on the receiver and the array silent throughout: a plan with `[dark]` alone, or an import",
+            help = "give --silent if the calibrator was on the receiver while the array was silent",
             "{} has {silent} readings with the array silent and {} with it driven: which were taken in the calibrator is not known",
             folder.display(),
             scan.samples.len() - silent
         ));
     }
     Ok(scan.samples.iter().map(|sample| sample.reading).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_numbers_stay_numbers_of_toml() {
+        for (value, shown) in
+            [(0.002_434_712, "0.0024347"), (2.434_712e-5, "0.000024347"), (31_947.6, "31948")]
+        {
+            let text = format!("x = {}", rounded(value, 5));
+            assert_eq!(text, format!("x = {shown}"));
+            assert!(text.parse::<toml::Table>().is_ok());
+        }
+    }
 }

@@ -3,8 +3,11 @@
 use super::comparison::{Levels, PlaneLevels};
 use fieldgap_text::{fixed, paragraph, significant, table};
 
+/// Name of a column, and what stands in it.
+type Column = (&'static str, fn(&PlaneLevels) -> f64);
+
 /// The columns that the CSV has beside those of every comparison, with their units in the names.
-pub const COLUMNS: [(&str, fn(&PlaneLevels) -> f64); 9] = [
+pub const COLUMNS: [Column; 9] = [
     ("scan_peak_pa", |plane| plane.scan.rms_pa),
     ("scan_peak_db", |plane| plane.scan.level_db),
     ("scan_peak_expanded_db", |plane| plane.expanded_db),

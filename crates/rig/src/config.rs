@@ -91,7 +91,7 @@ macro_rules! section {
                     let known = [$($table),+];
                     let driver = exactly_one(found, &known)?;
                     $(
-                        let joined = $keys_type { $( $group_key: keys.$group_key, )+ ..$keys_type::default() };
+                        let joined = $keys_type { $( $group_key: keys.$group_key, )+ };
                         let $group = $join(joined).map_err(|wrong| wrong.to_string())?;
                     )?
                     Ok(Self { $( $key: keys.$key, )* $( $group, )? driver })

@@ -90,8 +90,9 @@ fn the_budget_of_a_peak_agrees_with_a_monte_carlo() {
     let elements: Vec<Vec3> = setup.array.array().elements().iter().map(|e| e.centre_m).collect();
     let truth = Deviation::default();
     // A map about the focus, each point twice, as a laboratory without errors reads it; repeats differ by 0.4 %.
-    let noise =
-        |n: usize| 1.0 + if n % 2 == 0 { 0.004 } else { -0.004 } * std::f64::consts::FRAC_1_SQRT_2;
+    let noise = |n: usize| {
+        1.0 + if n.is_multiple_of(2) { 0.004 } else { -0.004 } * std::f64::consts::FRAC_1_SQRT_2
+    };
     let mut samples = Vec::new();
     for n in 0..13 * 13 * 2 {
         let (column, row) = ((n / 2) % 13, n / 26);

@@ -116,6 +116,22 @@ fn a_limit_is_held_against_level_and_uncertainty() {
     assert_eq!(standing(1500.0), Some(Standing::Within));
 }
 
+#[test]
+fn warmer_air_is_thinner_and_absorbs_otherwise() {
+    let (array, medium) = (one_element(), room());
+    let exposure = exposure(vec![place([0.0, 0.0, 500.0], 0.0)]);
+    let found = assess(&exposure, radiating(&array, &medium), Some(&source()), Drives::AtEachPlace);
+    let lines = &found.places[0].budget.lines;
+    let line = lines.iter().find(|line| line.source == "temperature of the air").expect("a line");
+    let absorption_db_m = |temperature_c: f64| {
+        fieldgap_acoustics::Air { temperature_c, humidity_percent: 50.0, pressure_kpa: 101.325 }
+            .attenuation_db_m(FREQUENCY_HZ)
+    };
+    // The density falls by 1/293 per kelvin; the way is 0.5 m. Two kelvins to either side.
+    let closed = -8.6859 / 293.15 - 0.5 * (absorption_db_m(22.0) - absorption_db_m(18.0)) / 4.0;
+    assert!((line.sensitivity_db - closed).abs() < 1e-5, "{line:?} {closed}");
+}
+
 /// The budget against the propagation of distributions (JCGM 101:2008): every draw is a rig with another transducer, drive and air,
 /// whose field is summed here.
 #[test]

@@ -7,6 +7,7 @@
 //! |---|---|
 //! | [`input`] | reading files: faults located by file, line and column; quantities that cannot hold a wrong value |
 //! | [`acoustics`] | arrays, medium, excitations, simulators, the field kernel, metrics, least squares |
+//! | [`level`] | sound pressure levels: sensitivity of a receiver, uncertainty budgets, limits |
 //! | [`records`] | recorded scans, plans, the journal of a running scan, imports |
 //! | [`jobs`] | independent pieces of work, on this computer or by Slurm |
 //! | [`monitoring`] | figures followed over time: baselines, control charts and alarms |
@@ -14,6 +15,7 @@
 //! | [`characterization`] | the decay, directivity and axis of one transducer, from a scan of it |
 //! | [`comparison`] | registration of scan to simulation, and the comparison height by height |
 //! | [`exchange`] | files of other programs: import of measured points, export of records |
+//! | [`exposure`] | the level of an array where people are, against limits, and the minutes that add up |
 //! | [`diagnosis`] | which unmodelled effect explains the gap between scan and simulation |
 //! | [`archive`] | an index of all records below a folder, and queries of it |
 //! | [`reanalysis`] | records compared and diagnosed again, beside their first results |
@@ -48,8 +50,10 @@ pub use fieldgap_correction as correction;
 pub use fieldgap_diagnosis as diagnosis;
 pub use fieldgap_display as display;
 pub use fieldgap_exchange as exchange;
+pub use fieldgap_exposure as exposure;
 pub use fieldgap_input as input;
 pub use fieldgap_jobs as jobs;
+pub use fieldgap_level as level;
 pub use fieldgap_monitoring as monitoring;
 pub use fieldgap_reanalysis as reanalysis;
 pub use fieldgap_records as records;

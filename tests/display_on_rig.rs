@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use fieldgap::acoustics::radiation::level_db;
 use fieldgap::acquisition::RigSetup;
 use fieldgap::display::{
     ComposedDisplay, DisplayFile, Playback, PlaybackEnd, RadiatingArray, compose, play,
 };
 use fieldgap::input::TomlSource;
+use fieldgap::level::level_db;
 use fieldgap::rig::{ArrayIdentity, FocusArray, open_array};
 use fieldgap::rig_file::RigFile;
 use fieldgap::sensing::{Direction, Swipe, SwipeListener};

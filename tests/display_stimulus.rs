@@ -3,13 +3,14 @@
 use std::path::Path;
 use std::process::Command;
 
-use fieldgap::acoustics::radiation::{AIR_DENSITY_KG_M3, SkinInAir, level_db, of_level_pa};
+use fieldgap::acoustics::radiation::{AIR_DENSITY_KG_M3, SkinInAir};
 use fieldgap::acoustics::transducer::{Piston, Transducer};
 use fieldgap::acoustics::{Array, Medium, Vec3};
 use fieldgap::display::{
     ComposedDisplay, DisplayFile, Playback, RadiatingArray, Stimulus, compose, stimulus,
 };
 use fieldgap::input::TomlSource;
+use fieldgap::level::{level_db, of_level_pa};
 use fieldgap::rig::ArrayIdentity;
 
 const MEDIUM: Medium = Medium { speed_of_sound_m_s: 343.0 };

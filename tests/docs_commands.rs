@@ -106,6 +106,7 @@ pages! {
     first_scan: "docs/first-scan.md",
     gallery: "docs/gallery.md",
     history: "docs/history.md",
+    levels: "docs/levels.md",
     many_computers: "docs/many-computers.md",
     monitoring: "docs/monitoring.md",
     own_rig: "docs/own-rig.md",

@@ -6,6 +6,7 @@ use fieldgap::acoustics::Vec3;
 use fieldgap::archive::{Index, Query, RecordFigures, Wanted, to_csv, to_text};
 use fieldgap::campaign::{CampaignError, CampaignFolder};
 use fieldgap::comparison::{Registering, compare};
+use fieldgap::exposure::SoundingLog;
 use fieldgap::input::{Fault, Positive};
 use fieldgap::records::import::{
     Anchor, FirstRow, GridCsv, GridPlacement, ThesisLog, ThesisLogSetup,
@@ -90,6 +91,18 @@ pub fn events(case: &[u8]) {
         check(Note::all_of(folder));
         assert!(AirRow::all_of(folder).iter().all(|row| row.temperature_c.is_finite()));
         check(ScanState::of(folder));
+    });
+}
+
+/// The log of times with the array driven: minutes of zero or more, or an error that names the line.
+pub fn sounding(case: &[u8]) {
+    with_folder(&[("sounding.jsonl", case)], |folder| {
+        let log = SoundingLog::at(folder.join("sounding.jsonl"));
+        let day = jiff::civil::date(2026, 11, 24);
+        match log.minutes_on(day, &jiff::tz::TimeZone::UTC, "bench") {
+            Ok(minutes) => assert!(minutes >= 0.0 && minutes.is_finite()),
+            Err(fault) => shown(&fault),
+        }
     });
 }
 

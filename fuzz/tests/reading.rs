@@ -56,6 +56,7 @@ files! {
     campaign_log: records::campaign_log,
     rounds: records::rounds,
     map_rounds: records::map_rounds,
+    sounding: records::sounding,
     figures: records::figures,
     thesis_log: records::thesis_log,
     grid: records::grid,

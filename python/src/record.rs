@@ -87,6 +87,7 @@ impl PythonRecord {
             unit,
             array: array.section_at(frequency_of(frequency, array)?)?,
             medium,
+            receiver: None,
             simulator: simulator(simulator_name)?,
             foci,
         };

@@ -2,12 +2,14 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Instant;
 
 use clap::Args;
 use miette::{IntoDiagnostic, miette};
 
 use super::output::{print, print_json};
 use super::simulate::positive;
+use super::sounding::keep_time;
 use super::stop::StopRequests;
 use super::watchdog::{followed, guard_array};
 use crate::rig_file::RigFile;
@@ -71,7 +73,10 @@ impl Focus {
                 ))?;
             }
             let playing = play(array.as_mut(), &composed.program, seconds, stop.first());
-            let ended = followed(watchdog.as_ref(), playing).await?;
+            let begun = Instant::now();
+            let ended = followed(watchdog.as_ref(), playing).await;
+            keep_time(rig_setup, "focus", begun.elapsed().as_secs_f64());
+            let ended = ended?;
             let how = match ended {
                 PlaybackEnd::Played => "played",
                 PlaybackEnd::Stopped(who) => who,

@@ -141,6 +141,7 @@ impl PointsArgs {
             unit: points.base.label().to_owned(),
             array: rig.array,
             medium: rig.medium,
+            receiver: rig.receiver,
             simulator: self.simulator.unwrap_or(Simulator::Corrected),
             foci: vec![match self.focus_mm {
                 Some(at_mm) => FocusSection::Point(at_mm),

@@ -17,6 +17,7 @@ mod distinguish;
 mod driven_rig;
 mod error_message;
 mod export;
+mod exposure;
 mod focus;
 mod gap;
 mod history;
@@ -52,6 +53,7 @@ mod simulate;
 mod simulate_display;
 mod simulate_sections;
 mod simulate_volume;
+mod sounding;
 mod stop;
 mod study;
 mod study_cells;
@@ -131,6 +133,8 @@ enum Command {
     Blind(blind::Blind),
     /// Measure what each element of an array emits, and check it by a second scan; or find it from recorded scans
     Calibrate(calibrate::Calibrate),
+    /// Print the sound level where people are, against limits of exposure, and the time with the array driven
+    Exposure(exposure::ExposureCommand),
     /// Check and operate a rig by hand
     Rig(rig::Rig),
     /// Note something about a record, or print its notes
@@ -209,6 +213,7 @@ impl Command {
             Self::Campaign(command) => command.run(),
             Self::Blind(command) => command.run(),
             Self::Calibrate(command) => command.run(),
+            Self::Exposure(command) => command.run(),
             Self::Rig(command) => command.run(),
             Self::Note(command) => command.run(),
             Self::History(command) => command.run(),

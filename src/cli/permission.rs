@@ -2,7 +2,9 @@
 
 use clap::Args;
 
+use super::exposure::Foreseen;
 use super::question::agree;
+use super::sounding::is_heard;
 use crate::cli::output::say;
 use fieldgap_acquisition::RigSetup;
 use fieldgap_rig::Role;
@@ -13,6 +15,9 @@ pub(super) struct Permission {
     /// Do not ask before the robot moves or the array emits
     #[arg(long)]
     yes: bool,
+    /// Start although a limit of exposure in the rig file is exceeded, or not shown to be kept; --yes does not answer this
+    #[arg(long)]
+    above_limits: bool,
 }
 
 /// What a command is about to do.
@@ -60,6 +65,35 @@ impl Act {
 }
 
 impl Permission {
+    /// Says what speaks against the exposure of people, and asks whether the array may be driven all the same. A virtual array may always.
+    ///
+    /// # Errors
+    /// It was refused, or nobody can be asked.
+    pub(super) fn within_limits(
+        self,
+        foreseen: Option<&Foreseen>,
+        rig_setup: &RigSetup,
+    ) -> miette::Result<()> {
+        let concerns = foreseen.map(Foreseen::concerns).unwrap_or_default();
+        if concerns.is_empty() {
+            return Ok(());
+        }
+        let warning = format!("exposure: {}", concerns.join("\nexposure: "));
+        if !is_heard(rig_setup) {
+            say(format!("{warning}\nThe array is virtual: nobody hears it."));
+            return Ok(());
+        }
+        if self.above_limits {
+            say(warning);
+            return Ok(());
+        }
+        agree(
+            &warning,
+            "Is everybody away from there or protected, and is the array to be driven all the same?",
+            "lower the drive, move people, or give --above-limits where that was decided; `fieldgap exposure` shows the levels",
+        )
+    }
+
     /// Announces what a real rig is about to do, and asks whether it may. Virtual devices may always.
     ///
     /// # Errors

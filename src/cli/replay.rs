@@ -150,6 +150,15 @@ fn set_up(scan: &RecordedScan) -> Vec<(String, String)> {
             format!("{:.1} m/s", setup.medium.medium().speed_of_sound_m_s),
         ),
     ];
+    rows.extend(setup.receiver.as_ref().map(|receiver| {
+        let (key, value) = receiver.per().key();
+        let unit = if key == "sensitivity_v_pa" { "V" } else { setup.unit.as_str() };
+        let percent = 100.0 * receiver.relative();
+        row(
+            "Sensitivity of the receiver",
+            format!("{value} {unit}/Pa ± {percent} % (one standard uncertainty)"),
+        )
+    }));
     rows.extend(
         setup
             .foci

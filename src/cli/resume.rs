@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::closed_loop::resumed;
+use super::exposure::Foreseen;
 use super::map::{MapRequest, write_map};
 use super::permission::{Act, Permission};
 use super::scan::{Showing, report_ending, run_scan};
@@ -30,6 +31,8 @@ impl Resume {
         self.showing.is_possible()?;
         let scan = PlannedScan::of_record(&self.folder)?;
         let hooks = self.trust.in_hooks_of(&scan)?;
+        let foreseen = Foreseen::of_scan(&scan)?;
+        self.permission.within_limits(foreseen.as_ref(), scan.rig_setup())?;
         self.permission.to(Act::Scan, scan.rig_setup())?;
         let scan_run = resumed(&self.folder);
         let ending = run_scan(scan_run, &hooks, &self.showing)?;

@@ -6,16 +6,19 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::Args;
 use miette::{IntoDiagnostic, miette};
+use serde::Serialize;
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 use super::ENDED_PARTIAL;
 use super::closed_loop::{LoopArgs, Opening, begun};
+use super::exposure::Foreseen;
 use super::map::{MapRequest, write_map};
 use super::output::say;
 use super::output::{fresh_folder, print_json};
 use super::pause_signals::PauseSignals;
 use super::permission::{Act, Permission};
 use super::progress::Progress;
+use super::sounding::keep_scan;
 use super::stop::StopRequests;
 use super::trust::{AgreedHooks, Trust, listed, programs};
 use super::watch::{Controls, Watching};
@@ -60,6 +63,15 @@ pub(super) struct Showing {
     json: bool,
 }
 
+/// A plan that was only checked, for programs.
+#[derive(Debug, Serialize)]
+struct Checked<'a> {
+    #[serde(flatten)]
+    check: &'a DryRun,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exposure: Option<&'a Foreseen>,
+}
+
 /// The `scan` command.
 #[derive(Debug, Args)]
 pub(super) struct Scan {
@@ -98,8 +110,9 @@ impl ScanArgs {
         let folder = self.out.clone().unwrap_or_else(|| fresh_folder(scan.name()));
         let (scan, opening) = in_loop.opened(scan, &folder)?;
         let check = scan.dry_run()?;
+        let foreseen = Foreseen::of_scan(&scan)?;
         if self.dry_run && self.showing.json {
-            print_json(&check)?;
+            print_json(&Checked { check: &check, exposure: foreseen.as_ref() })?;
             return Ok(Scanned::Checked);
         }
         if let Some(most) = opening.as_ref().and_then(|o| o.most_readings(scan.plan())) {
@@ -107,12 +120,17 @@ impl ScanArgs {
         }
         say(in_words(&check));
         if self.dry_run {
+            if let Some(foreseen) = &foreseen {
+                say(format!("\n{}", foreseen.to_text().trim_end()));
+                foreseen.concerns().iter().for_each(|concern| say(format!("exposure: {concern}")));
+            }
             if let Some(commands) = listed(&programs(&scan.hooks())) {
                 say(format!("programs that run at events of the scan:\n{commands}"));
             }
             return Ok(Scanned::Checked);
         }
         let hooks = self.trust.in_hooks_of(&scan)?;
+        self.permission.within_limits(foreseen.as_ref(), scan.rig_setup())?;
         self.permission.to(Act::Scan, scan.rig_setup())?;
         let diagnose = scan.plan().diagnose || opening.as_ref().is_some_and(Opening::seeks_a_cause);
         let is_map = scan.plan().adaptive.is_some();
@@ -162,7 +180,10 @@ pub(super) fn run_scan(
             show(event);
             let _ = tell.send(event.clone());
         };
+        let rig_setup = scan_run.scan().rig_setup().clone();
+        let folder = scan_run.folder().to_owned();
         let ending = scan_run.run(watch, asked).await;
+        keep_scan(&rig_setup, &folder);
         drop(tell);
         let _ = monitor.await;
         Ok(ending?)

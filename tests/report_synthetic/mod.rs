@@ -42,6 +42,7 @@ pub fn comparisons(simulators: &[Simulator], heights_mm: &[f64], step_mm: f64) -
                 registration: registration(overall),
                 planes,
                 overall,
+                levels: None,
             }
         })
         .collect()

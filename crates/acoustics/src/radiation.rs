@@ -2,9 +2,6 @@
 
 use super::Medium;
 
-/// Reference of sound pressure levels in air, Pa rms (ISO 1683).
-pub const REFERENCE_PA: f64 = 20e-6;
-
 /// Density of dry air at 20 °C and 101.325 kPa, kg/m³: p M/(R T) with 28.965 g/mol (ISO 2533).
 pub const AIR_DENSITY_KG_M3: f64 = 1.204;
 
@@ -16,16 +13,6 @@ pub const SKIN_IMPEDANCE_PA_S_M: f64 = 1150.0 * 1540.0;
 /// reference 21 on micro-machined arrays). The thesis does not say which pressure is meant. It is taken as the rms value at the
 /// carrier frequency, like all pressures of its simulator: no array of 36 elements reaches 8 kPa of radiation pressure.
 pub const SKIN_THRESHOLD_PA: f64 = 8000.0;
-
-/// Level of a sound pressure in air, dB re 20 µPa.
-pub fn level_db(rms_pa: f64) -> f64 {
-    20.0 * (rms_pa / REFERENCE_PA).log10()
-}
-
-/// The sound pressure of a level, Pa rms.
-pub fn of_level_pa(level_db: f64) -> f64 {
-    REFERENCE_PA * 10f64.powf(level_db / 20.0)
-}
 
 /// The interface between air and skin.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,14 +57,6 @@ mod tests {
 
     const SKIN: SkinInAir =
         SkinInAir { density_kg_m3: AIR_DENSITY_KG_M3, speed_of_sound_m_s: 343.2 };
-
-    #[test]
-    fn levels_are_those_of_the_standard() {
-        // 1 Pa is 94 dB; the data sheet's 120 dB are 20 Pa.
-        assert!((level_db(1.0) - 93.979).abs() < 1e-3);
-        assert!((of_level_pa(120.0) - 20.0).abs() < 1e-9);
-        assert!((level_db(of_level_pa(57.3)) - 57.3).abs() < 1e-9);
-    }
 
     #[test]
     fn skin_reflects_nearly_all_sound() {

@@ -42,6 +42,8 @@ pub struct DryRun {
     pub way_m: f64,
     /// Estimated duration on the robot's clock, s.
     pub about_s: f64,
+    /// Of this, with the array driven, s.
+    pub driven_s: f64,
     /// Estimated duration of the slowest point or row, s.
     pub slowest_s: f64,
     /// Disk space of the record, bytes.
@@ -81,7 +83,7 @@ pub(super) fn dry_run(
     }
     let mut from = RobotPosition::from_axes_m(envelope.travel.least_m);
     reference_within_travel(plan, rig_setup)?;
-    let (mut way_m, mut about_s, mut slowest_s) = (0.0, 0.0, 0.0_f64);
+    let (mut way_m, mut about_s, mut driven_s, mut slowest_s) = (0.0, 0.0, 0.0, 0.0_f64);
     let mut go = |to_m: Vec3, part: PlanPart, feed: Feed| {
         let to = frame.to_robot(to_m);
         envelope.check_path(from, to).map_err(|path_fault| {
@@ -119,6 +121,9 @@ pub(super) fn dry_run(
             Purpose::Point => go(to_m, part, feed)? + reading_s,
         };
         about_s += took_s;
+        if visits[visit].kind != VisitKind::Dark {
+            driven_s += took_s;
+        }
         slowest_s = slowest_s.max(took_s);
     }
     let checks = itinerary.checks.iter().map(|&row| &visits[row]);
@@ -130,6 +135,7 @@ pub(super) fn dry_run(
         references: of_kind(VisitKind::Reference),
         way_m,
         about_s,
+        driven_s,
         slowest_s,
         bytes: BYTES_A_ROW * readings.len() as u64
             + (WIRE_BYTES_A_ROW * readings.len() as u64).min(MOST_WIRE_BYTES),

@@ -8,6 +8,7 @@ use toml::{Table, Value};
 use super::AcquisitionError;
 use super::difference::{Difference, differences};
 use super::rig_setup::RigSetup;
+use fieldgap_input::Fault;
 use fieldgap_records::{JournalError, Plan, ScanSetup};
 
 /// The file.
@@ -26,6 +27,7 @@ pub(super) fn setup_of(
         unit,
         array: rig_setup.array.clone(),
         medium: rig_setup.medium,
+        receiver: rig_setup.receiver.clone(),
         simulator: plan.simulator,
         foci: plan.foci.clone(),
     }
@@ -74,6 +76,23 @@ pub(super) fn same_unit(
     let key = "reading".to_owned();
     let found = if then == now { Vec::new() } else { vec![Difference { key, then, now }] };
     refuse(folder.join(FILE), found)
+}
+
+/// Checks that the sensitivity of a rig file is for a receiver that reads in `unit`.
+///
+/// # Errors
+/// [`AcquisitionError::File`] at the rig file.
+pub(super) fn known_unit(rig_setup: &RigSetup, unit: &str) -> Result<(), AcquisitionError> {
+    let Some(Err(wrong)) = rig_setup.receiver.as_ref().map(|receiver| receiver.rms_pa_of(unit))
+    else {
+        return Ok(());
+    };
+    Err(Fault::of_file(
+        rig_setup.source().path(),
+        wrong.to_string(),
+        "correct [receiver], or remove the sensitivity",
+    )
+    .into())
 }
 
 fn refuse(path: PathBuf, found: Vec<Difference>) -> Result<(), AcquisitionError> {

@@ -8,7 +8,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use fieldgap_acoustics::{Array, Medium};
+use fieldgap_exposure::{Exposure, ExposureTable};
 use fieldgap_input::{Fault, Label, TomlSource};
+use fieldgap_level::Sensitivity;
 use fieldgap_records::{ArraySection, ArrayTable, Hooks, MediumSection, MediumTable};
 use fieldgap_rig::{
     EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig, Role,
@@ -25,6 +27,7 @@ struct RigFileKeys {
     receiver: ReceiverConfig,
     focus_array: FocusArrayConfig,
     environment: Option<EnvironmentConfig>,
+    exposure: Option<Spanned<ExposureTable>>,
     sensing: Option<Spanned<SensingSection>>,
     #[serde(default)]
     hooks: Hooks,
@@ -47,6 +50,10 @@ pub struct RigSetup {
     pub array: ArraySection,
     /// The medium, as the rig file describes it.
     pub medium: MediumSection,
+    /// What the receiver reads at a sound pressure, where the rig file states it: in scans by this rig.
+    pub receiver: Option<Sensitivity>,
+    /// Places of people and limits of exposure, if any.
+    pub exposure: Option<Exposure>,
     /// The devices.
     pub rig: RigConfig,
     /// The elements that receive reflections from a hand, if any.
@@ -86,10 +93,18 @@ impl RigSetup {
                 ));
             }
         }
+        // A tolerance is the half width of an even distribution (GUM, 4.3.7).
+        let place_m = file.motion.position_tolerance_m() / 3f64.sqrt();
+        let receiver = file.receiver.sensitivity.clone();
+        let receiver = receiver.map(|sensitivity| sensitivity.placed_within(place_m));
+        let exposure =
+            file.exposure.as_ref().map(|table| Exposure::read(table, &source)).transpose()?;
         Ok(Self {
             name: file.name.into(),
             array,
             medium: MediumSection::read(&file.medium, &source)?,
+            receiver,
+            exposure,
             rig: RigConfig {
                 motion: file.motion,
                 receiver: file.receiver,

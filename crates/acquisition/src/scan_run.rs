@@ -27,7 +27,7 @@ use super::open::{OpenRig, OpenSimulated};
 use super::origin::{self, Origin, PLAN_COPY, RIG_COPY};
 use super::pause::Pause;
 use super::planned_scan::PlannedScan;
-use super::recorded_setup::{same_unit, setup_of};
+use super::recorded_setup::{known_unit, same_unit, setup_of};
 use super::rig_setup::RigSetup;
 use super::suspension::{SuspensionClock, Suspensions};
 use super::watchdog::Notice;
@@ -89,6 +89,7 @@ impl ScanRun {
         }
         let unit = open.rig().receiver().identity().unit.clone();
         let (plan, rig_setup) = (&scan.plan, &scan.rig_setup);
+        known_unit(rig_setup, &unit)?;
         let setup = setup_of(plan, rig_setup, begins(rig_setup.is_virtual()), unit);
         let origin = Origin::of(plan, rig_setup)?.to_toml();
         let copies = [

@@ -111,6 +111,7 @@ impl Laboratory {
             unit: "V".to_owned(),
             array: self.array.clone(),
             medium: MediumSection::SpeedOfSound(SoundSpeed::new(SPEED_M_S).expect("that of air")),
+            receiver: None,
             simulator: Simulator::Piston,
             foci: self.foci_mm.iter().copied().map(FocusSection::Point).collect(),
         }

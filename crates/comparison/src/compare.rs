@@ -4,6 +4,7 @@ use super::comparison::{
     Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, Noise, NoiseSource,
     PlaneComparison,
 };
+use super::levels::levels_of;
 use super::noise::Roughness;
 use super::pose::Pose;
 use super::readings::Readings;
@@ -122,6 +123,7 @@ pub fn compare(
         registration,
         planes: Vec::new(),
         overall: Agreement::of(&fit.simulated, &values, fit.gain),
+        levels: None,
     };
     let planes: Vec<SimulatedPlane<'_>> = scan
         .planes(SAME_HEIGHT_MM)
@@ -146,6 +148,7 @@ pub fn compare(
     });
     comparison.noise = Noise::of(scan, of_residual);
     comparison.planes = planes.into_iter().map(|plane| plane.compared(&comparison)).collect();
+    comparison.levels = levels_of(scan, &comparison);
     Ok(comparison)
 }
 

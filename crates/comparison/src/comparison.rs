@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::registration::Registration;
 use fieldgap_acoustics::{Simulator, Vec3};
+use fieldgap_level::Budget;
 pub use fieldgap_text::Uncertain;
 
 /// A scan and its simulation, registered and compared.
@@ -29,6 +30,9 @@ pub struct Comparison {
     pub planes: Vec<PlaneComparison>,
     /// All readings together, at one gain.
     pub overall: Agreement,
+    /// Absolute levels; `None` if the sensitivity of the receiver is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub levels: Option<Levels>,
 }
 
 /// The noise of one reading: standard deviation as `additive + multiplicative · reading`, added in
@@ -158,6 +162,68 @@ pub struct Discrepancy {
     pub focal_radius_m: Option<Uncertain>,
     /// Number of sub-peaks of the scan less that of the simulation.
     pub sub_peaks: Option<i64>,
+}
+
+/// The levels of a comparison.
+///
+/// All are levels of the carrier, from root mean squares, re 20 µPa.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Levels {
+    /// Sound pressure per unit of a reading, Pa rms, of a plane wave along the receiver's axis.
+    pub rms_pa_per_reading: f64,
+    /// One entry for each plane of the comparison whose peak has a level, in its order.
+    pub planes: Vec<PlaneLevels>,
+    /// What is taken for granted, in sentences.
+    pub notes: Vec<String>,
+}
+
+/// The levels of a plane.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PlaneLevels {
+    /// Number of the drive.
+    pub focus: usize,
+    /// Height in the scan's coordinates, metres.
+    pub z_m: f64,
+    /// Peak of the scan.
+    pub scan: PeakLevel,
+    /// Peak of the simulation at the gain of the registration.
+    pub simulation: PeakLevel,
+    /// Level of the scan's peak over that of the simulation, dB. It does not depend on the sensitivity.
+    pub gap_db: Uncertain,
+    /// Rms of the residual, Pa rms.
+    pub residual_rms_pa: f64,
+    /// Correction for the angles of incidence and the receiver's face at the peak, dB; it is contained in the levels.
+    pub reception_db: f64,
+    /// Expanded uncertainty of the level of the scan's peak, k = 2, dB.
+    pub expanded_db: f64,
+    /// Its budget.
+    pub budget: Budget,
+}
+
+/// The level of a peak.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PeakLevel {
+    /// Sound pressure, Pa rms.
+    pub rms_pa: f64,
+    /// Level, dB re 20 µPa.
+    pub level_db: f64,
+}
+
+impl Levels {
+    /// The plane with the largest peak of the scan.
+    pub fn loudest(&self) -> Option<&PlaneLevels> {
+        self.planes.iter().max_by(|a, b| a.scan.rms_pa.total_cmp(&b.scan.rms_pa))
+    }
+
+    /// The levels of a plane.
+    pub fn of_plane(&self, plane: &PlaneComparison) -> Option<&PlaneLevels> {
+        self.planes.iter().find(|levels| levels.focus == plane.focus && levels.z_m == plane.z_m)
+    }
+
+    /// Sound pressure per unit of a reading in a plane, Pa rms, with the correction at its peak.
+    pub fn rms_pa_in(&self, plane: &PlaneLevels) -> f64 {
+        self.rms_pa_per_reading * 10f64.powf(plane.reception_db / 20.0)
+    }
 }
 
 /// A vector as `[x, y, z]`.

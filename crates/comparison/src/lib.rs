@@ -43,6 +43,7 @@
 //! | `dark_readings` | quadrature noise and detector floor from readings with the array silent |
 //! | `noise`, `figures`, `agreement` | noise, figures of each height with errors, correlation and residual |
 //! | `comparison`, `registration`, `table` | the result as data, text and CSV |
+//! | `levels`, `reception` | absolute levels with their uncertainty, where the receiver's sensitivity is known |
 //! | `simulated_readings` | the registered simulation at each reading |
 //! | `change` | two records of one field against each other |
 //! | `gap_reduction` | the gap before and after the correction of a set-up |
@@ -56,11 +57,14 @@ mod dark_readings;
 mod figures;
 mod gap_reduction;
 mod identifiability;
+mod levels;
+mod levels_table;
 mod noise;
 mod pose;
 mod pose_search;
 mod readings;
 mod receiver_face;
+mod reception;
 mod refine;
 mod register;
 mod registration;
@@ -75,8 +79,8 @@ pub use change::{
 };
 pub use compare::{Incomparable, compare, register_scan};
 pub use comparison::{
-    Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, FocalRadiusFigure, Noise,
-    NoiseSource, PlaneComparison, Uncertain,
+    Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, FocalRadiusFigure, Levels,
+    Noise, NoiseSource, PeakLevel, PlaneComparison, PlaneLevels, Uncertain,
 };
 pub use dark_readings::{
     DarkNoise, DarkReadings, OF_NOISE_ALONE, USUAL_PROPORTIONAL_NOISE, averaged,

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::comparison::{Comparison, PlaneComparison, Uncertain};
+use super::levels_table::COLUMNS as LEVELS;
 use fieldgap_text::paragraph;
 
 /// A column: its heading in the text table, its name in CSV (with the unit), and what stands in it.
@@ -116,12 +117,17 @@ const COLUMNS: [Column; 16] = {
 impl Comparison {
     /// The comparison as text of at most 80 columns: what was registered and why, then one line for each drive and height.
     pub fn to_text(&self) -> String {
-        self.header() + &self.lines(|column| column.narrow)
+        self.header() + &self.lines(|column| column.narrow) + &self.levels_text()
     }
 
     /// The same with every column of the table.
     pub fn to_wide_text(&self) -> String {
-        self.header() + &self.lines(|_| true)
+        self.header() + &self.lines(|_| true) + &self.levels_text()
+    }
+
+    /// The levels below an empty line, if there are any.
+    fn levels_text(&self) -> String {
+        self.levels.as_ref().map_or_else(String::new, |levels| format!("\n{}", levels.to_text()))
     }
 
     fn lines(&self, shown: impl Fn(&Column) -> bool) -> String {
@@ -177,7 +183,7 @@ impl Comparison {
     }
 
     /// The comparison as CSV: one row for each drive and height, units in the names of the columns, readings in
-    /// the scan's unit, an empty field where there is no number.
+    /// the scan's unit, an empty field where there is no number. Levels follow in further columns, if they are known.
     pub fn to_csv(&self) -> String {
         let mut csv = "focus,z_mm".to_owned();
         for column in &COLUMNS {
@@ -185,6 +191,9 @@ impl Comparison {
             if column.cell.has_error() {
                 csv += &format!(",{}_error", column.name);
             }
+        }
+        if self.levels.is_some() {
+            csv.extend(LEVELS.map(|(name, _)| format!(",{name}")));
         }
         csv.push('\n');
         for plane in &self.planes {
@@ -194,6 +203,12 @@ impl Comparison {
                 write_number(&mut csv, value);
                 if column.cell.has_error() {
                     write_number(&mut csv, error);
+                }
+            }
+            if let Some(levels) = &self.levels {
+                let of_plane = levels.of_plane(plane);
+                for (_, value) in LEVELS {
+                    write_number(&mut csv, of_plane.map(value));
                 }
             }
             csv.push('\n');

@@ -1,8 +1,8 @@
 //! The field of a display, computed from the drive program as sent.
 
 use super::compose::{RadiatingArray, phasors};
-use fieldgap_acoustics::radiation::of_level_pa;
 use fieldgap_acoustics::{Array, Element, FieldKernel, PathLengths, Vec3};
+use fieldgap_level::of_level_pa;
 use fieldgap_rig::focus_array::{ArrayIdentity, Channel, DriveProgram, FULL_LEVEL};
 
 /// Distance at which the level of an element is specified, m.

@@ -6,8 +6,9 @@ use serde::Serialize;
 use super::compose::ComposedDisplay;
 use super::playback::Playback;
 use fieldgap_acoustics::metrics::{PlaneMap, peak};
-use fieldgap_acoustics::radiation::{SKIN_THRESHOLD_PA, SkinInAir, level_db};
+use fieldgap_acoustics::radiation::{SKIN_THRESHOLD_PA, SkinInAir};
 use fieldgap_acoustics::{PlaneGrid, Vec3};
+use fieldgap_level::level_db;
 
 /// Most frames per focus in which the peak is searched.
 const MOST_SEARCHED: usize = 24;

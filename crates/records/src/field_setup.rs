@@ -24,6 +24,7 @@ struct FieldFile {
     focus_array: Option<IgnoredAny>,
     environment: Option<IgnoredAny>,
     sensing: Option<IgnoredAny>,
+    exposure: Option<IgnoredAny>,
     hooks: Option<IgnoredAny>,
     r#virtual: Option<IgnoredAny>,
 }

@@ -58,6 +58,7 @@ mod air;
 mod array_section;
 mod array_table;
 mod calibration_file;
+mod changed_air;
 mod durable;
 mod elements_csv;
 mod field_setup;
@@ -90,6 +91,7 @@ pub use array_table::ArrayTable;
 pub use calibration_file::{
     CALIBRATION_BESIDE, CalibratedChannel, CalibrationConditions, CalibrationFile, ChannelState,
 };
+pub use changed_air::ChangedAir;
 pub use durable::{Lines, sync_folder, write_whole};
 pub use elements_csv::write_elements;
 pub use field_setup::FieldSetup;

@@ -17,6 +17,7 @@ use super::layout::Layout;
 use super::medium_section::{MediumSection, MediumTable};
 use fieldgap_acoustics::{Simulation, Simulator};
 use fieldgap_input::{Fault, Label, TomlSource};
+use fieldgap_level::{Sensitivity, SensitivityKeys};
 
 /// The format of recorded scans that this program reads and writes.
 const FORMAT: i64 = 1;
@@ -30,6 +31,8 @@ struct ScanFile {
     reading: Label,
     array: Spanned<ArrayTable>,
     medium: Spanned<MediumTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    receiver: Option<Spanned<SensitivityKeys>>,
     simulator: SimulatorTable,
     #[serde(default)]
     focus: Vec<Spanned<FocusTable>>,
@@ -48,12 +51,14 @@ pub struct ScanSetup {
     pub name: String,
     /// Time at which it was started.
     pub recorded: Timestamp,
-    /// Unit of the readings, as text: `V`, `count`. The gain from pressure to reading is unknown.
+    /// Unit of the readings, as text: `V`, `count`.
     pub unit: String,
     /// The array.
     pub array: ArraySection,
     /// The medium as assumed.
     pub medium: MediumSection,
+    /// What the receiver reads at a sound pressure, where it is known.
+    pub receiver: Option<Sensitivity>,
     /// The simulator that the scan is compared with.
     pub simulator: Simulator,
     /// The drives of the array; samples refer to them by their number from 0.
@@ -115,6 +120,7 @@ impl ScanSetup {
             unit: file.reading.clone().into(),
             array,
             medium: MediumSection::read(&file.medium, source)?,
+            receiver: receiver(file, source)?,
             simulator: file.simulator.model,
             foci,
         })
@@ -130,14 +136,17 @@ impl ScanSetup {
         let label = |text: &str| {
             Label::try_from(text.to_owned()).map_err(|wrong| UnwritableSetup(wrong.to_string()))
         };
-        let spanless = |value| Spanned::new(0..0, value);
         let file = ScanFile {
             format: Spanned::new(0..0, FORMAT),
             name: label(&self.name)?,
-            recorded: spanless(recorded),
+            recorded: Spanned::new(0..0, recorded),
             reading: label(&self.unit)?,
             array: Spanned::new(0..0, self.array.table()),
             medium: Spanned::new(0..0, self.medium.table()),
+            receiver: self
+                .receiver
+                .as_ref()
+                .map(|receiver| Spanned::new(0..0, receiver.keys().clone())),
             simulator: SimulatorTable { model: self.simulator },
             focus: self.foci.iter().map(|focus| Spanned::new(0..0, focus.table())).collect(),
         };
@@ -178,6 +187,20 @@ impl ScanSetup {
             excitation: self.foci.get(focus)?.excitation(),
         })
     }
+}
+
+/// The sensitivity of the receiver, for the unit of the readings.
+fn receiver(file: &ScanFile, source: &TomlSource) -> Result<Option<Sensitivity>, Fault> {
+    let Some(keys) = &file.receiver else { return Ok(None) };
+    let fault = |wrong: String| {
+        source.fault(keys.span(), wrong, "docs/levels.md lists the keys of a sensitivity")
+    };
+    let found =
+        Sensitivity::of_keys(keys.get_ref().clone()).map_err(|wrong| fault(wrong.to_string()))?;
+    if let Some(sensitivity) = &found {
+        sensitivity.rms_pa_of(file.reading.as_str()).map_err(|wrong| fault(wrong.to_string()))?;
+    }
+    Ok(found)
 }
 
 fn instant(recorded: &Spanned<Datetime>, source: &TomlSource) -> Result<Timestamp, Fault> {

@@ -172,6 +172,9 @@ pub fn write(
     let pictures = folder.put_figures(figures.all())?;
     let text = folder.put(tables::TEXT_NAME, tables::text(comparisons).as_bytes())?;
     let csv = folder.put(tables::CSV_NAME, tables::csv(comparisons).as_bytes())?;
+    if let Some(levels) = tables::levels_csv(comparisons) {
+        folder.put(tables::LEVELS_NAME, levels.as_bytes())?;
+    }
     let json = folder.put(tables::JSON_NAME, &serde_json::to_vec(comparisons)?)?;
     let mut context = context.clone();
     if let Some(explore) = explore::page(&context, comparisons)? {

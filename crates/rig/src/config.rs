@@ -14,9 +14,10 @@ use super::space::{Feed, Frame};
 use super::travel::{AxisBox, Envelope, KeepOut};
 use super::{AirSensor, FocusArray, Motion, Receiver, RigError};
 use fieldgap_input::{
-    Coordinate, Delay, Exact, Fraction, Label, Length, NonNegative, ONE_TABLE_OF, Positive, Speed,
-    Time,
+    Coordinate, Delay, Exact, Finite, Fraction, Gap, Label, Length, NonNegative, ONE_TABLE_OF,
+    Positive, Speed, Time,
 };
+use fieldgap_level::{Reads, Sensitivity, SensitivityKeys};
 
 /// The three devices of a rig, as its file describes them.
 #[derive(Debug, Clone)]
@@ -40,6 +41,7 @@ macro_rules! open_with {
 
 /// Declares one section: its common keys, its drivers, how it is read and how its driver is opened.
 ///
+/// Keys that belong together are joined into one value by a function, which may refuse them.
 /// Each driver's table is a type with `async fn open(&self, …, port) -> Result<Box<dyn …>, RigError>`.
 macro_rules! section {
     (
@@ -47,6 +49,10 @@ macro_rules! section {
         $section:ident {
             $( $(#[$key_doc:meta])* $([default = $default:literal])? $key:ident : $type:ty, )*
         }
+        $(+ {
+            $(#[$group_doc:meta])*
+            $group:ident : $group_type:ty = $join:path [ $keys_type:ident { $( $group_key:ident : $group_key_type:ty, )+ } ]
+        })?
         $(#[$driver_doc:meta])*
         $driver:ident opens $device:ident with $told:tt {
             $( $(#[$variant_doc:meta])* $table:literal => $variant:ident($config:ty), )+
@@ -56,6 +62,7 @@ macro_rules! section {
         #[derive(Debug, Clone)]
         pub struct $section {
             $( $(#[$key_doc])* pub $key: $type, )*
+            $( $(#[$group_doc])* pub $group: $group_type, )?
             /// The one driver table.
             pub driver: $driver,
         }
@@ -72,6 +79,7 @@ macro_rules! section {
             #[allow(non_snake_case)]
             struct Keys {
                 $( $(#[serde(default = $default)])? $key: $type, )*
+                $( $( $group_key: Option<$group_key_type>, )+ )?
                 $( #[serde(rename = $table)] $variant: Option<$config>, )+
             }
 
@@ -82,7 +90,11 @@ macro_rules! section {
                     $( found.extend(keys.$variant.map(|table| ($table, $driver::$variant(table)))); )+
                     let known = [$($table),+];
                     let driver = exactly_one(found, &known)?;
-                    Ok(Self { $( $key: keys.$key, )* driver })
+                    $(
+                        let joined = $keys_type { $( $group_key: keys.$group_key, )+ };
+                        let $group = $join(joined).map_err(|wrong| wrong.to_string())?;
+                    )?
+                    Ok(Self { $( $key: keys.$key, )* $( $group, )? driver })
                 }
             }
 
@@ -148,6 +160,26 @@ section! {
         settle_ms: Delay,
         /// Readings averaged at a point.
         samples: std::num::NonZeroU32,
+    }
+    + {
+        /// What it reads at a sound pressure, where it is known.
+        sensitivity: Option<Sensitivity> = Sensitivity::of_keys [SensitivityKeys {
+            sensitivity_v_pa: Positive,
+            sensitivity_reading_pa: Positive,
+            sensitivity_u_percent: NonNegative,
+            reads: Reads,
+            amplifier_gain_db: Finite,
+            amplifier_u_db: NonNegative,
+            response_angle_deg: Vec<Finite>,
+            response_db: Vec<Finite>,
+            response_u_db: NonNegative,
+            face_radius_mm: Length,
+            face_radius_u_mm: Gap,
+            tilt_u_deg: NonNegative,
+            place_u_mm: Gap,
+            temperature_u_c: NonNegative,
+            humidity_u_percent: NonNegative,
+        }]
     }
     /// The receivers that can be read.
     ReceiverDriver opens Receiver with () {

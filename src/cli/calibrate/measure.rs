@@ -10,6 +10,7 @@ use toml_edit::DocumentMut;
 
 use super::text::in_words;
 use super::{Calibrate, CalibrationReport, FILE, FocusGain, RESULT, file_of, write};
+use crate::cli::exposure::Foreseen;
 use crate::cli::output::{fresh_folder, print, print_json, say};
 use crate::cli::permission::Act;
 use crate::cli::scan::{report_ending, run_scan};
@@ -70,6 +71,8 @@ impl Calibrate {
             Ok((scan, about_s))
         })?;
         say(super::text::of_design(&design, scan.dry_run()?.about_s));
+        let foreseen = Foreseen::of_scan(&scan)?;
+        self.permission.within_limits(foreseen.as_ref(), setup)?;
         self.permission.to(Act::Scan, setup)?;
         let coded = folder.join("coded");
         if let Some(code) = self.scan(scan, &coded)? {

@@ -1,5 +1,6 @@
 //! `fieldgap calibrate`: what each element of an array emits, measured on a rig or found from recorded scans.
 
+mod level;
 mod measure;
 mod record;
 mod text;
@@ -8,7 +9,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{Args, Subcommand};
 use miette::{IntoDiagnostic, WrapErr, miette};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
@@ -24,7 +25,10 @@ use fieldgap_records::{CalibrationConditions, CalibrationFile, ScanSetup};
 
 /// The `calibrate` command.
 #[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(super) struct Calibrate {
+    #[command(subcommand)]
+    of: Option<Of>,
     /// Rig file, to measure; or folders of recorded scans of one array
     #[arg(required = true, value_name = "RIG|RECORD")]
     inputs: Vec<PathBuf>,
@@ -52,6 +56,13 @@ pub(super) struct Calibrate {
     trust: Trust,
     #[command(flatten)]
     showing: Showing,
+}
+
+/// What else is calibrated.
+#[derive(Debug, Subcommand)]
+enum Of {
+    /// Find the receiver's sensitivity in V/Pa from readings with a sound calibrator on it
+    Level(level::CalibrateLevel),
 }
 
 /// Name of the calibration file in the folder of a calibration.
@@ -114,7 +125,10 @@ struct FocusGain {
 }
 
 impl Calibrate {
-    pub(super) fn run(self) -> miette::Result<ExitCode> {
+    pub(super) fn run(mut self) -> miette::Result<ExitCode> {
+        if let Some(Of::Level(level)) = self.of.take() {
+            return level.run();
+        }
         self.showing.is_possible()?;
         match &self.inputs[..] {
             [one] if one.is_file() => self.measure(one),

@@ -12,6 +12,7 @@ use super::programs::{READING_LIMIT, SETTING_LIMIT, run};
 use crate::cli::closing::{Closing, close};
 use crate::cli::compare::ComparisonArgs;
 use crate::cli::output::{say, silently};
+use crate::cli::sounding::keep_scan;
 use crate::cli::watchdog::watchdog;
 use crate::rig_file::simulated_devices;
 use fieldgap_acquisition::{Ending, Event, PlannedScan, ScanRun, read_air};
@@ -215,7 +216,9 @@ impl ThisLaboratory {
         let watch = &mut |event: &Event| {
             let _ = tell.send(event.clone());
         };
+        let rig_setup = scan_run.scan().rig_setup().clone();
         let ending = scan_run.run(watch, self.asked_to_stop()).await;
+        keep_scan(&rig_setup, folder);
         drop(tell);
         let _ = monitor.await;
         Ok(match ending? {

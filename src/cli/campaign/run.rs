@@ -11,6 +11,7 @@ use tokio::sync::watch;
 use super::laboratory::{ThisLaboratory, figures_of};
 use super::news::Teller;
 use crate::cli::ENDED_PARTIAL;
+use crate::cli::exposure::Foreseen;
 use crate::cli::gap::GapLimit;
 use crate::cli::output::{fresh_folder, print_json, say};
 use crate::cli::permission::{Act, Permission};
@@ -147,6 +148,11 @@ impl Common {
             say(format!("the campaign will end early: {exceeds}"));
         }
         self.trust.in_programs(&named, "the campaign, its plan or a rig file")?;
+        for cell in campaign.cells(1, seed) {
+            let scan = campaign.scan_of(&cell)?;
+            let foreseen = Foreseen::of_scan(&scan)?;
+            self.permission.within_limits(foreseen.as_ref(), scan.rig_setup())?;
+        }
         for bench in &campaign.benches {
             self.permission.to(Act::Scan, &bench.setup()?)?;
         }

@@ -1,16 +1,18 @@
 //! `fieldgap rig focus`, `silence`: drive the array by hand.
 
 use std::process::ExitCode;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use miette::miette;
 
 use super::RigArg;
 use super::hands_on::{A_TASK, Ended, UNTIL_STOPPED, hands_on};
+use crate::cli::exposure::Foreseen;
 use crate::cli::output::print;
 use crate::cli::permission::{Act, Permission};
 use crate::cli::simulate::{millimetres, positive};
+use crate::cli::sounding::keep_time;
 use crate::rig_file::RigFile;
 use fieldgap_acoustics::{Excitation, Vec3};
 use fieldgap_acquisition::element_delays;
@@ -49,8 +51,11 @@ impl Focus {
         let rig_file = RigFile::read(&self.file.rig)?.on_wall_clock();
         let rig_setup = &rig_file.setup;
         let focus = above_the_array(self.at_mm)?;
+        let foreseen = Foreseen::of_drive(rig_setup, &focus)?;
+        self.permission.within_limits(foreseen.as_ref(), rig_setup)?;
         self.permission.to(Act::Emit, rig_setup)?;
-        hands_on(&rig_file, ARRAY, UNTIL_STOPPED, async |rig| {
+        let begun = Instant::now();
+        let ended = hands_on(&rig_file, ARRAY, UNTIL_STOPPED, async |rig| {
             if self.continuous {
                 rig.array().continuous_wave().await?;
             }
@@ -71,7 +76,9 @@ impl Focus {
                 None => std::future::pending().await,
             }
             Ok(Ended::Enough)
-        })
+        });
+        keep_time(rig_setup, "rig focus", begun.elapsed().as_secs_f64());
+        ended
     }
 }
 

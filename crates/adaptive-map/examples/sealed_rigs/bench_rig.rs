@@ -119,6 +119,7 @@ impl BenchRig {
             unit: "V".to_owned(),
             array: self.setup.array.clone(),
             medium: self.setup.medium,
+            receiver: None,
             simulator: plan.simulator,
             foci: plan.foci.clone(),
         };

@@ -118,6 +118,7 @@ impl ThesisLog {
                 unit: setup.unit,
                 array: one_transducer(),
                 medium: setup.medium,
+                receiver: None,
                 simulator: setup.simulator,
                 foci: vec![FocusSection::AllZero],
             },

@@ -5,7 +5,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::Rims;
 use fieldgap_acoustics::{Element, Excitation, Vec3};
-use fieldgap_input::{Finite, Frequency, Gap, Length, SoundSpeed};
+use fieldgap_input::{Finite, Frequency, Gap, Length, SoundSpeed, literal};
+use fieldgap_level::Reads;
 
 const EXAMPLE: &str = r#"format = 1
 name = "focus-planes"
@@ -65,6 +66,8 @@ fn faults_are_placed() {
         ("x_mm = 17.5\n", "", 20, "`x_mm`"),
         ("x_mm = 17.5\ny_mm = -22.5\nz_mm = 100.0", "phases_rad = [0.0]", 20, "36 elements"),
         ("[medium]\nspeed_of_sound_m_s = 343.0\n", "", 1, "medium"),
+        ("[simulator]", "[receiver]\nreads = \"rms\"\n[simulator]", 17, "`sensitivity_v_pa`"),
+        ("[simulator]", "[receiver]\nrated = \"rms\"\n[simulator]", 18, "rated"),
     ];
     for (from, to, line, said) in cases {
         let text = EXAMPLE.replace(from, to);
@@ -73,6 +76,18 @@ fn faults_are_placed() {
         assert_eq!(fault.line_column().map(|place| place.0), Some(line), "{to}: {fault}");
         assert!(fault.problem().contains(said), "{to}: {fault}");
     }
+}
+
+#[test]
+fn a_sensitivity_fits_the_unit_of_the_readings() {
+    let receiver = "[receiver]\nsensitivity_v_pa = 0.003\nsensitivity_u_percent = 5.0\nreads = \"rms\"\n\n[simulator]";
+    let text = EXAMPLE.replace("[simulator]", receiver);
+    let setup = parse(&text).expect("good");
+    let pa = setup.receiver.as_ref().expect("a sensitivity").rms_pa_of(&setup.unit);
+    assert!((pa.expect("volts") - 1.0 / 0.003).abs() < 1e-9);
+    assert_eq!(setup.to_toml().expect("writable"), text);
+    let fault = parse(&text.replace("\"V\"", "\"count\"")).expect_err("not in volts");
+    assert_eq!(fault.line_column().map(|place| place.0), Some(17), "{fault}");
 }
 
 #[test]
@@ -172,18 +187,34 @@ fn any_focus(elements: usize) -> impl Strategy<Value = FocusSection> {
     ]
 }
 
+fn any_receiver() -> impl Strategy<Value = Option<Sensitivity>> {
+    let known = (1e-6..1e3f64, 0.0..50.0f64).prop_map(|(readings, percent)| {
+        let keys = SensitivityKeys {
+            sensitivity_reading_pa: Some(literal(readings)),
+            sensitivity_u_percent: Some(literal(percent)),
+            reads: Some(Reads::Peak),
+            ..SensitivityKeys::default()
+        };
+        let sensitivity = Sensitivity::of_keys(keys).expect("good").expect("a sensitivity");
+        sensitivity.placed_within(1e-4)
+    });
+    proptest::option::of(known)
+}
+
 fn any_setup() -> impl Strategy<Value = ScanSetup> {
     any_array().prop_flat_map(|array| {
         let foci = prop::collection::vec(any_focus(array.array().len()), 1..3);
         let seconds = 0i64..4_000_000_000;
         let simulator = prop::sample::select(Simulator::ALL.to_vec());
-        ("\\PC{0,12}", seconds, "[a-zA-Z\"\\\\]{1,8}", any_medium(), simulator, foci).prop_map(
-            move |(name, seconds, unit, medium, simulator, foci)| ScanSetup {
+        let medium = (any_medium(), any_receiver());
+        ("\\PC{0,12}", seconds, "[a-zA-Z\"\\\\]{1,8}", medium, simulator, foci).prop_map(
+            move |(name, seconds, unit, (medium, receiver), simulator, foci)| ScanSetup {
                 name,
                 recorded: Timestamp::from_second(seconds).expect("this century or the next"),
                 unit,
                 array: array.clone(),
                 medium,
+                receiver,
                 simulator,
                 foci,
             },

@@ -1,6 +1,7 @@
 //! The page: one HTML file that needs nothing beside it.
 
 mod guide;
+mod levels;
 mod pictures;
 pub(super) mod registration;
 mod table;
@@ -12,7 +13,7 @@ use super::context::ReportContext;
 use super::figures::Figures;
 use super::html::{self, navigation, section};
 use super::provenance;
-use super::tables::{CSV_NAME, JSON_NAME, TEXT_NAME};
+use super::tables::{CSV_NAME, JSON_NAME, LEVELS_NAME, TEXT_NAME};
 use super::verdict;
 use super::words::listed;
 use fieldgap_comparison::Comparison;
@@ -42,10 +43,17 @@ pub(super) fn page(
             @for comparison in comparisons { (simulator(comparison, comparisons)) }
             (guide::guide())
             (provenance::set_up(context, readings))
-            (provenance::provenance(context, &[TEXT_NAME, CSV_NAME, JSON_NAME]))
+            (provenance::provenance(context, &data_files(comparisons)))
         }
     };
     html::document(&context.title, &[STYLE], &body)
+}
+
+/// The names of the data files.
+fn data_files(comparisons: &[Comparison]) -> Vec<&'static str> {
+    let has_levels = comparisons.iter().any(|comparison| comparison.levels.is_some());
+    let levels = has_levels.then_some(LEVELS_NAME);
+    [TEXT_NAME, CSV_NAME, JSON_NAME].into_iter().chain(levels).collect()
 }
 
 /// Anchor of the section of a simulator.
@@ -122,6 +130,7 @@ fn simulator(comparison: &Comparison, all: &[Comparison]) -> Markup {
         all.iter().filter(|other| other.simulator != comparison.simulator).collect();
     let content = html! {
         (table::tables(comparison))
+        (levels::levels(comparison))
         (registration::registration(&comparison.registration, &comparison.reading_unit))
         @if !others.is_empty() {
             p {

@@ -1,13 +1,15 @@
 //! A rig that measures where its map is least certain: to the end, killed on the way, replayed; and the map of any record.
 
 mod dead_element_rig;
+mod program;
 
 use std::path::Path;
 
-use dead_element_rig::{bench, copy, fieldgap, said};
+use dead_element_rig::{bench, copy, said};
 use fieldgap::adaptive_map::{MapEnd, MapRound};
 use fieldgap::closed_loop::read_log;
 use fieldgap::records::{Plan, RecordedScan};
+use program::fieldgap;
 
 const PLAN: &str = "name = \"field\"\nrig = \"rig.toml\"\n[simulator]\nmodel = \"piston\"\n\
                     [[focus]]\nx_mm = 10.0\ny_mm = -5.0\nz_mm = 100.0\n\
@@ -30,7 +32,7 @@ fn table(path: &Path) -> Vec<[f64; 2]> {
 #[test]
 fn a_map_is_measured_killed_resumed_and_replayed_alike() {
     let folder = bench(PLAN);
-    let run = fieldgap(&["scan", "plan.toml", "--out", "whole"], folder.path());
+    let run = fieldgap(folder.path(), &["scan", "plan.toml", "--out", "whole"]);
     let words = said(&run);
     assert!(run.status.success(), "{words}");
     assert!(words.contains("map of 242 places from ") && words.contains("standard error: "));
@@ -56,7 +58,7 @@ fn a_map_is_measured_killed_resumed_and_replayed_alike() {
     assert_eq!(visits.len(), record.samples.len());
     assert!(visits.iter().zip(&record.samples).all(|(visit, sample)| visit.focus == sample.focus));
 
-    let replayed = fieldgap(&["replay", "whole", "--rounds"], folder.path());
+    let replayed = fieldgap(folder.path(), &["replay", "whole", "--rounds"]);
     assert!(replayed.status.success(), "{}", said(&replayed));
     assert_eq!(said(&replayed).matches("the same").count(), rounds.len());
 
@@ -75,7 +77,7 @@ fn a_map_is_measured_killed_resumed_and_replayed_alike() {
     std::fs::write(killed.join("plan.toml"), &longer[..comment]).expect("written");
     std::fs::write(killed.join("state.toml"), "state = \"scanning\"\n").expect("written");
     std::fs::remove_file(killed.join("map.csv")).expect("there");
-    let resumed = fieldgap(&["resume", "killed"], folder.path());
+    let resumed = fieldgap(folder.path(), &["resume", "killed"]);
     assert!(resumed.status.success(), "{}", said(&resumed));
     let after: Vec<MapRound> = read_log(&killed).expect("rounds");
     assert_eq!(after[..2], rounds[..2]);
@@ -90,9 +92,9 @@ fn a_map_is_made_of_any_record() {
     let plan = PLAN.split("[adaptive]").next().expect("its head").to_owned()
         + "[dark]\nbefore = 16\n[[plane]]\nz_mm = [90.0, 120.0]\nsize_mm = [30.0, 30.0]\nstep_mm = 3.0\n";
     std::fs::write(folder.path().join("planes.toml"), plan).expect("written");
-    let scan = fieldgap(&["scan", "planes.toml", "--out", "planes"], folder.path());
+    let scan = fieldgap(folder.path(), &["scan", "planes.toml", "--out", "planes"]);
     assert!(scan.status.success(), "{}", said(&scan));
-    let made = fieldgap(&["map", "planes"], folder.path());
+    let made = fieldgap(folder.path(), &["map", "planes"]);
     let words = said(&made);
     assert!(made.status.success(), "{words}");
     assert!(words.contains("map of 512 places from 258 readings"), "{words}");
@@ -111,7 +113,7 @@ fn a_map_is_made_of_any_record() {
         "--out",
         "alone",
     ];
-    let alone = fieldgap(&process, folder.path());
+    let alone = fieldgap(folder.path(), &process);
     assert!(alone.status.success(), "{}", said(&alone));
     assert!(folder.path().join("alone/map-z100mm.png").exists());
     // Between the two heights a process of the amplitude knows next to nothing.
@@ -126,7 +128,7 @@ fn a_map_is_made_of_any_record() {
         (vec!["map", "planes", "--step-mm", "-1"], "-1"),
         (vec!["map", "nowhere"], "nowhere"),
     ] {
-        let refused = fieldgap(&arguments, folder.path());
+        let refused = fieldgap(folder.path(), &arguments);
         assert!(!refused.status.success() && said(&refused).contains(what), "{}", said(&refused));
     }
 }
@@ -137,13 +139,13 @@ fn a_map_that_cannot_be_measured_is_refused_before_anything_moves() {
     let refused = |plan: String, more: &[&str], what: &str| {
         std::fs::write(folder.path().join("wrong.toml"), plan).expect("written");
         let arguments = [&["run", "wrong.toml", "--dry-run"], more].concat();
-        let output = fieldgap(&arguments, folder.path());
+        let output = fieldgap(folder.path(), &arguments);
         assert!(!output.status.success() && said(&output).contains(what), "{}", said(&output));
     };
     refused(PLAN.replace("[90.0, 120.0]", "[900.0, 930.0]"), &[], "the robot reaches");
     refused(PLAN.replace("error = 0.004", "error = 4"), &[], "4");
     refused(PLAN.to_owned(), &["--until-explained"], "seeks no cause");
-    let dry = fieldgap(&["run", "plan.toml", "--dry-run"], folder.path());
+    let dry = fieldgap(folder.path(), &["run", "plan.toml", "--dry-run"]);
     assert!(dry.status.success(), "{}", said(&dry));
     assert!(said(&dry).contains("the rig chooses its readings, 224 at most"), "{}", said(&dry));
 }

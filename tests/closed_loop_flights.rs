@@ -1,13 +1,15 @@
 //! A rig that chooses its own readings, in motion too: a lag and play are told apart, and a row that was cut short is flown again.
 
 mod dead_element_rig;
+mod program;
 
 use std::path::Path;
 
-use dead_element_rig::{bench, copy, fieldgap, said};
+use dead_element_rig::{bench, copy, said};
 use fieldgap::closed_loop::{End, Purpose, Round, read_rounds};
 use fieldgap::diagnosis::{EffectId, FittedParameter, diagnose};
 use fieldgap::records::{Plan, RecordedScan, VisitPace};
+use program::fieldgap;
 
 const PLAN: &str = "name = \"loop\"\nrig = \"rig.toml\"\n[simulator]\nmodel = \"piston\"\n\
                     [[focus]]\nx_mm = 10.0\ny_mm = -5.0\nz_mm = 100.0\n\
@@ -28,7 +30,7 @@ fn bench_with(plan: &str, effects: &str) -> tempfile::TempDir {
 
 /// Runs a plan in a folder; its rounds.
 fn run(folder: &Path) -> Vec<Round> {
-    let run = fieldgap(&["run", "plan.toml", "--out", "record"], folder);
+    let run = fieldgap(folder, &["run", "plan.toml", "--out", "record"]);
     assert!(run.status.success(), "{}", said(&run));
     read_rounds(&folder.join("record")).expect("rounds")
 }
@@ -75,7 +77,7 @@ fn a_lag_is_found_in_flight_and_proved_there_and_a_row_that_was_cut_short_is_flo
     }
     let page = std::fs::read_to_string(record.join("report/rounds/index.html")).expect("a page");
     assert!(page.contains(">flown</th>") && page.contains("Diamonds: read in motion."));
-    let replayed = fieldgap(&["replay", "record", "--rounds"], folder.path());
+    let replayed = fieldgap(folder.path(), &["replay", "record", "--rounds"]);
     assert!(replayed.status.success(), "{}", said(&replayed));
     assert_eq!(said(&replayed).matches("the same").count(), rounds.len());
 
@@ -90,7 +92,7 @@ fn a_lag_is_found_in_flight_and_proved_there_and_a_row_that_was_cut_short_is_flo
         std::fs::write(killed.join(file), lines).expect("written");
     }
     std::fs::write(killed.join("state.toml"), "state = \"scanning\"\n").expect("written");
-    let resumed = fieldgap(&["resume", "killed"], folder.path());
+    let resumed = fieldgap(folder.path(), &["resume", "killed"]);
     assert!(resumed.status.success(), "{}", said(&resumed));
     let after = read_rounds(&killed).expect("rounds");
     assert_eq!(after[..2], rounds[..2]);
@@ -131,7 +133,7 @@ fn a_speed_that_the_receiver_is_too_slow_for_is_refused_before_anything_moves() 
     let rig = std::fs::read_to_string(&path).expect("there");
     assert!(rig.contains("rate_hz = 1000.0"));
     std::fs::write(path, rig.replace("rate_hz = 1000.0", "rate_hz = 200.0")).expect("written");
-    let run = fieldgap(&["run", "plan.toml", "--out", "record"], folder.path());
+    let run = fieldgap(folder.path(), &["run", "plan.toml", "--out", "record"]);
     assert!(!run.status.success());
     assert!(said(&run).contains("180 mm/s"), "{}", said(&run));
     let record = RecordedScan::open(&folder.path().join("record"));

@@ -1,23 +1,16 @@
 //! The commands of the documentation run as documented.
 
 mod page_commands;
+mod program;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Output;
 
 use page_commands::{Step, What, steps};
+use program::fieldgap;
 
 fn repository() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn fieldgap(arguments: &[String], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_fieldgap"))
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .expect("the program starts")
 }
 
 /// Copies a folder recursively, without pictures.
@@ -55,7 +48,7 @@ fn take(what: &What, folder: &Path) -> Result<(), String> {
         false => Err(format!("none of {paths:?} exists")),
     };
     match what {
-        What::Run(arguments) => succeeded(fieldgap(arguments, folder)),
+        What::Run(arguments) => succeeded(fieldgap(folder, arguments)),
         What::Parse(arguments) => parses(arguments),
         What::File { path, text } => {
             std::fs::write(folder.join(path), text).map_err(|error| error.to_string())
@@ -70,7 +63,7 @@ fn take(what: &What, folder: &Path) -> Result<(), String> {
 /// Checks that the command and its options exist and that values are valid: all are parsed before `--help`.
 fn parses(arguments: &[String]) -> Result<(), String> {
     let arguments = [arguments, &["--help".to_owned()]].concat();
-    succeeded(fieldgap(&arguments, repository()))
+    succeeded(fieldgap(repository(), &arguments))
 }
 
 fn succeeded(output: Output) -> Result<(), String> {

@@ -5,25 +5,18 @@
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
 use fieldgap::acoustics::Simulator;
 use fieldgap::input::TomlSource;
 use fieldgap::records::{RecordedScan, ScanSetup};
 
+mod program;
 mod small_record;
+use program::fieldgap;
 use small_record::{HEADER, SETUP};
 
 const FORMATS: [&str; 5] = ["nc", "h5", "mat", "npz", "csv"];
-
-fn fieldgap(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_fieldgap"))
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .expect("the program starts")
-}
 
 fn succeeds(folder: &Path, arguments: &[&str]) -> String {
     let output = fieldgap(folder, arguments);

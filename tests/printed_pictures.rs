@@ -1,23 +1,15 @@
 //! Pictures of `simulate`, `study` and `replay` in the size that a journal asks for.
 
+mod program;
 #[allow(dead_code)] // shared with the tests of the report
 mod report_synthetic;
 
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
 
 use fieldgap::acoustics::Simulator;
 use fieldgap::report::{self, PrintStyle, ReportContext};
+use program::fieldgap;
 use report_synthetic::{comparisons, context};
-
-fn fieldgap(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_fieldgap"))
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .expect("the program starts")
-}
 
 /// The SVG pictures of a folder, with their names.
 fn pictures(folder: &Path) -> Vec<(String, String)> {

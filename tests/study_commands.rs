@@ -1,20 +1,12 @@
 //! The commands `study`, `characterize` and `transducers`.
 
+mod program;
 mod transducer_synthetic;
 
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
 
+use program::fieldgap;
 use transducer_synthetic::{Axis, log, write};
-
-fn fieldgap(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_fieldgap"))
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .expect("the program starts")
-}
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("text")

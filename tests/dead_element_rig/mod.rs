@@ -1,23 +1,13 @@
-//! A virtual rig with a dead element, which no simulation knows, and the program on it.
+//! A virtual rig with a dead element, which no simulation knows.
 
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Output;
 
 /// An element is dead, which is no gap of the usual simulator.
 const TRUTH: &str = "[source]\npressure_pa_at_1_m = 4.0\n[microphone]\nsensitivity_v_pa = 0.003\n\
                      [noise]\nmultiplicative = 0.04\nadditive_v = 0.01\n[effects.dead-elements]\nelements = [14]\n";
 
-/// Runs the program in a folder.
-pub fn fieldgap(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_fieldgap"))
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .expect("the program starts")
-}
-
-/// All that it said.
+/// All that a program said.
 pub fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout)
 }

@@ -80,12 +80,7 @@ impl<'s> Findings<'s> {
     /// # Errors
     /// [`Incomparable`] if there is nothing to compare.
     pub fn of(scans: &'s [RecordedScan], options: &Options) -> Result<Self, Incomparable> {
-        let Prepared { simulator, mut observations, mut context, mut registrations } =
-            Prepared::of(scans, options.simulator)?;
-        context.tried.clone_from(&options.effects);
-        let scored = searched(&mut observations, &context);
-        let registration = registrations.swap_remove(0);
-        Ok(Self::judged(scans, simulator, observations, context, scored, registration))
+        Self::judged(scans, options, searched)
     }
 
     /// The same sets fitted to more readings of the same scan, and judged, without a search for others. The same sets and scan give the same
@@ -98,12 +93,10 @@ impl<'s> Findings<'s> {
         options: &Options,
         live: &LiveSets,
     ) -> Result<Self, Incomparable> {
-        let Prepared { simulator, mut observations, mut context, mut registrations } =
-            Prepared::of(scans, options.simulator)?;
-        context.tried.clone_from(&options.effects);
-        let scored = fitted_again(&live.sets, &mut observations, &context);
-        let registration = registrations.swap_remove(0);
-        Ok(Self::judged(scans, simulator, observations, context, scored, registration))
+        let again = |observations: &mut Observations, context: &Context| {
+            fitted_again(&live.sets, observations, context)
+        };
+        Self::judged(scans, options, again)
     }
 
     /// The sets that are left in question, to be fitted to more readings of the same scan.
@@ -111,14 +104,16 @@ impl<'s> Findings<'s> {
         LiveSets { sets: in_question(&self.report.scored) }
     }
 
+    /// Of the sets that `scored` fits to the readings, the best first.
     fn judged(
         scans: &'s [RecordedScan],
-        simulator: Simulator,
-        observations: Observations,
-        context: Context,
-        scored: Vec<ScoredModel>,
-        registration: Registration,
-    ) -> Self {
+        options: &Options,
+        scored: impl FnOnce(&mut Observations, &Context) -> Vec<ScoredModel>,
+    ) -> Result<Self, Incomparable> {
+        let Prepared { simulator, mut observations, mut context, mut registrations } =
+            Prepared::of(scans, options.simulator)?;
+        context.tried.clone_from(&options.effects);
+        let scored = scored(&mut observations, &context);
         let base = scored
             .iter()
             .find(|scored| scored.fit.instances.is_empty())
@@ -126,9 +121,10 @@ impl<'s> Findings<'s> {
             .unwrap_or_else(|| believed(&observations, &context));
         let structure = ResidualStructure::of(&scored[0].fit, &observations, &context);
         let judgement = judge(&observations, &scored, &base, &structure);
+        let registration = registrations.swap_remove(0);
         let report =
             ReportBuilder { scans, simulator, observations, context, scored, structure, judgement };
-        Self { report, registration }
+        Ok(Self { report, registration })
     }
 
     /// The verdict.

@@ -135,12 +135,10 @@ fn at_place(
         Drives::AtEachPlace => (&at_the_place[..], false),
     };
     let points = ball(place, radiating);
-    let sounded = |kernel: &FieldKernel| kernel.at(&points);
     let mut loudest = (0.0, 0, place.at_m());
     for (number, excitation) in excitations.iter().enumerate() {
-        for (point, pressure) in
-            points.iter().zip(sounded(&radiating.kernel(source, excitation, [0.0; 2])))
-        {
+        let pressures: Vec<Complex64> = radiating.kernel(source, excitation, [0.0; 2]).at(&points);
+        for (point, pressure) in points.iter().zip(pressures) {
             let rms_pa = pressure.norm();
             if rms_pa > loudest.0 {
                 loudest = (rms_pa, number, *point);

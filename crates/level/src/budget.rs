@@ -131,9 +131,7 @@ impl Line {
     pub fn assumed_if(self, assumed: bool) -> Self {
         Self { assumed, ..self }
     }
-}
 
-impl Line {
     /// Source, type, standard uncertainty, its unit, sensitivity coefficient and contribution, as text.
     pub fn cells(&self) -> [String; 6] {
         let mark = if self.assumed { " *" } else { "" };

@@ -3,8 +3,6 @@
 mod program;
 mod transducer_synthetic;
 
-use std::path::Path;
-
 use program::fieldgap;
 use transducer_synthetic::{Axis, log, write};
 

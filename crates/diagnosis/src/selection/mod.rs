@@ -4,11 +4,15 @@
 //! - [`scored_model`]: a fitted set with that evidence.
 //! - [`phase_steps`]: where the search for the steps of a driver begins.
 //! - [`quick_scores`]: what a change of some elements would cost.
+//! - [`cost_by_gain`]: the cost after a refit of the gain.
+//! - [`changed_readings`]: the same by a short formula, for thousands of changes.
 //! - [`turned_drives`]: the same to first order, for small turns of all elements.
 //! - [`starts`]: where the search for an effect begins.
 //! - [`extension`]: sets, each extended by every other effect.
 //! - [`model_search`]: the search from the believed set-up to the best set.
 
+pub mod changed_readings;
+pub mod cost_by_gain;
 pub mod evidence;
 pub mod extension;
 pub mod model_search;

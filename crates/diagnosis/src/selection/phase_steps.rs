@@ -12,8 +12,10 @@ use crate::effects::phase_quantisation::{
 };
 use crate::limits::STEPS_REFINED;
 use crate::model::effect::Choice;
+use crate::selection::changed_readings::ChangedReadings;
+use crate::selection::cost_by_gain::CostByGain;
 use crate::selection::evidence::cost_of_choice;
-use crate::selection::quick_scores::{CostByGain, QuickScores, ScoredDrive, best_of};
+use crate::selection::quick_scores::{QuickScores, ScoredDrive, best_of};
 use crate::selection::turned_drives::{Changed, TurnedDrive};
 
 /// Steps from which on no element is turned by more than about an eighth of a radian: a first order then tells which zeros are the best.
@@ -27,12 +29,12 @@ impl QuickScores<'_> {
         let rough: Vec<(f64, u32)> = steps_in_a_period()
             .collect::<Vec<_>>()
             .into_par_iter()
-            .map(|steps| (self.zeros(self.stride, steps, &few).0, steps))
+            .map(|steps| (self.zeros(self.few(), steps, &few).0, steps))
             .collect();
         let all = TurnedDrive::all(self, 1);
         let finer = best_of(rough, STEPS_REFINED).into_par_iter().map(|steps| {
-            let choice = self.zeros(1, steps, &all).1;
-            (self.cost_of_steps(1, &choice), choice)
+            let choice = self.zeros(self.all(), steps, &all).1;
+            (self.cost_of_steps(&choice), choice)
         });
         let worth = |(cost, choice): &(f64, Choice)| self.is_worth_a_fit(*cost, choice);
         let worth: Vec<(f64, Choice)> = finer.filter(worth).collect();
@@ -41,8 +43,13 @@ impl QuickScores<'_> {
         best_of(worth.into_iter().map(penalised).collect(), 1)
     }
 
-    /// The best zeros for a number of steps by one reading in `stride`, a common one or one for each drive, with their penalised cost.
-    fn zeros(&self, stride: usize, steps: u32, turned: &[TurnedDrive]) -> (f64, Choice) {
+    /// The best zeros for a number of steps by these readings, a common one or one for each drive, with their penalised cost.
+    fn zeros(
+        &self,
+        readings: &[ChangedReadings],
+        steps: u32,
+        turned: &[TurnedDrive],
+    ) -> (f64, Choice) {
         let common =
             (0..COMMON_ZEROS).map(|number| Choice::Steps(steps, vec![common_zero(number)]));
         let last = self.drives.iter().map(|drive| drive.number).max().unwrap_or(0);
@@ -53,15 +60,16 @@ impl QuickScores<'_> {
             let mut of_each = vec![0; last + 1];
             for drive in &self.drives {
                 let turned = turned.get(drive.place).filter(|_| small);
-                of_each[drive.number] = self.zero_of(drive, stride, steps, turned);
+                of_each[drive.number] = self.zero_of(drive, &readings[drive.place], steps, turned);
             }
             Choice::Steps(steps, of_each)
         });
-        let share = self.observations.len() as f64 / self.readings_in(stride) as f64;
+        let count: usize = readings.iter().map(ChangedReadings::len).sum();
+        let share = self.observations.len() as f64 / count as f64;
         let cost = |choice: &Choice| {
             let cost = match small {
                 true => self.cost_of_small_steps(turned, choice),
-                false => self.cost_of_steps(stride, choice),
+                false => self.quick_cost_of_steps(readings, choice),
             };
             share * cost + 2.0 * cost_of_choice(choice, self.elements())
         };
@@ -76,7 +84,7 @@ impl QuickScores<'_> {
     fn zero_of(
         &self,
         drive: &ScoredDrive,
-        stride: usize,
+        readings: &ChangedReadings,
         steps: u32,
         turned: Option<&TurnedDrive>,
     ) -> u16 {
@@ -98,7 +106,7 @@ impl QuickScores<'_> {
         let mut next = next.into_iter().peekable();
         let mut turning = match turned {
             Some(turned) => Turning::ToFirstOrder(turned.changed(&changes)),
-            None => Turning::Exactly(drive.changed(stride, &changes)),
+            None => Turning::OfEach(readings.change(&changes)),
         };
         let mut best = (f64::INFINITY, 0);
         for zero in zeros {
@@ -106,12 +114,16 @@ impl QuickScores<'_> {
                 let by = turns[n] * by_a_step;
                 match &mut turning {
                     Turning::ToFirstOrder(changed) => changed.and(n, by),
-                    Turning::Exactly(change) => drive.change(change, stride, n, by),
+                    Turning::OfEach(change) => readings.change_further(change, n, by),
                 }
             }
             let cost = match &turning {
                 Turning::ToFirstOrder(changed) => changed.sums().cost(),
-                Turning::Exactly(change) => self.cost_of_drive(drive, stride, change),
+                Turning::OfEach(change) => {
+                    let mut sums = CostByGain::default();
+                    readings.add_to(&mut sums, change.iter().copied());
+                    sums.cost()
+                }
             };
             if cost < best.0 {
                 best = (cost, zero);
@@ -135,9 +147,26 @@ impl QuickScores<'_> {
         sums.cost()
     }
 
-    /// The cost of steps, by one reading in `stride`.
-    fn cost_of_steps(&self, stride: usize, choice: &Choice) -> f64 {
-        let Choice::Steps(steps, zeros) = choice else { return f64::INFINITY };
+    /// The cost of steps, by all readings.
+    fn cost_of_steps(&self, choice: &Choice) -> f64 {
+        let turns = self.turns_of_steps(choice);
+        let of_drive = |(drive, turns): (&ScoredDrive, &Vec<Complex64>)| drive.changed(turns);
+        let changes: Vec<_> = self.drives.par_iter().zip(&turns).map(of_drive).collect();
+        self.cost(|drive, i| changes[drive.place][i])
+    }
+
+    /// The cost of steps, by some readings.
+    fn quick_cost_of_steps(&self, readings: &[ChangedReadings], choice: &Choice) -> f64 {
+        let mut sums = CostByGain::default();
+        for (readings, turns) in readings.iter().zip(self.turns_of_steps(choice)) {
+            readings.add_to(&mut sums, readings.change(&turns).into_iter());
+        }
+        sums.cost()
+    }
+
+    /// The relative change of each element that steps make, drive by drive.
+    fn turns_of_steps(&self, choice: &Choice) -> Vec<Vec<Complex64>> {
+        let Choice::Steps(steps, zeros) = choice else { return Vec::new() };
         let step_rad = step_rad(*steps, self.model.carrier().frequency_ratio);
         // Of many elements the turns are looked up: most recur.
         let all_rad = || self.drives.iter().flat_map(|drive| &drive.phases_rad);
@@ -148,29 +177,19 @@ impl QuickScores<'_> {
         let turn_of = |whole: i64| Complex64::cis(whole as f64 * step_rad);
         let turns: Option<Vec<Complex64>> = (count < self.drives.len() * self.elements())
             .then(|| (first..).take(count).map(turn_of).collect());
-        let changes: Vec<Vec<Complex64>> = self
-            .drives
-            .par_iter()
-            .map(|drive| {
-                let zero = zeros.get(drive.number).or(zeros.first()).copied().unwrap_or(0);
-                let mut change = vec![Complex64::ZERO; drive.pressures.len()];
-                let of_elements =
-                    drive.phases_rad.iter().zip(&drive.turns).zip(&drive.contributions);
-                for ((phase, turn), part) in of_elements {
-                    let whole = whole_steps(*phase, step_rad, zero);
-                    let turned = match &turns {
-                        Some(turns) => turns[(whole - first) as usize],
-                        None => turn_of(whole),
-                    };
-                    let turn = turned * turn.conj() - 1.0;
-                    for i in (0..part.len()).step_by(stride) {
-                        change[i] += turn * part[i];
-                    }
-                }
-                change
-            })
-            .collect();
-        self.cost(stride, |drive, i| changes[drive.place][i])
+        let of_drive = |drive: &ScoredDrive| {
+            let zero = zeros.get(drive.number).or(zeros.first()).copied().unwrap_or(0);
+            let of_element = |(phase, turn): (&f64, &Complex64)| {
+                let whole = whole_steps(*phase, step_rad, zero);
+                let turned = match &turns {
+                    Some(turns) => turns[(whole - first) as usize],
+                    None => turn_of(whole),
+                };
+                turned * turn.conj() - 1.0
+            };
+            drive.phases_rad.iter().zip(&drive.turns).map(of_element).collect()
+        };
+        self.drives.iter().map(of_drive).collect()
     }
 }
 
@@ -178,5 +197,5 @@ impl QuickScores<'_> {
 enum Turning<'d> {
     ToFirstOrder(Changed<'d>),
     /// The change of the pressure at each visit.
-    Exactly(Vec<Complex64>),
+    OfEach(Vec<Complex64>),
 }

@@ -3,6 +3,8 @@
 //! The score is the cost after a first-order refit of the gain. The pressure is linear in the elements, so a
 //! silent, reversed or exchanged element changes it by what that element contributes.
 
+use std::sync::OnceLock;
+
 use num_complex::Complex64;
 
 use crate::fit::joint_fit::Fit;
@@ -11,6 +13,8 @@ use crate::model::effect::{Choice, Context};
 use crate::model::forward_model::ForwardModel;
 use crate::model::observations::Observations;
 use crate::model::pressure::Pressure;
+use crate::selection::changed_readings::ChangedReadings;
+use crate::selection::cost_by_gain::{CostByGain, Slope};
 use crate::selection::evidence::cost_of_choice;
 
 /// A fit, ready to have its elements changed.
@@ -23,6 +27,9 @@ pub(crate) struct QuickScores<'o> {
     cost: f64,
     /// The first comparison uses one reading in this many.
     pub(super) stride: usize,
+    /// These readings, drive by drive, and all of them.
+    few: OnceLock<Vec<ChangedReadings>>,
+    all: OnceLock<Vec<ChangedReadings>>,
 }
 
 /// A drive, with what its elements add to its readings.
@@ -43,21 +50,13 @@ pub(super) struct ScoredDrive {
 }
 
 impl ScoredDrive {
-    /// The change of the pressure at one visit in `stride`, by a relative change of each element.
-    pub fn changed(&self, stride: usize, changes: &[Complex64]) -> Vec<Complex64> {
+    /// The change of the pressure at each visit, by a relative change of each element.
+    pub fn changed(&self, changes: &[Complex64]) -> Vec<Complex64> {
         let mut change = vec![Complex64::ZERO; self.pressures.len()];
-        for (element, by) in changes.iter().enumerate() {
-            self.change(&mut change, stride, element, *by);
+        for (part, by) in self.contributions.iter().zip(changes) {
+            change.iter_mut().zip(part).for_each(|(change, part)| *change += by * part);
         }
         change
-    }
-
-    /// Changes one element further.
-    pub fn change(&self, change: &mut [Complex64], stride: usize, element: usize, by: Complex64) {
-        let part = &self.contributions[element];
-        for i in (0..part.len()).step_by(stride) {
-            change[i] += by * part[i];
-        }
     }
 }
 
@@ -83,8 +82,9 @@ impl<'o> QuickScores<'o> {
             }
         }
         let stride = (observations.len() / FEW_READINGS).max(1);
-        let mut quick = Self { observations, fit, model, drives, cost: 0.0, stride };
-        quick.cost = quick.cost(1, |_, _| Complex64::ZERO);
+        let (few, all) = Default::default();
+        let mut quick = Self { observations, fit, model, drives, cost: 0.0, stride, few, all };
+        quick.cost = quick.cost(|_, _| Complex64::ZERO);
         quick
     }
 
@@ -124,31 +124,38 @@ impl<'o> QuickScores<'o> {
         }
     }
 
-    /// How many readings one in `stride` are.
-    pub(super) fn readings_in(&self, stride: usize) -> usize {
-        self.drives.iter().map(|drive| drive.pressures.len().div_ceil(stride)).sum()
+    /// The readings of every drive that the first comparison uses.
+    pub(super) fn few(&self) -> &[ChangedReadings] {
+        self.few.get_or_init(|| self.changed_readings(self.stride))
     }
 
-    /// The cost over one reading in `stride` with changed pressures, after a first-order refit of the gain.
-    pub(super) fn cost(
-        &self,
-        stride: usize,
-        change: impl Fn(&ScoredDrive, usize) -> Complex64,
-    ) -> f64 {
-        let mut sums = CostByGain::default();
-        self.evaluate(stride, change, |slope| sums.add(&slope));
-        sums.cost()
+    /// All readings of every drive.
+    pub(super) fn all(&self) -> &[ChangedReadings] {
+        self.all.get_or_init(|| self.changed_readings(1))
     }
 
-    /// The same of one drive, by its readings alone.
-    pub(super) fn cost_of_drive(
-        &self,
-        drive: &ScoredDrive,
-        stride: usize,
-        change: &[Complex64],
-    ) -> f64 {
+    fn changed_readings(&self, stride: usize) -> Vec<ChangedReadings> {
+        let of_drive = |drive: &ScoredDrive| {
+            let scan = &self.observations.scans[drive.scan];
+            let mut slopes = Vec::new();
+            self.evaluate_drive(drive, stride, |_| Complex64::ZERO, |slope| slopes.push(slope));
+            let visits = scan.drives[drive.drive].visits.iter().step_by(stride);
+            let deviations = visits.map(|visit| visit.variance.sqrt());
+            let few = |part: &Vec<Complex64>| part.iter().step_by(stride).copied().collect();
+            let contributions = drive.contributions.iter().map(few).collect();
+            ChangedReadings::of(
+                slopes.into_iter().zip(deviations),
+                scan.scatter.share,
+                contributions,
+            )
+        };
+        self.drives.iter().map(of_drive).collect()
+    }
+
+    /// The cost over all readings with changed pressures, after a first-order refit of the gain.
+    pub(super) fn cost(&self, change: impl Fn(&ScoredDrive, usize) -> Complex64) -> f64 {
         let mut sums = CostByGain::default();
-        self.evaluate_drive(drive, stride, |i| change[i], |slope| sums.add(&slope));
+        self.evaluate(1, change, |slope| sums.add(slope.residual, slope.by_gain));
         sums.cost()
     }
 
@@ -171,47 +178,6 @@ impl<'o> QuickScores<'o> {
 
     pub(super) fn elements(&self) -> usize {
         self.drives[0].contributions.len()
-    }
-}
-
-/// The cost after a first-order refit of the gain: sums of squares and products of residuals and slopes.
-#[derive(Default)]
-pub(super) struct CostByGain {
-    pub rr: f64,
-    pub rg: f64,
-    pub gg: f64,
-}
-
-impl CostByGain {
-    pub fn add(&mut self, slope: &Slope) {
-        self.rr += slope.residual * slope.residual;
-        self.rg += slope.residual * slope.by_gain;
-        self.gg += slope.by_gain * slope.by_gain;
-    }
-
-    /// Of the readings of both.
-    pub fn join(&mut self, other: &Self) {
-        self.rr += other.rr;
-        self.rg += other.rg;
-        self.gg += other.gg;
-    }
-
-    pub fn cost(&self) -> f64 {
-        self.rr - self.rg * self.rg / self.gg.max(f64::MIN_POSITIVE)
-    }
-}
-
-/// A residual, the slope of the expected reading by the logarithm of the gain, and the pressure.
-pub(super) struct Slope {
-    pub residual: f64,
-    pub by_gain: f64,
-    pub pressure: Complex64,
-}
-
-impl Slope {
-    /// The slope of the expected reading by the pressure: its change is the real part of this times a change of pressure.
-    pub fn by_pressure(&self) -> Complex64 {
-        self.by_gain / self.pressure.norm_sqr().max(f64::MIN_POSITIVE) * self.pressure.conj()
     }
 }
 

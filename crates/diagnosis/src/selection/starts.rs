@@ -4,12 +4,14 @@
 use fieldgap_acoustics::{Element, Vec3};
 use nalgebra::{Matrix3, Vector3};
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use crate::fit::joint_fit::Fit;
 use crate::limits::{HIGHEST_PLANE_M, MOST_IN_A_SET, PLANES, SET_BEAM, START_SHORT_BY};
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::{Instance, Setting};
-use crate::selection::quick_scores::{QuickScores, ScoredDrive, Slope, best_of};
+use crate::selection::cost_by_gain::{CostByGain, Slope};
+use crate::selection::quick_scores::{QuickScores, ScoredDrive, best_of};
 
 /// Step between the heights tried for a plane, in wavelengths: the minima of the score are half a wavelength apart.
 const HEIGHT_STEP: f64 = 1.0 / 12.0;
@@ -68,29 +70,22 @@ pub(crate) fn beginnings(
 impl QuickScores<'_> {
     /// The best set of each size.
     fn sets(&self, times: f64) -> Vec<Choice> {
-        let score = |stride: usize, set: &[usize]| {
-            self.cost(stride, |drive, i| {
+        let exactly = |set: &[usize]| {
+            self.cost(|drive, i| {
                 -times * set.iter().map(|&n| drive.contributions[n][i]).sum::<Complex64>()
             })
         };
         let mut beam: Vec<Vec<usize>> = vec![Vec::new()];
         let mut best = Vec::new();
         for _ in 0..MOST_IN_A_SET.min(self.elements() - 1) {
-            let mut grown: Vec<Vec<usize>> = Vec::new();
-            for set in &beam {
-                for n in (0..self.elements()).filter(|n| !set.contains(n)) {
-                    let mut larger = set.clone();
-                    larger.push(n);
-                    larger.sort_unstable();
-                    grown.push(larger);
-                }
-            }
-            grown.sort_unstable();
-            grown.dedup();
+            let mut quick: Vec<(f64, Vec<usize>)> =
+                beam.par_iter().flat_map_iter(|set| self.sets_with_one_more(set, times)).collect();
+            // A set that grew from two smaller ones is there twice.
+            quick.sort_by(|a, b| a.1.cmp(&b.1));
+            quick.dedup_by(|a, b| a.1 == b.1);
             let width = if best.is_empty() { SET_BEAM } else { SET_BEAM / 2 };
-            let quick = grown.into_iter().map(|set| (score(self.stride, &set), set)).collect();
             beam = best_of(quick, width);
-            let finest = beam.iter().take(4).map(|set| (score(1, set), set.clone()));
+            let finest = beam.iter().take(4).map(|set| (exactly(set), set.clone()));
             best.extend(finest.min_by(|a, b| a.0.total_cmp(&b.0)));
         }
         let choices = best.into_iter().map(|(cost, set)| (cost, Choice::Elements(set)));
@@ -98,23 +93,52 @@ impl QuickScores<'_> {
         worth.map(|(_, choice)| choice).collect()
     }
 
+    /// A set with each other element, and what it costs on few readings.
+    fn sets_with_one_more(&self, set: &[usize], times: f64) -> Vec<(f64, Vec<usize>)> {
+        let mut changes = vec![Complex64::ZERO; self.elements()];
+        set.iter().for_each(|&n| changes[n] = Complex64::new(-times, 0.0));
+        let before: Vec<_> = self.few().iter().map(|readings| readings.change(&changes)).collect();
+        let others = (0..self.elements()).filter(|n| !set.contains(n));
+        let with = |n: usize| {
+            let mut sums = CostByGain::default();
+            for (readings, before) in self.few().iter().zip(&before) {
+                let parts = before.iter().zip(readings.of_element(n));
+                readings.add_to(&mut sums, parts.map(|(before, part)| before - times * part));
+            }
+            let mut larger = set.to_vec();
+            larger.push(n);
+            larger.sort_unstable();
+            (sums.cost(), larger)
+        };
+        others.map(with).collect()
+    }
+
     fn exchanges(&self) -> Vec<Choice> {
         let count = self.elements();
-        let score = |stride: usize, a: usize, b: usize| {
-            self.cost(stride, |drive, i| {
-                let turn = drive.phases_rad[b] - drive.phases_rad[a];
-                let (at, back) = (Complex64::cis(turn), Complex64::cis(-turn));
-                (at - 1.0) * drive.contributions[a][i] + (back - 1.0) * drive.contributions[b][i]
+        let turn = |drive: &ScoredDrive, a: usize, b: usize| drive.turns[b] * drive.turns[a].conj();
+        let exactly = |a: usize, b: usize| {
+            self.cost(|drive, i| {
+                let turn = turn(drive, a, b);
+                (turn - 1.0) * drive.contributions[a][i]
+                    + (turn.conj() - 1.0) * drive.contributions[b][i]
             })
         };
-        let mut rough: Vec<(f64, Choice)> = Vec::new();
-        for a in 0..count {
-            for b in a + 1..count {
-                rough.push((score(self.stride, a, b), Choice::Elements(vec![a, b])));
+        let quickly = |a: usize, b: usize| {
+            let mut sums = CostByGain::default();
+            for (drive, readings) in self.drives.iter().zip(self.few()) {
+                let turn = turn(drive, a, b);
+                let (by_a, by_b) = (turn - 1.0, turn.conj() - 1.0);
+                let parts = readings.of_element(a).iter().zip(readings.of_element(b));
+                readings.add_to(&mut sums, parts.map(|(a, b)| by_a * a + by_b * b));
             }
-        }
+            (sums.cost(), Choice::Elements(vec![a, b]))
+        };
+        let rough = (0..count)
+            .into_par_iter()
+            .flat_map_iter(|a| (a + 1..count).map(move |b| quickly(a, b)))
+            .collect();
         self.worth_a_fit(rough, 1, |choice| match choice {
-            Choice::Elements(pair) => score(1, pair[0], pair[1]),
+            Choice::Elements(pair) => exactly(pair[0], pair[1]),
             Choice::None | Choice::Law(_) | Choice::Steps(..) => f64::INFINITY,
         })
     }

@@ -8,7 +8,8 @@ use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::selection::quick_scores::{CostByGain, QuickScores, ScoredDrive};
+use crate::selection::cost_by_gain::CostByGain;
+use crate::selection::quick_scores::{QuickScores, ScoredDrive};
 
 /// The readings of one drive, ready for changes of its elements.
 pub(super) struct TurnedDrive {
@@ -46,7 +47,7 @@ impl TurnedDrive {
             stride,
             |_| Complex64::ZERO,
             |slope| {
-                unchanged.add(&slope);
+                unchanged.add(slope.residual, slope.by_gain);
                 residuals[number] = slope.residual;
                 by_gain[number] = slope.by_gain;
                 let by_pressure = slope.by_pressure();
@@ -110,6 +111,7 @@ mod tests {
     use super::*;
     use crate::effects::testing::{Bench, nuisance};
     use crate::fit::joint_fit::Fit;
+    use crate::selection::cost_by_gain::Slope;
 
     #[test]
     fn small_changes_cost_what_the_readings_themselves_say_and_may_be_made_one_after_another() {
@@ -133,8 +135,12 @@ mod tests {
                 .map(|_| 1e-4 * Complex64::new(normal(), normal()))
                 .collect();
             let none = vec![Complex64::ZERO; changes.len()];
-            let exactly =
-                |changes: &[Complex64]| quick.cost_of_drive(drive, 1, &drive.changed(1, changes));
+            let exactly = |changes: &[Complex64]| {
+                let (change, mut sums) = (drive.changed(changes), CostByGain::default());
+                let see = |slope: Slope| sums.add(slope.residual, slope.by_gain);
+                quick.evaluate_drive(drive, 1, |i| change[i], see);
+                sums.cost()
+            };
             let to_first_order = turned.changed(&changes).sums().cost();
             let gained = exactly(&changes) - exactly(&none);
             let foretold = to_first_order - turned.changed(&none).sums().cost();

@@ -93,9 +93,8 @@ impl Stationary {
         let driven: Vec<_> =
             record.samples.iter().filter_map(|sample| Some((sample, sample.focus?))).collect();
         let largest = driven.iter().map(|(sample, _)| sample.reading).fold(0.0, f64::max);
-        let dark: Vec<f64> = record.silent().map(|sample| sample.reading).collect();
         let count = averaged(record);
-        let additive = DarkReadings::of(&dark, count)
+        let additive = DarkReadings::of_scan(record)
             .map_or(USUAL_ADDITIVE_NOISE * largest, |dark| {
                 dark.noise(USUAL_PROPORTIONAL_NOISE).additive
             });

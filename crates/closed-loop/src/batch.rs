@@ -37,6 +37,9 @@ const EVEN_ONE_IN: usize = 4;
 const REPEAT_ONE_IN: usize = 10;
 const SILENT_ONE_IN: usize = 6;
 
+/// Readings between two visits of one place at least: two readings that follow one another share what changes slowly. Set by judgement.
+const BETWEEN_VISITS: usize = 8;
+
 /// One reading in so many of those that are spread evenly is flown, where the rig flies: what acts in motion alone shows only there. As many
 /// of those that test a cause.
 const FLOWN_ONE_IN: usize = 2;
@@ -83,7 +86,7 @@ pub(crate) struct Chooser<'c> {
 }
 
 impl Chooser<'_> {
-    /// The first round: silent readings, then places spread evenly, every other with a drive of the plan, then repeats.
+    /// The first round: silent readings, then places spread evenly, every other with a drive of the plan, some of them twice.
     pub fn first(&self) -> Batch {
         let count = self.settings.first_readings;
         let (silent, repeats) = (count / SILENT_ONE_IN, count / REPEAT_ONE_IN);
@@ -97,8 +100,7 @@ impl Chooser<'_> {
         let places = self.even_places(once - flown(&rows)).enumerate();
         let mut readings =
             self.in_order(self.at_m, places.map(|(n, at_m)| (at_m, Some(drive(n)))).collect());
-        let again = self.repeats(&readings, repeats);
-        readings.extend(again);
+        readings = self.with_revisits(readings.clone(), repeated(&readings, repeats));
         let readings = self.on_the_move(readings);
         let first_m = readings.first().map_or(self.at_m, |(at_m, _)| *at_m);
         let course = Course::with_rows(first_m, &readings, &rows, self.robot);
@@ -109,7 +111,7 @@ impl Chooser<'_> {
     /// Readings by what they would tell the sets apart, per second, and some spread evenly. `outlooks` gives what the sets that are left
     /// expect of possible readings.
     ///
-    /// Each has a place of its own, or comes once again on the way back: readings of a robot that has not moved share the error of its place.
+    /// Each has a place of its own, or comes once again later: readings of a robot that has not moved share the error of its place.
     pub fn next(
         &self,
         outlooks: impl Fn(&[PossibleReading]) -> Vec<Outlook>,
@@ -198,11 +200,9 @@ impl Chooser<'_> {
                 false => chosen.push((at_m, Some(focus))),
             }
         }
-        let mut readings = self.in_order(self.at_m, chosen);
-        let end_m = readings.last().map_or(self.at_m, |(at_m, _)| *at_m);
-        readings.extend(self.in_order(end_m, again));
-        readings.extend(self.repeats(&readings, repeats));
-        let readings = self.on_the_move(readings);
+        let readings = self.in_order(self.at_m, chosen);
+        again.extend(repeated(&readings, repeats));
+        let readings = self.on_the_move(self.with_revisits(readings, again));
         let apart = (1..outlooks.len()).map(|other| contest.apart(0, other)).collect();
         let course = Course::with_rows(self.at_m, &readings, &rows, self.robot);
         Batch { course, information: Some(contest.information()), apart }
@@ -323,23 +323,43 @@ impl Chooser<'_> {
         readings
     }
 
-    /// Some of the readings once more, spread over them, on the way back.
-    fn repeats(&self, readings: &[Planned], count: usize) -> Vec<Planned> {
-        let Some(&(last_m, _)) = readings.last() else { return Vec::new() };
-        let step = (readings.len() / count.max(1)).max(1);
-        let mut at_m = last_m;
-        let again = readings.iter().rev().skip(step / 2).step_by(step).take(count);
-        again
-            .filter(|(to_m, _)| {
-                let is_free = self.robot.is_free(at_m, *to_m);
-                if is_free {
-                    at_m = *to_m;
-                }
-                is_free
-            })
-            .copied()
-            .collect()
+    /// Readings on their way, with further visits of some of their places, each where the way passes near by and not soon before or after
+    /// another visit; a visit that no free way reaches is left out.
+    fn with_revisits(&self, mut readings: Vec<Planned>, visits: Vec<Planned>) -> Vec<Planned> {
+        for visit in visits {
+            let best = (1..=readings.len()).filter_map(|place| {
+                let near = place.saturating_sub(BETWEEN_VISITS)
+                    ..readings.len().min(place + BETWEEN_VISITS);
+                let is_soon = readings[near].iter().any(|(at_m, _)| *at_m == visit.0);
+                Some((self.detour_s(&readings, place, visit.0).filter(|_| !is_soon)?, place))
+            });
+            if let Some((_, place)) = best.min_by(|a, b| a.0.total_cmp(&b.0)) {
+                readings.insert(place, visit);
+            }
+        }
+        readings
     }
+
+    /// Time that a further visit costs before the reading of this number, s; `None` if the ways are not free.
+    fn detour_s(&self, readings: &[Planned], number: usize, at_m: Vec3) -> Option<f64> {
+        let way_s = |from_m: Vec3, to_m: Vec3| {
+            self.robot.is_free(from_m, to_m).then(|| self.robot.move_s(from_m, to_m))
+        };
+        let before_m = readings[number - 1].0;
+        let there_s = way_s(before_m, at_m)?;
+        match readings.get(number) {
+            Some(&(after_m, _)) => {
+                Some(there_s + way_s(at_m, after_m)? - self.robot.move_s(before_m, after_m))
+            }
+            None => Some(there_s),
+        }
+    }
+}
+
+/// Some of the readings, spread over them, to be taken once more.
+fn repeated(readings: &[Planned], count: usize) -> Vec<Planned> {
+    let step = (readings.len() / count.max(1)).max(1);
+    readings.iter().skip(step / 2).step_by(step).take(count).copied().collect()
 }
 
 /// What can be taken at once: a reading at rest, or a row.

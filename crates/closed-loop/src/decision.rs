@@ -21,9 +21,13 @@ const UNEXPLAINED: usize = 4;
 /// to one; a margin of one.
 const NAMED: f64 = 12.0;
 
-/// Readings that show a gap of this size, in standard deviations of a reading. Each gives half its square in nats, wherever it stands.
-fn readings_that_show(gap_sigma: f64) -> f64 {
-    2.0 * NAMED / (gap_sigma * gap_sigma)
+/// Nats that they must give a further cause beside a named one: five for its parameters and odds of twenty to one.
+const NAMED_BESIDE: f64 = 8.0;
+
+/// Readings that give so many nats by a gap of this size, in standard deviations of a reading. Each gives half its square, wherever it
+/// stands.
+fn readings_that_show(nats: f64, gap_sigma: f64) -> f64 {
+    2.0 * nats / (gap_sigma * gap_sigma)
 }
 
 /// What the readings so far say.
@@ -123,8 +127,9 @@ pub(crate) fn next(
     readings: usize,
     settings: &ClosedLoop,
 ) -> Next {
-    let is_early = standing.verdict == Verdict::None
-        && (readings as f64) < readings_that_show(settings.smallest_gap_sigma);
+    // What is not there, no gap or no further cause beside the named one, is said where it would have shown.
+    let nats = if standing.verdict == Verdict::None { NAMED } else { NAMED_BESIDE };
+    let is_early = (readings as f64) < readings_that_show(nats, settings.smallest_gap_sigma);
     if !is_early && standing.is_certain(settings) && standing.agreeing(earlier) >= AGREEING {
         return match (standing.verdict, settings.verify_readings) {
             (Verdict::None, _) => Next::End(End::NoGap),
@@ -300,6 +305,8 @@ mod tests {
             next(&now, std::slice::from_ref(&same), N, &unverified),
             Next::End(End::Explained)
         );
+        // A further cause beside it would not have shown in so few.
+        assert_eq!(next(&now, std::slice::from_ref(&same), 700, &settings()), Next::Explore);
         // A probability below the one asked for is not enough, however many rounds agree.
         let doubtful = standing(Verdict::Explained, &[EffectId::Pitch], 0.9);
         assert_eq!(next(&doubtful, &[same.clone(), same], N, &settings()), Next::Explore);

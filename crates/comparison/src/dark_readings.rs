@@ -8,6 +8,9 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use fieldgap_acoustics::golden_section;
 use fieldgap_records::RecordedScan;
 
+use super::rice::lost_in_noise;
+use super::within_readings::WithinReadings;
+
 /// Dark readings below which they say nothing: eight tell a standard deviation to 25 %.
 const FEWEST_DARK_READINGS: usize = 8;
 
@@ -43,6 +46,8 @@ pub struct DarkReadings {
     mean_reading: f64,
     /// How many magnitudes each is the mean of.
     averaged: f64,
+    /// What the scatter of these magnitudes tells.
+    within: Option<WithinReadings>,
 }
 
 /// The noise that dark readings show.
@@ -54,9 +59,34 @@ pub struct DarkNoise {
     pub floor: f64,
     /// By how much dark readings prefer that floor to none, in nats.
     pub evidence: f64,
+    /// Whether noise comes in after the floor, which then takes nothing from it.
+    pub before_noise: bool,
+}
+
+impl DarkNoise {
+    /// Without a floor.
+    pub fn without_floor(additive: f64) -> Self {
+        Self { additive, floor: 0.0, evidence: 0.0, before_noise: false }
+    }
+
+    /// The floor that takes from the scatter of readings: one that is added after the noise.
+    pub fn floor_after_noise(&self) -> f64 {
+        if self.before_noise { 0.0 } else { self.floor }
+    }
 }
 
 impl DarkReadings {
+    /// Of a scan; `None` if it has too few.
+    pub fn of_scan(scan: &RecordedScan) -> Option<Self> {
+        let silent: Vec<f64> = scan.silent().map(|sample| sample.reading).collect();
+        Some(Self::of(&silent, averaged(scan))?.with_scatter(WithinReadings::of(&scan.samples)))
+    }
+
+    /// The same readings, with what the scatter within readings tells.
+    pub fn with_scatter(self, within: Option<WithinReadings>) -> Self {
+        Self { within, ..self }
+    }
+
     /// Of readings, each the mean of `averaged` magnitudes; `None` if they are too few.
     pub fn of(readings: &[f64], averaged: f64) -> Option<Self> {
         let mean_reading = readings.iter().sum::<f64>() / readings.len() as f64;
@@ -67,6 +97,7 @@ impl DarkReadings {
             mean,
             mean_reading,
             averaged,
+            within: None,
         })
     }
 
@@ -76,21 +107,33 @@ impl DarkReadings {
             return self.noise_of_averages();
         }
         let of = |noise: f64| self.cost((0.5 * noise * self.mean).sqrt(), share);
-        let none = DarkNoise { additive: (0.5 * self.mean).sqrt(), floor: 0.0, evidence: 0.0 };
+        let none = DarkNoise::without_floor((0.5 * self.mean).sqrt());
         let (noise, cost) = golden_section::least_positive(LEAST_NOISE, 1.0, of);
         let evidence = self.cost(none.additive, share) - cost - 1.0;
         if evidence < FLOOR_BY_DARK_READINGS {
             return none;
         }
         let additive = (0.5 * noise * self.mean).sqrt();
-        DarkNoise { additive, floor: self.floor_beside(additive), evidence }
+        let floor = self.floor_beside(additive);
+        DarkNoise { additive, floor, evidence, before_noise: false }
     }
 
     /// The noise from means of magnitudes. Without a floor single magnitudes have Rayleigh's distribution. Beside a larger floor f a
     /// magnitude is f + σ² (n₁² + n₂²) / 2f and scatters by σ²/f. A mean of n scatters by 1/√n of that.
     fn noise_of_averages(&self) -> DarkNoise {
         let additive = self.mean_reading / OF_NOISE_ALONE / self.averaged.sqrt();
-        let none = DarkNoise { additive, floor: 0.0, evidence: 0.0 };
+        let none = DarkNoise::without_floor(additive);
+        if let Some(within) = self.within {
+            return match within.floor_power() {
+                (_, evidence) if evidence < FLOOR_BY_DARK_READINGS => none,
+                (power, evidence) => DarkNoise {
+                    additive: (within.variance / self.averaged).sqrt(),
+                    floor: power.sqrt(),
+                    evidence,
+                    before_noise: is_before_noise(&within, power.sqrt()),
+                },
+            };
+        }
         let variance = (self.mean - self.mean_reading * self.mean_reading).max(1e-12 * self.mean);
         let ratio = variance / (RAYLEIGH_VARIANCE * additive * additive);
         let evidence = 0.5 * self.powers.len() as f64 * (ratio - 1.0 - ratio.ln()) - 1.0;
@@ -98,7 +141,8 @@ impl DarkReadings {
             return none;
         }
         let additive = additive.min((self.mean_reading * (variance / self.averaged).sqrt()).sqrt());
-        DarkNoise { additive, floor: self.floor_beside(additive), evidence }
+        let floor = self.floor_beside(additive);
+        DarkNoise { additive, floor, evidence, before_noise: false }
     }
 
     /// Negative logarithm of the likelihood of a quadrature's noise beside no floor, less a constant.
@@ -141,6 +185,23 @@ impl DarkReadings {
         let deviation = (2.0 * share * self.mean).max(1e-6 * self.mean);
         self.powers.iter().map(|power| -log_density(power - floor, rate, deviation)).sum()
     }
+}
+
+/// Whether silent magnitudes scatter as if noise came in after a floor, and not before it.
+///
+/// After it, they have Rice's distribution. Before it, their squares are f² and an exponential number of mean 2 b²: the mean magnitude is
+/// f + b √(π/2) exp(x²) erfc(x), with x = f/(b √2).
+fn is_before_noise(within: &WithinReadings, floor: f64) -> bool {
+    /// From here on exp(x²) erfc(x) is 1/(x √π) to a percent.
+    const LARGE: f64 = 6.0;
+    let variance = within.variance;
+    let after_floor = variance * (1.0 - lost_in_noise(floor, variance));
+    let x = floor / (2.0 * variance).sqrt();
+    let scaled = if x < LARGE { (x * x).exp() * libm::erfc(x) } else { 1.0 / (x * PI.sqrt()) };
+    let mean = floor + OF_NOISE_ALONE * variance.sqrt() * scaled;
+    let before_floor = (floor * floor + 2.0 * variance - mean * mean).max(1e-9 * variance);
+    let off = |expected: f64| (within.silent_variance / expected).ln().abs();
+    off(after_floor) < off(before_floor)
 }
 
 /// Logarithm of the density of the sum of an exponential number with a rate and a normal one with a standard deviation.

@@ -41,6 +41,8 @@
 //! | `receiver_face` | a gain that falls with the angle of arrival, where this explains what a pose cannot |
 //! | `identifiability`, `standard_errors` | which parameters the readings determine, and how well |
 //! | `dark_readings` | quadrature noise and detector floor from readings with the array silent |
+//! | `within_readings` | the same from the scatter of the magnitudes that are averaged into one reading |
+//! | `rice` | mean magnitude of a noisy level |
 //! | `noise`, `figures`, `agreement` | noise, figures of each height with errors, correlation and residual |
 //! | `comparison`, `registration`, `table` | the result as data, text and CSV |
 //! | `levels`, `reception` | absolute levels with their uncertainty, where the receiver's sensitivity is known |
@@ -68,10 +70,12 @@ mod reception;
 mod refine;
 mod register;
 mod registration;
+mod rice;
 mod shift_search;
 mod simulated_readings;
 mod standard_errors;
 mod table;
+mod within_readings;
 
 pub use change::{
     Aligning, Alignment, Change, ChangeFigures, Condition, HeightChange, NoChange, PlaceChange,
@@ -90,4 +94,6 @@ pub use pose::{Mirror, Pose};
 pub use registration::{
     Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,
 };
+pub use rice::{lost_in_noise, rice_mean};
 pub use simulated_readings::simulated_readings;
+pub use within_readings::WithinReadings;

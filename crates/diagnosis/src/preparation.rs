@@ -2,14 +2,13 @@
 
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{
-    DarkReadings, Incomparable, Pose, Registering, Registration, USUAL_PROPORTIONAL_NOISE,
-    register_scan,
+    Incomparable, Pose, Registering, Registration, USUAL_PROPORTIONAL_NOISE, register_scan,
 };
 use fieldgap_records::RecordedScan;
 
 use crate::limits::{ALIKE, UNLIKE};
 use crate::model::effect::Context;
-use crate::model::observations::Observations;
+use crate::model::observations::{Observations, ObservedScan};
 
 /// The input of a diagnosis.
 pub(crate) struct Prepared {
@@ -90,8 +89,7 @@ fn is_in_other_coordinates(registration: &Registration) -> bool {
 fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {
     let drives = || observations.scans.iter().flat_map(|scan| &scan.drives);
     let highest = drives().flat_map(|drive| &drive.visits).map(|visit| visit.at_m.z);
-    let dark =
-        observations.scans.iter().filter_map(|scan| DarkReadings::of(&scan.dark, scan.averaged));
+    let dark = observations.scans.iter().filter_map(ObservedScan::dark_readings);
     let floors = dark.map(|dark| dark.noise(USUAL_PROPORTIONAL_NOISE).floor);
     Context {
         believed: observations.first().believed.clone(),

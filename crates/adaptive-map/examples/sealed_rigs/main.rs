@@ -214,8 +214,7 @@ fn plain_grid(readings: usize) -> Vec<Planned> {
 
 /// The plain grid by splines, less the noise of the receiver's quadratures; the spline states no errors.
 fn by_spline(plain: &RecordedScan, adaptive: &RecordedScan) -> Vec<Estimate> {
-    let dark: Vec<f64> = adaptive.silent().map(|sample| sample.reading).collect();
-    let noise = DarkReadings::of(&dark, 16.0).map_or(0.0, |dark| dark.noise(0.02).additive);
+    let noise = DarkReadings::of_scan(adaptive).map_or(0.0, |dark| dark.noise(0.02).additive);
     let power = noise * noise * 16.0;
     let level = |reading: f64| {
         let mut square = reading * reading;

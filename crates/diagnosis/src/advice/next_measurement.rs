@@ -336,8 +336,14 @@ impl Proposal {
             .collect();
         let averaged = observations.scans[0].averaged;
         let scale = NoiseScale::new(scatter.share, scatter.additive, averaged);
-        let scan =
-            ObservedScan { drives, scatter: scatter.clone(), averaged, scale, dark: Vec::new() };
+        let scan = ObservedScan {
+            drives,
+            scatter: scatter.clone(),
+            averaged,
+            scale,
+            dark: Vec::new(),
+            within: None,
+        };
         Observations { scans: vec![scan] }
     }
 

@@ -96,6 +96,7 @@ fn scan_without_noise() -> ObservedScan {
         averaged: 1.0,
         scale: NoiseScale::new(0.0, NEXT_TO_NONE, 1.0),
         dark: Vec::new(),
+        within: None,
     }
 }
 

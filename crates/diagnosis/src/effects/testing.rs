@@ -67,6 +67,7 @@ impl Bench {
             averaged: 1.0,
             scale: NoiseScale::new(0.02, 0.01, 1.0),
             dark: Vec::new(),
+            within: None,
         };
         scan.set_scatter(Scatter { share: 0.02, additive: 0.01, ..Scatter::default() });
         for (number, (excitation, places_m)) in drives.iter().enumerate() {

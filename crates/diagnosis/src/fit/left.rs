@@ -119,7 +119,7 @@ impl<'s> UnknownNoise<'s> {
         });
         Self {
             scan,
-            dark: DarkReadings::of(&scan.dark, scan.averaged),
+            dark: scan.dark_readings(),
             usual_additive: (USUAL_ADDITIVE_NOISE * largest).max(f64::MIN_POSITIVE),
             cells: cells.collect(),
         }

@@ -1,7 +1,7 @@
 //! The readings of a diagnosis, each with position, motion and time.
 
 use fieldgap_acoustics::{Simulation, Simulator, Vec3, golden_section};
-use fieldgap_comparison::{Pose, averaged};
+use fieldgap_comparison::{DarkReadings, Pose, WithinReadings, averaged};
 use fieldgap_records::{RecordedSample, RecordedScan};
 
 use crate::model::motion::{Approach, Motion, approaches};
@@ -28,6 +28,8 @@ pub(crate) struct ObservedScan {
     pub scale: NoiseScale,
     /// The dark readings.
     pub dark: Vec<f64>,
+    /// What the scatter of the magnitudes within its readings tells.
+    pub within: Option<WithinReadings>,
 }
 
 /// The readings of one drive.
@@ -125,6 +127,7 @@ impl Observations {
                     averaged: averaged(scan),
                     scale: NoiseScale::new(0.0, 1.0, 1.0),
                     dark,
+                    within: WithinReadings::of(&scan.samples),
                 }
             })
             .collect();
@@ -212,6 +215,11 @@ impl Visit {
 }
 
 impl ObservedScan {
+    /// Its dark readings; `None` if they are too few.
+    pub fn dark_readings(&self) -> Option<DarkReadings> {
+        Some(DarkReadings::of(&self.dark, self.averaged)?.with_scatter(self.within))
+    }
+
     /// Sets the scatter of the readings.
     pub fn set_scatter(&mut self, scatter: Scatter) {
         self.scale = NoiseScale::new(scatter.share, scatter.additive, self.averaged);

@@ -1,11 +1,14 @@
 //! What the receiver makes of a pressure: gain, drift, quadrature noise, compression, floor, noise in proportion, full scale.
 
+use fieldgap_comparison::rice_mean;
+
 use super::effect::Expected;
 use super::forward_model::ForwardModel;
+use super::instance::Active;
 use super::observations::ObservedScan;
 use super::pressure::Pressure;
 use crate::limits::LEAST_VARIANCE_RATIO;
-use crate::statistics::detector::{Detected, rice_mean};
+use crate::statistics::detector::Detected;
 
 /// The expected reading on the scan's noise scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +32,11 @@ impl ForwardModel<'_> {
     ) -> Expected {
         let scatter = &scan.scatter;
         let gain = self.gain_at(gain, progress);
-        let level = level(pressure, gain);
+        let floor = self.floor();
+        let (level, floor) = match scan.scatter.floor_before_noise {
+            true => (level(pressure, gain).hypot(floor), 0.0),
+            false => (level(pressure, gain), floor),
+        };
         // Of magnitudes that are averaged, each has the noise of one.
         let single = scatter.additive * scan.averaged.sqrt();
         if !self.changes_scatter() {
@@ -40,8 +47,11 @@ impl ForwardModel<'_> {
         let speckle = pressure.speckle_along_and_across().map(|square| gain * gain * square);
         let [along, across] = speckle.map(|square| (noise + square).sqrt());
         let detected = Detected::of(level, along, across);
-        let (reading, quadrature) = detected.received(self.floor(), |level| self.detected(level));
-        let proportional = match self.proportional_noise_before_detector() {
+        let (reading, quadrature) = detected.received(floor, |level| self.detected(level, floor));
+        // Of a floor that comes in before all noise, readings scatter as they do of any level.
+        let before_detector =
+            self.proportional_noise_before_detector() && !scan.scatter.floor_before_noise;
+        let proportional = match before_detector {
             false => scatter.share * reading,
             true => scatter.share * level * self.slope(level, reading),
         };
@@ -82,9 +92,12 @@ impl ForwardModel<'_> {
         gain * drift.max(LEAST)
     }
 
-    /// What amplifier and detector make of a level.
-    fn detected(&self, level: f64) -> f64 {
-        self.detector().fold(level, |level, active| active.effect.transfer(active.setting(), level))
+    /// What amplifier and detector make of a level, with a floor if this is above zero.
+    fn detected(&self, level: f64, floor: f64) -> f64 {
+        let acts =
+            |active: &&Active<'_>| floor > 0.0 || active.effect.floor(active.setting()) == 0.0;
+        let detector = self.detector().filter(acts);
+        detector.fold(level, |level, active| active.effect.transfer(active.setting(), level))
     }
 
     /// The slope of that, at a level whose mean reading is known. A floor in power makes it the ratio of the level before the floor to

@@ -41,10 +41,10 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     // A converter with coarse steps makes every dark reading zero.
     let largest = scan.drives.iter().flat_map(|d| &d.readings).fold(0.0f64, |a, r| a.max(*r));
     let lowest = (LEAST_ADDITIVE_NOISE * largest).max(f64::MIN_POSITIVE);
-    let dark = DarkReadings::of(&scan.dark, scan.averaged);
-    let unknown = DarkNoise { additive: rough.1, floor: 0.0, evidence: 0.0 };
+    let dark = scan.dark_readings();
+    let unknown = DarkNoise::without_floor(rough.1);
     let mut known = dark.as_ref().map_or(unknown, |dark| dark.noise(USUAL_PROPORTIONAL_NOISE));
-    let mut pairs = pairs_beside(scan, levels, known.floor);
+    let mut pairs = pairs_beside(scan, levels, known.floor_after_noise());
     let beside_floor = known.floor > 0.0 && scan.averaged == 1.0 && pairs.len() >= FEWEST_REPEATS;
     if let Some(dark) = dark.as_ref().filter(|_| beside_floor) {
         // Beside a floor, dark readings have proportional noise too, so both parts are found from dark readings and repeats together.
@@ -59,7 +59,8 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         let most = dark.floor_beside(0.0);
         let (additive, _) = least_positive(1e-3 * most, 0.7 * most, |additive| of(additive).1);
         let evidence = dark.noise(of(additive).0).evidence;
-        known = DarkNoise { additive, floor: dark.floor_beside(additive), evidence };
+        let floor = dark.floor_beside(additive);
+        known = DarkNoise { additive, floor, evidence, before_noise: false };
         pairs = pairs_beside(scan, levels, known.floor);
     }
     let additive = known.additive.max(lowest);
@@ -71,6 +72,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         most_turbulence: f64::INFINITY,
         most_jitter_mm: f64::INFINITY,
         floor: known.floor,
+        floor_before_noise: known.before_noise,
         most_floor: dark
             .as_ref()
             .map_or(f64::INFINITY, |dark| most_floor(dark, known.floor, additive)),
@@ -125,7 +127,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
 
 /// The scatter of a scan at the maximum likelihood of all its readings, within the range that dark readings and repeats allow.
 pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatter) -> Scatter {
-    let Some(dark) = DarkReadings::of(&scan.dark, scan.averaged) else { return judged };
+    let Some(dark) = scan.dark_readings() else { return judged };
     let averaged_beside_floor = judged.floor > 0.0 && scan.averaged > 1.0;
     if judged.fluctuation > 0.0 || judged.pairs.len() < FEWEST_REPEATS || averaged_beside_floor {
         return judged;

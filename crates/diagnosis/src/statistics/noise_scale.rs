@@ -3,9 +3,7 @@
 //! For proportional and quadrature noise the integral is asinh(a r / b) / a. Where the level is below the noise the magnitude scatters
 //! less than its quadratures do; the difference of the integral is tabulated.
 
-use fieldgap_comparison::OF_NOISE_ALONE;
-
-use crate::statistics::detector::{lost_in_noise, rice_mean};
+use fieldgap_comparison::{OF_NOISE_ALONE, lost_in_noise, rice_mean};
 
 /// Least proportional noise: below it the transform loses digits.
 pub(crate) const LEAST_SHARE: f64 = 1e-4;
@@ -148,7 +146,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::statistics::detector::rice_mean;
 
     proptest! {
         #[test]

@@ -27,6 +27,8 @@ pub(crate) struct Scatter {
     pub most_jitter_mm: f64,
     /// Floor that dark readings show, in the reading's unit.
     pub floor: f64,
+    /// Whether noise comes in after the floor: it then scatters readings of the floor as it does others.
+    pub floor_before_noise: bool,
     /// The largest floor that dark readings allow: nothing can read less than the floor.
     pub most_floor: f64,
     /// By how much dark readings prefer that floor to none, in nats.
@@ -45,6 +47,7 @@ impl Default for Scatter {
             most_turbulence: f64::INFINITY,
             most_jitter_mm: f64::INFINITY,
             floor: 0.0,
+            floor_before_noise: false,
             most_floor: f64::INFINITY,
             floor_evidence: 0.0,
             pairs: Arc::new([]),

@@ -68,6 +68,7 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
         gap_before: gap(&before),
         gap_before_held_out: 1.02 * gap(&before),
         held_out_by: HeldOutBy::Place,
+        held_out_block_mm: Some(14.0),
         noise_floor: gap(&noise),
         explained_fraction: 0.9982,
         r#where: Where {

@@ -43,6 +43,9 @@ pub struct Diagnosis {
     pub gap_before_held_out: f64,
     /// How these readings were chosen.
     pub held_out_by: HeldOutBy,
+    /// Side of the blocks of places, mm, if they were chosen by place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub held_out_block_mm: Option<f64>,
     /// What noise alone leaves, relative to the scan's rms.
     pub noise_floor: f64,
     /// Share of the squared gap beyond noise, on readings kept out of the fit, that the best candidate explains; 0 to 1.
@@ -118,6 +121,19 @@ impl Verdict {
     }
 }
 
+impl Diagnosis {
+    /// What a fifth was held out of, as a plural.
+    pub fn held_out_of_what(&self) -> String {
+        let of_what = match self.held_out_by {
+            HeldOutBy::Place => "places",
+            HeldOutBy::Drive => "drives",
+            HeldOutBy::Time => "stretches of time",
+        };
+        let blocks = self.held_out_block_mm.map(|mm| format!(", in blocks of {mm:.0} mm"));
+        of_what.to_owned() + &blocks.unwrap_or_default()
+    }
+}
+
 /// What the readings kept out of a fit have in common: a fifth of the blocks of places, of the drives, or of the stretches of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -128,17 +144,6 @@ pub enum HeldOutBy {
     Drive,
     /// Stretches of time, of a scan with few places and few drives.
     Time,
-}
-
-impl HeldOutBy {
-    /// What a fifth was kept out of, as a plural.
-    pub const fn of_what(self) -> &'static str {
-        match self {
-            Self::Place => "places",
-            Self::Drive => "drives",
-            Self::Time => "stretches of time",
-        }
-    }
 }
 
 /// What the best candidate leaves beyond noise, where it has structure.

@@ -109,6 +109,7 @@ impl ReportBuilder<'_> {
             gap_before: gaps.before,
             gap_before_held_out: gaps.before_held_out,
             held_out_by: held_out.by,
+            held_out_block_mm: held_out.block_m.map(|m| (1e4 * m).round() / 10.0),
             noise_floor: gaps.noise,
             explained_fraction: gaps.explained_fraction(ranked[0].gap_after_held_out),
             r#where: gap_budget(observations, &nuisance, &before, &after),

@@ -93,7 +93,7 @@ impl Diagnosis {
             String::new(),
             percent(self.explained_fraction),
         ));
-        let of_what = self.held_out_by.of_what();
+        let of_what = self.held_out_of_what();
         let mut text =
             format!("Gap, relative to the scan's rms; held out: a fifth of the {of_what}\n");
         text += &table(&rows);

@@ -1,6 +1,6 @@
 //! Readings that are kept out of a fit to check it: a fifth, by place, by drive or by time, whichever a record has enough of.
 //!
-//! Neighbouring places, readings under one drive and readings one after another are alike. So whole blocks of places are kept out; where the
+//! Neighbouring places, readings under one drive and readings one after another are alike. So whole blocks of places are kept out, several wavelengths wide where the scan allows it; where the
 //! places are too few for that, whole drives; and where there are few of both, stretches of time.
 
 use std::collections::BTreeSet;
@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use fieldgap_acoustics::least_squares::Stopping;
 
 use crate::fit::joint_fit::{Fit, Start, fit as fit_again};
-use crate::limits::{CARRIED, HELD_OUT_BLOCK_M};
+use crate::limits::{CARRIED, HELD_OUT_BLOCK_WAVELENGTHS, HELD_OUT_BLOCKS_ACROSS};
 use crate::model::effect::Context;
 use crate::model::forward_model::ForwardModel;
 use crate::model::observations::{Observations, ObservedScan};
@@ -27,13 +27,16 @@ pub(crate) struct HeldOut {
     pub kept_out: Observations,
     /// How they were chosen.
     pub by: HeldOutBy,
+    /// Side of the blocks of places, m, if they were chosen so.
+    pub block_m: Option<f64>,
 }
 
 impl HeldOut {
     pub fn of(observations: &Observations) -> Self {
+        let block_m = block_m(observations);
         let by = |by: HeldOutBy| {
             let kept: Vec<BTreeSet<usize>> =
-                observations.scans.iter().map(|scan| kept_out(scan, by)).collect();
+                observations.scans.iter().map(|scan| kept_out(scan, by, block_m)).collect();
             let is_fair = observations
                 .scans
                 .iter()
@@ -46,7 +49,8 @@ impl HeldOut {
             by(HeldOutBy::Place).or_else(|| by(HeldOutBy::Drive)).unwrap_or_else(by_time);
         let part =
             |out: bool| observations.part(|scan, visit| kept[scan].contains(&visit.number) == out);
-        Self { training: part(false), kept_out: part(true), by }
+        let block_m = (by == HeldOutBy::Place).then_some(block_m);
+        Self { training: part(false), kept_out: part(true), by, block_m }
     }
 
     /// Of the believed set-up, its gain from the training points.
@@ -70,15 +74,30 @@ impl HeldOut {
     }
 }
 
+/// Side of the blocks of places, m: several wavelengths, or less in a narrow scan, but not below one.
+fn block_m(observations: &Observations) -> f64 {
+    let believed = &observations.first().believed;
+    let wavelength_m = believed.medium.wavelength_m(believed.frequency_hz);
+    let drives = observations.scans.iter().flat_map(|scan| &scan.drives);
+    let places = drives.flat_map(|drive| &drive.visits).map(|visit| visit.at_m);
+    let ends = places.fold(None, |ends, at_m| match ends {
+        None => Some((at_m, at_m)),
+        Some((least, most)) => Some((at_m.inf(&least), at_m.sup(&most))),
+    });
+    let longest_m = ends.map_or(0.0, |(least, most)| (most - least).max());
+    let most_m = HELD_OUT_BLOCK_WAVELENGTHS * wavelength_m;
+    (longest_m / HELD_OUT_BLOCKS_ACROSS).clamp(wavelength_m, most_m)
+}
+
 /// Numbers of the readings of a scan that are kept out.
-fn kept_out(scan: &ObservedScan, by: HeldOutBy) -> BTreeSet<usize> {
+fn kept_out(scan: &ObservedScan, by: HeldOutBy, block_m: f64) -> BTreeSet<usize> {
     let visits = || scan.drives.iter().flat_map(|drive| &drive.visits);
-    let block = |m: f64, side_m: f64| (m / side_m).floor() as i64;
     match by {
         HeldOutBy::Place => visits()
             .filter(|visit| {
-                let [x, y] = [visit.at_m.x, visit.at_m.y].map(|m| block(m, HELD_OUT_BLOCK_M));
-                (x + 2 * y + block(visit.at_m.z, 1e-3)).rem_euclid(ONE_IN as i64) == 0
+                let block = visit.at_m.map(|m| (m / block_m).floor() as i64);
+                // In every direction one block in five, and no two of them beside each other.
+                (block.x + 2 * block.y + 3 * block.z).rem_euclid(ONE_IN as i64) == 0
             })
             .map(|visit| visit.number)
             .collect(),

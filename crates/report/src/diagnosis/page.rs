@@ -129,7 +129,7 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
 /// The check on readings that no fit used.
 fn held_out(diagnosis: &Diagnosis) -> String {
     let before = percent(diagnosis.gap_before_held_out);
-    let of_what = diagnosis.held_out_by.of_what();
+    let of_what = diagnosis.held_out_of_what();
     let Some(best) = diagnosis.best().filter(|best| !best.effects.is_empty()) else {
         return format!("Over a fifth of the {of_what}, kept out of every fit, it is {before}.");
     };

@@ -90,7 +90,14 @@ fn scan(side: usize, step_mm: f64) -> RecordedScan {
     let mut samples = Vec::new();
     let mut sample = |focus, position_mm, level| {
         let (time_s, reading) = (0.1 * samples.len() as f64, read(samples.len(), level));
-        samples.push(RecordedSample { time_s, focus, position_mm, reading, spread: None });
+        samples.push(RecordedSample {
+            time_s,
+            focus,
+            position_mm,
+            reading,
+            phase_rad: None,
+            spread: None,
+        });
     };
     for _ in 0..SILENT {
         sample(None, Vec3::new(0.0, 0.0, 150.0), 0.0);

@@ -179,6 +179,28 @@ fn complex_readings_become_amplitudes() {
 }
 
 #[test]
+fn phases_of_known_convention_are_kept() {
+    let folder = folder_with("x,y,z,re,im,phase\n0,0,100,3,-4,90\n5,0,100,-6,8,180\n");
+    let parts = ["points.csv", "--columns", "x,y,z,re,im", "--units", "mm,mm,mm,V,V"];
+    let convention = ["--phase-convention", "exp(+iwt)"];
+    let (said, record) = imported(folder.path(), &[&parts[..], &convention].concat());
+    assert!(!said.contains("left out"), "{said}");
+    // Both lie on the line through 3 - 4i.
+    let phases = [0, 1].map(|n: usize| record.samples[n].phase_rad.expect("a phase"));
+    assert!((phases[0] + (4.0f64 / 3.0).atan()).abs() < 1e-12, "{phases:?}");
+    assert!((phases[1] - phases[0] - std::f64::consts::PI).abs() < 1e-12, "{phases:?}");
+    let phase = record.setup.phase.expect("stated");
+    assert_eq!(phase.named(), ("drive-sync", "exp(+iwt)"));
+    let polar = ["points.csv", "--columns", "x,y,z,re,phase", "--units", "mm,mm,mm,V,deg"];
+    let rectify = ["--negative", "rectify"];
+    let (_, record) = imported(folder.path(), &[&polar[..], &convention, &rectify].concat());
+    let phases =
+        [0, 1].map(|n: usize| record.samples[n].phase_rad.expect("a phase") / std::f64::consts::PI);
+    // -6 at 180 degrees is 6 at 360 degrees.
+    assert_eq!(phases, [0.5, 2.0]);
+}
+
+#[test]
 fn negative_readings_are_explained() {
     let rows = |reading: &dyn Fn(usize) -> f64| {
         let rows = (0..40).map(|n| format!("{},{},100,{}\n", n % 8 * 5, n / 8 * 5, reading(n)));

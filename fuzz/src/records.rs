@@ -50,6 +50,7 @@ pub fn record(case: &[u8]) {
             Ok(scan) => scan,
             Err(fault) => return shown(&fault),
         };
+        assert!(scan.samples.iter().all(|sample| sample.phase_rad.is_none_or(f64::is_finite)));
         if scan.samples.len() * scan.setup.array.array().len() <= COMPARED * 36
             && let Ok(comparison) = compare(&scan, scan.setup.simulator, Registering::GainOnly)
         {

@@ -88,6 +88,7 @@ impl PythonRecord {
             array: array.section_at(frequency_of(frequency, array)?)?,
             medium,
             receiver: None,
+            phase: None,
             simulator: simulator(simulator_name)?,
             foci,
         };

@@ -16,7 +16,7 @@ use fieldgap_exchange::import::{
     Columns, Negative, Order, Points, PointsRequest, Units, read_points,
 };
 use fieldgap_input::Place;
-use fieldgap_records::{FocusSection, RecordedScan, ScanSetup};
+use fieldgap_records::{FocusSection, PhaseConvention, PhaseSection, RecordedScan, ScanSetup};
 
 /// The arguments of `import points`.
 #[derive(Debug, Args)]
@@ -65,6 +65,10 @@ pub(super) struct PointsArgs {
     /// What to do with negative readings
     #[arg(long, value_enum, default_value = "refuse")]
     negative: NegativeArg,
+    /// How a phase turns: exp(-iwt) if it grows with the distance from the source, exp(+iwt) if it falls [default: as [phase] of the set-up
+    /// states; without both, phases are left out]
+    #[arg(long, value_name = "NAME")]
+    phase_convention: Option<PhaseConvention>,
     /// Order of the dimensions of an array of readings, such as z,y,x, where lengths and names do not determine it
     #[arg(long, value_name = "AXES")]
     order: Option<Order>,
@@ -88,6 +92,15 @@ enum NegativeArg {
 
 impl PointsArgs {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
+        let setup = self.setup.as_deref().map(ScanSetup::read_own).transpose()?;
+        let stated = setup.as_ref().and_then(|setup| setup.phase);
+        let phase = match self.phase_convention {
+            Some(convention) => {
+                let known = stated.unwrap_or(PhaseSection::of_drive_sync(convention));
+                Some(PhaseSection { convention, ..known })
+            }
+            None => stated,
+        };
         let request = PointsRequest {
             columns: self.columns.clone(),
             units: self.units.clone(),
@@ -100,11 +113,12 @@ impl PointsArgs {
                 NegativeArg::Rectify => Negative::Rectify,
                 NegativeArg::LeaveOut => Negative::LeaveOut,
             },
+            phase: phase.is_some(),
             order: self.order.clone(),
         };
         let points = read_points(&self.file, &request)?;
         let summary = points.summary();
-        let scan = self.scan(points)?;
+        let scan = self.scan(points, setup, phase)?;
         let out = self.out.clone().unwrap_or_else(|| fresh_folder(&name_of(&self.file)));
         // Before the question: an answer is not asked for in vain.
         if out.join("scan.toml").exists() {
@@ -127,9 +141,17 @@ impl PointsArgs {
         Ok(ExitCode::SUCCESS)
     }
 
-    fn scan(&self, points: Points) -> miette::Result<RecordedScan> {
-        if let Some(path) = &self.setup {
-            let mut setup = ScanSetup::read_own(path)?;
+    fn scan(
+        &self,
+        points: Points,
+        setup: Option<ScanSetup>,
+        phase: Option<PhaseSection>,
+    ) -> miette::Result<RecordedScan> {
+        // A record without phases has no use for their meaning.
+        let phase =
+            phase.filter(|_| points.samples.iter().any(|sample| sample.phase_rad.is_some()));
+        if let (Some(path), Some(setup)) = (&self.setup, setup) {
+            let mut setup = ScanSetup { phase, ..setup };
             setup.name = self.name.clone().unwrap_or(setup.name);
             return Ok(points.into_scan(setup, path)?);
         }
@@ -142,6 +164,7 @@ impl PointsArgs {
             array: rig.array,
             medium: rig.medium,
             receiver: rig.receiver,
+            phase,
             simulator: self.simulator.unwrap_or(Simulator::Corrected),
             foci: vec![match self.focus_mm {
                 Some(at_mm) => FocusSection::Point(at_mm),

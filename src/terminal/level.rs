@@ -55,9 +55,11 @@ mod tests {
             full_scale: 5.0,
             unit: "V".into(),
             own_clock: true,
+            phase: false,
         };
         let reading = Reading {
             mean: 2.5,
+            phase_rad: None,
             std: 0.0125,
             count: 16,
             clipped: true,

@@ -113,7 +113,7 @@ pub fn scan(heights_mm: &[f64], truth: &Truth) -> RecordedScan {
         .map(|(focus, position_mm, reading)| {
             time_s += ((position_mm - before_mm).norm() / SPEED_MM_S).max(0.01);
             before_mm = position_mm;
-            RecordedSample { time_s, focus, position_mm, reading, spread: None }
+            RecordedSample { time_s, focus, position_mm, reading, phase_rad: None, spread: None }
         })
         .collect();
     RecordedScan { setup, samples }

@@ -9,17 +9,19 @@ use super::AcquisitionError;
 use super::difference::{Difference, differences};
 use super::rig_setup::RigSetup;
 use fieldgap_input::Fault;
-use fieldgap_records::{JournalError, Plan, ScanSetup};
+use fieldgap_records::{JournalError, PhaseConvention, PhaseSection, Plan, ScanSetup};
+use fieldgap_rig::receiver::ReceiverIdentity;
 
 /// The file.
 const FILE: &str = "scan.toml";
 
-/// The set-up of a scan that was started at `recorded`, with a receiver that reads in `unit`.
+/// The set-up of a scan that was started at `recorded`, with a receiver that reads in `unit`, and gives phases that mean this.
 pub(super) fn setup_of(
     plan: &Plan,
     rig_setup: &RigSetup,
     recorded: Timestamp,
     unit: String,
+    phase: Option<PhaseSection>,
 ) -> ScanSetup {
     ScanSetup {
         name: plan.name.clone(),
@@ -28,6 +30,7 @@ pub(super) fn setup_of(
         array: rig_setup.array.clone(),
         medium: rig_setup.medium,
         receiver: rig_setup.receiver.clone(),
+        phase,
         simulator: plan.simulator,
         foci: plan.foci.clone(),
     }
@@ -44,7 +47,7 @@ pub(super) fn same_record(
 ) -> Result<(), AcquisitionError> {
     let path = folder.join(FILE);
     let is = ScanSetup::read(&path)?;
-    let mut wanted = setup_of(plan, rig_setup, is.recorded, is.unit.clone());
+    let mut wanted = setup_of(plan, rig_setup, is.recorded, is.unit.clone(), is.phase);
     let measured = rig_setup.rig.environment.as_ref().is_some_and(|air| air.sound_speed);
     if measured {
         // The medium was measured at the start of the scan.
@@ -62,19 +65,30 @@ pub(super) fn same_record(
     refuse(path, found)
 }
 
-/// Checks that a receiver reads in the unit of a record.
+/// What the phases of a receiver mean, where it gives them: the drivers turn them into the convention of this program.
+pub(super) fn phase_of(receiver: &ReceiverIdentity) -> Option<PhaseSection> {
+    receiver.phase.then(|| PhaseSection::of_drive_sync(PhaseConvention::MinusIwt))
+}
+
+/// Checks that a receiver reads in the unit of a record, and with a phase if the record has phases.
 ///
 /// # Errors
 /// As [`same_record`].
 pub(super) fn same_unit(
     setup: &ScanSetup,
-    unit: &str,
+    receiver: &ReceiverIdentity,
     folder: &Path,
 ) -> Result<(), AcquisitionError> {
     let value = |text: &str| Some(Value::String(text.to_owned()));
-    let (then, now) = (value(unit), value(&setup.unit));
-    let key = "reading".to_owned();
-    let found = if then == now { Vec::new() } else { vec![Difference { key, then, now }] };
+    let phase = |has_phase: bool| has_phase.then_some(Value::Boolean(true));
+    let found = [
+        ("reading", value(&receiver.unit), value(&setup.unit)),
+        ("phase", phase(receiver.phase), phase(setup.phase.is_some())),
+    ]
+    .into_iter()
+    .filter(|(_, then, now)| then != now)
+    .map(|(key, then, now)| Difference { key: key.to_owned(), then, now })
+    .collect();
     refuse(folder.join(FILE), found)
 }
 

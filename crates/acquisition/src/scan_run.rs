@@ -27,7 +27,7 @@ use super::open::{OpenRig, OpenSimulated};
 use super::origin::{self, Origin, PLAN_COPY, RIG_COPY};
 use super::pause::Pause;
 use super::planned_scan::PlannedScan;
-use super::recorded_setup::{known_unit, same_unit, setup_of};
+use super::recorded_setup::{known_unit, phase_of, same_unit, setup_of};
 use super::rig_setup::RigSetup;
 use super::suspension::{SuspensionClock, Suspensions};
 use super::watchdog::Notice;
@@ -90,14 +90,18 @@ impl ScanRun {
         let unit = open.rig().receiver().identity().unit.clone();
         let (plan, rig_setup) = (&scan.plan, &scan.rig_setup);
         known_unit(rig_setup, &unit)?;
-        let setup = setup_of(plan, rig_setup, begins(rig_setup.is_virtual()), unit);
+        let phase = phase_of(open.rig().receiver().identity());
+        let setup = setup_of(plan, rig_setup, begins(rig_setup.is_virtual()), unit, phase);
         let origin = Origin::of(plan, rig_setup)?.to_toml();
         let copies = [
             (PLAN_COPY, plan.text().as_bytes()),
             (RIG_COPY, rig_setup.source().text().as_bytes()),
             (origin::FILE, origin.as_bytes()),
         ];
-        let columns = Columns::WithSpread;
+        let columns = match phase {
+            Some(_) => Columns::WITH_SPREAD.with_phase(),
+            None => Columns::WITH_SPREAD,
+        };
         let journal = Journal::create(folder, &setup, columns, &copies, Timestamp::now())?;
         open.log_to(folder)?;
         Ok(Self {
@@ -135,7 +139,7 @@ impl ScanRun {
             // The medium measured at the start of the scan, so that one scan has one medium.
             scan.rig_setup.medium = resumed.setup.medium;
             let mut open = OpenRig::open(&scan.rig_setup, open_simulated).await?;
-            same_unit(&resumed.setup, &open.rig().receiver().identity().unit, folder)?;
+            same_unit(&resumed.setup, open.rig().receiver().identity(), folder)?;
             open.log_to(folder)?;
             Ok((scan, open, check))
         };

@@ -72,7 +72,8 @@ impl PointSequencer {
             // A magnitude is not negative, but a converter may read slightly below zero in noise.
             reading.mean.max(0.0),
             Some(Spread { std: reading.std, count: reading.count as u32 }),
-        );
+        )
+        .with_phase(reading.phase_rad);
         Ok(Measurement { sample, clipped: reading.clipped, lost: reading.gaps })
     }
 

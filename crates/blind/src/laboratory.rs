@@ -112,6 +112,7 @@ impl Laboratory {
             array: self.array.clone(),
             medium: MediumSection::SpeedOfSound(SoundSpeed::new(SPEED_M_S).expect("that of air")),
             receiver: None,
+            phase: None,
             simulator: Simulator::Piston,
             foci: self.foci_mm.iter().copied().map(FocusSection::Point).collect(),
         }

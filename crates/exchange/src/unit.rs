@@ -73,6 +73,16 @@ pub enum AngleUnit {
     Degree,
 }
 
+impl AngleUnit {
+    /// A value in this unit as radians.
+    pub fn to_rad(self, value: f64) -> f64 {
+        match self {
+            Self::Radian => value,
+            Self::Degree => value.to_radians(),
+        }
+    }
+}
+
 /// A unit of readings.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ReadingUnit {

@@ -331,6 +331,11 @@ fn begin_records(folder: &Path, limits: &SampleLimits) -> Result<(), JournalErro
     bytes.truncate(whole_lines(&bytes));
     let table = Table::from_bytes(&path, bytes).map_err(Box::new)?;
     let (columns, samples) = samples_of(&table, limits).map_err(Box::new)?;
+    if columns.are_parts() {
+        let remedy = "state its readings by `reading` and `phase_rad`";
+        let problem = "states readings by `re,im`, and a scan that is resumed does not";
+        return Err(Box::new(Fault::of_file(&path, problem, remedy)).into());
+    }
     let mut text = record::header(columns);
     for (row, sample) in samples.into_iter().enumerate() {
         let record = Record { commanded_mm: None, sample };

@@ -70,6 +70,7 @@ mod journal;
 mod layout;
 mod medium_section;
 mod notes;
+mod phase;
 mod plan;
 mod plane_map;
 mod planes;
@@ -104,6 +105,7 @@ pub use journal::{
 pub use layout::{Layout, Rims};
 pub use medium_section::{MediumSection, MediumTable};
 pub use notes::{Note, NoteError, NoteKind};
+pub use phase::{PhaseConvention, PhaseReference, PhaseSection};
 pub use plan::{
     AdaptiveMap, Axis, BoxMm, ClosedLoop, Criterion, Dark, FEWEST_FLOWN, Fly, Layers, MapPrior,
     Order, Plan, PlanPart, Readings, Reference, Region, Shape, Tolerances, Visit, VisitKind,

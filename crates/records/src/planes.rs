@@ -77,7 +77,7 @@ mod tests {
 
     fn sample(time_s: f64, focus: Option<usize>, z_mm: f64) -> RecordedSample {
         let position_mm = Vec3::new(0.0, 0.0, z_mm);
-        RecordedSample { time_s, focus, position_mm, reading: 1.0, spread: None }
+        RecordedSample { time_s, focus, position_mm, reading: 1.0, phase_rad: None, spread: None }
     }
 
     #[test]

@@ -80,7 +80,7 @@ mod tests {
 
     fn sample(focus: Option<usize>, x_mm: f64, reading: f64) -> RecordedSample {
         let position_mm = Vec3::new(x_mm, -x_mm, 100.0);
-        RecordedSample { time_s: 0.0, focus, position_mm, reading, spread: None }
+        RecordedSample { time_s: 0.0, focus, position_mm, reading, phase_rad: None, spread: None }
     }
 
     #[test]

@@ -25,6 +25,8 @@ pub struct RecordedSample {
     pub position_mm: Vec3,
     /// Magnitude, zero or above, in the record's unit.
     pub reading: f64,
+    /// Phase, rad, against the reference and in the convention of the record's [`PhaseSection`](super::PhaseSection), where it was measured.
+    pub phase_rad: Option<f64>,
     /// Spread of the single readings, where the receiver gives it.
     pub spread: Option<Spread>,
 }
@@ -39,7 +41,7 @@ pub struct Spread {
 }
 
 impl RecordedSample {
-    /// A sample at a position in metres (array frame), rounded to the nanometre.
+    /// A sample without a phase at a position in metres (array frame), rounded to the nanometre.
     pub fn measured(
         time_s: f64,
         focus: Option<usize>,
@@ -47,7 +49,13 @@ impl RecordedSample {
         reading: f64,
         spread: Option<Spread>,
     ) -> Self {
-        Self { time_s, focus, position_mm: position_m.map(millimetres), reading, spread }
+        let position_mm = position_m.map(millimetres);
+        Self { time_s, focus, position_mm, reading, phase_rad: None, spread }
+    }
+
+    /// The same with a phase, rad.
+    pub fn with_phase(self, phase_rad: Option<f64>) -> Self {
+        Self { phase_rad, ..self }
     }
 
     /// Position reported by the robot, metres, array frame.

@@ -1,7 +1,8 @@
 //! `samples.csv`: the readings of a record, in the order of acquisition.
 //!
-//! `time_s,focus,x_mm,y_mm,z_mm,reading` and, where the receiver gives them, `std,count`. Focus -1 means that the array was silent. An
-//! invalid row is an error at its line and column; it is never skipped.
+//! `time_s,focus,x_mm,y_mm,z_mm,reading` and, where the receiver gives them, `std,count`, and last `phase_rad`. Focus -1 means that the
+//! array was silent. An empty `phase_rad` is a phase that was lost. Other programs may write `re,im` in place of `reading`. An invalid row
+//! is an error at its line and column; it is never skipped.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -14,30 +15,84 @@ use super::table::{Row, Table, in_range};
 use fieldgap_acoustics::Vec3;
 use fieldgap_input::{Fault, OutOfRange};
 
-const NAMES: [&str; 8] = ["time_s", "focus", "x_mm", "y_mm", "z_mm", "reading", "std", "count"];
+/// The columns of every record, before those of the reading.
+const PLACED: [&str; 5] = ["time_s", "focus", "x_mm", "y_mm", "z_mm"];
+
+const USUAL: &str = "the first line is `time_s,focus,x_mm,y_mm,z_mm,reading`, followed by `,std,count` where the receiver gives them and by \
+                     `,phase_rad` where it gives a phase; `re,im` may stand in place of `reading`";
+
+/// How a `samples.csv` states readings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stated {
+    /// `reading`: amplitudes.
+    Amplitude,
+    /// `reading`, and `phase_rad` as the last column.
+    AmplitudeAndPhase,
+    /// `re,im` in place of `reading`.
+    Parts,
+}
 
 /// Which columns a `samples.csv` has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Columns {
-    /// The six columns of every record.
-    Plain,
-    /// With standard deviation and count.
-    WithSpread,
+pub struct Columns {
+    stated: Stated,
+    spread: bool,
 }
 
 impl Columns {
-    /// The columns for some samples: with spread if every sample has it.
+    /// The six columns of every record.
+    pub const PLAIN: Self = Self { stated: Stated::Amplitude, spread: false };
+    /// With standard deviation and count.
+    pub const WITH_SPREAD: Self = Self { stated: Stated::Amplitude, spread: true };
+
+    /// Those that this program writes.
+    pub(super) fn written() -> [Self; 4] {
+        [Self::PLAIN, Self::WITH_SPREAD]
+            .map(|columns| [columns, columns.with_phase()])
+            .concat()
+            .try_into()
+            .expect("four")
+    }
+
+    /// The same with the phase.
+    pub const fn with_phase(self) -> Self {
+        Self { stated: Stated::AmplitudeAndPhase, ..self }
+    }
+
+    /// The columns for some samples: with spread if every sample has it, with phase if any has it.
     pub fn of(samples: &[RecordedSample]) -> Self {
         let spread = !samples.is_empty() && samples.iter().all(|sample| sample.spread.is_some());
-        if spread { Self::WithSpread } else { Self::Plain }
+        let columns = Self { spread, ..Self::PLAIN };
+        match samples.iter().any(|sample| sample.phase_rad.is_some()) {
+            true => columns.with_phase(),
+            false => columns,
+        }
+    }
+
+    /// Whether phases are stated, in one form or the other.
+    pub fn have_phase(self) -> bool {
+        self.stated != Stated::Amplitude
+    }
+
+    /// Whether readings are stated by `re,im`, which this program does not write.
+    pub(super) fn are_parts(self) -> bool {
+        self.stated == Stated::Parts
     }
 
     /// The names of the columns.
-    pub fn names(self) -> &'static [&'static str] {
-        match self {
-            Self::Plain => &NAMES[..6],
-            Self::WithSpread => &NAMES,
+    pub fn names(self) -> Vec<&'static str> {
+        let mut names = PLACED.to_vec();
+        names.extend(match self.stated {
+            Stated::Parts => &["re", "im"][..],
+            Stated::Amplitude | Stated::AmplitudeAndPhase => &["reading"],
+        });
+        if self.spread {
+            names.extend(["std", "count"]);
         }
+        if self.stated == Stated::AmplitudeAndPhase {
+            names.push("phase_rad");
+        }
+        names
     }
 
     /// The header line, with its line end.
@@ -54,31 +109,42 @@ impl Columns {
         let at = sample.position_mm;
         let focus = sample.focus.map_or_else(|| "-1".to_owned(), |focus| focus.to_string());
         // {:?} writes the fewest digits that read back as the same number, with an exponent where that is shorter.
-        let plain = format!(
+        let mut line = format!(
             "{:?},{focus},{:?},{:?},{:?},{:?}",
             sample.time_s, at.x, at.y, at.z, sample.reading
         );
-        match (self, sample.spread) {
-            (Self::Plain, None) => Ok(plain + "\n"),
-            (Self::WithSpread, Some(spread)) => {
-                Ok(format!("{plain},{:?},{}\n", spread.std, spread.count))
-            }
-            _ => Err(UnwritableSample::SpreadMismatch),
+        match (self.spread, sample.spread) {
+            (false, None) => {}
+            (true, Some(spread)) => line += &format!(",{:?},{}", spread.std, spread.count),
+            _ => return Err(UnwritableSample::SpreadMismatch),
         }
+        match (self.stated, sample.phase_rad) {
+            (Stated::Amplitude, None) => {}
+            // A phase that was lost is an empty cell.
+            (Stated::AmplitudeAndPhase, None) => line.push(','),
+            (Stated::AmplitudeAndPhase, Some(phase_rad)) => line += &format!(",{phase_rad:?}"),
+            _ => return Err(UnwritableSample::PhaseMismatch),
+        }
+        Ok(line + "\n")
     }
 
     fn of_header(header: &Row<'_>) -> Result<Self, Fault> {
-        for columns in [Self::Plain, Self::WithSpread] {
-            if header.cells().eq(columns.names().iter().copied()) {
-                return Ok(columns);
-            }
+        let parts = [Self::PLAIN, Self::WITH_SPREAD]
+            .map(|columns| Self { stated: Stated::Parts, ..columns });
+        let known = || Self::written().into_iter().chain(parts);
+        if let Some(columns) = known().find(|columns| header.cells().eq(columns.names())) {
+            return Ok(columns);
         }
-        let wrong = (0..header.len()).find(|&index| Some(&header.cell(index)) != NAMES.get(index));
-        Err(header.fault(
-            wrong.unwrap_or(header.len()),
-            "the header is not that of a samples.csv",
-            "the first line is `time_s,focus,x_mm,y_mm,z_mm,reading`, followed by `,std,count` where the receiver gives them",
-        ))
+        let agree = |columns: Self| {
+            header.cells().zip(columns.names()).take_while(|(cell, name)| cell == name).count()
+        };
+        let wrong = known().map(agree).max().unwrap_or(0);
+        Err(header.fault(wrong, "the header is not that of a samples.csv", USUAL))
+    }
+
+    /// Number of the first column behind the reading.
+    fn behind_reading(self) -> usize {
+        PLACED.len() + if self.are_parts() { 2 } else { 1 }
     }
 }
 
@@ -88,6 +154,14 @@ pub enum UnwritableSample {
     /// The sample and the columns do not agree on whether there is a standard deviation and count.
     #[error("in one samples.csv either every row has std and count or none has")]
     SpreadMismatch,
+    /// The sample has a phase, and the columns do not.
+    #[error("the sample has a phase, for which its samples.csv has no column")]
+    PhaseMismatch,
+    /// The record does not say what its phases mean.
+    #[error(
+        "the sample has a phase, whose reference and convention [phase] of scan.toml does not state"
+    )]
+    UnknownPhase,
     /// A number is not finite, or beyond what its quantity can be.
     #[error("{column}: {refused}")]
     OutOfRange {
@@ -129,6 +203,7 @@ fn check(sample: &RecordedSample) -> Result<(), UnwritableSample> {
         ("z_mm", at.z),
         ("reading", sample.reading),
         ("std", std),
+        ("phase_rad", sample.phase_rad.unwrap_or(0.0)),
     ] {
         in_range(column, value)
             .map_err(|refused| UnwritableSample::OutOfRange { column, refused })?;
@@ -142,12 +217,18 @@ pub(super) struct SampleLimits {
     /// Number of `[[focus]]` entries.
     foci: usize,
     readings: ReadingRange,
+    /// Whether the record says what a phase means.
+    phase: bool,
 }
 
 impl SampleLimits {
     /// Those of a record with a set-up.
     pub(super) fn of(setup: &ScanSetup) -> Self {
-        Self { foci: setup.foci.len(), readings: ReadingRange::of(&setup.unit) }
+        Self {
+            foci: setup.foci.len(),
+            readings: ReadingRange::of(&setup.unit),
+            phase: setup.phase.is_some(),
+        }
     }
 
     /// Checks a sample before it is written.
@@ -157,6 +238,9 @@ impl SampleLimits {
     pub(super) fn check(&self, sample: &RecordedSample) -> Result<(), UnwritableSample> {
         if let Some(focus) = sample.focus.filter(|focus| *focus >= self.foci) {
             return Err(UnwritableSample::NoSuchFocus { focus, foci: self.foci });
+        }
+        if sample.phase_rad.is_some() && !self.phase {
+            return Err(UnwritableSample::UnknownPhase);
         }
         let std = sample.spread.map_or(0.0, |spread| spread.std);
         for (column, value) in [("reading", sample.reading), ("std", std)] {
@@ -195,6 +279,13 @@ pub(super) fn samples_of(
         )
     })?;
     let columns = Columns::of_header(&header)?;
+    if columns.have_phase() && !limits.phase {
+        return Err(header.fault(
+            columns.names().iter().position(|name| ["re", "phase_rad"].contains(name)).unwrap_or(0),
+            "scan.toml does not say what a phase means",
+            "add [phase] with reference = \"drive-sync\" and convention = \"exp(-iwt)\" or \"exp(+iwt)\" to scan.toml",
+        ));
+    }
     let mut samples = Vec::new();
     let mut last = header;
     for row in rows {
@@ -217,7 +308,8 @@ fn sample_of(
     columns: Columns,
     limits: &SampleLimits,
 ) -> Result<RecordedSample, Fault> {
-    let wanted = columns.names().len();
+    let names = columns.names();
+    let wanted = names.len();
     if row.len() != wanted {
         return Err(row.fault(
             row.len().min(wanted),
@@ -225,25 +317,37 @@ fn sample_of(
             "complete the row, or remove it; a file that was cut off has this error at its end",
         ));
     }
-    let number = |index: usize| row.number(index, NAMES[index]);
-    let magnitude = |index: usize| match number(index)? {
-        value if limits.readings.contains(value) => Ok(value),
-        _ => Err(row.wrong(index, NAMES[index], limits.readings.wanted())),
+    let number = |index: usize| row.number(index, names[index]);
+    let possible = |index: usize, value: f64| match limits.readings.contains(value) {
+        true => Ok(value),
+        false => Err(row.wrong(index, names[index], limits.readings.wanted())),
+    };
+    let magnitude = |index: usize| possible(index, number(index)?);
+    let (first, behind) = (PLACED.len(), columns.behind_reading());
+    let (reading, phase_rad) = match columns.stated {
+        Stated::Amplitude => (magnitude(first)?, None),
+        Stated::AmplitudeAndPhase if row.cell(wanted - 1).is_empty() => (magnitude(first)?, None),
+        Stated::AmplitudeAndPhase => (magnitude(first)?, Some(number(wanted - 1)?)),
+        Stated::Parts => {
+            let (re, im) = (number(first)?, number(first + 1)?);
+            (possible(first, re.hypot(im))?, Some(im.atan2(re)))
+        }
     };
     Ok(RecordedSample {
         time_s: number(0)?,
         focus: focus_of(row, limits.foci)?,
         position_mm: Vec3::new(number(2)?, number(3)?, number(4)?),
-        reading: magnitude(5)?,
-        spread: match columns {
-            Columns::Plain => None,
-            Columns::WithSpread => Some(Spread { std: magnitude(6)?, count: count_of(row)? }),
+        reading,
+        phase_rad,
+        spread: match columns.spread {
+            false => None,
+            true => Some(Spread { std: magnitude(behind)?, count: count_of(row, behind + 1)? }),
         },
     })
 }
 
 fn focus_of(row: &Row<'_>, foci: usize) -> Result<Option<usize>, Fault> {
-    let number: i64 = row.parse(1, NAMES[1], "-1 (silent) or the number of a [[focus]]")?;
+    let number: i64 = row.parse(1, PLACED[1], "-1 (silent) or the number of a [[focus]]")?;
     match usize::try_from(number) {
         Ok(focus) if focus < foci => Ok(Some(focus)),
         Err(_) if number == -1 => Ok(None),
@@ -255,10 +359,10 @@ fn focus_of(row: &Row<'_>, foci: usize) -> Result<Option<usize>, Fault> {
     }
 }
 
-fn count_of(row: &Row<'_>) -> Result<u32, Fault> {
+fn count_of(row: &Row<'_>, index: usize) -> Result<u32, Fault> {
     let wanted = "a whole number above zero";
-    match row.parse(7, NAMES[7], wanted)? {
-        0 => Err(row.wrong(7, NAMES[7], wanted)),
+    match row.parse(index, "count", wanted)? {
+        0 => Err(row.wrong(index, "count", wanted)),
         count => Ok(count),
     }
 }

@@ -15,6 +15,7 @@ use super::elements_csv::write_elements;
 use super::focus_section::{FocusSection, FocusTable};
 use super::layout::Layout;
 use super::medium_section::{MediumSection, MediumTable};
+use super::phase::PhaseSection;
 use fieldgap_acoustics::{Simulation, Simulator};
 use fieldgap_input::{Fault, Label, TomlSource};
 use fieldgap_level::{Sensitivity, SensitivityKeys};
@@ -33,6 +34,8 @@ struct ScanFile {
     medium: Spanned<MediumTable>,
     #[serde(skip_serializing_if = "Option::is_none")]
     receiver: Option<Spanned<SensitivityKeys>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    phase: Option<PhaseSection>,
     simulator: SimulatorTable,
     #[serde(default)]
     focus: Vec<Spanned<FocusTable>>,
@@ -59,6 +62,8 @@ pub struct ScanSetup {
     pub medium: MediumSection,
     /// What the receiver reads at a sound pressure, where it is known.
     pub receiver: Option<Sensitivity>,
+    /// What the phases of the readings mean, where they have phases.
+    pub phase: Option<PhaseSection>,
     /// The simulator that the scan is compared with.
     pub simulator: Simulator,
     /// The drives of the array; samples refer to them by their number from 0.
@@ -121,6 +126,7 @@ impl ScanSetup {
             array,
             medium: MediumSection::read(&file.medium, source)?,
             receiver: receiver(file, source)?,
+            phase: file.phase,
             simulator: file.simulator.model,
             foci,
         })
@@ -147,6 +153,7 @@ impl ScanSetup {
                 .receiver
                 .as_ref()
                 .map(|receiver| Spanned::new(0..0, receiver.keys().clone())),
+            phase: self.phase,
             simulator: SimulatorTable { model: self.simulator },
             focus: self.foci.iter().map(|focus| Spanned::new(0..0, focus.table())).collect(),
         };

@@ -42,6 +42,7 @@ impl<L: ByteLink> Voltmeter<L> {
             unit: "V".to_owned(),
             // It sends no times, so those of this machine are used.
             own_clock: false,
+            phase: false,
         };
         let mut voltmeter = Self { wire, identity: unknown, opened: Instant::now() };
         voltmeter.wire.attempting("identifying the voltmeter");

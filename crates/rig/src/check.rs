@@ -463,12 +463,19 @@ mod tests {
     use super::*;
 
     fn identity() -> ReceiverIdentity {
-        ReceiverIdentity { rate_hz: 1000.0, full_scale: 5.0, unit: "V".into(), own_clock: true }
+        ReceiverIdentity {
+            rate_hz: 1000.0,
+            full_scale: 5.0,
+            unit: "V".into(),
+            own_clock: true,
+            phase: false,
+        }
     }
 
     fn reading() -> Reading {
         Reading {
             mean: 0.01,
+            phase_rad: None,
             std: 0.002,
             count: 201,
             clipped: false,

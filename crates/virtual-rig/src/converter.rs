@@ -25,6 +25,12 @@ impl Converter {
         }
         ((volts.max(0.0) / self.step_v).round() * self.step_v, false)
     }
+
+    /// The same of a value with a sign: its range is as large on either side of zero.
+    pub fn convert_signed(&self, volts: f64) -> (f64, bool) {
+        let (value, clipped) = self.convert(volts.abs());
+        (value.copysign(volts), clipped)
+    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,8 @@
 //! readings from this instant; 0: until `X`), `X` (stop), `T` (your clock). Samples are followed by an end mark.
 //! A text sample is `<seq> <t_us> <value>` with ` !` if the converter clipped, an end mark
 //! `end <next seq> <t_us>`. A binary frame has 24 bytes, little endian: A5 5A, kind (1 sample, 2 end), flags
-//! (bit 0 clipped), seq u32, t_us u64, value f32, CRC-32 over bytes 2 to 19.
+//! (bit 0 clipped), seq u32, t_us u64, value f32, CRC-32 over bytes 2 to 19. After `E iq` a sample is kind 3, with two f32 in place of the
+//! value, in phase and in quadrature with the clock of the drives.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -100,6 +101,7 @@ impl Mode {
 enum Encoding {
     Text,
     Binary,
+    Iq,
 }
 
 /// A run of samples: sample `i` of it is ready at `start_s + (i + 1) / rate`.
@@ -173,8 +175,13 @@ impl ReceiverFirmware {
                 self.run = Some(run);
                 return;
             }
-            let volts = self.world.reading_v(ready_s, self.samples);
-            let (value, clipped) = self.converter.convert(volts);
+            let carrier_v = match self.encoding {
+                Encoding::Iq => self.world.synchronous_v(ready_s, self.samples),
+                Encoding::Text | Encoding::Binary => {
+                    self.world.reading_v(ready_s, self.samples).into()
+                }
+            };
+            let (value, clipped) = self.converter.convert_signed(carrier_v.re);
             match (self.settings.mode, self.encoding) {
                 (Mode::FreeRunning, _) => {
                     say(out, &format!("{} {value:.6}", self.t_us(ready_s)));
@@ -185,7 +192,12 @@ impl ReceiverFirmware {
                     say(out, &format!("{} {} {value:.6}{mark}", self.seq, self.t_us(ready_s)));
                 }
                 (_, Encoding::Binary) => {
-                    frame(out, 1, clipped, self.seq, self.t_us(ready_s), value as f32);
+                    frame(out, 1, clipped, self.seq, self.t_us(ready_s), &[value as f32]);
+                }
+                (_, Encoding::Iq) => {
+                    let (quadrature, also) = self.converter.convert_signed(carrier_v.im);
+                    let parts = [value as f32, quadrature as f32];
+                    frame(out, 3, clipped || also, self.seq, self.t_us(ready_s), &parts);
                 }
             }
             self.seq = self.seq.wrapping_add(1);
@@ -200,7 +212,7 @@ impl ReceiverFirmware {
         let t_us = self.t_us(time_s);
         match self.encoding {
             Encoding::Text => say(out, &format!("end {} {t_us}", self.seq)),
-            Encoding::Binary => frame(out, 2, false, self.seq, t_us, 0.0),
+            Encoding::Binary | Encoding::Iq => frame(out, 2, false, self.seq, t_us, &[0.0]),
         }
     }
 
@@ -215,8 +227,12 @@ impl ReceiverFirmware {
                     self.converter.full_scale_v()
                 ),
             ),
-            ["E", encoding @ ("text" | "binary")] => {
-                self.encoding = if encoding == "text" { Encoding::Text } else { Encoding::Binary };
+            ["E", encoding @ ("text" | "binary" | "iq")] => {
+                self.encoding = match encoding {
+                    "text" => Encoding::Text,
+                    "binary" => Encoding::Binary,
+                    _ => Encoding::Iq,
+                };
                 say(out, "ok");
             }
             ["S", count] => match count.parse::<u32>() {
@@ -291,12 +307,12 @@ fn say(out: &mut Vec<u8>, line: &str) {
     out.push(b'\n');
 }
 
-fn frame(out: &mut Vec<u8>, kind: u8, clipped: bool, seq: u32, t_us: u64, value: f32) {
+fn frame(out: &mut Vec<u8>, kind: u8, clipped: bool, seq: u32, t_us: u64, values: &[f32]) {
     let start = out.len();
     out.extend_from_slice(&[0xa5, 0x5a, kind, u8::from(clipped)]);
     out.extend_from_slice(&seq.to_le_bytes());
     out.extend_from_slice(&t_us.to_le_bytes());
-    out.extend_from_slice(&value.to_le_bytes());
+    values.iter().for_each(|value| out.extend_from_slice(&value.to_le_bytes()));
     let crc = crc32fast::hash(&out[start + 2..]);
     out.extend_from_slice(&crc.to_le_bytes());
 }

@@ -187,12 +187,22 @@ impl TrueField {
         weights: &[Complex64],
         time_s: f64,
     ) -> f64 {
+        self.phasor(contributions, weights, time_s).norm()
+    }
+
+    /// The complex amplitude of the pressure at an instant, relative to an element's pressure at 1 m, 1/m; the time convention is exp(-iωt).
+    pub fn phasor(
+        &self,
+        contributions: &Contributions,
+        weights: &[Complex64],
+        time_s: f64,
+    ) -> Complex64 {
         let terms =
             contributions.pressures.iter().zip(weights).map(|(pressure, weight)| pressure * weight);
         if !self.scintillates() {
-            return terms.sum::<Complex64>().norm();
+            return terms.sum::<Complex64>();
         }
-        let sum: Complex64 = terms
+        terms
             .zip(&contributions.distances_m)
             .enumerate()
             .map(|(n, (term, &distance_m))| {
@@ -205,8 +215,7 @@ impl TrueField {
                     .sum();
                 term * Complex64::from_polar(1.0, phase_rad)
             })
-            .sum();
-        sum.norm()
+            .sum()
     }
 
     /// The level that reaches the converter, V, for a level at the microphone.

@@ -10,7 +10,7 @@ use super::effects::{Effect, EffectTables};
 use super::gestures::HandTruth;
 use super::sealed_truth;
 use fieldgap_acoustics::transducer::DescribedTransducer;
-use fieldgap_input::{Fault, Length, NonNegative, Positive, TomlSource};
+use fieldgap_input::{Fault, Finite, Length, NonNegative, Positive, TomlSource, literal};
 use fieldgap_records::TransducerFile;
 
 /// The physical world of a virtual rig.
@@ -26,6 +26,8 @@ pub struct Truth {
     pub microphone: MicrophoneTruth,
     /// The noise of every reading.
     pub noise: NoiseTruth,
+    /// The clock of the drives as a receiver that has it sees it.
+    pub phase: PhaseTruth,
     /// The causes at work, with their ids.
     pub effects: Vec<(&'static str, Box<dyn Effect>)>,
     /// A hand that moves over the array, if any.
@@ -85,6 +87,25 @@ pub struct NoiseTruth {
     pub additive_v: NonNegative0,
 }
 
+/// `[phase]`: the clock of the drives as a receiver that has it sees it. Only an I/Q receiver does.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PhaseTruth {
+    /// Phase of a reading beyond that of the field, rad, at the rig's power-up.
+    pub offset_rad: Finite,
+    /// Its drift, rad/h.
+    pub drift_rad_h: Finite,
+    /// Standard deviation of the phase noise of each sample, rad.
+    pub noise_rad: NonNegative0,
+}
+
+impl Default for PhaseTruth {
+    fn default() -> Self {
+        let zero = literal(0.0);
+        Self { offset_rad: zero, drift_rad_h: zero, noise_rad: NonNegative0::default() }
+    }
+}
+
 /// A number not below zero that is zero if it is not given.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(transparent)]
@@ -125,6 +146,7 @@ struct TruthFile {
     source: SourceTable,
     microphone: MicrophoneTruth,
     noise: NoiseTruth,
+    phase: PhaseTruth,
     effects: EffectTables,
     hand: Option<HandTruth>,
 }
@@ -151,12 +173,14 @@ impl Truth {
     /// # Errors
     /// As [`Truth::read`].
     pub fn from_source(source: &TomlSource) -> Result<Self, Fault> {
-        let TruthFile { source: table, microphone, noise, effects, hand } = source.parse()?;
+        let TruthFile { source: table, microphone, noise, phase, effects, hand } =
+            source.parse()?;
         Ok(Self {
             source: table.true_source(source)?,
             pressure_pa_at_1_m: table.pressure_pa_at_1_m,
             microphone,
             noise,
+            phase,
             effects: effects.into_effects(),
             hand,
             path: source.path().to_owned(),

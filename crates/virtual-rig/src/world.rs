@@ -11,7 +11,7 @@ use super::drive::{Drive, DriveHistory, Played};
 use super::gestures::{ElementPaths, Swipe, Swipes};
 use super::trajectory::Trajectory;
 use super::true_field::{Contributions, TrueField};
-use super::truth::Truth;
+use super::truth::{PhaseTruth, Truth};
 use fieldgap_acoustics::{Array, Medium, Vec3};
 use fieldgap_input::Fault;
 
@@ -42,6 +42,8 @@ pub struct World {
     multiplicative_noise: f64,
     additive_noise_v: f64,
     noise: CounterRng,
+    phase: PhaseTruth,
+    phase_noise: CounterRng,
     /// Noise of the elements used as receivers.
     hiss: CounterRng,
     hand: Option<Swipes>,
@@ -57,7 +59,7 @@ pub struct World {
 struct LastField {
     contributions: Option<(Vec3, Contributions)>,
     weights: Option<(u64, Vec<Complex64>)>,
-    magnitude: Option<f64>,
+    phasor: Option<Complex64>,
 }
 
 impl World {
@@ -89,6 +91,8 @@ impl World {
             multiplicative_noise: truth.noise.multiplicative.get(),
             additive_noise_v: truth.noise.additive_v.get(),
             noise: rng.stream("noise"),
+            phase: truth.phase,
+            phase_noise: rng.stream("phase"),
             hiss: rng.stream("listening"),
             hand: truth.hand.map(|hand| Swipes::new(hand, rng)),
             drift: truth.hand.map_or(0.0, |hand| hand.drift.get()),
@@ -143,9 +147,23 @@ impl World {
         self.phasor_v(time_s, sample).norm()
     }
 
-    /// As [`World::reading_v`], before rectification: the complex amplitude of the carrier, V.
+    /// As [`World::reading_v`], before rectification: the complex amplitude of the carrier, V, against the field's own phase.
     pub fn phasor_v(&self, time_s: f64, sample: u64) -> Complex64 {
-        let level_v = self.field.level_v(self.level_v(time_s), time_s);
+        self.noisy_v(self.level_v(time_s).0, time_s, sample)
+    }
+
+    /// As [`World::phasor_v`], against the clock that the drives are made from, as a receiver with that clock measures it; the time
+    /// convention is exp(-iωt). A display that plays has no phase: its frames are averaged.
+    pub fn synchronous_v(&self, time_s: f64, sample: u64) -> Complex64 {
+        let (level_v, phase_rad) = self.level_v(time_s);
+        let noise_rad = self.phase.noise_rad.get() * self.phase_noise.normal(sample);
+        let drift_rad = self.phase.drift_rad_h.get() * time_s / 3600.0;
+        let phase_rad = phase_rad + self.phase.offset_rad.get() + drift_rad + noise_rad;
+        self.noisy_v(level_v, time_s, sample) * Complex64::from_polar(1.0, phase_rad)
+    }
+
+    fn noisy_v(&self, level_v: f64, time_s: f64, sample: u64) -> Complex64 {
+        let level_v = self.field.level_v(level_v, time_s);
         let normal = |part: u64| self.noise.normal(3 * sample + part);
         let in_phase_v = level_v * (1.0 + self.multiplicative_noise * normal(0))
             + self.additive_noise_v * normal(1);
@@ -206,40 +224,40 @@ impl World {
             .collect()
     }
 
-    /// The level without noise, V.
-    fn level_v(&self, time_s: f64) -> f64 {
+    /// The level without noise, V, and the phase of the field, rad.
+    fn level_v(&self, time_s: f64) -> (f64, f64) {
         let (number, drive) = {
             let drives = lock(&self.drives);
             let (number, drive) = drives.at(time_s);
             (number, drive.clone())
         };
         if !drive.emitting {
-            return 0.0;
+            return (0.0, 0.0);
         }
         let at_m = self.nozzle_m(time_s - self.field.lag_s());
         let mut last = lock(&self.last_field);
         let last = &mut *last;
         if last.contributions.as_ref().is_none_or(|(known_m, _)| *known_m != at_m) {
             last.contributions = Some((at_m, self.field.contributions(at_m)));
-            last.magnitude = None;
+            last.phasor = None;
         }
         if let (Some(played), Some((_, contributions))) = (&drive.display, &last.contributions) {
-            return self.played_v(played, contributions, time_s);
+            return (self.played_v(played, contributions, time_s), 0.0);
         }
         if last.weights.as_ref().is_none_or(|(known, _)| *known != number) {
             last.weights = Some((number, self.field.weights(&drive.outputs())));
-            last.magnitude = None;
+            last.phasor = None;
         }
         let (Some((_, weights)), Some((_, contributions))) = (&last.weights, &last.contributions)
         else {
             unreachable!("both were filled in above")
         };
-        let magnitude = match last.magnitude.filter(|_| !self.field.scintillates()) {
-            Some(magnitude) => magnitude,
-            None => self.field.magnitude(contributions, weights, time_s),
+        let phasor = match last.phasor.filter(|_| !self.field.scintillates()) {
+            Some(phasor) => phasor,
+            None => self.field.phasor(contributions, weights, time_s),
         };
-        last.magnitude = Some(magnitude);
-        magnitude * self.volts * drive.duty
+        last.phasor = Some(phasor);
+        (phasor.norm() * self.volts * drive.duty, phasor.arg())
     }
 
     /// The level of a display, averaged over the smoothing time, V.

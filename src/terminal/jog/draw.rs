@@ -144,6 +144,7 @@ mod tests {
         jog.emits(true);
         jog.heard(Ok(Reading {
             mean: 1.25,
+            phase_rad: None,
             std: 0.011,
             count: 16,
             clipped: false,

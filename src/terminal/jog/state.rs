@@ -248,6 +248,7 @@ pub(super) mod tests {
             full_scale: 5.0,
             unit: "V".into(),
             own_clock: true,
+            phase: false,
         };
         Jog::new("rigs/virtual.toml", envelope, frame, Some(receiver), true)
     }

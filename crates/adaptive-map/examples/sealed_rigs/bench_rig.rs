@@ -120,6 +120,7 @@ impl BenchRig {
             array: self.setup.array.clone(),
             medium: self.setup.medium,
             receiver: None,
+            phase: None,
             simulator: plan.simulator,
             foci: plan.foci.clone(),
         };

@@ -135,6 +135,13 @@ fn add_readings(dataset: &mut Dataset, scan: &RecordedScan, comparison: Option<&
     dataset.floats("z", &on, of(|s| s.position_mm.z), "mm", "height above the array");
     let coordinates = dataset.variables.len();
     dataset.floats("reading", &on, of(|s| s.reading), unit, "magnitude of the reading");
+    if let Some(phase) = scan.setup.phase {
+        let phases = of(|s| s.phase_rad.unwrap_or(f64::NAN));
+        dataset.floats("reading_phase", &on, phases, "rad", "phase of the reading");
+        let (reference, convention) = phase.named();
+        dataset.text("phase_reference", reference);
+        dataset.text("phase_convention", convention);
+    }
     if scan.samples.iter().any(|sample| sample.spread.is_some()) {
         let std = of(|s| s.spread.map_or(f64::NAN, |spread| spread.std));
         dataset.floats(

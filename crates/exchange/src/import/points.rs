@@ -79,6 +79,14 @@ pub(crate) fn points(
     let mut remarks = Vec::new();
     let kept = kept(&rows, &units.reading, &mut remarks)?;
     let (amplitudes, kept) = amplitudes(&rows, kept, units, request.negative, &mut remarks)?;
+    remarks.extend(rows.second.as_ref().filter(|_| !request.phase).map(|_| {
+        let phase = match units.phase {
+            None => "phase of the complex readings",
+            Some(AngleUnit::Degree) => "phase (in degrees)",
+            Some(AngleUnit::Radian) => "phase (in radians)",
+        };
+        format!("The {phase} is left out: --phase-convention, or [phase] of the set-up, says what it means.")
+    }));
     let samples = kept
         .iter()
         .zip(&amplitudes)
@@ -147,38 +155,22 @@ fn amplitudes(
 ) -> Result<(Vec<f64>, Vec<usize>), Fault> {
     let reading = |&row: &usize| rows.reading[row];
     let in_base: Vec<f64> = match (&units.reading, &rows.second, units.phase) {
-        (ReadingUnit::Linear(linear), Some(imaginary), None) => {
-            remarks.push(
-                "The phase of the complex readings is left out: a record holds amplitudes."
-                    .to_owned(),
-            );
-            kept.iter()
-                .map(|&row| linear.to_base(rows.reading[row].hypot(imaginary[row])))
-                .collect()
+        (ReadingUnit::Linear(linear), Some(imaginary), None) => kept
+            .iter()
+            .map(|&row| linear.to_base(rows.reading[row].hypot(imaginary[row])))
+            .collect(),
+        (ReadingUnit::Linear(linear), ..) => {
+            kept.iter().map(|row| linear.to_base(reading(row))).collect()
         }
-        (unit, second, phase) => {
-            if let (Some(_), Some(phase)) = (second, phase) {
-                let unit = if phase == AngleUnit::Degree { "degrees" } else { "radians" };
-                remarks
-                    .push(format!("The phase (in {unit}) is left out: a record holds amplitudes."));
-            }
-            match unit {
-                ReadingUnit::Linear(linear) => {
-                    kept.iter().map(|row| linear.to_base(reading(row))).collect()
-                }
-                ReadingUnit::Decibel(reference) => {
-                    let largest = kept.iter().map(reading).fold(f64::NEG_INFINITY, f64::max);
-                    let (zero_db, value) = match reference {
-                        Some(reference) => (0.0, reference.value),
-                        None => (largest, 1.0),
-                    };
-                    kept.iter()
-                        .map(|row| value * 10f64.powf((reading(row) - zero_db) / 20.0))
-                        .collect()
-                }
-                ReadingUnit::Phase(_) => Vec::new(),
-            }
+        (ReadingUnit::Decibel(reference), ..) => {
+            let largest = kept.iter().map(reading).fold(f64::NEG_INFINITY, f64::max);
+            let (zero_db, value) = match reference {
+                Some(reference) => (0.0, reference.value),
+                None => (largest, 1.0),
+            };
+            kept.iter().map(|row| value * 10f64.powf((reading(row) - zero_db) / 20.0)).collect()
         }
+        (ReadingUnit::Phase(_), ..) => Vec::new(),
     };
     refuse_absurd(rows, &kept, &in_base, units)?;
     let below: Vec<usize> =
@@ -314,7 +306,17 @@ fn sample(
         None => None,
         Some([std, count]) => Some(spread(rows, row, std[row], count[row], units)?),
     };
-    Ok(RecordedSample { time_s, focus, position_mm, reading: amplitude, spread })
+    let phase_rad = request.phase.then(|| phase_rad(rows, row, units)).flatten();
+    Ok(RecordedSample { time_s, focus, position_mm, reading: amplitude, phase_rad, spread })
+}
+
+/// The phase of a reading of two parts.
+fn phase_rad(rows: &Rows, row: usize, units: &Units) -> Option<f64> {
+    let (first, second) = (rows.reading[row], rows.second.as_ref()?[row]);
+    let Some(angle) = units.phase else { return Some(second.atan2(first)) };
+    // An amplitude whose sign was removed was in the opposite phase. (Decibels below zero are no such amplitude.)
+    let is_inverted = first < 0.0 && matches!(units.reading, ReadingUnit::Linear(_));
+    Some(angle.to_rad(second) + if is_inverted { std::f64::consts::PI } else { 0.0 })
 }
 
 fn spread(rows: &Rows, row: usize, std: f64, count: f64, units: &Units) -> Result<Spread, Fault> {

@@ -190,6 +190,8 @@ pub struct PointsRequest {
     pub spread: Option<[String; 2]>,
     /// What is done with negative readings.
     pub negative: Negative,
+    /// Whether phases are kept: the record says what they mean.
+    pub phase: bool,
     /// The order of the dimensions of an array of readings.
     pub order: Option<Order>,
 }

@@ -119,6 +119,7 @@ impl ThesisLog {
                 array: one_transducer(),
                 medium: setup.medium,
                 receiver: None,
+                phase: None,
                 simulator: setup.simulator,
                 foci: vec![FocusSection::AllZero],
             },

@@ -96,7 +96,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], limits: &SampleLimits) -> Result<C
 
 /// The columns that the header line of a journal names, and the length of that line in bytes; `None` without a whole header.
 pub(super) fn columns_of(bytes: &[u8]) -> Option<(Columns, usize)> {
-    [Columns::Plain, Columns::WithSpread].into_iter().find_map(|columns| {
+    Columns::written().into_iter().find_map(|columns| {
         let header = header(columns);
         bytes.starts_with(header.as_bytes()).then_some((columns, header.len()))
     })

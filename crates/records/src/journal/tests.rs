@@ -24,7 +24,7 @@ fn noon() -> Timestamp {
 
 fn create(folder: &Path) -> Result<Journal, JournalError> {
     let copies: [(&str, &[u8]); 2] = [("plan.toml", b"a plan"), ("rig.toml", b"a rig")];
-    Journal::create(folder, &setup(), Columns::WithSpread, &copies, noon())
+    Journal::create(folder, &setup(), Columns::WITH_SPREAD, &copies, noon())
 }
 
 /// A scan killed after so many samples.
@@ -113,7 +113,7 @@ fn cut_at_any_byte_every_whole_record_before_it_is_there() {
     let path = folder.path().join(record::FILE);
     let whole = fs::read(&path).expect("a journal");
     let samples = fs::read(folder.path().join(SAMPLES)).expect("samples");
-    let header = record::header(Columns::WithSpread).len();
+    let header = record::header(Columns::WITH_SPREAD).len();
     for cut in header..=whole.len() {
         let left = records_before(&whole, cut);
         // The samples are never ahead of the journal; what is whole of them may be any less.
@@ -178,7 +178,7 @@ fn a_changed_byte_is_a_fault_or_costs_the_last_record_and_never_a_wrong_reading(
     let whole = fs::read(&path).expect("a journal");
     let samples = fs::read(folder.path().join(SAMPLES)).expect("samples");
     let last = whole_lines(&whole[..whole.len() - 1]);
-    for at in record::header(Columns::WithSpread).len()..whole.len() {
+    for at in record::header(Columns::WITH_SPREAD).len()..whole.len() {
         let mut bytes = whole.clone();
         bytes[at] ^= 1;
         fs::write(&path, &bytes).expect("written");

@@ -5,7 +5,14 @@ use fieldgap_acoustics::Vec3;
 
 fn sample(x_mm: f64, y_mm: f64, reading: f64) -> RecordedSample {
     let position_mm = Vec3::new(x_mm, y_mm, 100.0);
-    RecordedSample { time_s: 0.0, focus: Some(0), position_mm, reading, spread: None }
+    RecordedSample {
+        time_s: 0.0,
+        focus: Some(0),
+        position_mm,
+        reading,
+        phase_rad: None,
+        spread: None,
+    }
 }
 
 fn map_of(samples: &[RecordedSample]) -> Result<MappedPlane, NotAGrid> {

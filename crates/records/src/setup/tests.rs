@@ -57,6 +57,24 @@ fn what_is_written_is_the_example_again() {
 }
 
 #[test]
+fn the_meaning_of_phases_is_read() {
+    let with = |keys: &str| {
+        parse(&EXAMPLE.replace("[simulator]", &format!("[phase]\n{keys}\n[simulator]")))
+    };
+    let known = "reference = \"drive-sync\"\nconvention = \"exp(+iwt)\"";
+    let phase = with(known).expect("good").phase.expect("stated");
+    assert_eq!((phase.convention.turned(0.5), phase.drift_u_rad()), (-0.5, 0.1));
+    let stated = with(&format!("{known}\ndrift_u_rad = 0.02")).expect("good").phase;
+    assert_eq!(stated.expect("stated").drift_u_rad(), 0.02);
+    for wrong in
+        ["reference = \"drive-sync\"", "convention = \"exp(iwt)\"\nreference = \"drive-sync\""]
+    {
+        assert!(with(wrong).is_err(), "{wrong}");
+    }
+    assert!(with(&format!("{known}\ndrift_u_rad = -1.0")).is_err());
+}
+
+#[test]
 fn faults_are_placed() {
     let cases = [
         ("format = 1", "format = 2", 1, "format 2"),
@@ -201,20 +219,36 @@ fn any_receiver() -> impl Strategy<Value = Option<Sensitivity>> {
     proptest::option::of(known)
 }
 
+fn any_phase() -> impl Strategy<Value = Option<PhaseSection>> {
+    use crate::{PhaseConvention, PhaseReference};
+    let reference =
+        prop::sample::select(vec![PhaseReference::DriveSync, PhaseReference::EachDrive]);
+    let convention =
+        prop::sample::select(vec![PhaseConvention::MinusIwt, PhaseConvention::PlusIwt]);
+    let drift_u_rad = prop::option::of((0.0..7.0f64).prop_map(literal));
+    let section = (reference, convention, drift_u_rad);
+    prop::option::of(section.prop_map(|(reference, convention, drift_u_rad)| PhaseSection {
+        reference,
+        convention,
+        drift_u_rad,
+    }))
+}
+
 fn any_setup() -> impl Strategy<Value = ScanSetup> {
     any_array().prop_flat_map(|array| {
         let foci = prop::collection::vec(any_focus(array.array().len()), 1..3);
         let seconds = 0i64..4_000_000_000;
         let simulator = prop::sample::select(Simulator::ALL.to_vec());
-        let medium = (any_medium(), any_receiver());
+        let medium = (any_medium(), (any_receiver(), any_phase()));
         ("\\PC{0,12}", seconds, "[a-zA-Z\"\\\\]{1,8}", medium, simulator, foci).prop_map(
-            move |(name, seconds, unit, (medium, receiver), simulator, foci)| ScanSetup {
+            move |(name, seconds, unit, (medium, (receiver, phase)), simulator, foci)| ScanSetup {
                 name,
                 recorded: Timestamp::from_second(seconds).expect("this century or the next"),
                 unit,
                 array: array.clone(),
                 medium,
                 receiver,
+                phase,
                 simulator,
                 foci,
             },

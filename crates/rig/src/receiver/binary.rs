@@ -4,9 +4,11 @@ use super::protocol::{Event, Sample};
 
 const MARK: [u8; 2] = [0xa5, 0x5a];
 const FRAME: usize = 24;
-const CHECKED: std::ops::Range<usize> = 2..20;
+/// A frame with both parts of a sample.
+const IQ_FRAME: usize = 28;
 const KIND_SAMPLE: u8 = 1;
 const KIND_END: u8 = 2;
+const KIND_IQ: u8 = 3;
 const FLAG_CLIPPED: u8 = 1;
 
 /// Turns bytes into events, however they are cut. After damage it looks for the next frame that is whole.
@@ -25,9 +27,10 @@ impl FrameDecoder {
     pub fn next_event(&mut self) -> Option<Event> {
         loop {
             self.skip_to_mark();
-            let frame: &[u8; FRAME] = self.pending.first_chunk()?;
+            let length = if *self.pending.get(2)? == KIND_IQ { IQ_FRAME } else { FRAME };
+            let frame = self.pending.get(..length)?;
             if let Some(event) = decode(frame) {
-                self.pending.drain(..FRAME);
+                self.pending.drain(..length);
                 return Some(event);
             }
             // Not a frame, or a damaged one: a whole one may begin inside of it.
@@ -44,17 +47,19 @@ impl FrameDecoder {
     }
 }
 
-fn decode(frame: &[u8; FRAME]) -> Option<Event> {
-    let crc = u32::from_le_bytes(field(frame, 20));
-    if crc != crc32fast::hash(&frame[CHECKED]) {
+fn decode(frame: &[u8]) -> Option<Event> {
+    let checked = frame.len() - 4;
+    if u32::from_le_bytes(field(frame, checked)) != crc32fast::hash(&frame[2..checked]) {
         return None;
     }
+    let number = |at: usize| f64::from(f32::from_le_bytes(field(frame, at)));
     let (seq, t_us) = (u32::from_le_bytes(field(frame, 4)), u64::from_le_bytes(field(frame, 8)));
     match frame[2] {
-        KIND_SAMPLE => Some(Event::Sample(Sample {
+        kind @ (KIND_SAMPLE | KIND_IQ) => Some(Event::Sample(Sample {
             seq,
             t_us,
-            value: f64::from(f32::from_le_bytes(field(frame, 16))),
+            value: number(16),
+            quadrature: (kind == KIND_IQ).then(|| number(20)),
             clipped: frame[3] & FLAG_CLIPPED != 0,
         })),
         KIND_END => Some(Event::End { next_seq: seq, t_us }),
@@ -62,7 +67,7 @@ fn decode(frame: &[u8; FRAME]) -> Option<Event> {
     }
 }
 
-fn field<const N: usize>(frame: &[u8; FRAME], at: usize) -> [u8; N] {
+fn field<const N: usize>(frame: &[u8], at: usize) -> [u8; N] {
     std::array::from_fn(|index| frame[at + index])
 }
 
@@ -83,6 +88,17 @@ pub(super) mod tests {
         frame
     }
 
+    /// The same with both parts of a sample.
+    fn iq_frame(seq: u32, parts: [f32; 2]) -> Vec<u8> {
+        let mut frame = vec![0xa5, 0x5a, 3, 0];
+        frame.extend(seq.to_le_bytes());
+        frame.extend(1000u64.to_le_bytes());
+        parts.iter().for_each(|part| frame.extend(part.to_le_bytes()));
+        let crc = crc32fast::hash(&frame[2..]);
+        frame.extend(crc.to_le_bytes());
+        frame
+    }
+
     fn decode_all(bytes: &[u8]) -> Vec<Event> {
         let mut decoder = FrameDecoder::default();
         decoder.push(bytes);
@@ -90,13 +106,18 @@ pub(super) mod tests {
     }
 
     fn sample(seq: u32) -> Event {
-        Event::Sample(Sample { seq, t_us: 1000, value: 0.25, clipped: false })
+        Event::Sample(Sample { seq, t_us: 1000, value: 0.25, quadrature: None, clipped: false })
+    }
+
+    fn iq_sample(seq: u32) -> Event {
+        let (value, quadrature) = (0.25, Some(-0.5));
+        Event::Sample(Sample { seq, t_us: 1000, value, quadrature, clipped: false })
     }
 
     #[test]
     fn samples_and_the_end_mark_are_read() {
         let bytes = [frame(1, 1, 7, 1000, 0.25), frame(2, 0, 8, 2000, 0.0)].concat();
-        let clipped = Sample { seq: 7, t_us: 1000, value: 0.25, clipped: true };
+        let clipped = Sample { seq: 7, t_us: 1000, value: 0.25, quadrature: None, clipped: true };
         assert_eq!(
             decode_all(&bytes),
             [Event::Sample(clipped), Event::End { next_seq: 8, t_us: 2000 }]
@@ -121,6 +142,25 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn a_damaged_or_lost_byte_of_an_iq_frame_costs_its_frame_and_no_other() {
+        let frames = || [1, 2, 3].map(|seq| iq_frame(seq, [0.25, -0.5])).concat();
+        assert_eq!(decode_all(&frames()), [1, 2, 3].map(iq_sample));
+        // The end mark is behind it, so that the bytes that a damaged kind waits for come.
+        let end = frame(2, 0, 4, 2000, 0.0);
+        for at in 0..IQ_FRAME {
+            for lost in [false, true] {
+                let mut bytes = [frames(), end.clone()].concat();
+                match lost {
+                    true => drop(bytes.remove(IQ_FRAME + at)),
+                    false => bytes[IQ_FRAME + at] ^= 0x10,
+                }
+                let wanted = [iq_sample(1), iq_sample(3), Event::End { next_seq: 4, t_us: 2000 }];
+                assert_eq!(decode_all(&bytes), wanted, "byte {at}, lost: {lost}");
+            }
+        }
+    }
+
+    #[test]
     fn a_lost_byte_costs_its_frame_and_no_other() {
         for lost in 0..FRAME {
             let mut bytes = [frame(1, 0, 1, 1000, 0.25), frame(1, 0, 2, 1000, 0.25)].concat();
@@ -138,7 +178,7 @@ pub(super) mod tests {
             let mut decoder = FrameDecoder::default();
             decoder.push(&bytes);
             while decoder.next_event().is_some() {}
-            prop_assert!(decoder.pending.len() < FRAME);
+            prop_assert!(decoder.pending.len() < IQ_FRAME);
         }
 
         #[test]
@@ -156,7 +196,7 @@ pub(super) mod tests {
                 events.extend(std::iter::from_fn(|| decoder.next_event()));
             }
             // Noise may look like the beginning of a frame, which then waits for more bytes.
-            decoder.push(&[0; FRAME]);
+            decoder.push(&[0; IQ_FRAME]);
             events.extend(std::iter::from_fn(|| decoder.next_event()));
             prop_assert_eq!(events, [sample(seq)]);
         }

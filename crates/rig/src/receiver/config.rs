@@ -27,6 +27,8 @@ pub enum Encoding {
     Binary,
     /// Lines that a person can read: a damaged digit is not noticed.
     Text,
+    /// Frames with a checksum that hold both parts of a sample: readings have a phase.
+    Iq,
 }
 
 /// What a receiver sends that takes no commands.

@@ -118,6 +118,7 @@ impl<L: ByteLink> MarlinPinReceiver<L> {
                 full_scale: config.full_scale.get(),
                 unit: config.unit.clone(),
                 own_clock: false,
+                phase: false,
             },
             query: config.query.replace("{pin}", &config.pin.to_string()),
             value_after: config.value_after.clone(),

@@ -5,7 +5,7 @@
 //! | line | answer |
 //! |---|---|
 //! | `?` | `receiver 1 rate_hz=1000 full_scale=5.000000 unit=V` |
-//! | `E text`, `E binary` | `ok`; how samples are sent from now on |
+//! | `E text`, `E binary`, `E iq` | `ok`; how samples are sent from now on |
 //! | `S <n>` | no line; `n` samples, the first taken at the instant the command is received, then an end mark; `n` = 0: until `X` |
 //! | `X` | stops sampling; the end mark follows |
 //! | `T` | `time <t_us>` |
@@ -31,6 +31,16 @@
 //! | 8..16 | `t_us` |
 //! | 16..20 | value, IEEE 754 single |
 //! | 20..24 | CRC-32 (IEEE 802.3) over bytes 2..20 |
+//!
+//! # I/Q
+//! Samples with a phase against the clock that the drives are made from. The end mark is that of the binary encoding; a sample is a frame of
+//! 28 bytes of the same form:
+//!
+//! | bytes | |
+//! |---|---|
+//! | 0..16 | as above, kind 3 |
+//! | 16..20, 20..24 | I and Q, IEEE 754 single: the signal is I cos ωt + Q sin ωt, the real part of (I + iQ) exp(-iωt), at the time t of the clock |
+//! | 24..28 | CRC-32 over bytes 2..24 |
 
 use super::reading::ReceiverIdentity;
 use crate::key_value::value_of;
@@ -42,8 +52,10 @@ pub struct Sample {
     pub seq: u32,
     /// When it was taken, µs since power-up.
     pub t_us: u64,
-    /// What was measured, in the receiver's unit. May be anything that a float can be.
+    /// What was measured, in the receiver's unit; of an I/Q sample, the part in phase. May be anything that a float can be.
     pub value: f64,
+    /// Of an I/Q sample, the part in quadrature.
+    pub quadrature: Option<f64>,
     /// Whether the converter clipped.
     pub clipped: bool,
 }
@@ -73,6 +85,7 @@ pub fn parse_identity(line: &str) -> Option<ReceiverIdentity> {
         full_scale: positive("full_scale")?,
         unit: setting("unit").filter(|unit| !unit.is_empty())?.to_owned(),
         own_clock: true,
+        phase: false,
     })
 }
 
@@ -93,6 +106,7 @@ mod tests {
             full_scale: 5.0,
             unit: "V".into(),
             own_clock: true,
+            phase: false,
         };
         assert_eq!(identity, Some(expected));
     }

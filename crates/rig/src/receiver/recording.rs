@@ -16,7 +16,7 @@ const JITTER: f64 = 0.5;
 pub struct TimedSample {
     /// When, s, on the receiver's clock.
     pub t_s: f64,
-    /// What was read, in the receiver's unit; finite.
+    /// What was read, in the receiver's unit; finite. Of a sample with a phase, its amplitude: the phase turns while the robot moves.
     pub value: f64,
     /// Whether the converter was at its limit.
     pub clipped: bool,
@@ -78,7 +78,7 @@ impl Recorder {
             .filter(|sample| (begins_us(sample) - begins).abs() <= allowed_us)
             .map(|sample| TimedSample {
                 t_s: sample.t_us as f64 * 1e-6,
-                value: sample.value,
+                value: sample.quadrature.map_or(sample.value, |q| sample.value.hypot(q)),
                 clipped: sample.clipped,
             })
             .collect();
@@ -99,7 +99,7 @@ mod tests {
 
     fn sample(seq: u32) -> Sample {
         let t_us = 5_000_000 + u64::from(seq.wrapping_sub(u32::MAX - 5)) * 1000;
-        Sample { seq, t_us, value: 1.0, clipped: false }
+        Sample { seq, t_us, value: 1.0, quadrature: None, clipped: false }
     }
 
     fn recorded(samples: impl IntoIterator<Item = Sample>) -> Recording {

@@ -81,7 +81,13 @@ impl Run {
         self.received += 1;
         let settled = sample.t_us.saturating_sub(first.t_us) >= self.settle_us;
         if settled && self.tally.count() < self.wanted {
-            self.tally.add(sample.t_us, sample.value, sample.clipped);
+            let Sample { t_us, value, quadrature, clipped, .. } = sample;
+            match quadrature {
+                Some(quadrature) => {
+                    self.tally.add_with_phase(t_us, [value, quadrature], clipped);
+                }
+                None => self.tally.add(t_us, value, clipped),
+            }
         }
     }
 
@@ -115,7 +121,7 @@ mod tests {
 
     fn sample(seq: u32, t_us: u64) -> Sample {
         // The value tells the time, so that a mean tells which samples were taken.
-        Sample { seq, t_us, value: t_us as f64, clipped: false }
+        Sample { seq, t_us, value: t_us as f64, quadrature: None, clipped: false }
     }
 
     /// The samples of a run asked for at 5 s, numbered from `first_seq`.
@@ -193,7 +199,7 @@ mod tests {
         ) {
             let (run, _) = run(events.into_iter().map(|(is_end, seq, t_us, value)| {
                 if is_end { Event::End { next_seq: seq, t_us } }
-                else { Event::Sample(Sample { seq, t_us, value, clipped: false }) }
+                else { Event::Sample(Sample { seq, t_us, value, quadrature: None, clipped: false }) }
             }));
             run.reading();
         }

@@ -8,7 +8,7 @@ use tokio::time::Instant;
 use super::binary::FrameDecoder;
 use super::config::{Encoding, StreamConfig};
 use super::protocol::{Event, parse_identity, parse_time};
-use super::reading::{Reading, ReceiverIdentity, is_possible};
+use super::reading::{Reading, ReceiverIdentity, is_possible_sample};
 use super::recording::{DuringRecording, Recorder, Recording};
 use super::run::Run;
 use super::text::TextDecoder;
@@ -76,6 +76,7 @@ impl<L: ByteLink> StreamReceiver<L> {
         let choice = match encoding {
             Encoding::Binary => "E binary\n",
             Encoding::Text => "E text\n",
+            Encoding::Iq => "E iq\n",
         };
         match ask(&mut wire, choice, &["ok", "error "], QUIET).await? {
             None => return Err(wire.error(Cause::Silent { waited: QUIET })),
@@ -84,6 +85,7 @@ impl<L: ByteLink> StreamReceiver<L> {
             }
             Some(_) => {}
         }
+        let identity = ReceiverIdentity { phase: encoding == Encoding::Iq, ..identity };
         // What was asked before the port was opened may still be answered.
         Ok(Self { wire, identity, encoding, idle: false })
     }
@@ -296,7 +298,7 @@ impl Decoder {
     fn new(encoding: Encoding, full_scale: f64) -> Self {
         let format = match encoding {
             Encoding::Text => Format::Text(TextDecoder::default()),
-            Encoding::Binary => Format::Binary(FrameDecoder::default()),
+            Encoding::Binary | Encoding::Iq => Format::Binary(FrameDecoder::default()),
         };
         Self { format, full_scale }
     }
@@ -316,7 +318,7 @@ impl Decoder {
                 Format::Binary(decoder) => decoder.next_event(),
             }?;
             match event {
-                Event::Sample(sample) if !is_possible(sample.value, self.full_scale) => {}
+                Event::Sample(sample) if !is_possible_sample(&sample, self.full_scale) => {}
                 _ => return Some(event),
             }
         }

@@ -46,7 +46,7 @@ fn parse_event(line: &str) -> Option<Event> {
         if clipped {
             words = rest;
         }
-        Event::Sample(Sample { seq, t_us, value, clipped })
+        Event::Sample(Sample { seq, t_us, value, quadrature: None, clipped })
     };
     words.next().is_none().then_some(event)
 }
@@ -64,7 +64,7 @@ mod tests {
     }
 
     fn sample(seq: u32, t_us: u64, value: f64, clipped: bool) -> Event {
-        Event::Sample(Sample { seq, t_us, value, clipped })
+        Event::Sample(Sample { seq, t_us, value, quadrature: None, clipped })
     }
 
     #[test]

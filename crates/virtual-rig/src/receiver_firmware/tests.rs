@@ -1,5 +1,6 @@
 //! The receiver's protocol as seen by a driver.
 
+use num_complex::Complex64;
 use proptest::prelude::*;
 
 use super::super::clock::Pace;
@@ -102,6 +103,38 @@ fn binary_frames_carry_the_same_samples_with_a_checksum() {
 }
 
 #[test]
+fn iq_frames_carry_the_amplitude_of_the_same_samples_and_the_phase_of_the_drives_clock() {
+    let frames_with = |truth: &str| {
+        let mut bench = Bench::with(ReceiverSettings::default(), truth);
+        assert_eq!(bench.text("E iq\n"), "ok\n");
+        bench.send("S 2\n")
+    };
+    let truth = "[noise]\nadditive_v = 0.01\nmultiplicative = 0.02\n";
+    let text = Bench::with(ReceiverSettings::default(), truth).text("S 2\n");
+    let [plain, turned] = ["", "[phase]\noffset_rad = 0.5\ndrift_rad_h = 1800.0\n"]
+        .map(|phase| frames_with(&format!("{truth}{phase}")));
+    assert_eq!((plain.len(), plain[2 * 28 + 2]), (2 * 28 + 24, 2));
+    let part = |frame: &[u8], at: usize| {
+        f64::from(f32::from_le_bytes(frame[at..at + 4].try_into().expect("four bytes")))
+    };
+    for (n, line) in text.lines().take(2).enumerate() {
+        let [before, after] = [&plain, &turned].map(|frames| &frames[28 * n..28 * n + 28]);
+        assert_eq!(
+            (before[2], before[24..].to_vec()),
+            (3, crc32fast::hash(&before[2..24]).to_le_bytes().to_vec())
+        );
+        let written: f64 = line.split(' ').nth(2).and_then(|v| v.parse().ok()).expect("a value");
+        let [before, after] =
+            [before, after].map(|frame| Complex64::new(part(frame, 16), part(frame, 20)));
+        // Half a step of the converter in each part.
+        assert!((before.norm() - written).abs() < 5.0 / 16383.0, "{before} {written}");
+        // Samples are taken a millisecond apart from the power-up on.
+        let turn_rad = 0.5 + 0.5 * 1e-3 * (n + 1) as f64;
+        assert!(((after / before).arg() - turn_rad).abs() < 2e-3, "{before} {after}");
+    }
+}
+
+#[test]
 fn what_is_beyond_the_full_scale_is_marked_as_clipped() {
     let mut bench = Bench::with(ReceiverSettings::default(), "[effects.clipping]\nlevel = 0.01\n");
     assert!(bench.text("?\n").contains("full_scale=0.010000"));
@@ -130,7 +163,7 @@ proptest! {
 
     #[test]
     fn words_of_the_protocol_in_any_order_do_not_either(
-        lines in prop::collection::vec("(S|E|X|T|\\?)( (text|binary|[0-9]{1,2}))?", 0..12),
+        lines in prop::collection::vec("(S|E|X|T|\\?)( (text|binary|iq|[0-9]{1,2}))?", 0..12),
     ) {
         let mut bench = Bench::new();
         for line in lines {

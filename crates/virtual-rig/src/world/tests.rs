@@ -36,6 +36,51 @@ fn modulation_scales_by_its_duty() {
     assert!((world.reading_v(1.5, 0) / world.reading_v(0.5, 0) - 0.5).abs() < 1e-12);
 }
 
+/// An element is small beside the distance, so that far on the axis the array is a ring of points at every radius.
+#[test]
+fn the_phase_is_that_of_waves_that_left_the_elements_together() {
+    let phasor_at = |z_m: f64| {
+        let (world, trajectory) = laboratory("");
+        world.drive(0.0, on(1.0));
+        let from_mm = Vector3::new(150.0, 150.0, 80.0);
+        let to_mm = Vector3::new(150.0, 150.0, z_m * 1e3 - 20.0);
+        let planned = PlannedMove::new(from_mm, to_mm, 1000.0, 50.0, 0.0);
+        lock(&trajectory).push(planned);
+        world.synchronous_v(planned.ends_s() + 0.1, 0)
+    };
+    let k = std::f64::consts::TAU * 40e3 / 343.0;
+    let points: Vec<f64> = (0..36)
+        .map(|n| [n % 6, n / 6].map(|m| (f64::from(m) - 2.5) * 10.5e-3))
+        .map(|[x, y]| x * x + y * y)
+        .collect();
+    let expected = |z_m: f64| -> Complex64 {
+        let wave = |square: &f64| {
+            let d = (square + z_m * z_m).sqrt();
+            Complex64::from_polar(1.0 / d, k * d)
+        };
+        points.iter().map(wave).sum()
+    };
+    for (low_m, high_m) in [(0.150, 0.151), (0.18, 0.21)] {
+        let seen = phasor_at(high_m) / phasor_at(low_m);
+        let wanted = expected(high_m) / expected(low_m);
+        assert!((seen / wanted).arg().abs() < 0.02, "{seen} {wanted}");
+    }
+}
+
+#[test]
+fn the_phase_of_the_clock_drifts_and_each_sample_has_phase_noise() {
+    let truth = "[phase]\noffset_rad = -1.0\ndrift_rad_h = 0.36\nnoise_rad = 0.05\n";
+    let [(plain, _), (noisy, _)] = [QUIET, truth].map(laboratory);
+    [&plain, &noisy].map(|world| world.drive(0.0, on(1.0)));
+    let turns: Vec<f64> = (0..4000)
+        .map(|n| (noisy.synchronous_v(1000.0, n) / plain.synchronous_v(1000.0, n)).arg())
+        .collect();
+    let mean = turns.iter().sum::<f64>() / 4000.0;
+    let variance = turns.iter().map(|turn| (turn - mean).powi(2)).sum::<f64>() / 4000.0;
+    assert!((mean - (0.1 - 1.0)).abs() < 4.0 * 0.05 / 4000f64.sqrt(), "{mean}");
+    assert!((variance.sqrt() / 0.05 - 1.0).abs() < 0.05, "{variance}");
+}
+
 #[test]
 fn the_reading_is_that_of_where_the_nozzle_is_while_it_moves() {
     let (world, trajectory) = laboratory(QUIET);

@@ -61,6 +61,7 @@ impl FreeRunningReceiver {
             full_scale: config.full_scale.get(),
             unit: config.unit.clone(),
             own_clock: config.lines != Lines::Value,
+            phase: false,
         };
         let device = wire.device().clone();
         let decoder = SampleDecoder::new(config);

@@ -3,7 +3,7 @@
 use super::super::binary::FrameDecoder;
 use super::super::config::{FreeRunningConfig, Lines};
 use super::super::protocol::Event;
-use super::super::reading::is_possible;
+use super::super::reading::{is_possible, is_possible_sample};
 
 /// More bytes than this without a line end are noise.
 const LONGEST_LINE: usize = 4096;
@@ -77,10 +77,11 @@ impl SampleDecoder {
         let mut samples = Vec::new();
         while let Some(event) = self.frames.next_event() {
             if let Event::Sample(sample) = event
-                && is_possible(sample.value, self.full_scale)
+                && is_possible_sample(&sample, self.full_scale)
             {
-                let clipped = sample.clipped || sample.value.abs() >= self.full_scale;
-                samples.push(Sample { t_us: sample.t_us, value: sample.value, clipped });
+                let value = sample.quadrature.map_or(sample.value, |q| sample.value.hypot(q));
+                let clipped = sample.clipped || value.abs() >= self.full_scale;
+                samples.push(Sample { t_us: sample.t_us, value, clipped });
             }
         }
         self.unreadable = samples.is_empty().then(|| "no frame among the bytes".to_owned());

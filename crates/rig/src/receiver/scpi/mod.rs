@@ -149,6 +149,7 @@ impl<L: ByteLink> ScpiReceiver<L> {
                 full_scale: 1.0,
                 unit: "V".to_owned(),
                 own_clock: false,
+                phase: false,
             },
             name: String::new(),
             dialect,

@@ -56,7 +56,7 @@ fn main() {
         let rig_setup = RigSetup::read(&folder.path().join("rig.toml")).expect("the rig");
         let rounds = read_rounds(&record).expect("rounds");
         let whole = RecordedScan::open(&record).expect("a record");
-        let options = Options { simulator: Some(plan.simulator), effects: None };
+        let options = Options { simulator: Some(plan.simulator), ..Options::default() };
         let mut took_s: [Vec<f64>; 4] = Default::default();
         let mut readings = 0;
         let mut sets = 0;

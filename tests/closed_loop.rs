@@ -37,7 +37,7 @@ fn a_loop_finds_a_dead_element_and_proves_it_and_goes_on_alike_when_it_was_kille
     let plan = Plan::read(&whole.join("plan.toml")).expect("a plan");
     let mut before = RecordedScan::open(&whole).expect("a record");
     before.samples.truncate(tested.before);
-    let options = Options { simulator: Some(plan.simulator), effects: None };
+    let options = Options { simulator: Some(plan.simulator), ..Options::default() };
     let searched = Findings::of(std::slice::from_ref(&before), &options).expect("comparable");
     assert_eq!(tested.probabilities[0].probability, searched.probabilities()[0].1);
 
@@ -178,7 +178,7 @@ fn what_the_sets_in_question_leave_unexplained_is_searched_for() {
     let inquiry = Inquiry::new(&plan, &rig, &folder).expect("a loop");
     let decision = inquiry.decide(&plan, &both, &rounds[..2]).expect("a decision");
     let scans = [both];
-    let options = Options { simulator: Some(plan.simulator), effects: None };
+    let options = Options { simulator: Some(plan.simulator), ..Options::default() };
     let before = RecordedScan { samples: scans[0].samples[..first].to_vec(), ..scans[0].clone() };
     let live = Findings::of(std::slice::from_ref(&before), &options).expect("comparable");
     let updated = Findings::of_live(&scans, &options, &live.live_sets()).expect("comparable");

@@ -131,7 +131,7 @@ pub fn map(
     prior: MapPrior,
     checks: Option<Checks>,
 ) -> Result<FieldMap, MapError> {
-    let options = Options { simulator: Some(record.setup.simulator), effects: None };
+    let options = Options { simulator: Some(record.setup.simulator), ..Options::default() };
     let learnt = Learnt::of(record, prior, &options)?;
     let factor = checks.map_or(1.0, |checks| checks.factor);
     let of_map = possible(places);
@@ -240,7 +240,7 @@ mod tests {
             });
             let record =
                 RecordedScan { setup: setup.clone(), samples: dark.chain(driven).collect() };
-            let options = Options { simulator: None, effects: Some(BTreeSet::new()) };
+            let options = Options { effects: Some(BTreeSet::new()), ..Options::default() };
             let learnt = Learnt::of(&record, MapPrior::Simulation, &options).expect("comparable");
             let of_map = possible(&places);
             let made = learnt.field(|effects, _, field| {

@@ -199,8 +199,11 @@ impl Mapping {
         searched: bool,
     ) -> Result<Decided, MappingError> {
         let known: BTreeSet<_> = last.effects.iter().copied().collect();
-        let options =
-            Options { simulator: Some(self.simulator), effects: (!searched).then_some(known) };
+        let options = Options {
+            simulator: Some(self.simulator),
+            effects: (!searched).then_some(known),
+            ..Options::default()
+        };
         let learnt = Learnt::of(record, self.settings.prior, &options)?;
         let decided = learnt.field(|effects, _, field| -> Result<_, MapError> {
             let factor = checks.map_or(1.0, |checks| checks.factor);

@@ -17,7 +17,7 @@ pub(crate) struct Searches {
 impl Searches {
     /// For the gap of a simulator.
     pub fn of(simulator: Simulator) -> Self {
-        let options = Options { simulator: Some(simulator), effects: None };
+        let options = Options { simulator: Some(simulator), ..Options::default() };
         Self { options, last: Mutex::default() }
     }
 

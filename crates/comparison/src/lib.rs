@@ -41,6 +41,7 @@
 //! | `receiver_face` | a gain that falls with the angle of arrival, where this explains what a pose cannot |
 //! | `identifiability`, `standard_errors` | which parameters the readings determine, and how well |
 //! | `dark_readings` | quadrature noise and detector floor from readings with the array silent |
+//! | `coherent` | the same of readings with phases |
 //! | `within_readings` | the same from the scatter of the magnitudes that are averaged into one reading |
 //! | `rice` | mean magnitude of a noisy level |
 //! | `noise`, `figures`, `agreement` | noise, figures of each height with errors, correlation and residual |
@@ -53,6 +54,7 @@
 mod agreement;
 mod change;
 mod coarse;
+mod coherent;
 mod compare;
 mod comparison;
 mod dark_readings;
@@ -81,6 +83,7 @@ pub use change::{
     Aligning, Alignment, Change, ChangeFigures, Condition, HeightChange, NoChange, PlaceChange,
     Scaling, aligned_change, change,
 };
+pub use coherent::{averaged_magnitudes, dark_readings, has_phases, within_readings};
 pub use compare::{Incomparable, compare, register_scan};
 pub use comparison::{
     Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, FocalRadiusFigure, Levels,

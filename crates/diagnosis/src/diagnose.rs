@@ -37,6 +37,8 @@ pub struct Options {
     pub simulator: Option<Simulator>,
     /// The only effects that are tried; without it, all of the catalogue.
     pub effects: Option<BTreeSet<EffectId>>,
+    /// Whether phases are left out.
+    pub amplitude_only: bool,
 }
 
 /// Diagnoses one scan, or several of one rig together. The same scans give the same bits.
@@ -49,7 +51,7 @@ pub fn diagnose(
     scans: &[RecordedScan],
     simulator: Option<Simulator>,
 ) -> Result<Diagnosis, Incomparable> {
-    diagnose_with(scans, &Options { simulator, effects: None })
+    diagnose_with(scans, &Options { simulator, ..Options::default() })
 }
 
 /// As [`diagnose`], also with a part of the catalogue. Its verdict is then about that part: a gap that another effect would explain is
@@ -111,7 +113,7 @@ impl<'s> Findings<'s> {
         scored: impl FnOnce(&mut Observations, &Context) -> Vec<ScoredModel>,
     ) -> Result<Self, Incomparable> {
         let Prepared { simulator, mut observations, mut context, mut registrations } =
-            Prepared::of(scans, options.simulator)?;
+            Prepared::of(scans, options.simulator, !options.amplitude_only)?;
         context.tried.clone_from(&options.effects);
         let scored = scored(&mut observations, &context);
         let base = scored

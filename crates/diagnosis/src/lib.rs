@@ -67,7 +67,9 @@ mod statistics;
 mod text;
 mod verdict;
 
-pub use advice::distinguish::{AlikeEffects, alike_effects, are_alike};
+pub use advice::distinguish::{
+    AlikeEffects, alike_effects, alike_effects_by_amplitudes, are_alike,
+};
 pub use advice::found_field::{Departure, FieldSamples, FoundField, Received};
 pub use advice::outlook::{Outlook, PossibleReading};
 pub use change::{

@@ -20,8 +20,12 @@ pub(crate) struct Prepared {
 
 impl Prepared {
     /// Of scans of one rig; `simulator` as for [`diagnose`].
-    pub fn of(scans: &[RecordedScan], simulator: Option<Simulator>) -> Result<Self, Incomparable> {
-        Self::registered(scans, simulator, |scan, simulator| {
+    pub fn of(
+        scans: &[RecordedScan],
+        simulator: Option<Simulator>,
+        with_phases: bool,
+    ) -> Result<Self, Incomparable> {
+        Self::registered(scans, simulator, with_phases, |scan, simulator| {
             let registration = register_scan(scan, simulator, Registering::Auto)?;
             let pose = match is_in_other_coordinates(&registration) {
                 true => registration.pose(),
@@ -37,7 +41,8 @@ impl Prepared {
         simulator: Option<Simulator>,
     ) -> Result<Self, Incomparable> {
         let mut pose = None;
-        Self::registered(scans, simulator, |scan, simulator| {
+        // The amplitudes of the first predict those of the second.
+        Self::registered(scans, simulator, false, |scan, simulator| {
             let requested = if pose.is_none() { Registering::Auto } else { Registering::None };
             let registration = register_scan(scan, simulator, requested)?;
             let pose = *pose.get_or_insert_with(|| match is_in_other_coordinates(&registration) {
@@ -51,6 +56,7 @@ impl Prepared {
     fn registered(
         scans: &[RecordedScan],
         simulator: Option<Simulator>,
+        with_phases: bool,
         mut register: impl FnMut(&RecordedScan, Simulator) -> Result<(Registration, Pose), Incomparable>,
     ) -> Result<Self, Incomparable> {
         let first = scans.first().ok_or(Incomparable::NoScan)?;
@@ -68,7 +74,7 @@ impl Prepared {
             registrations.push(registration);
             poses.push(pose);
         }
-        let observations = Observations::of(scans, simulator, &poses);
+        let observations = Observations::of(scans, simulator, &poses, with_phases);
         let context = context(&observations, scans);
         Ok(Self { simulator, observations, context, registrations })
     }

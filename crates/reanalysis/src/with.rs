@@ -133,7 +133,11 @@ impl With {
 
     /// How a diagnosis is made; `None` for none.
     pub fn diagnosis(&self) -> Option<Options> {
-        let options = Options { simulator: self.simulator, effects: self.effects.clone() };
+        let options = Options {
+            simulator: self.simulator,
+            effects: self.effects.clone(),
+            ..Options::default()
+        };
         (!self.only_compare).then_some(options)
     }
 }

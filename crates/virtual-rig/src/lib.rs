@@ -98,7 +98,9 @@ pub use faults::{Fault, LineFault};
 use fieldgap_acoustics::{Array, Medium};
 use fieldgap_rig::{Frame, Ports, Role};
 use firmware::Firmware;
-pub use noise_free::{Visit, elements_with, noise_free_coded_readings, noise_free_readings};
+pub use noise_free::{
+    Visit, elements_with, noise_free_coded_phasors, noise_free_coded_readings, noise_free_readings,
+};
 use pty::PseudoTerminal;
 use receiver_firmware::Mode;
 use robot::RobotSettings;

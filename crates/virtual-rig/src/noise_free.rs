@@ -61,6 +61,23 @@ pub fn noise_free_coded_readings(
     visits: &[(usize, Visit)],
     seed: u64,
 ) -> Result<Vec<f64>, Fault> {
+    let phasors = noise_free_coded_phasors(setup, effects, gain_v_m, drives_s, visits, seed)?;
+    Ok(phasors.into_iter().map(|(reading_v, _)| reading_v).collect())
+}
+
+/// The reading at each visit, V, and the phase of the field against the clock of the drives, rad, in the convention exp(-iωt); otherwise as
+/// [`noise_free_coded_readings`].
+///
+/// # Errors
+/// As [`noise_free_readings`].
+pub fn noise_free_coded_phasors(
+    setup: &Simulation,
+    effects: &toml::Table,
+    gain_v_m: f64,
+    drives_s: &[Vec<f64>],
+    visits: &[(usize, Visit)],
+    seed: u64,
+) -> Result<Vec<(f64, f64)>, Fault> {
     let truth = Truth::of_effects(effects)?;
     truth.check(setup.array.len())?;
     let (array, medium, frequency_hz) = (&setup.array, setup.medium, setup.frequency_hz);
@@ -85,9 +102,9 @@ pub fn noise_free_coded_readings(
             last = Some((at_m, field.contributions(at_m)));
         }
         let (_, contributions) = last.as_ref().expect("it was just set");
-        let magnitude = field.magnitude(contributions, &weights[*drive], visit.time_s);
-        let level_v = field.level_v(magnitude * gain_v_m, visit.time_s);
-        level_v.min(field.full_scale_v(f64::INFINITY))
+        let phasor = field.phasor(contributions, &weights[*drive], visit.time_s);
+        let level_v = field.level_v(phasor.norm() * gain_v_m, visit.time_s);
+        (level_v.min(field.full_scale_v(f64::INFINITY)), phasor.arg())
     };
     Ok(visits.iter().zip(motions).map(&mut read).collect())
 }

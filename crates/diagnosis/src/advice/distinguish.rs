@@ -40,7 +40,8 @@ pub struct AlikeEffects {
 
 /// Every pair of effects that act to first order, the most alike first. Of the two orders of a pair the one with the smaller residual
 /// share is listed. An effect with two laws is represented by the first. Choices (dead elements, steps, heights) and effects that change
-/// the scatter (turbulence, jitter, compression, floor, clipping) are left out.
+/// the scatter (turbulence, jitter, compression, floor, clipping) are left out. Of a scan with phases these count too; the gap at which two
+/// effects are separated is still that of the amplitudes.
 ///
 /// # Errors
 /// [`Incomparable`] if there is nothing to compare.
@@ -48,8 +49,27 @@ pub fn alike_effects(
     scan: &RecordedScan,
     simulator: Option<Simulator>,
 ) -> Result<Vec<AlikeEffects>, Incomparable> {
+    alike(scan, simulator, true)
+}
+
+/// As [`alike_effects`], by the amplitudes of the readings alone.
+///
+/// # Errors
+/// [`Incomparable`] if there is nothing to compare.
+pub fn alike_effects_by_amplitudes(
+    scan: &RecordedScan,
+    simulator: Option<Simulator>,
+) -> Result<Vec<AlikeEffects>, Incomparable> {
+    alike(scan, simulator, false)
+}
+
+fn alike(
+    scan: &RecordedScan,
+    simulator: Option<Simulator>,
+    with_phases: bool,
+) -> Result<Vec<AlikeEffects>, Incomparable> {
     let Prepared { mut observations, context, .. } =
-        Prepared::of(std::slice::from_ref(scan), simulator)?;
+        Prepared::of(std::slice::from_ref(scan), simulator, with_phases)?;
     let nuisance = as_believed(&observations);
     settle_scatter(&mut observations, &ForwardModel::believed(), &nuisance, &context, false);
     let readings = observations.len() as f64;
@@ -69,8 +89,9 @@ pub fn alike_effects(
         .flat_map_iter(|signature| {
             let others = signatures.iter().filter(|other| other.id != signature.id);
             others.filter_map(|other| {
-                let residual_share = signature.residual_share(&nuisance, other)?;
-                let separable_gap_sigma = SEPARATED_SIGMA / (readings * residual_share).sqrt();
+                let Residual { share: residual_share, over_amplitudes } =
+                    signature.residual(&nuisance, other)?;
+                let separable_gap_sigma = SEPARATED_SIGMA / (readings * over_amplitudes).sqrt();
                 let (effect, imitator) = (signature.id, other.id);
                 Some(AlikeEffects { effect, imitator, residual_share, separable_gap_sigma })
             })
@@ -117,7 +138,18 @@ fn has_slope(effect: &dyn Effect, observations: &Observations) -> bool {
 /// The signature of an effect.
 struct Signature {
     id: EffectId,
+    /// Derivatives of the amplitudes, then of the phases, each column with a mean square of one over the amplitudes.
     columns: DMatrix<f64>,
+    /// How many amplitudes there are.
+    amplitudes: usize,
+}
+
+/// What of a signature another effect cannot reproduce, in the direction of its parameters where it is least.
+struct Residual {
+    /// Share of the squared signature.
+    share: f64,
+    /// The same over the squared signature in the amplitudes alone.
+    over_amplitudes: f64,
 }
 
 impl Signature {
@@ -127,33 +159,45 @@ impl Signature {
             Search::Random => vec![0.0; scores.observations.elements()],
             _ => effect.neutral(),
         };
+        let amplitudes = scores.observations.len();
         let columns: Vec<_> = scores
             .columns_of(effect, &neutral)
             .into_iter()
             .map(|column| {
-                let rms = (column.iter().map(|c| c * c).sum::<f64>() / column.len() as f64).sqrt();
+                let of = &column[..amplitudes];
+                let rms = (of.iter().map(|c| c * c).sum::<f64>() / amplitudes as f64).sqrt();
                 (rms > 0.0 && rms.is_finite())
                     .then(|| column.iter().map(|c| c / rms).collect::<Vec<f64>>())
             })
             .collect::<Option<_>>()?;
         let rows = columns.first()?.len();
         let columns = DMatrix::from_fn(rows, columns.len(), |i, j| columns[j][i]);
-        Some(Self { id: effect.id(), columns })
+        Some(Self { id: effect.id(), columns, amplitudes })
     }
 
-    /// The least residual share beside another effect.
-    fn residual_share(&self, nuisance: &DMatrix<f64>, other: &Self) -> Option<f64> {
+    /// What is left beside another effect.
+    fn residual(&self, nuisance: &DMatrix<f64>, other: &Self) -> Option<Residual> {
         let alone = self.beside(nuisance)?;
         let mut both =
             nuisance.clone().resize_horizontally(nuisance.ncols() + other.columns.ncols(), 0.0);
         // (What a scan's prior adds to the nuisance's columns stands in rows of its own below the readings'.)
         both.view_mut((0, nuisance.ncols()), other.columns.shape()).copy_from(&other.columns);
         let beside = self.beside(&both)?;
-        let root = alone.cholesky()?.l();
-        let half = root.solve_lower_triangular(&beside)?;
-        let whole = root.solve_lower_triangular(&half.transpose())?;
-        let least = whole.symmetric_eigen().eigenvalues.min();
-        Some(least.clamp(1e-9, 1.0))
+        let share = least_over(alone, &beside)?.clamp(1e-9, 1.0);
+        let over_amplitudes = match self.amplitudes == self.columns.nrows() {
+            true => share,
+            false => least_over(self.of_amplitudes(nuisance)?, &beside)?.max(1e-9),
+        };
+        Some(Residual { share, over_amplitudes })
+    }
+
+    /// The information about the parameters in the amplitudes alone, those of `nuisance` free.
+    fn of_amplitudes(&self, nuisance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let rows = self.columns.nrows();
+        // (The priors stand below the readings.)
+        let nuisance = nuisance.clone().remove_rows(self.amplitudes, rows - self.amplitudes);
+        let columns = self.columns.rows(0, self.amplitudes).into_owned();
+        Self { id: self.id, columns, amplitudes: self.amplitudes }.beside(&nuisance)
     }
 
     /// The information about the parameters, those of `columns` free.
@@ -169,6 +213,14 @@ impl Signature {
         let own = self.columns.tr_mul(&self.columns);
         Some(&own - across.transpose() * within.cholesky()?.solve(&across))
     }
+}
+
+/// The least eigenvalue of one information over another.
+fn least_over(alone: DMatrix<f64>, beside: &DMatrix<f64>) -> Option<f64> {
+    let root = alone.cholesky()?.l();
+    let half = root.solve_lower_triangular(beside)?;
+    let whole = root.solve_lower_triangular(&half.transpose())?;
+    Some(whole.symmetric_eigen().eigenvalues.min())
 }
 
 #[cfg(test)]

@@ -235,7 +235,8 @@ fn speed_along_rows_m_s(drive: &ObservedDrive) -> Option<f64> {
 
 /// Standard deviations by which the second fit, refitted, misses the expected readings of the first.
 fn separation(observations: &Observations, context: &Context, [one, other]: [&Fit; 2]) -> f64 {
-    let mut synthetic = observations.clone();
+    // (What the phases would tell is left out.)
+    let mut synthetic = observations.without_phases();
     let nuisance = vec![one.nuisance[0]; synthetic.scans.len()];
     let mut readings = one.model(context).expected_readings(&synthetic, &nuisance).into_iter();
     for scan in &mut synthetic.scans {
@@ -331,6 +332,8 @@ impl Proposal {
                     stabilised: readings.clone(),
                     readings,
                     visits,
+                    phases_rad: Vec::new(),
+                    believed_rad: Vec::new(),
                 }
             })
             .collect();
@@ -343,6 +346,7 @@ impl Proposal {
             scale,
             dark: Vec::new(),
             within: None,
+            phase: None,
         };
         Observations { scans: vec![scan] }
     }
@@ -430,7 +434,7 @@ mod tests {
             RecordedSample::measured(0.5 * number as f64, Some(0), *at_m, reading, None)
         };
         let samples = places.iter().zip(readings).enumerate().map(sample).collect();
-        Prepared::of(&[RecordedScan { setup, samples }], None).expect("comparable")
+        Prepared::of(&[RecordedScan { setup, samples }], None, false).expect("comparable")
     }
 
     /// A fit of one effect where its search begins.
@@ -567,6 +571,7 @@ mod tests {
         let residuals = |scaled: [f64; 2], log_variances: &[f64]| Residuals {
             scaled: scaled.to_vec(),
             log_variances: log_variances.to_vec(),
+            ..Residuals::default()
         };
         let one = residuals([0.0; 2], &[-0.7, 0.3]);
         assert_eq!(told_apart(&one, &one), 0.0);

@@ -129,10 +129,12 @@ pub(super) fn as_observations(
                 stabilised: vec![scan.scale.of(0.0); visits.len()],
                 readings,
                 visits,
+                phases_rad: Vec::new(),
+                believed_rad: Vec::new(),
             });
         }
     }
-    let scan = ObservedScan { drives, dark: Vec::new(), ..scan.clone() };
+    let scan = ObservedScan { drives, dark: Vec::new(), phase: None, ..scan.clone() };
     (Observations { scans: vec![scan] }, order)
 }
 

@@ -68,6 +68,7 @@ impl Bench {
             scale: NoiseScale::new(0.02, 0.01, 1.0),
             dark: Vec::new(),
             within: None,
+            phase: None,
         };
         scan.set_scatter(Scatter { share: 0.02, additive: 0.01, ..Scatter::default() });
         for (number, (excitation, places_m)) in drives.iter().enumerate() {
@@ -90,6 +91,8 @@ impl Bench {
                 visits,
                 stabilised,
                 readings,
+                phases_rad: Vec::new(),
+                believed_rad: Vec::new(),
             });
         }
         Observations { scans: vec![scan] }

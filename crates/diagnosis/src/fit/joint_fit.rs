@@ -155,6 +155,7 @@ impl Fit {
 }
 
 /// What to fit and from where.
+#[derive(Clone)]
 pub(crate) struct Start {
     /// The effects.
     pub instances: Vec<Instance>,
@@ -178,6 +179,32 @@ pub(crate) fn fit(
 
 /// The same with the derivatives of these readings by the first of the parameters, or near values of them, where they are known.
 pub(crate) fn fit_beside(
+    observations: &Observations,
+    context: &Context,
+    start: Start,
+    stopping: Stopping,
+    known: &[Vec<f64>],
+) -> Fit {
+    if !observations.have_phases() {
+        return descended(observations, context, start, stopping, known);
+    }
+    // Phases that are off by more than half a turn lead astray, amplitudes alone leave signs open: each leads where the other does not.
+    let by_amplitudes =
+        descended(&observations.without_phases(), context, start.clone(), stopping, &[]);
+    let from_there = Start {
+        values: by_amplitudes.values,
+        nuisance: Some(by_amplitudes.nuisance),
+        ..start.clone()
+    };
+    let [first, other] = [
+        descended(observations, context, start, stopping, known),
+        descended(observations, context, from_there, stopping, &[]),
+    ];
+    if other.penalised < first.penalised { other } else { first }
+}
+
+/// Downhill from a start.
+fn descended(
     observations: &Observations,
     context: &Context,
     start: Start,

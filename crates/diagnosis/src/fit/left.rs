@@ -12,6 +12,7 @@ use nalgebra::{Matrix2, Vector2};
 use crate::limits::{NOISE_SEARCH_FACTOR, USUAL_ADDITIVE_NOISE};
 use crate::model::effect::Expected;
 use crate::model::observations::{Observations, ObservedScan};
+use crate::model::phases::PhaseResiduals;
 use crate::model::residuals::Residuals;
 use crate::statistics::noise_scale::{LEAST_SHARE, lost_with_mean};
 use crate::statistics::scatter::against_unusual;
@@ -40,6 +41,8 @@ struct Cell {
 pub(crate) struct Left {
     /// Cells of each scan.
     scans: Vec<Vec<Cell>>,
+    /// How many phases of each scan say something, and the sum of their squared residuals.
+    phases: Vec<(f64, f64)>,
     /// Sum of the logarithms of the variances that the effects themselves make, over the scan's.
     log_variances: f64,
     /// How many numbers the readings determine.
@@ -83,23 +86,55 @@ impl Left {
             cells
         };
         let scans = observations.scans.iter().map(cells).collect();
-        Self { scans, log_variances: residuals.log_variances.iter().sum(), freedom }
+        let of_phases = |phases: &Option<PhaseResiduals>| {
+            phases.as_ref().map_or((0.0, 0.0), |phases| {
+                (phases.told() as f64, phases.scaled.iter().map(|r| r * r).sum())
+            })
+        };
+        let phases = residuals.phases_of_scans.iter().map(of_phases).collect();
+        Self { scans, phases, log_variances: residuals.log_variances.iter().sum(), freedom }
     }
 
     /// How likely it is.
     pub fn likelihood(&self, observations: &Observations) -> Likelihood {
         let count: f64 = self.scans.iter().flatten().map(|cell| cell.count).sum();
+        let phases: f64 = self.phases.iter().map(|(count, _)| count).sum();
+        let count = count + phases;
         let told = (1.0 - self.freedom / count).max(1.0 / count);
         let mut all = Likelihood { log: -0.5 * self.log_variances, variance_ratio: 0.0 };
         for (cells, scan) in self.scans.iter().zip(&observations.scans) {
             let noise = UnknownNoise::of(cells, scan, told);
             let Likelihood { log, variance_ratio } = noise.likelihood();
-            let share = cells.iter().map(|cell| cell.count).sum::<f64>() / count;
+            let share = cells.iter().map(|cell| cell.count).sum::<f64>() / (count - phases);
             all.log += log;
             all.variance_ratio += share * variance_ratio;
         }
+        for (&(count, squares), scan) in self.phases.iter().zip(&observations.scans) {
+            let within = scan.phase.map_or(1.0, |phase| phase.noise.within);
+            all.log += log_of_phases(told * count, squares, within);
+        }
         all
     }
+}
+
+/// Logarithm of the likelihood of phases with so many residuals and this sum of their squares, less a constant, integrated over their noise:
+/// its logarithm u is normal about zero within so much.
+fn log_of_phases(count: f64, squares: f64, within: f64) -> f64 {
+    if count <= 0.0 {
+        return 0.0;
+    }
+    let tightness = (within * within).recip();
+    // What exceeds the estimate by far is a gap, and no noise.
+    let most = NOISE_SEARCH_FACTOR.ln();
+    let mut at = 0.0f64;
+    for _ in 0..ROUNDS {
+        let left = squares * (-2.0 * at).exp();
+        let slope = left - count - tightness * at;
+        at = (at + (slope / (2.0 * left + tightness)).clamp(-1.0, 1.0)).clamp(-most, most);
+    }
+    let left = squares * (-2.0 * at).exp();
+    let width = (2.0 * left + tightness) / tightness;
+    -count * at - 0.5 * left - 0.5 * tightness * at * at - 0.5 * width.ln()
 }
 
 /// The noise of one scan, as logarithms of its share and its additive part.
@@ -202,5 +237,27 @@ impl<'s> UnknownNoise<'s> {
         }
         let volume = width.determinant().max(f64::MIN_POSITIVE);
         Likelihood { log: here - 0.5 * volume.ln(), variance_ratio: sum / count }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The integral by the rectangle rule.
+    #[test]
+    fn phases_are_as_likely_as_the_integral_over_their_noise_says() {
+        for (count, squares, within) in
+            [(200.0, 230.0, 0.3), (40.0, 25.0, 1.0), (900.0, 2000.0, 0.2)]
+        {
+            let log =
+                |u: f64| -count * u - 0.5 * squares * (-2.0 * u).exp() - 0.5 * (u / within).powi(2);
+            let most = log_of_phases(count, squares, within);
+            let step = 1e-4;
+            let sum: f64 =
+                (-10_000..10_000).map(|n| (log(f64::from(n) * step) - most).exp() * step).sum();
+            let integral = most + (sum / (within * std::f64::consts::TAU.sqrt())).ln();
+            assert!((most - integral).abs() < 0.05, "{count} {squares}: {most} {integral}");
+        }
     }
 }

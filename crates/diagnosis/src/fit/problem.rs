@@ -12,6 +12,7 @@ use crate::model::forward_model::{ForwardModel, Pressures};
 use crate::model::instance::{Instance, Setting};
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::Observations;
+use crate::model::phases::PhaseResiduals;
 use crate::model::pressure::Pressure;
 use crate::model::residuals::Residuals;
 
@@ -238,12 +239,9 @@ impl<'o> Problem<'o> {
                 if let Some(range) = random.filter(|_| by_pressure) {
                     let change = base.change_of_element(j - range.start, &model) / step;
                     let parts = self.contributions(numbers, evaluation);
-                    return along_element(
-                        self.slopes(numbers, evaluation),
-                        parts,
-                        j - range.start,
-                        change,
-                    );
+                    let slopes = self.slopes(numbers, evaluation);
+                    let column = along_element(slopes, parts, j - range.start, change);
+                    return self.projected(column, evaluation);
                 }
                 let effect = self.effect(j);
                 let of_field = effect.is_none_or(|effect| effect.facts().stage == Stage::Field);
@@ -260,12 +258,9 @@ impl<'o> Problem<'o> {
                     moves_field.then(|| self.pressures(&beside))
                 };
                 if let Some(moved) = moved.as_ref().filter(|_| by_level && of_field) {
-                    return along_pressures(
-                        self.slopes(numbers, evaluation),
-                        evaluation,
-                        moved,
-                        step,
-                    );
+                    let slopes = self.slopes(numbers, evaluation);
+                    return self
+                        .projected(along_pressures(slopes, evaluation, moved, step), evaluation);
                 }
                 let pressures = moved.as_ref().unwrap_or(&evaluation.pressures);
                 let moved = self.residuals(&beside, pressures).for_least_squares();
@@ -310,7 +305,7 @@ impl<'o> Problem<'o> {
             all.for_each(|pressure| pressure.coherent *= 1.0 + LOUDER);
             let moved = self.residuals(numbers, &louder).for_least_squares();
             let pressures = evaluation.pressures.iter().flatten().flatten().cycle();
-            moved
+            let mut slopes: Vec<Complex64> = moved
                 .iter()
                 .zip(&evaluation.squared)
                 .zip(pressures)
@@ -318,8 +313,35 @@ impl<'o> Problem<'o> {
                     let power = pressure.coherent.norm_sqr().max(f64::MIN_POSITIVE);
                     pressure.coherent.conj() / power * ((moved - residual) / LOUDER)
                 })
-                .collect()
+                .collect();
+            let first = slopes.len() - evaluation.residuals.phases.len();
+            let mut of_phases = slopes[first..].iter_mut();
+            let scans = evaluation.residuals.phases_of_scans.iter().zip(&evaluation.pressures);
+            for (phases, pressures) in scans {
+                let of_scan = of_phases.by_ref().zip(pressures.iter().flatten()).enumerate();
+                for (reading, (slope, pressure)) in of_scan.take(count_of(pressures)) {
+                    let by_pressure =
+                        |phases: &PhaseResiduals| phases.by_pressure(reading, pressure);
+                    *slope = phases.as_ref().map_or(Complex64::ZERO, by_pressure);
+                }
+            }
+            slopes
         })
+    }
+
+    /// Derivatives of the residuals with the reference of the phases fitted anew.
+    fn projected(&self, mut column: Vec<f64>, evaluation: &Evaluation) -> Vec<f64> {
+        let mut from = column.len() - evaluation.residuals.phases.len();
+        for (phases, pressures) in
+            evaluation.residuals.phases_of_scans.iter().zip(&evaluation.pressures)
+        {
+            let end = from + count_of(pressures);
+            if let Some(phases) = phases {
+                phases.project(&mut column[from..end]);
+            }
+            from = end;
+        }
+        column
     }
 
     /// The ranges of the numbers that are departures of single elements.
@@ -386,6 +408,11 @@ fn turned(
     turned
 }
 
+/// How many readings the pressures of a scan are for. (Where slopes by pressures are taken, there is one pressure for each reading.)
+fn count_of(pressures: &[Vec<Pressure>]) -> usize {
+    pressures.iter().map(Vec::len).sum()
+}
+
 /// Derivative of the residuals by the amplitude of one element.
 fn along_element(
     slopes: &[Complex64],
@@ -423,14 +450,16 @@ fn along_gain(slopes: &[Complex64], evaluation: &Evaluation, scan: usize) -> Vec
 
 #[cfg(test)]
 mod tests {
-    use fieldgap_acoustics::Vec3;
+    use fieldgap_acoustics::{Excitation, Vec3};
 
     use super::*;
     use crate::effect_id::EffectId;
     use crate::effects::effect;
-    use crate::effects::testing::Bench;
+    use crate::effects::testing::{Bench, nuisance};
     use crate::fit::joint_fit::unknowns;
     use crate::model::effect::Choice;
+    use crate::model::phases::PhaseMeaning;
+    use crate::statistics::phase_noise::PhaseNoise;
 
     /// The mean alone moves, but residuals by the field with its scatter are nearly the same.
     #[test]
@@ -466,6 +495,69 @@ mod tests {
             let norm = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
             let share = norm(&missed) / norm(&whole);
             assert!(share < 0.2, "{number}: {share}");
+        }
+    }
+
+    /// Phases of a field with another speed of sound and displaced places, beside a clock with an offset and a drift: what is left is small, and
+    /// derivatives with offset and drift taken out are those of the whole problem, which finds both anew.
+    #[test]
+    fn derivatives_of_phases_are_those_of_the_problem_with_its_reference_fitted_anew() {
+        let bench = Bench::new();
+        let places = (0..120).map(|n| {
+            let n = f64::from(n);
+            Vec3::new(0.02 * (2.4 * n).cos(), 0.02 * (1.7 * n).sin(), 0.08 + 0.0005 * n)
+        });
+        for each_drive in [false, true] {
+            let drives = [
+                (bench.believed().excitation.clone(), places.clone().collect()),
+                (Excitation::Uniform, places.clone().collect()),
+            ];
+            let mut observations = bench.observations(&drives);
+            let scan = &mut observations.scans[0];
+            let model = bench.model(EffectId::SoundSpeed, &[1.002]);
+            let last = 239.0;
+            for drive in &mut scan.drives {
+                let pressures = model.pressures_at(drive.driven(), &drive.visits, &nuisance());
+                for (visit, pressure) in drive.visits.iter_mut().zip(pressures) {
+                    visit.progress = visit.number as f64 / last;
+                    let offset_rad = 2.0 + if each_drive { drive.number as f64 } else { 0.0 };
+                    let clock_rad = offset_rad + 0.1 * visit.progress;
+                    drive.phases_rad.push(pressure.coherent.arg() + clock_rad);
+                    drive.believed_rad.push(pressure.coherent.arg());
+                }
+            }
+            drop(model);
+            let noise = PhaseNoise { rad: 0.02, within: 1.0 };
+            scan.phase = Some(PhaseMeaning { noise, drift_u_rad: 0.2, each_drive });
+            let instances = [EffectId::SoundSpeed, EffectId::ElementPhase]
+                .map(|id| Instance { effect: effect(id), choice: Choice::None });
+            let values = [vec![1.0021], vec![0.0; observations.elements()]];
+            let nuisance = [Nuisance::from_slice(&[0.01, 1e-5, -1e-5, 1e-5, 0.05])];
+            let unknowns =
+                unknowns(&instances, &values, &[f64::NAN, 0.1], &nuisance, &bench.context);
+            let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
+            let problem = Problem::new(&observations, &bench.context, &instances, &values);
+            let evaluation = problem.evaluate(&numbers);
+            assert_eq!(evaluation.squared.len(), 2 * observations.len());
+            let few = Nuisance::COUNT + 3;
+            let columns = problem.columns(&numbers, &unknowns, 0..few, &evaluation);
+            for (number, column) in columns.iter().enumerate() {
+                let step = 1e-2 * unknowns[number].scale;
+                let beside = [step, -step].map(|step| {
+                    let mut numbers = numbers.clone();
+                    numbers[number] += step;
+                    problem.evaluate(&numbers).squared.clone()
+                });
+                let whole = beside[0].iter().zip(&beside[1]).map(|(a, b)| (a - b) / (2.0 * step));
+                let whole: Vec<f64> = whole.skip(observations.len()).collect();
+                let phases = &column[observations.len()..];
+                let missed: Vec<f64> = whole.iter().zip(phases).map(|(a, b)| a - b).collect();
+                let norm = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
+                // By the gain no phase changes.
+                let bound = if number == 0 { 1e-6 } else { 0.02 * norm(&whole) };
+                assert!(norm(&missed) <= bound, "{number}: {} of {}", norm(&missed), norm(&whole));
+                assert!(number == 0 || norm(&whole) > 0.0, "{number}");
+            }
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The forward model: what the receiver should read, given a set-up and the effects added to it.
 //!
 //! - [`observations`]: the readings of one or several scans, each with where and when it was taken.
+//! - [`phases`]: measured minus expected phases.
 //! - [`planes`]: readings of one height, and the step between neighbours.
 //! - [`effect`]: the trait that an effect implements: where it acts, and how it is looked for.
 //! - [`instance`]: an effect with the numbers at which it acts.
@@ -16,6 +17,7 @@ pub mod instance;
 pub mod motion;
 pub mod nuisance;
 pub mod observations;
+pub mod phases;
 pub mod planes;
 pub mod pressure;
 pub mod receiver;

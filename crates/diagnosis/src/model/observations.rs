@@ -1,11 +1,15 @@
 //! The readings of a diagnosis, each with position, motion and time.
 
 use fieldgap_acoustics::{Simulation, Simulator, Vec3, golden_section};
-use fieldgap_comparison::{DarkReadings, Pose, WithinReadings, averaged};
-use fieldgap_records::{RecordedSample, RecordedScan};
+use fieldgap_comparison::{
+    DarkReadings, Pose, WithinReadings, averaged, averaged_magnitudes, has_phases, within_readings,
+};
+use fieldgap_records::{PhaseReference, RecordedSample, RecordedScan};
 
 use crate::model::motion::{Approach, Motion, approaches};
+use crate::model::phases::{PhaseMeaning, phase_noise};
 use crate::statistics::noise_scale::NoiseScale;
+use crate::statistics::phase_noise::PhaseNoise;
 use crate::statistics::scatter::Scatter;
 
 /// The readings of one or several scans of one rig.
@@ -30,6 +34,8 @@ pub(crate) struct ObservedScan {
     pub dark: Vec<f64>,
     /// What the scatter of the magnitudes within its readings tells.
     pub within: Option<WithinReadings>,
+    /// What the phases of the readings mean; `None` where there are none, or they are left out.
+    pub phase: Option<PhaseMeaning>,
 }
 
 /// The readings of one drive.
@@ -47,6 +53,10 @@ pub(crate) struct ObservedDrive {
     pub readings: Vec<f64>,
     /// The same on the scale on which it scatters by one.
     pub stabilised: Vec<f64>,
+    /// Phases of the readings in the convention exp(-iωt), rad, not a number where one was lost; empty where the scan has none.
+    pub phases_rad: Vec<f64>,
+    /// Phases of the set-up as believed at the same visits, rad.
+    pub believed_rad: Vec<f64>,
 }
 
 /// The number of a drive that no record has.
@@ -93,29 +103,50 @@ pub(crate) struct Visit {
 
 impl Observations {
     /// The driven readings of scans, simulated by `simulator`, their coordinates laid on the array's by a pose each.
-    pub fn of(scans: &[RecordedScan], simulator: Simulator, poses: &[Pose]) -> Self {
+    pub fn of(
+        scans: &[RecordedScan],
+        simulator: Simulator,
+        poses: &[Pose],
+        with_phases: bool,
+    ) -> Self {
         let mut numbers = 0..;
         let scans = scans
             .iter()
             .zip(poses)
             .map(|(scan, pose)| {
                 let visits = visits(scan, pose);
+                let phase = scan.setup.phase.filter(|_| with_phases && has_phases(scan));
                 let drives = (0..scan.setup.foci.len())
                     .filter_map(|focus| {
                         let believed = scan.setup.simulation(simulator, focus)?;
-                        let (visits, readings): (Vec<Visit>, Vec<f64>) = visits
-                            .iter()
-                            .filter(|(of, _, _)| *of == focus)
-                            .map(|(_, visit, reading)| (*visit, *reading))
-                            .unzip();
-                        let stabilised = Vec::new();
+                        let of_focus =
+                            visits.iter().filter(|(sample, _)| sample.focus == Some(focus));
+                        let (samples, visits): (Vec<&RecordedSample>, Vec<Visit>) =
+                            of_focus.map(|(sample, visit)| (*sample, *visit)).unzip();
+                        let (phases_rad, believed_rad) =
+                            phase.map_or_else(Default::default, |phase| {
+                                let places: Vec<Vec3> =
+                                    visits.iter().map(|visit| visit.at_m).collect();
+                                let field = believed.field(&places);
+                                let measured = samples.iter().map(|sample| {
+                                    sample.phase_rad.map_or(f64::NAN, |phase_rad| {
+                                        phase.convention.turned(phase_rad)
+                                    })
+                                });
+                                (
+                                    measured.collect(),
+                                    field.iter().map(|pressure| pressure.arg()).collect(),
+                                )
+                            });
                         let drive = ObservedDrive {
                             focus,
                             number: numbers.next().unwrap_or(0),
                             believed,
                             visits,
-                            readings,
-                            stabilised,
+                            readings: samples.iter().map(|sample| sample.reading).collect(),
+                            stabilised: Vec::new(),
+                            phases_rad,
+                            believed_rad,
                         };
                         (!drive.readings.is_empty()).then_some(drive)
                     })
@@ -124,10 +155,15 @@ impl Observations {
                 ObservedScan {
                     drives,
                     scatter: Scatter::default(),
-                    averaged: averaged(scan),
+                    averaged: averaged_magnitudes(scan),
                     scale: NoiseScale::new(0.0, 1.0, 1.0),
                     dark,
-                    within: WithinReadings::of(&scan.samples),
+                    within: within_readings(scan),
+                    phase: phase.map(|phase| PhaseMeaning {
+                        noise: PhaseNoise::default(),
+                        drift_u_rad: phase.drift_u_rad(),
+                        each_drive: phase.reference == PhaseReference::EachDrive,
+                    }),
                 }
             })
             .collect();
@@ -143,6 +179,18 @@ impl Observations {
     pub fn readings(&self) -> Vec<f64> {
         let drives = self.scans.iter().flat_map(|scan| &scan.drives);
         drives.flat_map(|drive| drive.readings.iter().copied()).collect()
+    }
+
+    /// Whether a scan has phases.
+    pub fn have_phases(&self) -> bool {
+        self.scans.iter().any(|scan| scan.phase.is_some())
+    }
+
+    /// The same without phases.
+    pub fn without_phases(&self) -> Self {
+        let mut amplitudes = self.clone();
+        amplitudes.scans.iter_mut().for_each(|scan| scan.phase = None);
+        amplitudes
     }
 
     /// Elements of the array; of the first scan, as all are of one rig.
@@ -187,6 +235,8 @@ impl Observations {
                 };
                 drive.readings = take(&drive.readings);
                 drive.stabilised = take(&drive.stabilised);
+                drive.phases_rad = take(&drive.phases_rad);
+                drive.believed_rad = take(&drive.believed_rad);
             }
             scan.drives.retain(|drive| !drive.readings.is_empty());
         }
@@ -228,6 +278,10 @@ impl ObservedScan {
                 drive.readings.iter().map(|reading| self.scale.of(*reading)).collect();
         }
         self.scatter = scatter;
+        let noise = self.phase.map(|_| phase_noise(self));
+        if let (Some(phase), Some(noise)) = (&mut self.phase, noise) {
+            phase.noise = noise;
+        }
     }
 
     /// How many readings there are.
@@ -245,8 +299,8 @@ fn variance(sample: &RecordedSample, usual: f64) -> f64 {
     if ratio > ALIKE { ratio } else { 1.0 }
 }
 
-/// Drive, visit and reading of each driven sample.
-fn visits(scan: &RecordedScan, pose: &Pose) -> Vec<(usize, Visit, f64)> {
+/// Each driven sample with its visit.
+fn visits<'s>(scan: &'s RecordedScan, pose: &Pose) -> Vec<(&'s RecordedSample, Visit)> {
     let driven: Vec<_> = scan.samples.iter().filter(|sample| sample.focus.is_some()).collect();
     let (first_s, last_s) = match (driven.first(), driven.last()) {
         (Some(first), Some(last)) => (first.time_s, last.time_s),
@@ -261,7 +315,7 @@ fn visits(scan: &RecordedScan, pose: &Pose) -> Vec<(usize, Visit, f64)> {
         let progress = (time_s - first_s) / length_s;
         let variance = variance(driven[number], usual);
         let visit = Visit { number, at_m, motion, otherwise, progress, variance };
-        (driven[number].focus.expect("driven"), visit, driven[number].reading)
+        (driven[number], visit)
     };
     approaches(&places).into_iter().enumerate().map(visit).collect()
 }

@@ -11,6 +11,7 @@ use super::effect::Expected;
 use super::forward_model::{ForwardModel, Pressures};
 use super::nuisance::Nuisance;
 use super::observations::{Observations, ObservedDrive, ObservedScan, Visit};
+use super::phases::PhaseResiduals;
 use super::pressure::Pressure;
 use super::receiver::Scaled;
 use crate::limits::LEAST_VARIANCE_RATIO;
@@ -23,6 +24,10 @@ pub(crate) struct Residuals {
     pub scaled: Vec<f64>,
     /// Logarithm of the variance over the scan's scatter's; empty where it is zero everywhere.
     pub log_variances: Vec<f64>,
+    /// Of the phases, in standard deviations, zero where one says nothing; empty where no scan has phases.
+    pub phases: Vec<f64>,
+    /// The phases of each scan in full.
+    pub phases_of_scans: Vec<Option<PhaseResiduals>>,
 }
 
 /// Added to a logarithm of a variance ratio so that its root is taken of a positive number: above -ln of the least ratio.
@@ -30,15 +35,28 @@ const LIFT: f64 = 7.5;
 const _: () = assert!(LEAST_VARIANCE_RATIO >= 1e-3);
 
 impl Residuals {
-    /// Twice the negative logarithm of the likelihood, less a constant.
+    /// Twice the negative logarithm of the likelihood, less a constant: about the number of readings where noise alone is left.
     pub fn cost(&self) -> f64 {
-        self.scaled.iter().map(|r| r * r).sum::<f64>() + self.log_variances.iter().sum::<f64>()
+        let of_amplitudes =
+            self.scaled.iter().map(|r| r * r).sum::<f64>() + self.log_variances.iter().sum::<f64>();
+        match self.phases_of_scans.iter().any(Option::is_some) {
+            true => of_amplitudes + self.excess_of_phases(),
+            false => of_amplitudes,
+        }
+    }
+
+    /// What the phases add to the cost beyond their noise.
+    fn excess_of_phases(&self) -> f64 {
+        let of_scan = |phases: &PhaseResiduals| {
+            phases.scaled.iter().map(|r| r * r).sum::<f64>() - phases.told() as f64
+        };
+        self.phases_of_scans.iter().flatten().map(of_scan).sum()
     }
 
     /// The same as numbers whose squares sum up to it and a constant, as least squares wants them.
     pub fn for_least_squares(&self) -> Vec<f64> {
         let charges = self.log_variances.iter().map(|log| (log + LIFT).max(0.0).sqrt());
-        self.scaled.iter().copied().chain(charges).collect()
+        self.scaled.iter().copied().chain(charges).chain(self.phases.iter().copied()).collect()
     }
 }
 
@@ -53,6 +71,7 @@ impl ForwardModel<'_> {
         let mut residuals = Residuals::default();
         let count = observations.len();
         residuals.scaled.reserve(count);
+        let have_phases = observations.have_phases();
         for ((scan, pressures), nuisance) in observations.scans.iter().zip(pressures).zip(nuisance)
         {
             let gain = nuisance.log_gain.exp();
@@ -69,8 +88,35 @@ impl ForwardModel<'_> {
                     }
                 }
             }
+            if have_phases {
+                let first = residuals.phases.len();
+                let phases = self.phase_residuals(scan, pressures, gain, straight);
+                match &phases {
+                    Some(phases) => {
+                        residuals.phases.extend(&phases.scaled);
+                        let of_scan = residuals.log_variances.iter_mut().skip(first);
+                        of_scan.zip(&phases.log_variances).for_each(|(all, log)| *all += log);
+                    }
+                    None => residuals.phases.resize(first + scan.len(), 0.0),
+                }
+                residuals.phases_of_scans.push(phases);
+            }
         }
         residuals
+    }
+
+    fn phase_residuals(
+        &self,
+        scan: &ObservedScan,
+        pressures: &[Vec<Pressure>],
+        gain: f64,
+        straight: bool,
+    ) -> Option<PhaseResiduals> {
+        scan.phase?;
+        let drives = scan.drives.iter().zip(pressures);
+        let arrived = drives.flat_map(|(drive, pressures)| arrived(drive, pressures, straight));
+        let pressures: Vec<&Pressure> = arrived.map(|(_, pressure)| pressure).collect();
+        PhaseResiduals::of(scan, &pressures, gain, self.scatters_field())
     }
 
     /// The expected readings, in the order of the observations.

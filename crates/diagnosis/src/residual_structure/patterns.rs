@@ -234,7 +234,16 @@ mod tests {
             excitation: Excitation::Uniform,
         };
         let (readings, stabilised) = (Vec::new(), Vec::new());
-        ObservedDrive { focus: 0, number: 0, believed, visits, readings, stabilised }
+        ObservedDrive {
+            focus: 0,
+            number: 0,
+            believed,
+            visits,
+            readings,
+            stabilised,
+            phases_rad: Vec::new(),
+            believed_rad: Vec::new(),
+        }
     }
 
     /// Sound reflected by a wall beside the field makes fringes of half a wavelength, here 2.1 steps: neighbours are not correlated, and slow

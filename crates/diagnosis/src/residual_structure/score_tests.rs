@@ -59,7 +59,8 @@ fn directions(scores: &ScoreStatistics<'_>) -> Vec<(&'static str, Vec<f64>)> {
     });
     let readings = scores.observations.len();
     let only_means = |(_, column): &(&str, Vec<f64>)| {
-        let (of_means, of_scatter) = column.split_at(readings);
+        let phases = if scores.observations.have_phases() { readings } else { 0 };
+        let (of_means, of_scatter) = column[..column.len() - phases].split_at(readings);
         let power = |part: &[f64]| part.iter().map(|d| d * d).sum::<f64>();
         power(of_scatter) <= MOST_OF_SCATTER * power(of_means)
     };

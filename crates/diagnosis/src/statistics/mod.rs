@@ -2,6 +2,7 @@
 //!
 //! - [`detector`]: mean and variance of the magnitude of a noisy level.
 //! - [`noise_scale`]: the scale on which readings scatter by one everywhere.
+//! - [`phase_noise`]: the noise of phases.
 //! - [`fluctuation`]: what makes a reading differ from its own repeat.
 //! - [`reading_pairs`]: differences of two readings of one level.
 //! - [`scatter`]: how the readings of a scan scatter.
@@ -10,6 +11,7 @@
 pub mod detector;
 pub mod fluctuation;
 pub mod noise_scale;
+pub mod phase_noise;
 pub mod reading_pairs;
 pub mod scatter;
 pub mod significance;

@@ -127,8 +127,9 @@ impl<'a> FreshReadings<'a> {
 /// The driven readings of `whole` after those that were seen.
 fn after(seen: &Observations, whole: &RecordedScan, simulator: Simulator) -> Observations {
     let count = seen.len();
-    let mut fresh = Observations::of(std::slice::from_ref(whole), simulator, &[Pose::default()])
-        .part(|_, visit| visit.number >= count);
+    let mut fresh =
+        Observations::of(std::slice::from_ref(whole), simulator, &[Pose::default()], false)
+            .part(|_, visit| visit.number >= count);
     let scan = &mut fresh.scans[0];
     scan.set_scatter(seen.scans[0].scatter.clone());
     // A drift goes on at the pace of the readings that it was fitted to.

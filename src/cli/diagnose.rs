@@ -13,7 +13,7 @@ use super::replay::context;
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{Registering, Scaling, change, compare};
 use fieldgap_correction::{Corrected, correct_recorded_scan, correct_rig_file};
-use fieldgap_diagnosis::{Diagnosis, diagnose, diagnose_change};
+use fieldgap_diagnosis::{Diagnosis, Options, diagnose_change, diagnose_with};
 use fieldgap_records::RecordedScan;
 use fieldgap_report::ReportContext;
 
@@ -43,6 +43,9 @@ pub(super) struct Diagnose {
     /// Of two scans: which effect changed from the first to the second, both against one simulation
     #[arg(long, conflicts_with = "apply")]
     change: bool,
+    /// Leave out the phases of readings that have one
+    #[arg(long, conflicts_with = "change")]
+    amplitude_only: bool,
     /// Print the diagnosis as JSON
     #[arg(long)]
     json: bool,
@@ -58,7 +61,12 @@ impl Diagnose {
         if self.change {
             return self.changed(&scans);
         }
-        let diagnosis = diagnose(&scans, self.simulator).into_diagnostic()?;
+        let options = Options {
+            simulator: self.simulator,
+            amplitude_only: self.amplitude_only,
+            ..Options::default()
+        };
+        let diagnosis = diagnose_with(&scans, &options).into_diagnostic()?;
         if self.json {
             print_json(&diagnosis)?;
         } else {

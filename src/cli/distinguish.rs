@@ -9,7 +9,7 @@ use miette::IntoDiagnostic;
 
 use super::output::{print, print_json};
 use fieldgap_acoustics::Simulator;
-use fieldgap_diagnosis::{AlikeEffects, alike_effects};
+use fieldgap_diagnosis::{AlikeEffects, alike_effects, alike_effects_by_amplitudes};
 use fieldgap_records::RecordedScan;
 
 /// The `distinguish` command.
@@ -23,6 +23,9 @@ pub(super) struct Distinguish {
     /// Show pairs whose residual share is at most this: 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.2)]
     below: f64,
+    /// Leave out the phases of readings that have one
+    #[arg(long)]
+    amplitude_only: bool,
     /// Print the pairs as JSON
     #[arg(long)]
     json: bool,
@@ -31,7 +34,11 @@ pub(super) struct Distinguish {
 impl Distinguish {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         let scan = RecordedScan::open(&self.folder)?;
-        let mut alike = alike_effects(&scan, self.simulator).into_diagnostic()?;
+        let pairs = match self.amplitude_only {
+            true => alike_effects_by_amplitudes(&scan, self.simulator),
+            false => alike_effects(&scan, self.simulator),
+        };
+        let mut alike = pairs.into_diagnostic()?;
         alike.retain(|pair| pair.residual_share <= self.below);
         match self.json {
             true => print_json(&alike)?,

@@ -82,6 +82,7 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
         },
         next_measurement: None,
         noise: NOISE,
+        phase: None,
         registration: registration(),
         residual_tests: vec![
             residual_test("neighbours alike", 0.8, Some(61.2), None),

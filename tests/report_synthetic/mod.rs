@@ -150,6 +150,7 @@ pub fn figured(z_m: f64, map: ComparedMap) -> PlaneComparison {
         target_in_scan_m: Some(target),
         agreement: agreement(&map.scan, &map.simulation),
         points: map.scan.len(),
+        phase: None,
         why_no_map: None,
         scan,
         simulation,

@@ -28,6 +28,7 @@
 //! | differentiate a field | [`DifferentiableKernel`] |
 //! | describe a transducer | [`transducer`] |
 //! | drive several foci at once | [`foci`] |
+//! | bring a measured field back to its sources | [`angular_spectrum`] |
 //! | have a reference for the simulators | [`rayleigh`] |
 //! | know the air | [`Air`], [`Propagation`] |
 //! | fit a model | [`least_squares`], [`golden_section`] |
@@ -36,6 +37,7 @@
 //! points into the field. Waves that travel along +x have the phase k x; the time convention is exp(-iωt).
 
 mod air;
+pub mod angular_spectrum;
 mod array;
 mod element;
 mod excitation;

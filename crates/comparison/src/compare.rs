@@ -6,6 +6,7 @@ use super::comparison::{
 };
 use super::levels::levels_of;
 use super::noise::Roughness;
+use super::plane_phase::{compare_phases, complex_map};
 use super::pose::Pose;
 use super::readings::Readings;
 use super::receiver_face::simulation_with_receiver_face;
@@ -13,6 +14,8 @@ use super::register::{Registered, register};
 use super::registration::{Registering, Registration};
 use fieldgap_acoustics::metrics::PlaneMap;
 use fieldgap_acoustics::{Simulation, Simulator, Vec3};
+use num_complex::Complex64;
+
 use fieldgap_records::{OFF_LINE_MM, Plane, RecordedScan, SAME_HEIGHT_MM, plane_map};
 
 /// Fewest readings: one more than the parameters of a gain and a shift.
@@ -147,7 +150,10 @@ pub fn compare(
         source: NoiseSource::Residual,
     });
     comparison.noise = Noise::of(scan, of_residual);
+    let phases: Vec<_> = planes.iter().map(|plane| plane.complex_map(scan)).collect();
     comparison.planes = planes.into_iter().map(|plane| plane.compared(&comparison)).collect();
+    let simulation = |focus| scan.setup.simulation(simulator, focus);
+    compare_phases(scan, &mut comparison.planes, &phases, &fit.pose, simulation);
     comparison.levels = levels_of(scan, &comparison);
     Ok(comparison)
 }
@@ -256,6 +262,10 @@ impl<'s> SimulatedPlane<'s> {
         }
     }
 
+    fn complex_map(&self, scan: &RecordedScan) -> Option<Vec<Option<Complex64>>> {
+        complex_map(scan, &self.plane, self.map.as_ref().ok()?)
+    }
+
     fn compared(self, comparison: &Comparison) -> PlaneComparison {
         let figures = self.map.as_ref().ok().and_then(|map| {
             let scan = FieldFigures::of_scan(&map.scan_map(), &comparison.noise)?;
@@ -290,6 +300,7 @@ impl<'s> SimulatedPlane<'s> {
             simulation,
             agreement: Agreement::of(&self.simulated, &self.readings, self.gain),
             points: self.readings.len(),
+            phase: None,
         }
     }
 }

@@ -6,6 +6,7 @@
 
 use serde::Serialize;
 
+use super::plane_phase::PlanePhase;
 use super::registration::Registration;
 use fieldgap_acoustics::{Simulator, Vec3};
 use fieldgap_level::Budget;
@@ -106,6 +107,9 @@ pub struct PlaneComparison {
     pub agreement: Agreement,
     /// Number of readings.
     pub points: usize,
+    /// How the phases differ; `None` where the readings have none, or lie on no grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phase: Option<PlanePhase>,
 }
 
 /// Scan and simulation on one grid, in the coordinates and the unit of the scan.

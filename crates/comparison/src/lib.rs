@@ -60,10 +60,12 @@ mod comparison;
 mod dark_readings;
 mod figures;
 mod gap_reduction;
+mod hologram;
 mod identifiability;
 mod levels;
 mod levels_table;
 mod noise;
+mod plane_phase;
 mod pose;
 mod pose_search;
 mod readings;
@@ -93,6 +95,8 @@ pub use dark_readings::{
     DarkNoise, DarkReadings, OF_NOISE_ALONE, USUAL_PROPORTIONAL_NOISE, averaged,
 };
 pub use gap_reduction::{GapReduction, Gaps, PlaneGaps};
+pub use hologram::{EmittedBeside, Hologram};
+pub use plane_phase::PlanePhase;
 pub use pose::{Mirror, Pose};
 pub use registration::{
     Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,

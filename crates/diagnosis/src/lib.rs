@@ -81,8 +81,9 @@ pub use effect_id::{EffectId, UnknownEffect, joined};
 pub use fitted_parameter::FittedParameter;
 pub use remedy::{Remedy, SetupKey};
 pub use result::{
-    Candidate, DiagnosedPlane, Diagnosis, HeldOutBy, KindShares, NextMeasurement, PlaneShare,
-    Region, RegionShare, Remainder, ResidualTest, Verdict, WaterfallPart, WaterfallStep, Where,
+    Candidate, DiagnosedPlane, Diagnosis, HeldOutBy, KindShares, NextMeasurement, PhaseFigures,
+    PlaneShare, Region, RegionShare, Remainder, ResidualTest, Verdict, WaterfallPart,
+    WaterfallStep, Where,
 };
 pub use text::Standing;
 pub use verdict::fresh::{CorrectedTest, FreshTest};

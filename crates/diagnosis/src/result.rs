@@ -56,6 +56,9 @@ pub struct Diagnosis {
     pub next_measurement: Option<NextMeasurement>,
     /// Noise of one reading.
     pub noise: Noise,
+    /// What was left of the phases; `None` where the readings have none, or they were left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phase: Option<PhaseFigures>,
     /// How the scan was brought to the simulation's coordinates before anything else.
     pub registration: Registration,
     /// Tests for structure in what the best candidate leaves, as z-scores.
@@ -70,6 +73,20 @@ pub struct Diagnosis {
     pub sentence: String,
     /// Maps height by height.
     pub planes: Vec<DiagnosedPlane>,
+}
+
+/// Differences of the phases from the expected ones, the reference's phase and drift taken out. Each counts by the square of its reading over
+/// its noise.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PhaseFigures {
+    /// Readings whose phase counts: those well above the quadratures' noise.
+    pub readings: usize,
+    /// Noise of a phase beyond that of the quadratures, rad (of the first scan).
+    pub noise_rad: f64,
+    /// Rms difference from the simulation as believed, rad.
+    pub rms_before_rad: f64,
+    /// Rms difference from what the best candidate expects, rad.
+    pub rms_after_rad: f64,
 }
 
 /// The judgement.

@@ -113,6 +113,15 @@ impl PhaseResiduals {
         Some(Self { scaled, ..all })
     }
 
+    /// The difference of each phase that says something, rad, with its weight.
+    pub fn weighted_differences_rad(&self) -> impl Iterator<Item = (f64, f64)> {
+        let both = self.scaled.iter().zip(&self.by_phase).filter(|(_, slope)| **slope != 0.0);
+        both.map(|(scaled, slope)| {
+            let half = 0.5 * scaled;
+            (half * half + slope * slope, 2.0 * half.atan2(*slope))
+        })
+    }
+
     /// How many phases say something.
     pub fn told(&self) -> usize {
         self.by_phase.iter().filter(|slope| **slope != 0.0).count()

@@ -13,13 +13,15 @@ use crate::fitted_parameter::FittedParameter;
 use crate::limits::{ANOTHER_CAUSE, MOST_CANDIDATES};
 use crate::model::effect::{Context, Estimate};
 use crate::model::forward_model::ForwardModel;
+use crate::model::nuisance::Nuisance;
 use crate::model::observations::Observations;
 use crate::report::maps::{Plotted, maps};
 use crate::report::sentence::{Basis, Gaps};
 use crate::residual_structure::ResidualStructure;
 use crate::residual_structure::test::Test;
 use crate::result::{
-    Candidate, Diagnosis, NextMeasurement, Remainder, ResidualTest, Verdict, WaterfallStep,
+    Candidate, Diagnosis, NextMeasurement, PhaseFigures, Remainder, ResidualTest, Verdict,
+    WaterfallStep,
 };
 use crate::selection::scored_model::ScoredModel;
 use crate::verdict::gap_budget::gap_budget;
@@ -115,6 +117,7 @@ impl ReportBuilder<'_> {
             r#where: gap_budget(observations, &nuisance, &before, &after),
             next_measurement: self.advice(),
             noise: self.noise(),
+            phase: self.phase(&nuisance),
             planes: maps(observations, &registration, &plotted),
             residual_tests: self.residual_tests(&structure_before),
             waterfall,
@@ -122,6 +125,28 @@ impl ReportBuilder<'_> {
             registration,
             ranked,
         }
+    }
+
+    fn phase(&self, as_believed: &[Nuisance]) -> Option<PhaseFigures> {
+        let Self { observations, context, .. } = self;
+        let noise = observations.scans.iter().find_map(|scan| Some(scan.phase?.noise))?;
+        let left = |model: &ForwardModel<'_>, nuisance: &[Nuisance]| {
+            let pressures = model.pressures(observations, nuisance);
+            let residuals = model.residuals(observations, &pressures, nuisance);
+            let (mut squares, mut weights, mut told) = (0.0, 0.0, 0);
+            for phases in residuals.phases_of_scans.iter().flatten() {
+                told += phases.told();
+                for (weight, difference_rad) in phases.weighted_differences_rad() {
+                    squares += weight * difference_rad * difference_rad;
+                    weights += weight;
+                }
+            }
+            (told, (squares / f64::max(weights, f64::MIN_POSITIVE)).sqrt())
+        };
+        let best = &self.scored[0].fit;
+        let (_, rms_before_rad) = left(&ForwardModel::believed(), as_believed);
+        let (readings, rms_after_rad) = left(&best.model(context), &best.nuisance);
+        Some(PhaseFigures { readings, noise_rad: noise.rad, rms_before_rad, rms_after_rad })
     }
 
     /// The best candidates, each with its gap over readings kept out of the fit.

@@ -9,7 +9,7 @@ use fieldgap_text::{fixed, paragraph, percent, significant, table, table_rows};
 pub use standing::Standing;
 
 use crate::effect_id::joined;
-use crate::result::{Candidate, Diagnosis, PlaneShare, Region, Remainder, Verdict};
+use crate::result::{Candidate, Diagnosis, PhaseFigures, PlaneShare, Region, Remainder, Verdict};
 
 /// More heights than these are not listed; those with the largest shares are.
 const MOST_HEIGHTS: usize = 12;
@@ -72,6 +72,22 @@ impl Diagnosis {
                 2,
             )
             + &paragraph(&format!("Registration: {}", self.registration.why), 0, 2)
+            + &self.phases()
+    }
+
+    fn phases(&self) -> String {
+        let Some(PhaseFigures { readings, noise_rad, rms_before_rad, rms_after_rad }) = self.phase
+        else {
+            return String::new();
+        };
+        let differences = format!(
+            "Phases of {readings} readings: off by {} rad (rms, the reference's phase and drift taken out) from the nominal simulation, by {} \
+             rad from the best candidate; noise of one {} rad beside that of the quadratures.",
+            significant(rms_before_rad, 2),
+            significant(rms_after_rad, 2),
+            significant(noise_rad, 2)
+        );
+        paragraph(&differences, 0, 2)
     }
 
     fn gaps(&self) -> String {

@@ -213,6 +213,7 @@ mod tests {
                 points: 231,
             },
             points: 231,
+            phase: None,
         }
     }
 

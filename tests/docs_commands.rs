@@ -104,6 +104,7 @@ pages! {
     monitoring: "docs/monitoring.md",
     own_rig: "docs/own-rig.md",
     performance: "docs/performance.md",
+    phase: "docs/phase.md",
     plans: "docs/plans.md",
     python: "docs/python.md",
     records: "docs/records.md",

@@ -21,6 +21,10 @@ const UPRIGHT: f64 = 0.999;
 /// Lines of the picture in a wavelength.
 const LINES_IN_WAVELENGTH: f64 = 6.0;
 
+/// Departure of an element's complex amplitude from the others' from which on it stands out, relative. A neighbour that is dead takes a quarter
+/// where the measured plane resolves no single element. Set by judgement.
+const OUT: f64 = 0.4;
+
 /// Share of the largest simulated amplitude below which an element's ratio says nothing.
 const LEAST_SHARE: f64 = 0.1;
 
@@ -43,6 +47,25 @@ pub struct Hologram {
     pub simulation: Vec<f64>,
     /// What each element emits beside its simulation.
     pub elements: Vec<EmittedBeside>,
+}
+
+impl Hologram {
+    /// The elements whose complex amplitude, over the simulated one, differs from that of the others by 0.4 of it or more; the one that is
+    /// furthest out first.
+    pub fn outstanding(&self) -> Vec<EmittedBeside> {
+        let known = || self.elements.iter().filter(|element| element.ratio.is_finite());
+        let mut ratios: Vec<f64> = known().map(|element| element.ratio).collect();
+        ratios.sort_by(f64::total_cmp);
+        let Some(&median) = ratios.get(ratios.len() / 2) else { return Vec::new() };
+        let phasor = |e: &EmittedBeside| Complex64::from_polar(e.ratio / median, e.phase_rad);
+        let mean = known().map(|element| phasor(element)).sum::<Complex64>();
+        let back = mean.conj() / mean.norm().max(f64::MIN_POSITIVE);
+        let departure = |element: &EmittedBeside| (phasor(element) * back - 1.0).norm();
+        let mut out: Vec<EmittedBeside> =
+            known().filter(|e| departure(e) >= OUT).copied().collect();
+        out.sort_by(|a, b| departure(b).total_cmp(&departure(a)));
+        out
+    }
 }
 
 /// What an element emits beside its simulation.

@@ -4,7 +4,9 @@ use rayon::prelude::*;
 
 use super::figure::Figure;
 use super::judgement::drives;
-use super::picture::{Drawn, HeightCurves, PictureError, PlaneMaps, PrintStyle};
+use super::picture::{
+    Drawn, HeightCurves, HologramMaps, PhaseMap, PictureError, PlaneMaps, PrintStyle,
+};
 use fieldgap_comparison::Comparison;
 use fieldgap_text::height_mm;
 
@@ -12,6 +14,8 @@ use fieldgap_text::height_mm;
 pub(super) struct Figures {
     /// Every plane against every simulator: by drive, then height, then simulator.
     pub planes: Vec<PlaneFigure>,
+    /// The phases of the planes that have them, in the same order.
+    pub phases: Vec<PhaseFigure>,
     /// Curves against height, one for each drive that has several heights.
     pub curves: Vec<Figure>,
 }
@@ -24,6 +28,18 @@ pub(super) struct PlaneFigure {
     pub plane: usize,
     /// The maps; `None` where the plane has none.
     pub picture: Option<Figure>,
+}
+
+/// The phases of a plane of a comparison.
+pub(super) struct PhaseFigure {
+    /// Index of the comparison.
+    pub comparison: usize,
+    /// Index of the plane in it.
+    pub plane: usize,
+    /// The map of differences.
+    pub map: Figure,
+    /// The plane brought back to the elements, where it was.
+    pub hologram: Option<Figure>,
 }
 
 impl Figures {
@@ -67,6 +83,32 @@ impl Figures {
                 Ok(PlaneFigure { comparison: index, plane: number, picture })
             })
             .collect::<Result<Vec<_>, PictureError>>()?;
+        let phases = places
+            .par_iter()
+            .filter_map(|&(index, number)| {
+                let (comparison, plane) = (&comparisons[index], plane_at((index, number)));
+                let map = PhaseMap::new(plane, comparison.simulator)?;
+                let name = |kind: &str| {
+                    let height = height_mm(plane.z_m).replace('\u{2212}', "-");
+                    let drive = drive_name(plane.focus);
+                    format!("{kind}{drive}-z{height}mm-{}", comparison.simulator)
+                };
+                let hologram = plane.phase.as_ref()?.hologram.as_ref();
+                let hologram = hologram.and_then(|hologram| {
+                    HologramMaps::new(hologram, comparison.simulator, &comparison.reading_unit)
+                });
+                let draw = || {
+                    let hologram = hologram.map(|maps| Drawn::printed(maps, style)).transpose()?;
+                    Ok(PhaseFigure {
+                        comparison: index,
+                        plane: number,
+                        map: Figure::new(name("phase"), Drawn::printed(map, style)?),
+                        hologram: hologram.map(|drawn| Figure::new(name("elements"), drawn)),
+                    })
+                };
+                Some(draw())
+            })
+            .collect::<Result<Vec<_>, PictureError>>()?;
         let curves = comparisons
             .first()
             .map(drives)
@@ -78,11 +120,14 @@ impl Figures {
                 Ok(Figure::new(name, Drawn::printed(curves, style)?))
             })
             .collect::<Result<Vec<_>, PictureError>>()?;
-        Ok(Self { planes, curves })
+        Ok(Self { planes, phases, curves })
     }
 
     /// Every picture.
     pub fn all(&self) -> impl Iterator<Item = &Figure> {
-        self.planes.iter().filter_map(|plane| plane.picture.as_ref()).chain(&self.curves)
+        let of_phases =
+            self.phases.iter().flat_map(|phase| [Some(&phase.map), phase.hologram.as_ref()]);
+        let planes = self.planes.iter().map(|plane| plane.picture.as_ref());
+        planes.chain(of_phases).flatten().chain(&self.curves)
     }
 }

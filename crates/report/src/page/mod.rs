@@ -2,6 +2,7 @@
 
 mod guide;
 mod levels;
+mod phases;
 mod pictures;
 pub(super) mod registration;
 mod table;
@@ -29,6 +30,7 @@ pub(super) fn page(
     figures: &Figures,
 ) -> String {
     let curves = pictures::curves(figures);
+    let phases = phases::phases(comparisons, figures);
     let readings = comparisons.first().map(|comparison| comparison.points);
     let body = html! {
         (header(comparisons, cause))
@@ -36,9 +38,10 @@ pub(super) fn page(
         (warnings(context))
         main {
             @if let Some(first) = comparisons.first() { (answer(first, cause, figures)) }
-            (sections(comparisons, curves.is_some()))
+            (sections(comparisons, phases.is_some(), curves.is_some()))
             (findings(comparisons))
             (pictures::heights(comparisons, figures))
+            @if let Some(phases) = phases { (phases) }
             @if let Some(curves) = curves { (curves) }
             @for comparison in comparisons { (simulator(comparison, comparisons)) }
             (guide::guide())
@@ -78,17 +81,18 @@ fn header(comparisons: &[Comparison], cause: Option<Cause<'_>>) -> Markup {
     }
 }
 
-fn sections(comparisons: &[Comparison], curves: bool) -> Markup {
+fn sections(comparisons: &[Comparison], phases: bool, curves: bool) -> Markup {
     let simulators: Vec<(String, String)> = comparisons
         .iter()
         .map(|comparison| (anchor(comparison), format!("Tables: {}", comparison.simulator)))
         .collect();
     let pictures = [("findings", "Findings"), ("heights", "Maps at each height")];
+    let phases = phases.then_some(("phases", "Phases"));
     let curves = curves.then_some(("curves", "Curves over height"));
     let figures = simulators.iter().map(|(id, heading)| (id.as_str(), heading.as_str()));
     let ends =
         [("guide", "How to read this page"), ("set-up", "Set-up"), ("provenance", "Provenance")];
-    navigation(pictures.into_iter().chain(curves).chain(figures).chain(ends))
+    navigation(pictures.into_iter().chain(phases).chain(curves).chain(figures).chain(ends))
 }
 
 /// The other pages of the record.

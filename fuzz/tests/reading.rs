@@ -75,7 +75,7 @@ macro_rules! devices {
     )*};
 }
 
-devices! { marlin, grbl, klipper, stream_binary, stream_text, free_running, scpi, marlin_pin, thesis_array, sonic_surface, ultraino, }
+devices! { marlin, grbl, klipper, stream_binary, stream_iq, stream_text, free_running, scpi, marlin_pin, thesis_array, sonic_surface, ultraino, }
 
 /// The text of a wire log itself.
 #[test]

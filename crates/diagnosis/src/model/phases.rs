@@ -241,3 +241,61 @@ fn differences_of_neighbours(
     }
     differences
 }
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::{Excitation, Vec3};
+
+    use super::*;
+    use crate::effects::testing::Bench;
+
+    /// The least of the residuals and the prior over the drift, tried value by value.
+    #[test]
+    fn a_drift_costs_what_its_best_value_costs() {
+        let phases = PhaseResiduals {
+            by_drift: vec![-3.0, -1.0, 0.5, 3.5],
+            drift_u_rad: 0.4,
+            ..PhaseResiduals::default()
+        };
+        let mut residuals = [1.0, -2.0, 0.3, 2.0];
+        let cost = |drift: f64| -> f64 {
+            let pairs = residuals.iter().zip(&phases.by_drift);
+            pairs.map(|(r, d)| (r - drift * d).powi(2)).sum::<f64>() + (drift / 0.4).powi(2)
+        };
+        let least = (-4000..4000).map(|n| cost(f64::from(n) * 1e-3)).fold(f64::INFINITY, f64::min);
+        phases.shrink_along_drift(&mut residuals);
+        let after = residuals.iter().map(|r| r * r).sum::<f64>();
+        assert!((after - least).abs() < 1e-4, "{after} {least}");
+    }
+
+    #[test]
+    fn half_a_turn_is_no_agreement_and_a_common_turn_is_none() {
+        let bench = Bench::new();
+        let places = (0..20).map(|n| Vec3::new(1e-3 * f64::from(n), 0.0, 0.1)).collect();
+        let mut observations = bench.observations(&[(Excitation::Uniform, places)]);
+        let scan = &mut observations.scans[0];
+        let drive = &mut scan.drives[0];
+        let field = bench.believed().clone();
+        let uniform = fieldgap_acoustics::Simulation { excitation: Excitation::Uniform, ..field };
+        let at: Vec<Vec3> = drive.visits.iter().map(|visit| visit.at_m).collect();
+        let pressures: Vec<Pressure> =
+            uniform.field(&at).into_iter().map(Pressure::steady).collect();
+        let pressures: Vec<&Pressure> = pressures.iter().collect();
+        drive.phases_rad = pressures.iter().map(|p| p.coherent.arg() + 2.5).collect();
+        drive.phases_rad[7] += std::f64::consts::PI;
+        drive.phases_rad[9] = f64::NAN;
+        let noise = PhaseNoise { rad: 0.02, within: 1.0 };
+        scan.phase = Some(PhaseMeaning { noise, drift_u_rad: 0.0, each_drive: false });
+        let scan = &observations.scans[0];
+        let phases = PhaseResiduals::of(scan, &pressures, 1.0, false).expect("phases");
+        let (half_turn, rest): (Vec<_>, Vec<_>) =
+            phases.scaled.iter().enumerate().partition(|(n, _)| *n == 7);
+        let reading = scan.drives[0].readings[7];
+        let deviation = (0.01f64).hypot(0.02 * reading);
+        assert!(
+            (half_turn[0].1.abs() - 2.0 * reading / deviation).abs() < 1e-6 * reading / deviation
+        );
+        assert!(rest.iter().all(|(_, residual)| residual.abs() < 1e-6), "{rest:?}");
+        assert_eq!(phases.scaled[9], 0.0);
+    }
+}

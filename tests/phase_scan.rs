@@ -71,13 +71,14 @@ fn noise_free(effects: &toml::Table, heights_mm: &[f64]) -> RecordedScan {
         .collect();
     let drives_s = [vec![0.0; 36]];
     let field = noise_free_coded_phasors(&simulation, effects, 1.0, &drives_s, &visits, 1);
-    let samples = visits.iter().zip(field.expect("the effects fit")).enumerate();
-    let sample = |(n, ((_, visit), (level, phase_rad))): (usize, (&(usize, Visit), (f64, f64)))| {
+    let field = field.expect("the effects fit");
+    let mut samples = Vec::new();
+    for (n, ((_, visit), (level, phase_rad))) in visits.iter().zip(field).enumerate() {
+        let sample = RecordedSample::measured(n as f64, Some(0), visit.position_m, level, None);
         // The other convention, beside a reference with a phase of 2 rad.
-        RecordedSample::measured(n as f64, Some(0), visit.position_m, level, None)
-            .with_phase(Some(-(phase_rad + 2.0)))
-    };
-    RecordedScan { setup, samples: samples.map(sample).collect() }
+        samples.push(sample.with_phase(Some(-(phase_rad + 2.0))));
+    }
+    RecordedScan { setup, samples }
 }
 
 fn phases_of(scan: &RecordedScan) -> Vec<PlanePhase> {

@@ -6,7 +6,7 @@
 
 use serde::Serialize;
 
-use super::plane_phase::PlanePhase;
+use super::phase_figures::PlanePhase;
 use super::registration::Registration;
 use fieldgap_acoustics::{Simulator, Vec3};
 use fieldgap_level::Budget;

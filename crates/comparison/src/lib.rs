@@ -46,6 +46,7 @@
 //! | `rice` | mean magnitude of a noisy level |
 //! | `noise`, `figures`, `agreement` | noise, figures of each height with errors, correlation and residual |
 //! | `comparison`, `registration`, `table` | the result as data, text and CSV |
+//! | `plane_phase`, `hologram`, `phase_figures` | phases of scan and simulation, and a plane brought back to the elements |
 //! | `levels`, `reception` | absolute levels with their uncertainty, where the receiver's sensitivity is known |
 //! | `simulated_readings` | the registered simulation at each reading |
 //! | `change` | two records of one field against each other |
@@ -65,6 +66,7 @@ mod identifiability;
 mod levels;
 mod levels_table;
 mod noise;
+mod phase_figures;
 mod plane_phase;
 mod pose;
 mod pose_search;
@@ -95,8 +97,7 @@ pub use dark_readings::{
     DarkNoise, DarkReadings, OF_NOISE_ALONE, USUAL_PROPORTIONAL_NOISE, averaged,
 };
 pub use gap_reduction::{GapReduction, Gaps, PlaneGaps};
-pub use hologram::{EmittedBeside, Hologram};
-pub use plane_phase::PlanePhase;
+pub use phase_figures::{EmittedBeside, Hologram, PlanePhase};
 pub use pose::{Mirror, Pose};
 pub use registration::{
     Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,

@@ -3,32 +3,14 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
-use serde::Serialize;
 
 use super::coherent::has_phases;
 use super::comparison::{ComparedMap, PlaneComparison};
-use super::hologram::{Hologram, hologram};
+use super::hologram::hologram;
+use super::phase_figures::PlanePhase;
 use super::pose::Pose;
 use fieldgap_acoustics::Simulation;
 use fieldgap_records::{OFF_LINE_MM, PhaseReference, Plane, RecordedScan};
-
-/// Phase of the scan less that of the simulation in one plane. The constant phase of the reference, one for the scan or for each drive, is
-/// taken out.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PlanePhase {
-    /// At every point of the grid, within half a turn of zero, radians; NaN where it was not measured.
-    pub difference_rad: Vec<f64>,
-    /// Mean over the plane, radians; each point counts by its power, as in the next.
-    pub mean_rad: f64,
-    /// Root mean square about zero, radians.
-    pub rms_rad: f64,
-    /// The same about the plane's own mean.
-    pub rms_about_mean_rad: f64,
-    /// Points of the grid whose phase is known.
-    pub points: usize,
-    /// Scan and simulation brought back to the plane of the elements; of the lowest plane of a drive that allows it.
-    pub hologram: Option<Hologram>,
-}
 
 /// The complex readings of a plane on the grid of its map, in the convention exp(-iωt), repeats averaged; `None` where none was measured.
 pub(super) fn complex_map(

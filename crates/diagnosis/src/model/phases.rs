@@ -94,9 +94,14 @@ impl PhaseResiduals {
             let back = sum.conj() / sum.norm().max(f64::MIN_POSITIVE);
             for n in of.clone() {
                 let turn = turns[n] * back;
-                let half_sine = (0.5 * (1.0 - turn.re)).max(0.0).sqrt().copysign(turn.im);
+                let half_cosine = (0.5 * (1.0 + turn.re)).max(0.0).sqrt();
+                // The root loses digits where the difference is small.
+                let half_sine = match turn.re > 0.0 {
+                    true => 0.5 * turn.im / half_cosine,
+                    false => (0.5 * (1.0 - turn.re)).sqrt().copysign(turn.im),
+                };
                 all.scaled.push(2.0 * weights[n] * half_sine);
-                all.by_phase.push(weights[n] * (0.5 * (1.0 + turn.re)).max(0.0).sqrt());
+                all.by_phase.push(weights[n] * half_cosine);
             }
             let (mut power, mut first) = (0.0, 0.0);
             for n in of.clone() {

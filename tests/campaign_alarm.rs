@@ -23,14 +23,15 @@ size_mm = [40.0, 40.0]
 step_mm = 4.0
 "#;
 
-/// The hook that breaks the array after the eighth cell, as a failing driver would.
+/// The hook that breaks the array after the eighth cell, as a failing driver would. It waits for the next second: records that were begun in the
+/// same one have no order in time.
 const CAMPAIGN: &str = r#"
 name = "watch"
 plan = "plan.toml"
 [schedule]
 rounds = 14
 [hooks]
-on_cell = ["sh", "-c", "echo . >> cells; if [ $(wc -l < cells) = 8 ]; then cat dead.toml >> truth.toml; fi"]
+on_cell = ["sh", "-c", "echo . >> cells; if [ $(wc -l < cells) = 8 ]; then cat dead.toml >> truth.toml; now=$(date +%s); while [ $(date +%s) = $now ]; do :; done; fi"]
 "#;
 
 #[test]

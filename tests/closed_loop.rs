@@ -147,7 +147,7 @@ fn a_wrong_file_is_taken_back_and_the_loop_goes_on(folder: &Path, rounds: &[Roun
 fn what_the_sets_in_question_leave_unexplained_is_searched_for() {
     let plan = PLAN.replace(
         "first_readings = 160\nround_readings = 64",
-        "first_readings = 48\nround_readings = 200\nreadings = 250",
+        "first_readings = 64\nround_readings = 200\nreadings = 266",
     );
     let [well, dead] = [true, false].map(|is_well| {
         let folder = bench(&plan);
@@ -171,7 +171,7 @@ fn what_the_sets_in_question_leave_unexplained_is_searched_for() {
     // Another round is decided upon, not the end of the readings, which a search would precede in any case.
     let path = folder.join("plan.toml");
     let text = std::fs::read_to_string(&path).expect("there");
-    let text = text.replace("readings = 250", "readings = 2000");
+    let text = text.replace("readings = 266", "readings = 2000");
     let mut plan = Plan::parse(TomlSource::new(&path, text)).expect("a plan");
     plan.readings.truncate(2);
     let rig = RigSetup::read(&dead.path().join("rig.toml")).expect("the rig");

@@ -16,7 +16,7 @@ use program::fieldgap;
 const PLAN: &str = "name = \"loop\"\nrig = \"rig.toml\"\n[simulator]\nmodel = \"piston\"\n\
                     [[focus]]\nx_mm = 10.0\ny_mm = -5.0\nz_mm = 100.0\n\
                     [closed_loop]\nmin_mm = [-30.0, -30.0, 80.0]\nmax_mm = [30.0, 30.0, 140.0]\n\
-                    first_readings = 160\nround_readings = 64\n[closed_loop.verify]\nreadings = 32\n";
+                    first_readings = 160\nround_readings = 64\nsmallest_gap_sigma = 0.25\n[closed_loop.verify]\nreadings = 32\n";
 
 #[test]
 fn a_loop_finds_a_dead_element_and_proves_it_and_goes_on_alike_when_it_was_killed() {

@@ -14,7 +14,7 @@ use program::fieldgap;
 const PLAN: &str = "name = \"loop\"\nrig = \"rig.toml\"\n[simulator]\nmodel = \"piston\"\n\
                     [[focus]]\nx_mm = 10.0\ny_mm = -5.0\nz_mm = 100.0\n\
                     [closed_loop]\nmin_mm = [-30.0, -30.0, 80.0]\nmax_mm = [30.0, 30.0, 140.0]\n\
-                    first_readings = 160\nround_readings = 64\n[closed_loop.verify]\nreadings = 32\n";
+                    first_readings = 160\nround_readings = 64\nsmallest_gap_sigma = 0.25\n[closed_loop.verify]\nreadings = 32\n";
 const FLY: &str = "[fly]\nspeed_mm_s = 180.0\nlag_ms = 0.0\n";
 const LAG: &str = "[effects.lag]\ns = 0.025\n";
 

@@ -175,7 +175,7 @@ fn a_watched_loop_shows_its_sets_and_their_probabilities() {
     let home = tempfile::tempdir().expect("a folder");
     let region = PLAN.find("[[plane]]").expect("a plane");
     let in_loop = "[closed_loop]\nmin_mm = [-20.0, -20.0, 80.0]\nmax_mm = [20.0, 20.0, 130.0]\n\
-                   first_readings = 120\nround_readings = 48\n";
+                   first_readings = 120\nround_readings = 48\nsmallest_gap_sigma = 0.3\n";
     let plan = format!("{}{in_loop}", &PLAN[..region]);
     let (plan, rig) = plan_and_rig(home.path(), &plan, "\"lockstep\"");
     let folder = home.path().join("out");

@@ -98,10 +98,10 @@ impl Chooser<'_> {
         let once = count - silent - repeats;
         let rows = self.even_rows(once / FLOWN_ONE_IN);
         let places = self.even_places(once - flown(&rows)).enumerate();
-        let mut readings =
+        let readings =
             self.in_order(self.at_m, places.map(|(n, at_m)| (at_m, Some(drive(n)))).collect());
-        readings = self.with_revisits(readings.clone(), repeated(&readings, repeats));
-        let readings = self.on_the_move(readings);
+        let again = repeated(&readings, repeats);
+        let readings = self.on_the_move(self.with_revisits(readings, again));
         let first_m = readings.first().map_or(self.at_m, |(at_m, _)| *at_m);
         let course = Course::with_rows(first_m, &readings, &rows, self.robot);
         let course = course.after(std::iter::repeat_n((first_m, None), silent));

@@ -144,22 +144,28 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
+    use crate::dark_readings::DarkReadings;
     use fieldgap_acoustics::Vec3;
     use fieldgap_records::Spread;
 
     const SINGLE: usize = 16;
     const NOISE: f64 = 0.01;
 
-    /// A reading of magnitudes whose noise comes in after a floor; `slow` is a share of the noise that all of them have in common.
-    fn sample(level: f64, floor: f64, slow: f64, draws: &mut ChaCha8Rng) -> RecordedSample {
+    /// A reading of magnitudes whose noise comes in after a floor, or before it; `slow` is a share of the noise that all of them have in common.
+    fn sample(
+        level: f64,
+        (floor, before_noise): (f64, bool),
+        slow: f64,
+        draws: &mut ChaCha8Rng,
+    ) -> RecordedSample {
         let mut normal = || -> f64 { StandardNormal.sample(draws) };
         let common = [normal(), normal()].map(|n| NOISE * slow * n);
         let fast = NOISE * (1.0 - slow * slow).sqrt();
-        let at = level.hypot(floor);
+        let (at, after) = if before_noise { (level.hypot(floor), 0.0) } else { (level, floor) };
         let magnitudes: Vec<f64> = (0..SINGLE)
             .map(|_| {
                 let along = at * (1.0 + 0.05 * normal()) + common[0] + fast * normal();
-                along.hypot(common[1] + fast * normal())
+                along.hypot(common[1] + fast * normal()).hypot(after)
             })
             .collect();
         let mean = magnitudes.iter().sum::<f64>() / SINGLE as f64;
@@ -170,11 +176,14 @@ mod tests {
         RecordedSample { spread: Some(Spread { std, count: SINGLE as u32 }), ..sample }
     }
 
-    fn within(floor: f64, slow: f64, seed: u64) -> Option<WithinReadings> {
+    fn samples(floor: (f64, bool), slow: f64, seed: u64) -> Vec<RecordedSample> {
         let mut draws = ChaCha8Rng::seed_from_u64(seed);
         let levels = (0..40).map(|_| 0.0).chain((1..500).map(|n| 0.002 * f64::from(n)));
-        let samples: Vec<_> = levels.map(|level| sample(level, floor, slow, &mut draws)).collect();
-        WithinReadings::of(&samples)
+        levels.map(|level| sample(level, floor, slow, &mut draws)).collect()
+    }
+
+    fn within(floor: f64, slow: f64, seed: u64) -> Option<WithinReadings> {
+        WithinReadings::of(&samples((floor, true), slow, seed))
     }
 
     #[test]
@@ -187,6 +196,21 @@ mod tests {
             assert!(evidence > 12.0, "{evidence}");
             let none = within(0.0, 0.0, seed).expect("enough readings");
             assert!(none.floor_power().1 < 4.0, "{none:?}");
+        }
+    }
+
+    #[test]
+    fn whether_noise_comes_in_before_or_after_a_floor_is_seen_by_how_silence_scatters() {
+        for (seed, before_noise) in (0..4).flat_map(|seed| [(seed, true), (seed, false)]) {
+            let floor = 3.0 * NOISE;
+            let samples = samples((floor, before_noise), 0.0, seed);
+            let silent: Vec<f64> =
+                samples.iter().filter(|s| s.focus.is_none()).map(|s| s.reading).collect();
+            let dark = DarkReadings::of(&silent, SINGLE as f64).expect("enough");
+            let noise = dark.with_scatter(WithinReadings::of(&samples)).noise(0.02);
+            assert_eq!(noise.before_noise, before_noise, "{noise:?}");
+            assert!((noise.floor / floor - 1.0).abs() < 0.05, "{noise:?}");
+            assert!((noise.additive * 4.0 / NOISE - 1.0).abs() < 0.15, "{noise:?}");
         }
     }
 

@@ -461,6 +461,28 @@ mod tests {
     use crate::model::phases::PhaseMeaning;
     use crate::statistics::phase_noise::PhaseNoise;
 
+    /// The derivative of all residuals by one number, from points on either side.
+    fn quotient(
+        problem: &Problem<'_>,
+        numbers: &[f64],
+        unknowns: &[Unknown],
+        number: usize,
+    ) -> Vec<f64> {
+        let step = 1e-2 * unknowns[number].scale;
+        let [above, below] = [step, -step].map(|step| {
+            let mut numbers = numbers.to_vec();
+            numbers[number] += step;
+            problem.evaluate(&numbers).squared.clone()
+        });
+        above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * step)).collect()
+    }
+
+    /// Norm of what a column misses of a derivative, and of the derivative.
+    fn norms(whole: &[f64], column: &[f64]) -> [f64; 2] {
+        let norm = |of: &mut dyn Iterator<Item = f64>| of.map(|x| x * x).sum::<f64>().sqrt();
+        [norm(&mut whole.iter().zip(column).map(|(a, b)| a - b)), norm(&mut whole.iter().copied())]
+    }
+
     /// The mean alone moves, but residuals by the field with its scatter are nearly the same.
     #[test]
     fn derivatives_beside_a_scattering_position_are_nearly_those_of_the_whole_field() {
@@ -483,17 +505,9 @@ mod tests {
         let readings = observations.len();
         for number in 1..=Nuisance::COUNT {
             let column = problem.columns(&numbers, &unknowns, number..number + 1, &evaluation);
-            let step = 1e-2 * unknowns[number].scale;
-            let beside = [step, -step].map(|step| {
-                let mut numbers = numbers.clone();
-                numbers[number] += step;
-                problem.evaluate(&numbers).squared.clone()
-            });
-            let whole = beside[0].iter().zip(&beside[1]).map(|(a, b)| (a - b) / (2.0 * step));
-            let whole: Vec<f64> = whole.take(readings).collect();
-            let missed: Vec<f64> = whole.iter().zip(&column[0]).map(|(a, b)| a - b).collect();
-            let norm = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let share = norm(&missed) / norm(&whole);
+            let whole = quotient(&problem, &numbers, &unknowns, number);
+            let [missed, whole] = norms(&whole[..readings], &column[0][..readings]);
+            let share = missed / whole;
             assert!(share < 0.2, "{number}: {share}");
         }
     }
@@ -542,21 +556,13 @@ mod tests {
             let few = Nuisance::COUNT + 3;
             let columns = problem.columns(&numbers, &unknowns, 0..few, &evaluation);
             for (number, column) in columns.iter().enumerate() {
-                let step = 1e-2 * unknowns[number].scale;
-                let beside = [step, -step].map(|step| {
-                    let mut numbers = numbers.clone();
-                    numbers[number] += step;
-                    problem.evaluate(&numbers).squared.clone()
-                });
-                let whole = beside[0].iter().zip(&beside[1]).map(|(a, b)| (a - b) / (2.0 * step));
-                let whole: Vec<f64> = whole.skip(observations.len()).collect();
-                let phases = &column[observations.len()..];
-                let missed: Vec<f64> = whole.iter().zip(phases).map(|(a, b)| a - b).collect();
-                let norm = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
+                let whole = quotient(&problem, &numbers, &unknowns, number);
+                let phases = observations.len()..;
+                let [missed, whole] = norms(&whole[phases.clone()], &column[phases]);
                 // By the gain no phase changes.
-                let bound = if number == 0 { 1e-6 } else { 0.02 * norm(&whole) };
-                assert!(norm(&missed) <= bound, "{number}: {} of {}", norm(&missed), norm(&whole));
-                assert!(number == 0 || norm(&whole) > 0.0, "{number}");
+                let bound = if number == 0 { 1e-6 } else { 0.02 * whole };
+                assert!(missed <= bound, "{number}: {missed} of {whole}");
+                assert!(number == 0 || whole > 0.0, "{number}");
             }
         }
     }

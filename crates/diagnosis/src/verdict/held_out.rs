@@ -1,7 +1,8 @@
 //! Readings that are kept out of a fit to check it: a fifth, by place, by drive or by time, whichever a record has enough of.
 //!
-//! Neighbouring places, readings under one drive and readings one after another are alike. So whole blocks of places are kept out, several wavelengths wide where the scan allows it; where the
-//! places are too few for that, whole drives; and where there are few of both, stretches of time.
+//! Neighbouring places, readings under one drive and readings one after another are alike. So whole blocks of places are kept out, several
+//! wavelengths wide where the scan allows it; where the places are too few for that, whole drives; and where there are few of both, stretches
+//! of time.
 
 use std::collections::BTreeSet;
 
@@ -112,5 +113,53 @@ fn kept_out(scan: &ObservedScan, by: HeldOutBy, block_m: f64) -> BTreeSet<usize>
             let stretches = numbers.chunks(stretch).skip(ONE_IN - 1).step_by(ONE_IN);
             stretches.flatten().copied().collect()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::{Excitation, Vec3};
+
+    use super::*;
+    use crate::effects::testing::Bench;
+
+    /// A plane of that side, a point every two millimetres.
+    fn plane(side_mm: u32) -> Observations {
+        let along = || (0..=side_mm / 2).map(|n| 2e-3 * f64::from(n) - 5e-4 * f64::from(side_mm));
+        let places = along().flat_map(|y| along().map(move |x| Vec3::new(x, y, 0.1)));
+        Bench::new().observations(&[(Excitation::Uniform, places.collect())])
+    }
+
+    #[test]
+    fn blocks_are_four_wavelengths_wide_and_narrower_in_a_narrow_scan_but_not_below_one() {
+        let wavelength_m = 343.0 / 40e3;
+        for (side_mm, wanted_m) in [(200, 4.0 * wavelength_m), (70, 14e-3), (20, wavelength_m)] {
+            let held_out = HeldOut::of(&plane(side_mm));
+            assert_eq!(held_out.by, HeldOutBy::Place);
+            let block_m = held_out.block_m.expect("by place");
+            assert!((block_m - wanted_m).abs() < 1e-9, "{side_mm}: {block_m}");
+        }
+    }
+
+    /// From a point in the middle of a block that is kept out, no point that is fitted is nearer than the block's edge.
+    #[test]
+    fn a_fifth_is_kept_out_and_its_blocks_are_whole() {
+        let HeldOut { training, kept_out, block_m, .. } = HeldOut::of(&plane(200));
+        let share = kept_out.len() as f64 / (training.len() + kept_out.len()) as f64;
+        assert!((share - 0.2).abs() < 0.06, "{share}");
+        let block_m = block_m.expect("by place");
+        let at_m = |of: &Observations| -> Vec<Vec3> {
+            of.first().visits.iter().map(|visit| visit.at_m).collect()
+        };
+        let fitted_m = at_m(&training);
+        let within = |m: f64| (m / block_m).rem_euclid(1.0) - 0.5;
+        let middles = at_m(&kept_out)
+            .into_iter()
+            .filter(|at_m| within(at_m.x).abs().max(within(at_m.y).abs()) < 0.05);
+        let nearest_m = middles.map(|middle_m| {
+            fitted_m.iter().map(|m| (m - middle_m).norm()).fold(f64::INFINITY, f64::min)
+        });
+        let nearest_m: Vec<f64> = nearest_m.collect();
+        assert!(!nearest_m.is_empty() && nearest_m.iter().all(|m| *m > 0.45 * block_m));
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use fieldgap_acoustics::Vec3;
-use fieldgap_comparison::{USUAL_PROPORTIONAL_NOISE, averaged_magnitudes, dark_readings};
+use fieldgap_comparison::{DarkReadings, USUAL_PROPORTIONAL_NOISE, averaged_magnitudes};
 use fieldgap_diagnosis::PossibleReading;
 use fieldgap_records::RecordedScan;
 
@@ -94,9 +94,10 @@ impl Stationary {
             record.samples.iter().filter_map(|sample| Some((sample, sample.focus?))).collect();
         let largest = driven.iter().map(|(sample, _)| sample.reading).fold(0.0, f64::max);
         let count = averaged_magnitudes(record);
-        let additive = dark_readings(record).map_or(USUAL_ADDITIVE_NOISE * largest, |dark| {
-            dark.noise(USUAL_PROPORTIONAL_NOISE).additive
-        });
+        let additive = DarkReadings::of_scan(record)
+            .map_or(USUAL_ADDITIVE_NOISE * largest, |dark| {
+                dark.noise(USUAL_PROPORTIONAL_NOISE).additive
+            });
         let noise = ReadingNoise { single: additive * count.sqrt(), additive };
         let at_m: Vec<Vec3> = driven.iter().map(|(sample, _)| sample.position_m()).collect();
         let foci: Vec<usize> = driven.iter().map(|(_, focus)| *focus).collect();

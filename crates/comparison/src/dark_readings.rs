@@ -8,6 +8,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use fieldgap_acoustics::golden_section;
 use fieldgap_records::RecordedScan;
 
+use super::averaging::{averaged_magnitudes, within_readings};
 use super::rice::lost_in_noise;
 use super::within_readings::WithinReadings;
 
@@ -28,14 +29,6 @@ const LEAST_NOISE: f64 = 1e-5;
 
 /// Variance of a magnitude of noise alone, in quadratures' variances.
 const RAYLEIGH_VARIANCE: f64 = 2.0 - 0.5 * PI;
-
-/// How many magnitudes a reading of a scan is the mean of, the median of the recorded counts; one if there are none.
-pub fn averaged(scan: &RecordedScan) -> f64 {
-    let counts = scan.samples.iter().filter_map(|sample| sample.spread.map(|spread| spread.count));
-    let mut counts: Vec<_> = counts.collect();
-    counts.sort_unstable();
-    counts.get(counts.len() / 2).map_or(1.0, |&count| f64::from(count))
-}
 
 /// Dark readings, squared.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +72,7 @@ impl DarkReadings {
     /// Of a scan; `None` if it has too few.
     pub fn of_scan(scan: &RecordedScan) -> Option<Self> {
         let silent: Vec<f64> = scan.silent().map(|sample| sample.reading).collect();
-        Some(Self::of(&silent, averaged(scan))?.with_scatter(WithinReadings::of(&scan.samples)))
+        Some(Self::of(&silent, averaged_magnitudes(scan))?.with_scatter(within_readings(scan)))
     }
 
     /// The same readings, with what the scatter within readings tells.

@@ -40,8 +40,8 @@
 //! | `refine` | the least-squares fit of a [`Pose`], with the gain solved for at each step |
 //! | `receiver_face` | a gain that falls with the angle of arrival, where this explains what a pose cannot |
 //! | `identifiability`, `standard_errors` | which parameters the readings determine, and how well |
+//! | `averaging` | what a reading is the mean of |
 //! | `dark_readings` | quadrature noise and detector floor from readings with the array silent |
-//! | `coherent` | the same of readings with phases |
 //! | `within_readings` | the same from the scatter of the magnitudes that are averaged into one reading |
 //! | `rice` | mean magnitude of a noisy level |
 //! | `noise`, `figures`, `agreement` | noise, figures of each height with errors, correlation and residual |
@@ -53,9 +53,9 @@
 //! | `gap_reduction` | the gap before and after the correction of a set-up |
 
 mod agreement;
+mod averaging;
 mod change;
 mod coarse;
-mod coherent;
 mod compare;
 mod comparison;
 mod dark_readings;
@@ -83,19 +83,17 @@ mod standard_errors;
 mod table;
 mod within_readings;
 
+pub use averaging::{averaged, averaged_magnitudes, has_phases, within_readings};
 pub use change::{
     Aligning, Alignment, Change, ChangeFigures, Condition, HeightChange, NoChange, PlaceChange,
     Scaling, aligned_change, change,
 };
-pub use coherent::{averaged_magnitudes, dark_readings, has_phases, within_readings};
 pub use compare::{Incomparable, compare, register_scan};
 pub use comparison::{
     Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, FocalRadiusFigure, Levels,
     Noise, NoiseSource, PeakLevel, PlaneComparison, PlaneLevels, Uncertain,
 };
-pub use dark_readings::{
-    DarkNoise, DarkReadings, OF_NOISE_ALONE, USUAL_PROPORTIONAL_NOISE, averaged,
-};
+pub use dark_readings::{DarkNoise, DarkReadings, OF_NOISE_ALONE, USUAL_PROPORTIONAL_NOISE};
 pub use gap_reduction::{GapReduction, Gaps, PlaneGaps};
 pub use phase_figures::{EmittedBeside, Hologram, PlanePhase};
 pub use pose::{Mirror, Pose};

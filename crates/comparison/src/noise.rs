@@ -1,8 +1,7 @@
 //! The noise of one reading: from repeats, else from silent readings, else from the roughness of the residual.
 
-use super::coherent::dark_readings;
 use super::comparison::{Noise, NoiseSource};
-use super::dark_readings::USUAL_PROPORTIONAL_NOISE;
+use super::dark_readings::{DarkReadings, USUAL_PROPORTIONAL_NOISE};
 use fieldgap_records::{RecordedScan, Repeat, SAME_POINT_MM};
 
 /// Fewest repeated visits from which noise is estimated.
@@ -16,7 +15,7 @@ impl Noise {
 
     /// Estimates the noise of a scan; `of_residual` is used if it has neither repeats nor silent readings.
     pub fn of(scan: &RecordedScan, of_residual: Self) -> Self {
-        let dark = dark_readings(scan);
+        let dark = DarkReadings::of_scan(scan);
         let floor = dark.map(|dark| dark.noise(USUAL_PROPORTIONAL_NOISE).additive);
         let repeats: Vec<Repeat<'_>> = scan
             .repeats(SAME_POINT_MM)

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use num_complex::Complex64;
 
-use super::coherent::has_phases;
+use super::averaging::has_phases;
 use super::comparison::{ComparedMap, PlaneComparison};
 use super::hologram::hologram;
 use super::phase_figures::PlanePhase;

@@ -1,8 +1,16 @@
-//! Readings whose samples were averaged with their phases, before the amplitude was taken: their noise is that of single magnitudes.
+//! What a reading is the mean of: magnitudes, or samples with their phases, of which the magnitude is taken afterwards. The noise of these is
+//! that of single magnitudes.
 
-use super::dark_readings::{DarkReadings, averaged};
 use super::within_readings::WithinReadings;
 use fieldgap_records::RecordedScan;
+
+/// How many samples a reading of a scan is the mean of, the median of the recorded counts; one if there are none.
+pub fn averaged(scan: &RecordedScan) -> f64 {
+    let counts = scan.samples.iter().filter_map(|sample| sample.spread.map(|spread| spread.count));
+    let mut counts: Vec<_> = counts.collect();
+    counts.sort_unstable();
+    counts.get(counts.len() / 2).map_or(1.0, |&count| f64::from(count))
+}
 
 /// Whether readings of a scan have phases: those of most of the driven ones are known. (Readings in motion are amplitudes.)
 pub fn has_phases(scan: &RecordedScan) -> bool {
@@ -24,14 +32,4 @@ pub fn averaged_magnitudes(scan: &RecordedScan) -> f64 {
 /// What the scatter of the magnitudes within readings tells; nothing where samples were averaged with their phases.
 pub fn within_readings(scan: &RecordedScan) -> Option<WithinReadings> {
     if has_phases(scan) { None } else { WithinReadings::of(&scan.samples) }
-}
-
-/// The dark readings of a scan; `None` if it has too few.
-pub fn dark_readings(scan: &RecordedScan) -> Option<DarkReadings> {
-    if !has_phases(scan) {
-        return DarkReadings::of_scan(scan);
-    }
-    // The amplitude of a mean of complex samples has the distribution of a single magnitude.
-    let silent: Vec<f64> = scan.silent().map(|sample| sample.reading).collect();
-    DarkReadings::of(&silent, 1.0)
 }

@@ -10,7 +10,7 @@ use super::closed_loop::{LoopArgs, begun, resumed};
 use fieldgap_acquisition::{Ending, PlannedScan};
 use fieldgap_blind::{Diagnosed, RIG, Run};
 use fieldgap_closed_loop::{End, Verification, read_rounds};
-use fieldgap_diagnosis::{Diagnosis, Verdict, alike_effects, are_alike, diagnose};
+use fieldgap_diagnosis::{Diagnosis, EffectId, Verdict, alike_effects, are_alike, diagnose};
 use fieldgap_records::{Journal, RecordedScan};
 
 /// What follows the folder of the diagnoses in the name of that of the records.
@@ -52,8 +52,18 @@ fn rivals_alike(scan: &RecordedScan, diagnosis: &Diagnosis) -> miette::Result<Op
     };
     let alike = alike_effects(scan, Some(diagnosis.simulator)).into_diagnostic()?;
     let (gap, noise) = (diagnosis.gap_before, diagnosis.noise_floor);
-    let gap_sigma = (gap * gap - noise * noise).max(0.0).sqrt() / noise;
-    let known = rivals.iter().filter_map(|rival| are_alike(&alike, [first, rival], gap_sigma));
+    // The effects that two sets share make a part of the gap that does not tell them apart.
+    let beside_shared = |rival: &[EffectId]| {
+        let is_shared = |id: &EffectId| first.contains(id) && rival.contains(id);
+        let steps = diagnosis.waterfall.iter();
+        let shared: f64 = steps
+            .filter(|step| step.effect.as_ref().is_some_and(is_shared))
+            .map(|step| step.share)
+            .sum();
+        ((gap * gap - noise * noise) * (1.0 - shared)).max(0.0).sqrt() / noise
+    };
+    let known =
+        rivals.iter().filter_map(|rival| are_alike(&alike, [first, rival], beside_shared(rival)));
     Ok(known.reduce(|one, other| one && other))
 }
 

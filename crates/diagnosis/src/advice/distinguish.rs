@@ -34,7 +34,8 @@ pub struct AlikeEffects {
     /// Share of the effect's squared signature, gain and a small shift removed, that the imitator cannot reproduce, in the direction of its
     /// parameters where it is least; 0 to 1.
     pub residual_share: f64,
-    /// Gap at which the two are separated by three standard deviations, rms over all readings in units of their noise.
+    /// Gap at which the two are separated by three standard deviations, rms over all readings in units of their noise. The gap is that of
+    /// the believed set-up at the best gain, with what a small shift would take up.
     pub separable_gap_sigma: f64,
 }
 
@@ -89,9 +90,9 @@ fn alike(
         .flat_map_iter(|signature| {
             let others = signatures.iter().filter(|other| other.id != signature.id);
             others.filter_map(|other| {
-                let Residual { share: residual_share, over_amplitudes } =
+                let Residual { share: residual_share, of_gap } =
                     signature.residual(&nuisance, other)?;
-                let separable_gap_sigma = SEPARATED_SIGMA / (readings * over_amplitudes).sqrt();
+                let separable_gap_sigma = SEPARATED_SIGMA / (readings * of_gap).sqrt();
                 let (effect, imitator) = (signature.id, other.id);
                 Some(AlikeEffects { effect, imitator, residual_share, separable_gap_sigma })
             })
@@ -146,10 +147,10 @@ struct Signature {
 
 /// What of a signature another effect cannot reproduce, in the direction of its parameters where it is least.
 struct Residual {
-    /// Share of the squared signature.
+    /// Share of the squared signature, nuisance parameters removed.
     share: f64,
-    /// The same over the squared signature in the amplitudes alone.
-    over_amplitudes: f64,
+    /// The same over the squared gap that the effect makes: that of the amplitudes, with the gain alone removed.
+    of_gap: f64,
 }
 
 impl Signature {
@@ -184,20 +185,16 @@ impl Signature {
         both.view_mut((0, nuisance.ncols()), other.columns.shape()).copy_from(&other.columns);
         let beside = self.beside(&both)?;
         let share = least_over(alone, &beside)?.clamp(1e-9, 1.0);
-        let over_amplitudes = match self.amplitudes == self.columns.nrows() {
-            true => share,
-            false => least_over(self.of_amplitudes(nuisance)?, &beside)?.max(1e-9),
-        };
-        Some(Residual { share, over_amplitudes })
+        let of_gap = least_over(self.gap(nuisance)?, &beside)?.max(1e-9);
+        Some(Residual { share, of_gap })
     }
 
-    /// The information about the parameters in the amplitudes alone, those of `nuisance` free.
-    fn of_amplitudes(&self, nuisance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-        let rows = self.columns.nrows();
-        // (The priors stand below the readings.)
-        let nuisance = nuisance.clone().remove_rows(self.amplitudes, rows - self.amplitudes);
+    /// The squared gap by the parameters: the information in the amplitudes alone, the gain free.
+    fn gap(&self, nuisance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        // The gain is the first of the nuisance parameters.
+        let gain = nuisance.view((0, 0), (self.amplitudes, 1)).into_owned();
         let columns = self.columns.rows(0, self.amplitudes).into_owned();
-        Self { id: self.id, columns, amplitudes: self.amplitudes }.beside(&nuisance)
+        Self { id: self.id, columns, amplitudes: self.amplitudes }.beside(&gain)
     }
 
     /// The information about the parameters, those of `columns` free.

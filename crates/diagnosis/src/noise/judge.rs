@@ -6,8 +6,8 @@ use fieldgap_acoustics::golden_section::least_positive;
 use fieldgap_comparison::{DarkNoise, DarkReadings, USUAL_PROPORTIONAL_NOISE};
 
 use crate::limits::{
-    FEWEST_REPEATS, FLOOR_MARGIN, FLUCTUATION_SHOWN, LEAST_ADDITIVE_NOISE, NOISE_AGAINST_REPEATS,
-    NOISE_SEARCH_FACTOR, ROUGHNESS_FACTOR, USUAL_ADDITIVE_NOISE,
+    FEWEST_REPEATS, FLOOR_MARGIN, FLUCTUATION_SHOWN, LEAST_ADDITIVE_NOISE, MOST_SHARE_WITHOUT_ROWS,
+    NOISE_AGAINST_REPEATS, NOISE_SEARCH_FACTOR, ROUGHNESS_FACTOR, USUAL_ADDITIVE_NOISE,
 };
 use crate::model::observations::ObservedScan;
 use crate::noise::fluctuating::fluctuating;
@@ -37,9 +37,10 @@ fn most_floor(dark: &DarkReadings, known: f64, additive: f64) -> f64 {
 /// Dark readings give the additive part. Repeats give the proportional part, and a fluctuation by how their scatter depends on the
 /// level. Without repeats the fine structure of the residual along the rows gives an upper bound of both.
 pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
-    let rough = roughness_or_usual(scan, levels);
     // A converter with coarse steps makes every dark reading zero.
     let largest = scan.drives.iter().flat_map(|d| &d.readings).fold(0.0f64, |a, r| a.max(*r));
+    let in_rows = roughness(scan, levels);
+    let rough = in_rows.unwrap_or((USUAL_PROPORTIONAL_NOISE, USUAL_ADDITIVE_NOISE * largest));
     let lowest = (LEAST_ADDITIVE_NOISE * largest).max(f64::MIN_POSITIVE);
     let dark = scan.dark_readings();
     let unknown = DarkNoise::without_floor(rough.1);
@@ -83,8 +84,14 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     if pairs.len() < FEWEST_REPEATS {
         return scatter;
     }
+    // Effects that the model leaves out (a lag, a drift) make repeats differ too. The fine structure of the residual along the rows
+    // is less sensitive to them and bounds the result. Without rows more than so much is no noise, but a fluctuation.
+    let (most_compared, most_share) = match in_rows {
+        Some((share, _)) => (1.0, ROUGHNESS_FACTOR * share),
+        None => (MOST_SHARE_WITHOUT_ROWS, MOST_SHARE_WITHOUT_ROWS),
+    };
     let best_share = |additive: f64, fluctuation: f64, cause: Fluctuation| {
-        least_positive(LEAST_SHARE, 1.0, |share| {
+        least_positive(LEAST_SHARE, most_compared, |share| {
             cost(pairs, share, additive, fluctuation, cause) + against_share(share)
         })
     };
@@ -118,10 +125,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         let share = best_share(additive, fluctuation, cause).0;
         return Scatter { share, additive, fluctuation, cause, ..scatter }.with_limits();
     }
-    let (additive, share) = (steady_additive, steady(steady_additive).0);
-    // Effects that the model leaves out (a lag, a drift) make repeats differ too. The fine structure of the residual along the rows
-    // is less sensitive to them and bounds the result.
-    let share = share.min(ROUGHNESS_FACTOR * rough.0);
+    let (additive, share) = (steady_additive, steady(steady_additive).0.min(most_share));
     Scatter { share, additive, ..scatter }.with_limits()
 }
 
@@ -187,13 +191,6 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
         false => None,
     };
     fluctuating.unwrap_or(steady).with_limits()
-}
-
-/// The parts that fine structure shows, or usual ones where there are no rows.
-fn roughness_or_usual(scan: &ObservedScan, levels: &[Vec<Level>]) -> (f64, f64) {
-    let readings = scan.drives.iter().flat_map(|drive| &drive.readings);
-    let largest = readings.fold(0.0f64, |largest, r| largest.max(*r));
-    roughness(scan, levels).unwrap_or((USUAL_PROPORTIONAL_NOISE, USUAL_ADDITIVE_NOISE * largest))
 }
 
 /// Proportional and additive part from third differences of the residual along evenly spaced visits: the mean square of these is 20

@@ -11,6 +11,7 @@ use num_complex::Complex64;
 
 use super::{catalogue, effect};
 use crate::effect_id::EffectId;
+use crate::effects::reflection::Reflection;
 use crate::effects::testing::nuisance;
 use crate::model::effect::{Choice, Context, PerElement};
 use crate::model::forward_model::ForwardModel;
@@ -221,7 +222,7 @@ fn case(id: EffectId) -> Option<Case> {
         EffectId::Clipping => plain(toml::toml! { clipping = { level = 60.0 } }, &[60.0 / largest]),
         EffectId::Reflection => plain(
             toml::toml! { reflection = { height_mm = 300.0, coefficient = [0.2, -0.1] } },
-            &[300.0, 0.2, -0.1],
+            &Reflection::at_height(0.3, Complex64::new(0.2, -0.1), &context()),
         ),
         EffectId::StandingWave => {
             plain(toml::toml! { standing-wave = { coefficient = [0.1, 0.05] } }, &[0.1, 0.05])

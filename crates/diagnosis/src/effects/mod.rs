@@ -32,7 +32,7 @@ mod polarity;
 mod position_jitter;
 mod random;
 mod receiver_directivity;
-mod reflection;
+pub(crate) mod reflection;
 mod rotation;
 mod saturation;
 mod skew;

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use crate::effects::reflection::Reflection;
 use crate::fit::joint_fit::Fit;
 use crate::limits::{HIGHEST_PLANE_M, MOST_IN_A_SET, PLANES, SET_BEAM, START_SHORT_BY};
 use crate::model::effect::{Choice, Context, Effect, Search};
@@ -13,8 +14,12 @@ use crate::model::instance::{Instance, Setting};
 use crate::selection::cost_by_gain::{CostByGain, Slope};
 use crate::selection::quick_scores::{QuickScores, ScoredDrive, best_of};
 
-/// Step between the heights tried for a plane, in wavelengths: the minima of the score are half a wavelength apart.
-const HEIGHT_STEP: f64 = 1.0 / 12.0;
+/// Step between the heights tried for a plane, in wavelengths. The coefficient takes up the turn of the phase on the axis; 60 mm beside it and
+/// 200 mm from the images the rest is a quarter of a radian in half a wavelength.
+const HEIGHT_STEP: f64 = 0.25;
+
+/// How far apart the heights are that a fit is started with, in wavelengths: it finds its way from one to the next.
+const HEIGHTS_APART: f64 = 2.0;
 
 /// Where to begin: what is chosen, and the real parameters.
 pub(crate) struct Beginning {
@@ -159,18 +164,14 @@ impl QuickScores<'_> {
             height_m += step_m;
         }
         let ways = quick.len() as f64;
-        let finer = |heights_m: Vec<f64>, stride: usize, count: usize| {
-            let finer = heights_m.into_iter().map(|height_m| {
-                let (gain, _) = self.reflected(stride, height_m, STEPS);
-                (-gain, height_m)
-            });
-            best_of(finer.collect(), count)
-        };
-        let few = finer(best_of(quick, 100), self.stride, 36);
-        let few = finer(few, (self.stride / 4).max(1), 12);
-        let all = few.into_iter().map(|height_m| {
+        let apart_m = HEIGHTS_APART * wavelength_m;
+        let few = apart(quick, apart_m, 2 * PLANES).into_iter().map(|height_m| {
+            let (gain, _) = self.reflected(self.stride, height_m, STEPS);
+            (-gain, height_m)
+        });
+        let all = best_of(few.collect(), PLANES).into_iter().map(|height_m| {
             let (gain, coefficient) = self.reflected(1, height_m, STEPS);
-            (-gain, vec![1e3 * height_m, coefficient.re, coefficient.im])
+            (-gain, Reflection::at_height(height_m, coefficient, context))
         });
         let worth = all.filter(|(cost, _)| -0.5 * cost > ways.ln() - START_SHORT_BY);
         best_of(worth.collect(), PLANES)
@@ -240,6 +241,18 @@ impl QuickScores<'_> {
         }
         images
     }
+}
+
+/// The best of some scored heights, m, each so far from those that are better.
+fn apart(mut scored: Vec<(f64, f64)>, apart_m: f64, most: usize) -> Vec<f64> {
+    scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut chosen: Vec<f64> = Vec::new();
+    for (_, height_m) in scored {
+        if chosen.len() < most && chosen.iter().all(|other| (other - height_m).abs() >= apart_m) {
+            chosen.push(height_m);
+        }
+    }
+    chosen
 }
 
 /// The normal equations for a gain and the coefficient of images.

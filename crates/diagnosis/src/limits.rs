@@ -63,9 +63,9 @@ pub(crate) const FEWEST_REPEATS: usize = 8;
 /// Factor by which the fine structure of the residual along rows may underestimate the proportional noise. Set by judgement.
 pub(crate) const ROUGHNESS_FACTOR: f64 = 2.0;
 
-/// Largest proportional noise of a scan without rows: five times the usual one. Receivers that are worse are not used; turbulence makes
-/// repeats differ by tens of percent.
-pub(crate) const MOST_SHARE_WITHOUT_ROWS: f64 = 0.1;
+/// Largest proportional noise: five times the usual one. Receivers that are worse are not used; turbulence makes repeats differ by tens of
+/// percent.
+pub(crate) const MOST_SHARE: f64 = 0.1;
 
 /// Margin of the largest floor that dark readings allow, over the floor and over the additive noise, as both are read with an error.
 /// Set by judgement.

@@ -6,7 +6,7 @@ use fieldgap_acoustics::golden_section::least_positive;
 use fieldgap_comparison::{DarkNoise, DarkReadings, USUAL_PROPORTIONAL_NOISE};
 
 use crate::limits::{
-    FEWEST_REPEATS, FLOOR_MARGIN, FLUCTUATION_SHOWN, LEAST_ADDITIVE_NOISE, MOST_SHARE_WITHOUT_ROWS,
+    FEWEST_REPEATS, FLOOR_MARGIN, FLUCTUATION_SHOWN, LEAST_ADDITIVE_NOISE, MOST_SHARE,
     NOISE_AGAINST_REPEATS, NOISE_SEARCH_FACTOR, ROUGHNESS_FACTOR, USUAL_ADDITIVE_NOISE,
 };
 use crate::model::observations::ObservedScan;
@@ -84,14 +84,8 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     if pairs.len() < FEWEST_REPEATS {
         return scatter;
     }
-    // Effects that the model leaves out (a lag, a drift) make repeats differ too. The fine structure of the residual along the rows
-    // is less sensitive to them and bounds the result. Without rows more than so much is no noise, but a fluctuation.
-    let (most_compared, most_share) = match in_rows {
-        Some((share, _)) => (1.0, ROUGHNESS_FACTOR * share),
-        None => (MOST_SHARE_WITHOUT_ROWS, MOST_SHARE_WITHOUT_ROWS),
-    };
     let best_share = |additive: f64, fluctuation: f64, cause: Fluctuation| {
-        least_positive(LEAST_SHARE, most_compared, |share| {
+        least_positive(LEAST_SHARE, MOST_SHARE, |share| {
             cost(pairs, share, additive, fluctuation, cause) + against_share(share)
         })
     };
@@ -125,6 +119,9 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         let share = best_share(additive, fluctuation, cause).0;
         return Scatter { share, additive, fluctuation, cause, ..scatter }.with_limits();
     }
+    // Effects that the model leaves out (a lag, a drift) make repeats differ too. The fine structure of the residual along the rows
+    // is less sensitive to them and bounds the result.
+    let most_share = in_rows.map_or(MOST_SHARE, |(share, _)| ROUGHNESS_FACTOR * share);
     let (additive, share) = (steady_additive, steady(steady_additive).0.min(most_share));
     Scatter { share, additive, ..scatter }.with_limits()
 }

@@ -40,7 +40,9 @@ pub(crate) struct Fit {
     pub nuisance: Vec<Nuisance>,
     /// Twice the negative log likelihood, less a constant.
     pub cost: f64,
-    /// The same with the penalties of the priors.
+    /// The cost less what the readings' scatter adds to it.
+    pub chi_square: f64,
+    /// The cost with the penalties of the priors.
     pub penalised: f64,
     /// What is left, by level; `None` where the noise is held, or the fit is not one of these readings.
     pub left: Option<Left>,
@@ -57,6 +59,7 @@ impl Fit {
             spreads: Vec::new(),
             nuisance,
             cost: f64::INFINITY,
+            chi_square: f64::INFINITY,
             penalised: f64::INFINITY,
             left: None,
             covariance: None,
@@ -249,6 +252,7 @@ fn descended(
     let values = problem.lengths.iter().map(|&length| rest.drain(..length).collect()).collect();
     Fit {
         cost: residuals.cost(),
+        chi_square: residuals.chi_square(),
         penalised: penalised - constant,
         left,
         instances,

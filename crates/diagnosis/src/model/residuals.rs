@@ -45,6 +45,12 @@ impl Residuals {
         }
     }
 
+    /// The cost less what the readings' scatter adds to it, however large that is: about the number of readings where a set leaves no more
+    /// than its own scatter.
+    pub fn chi_square(&self) -> f64 {
+        self.cost() - self.log_variances.iter().sum::<f64>()
+    }
+
     /// What the phases add to the cost beyond their noise.
     fn excess_of_phases(&self) -> f64 {
         let of_scan = |phases: &PhaseResiduals| {

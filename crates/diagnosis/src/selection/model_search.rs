@@ -350,9 +350,11 @@ pub(crate) fn in_question(scored: &[ScoredModel]) -> Vec<ScoredModel> {
     by_hope(scored.to_vec(), MOST_IN_QUESTION).0
 }
 
-/// Whether a set explains materially more of a gap than a part of it does. Of a very large gap only the excess over the noise counts. One
-/// cause in place of random departures need not explain more than they do.
+/// Whether a set explains materially more of a gap than a part of it does. Of a very large gap only the excess over the noise counts. Where
+/// the field fluctuates, the gap is in the noise alone, and no larger than the readings' own scatter counts. One cause in place of random
+/// departures need not explain more than they do.
 fn explains_more(smaller: &Fit, larger: &Fit, gap: f64, n: f64) -> bool {
+    let gap = if smaller.fluctuation().0 > 0.0 { gap.min(n) } else { gap };
     let [smaller_cost, larger_cost] = [smaller, larger].map(Fit::cost_with_shifts);
     let material = match gap > VERY_LARGE * n {
         true => smaller_cost.max(n) - larger_cost.max(n) > MATERIAL_OF_VERY_LARGE * gap,

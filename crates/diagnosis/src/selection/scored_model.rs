@@ -7,9 +7,9 @@ use crate::model::effect::Context;
 use crate::model::observations::Observations;
 use crate::selection::evidence::log_evidence;
 
-/// Whether a fit leaves little more than noise.
+/// Whether a fit leaves little more than noise and its own scatter.
 pub(crate) fn is_near(fit: &Fit, observations: &Observations) -> bool {
-    fit.cost < NEAR * observations.len() as f64
+    fit.chi_square < NEAR * observations.len() as f64
 }
 
 /// A set of effects as it was fitted, with the logarithm of its evidence.

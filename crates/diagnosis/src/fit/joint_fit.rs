@@ -88,6 +88,12 @@ impl Fit {
         self.cost + self.cost_of_shifts()
     }
 
+    /// The parameters of an effect; `None` without it.
+    pub fn values_of(&self, id: EffectId) -> Option<&[f64]> {
+        let mut active = self.instances.iter().zip(&self.values);
+        active.find(|(instance, _)| instance.effect.id() == id).map(|(_, values)| values.as_slice())
+    }
+
     /// How many effects there are, the simulator's own defects not counted.
     pub fn physical_effects(&self) -> usize {
         self.instances.iter().filter(|instance| !instance.effect.is_defect()).count()

@@ -35,6 +35,20 @@ pub(crate) struct ScoreStatistic {
 }
 
 impl ScoreStatistic {
+    /// That of all directions but the last, which is fitted beside them with a prior of mean zero and this standard deviation.
+    pub fn beside_last(self, sd: f64) -> Self {
+        let count = self.downhill.len() - 1;
+        let own = self.curvature[(count, count)] + 1.0 / (sd * sd);
+        let across = self.curvature.view((0, count), (count, 1)).into_owned();
+        let kept = |all: &DVector<f64>| all.rows(0, count).into_owned();
+        Self {
+            downhill: kept(&self.downhill) - &across * (self.downhill[count] / own),
+            curvature: self.curvature.view((0, 0), (count, count))
+                - &across * across.transpose() / own,
+            alone: kept(&self.alone),
+        }
+    }
+
     /// The expected decrease of the cost; `None` where some direction changes nothing.
     pub fn gained(&self) -> Option<f64> {
         self.gained_beside(0.0)
@@ -178,5 +192,24 @@ impl<'o> ScoreStatistics<'o> {
             None => own.clone(),
         };
         ScoreStatistic { downhill, curvature, alone: own.diagonal() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A direction that is known is not fitted, and one that is free is projected out.
+    #[test]
+    fn the_last_direction_is_fitted_as_far_as_its_prior_allows() {
+        let statistic = || ScoreStatistic {
+            downhill: DVector::from_vec(vec![1.0, 2.0]),
+            curvature: DMatrix::from_row_slice(2, 2, &[4.0, 2.0, 2.0, 3.0]),
+            alone: DVector::from_vec(vec![4.0, 3.0]),
+        };
+        let gained = |sd| statistic().beside_last(sd).gained().expect("a slope");
+        assert!((gained(1e-6) - 1.0 / 4.0).abs() < 1e-9, "{}", gained(1e-6));
+        let (downhill, curvature) = (1.0 - 2.0 * 2.0 / 3.0, 4.0 - 2.0 * 2.0 / 3.0);
+        assert!((gained(1e6) - downhill * downhill / curvature).abs() < 1e-9, "{}", gained(1e6));
     }
 }

@@ -63,6 +63,16 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         let floor = dark.floor_beside(additive);
         known = DarkNoise { additive, floor, evidence, before_noise: false };
         pairs = pairs_beside(scan, levels, known.floor);
+        let after = pairs_beside(scan, levels, 0.0);
+        let (additive, of_after) =
+            least_positive(1e-3 * floor, floor, |additive| of_steady(&after, additive));
+        // Readings that scatter near the floor as they do elsewhere have a noise of their own, which silence lacks, unless they fluctuate.
+        let fluctuating = best_fluctuation(&pairs, known.additive).2 + FLUCTUATION_SHOWN;
+        let steady = of_steady(&pairs, known.additive) - FLUCTUATION_SHOWN;
+        if of_after < steady.min(fluctuating) {
+            known = DarkNoise { additive, before_noise: true, ..known };
+            pairs = after;
+        }
     }
     let additive = known.additive.max(lowest);
     let scatter = Scatter {
@@ -84,46 +94,55 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     if pairs.len() < FEWEST_REPEATS {
         return scatter;
     }
-    let best_share = |additive: f64, fluctuation: f64, cause: Fluctuation| {
-        least_positive(LEAST_SHARE, MOST_SHARE, |share| {
-            cost(pairs, share, additive, fluctuation, cause) + against_share(share)
-        })
-    };
     let of_silence = |additive: f64| match &dark {
         Some(dark) if known.floor == 0.0 => dark.cost_without_floor(additive),
         Some(_) => 0.0,
         None => against_additive(additive, largest),
     };
-    let steady = |additive: f64| best_share(additive, 0.0, Fluctuation::OfPaths);
     let (steady_additive, steady_cost) = match known.floor == 0.0 {
         true => least_positive(
             additive / NOISE_SEARCH_FACTOR,
             additive * NOISE_SEARCH_FACTOR,
-            |additive| steady(additive).1 + of_silence(additive),
+            |additive| of_steady(pairs, additive) + of_silence(additive),
         ),
-        false => (additive, steady(additive).1),
+        false => (additive, of_steady(pairs, additive)),
     };
     // What no dark reading tells is no sign of a fluctuation.
     let additive = if dark.is_some() { additive } else { steady_additive };
-    let fluctuating = Fluctuation::ALL.map(|cause| {
-        (
-            least_positive(0.01, 10.0, |fluctuation| best_share(additive, fluctuation, cause).1),
-            cause,
-        )
-    });
-    let [first, others @ ..] = fluctuating;
-    let ((fluctuation, fluctuating_cost), cause) = others
-        .into_iter()
-        .fold(first, |best, other| if other.0.1 < best.0.1 { other } else { best });
+    let (fluctuation, cause, fluctuating_cost) = best_fluctuation(pairs, additive);
     if steady_cost - fluctuating_cost - of_silence(additive) > FLUCTUATION_SHOWN {
-        let share = best_share(additive, fluctuation, cause).0;
+        let share = best_share(pairs, additive, fluctuation, cause).0;
         return Scatter { share, additive, fluctuation, cause, ..scatter }.with_limits();
     }
     // Effects that the model leaves out (a lag, a drift) make repeats differ too. The fine structure of the residual along the rows
     // is less sensitive to them and bounds the result.
     let most_share = in_rows.map_or(MOST_SHARE, |(share, _)| ROUGHNESS_FACTOR * share);
-    let (additive, share) = (steady_additive, steady(steady_additive).0.min(most_share));
+    let steady_share = best_share(pairs, steady_additive, 0.0, Fluctuation::OfPaths).0;
+    let (additive, share) = (steady_additive, steady_share.min(most_share));
     Scatter { share, additive, ..scatter }.with_limits()
+}
+
+/// The likeliest proportional part of repeats beside these other parts, and its cost, nats.
+fn best_share(pairs: &[Pair], additive: f64, fluctuation: f64, cause: Fluctuation) -> (f64, f64) {
+    least_positive(LEAST_SHARE, MOST_SHARE, |share| {
+        cost(pairs, share, additive, fluctuation, cause) + against_share(share)
+    })
+}
+
+/// The likeliest fluctuation of repeats beside this additive part, its cause and its cost, nats.
+fn best_fluctuation(pairs: &[Pair], additive: f64) -> (f64, Fluctuation, f64) {
+    let of = |cause: Fluctuation| {
+        let cost = |fluctuation: f64| best_share(pairs, additive, fluctuation, cause).1;
+        let (fluctuation, cost) = least_positive(0.01, 10.0, cost);
+        (fluctuation, cause, cost)
+    };
+    let [first, others @ ..] = Fluctuation::ALL.map(of);
+    others.into_iter().fold(first, |best, other| if other.2 < best.2 { other } else { best })
+}
+
+/// The cost of repeats beside this additive part and no fluctuation, nats.
+fn of_steady(pairs: &[Pair], additive: f64) -> f64 {
+    best_share(pairs, additive, 0.0, Fluctuation::OfPaths).1
 }
 
 /// The scatter of a scan at the maximum likelihood of all its readings, within the range that dark readings and repeats allow.

@@ -4,12 +4,13 @@
 //! Phil. Soc. 44, 50, 1948). The fitted directions are projected out of each direction. A cause that the fit can imitate is not seen;
 //! any other shows nearly undiminished.
 
+use fieldgap_acoustics::{Element, Vec3};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 use crate::effect_id::EffectId;
 use crate::effects::effect;
-use crate::fit::score_statistic::ScoreStatistics;
+use crate::fit::score_statistic::{ScoreStatistic, ScoreStatistics};
 use crate::limits::{
     FEWEST_ELEMENTS, IMITATED, LONGEST_LEAD_M, MOST_OF_SCATTER, PATTERN_LIMIT, SHORTEST_LEAD_M,
 };
@@ -26,6 +27,11 @@ const ORDERS: usize = 4;
 
 /// The same over the field, along each axis.
 const ORDERS_OF_PLACE: usize = 2;
+
+/// Exponent by which the amplitude of an element follows the speed of sound at its place, as a standard deviation. A face of given velocity emits
+/// in proportion to the density, c^-2 in a gas; along a ray the amplitude goes as the root of ρc (Pierce, *Acoustics*, section 8-5), c^-1/2; and
+/// the resonance of a transducer moves with its temperature.
+const WITH_AIR: f64 = 2.0;
 
 /// Smooth functions of the place of an element, over an array of unit size.
 const GRADED: [fn(f64, f64) -> f64; 5] =
@@ -70,7 +76,8 @@ fn directions(scores: &ScoreStatistics<'_>) -> Vec<(&'static str, Vec<f64>)> {
 
 impl Asked<'_, '_> {
     /// Whether amplitudes or phases vary smoothly across the array: a bowed board, a sagging supply. A linear slope of phases only steers the
-    /// beam, which the catalogue covers. Fitted departures have a test of their own.
+    /// beam, which the catalogue covers. Fitted departures have a test of their own, and what a fitted gradient of the air does to the
+    /// amplitudes is none.
     fn graded_elements(&self) -> Option<Test> {
         let scores = self.scores;
         let elements = scores.observations.first().believed.array.elements();
@@ -79,19 +86,38 @@ impl Asked<'_, '_> {
         }
         let from_middle = elements.iter().map(|element| element.centre_m.xy().norm());
         let size_m = from_middle.fold(f64::MIN_POSITIVE, f64::max);
-        let mut directions = Vec::new();
-        for (id, first) in [(EffectId::ElementGain, 0), (EffectId::ElementPhase, 2)] {
-            let by_element = scores.columns_of(effect(id), &vec![0.0; elements.len()]);
-            for shape in &GRADED[first..] {
-                let mut along = vec![0.0; by_element[0].len()];
-                for (element, column) in elements.iter().zip(&by_element) {
-                    let weight = shape(element.centre_m.x / size_m, element.centre_m.y / size_m);
-                    along.iter_mut().zip(column).for_each(|(sum, value)| *sum += weight * value);
-                }
-                directions.push(along);
+        let along = |by_element: &[Vec<f64>], weight: &dyn Fn(&Element) -> f64| {
+            let mut along = vec![0.0; by_element[0].len()];
+            for (element, column) in elements.iter().zip(by_element) {
+                let weight = weight(element);
+                along.iter_mut().zip(column).for_each(|(sum, value)| *sum += weight * value);
             }
+            along
+        };
+        let [gains, phases] = [EffectId::ElementGain, EffectId::ElementPhase]
+            .map(|id| scores.columns_of(effect(id), &vec![0.0; elements.len()]));
+        let mut directions = Vec::new();
+        for (by_element, shapes) in [(&gains, &GRADED[..]), (&phases, &GRADED[2..])] {
+            directions.extend(shapes.iter().map(|shape| {
+                along(by_element, &|element| {
+                    shape(element.centre_m.x / size_m, element.centre_m.y / size_m)
+                })
+            }));
         }
-        Some(Test::of_one_thing("elements graded across the array", self.z(&directions), None))
+        let count = directions.len() as f64;
+        let with_air = scores.fit.values_of(EffectId::TemperatureGradient).map(|gradient_per_m| {
+            let gradient_per_m = Vec3::from_column_slice(gradient_per_m);
+            along(&gains, &|element| gradient_per_m.dot(&element.centre_m))
+        });
+        let statistic = match with_air {
+            Some(column) => {
+                directions.push(column);
+                scores.of_columns(&directions).beside_last(WITH_AIR)
+            }
+            None => scores.of_columns(&directions),
+        };
+        let z = self.z_of(&statistic, count);
+        Some(Test::of_one_thing("elements graded across the array", z, None))
     }
 
     /// Whether a fitted quantity, or the air, changes during the scan (parameter constancy: F. Nyblom, J. Am. Stat. Assoc. 84, 223, 1989): a
@@ -177,8 +203,12 @@ impl Asked<'_, '_> {
 
     /// Significance of the residuals' sum of squares along a group of directions.
     fn z(&self, directions: &[Vec<f64>]) -> f64 {
-        let gained = self.scores.of_columns(directions).gained_beside(IMITATED).unwrap_or(0.0);
-        z_of_sum_of_squares(gained / self.power, directions.len() as f64)
+        self.z_of(&self.scores.of_columns(directions), directions.len() as f64)
+    }
+
+    fn z_of(&self, statistic: &ScoreStatistic, directions: f64) -> f64 {
+        let gained = statistic.gained_beside(IMITATED).unwrap_or(0.0);
+        z_of_sum_of_squares(gained / self.power, directions)
     }
 }
 

@@ -16,11 +16,12 @@ use crate::remedy::{Remedy, SetupKey};
 /// The lobe has a shape of its own.
 const OF_ANOTHER_SHAPE: Choice = Choice::Law(2);
 
-/// Its width, and its shape by the factors of [`Shaped`](fieldgap_acoustics::transducer::Shaped).
+/// Its width, and its shape by the factors of [`Shaped`](fieldgap_acoustics::transducer::Shaped): measured lobes take factors of ten of opposite
+/// signs.
 const SHAPED: [Parameter; 3] = [
     Parameter { neutral: 1.0, scale: 0.01, least: 0.4, most: 2.5 },
-    Parameter { neutral: 0.0, scale: 0.05, least: -10.0, most: 10.0 },
-    Parameter { neutral: 0.0, scale: 0.05, least: -10.0, most: 10.0 },
+    Parameter { neutral: 0.0, scale: 0.05, least: -30.0, most: 30.0 },
+    Parameter { neutral: 0.0, scale: 0.05, least: -30.0, most: 30.0 },
 ];
 
 /// The effect.

@@ -2,130 +2,32 @@
 //! a sum written here: neither shares anything with the diagnosis.
 
 use std::f64::consts::TAU;
-use std::path::Path;
 
 use fieldgap_acoustics::{Excitation, Simulation, Vec3};
-use fieldgap_diagnosis::{Diagnosis, EffectId, FittedParameter, Verdict, diagnose};
-use fieldgap_input::TomlSource;
-use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
+use fieldgap_diagnosis::{EffectId, Verdict, diagnose};
+use fieldgap_records::RecordedScan;
 use fieldgap_virtual_rig::{Visit, noise_free_readings};
 use num_complex::Complex64;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
-/// Proportional noise of a reading, and each quadrature's over the largest reading.
-const NOISE: (f64, f64) = (0.017, 0.003);
+use square_array::{NOISE, REPEATS, Scan, WAVENUMBER_RAD_M, named_alone, phases_rad, real};
 
-/// Places that are read again.
-const REPEATS: usize = 150;
+mod square_array;
 
-/// A scan of planes through the foci of a square array, drive by drive.
-struct Scan {
-    setup: ScanSetup,
-    foci: usize,
-    places_m: Vec<Vec3>,
-}
-
-impl Scan {
-    fn new(side: usize, foci_mm: &[[f64; 3]], points_a_row: usize, heights_mm: &[f64]) -> Self {
-        let foci: String = foci_mm
+/// A scan of an array whose phases a driver changes, with causes that the set-up does not know.
+fn read(scan: &Scan, causes: &str, seed: u64, driven: impl Fn(&[f64]) -> Vec<f64>) -> RecordedScan {
+    let effects: toml::Table = causes.parse().expect("TOML");
+    let field = |focus: usize| {
+        let believed = scan.believed(focus);
+        let excitation = Excitation::Phases(driven(&phases_rad(&believed)));
+        let visits: Vec<Visit> = scan
+            .places_m
             .iter()
-            .map(|[x, y, z]| format!("[[focus]]\nx_mm = {x:.1}\ny_mm = {y:.1}\nz_mm = {z:.1}\n"))
+            .map(|at| Visit { position_m: *at, velocity_m_s: Vec3::zeros(), time_s: 0.0 })
             .collect();
-        let text = format!(
-            "format = 1\nname = \"a\"\nrecorded = 2026-11-20T10:02:00Z\nreading = \"V\"\n\
-             [array]\nfrequency_hz = 40000.0\nlayout = \"square\"\ncolumns = {side}\nrows = {side}\nelement_diameter_mm = 10.0\nspacing_mm = 0.5\n\
-             [medium]\nspeed_of_sound_m_s = 343.0\n[simulator]\nmodel = \"piston\"\n{foci}"
-        );
-        let setup =
-            ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), text)).expect("a set-up");
-        let step_mm = 70.0 / (points_a_row - 1) as f64;
-        let at_mm = |n: usize| step_mm * n as f64 - 35.0;
-        let mut places_m: Vec<Vec3> = heights_mm
-            .iter()
-            .flat_map(|z| (0..points_a_row * points_a_row).map(move |n| (n, *z)))
-            .map(|(n, z)| Vec3::new(at_mm(n % points_a_row), at_mm(n / points_a_row), z) * 1e-3)
-            .collect();
-        let again: Vec<Vec3> =
-            (0..REPEATS).map(|n| places_m[n * places_m.len() / REPEATS]).collect();
-        places_m.extend(again);
-        Self { setup, foci: foci_mm.len(), places_m }
-    }
-
-    /// The scan of an array whose phases a driver changes, with causes that the set-up does not know.
-    fn read(&self, causes: &str, seed: u64, driven: impl Fn(&[f64]) -> Vec<f64>) -> RecordedScan {
-        let effects: toml::Table = causes.parse().expect("TOML");
-        let field = |focus: usize| {
-            let believed = self.believed(focus);
-            let excitation = Excitation::Phases(driven(&phases_rad(&believed)));
-            let visits: Vec<Visit> = self
-                .places_m
-                .iter()
-                .map(|at| Visit { position_m: *at, velocity_m_s: Vec3::zeros(), time_s: 0.0 })
-                .collect();
-            let simulation = Simulation { excitation, ..believed };
-            noise_free_readings(&simulation, &effects, 0.05, &visits, seed).expect("valid")
-        };
-        self.record((0..self.foci).map(field).collect(), seed)
-    }
-
-    /// The scan of point sources with this lobe, a function of the angle in rad.
-    fn read_lobes(&self, seed: u64, lobe: impl Fn(f64) -> f64) -> RecordedScan {
-        let field = |focus: usize| -> Vec<f64> {
-            let believed = self.believed(focus);
-            let phases_rad = phases_rad(&believed);
-            let level = |at: &Vec3| {
-                let sources = believed.array.elements().iter().zip(&phases_rad);
-                let wave = |(element, phase_rad): (&fieldgap_acoustics::Element, &f64)| {
-                    let way = at - element.centre_m;
-                    let amplitude = lobe((way.z / way.norm()).acos()) / way.norm();
-                    Complex64::from_polar(amplitude, WAVENUMBER_RAD_M * way.norm() + phase_rad)
-                };
-                0.001 * sources.map(wave).sum::<Complex64>().norm()
-            };
-            self.places_m.iter().map(level).collect()
-        };
-        self.record((0..self.foci).map(field).collect(), seed)
-    }
-
-    fn believed(&self, focus: usize) -> Simulation {
-        self.setup.simulation(self.setup.simulator, focus).expect("a focus")
-    }
-
-    /// The readings of these fields, drive by drive, with noise.
-    fn record(&self, fields: Vec<Vec<f64>>, seed: u64) -> RecordedScan {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-        let largest = fields.iter().flatten().fold(0.0f64, |most, level| most.max(*level));
-        let mut read = |level: f64| {
-            let (re, im) = (level + NOISE.1 * largest * normal(), NOISE.1 * largest * normal());
-            (re.hypot(im) * (1.0 + NOISE.0 * normal())).max(0.0)
-        };
-        let mut samples = Vec::new();
-        let mut add = |focus: Option<usize>, at_m: Vec3, reading: f64| {
-            let time_s = 0.1 * samples.len() as f64;
-            samples.push(RecordedSample::measured(time_s, focus, at_m, reading, None));
-        };
-        for _ in 0..40 {
-            add(None, Vec3::z() * 0.1, read(0.0));
-        }
-        for (n, place_m) in self.places_m.iter().enumerate() {
-            for (focus, field) in fields.iter().enumerate() {
-                add(Some(focus), *place_m, read(field[n]));
-            }
-        }
-        RecordedScan { setup: self.setup.clone(), samples }
-    }
-}
-
-const WAVENUMBER_RAD_M: f64 = TAU * 40e3 / 343.0;
-
-/// Phases with which the waves of all elements arrive together at the focus.
-fn phases_rad(believed: &Simulation) -> Vec<f64> {
-    let Excitation::Focus(at_m) = &believed.excitation else { panic!("a focus") };
-    let elements = believed.array.elements().iter();
-    elements.map(|element| -WAVENUMBER_RAD_M * (at_m - element.centre_m).norm()).collect()
+        let simulation = Simulation { excitation, ..believed };
+        noise_free_readings(&simulation, &effects, 0.05, &visits, seed).expect("valid")
+    };
+    scan.record((0..scan.foci).map(field).collect(), seed)
 }
 
 /// How a driver rounds a phase, in steps, given those of all elements.
@@ -136,18 +38,6 @@ fn rounded(steps: u32, rounding: Rounding) -> impl Fn(&[f64]) -> Vec<f64> {
     move |phases_rad: &[f64]| {
         let in_steps: Vec<f64> = phases_rad.iter().map(|phase| phase / step_rad).collect();
         in_steps.iter().map(|phase| rounding(*phase, &in_steps) * step_rad).collect()
-    }
-}
-
-fn named_alone(diagnosis: &Diagnosis, id: EffectId) {
-    assert_eq!(diagnosis.verdict, Verdict::Explained, "{}", diagnosis.to_text());
-    assert_eq!(diagnosis.effects, [id], "{}", diagnosis.to_text());
-}
-
-fn real(diagnosis: &Diagnosis, name: &str) -> f64 {
-    match diagnosis.ranked[0].parameters.get(name) {
-        Some(FittedParameter::Real { value, .. }) => *value,
-        other => panic!("{name}: {other:?}"),
     }
 }
 
@@ -171,7 +61,7 @@ fn steps_are_named_whatever_the_driver_counts_from() {
     ];
     for (seed, (steps, rounding)) in drivers.into_iter().enumerate() {
         let scan = Scan::new(6, &foci, 23, &[100.0, 130.0]);
-        let record = scan.read("", seed as u64, rounded(steps, rounding));
+        let record = read(&scan, "", seed as u64, rounded(steps, rounding));
         let diagnosis = diagnose(&[record], None).expect("comparable");
         named_alone(&diagnosis, EffectId::PhaseQuantisation);
         assert_eq!(real(&diagnosis, "phase-quantisation.steps"), f64::from(steps));
@@ -182,7 +72,7 @@ fn steps_are_named_whatever_the_driver_counts_from() {
 fn six_steps_beside_unequal_elements_are_one_number_and_not_thirty_six_phases() {
     let scan = Scan::new(6, &[[15.0, -20.0, 100.0]], 26, &[60.0, 100.0, 140.0]);
     let record =
-        scan.read("[element-gain]\nspread = 0.2\n", 3, rounded(6, |phase, _| phase.round()));
+        read(&scan, "[element-gain]\nspread = 0.2\n", 3, rounded(6, |phase, _| phase.round()));
     let diagnosis = diagnose(&[record], None).expect("comparable");
     assert_eq!(diagnosis.verdict, Verdict::Explained, "{}", diagnosis.to_text());
     let named: std::collections::BTreeSet<EffectId> = diagnosis.effects.iter().copied().collect();
@@ -200,7 +90,7 @@ fn a_driver_off_its_frequency_emits_delays_within_its_period() {
         phases_rad.iter().map(|phase_rad| phase_rad - farthest).collect()
     };
     assert!(delayed(&phases_rad(&scan.believed(0))).iter().any(|phase_rad| *phase_rad > TAU));
-    let record = scan.read("[drive-frequency]\nratio = 0.984\n", 17, delayed);
+    let record = read(&scan, "[drive-frequency]\nratio = 0.984\n", 17, delayed);
     let diagnosis = diagnose(&[record], None).expect("comparable");
     named_alone(&diagnosis, EffectId::DriveFrequency);
     assert!((real(&diagnosis, "drive-frequency.ratio") - 0.984).abs() < 1e-3);
@@ -236,7 +126,7 @@ fn no_fluctuation_is_inferred_where_no_place_was_read_again() {
         let mut scan = Scan::new(6, &[[5.0, 0.0, 100.0]], 36, &[80.0, 100.0, 120.0]);
         scan.places_m.truncate(scan.places_m.len() - REPEATS);
         let record =
-            scan.read("[sound-speed]\nc_m_s = 348.0\n", seed, |phases_rad| phases_rad.to_vec());
+            read(&scan, "[sound-speed]\nc_m_s = 348.0\n", seed, |phases_rad| phases_rad.to_vec());
         let diagnosis = diagnose(&[record], None).expect("comparable");
         named_alone(&diagnosis, EffectId::SoundSpeed);
     }
@@ -248,7 +138,7 @@ fn the_noise_of_a_large_array_is_that_of_all_its_repeats() {
     let foci = [[5.0, 0.0, 100.0], [-12.0, 8.0, 90.0]];
     let scan = Scan::new(16, &foci, 26, &[90.0, 130.0]);
     let causes = "[dead-elements]\nelements = [119, 165, 224]\n";
-    let record = scan.read(causes, 5, |phases_rad| phases_rad.to_vec());
+    let record = read(&scan, causes, 5, |phases_rad| phases_rad.to_vec());
     let diagnosis = diagnose(&[record], None).expect("comparable");
     named_alone(&diagnosis, EffectId::DeadElements);
     assert!((diagnosis.noise.multiplicative / NOISE.0 - 1.0).abs() < 0.1, "{:?}", diagnosis.noise);
@@ -267,7 +157,11 @@ fn a_lobe_of_no_formula_is_not_taken_for_unequal_elements() {
         let scan = Scan::new(6, &[[8.0, -5.0, 110.0]], 36, &[90.0, 130.0]);
         let lobe =
             |theta_rad: f64| 10f64.powf(between(&lobe_db, theta_rad.to_degrees() / 10.0) / 20.0);
-        let record = scan.read_lobes(40 + seed as u64, lobe);
+        let record = scan.read_waves(40 + seed as u64, |element, phase_rad, at| {
+            let way = at - element.centre_m;
+            let amplitude = lobe((way.z / way.norm()).acos()) / way.norm();
+            Complex64::from_polar(amplitude, WAVENUMBER_RAD_M * way.norm() + phase_rad)
+        });
         let diagnosis = diagnose(&[record], None).expect("comparable");
         named_alone(&diagnosis, EffectId::Directivity);
     }

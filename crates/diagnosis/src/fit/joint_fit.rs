@@ -40,7 +40,7 @@ pub(crate) struct Fit {
     pub nuisance: Vec<Nuisance>,
     /// Twice the negative log likelihood, less a constant.
     pub cost: f64,
-    /// The cost less what the readings' scatter adds to it.
+    /// The cost less what a scatter larger than the noise adds to it.
     pub chi_square: f64,
     /// The cost with the penalties of the priors.
     pub penalised: f64,

@@ -45,10 +45,10 @@ impl Residuals {
         }
     }
 
-    /// The cost less what the readings' scatter adds to it, however large that is: about the number of readings where a set leaves no more
-    /// than its own scatter.
+    /// The cost less what a scatter larger than the noise adds to it: about the number of readings where a set leaves no more than its own
+    /// scatter.
     pub fn chi_square(&self) -> f64 {
-        self.cost() - self.log_variances.iter().sum::<f64>()
+        self.cost() - self.log_variances.iter().sum::<f64>().max(0.0)
     }
 
     /// What the phases add to the cost beyond their noise.

@@ -42,7 +42,7 @@ pub(super) struct ExposureCommand {
 pub(super) struct Foreseen {
     #[serde(flatten)]
     assessment: Assessment,
-    /// Minutes with the array driven in the scan; `None` without a plan.
+    /// Minutes with the array driven in what is begun; `None` if they are not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     minutes: Option<f64>,
     /// Minutes with the array driven today; `None` of a virtual array.
@@ -91,14 +91,15 @@ impl Foreseen {
         exposure.map(|exposure| Self::of(exposure, rig_setup, Some(scan), None)).transpose()
     }
 
-    /// The same of an array that is driven in a way by hand.
-    pub(super) fn of_drive(
+    /// The same of an array that is driven without a plan, one drive after another, for a time if it is known.
+    pub(super) fn of_drives(
         rig_setup: &RigSetup,
-        excitation: &Excitation,
+        drives: &[Excitation],
+        seconds: Option<f64>,
     ) -> miette::Result<Option<Self>> {
         let Some(exposure) = &rig_setup.exposure else { return Ok(None) };
-        let drives = std::slice::from_ref(excitation);
-        Self::found(exposure, rig_setup, Drives::These(drives), None, None).map(Some)
+        let minutes = seconds.map(|seconds| seconds / 60.0);
+        Self::found(exposure, rig_setup, Drives::These(drives), None, minutes).map(Some)
     }
 
     fn of(
@@ -148,7 +149,7 @@ impl Foreseen {
     pub(super) fn to_text(&self) -> String {
         let mut text = self.assessment.to_text();
         let mut times = Vec::new();
-        times.extend(self.minutes.map(|minutes| format!("this scan {minutes:.1} min")));
+        times.extend(self.minutes.map(|minutes| format!("this {minutes:.1} min")));
         times.extend(self.minutes_today.map(|minutes| format!("today {minutes:.1} min before it")));
         let most = self.most_minutes.as_ref();
         times.extend(most.map(|(most, name)| format!("at most {most} min a day ({name})")));

@@ -2,14 +2,15 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Instant;
 
 use clap::Args;
 use miette::{IntoDiagnostic, miette};
 
+use super::exposure::Foreseen;
 use super::output::{print, print_json};
+use super::permission::LimitPermission;
 use super::simulate::positive;
-use super::sounding::keep_time;
+use super::sounding::Sounds;
 use super::stop::StopRequests;
 use super::watchdog::{followed, guard_array};
 use crate::rig_file::RigFile;
@@ -30,6 +31,8 @@ pub(super) struct Focus {
     /// Duration [default: as in the display file, or until Ctrl-C]
     #[arg(long, value_name = "S", value_parser = positive)]
     seconds: Option<Positive>,
+    #[command(flatten)]
+    limits: LimitPermission,
     /// Print a summary as JSON
     #[arg(long)]
     json: bool,
@@ -46,7 +49,6 @@ impl Focus {
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         let seconds = self.seconds.or(display.seconds.map(Positive::from)).map(Positive::get);
         runtime.block_on(async {
-            let stop = StopRequests::listen().into_diagnostic()?;
             let mut array = open_array(&rig_setup.rig, &ports).await?;
             let watchdog = guard_array(&*array, rig_setup)?;
             let identity = array.identity().clone();
@@ -61,6 +63,9 @@ impl Focus {
                 ));
             }
             let composed = compose(&display, &radiating(rig_setup, &display), &identity)?;
+            let foreseen = Foreseen::of_drives(rig_setup, &composed.drives(&identity), seconds)?;
+            self.limits.within_limits(foreseen.as_ref(), rig_setup)?;
+            let stop = StopRequests::listen().into_diagnostic()?;
             if !self.json {
                 let length = match seconds {
                     Some(seconds) => format!("for {seconds} s"),
@@ -73,10 +78,9 @@ impl Focus {
                 ))?;
             }
             let playing = play(array.as_mut(), &composed.program, seconds, stop.first());
-            let begun = Instant::now();
-            let ended = followed(watchdog.as_ref(), playing).await;
-            keep_time(rig_setup, "focus", begun.elapsed().as_secs_f64());
-            let ended = ended?;
+            let sounds = Sounds::begin(rig_setup, "focus");
+            let ended = followed(watchdog.as_ref(), playing).await?;
+            drop(sounds);
             let how = match ended {
                 PlaybackEnd::Played => "played",
                 PlaybackEnd::Stopped(who) => who,

@@ -15,6 +15,13 @@ pub(super) struct Permission {
     /// Do not ask before the robot moves or the array emits
     #[arg(long)]
     yes: bool,
+    #[command(flatten)]
+    limits: LimitPermission,
+}
+
+/// The argument that allows a level above the limits of exposure.
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct LimitPermission {
     /// Start although a limit of exposure in the rig file is exceeded, or not shown to be kept; --yes does not answer this
     #[arg(long)]
     above_limits: bool,
@@ -64,8 +71,9 @@ impl Act {
     }
 }
 
-impl Permission {
+impl LimitPermission {
     /// Says what speaks against the exposure of people, and asks whether the array may be driven all the same. A virtual array may always.
+    /// The result is the permission for what follows: whoever agreed is told of more, and not asked again.
     ///
     /// # Errors
     /// It was refused, or nobody can be asked.
@@ -73,25 +81,40 @@ impl Permission {
         self,
         foreseen: Option<&Foreseen>,
         rig_setup: &RigSetup,
-    ) -> miette::Result<()> {
+    ) -> miette::Result<Self> {
         let concerns = foreseen.map(Foreseen::concerns).unwrap_or_default();
         if concerns.is_empty() {
-            return Ok(());
+            return Ok(self);
         }
         let warning = format!("exposure: {}", concerns.join("\nexposure: "));
         if !is_heard(rig_setup) {
             say(format!("{warning}\nThe array is virtual: nobody hears it."));
-            return Ok(());
+            return Ok(self);
         }
         if self.above_limits {
             say(warning);
-            return Ok(());
+            return Ok(self);
         }
         agree(
             &warning,
             "Is everybody away from there or protected, and is the array to be driven all the same?",
             "lower the drive, move people, or give --above-limits where that was decided; `fieldgap exposure` shows the levels",
-        )
+        )?;
+        Ok(Self { above_limits: true })
+    }
+}
+
+impl Permission {
+    /// As [`LimitPermission::within_limits`].
+    ///
+    /// # Errors
+    /// It was refused, or nobody can be asked.
+    pub(super) fn within_limits(
+        self,
+        foreseen: Option<&Foreseen>,
+        rig_setup: &RigSetup,
+    ) -> miette::Result<LimitPermission> {
+        self.limits.within_limits(foreseen, rig_setup)
     }
 
     /// Announces what a real rig is about to do, and asks whether it may. Virtual devices may always.

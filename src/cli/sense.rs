@@ -6,11 +6,15 @@ use std::process::ExitCode;
 use clap::Args;
 use miette::{IntoDiagnostic, miette};
 
+use super::exposure::Foreseen;
 use super::output::{json_line, print};
+use super::permission::LimitPermission;
 use super::simulate::positive;
+use super::sounding::Sounds;
 use super::stop::StopRequests;
 use super::watchdog::{followed, guard_array};
 use crate::rig_file::RigFile;
+use fieldgap_acoustics::Excitation;
 use fieldgap_input::Positive;
 use fieldgap_rig::open_array;
 use fieldgap_sensing::{Swipe, SwipeListener};
@@ -24,6 +28,8 @@ pub(super) struct Sense {
     /// Duration on the controller's clock [default: until Ctrl-C]
     #[arg(long, value_name = "S", value_parser = positive)]
     seconds: Option<Positive>,
+    #[command(flatten)]
+    limits: LimitPermission,
     /// Print each swipe as a line of JSON
     #[arg(long)]
     json: bool,
@@ -41,6 +47,10 @@ impl Sense {
                 self.rig.display()
             )
         })?;
+        let seconds = self.seconds.map(Positive::get);
+        // A listener drives all elements in phase.
+        let foreseen = Foreseen::of_drives(rig_setup, &[Excitation::Uniform], seconds)?;
+        self.limits.within_limits(foreseen.as_ref(), rig_setup)?;
         let firmware = rig_file.open_virtual()?;
         let ports = firmware.as_ref().map(VirtualRig::ports).unwrap_or_default();
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
@@ -57,6 +67,7 @@ impl Sense {
                     section.rate_hz()
                 ))?;
             }
+            let sounds = Sounds::begin(rig_setup, "sense");
             let mut session = SwipeListener::begin(array.as_mut(), section).await?;
             let listening = async {
                 let mut begun_s = None;
@@ -77,6 +88,7 @@ impl Sense {
             followed(watchdog.as_ref(), listening).await?;
             let (samples, lost) = session.tally();
             session.end().await?;
+            drop(sounds);
             if !self.json {
                 let lost = if lost > 0 { format!(", {lost} lost") } else { String::new() };
                 print(&format!("{samples} samples received{lost}; the array is silent\n"))?;

@@ -1,6 +1,7 @@
 //! The times with a real array driven, in a log of the user, so that minutes add up over a day.
 
 use std::path::Path;
+use std::time::Instant;
 
 use jiff::{Timestamp, Zoned};
 
@@ -44,23 +45,44 @@ pub(super) fn keep_scan(rig_setup: &RigSetup, folder: &Path) {
         let Some(log) = log() else { return Ok(()) };
         // A resumed scan was counted in part.
         let before_s = log.seconds_of(&rig_setup.name, label(&what).as_str())?;
-        keep(rig_setup, &what, all_s - before_s)
+        keep(&rig_setup.name, &what, all_s - before_s)
     };
     if let Err(error) = kept() {
         say(format!("the time with the array driven is not kept: {error}"));
     }
 }
 
-/// Keeps a time by hand. A failure is said.
-pub(super) fn keep_time(rig_setup: &RigSetup, what: &str, seconds: f64) {
-    if is_heard(rig_setup)
-        && let Err(error) = keep(rig_setup, what, seconds)
-    {
-        say(format!("the time with the array driven is not kept: {error}"));
+/// An array that sounds without a plan: the time until this is dropped is kept.
+#[derive(Debug)]
+pub(super) struct Sounds(Option<Begun>);
+
+#[derive(Debug)]
+struct Begun {
+    at: Instant,
+    rig: String,
+    what: &'static str,
+}
+
+impl Sounds {
+    /// Begins to sound. The time of a virtual array is not kept.
+    pub(super) fn begin(rig_setup: &RigSetup, what: &'static str) -> Self {
+        let begun = || Begun { at: Instant::now(), rig: rig_setup.name.clone(), what };
+        Self(is_heard(rig_setup).then(begun))
     }
 }
 
-fn keep(rig_setup: &RigSetup, what: &str, seconds: f64) -> miette::Result<()> {
+impl Drop for Sounds {
+    /// A failure is said.
+    fn drop(&mut self) {
+        if let Some(Begun { at, rig, what }) = &self.0
+            && let Err(error) = keep(rig, what, at.elapsed().as_secs_f64())
+        {
+            say(format!("the time with the array driven is not kept: {error}"));
+        }
+    }
+}
+
+fn keep(rig: &str, what: &str, seconds: f64) -> miette::Result<()> {
     let Some(log) = log() else { return Ok(()) };
     let Ok(seconds) = NonNegative::new(seconds) else { return Ok(()) };
     if seconds.get() == 0.0 {
@@ -69,7 +91,7 @@ fn keep(rig_setup: &RigSetup, what: &str, seconds: f64) -> miette::Result<()> {
     let sounding = Sounding {
         ended: Timestamp::now(),
         seconds,
-        rig: label(&rig_setup.name),
+        rig: label(rig),
         what: label(what),
     };
     log.add(&sounding).map_err(|error| miette::miette!("{error}"))

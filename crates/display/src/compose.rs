@@ -1,5 +1,7 @@
 //! From a display file to the drive program of the controller.
 
+use std::collections::HashSet;
+
 use num_complex::Complex64;
 
 use super::error::DisplayError;
@@ -8,7 +10,7 @@ use super::modulation::Sweep;
 use super::timeline::{Slot, join};
 use fieldgap_acoustics::foci::{Quality, Transfer};
 use fieldgap_acoustics::transducer::Transducer;
-use fieldgap_acoustics::{Array, Medium, Vec3};
+use fieldgap_acoustics::{Array, Excitation, Medium, Vec3};
 use fieldgap_rig::focus_array::{ArrayIdentity, DriveFrame, DriveProgram, Envelope};
 
 /// The array that a display is composed for.
@@ -37,6 +39,24 @@ pub struct ComposedDisplay {
     pub modulation_hz: Option<f64>,
     /// The frequency sweep of the modulation, if any.
     pub sweep: Option<Sweep>,
+}
+
+impl ComposedDisplay {
+    /// The drives of the array, each once: the phases of each frame as the controller rounds them, at full envelope. Every element of a
+    /// composed frame is driven fully.
+    pub fn drives(&self, controller: &ArrayIdentity) -> Vec<Excitation> {
+        let mut seen = HashSet::new();
+        let frames = self.program.frames().iter();
+        let phases_rad =
+            |frame| phasors(frame, controller).iter().map(|drive| drive.arg()).collect();
+        frames
+            .map(phases_rad)
+            .filter(|phases_rad: &Vec<f64>| {
+                seen.insert(phases_rad.iter().map(|rad| rad.to_bits()).collect::<Vec<_>>())
+            })
+            .map(Excitation::Phases)
+            .collect()
+    }
 }
 
 /// Composes a display for an array behind a controller.

@@ -72,7 +72,7 @@ impl Calibrate {
         })?;
         say(super::text::of_design(&design, scan.dry_run()?.about_s));
         let foreseen = Foreseen::of_scan(&scan)?;
-        self.permission.within_limits(foreseen.as_ref(), setup)?;
+        let limits = self.permission.within_limits(foreseen.as_ref(), setup)?;
         self.permission.to(Act::Scan, setup)?;
         let coded = folder.join("coded");
         if let Some(code) = self.scan(scan, &coded)? {
@@ -95,7 +95,11 @@ impl Calibrate {
         let focus_m = focus_of(&simulation, setup);
         let check = self.check(&simulation, &found, &design, &reachable, focus_m)?;
         let checked = folder.join("check");
-        if let Some(code) = self.scan(planned(check.plan)?, &checked)? {
+        let scan = planned(check.plan)?;
+        // Its foci may be louder for people than the codes.
+        let foreseen = Foreseen::of_scan(&scan)?;
+        limits.within_limits(foreseen.as_ref(), setup)?;
+        if let Some(code) = self.scan(scan, &checked)? {
             return Ok(code);
         }
         let recorded = RecordedScan::open(&checked)?;

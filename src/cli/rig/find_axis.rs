@@ -6,9 +6,11 @@ use clap::Args;
 
 use super::RigArg;
 use super::hands_on::{A_TASK, Ended, hands_on};
+use crate::cli::exposure::Foreseen;
 use crate::cli::output::{print, print_json, say};
 use crate::cli::permission::{Act, Permission};
 use crate::cli::simulate::positive;
+use crate::cli::sounding::Sounds;
 use crate::rig_file::RigFile;
 use fieldgap_acquisition::beam_axis::{AxisReport, AxisSearch, find_axis, in_words};
 use fieldgap_input::Positive;
@@ -40,11 +42,14 @@ impl FindAxis {
         heights_m.sort_by(f64::total_cmp);
         heights_m.dedup();
         let search = AxisSearch { heights_m, reach_m: self.reach_mm.get() * 1e-3 };
+        let foreseen = Foreseen::of_drives(rig_setup, &search.drives(), None)?;
+        self.permission.within_limits(foreseen.as_ref(), rig_setup)?;
         self.permission.to(Act::Scan, rig_setup)?;
         let all = DeviceSelection { array: true, robot: true, receiver: true };
         hands_on(&rig_file, all, A_TASK, async |rig| {
             rig.robot().home().await?;
             say("homed; searching for the beam");
+            let _sounds = Sounds::begin(rig_setup, "rig find-axis");
             let axis = find_axis(rig, rig_setup, &search, |cross| {
                 say(format!(
                     "z = {:.1} mm: x {:+.3} mm, y {:+.3} mm",

@@ -1,7 +1,8 @@
 //! `fieldgap rig focus`, `silence`: drive the array by hand.
 
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::slice;
+use std::time::Duration;
 
 use clap::Args;
 use miette::miette;
@@ -12,7 +13,7 @@ use crate::cli::exposure::Foreseen;
 use crate::cli::output::print;
 use crate::cli::permission::{Act, Permission};
 use crate::cli::simulate::{millimetres, positive};
-use crate::cli::sounding::keep_time;
+use crate::cli::sounding::Sounds;
 use crate::rig_file::RigFile;
 use fieldgap_acoustics::{Excitation, Vec3};
 use fieldgap_acquisition::element_delays;
@@ -51,15 +52,16 @@ impl Focus {
         let rig_file = RigFile::read(&self.file.rig)?.on_wall_clock();
         let rig_setup = &rig_file.setup;
         let focus = above_the_array(self.at_mm)?;
-        let foreseen = Foreseen::of_drive(rig_setup, &focus)?;
+        let seconds = self.seconds.map(Positive::get);
+        let foreseen = Foreseen::of_drives(rig_setup, slice::from_ref(&focus), seconds)?;
         self.permission.within_limits(foreseen.as_ref(), rig_setup)?;
         self.permission.to(Act::Emit, rig_setup)?;
-        let begun = Instant::now();
-        let ended = hands_on(&rig_file, ARRAY, UNTIL_STOPPED, async |rig| {
+        hands_on(&rig_file, ARRAY, UNTIL_STOPPED, async |rig| {
             if self.continuous {
                 rig.array().continuous_wave().await?;
             }
             rig.array().set_delays(&element_delays(rig_setup, &focus)).await?;
+            let _sounds = Sounds::begin(rig_setup, "rig focus");
             rig.array().emit().await?;
             let [x, y, z]: [f64; 3] = self.at_mm.into();
             let how = if self.continuous { "continuous wave" } else { "modulated" };
@@ -76,9 +78,7 @@ impl Focus {
                 None => std::future::pending().await,
             }
             Ok(Ended::Enough)
-        });
-        keep_time(rig_setup, "rig focus", begun.elapsed().as_secs_f64());
-        ended
+        })
     }
 }
 

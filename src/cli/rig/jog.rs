@@ -1,6 +1,7 @@
 //! `fieldgap rig jog`: move the robot with the keyboard.
 
 use std::process::ExitCode;
+use std::slice;
 use std::time::Duration;
 
 use clap::Args;
@@ -10,8 +11,11 @@ use super::RigArg;
 use super::focus::above_the_array;
 use super::hands_on::{Ended, UNTIL_STOPPED, hands_on};
 use super::motion::in_both_frames;
+use crate::cli::exposure::Foreseen;
 use crate::cli::output::say;
+use crate::cli::permission::LimitPermission;
 use crate::cli::simulate::millimetres;
+use crate::cli::sounding::Sounds;
 use crate::rig_file::RigFile;
 use crate::terminal::jog::{Act, Doing, Jog as View, draw};
 use crate::terminal::{KeyPresses, Press, Screen};
@@ -36,6 +40,8 @@ pub(super) struct Jog {
     /// Do not use the receiver
     #[arg(long)]
     no_receiver: bool,
+    #[command(flatten)]
+    limits: LimitPermission,
 }
 
 /// What interrupted a wait.
@@ -55,6 +61,10 @@ impl Jog {
         let rig_file = RigFile::read(&self.file.rig)?.on_wall_clock();
         let rig_setup = &rig_file.setup;
         let focus = self.focus_mm.map(above_the_array).transpose()?;
+        if let Some(focus) = &focus {
+            let foreseen = Foreseen::of_drives(rig_setup, slice::from_ref(focus), None)?;
+            self.limits.within_limits(foreseen.as_ref(), rig_setup)?;
+        }
         let wanted =
             DeviceSelection { robot: true, array: focus.is_some(), receiver: !self.no_receiver };
         let mut left_at = None;
@@ -72,6 +82,7 @@ impl Jog {
                 view,
                 screen: Screen::open().into_diagnostic()?,
                 keys: KeyPresses::listen(),
+                sounds: None,
             };
             let ended = jogging.until_quit(rig).await;
             if let Doing::Standing(at) = jogging.view.doing() {
@@ -91,6 +102,7 @@ struct Jogging<'l> {
     view: View,
     screen: Screen,
     keys: KeyPresses,
+    sounds: Option<Sounds>,
 }
 
 impl Jogging<'_> {
@@ -105,11 +117,13 @@ impl Jogging<'_> {
                 Act::Quit => return Ok(()),
                 Act::Stop => self.stop(rig).await?,
                 Act::Emit(true) => {
+                    self.sounds = Some(Sounds::begin(self.rig_setup, "rig jog"));
                     rig.array().emit().await?;
                     self.view.emits(true);
                 }
                 Act::Emit(false) => {
                     rig.array().silence().await?;
+                    self.sounds = None;
                     self.view.emits(false);
                 }
                 Act::Home | Act::Move(_) => {
@@ -191,6 +205,7 @@ impl Jogging<'_> {
     async fn stop(&mut self, rig: &mut ManualRig) -> miette::Result<()> {
         let made = rig.make_safe("stopped").await;
         if made.array.is_some() {
+            self.sounds = None;
             self.view.emits(false);
         }
         self.view.lost(made.to_string());

@@ -3,6 +3,7 @@
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::num::NonZeroU32;
 use std::process::ExitCode;
+use std::slice;
 use std::time::Duration;
 
 use clap::Args;
@@ -14,8 +15,10 @@ use tokio::time::Instant;
 use super::RigArg;
 use super::focus::above_the_array;
 use super::hands_on::{Ended, UNTIL_STOPPED, hands_on};
+use crate::cli::exposure::Foreseen;
 use crate::cli::permission::{Act, Permission};
 use crate::cli::simulate::{millimetres, positive};
+use crate::cli::sounding::Sounds;
 use crate::rig_file::RigFile;
 use crate::terminal::level::level_line;
 use fieldgap_acoustics::Vec3;
@@ -59,12 +62,16 @@ impl SampleLevel {
         let rig_file = RigFile::read(&self.file.rig)?.on_wall_clock();
         let rig_setup = &rig_file.setup;
         let focus = self.focus_mm.map(above_the_array).transpose()?;
-        if focus.is_some() {
+        if let Some(focus) = &focus {
+            let seconds = self.seconds.map(Positive::get);
+            let foreseen = Foreseen::of_drives(rig_setup, slice::from_ref(focus), seconds)?;
+            self.permission.within_limits(foreseen.as_ref(), rig_setup)?;
             self.permission.to(Act::Emit, rig_setup)?;
         }
         let wanted = DeviceSelection { receiver: true, array: focus.is_some(), robot: false };
         let readings = self.samples.map_or(rig_setup.rig.receiver.count(), |n| n.get() as usize);
         hands_on(&rig_file, wanted, UNTIL_STOPPED, async |rig| {
+            let _sounds = focus.as_ref().map(|_| Sounds::begin(rig_setup, "rig sample"));
             if let Some(focus) = &focus {
                 rig.array().continuous_wave().await?;
                 rig.array().set_delays(&element_delays(rig_setup, focus)).await?;

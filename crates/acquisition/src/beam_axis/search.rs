@@ -27,6 +27,13 @@ pub struct AxisSearch {
     pub reach_m: f64,
 }
 
+impl AxisSearch {
+    /// The drives of the array, in the order of the heights: a focus on its own axis at each.
+    pub fn drives(&self) -> Vec<Excitation> {
+        self.heights_m.iter().map(|&z_m| Excitation::Focus(Vec3::new(0.0, 0.0, z_m))).collect()
+    }
+}
+
 /// Finds the beam axis: at each height the array focuses on its own axis, and crosses are scanned until one is centred on
 /// the beam.
 ///
@@ -50,9 +57,8 @@ pub async fn find_axis(
     };
     rig.array().continuous_wave().await?;
     let mut crosses: Vec<Cross> = Vec::with_capacity(search.heights_m.len());
-    for &z_m in &search.heights_m {
+    for (&z_m, focus) in search.heights_m.iter().zip(search.drives()) {
         let half_m = half_arm_m(rig_setup, z_m);
-        let focus = Excitation::Focus(Vec3::new(0.0, 0.0, z_m));
         rig.array().set_delays(&element_delays(rig_setup, &focus)).await?;
         rig.array().emit().await?;
         let middle_m = match crosses.last() {

@@ -1,20 +1,28 @@
 //! `fieldgap serve`: the rig in a browser.
 
+use std::any::Any;
 use std::net::{AddrParseError, SocketAddr};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{Args, Subcommand};
 use miette::{IntoDiagnostic, miette};
 
+use super::exposure::Foreseen;
 use super::output::{print, say};
 use super::serve_user::{ServeUser, UserFileArg};
 use super::settings::settings_folder;
+use super::sounding::{Sounds, is_heard};
 use super::stop::StopRequests;
 use super::watchdog::guard_devices;
 use crate::rig_file::RigFile;
+use fieldgap_acoustics::Excitation;
+use fieldgap_acquisition::{PlannedScan, RigSetup};
 use fieldgap_rig::{DeviceSelection, ManualRig};
-use fieldgap_serve::{Bench, CameraAddress, HandRig, Identity, Opening, Reach, Role, Server};
+use fieldgap_serve::{
+    Bench, CameraAddress, Exposing, Foresight, HandRig, Identity, Opening, Reach, Role, Server,
+};
 use fieldgap_virtual_rig::VirtualRig;
 
 /// The `serve` command.
@@ -130,6 +138,7 @@ impl Serve {
             camera: self.camera,
             program: std::env::current_exe().into_diagnostic()?,
             open: Box::new(move || opening(path.clone())),
+            exposing: Arc::new(ToPeople),
         };
         let runtime = tokio::runtime::Runtime::new().into_diagnostic()?;
         let scan_goes_on = runtime.block_on(async {
@@ -149,6 +158,40 @@ impl Serve {
         }
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// The exposure of people, as on the command line.
+struct ToPeople;
+
+impl Exposing for ToPeople {
+    fn by_scan(&self, scan: &PlannedScan) -> Result<Option<Foresight>, String> {
+        foresight(Foreseen::of_scan(scan), scan.rig_setup())
+    }
+
+    fn by_drives(
+        &self,
+        setup: &RigSetup,
+        drives: &[Excitation],
+        seconds: Option<f64>,
+    ) -> Result<Option<Foresight>, String> {
+        foresight(Foreseen::of_drives(setup, drives, seconds), setup)
+    }
+
+    fn sounds(&self, setup: &RigSetup) -> Box<dyn Any + Send> {
+        Box::new(Sounds::begin(setup, "serve"))
+    }
+}
+
+fn foresight(
+    foreseen: miette::Result<Option<Foreseen>>,
+    setup: &RigSetup,
+) -> Result<Option<Foresight>, String> {
+    let foreseen = foreseen.map_err(|error| error.to_string())?;
+    Ok(foreseen.map(|foreseen| Foresight {
+        text: foreseen.to_text(),
+        concerns: foreseen.concerns(),
+        heard: is_heard(setup),
+    }))
 }
 
 /// Opening a device borrows across waits in a way that a task cannot be moved with; a thread that waits for it can.

@@ -88,12 +88,8 @@ fn keep(rig: &str, what: &str, seconds: f64) -> miette::Result<()> {
     if seconds.get() == 0.0 {
         return Ok(());
     }
-    let sounding = Sounding {
-        ended: Timestamp::now(),
-        seconds,
-        rig: label(rig),
-        what: label(what),
-    };
+    let sounding =
+        Sounding { ended: Timestamp::now(), seconds, rig: label(rig), what: label(what) };
     log.add(&sounding).map_err(|error| miette::miette!("{error}"))
 }
 

@@ -12,6 +12,7 @@ use crate::access::rates::Rates;
 use crate::access::sessions::{Sessions, Who};
 use crate::access::users::{User, UserFile};
 use crate::camera::CameraAddress;
+use crate::exposure::Exposing;
 use crate::hand::{Hand, Opening};
 use crate::live::Live;
 use crate::queue::Queue;
@@ -33,6 +34,8 @@ pub struct Bench {
     pub camera: Option<CameraAddress>,
     /// Opens the rig for operation by hand.
     pub open: Box<dyn Fn() -> Opening + Send + Sync>,
+    /// Foresees the exposure of people, and keeps the time with the array driven.
+    pub exposing: Arc<dyn Exposing>,
 }
 
 struct Shared {
@@ -124,6 +127,11 @@ impl App {
     /// An opening of the rig for operation by hand.
     pub fn opening(&self) -> Opening {
         (self.0.bench.open)()
+    }
+
+    /// Foresees the exposure of people.
+    pub fn exposing(&self) -> &Arc<dyn Exposing> {
+        &self.0.bench.exposing
     }
 
     /// Waits for its turn to correct the rig file.

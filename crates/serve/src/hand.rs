@@ -11,11 +11,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use serde::Deserialize;
 use tokio::sync::{mpsc, oneshot, watch};
 
+use fieldgap_acoustics::{Excitation, Vec3};
 use fieldgap_acquisition::RigSetup;
+use fieldgap_acquisition::beam_axis::AxisSearch;
 use fieldgap_rig::ManualRig;
 use fieldgap_rig::watchdog::Watchdog;
 
 pub use self::jog::HEARTBEAT_WITHIN;
+use crate::exposure::{Accepted, Exposing};
 use crate::hand_state::HandState;
 use crate::live::Live;
 use crate::refusal::Refusal;
@@ -60,13 +63,42 @@ pub(crate) enum Order {
     /// Ends a jog.
     Release { hold: u64 },
     /// Emits a focus at a place in the array frame, mm, for so many seconds; a continuous wave or as the rig file modulates.
-    Focus { at_mm: [f64; 3], seconds: u64, continuous: bool },
+    Focus {
+        at_mm: [f64; 3],
+        seconds: u64,
+        continuous: bool,
+        #[serde(default)]
+        accepts: Accepted,
+    },
     /// Ends all emission.
     Silence,
     /// Averages so many samples.
     Sample { samples: u32 },
     /// Scans crosses through the beam at heights above the array, mm, and fits its axis; searches within this distance at the first, mm.
-    FindAxis { heights_mm: Vec<f64>, reach_mm: f64 },
+    FindAxis {
+        heights_mm: Vec<f64>,
+        reach_mm: f64,
+        #[serde(default)]
+        accepts: Accepted,
+    },
+}
+
+impl Order {
+    /// The drives of the array that it asks for, the time of it where it is known, s, and what was accepted of the exposure of people.
+    pub fn drives(&self) -> Option<(Vec<Excitation>, Option<f64>, &Accepted)> {
+        match self {
+            Self::Focus { at_mm, seconds, accepts, .. } => {
+                let focus = Excitation::Focus(Vec3::from(*at_mm) * 1e-3);
+                Some((vec![focus], Some(*seconds as f64), accepts))
+            }
+            Self::FindAxis { heights_mm, reach_mm, accepts } => {
+                let heights_m = heights_mm.iter().map(|mm| mm * 1e-3).collect();
+                let search = AxisSearch { heights_m, reach_m: reach_mm * 1e-3 };
+                Some((search.drives(), None, accepts))
+            }
+            _ => None,
+        }
+    }
 }
 
 type Answered = oneshot::Sender<Result<(), String>>;
@@ -96,7 +128,7 @@ impl Hand {
         self.active().is_some()
     }
 
-    /// Opens the rig that `setup` describes by `opening`, and shows it in `live`.
+    /// Opens the rig that `setup` describes by `opening`, and shows it in `live`. `exposing` keeps the time with the array driven.
     ///
     /// # Errors
     /// It is open, or cannot be opened.
@@ -105,6 +137,7 @@ impl Hand {
         live: &Arc<Live>,
         setup: RigSetup,
         opening: Opening,
+        exposing: Arc<dyn Exposing>,
     ) -> Result<(), Refusal> {
         let (opened, told) = oneshot::channel();
         {
@@ -120,7 +153,8 @@ impl Hand {
             let (end, ended) = watch::channel(false);
             let live = Arc::clone(live);
             tokio::spawn(async move {
-                operation::operate(&live, &setup, opening, opened, ordered, stopped).await;
+                operation::operate(&live, &setup, opening, &*exposing, opened, ordered, stopped)
+                    .await;
                 live.show_hand(HandState::default());
                 end.send_replace(true);
             });

@@ -9,6 +9,7 @@
 //! | what a page is told | `live`, `scan_view` |
 //! | how a scan is started, followed, paused and stopped | `background`, `scan_process`, `queue` |
 //! | operation by hand | `hand` |
+//! | what is asked before a real array sounds | `exposure` |
 //! | plans and records | `plans`, `records` |
 //! | the page | `page/`: HTML, one style sheet and plain JavaScript modules, without other libraries |
 
@@ -19,6 +20,7 @@ mod background;
 mod camera;
 mod check;
 mod correction;
+mod exposure;
 mod hand;
 mod hand_state;
 mod handlers;
@@ -41,6 +43,7 @@ pub use access::role::Role;
 pub use access::users::{SHORTEST_PASSWORD, User, UserError, UserName, Users};
 pub use app::Bench;
 pub use camera::{CameraAddress, NoCameraAddress};
+pub use exposure::{Exposing, Foresight};
 pub use hand::{HEARTBEAT_WITHIN, HandRig, Opening};
 pub use server::{Reach, ServeError, Server};
 pub use tls::{Identity, NoIdentity};

@@ -11,6 +11,7 @@ use fieldgap_input::{read_text, visible_line};
 use fieldgap_records::HookKind;
 
 use crate::access::secret::fingerprint;
+use crate::exposure::{Exposing, Foresight};
 use crate::refusal::Refusal;
 
 /// Longest name of a plan.
@@ -38,6 +39,8 @@ pub(crate) struct Checked {
     digest: String,
     /// Programs that the plan or the rig file would run; a scan started here runs none of them.
     programs: Vec<String>,
+    /// The exposure of people; `None` if neither plan nor rig file states where they are.
+    exposure: Option<Foresight>,
 }
 
 /// The file of a plan, from its name.
@@ -87,15 +90,25 @@ fn is_scan(path: &Path) -> bool {
 ///
 /// # Errors
 /// There is none of this name, or the rig cannot carry it out.
-pub(crate) fn check(folder: &Path, name: &str, rig: &Path) -> Result<Checked, Refusal> {
+pub(crate) fn check(
+    folder: &Path,
+    name: &str,
+    rig: &Path,
+    exposing: &dyn Exposing,
+) -> Result<Checked, Refusal> {
     let path = file_of(folder, name)?;
     if !path.is_file() {
         return Err(Refusal::missing(format!("there is no plan `{name}`")));
     }
-    check_file(&path, name, rig)
+    check_file(&path, name, rig, exposing)
 }
 
-fn check_file(path: &Path, name: &str, rig: &Path) -> Result<Checked, Refusal> {
+fn check_file(
+    path: &Path,
+    name: &str,
+    rig: &Path,
+    exposing: &dyn Exposing,
+) -> Result<Checked, Refusal> {
     let refused = |error: String| Refusal::bad(error, "change the plan, or the rig file");
     let scan = PlannedScan::read(path, Some(rig)).map_err(|error| refused(error.to_string()))?;
     let check = scan.dry_run().map_err(|error| refused(error.to_string()))?;
@@ -105,7 +118,8 @@ fn check_file(path: &Path, name: &str, rig: &Path) -> Result<Checked, Refusal> {
     let kinds = [HookKind::Failure, HookKind::Finish, HookKind::Question];
     let commands = kinds.into_iter().filter_map(|kind| hooks.command(kind));
     let programs = commands.map(|command| visible_line(command.program()).into_owned()).collect();
-    Ok(Checked { name: name.to_owned(), text, check, digest, programs })
+    let exposure = exposing.by_scan(&scan).map_err(refused)?;
+    Ok(Checked { name: name.to_owned(), text, check, digest, programs, exposure })
 }
 
 impl Checked {
@@ -113,15 +127,26 @@ impl Checked {
     pub fn digest(&self) -> &str {
         &self.digest
     }
+
+    /// The exposure of people.
+    pub fn exposure(&self) -> Option<&Foresight> {
+        self.exposure.as_ref()
+    }
 }
 
 /// Checks the text of a plan without keeping it.
 ///
 /// # Errors
 /// The text is no plan, or the rig cannot carry it out.
-pub(crate) fn check_text(name: &str, text: &str, rig: &Path) -> Result<Checked, Refusal> {
+pub(crate) fn check_text(
+    name: &str,
+    text: &str,
+    rig: &Path,
+    exposing: &dyn Exposing,
+) -> Result<Checked, Refusal> {
     let written = written(&std::env::temp_dir(), text)?;
-    check_file(written.path(), name, rig).map_err(|refusal| named(refusal, written.path(), name))
+    check_file(written.path(), name, rig, exposing)
+        .map_err(|refusal| named(refusal, written.path(), name))
 }
 
 /// Writes a new plan, or replaces one whose text is still `replaces`.
@@ -134,10 +159,11 @@ pub(crate) fn write(
     text: &str,
     replaces: Option<&str>,
     rig: &Path,
+    exposing: &dyn Exposing,
 ) -> Result<Checked, Refusal> {
     let path = file_of(folder, name)?;
     let written = written(folder, text)?;
-    check_file(written.path(), name, rig)
+    check_file(written.path(), name, rig, exposing)
         .map_err(|refusal| named(refusal, written.path(), name))?;
     let failed = |error: std::io::Error| {
         Refusal::failed(
@@ -167,7 +193,7 @@ pub(crate) fn write(
             written.persist(&path).map(drop).map_err(|error| failed(error.error))?;
         }
     }
-    check(folder, name, rig)
+    check(folder, name, rig, exposing)
 }
 
 fn written(folder: &Path, text: &str) -> Result<tempfile::NamedTempFile, Refusal> {

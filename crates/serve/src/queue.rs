@@ -7,6 +7,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use crate::exposure::Accepted;
+
 /// Most scans that wait.
 pub(crate) const MOST_WAITING: usize = 100;
 
@@ -17,6 +19,9 @@ pub(crate) struct Waiting {
     pub plan: String,
     /// Of the plan as it was confirmed.
     pub digest: String,
+    /// What was accepted of the exposure of people.
+    #[serde(skip)]
+    pub accepts: Accepted,
     by: String,
 }
 
@@ -41,7 +46,7 @@ impl Queue {
     }
 
     /// Adds a scan; `None` if too many wait.
-    pub fn add(&self, plan: &str, digest: &str, by: &str) -> Option<u64> {
+    pub fn add(&self, plan: &str, digest: &str, accepts: Accepted, by: &str) -> Option<u64> {
         let mut line = self.line();
         if line.waiting.len() >= MOST_WAITING {
             return None;
@@ -49,7 +54,7 @@ impl Queue {
         line.next_id += 1;
         let id = line.next_id;
         let (plan, digest, by) = (plan.to_owned(), digest.to_owned(), by.to_owned());
-        line.waiting.push_back(Waiting { id, plan, digest, by });
+        line.waiting.push_back(Waiting { id, plan, digest, accepts, by });
         Some(id)
     }
 

@@ -1,4 +1,4 @@
-//! A request that was refused, as JSON: `{"error": …, "remedy": …}`.
+//! A request that was refused, as JSON: `{"error": …, "remedy": …}`, and `concerns` where it exposes people.
 
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
@@ -13,11 +13,13 @@ pub struct Refusal {
     pub(crate) status: StatusCode,
     pub(crate) problem: String,
     pub(crate) remedy: String,
+    /// What speaks against the exposure of people: a request that accepts all of this is not refused for it.
+    pub(crate) concerns: Vec<String>,
 }
 
 impl Refusal {
     fn new(status: StatusCode, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { status, problem: problem.into(), remedy: remedy.into() }
+        Self { status, problem: problem.into(), remedy: remedy.into(), concerns: Vec::new() }
     }
 
     /// The request itself is wrong.
@@ -53,6 +55,15 @@ impl Refusal {
         Self::new(StatusCode::CONFLICT, problem, remedy)
     }
 
+    /// A limit of exposure is not shown to be kept, and nobody accepted it.
+    pub(crate) fn exposes(concerns: &[String]) -> Self {
+        let refusal = Self::conflict(
+            format!("exposure: {}", concerns.join("; ")),
+            "lower the drive or move people; or repeat the request with all `concerns` of this answer in `accepts`, where everybody is away or protected",
+        );
+        Self { concerns: concerns.to_vec(), ..refusal }
+    }
+
     /// The address asks too often.
     pub(crate) fn too_many() -> Self {
         Self::new(
@@ -70,7 +81,10 @@ impl Refusal {
 
 impl IntoResponse for Refusal {
     fn into_response(self) -> Response {
-        let body = json!({"error": self.problem, "remedy": self.remedy});
+        let mut body = json!({"error": self.problem, "remedy": self.remedy});
+        if !self.concerns.is_empty() {
+            body["concerns"] = json!(self.concerns);
+        }
         (self.status, Answer(body)).into_response()
     }
 }
@@ -83,4 +97,12 @@ pub(crate) fn parsed<T: DeserializeOwned>(body: &[u8]) -> Result<T, Refusal> {
             "see /api/openapi.json",
         )
     })
+}
+
+/// Does something on a thread that may wait for the disk.
+pub(crate) async fn blocking<T: Send + 'static>(
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, Refusal> {
+    let done = tokio::task::spawn_blocking(work).await;
+    done.map_err(|error| Refusal::failed(error.to_string(), "report this error"))
 }

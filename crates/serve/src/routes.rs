@@ -86,7 +86,7 @@ pub(crate) fn all() -> Vec<Route> {
         act(
             "/api/scans",
             Control,
-            "Run a plan as it was shown: {plan, digest}",
+            "Run a plan as it was shown: {plan, digest, accepts?}; accepts is a list of the plan's exposure.concerns",
             post!(scans::start),
         ),
         act("/api/scans/pause", Control, "Pause the scan, the array silent", post!(scans::pause)),
@@ -120,7 +120,12 @@ pub(crate) fn all() -> Vec<Route> {
         ),
         act("/api/hand/open", Control, "Open the rig for operation by hand", post!(by_hand::open)),
         act("/api/hand/close", Control, "Leave the rig safe and close it", post!(by_hand::close)),
-        act("/api/hand/order", Control, "Operate the rig: {order, ...}", post!(by_hand::order)),
+        act(
+            "/api/hand/order",
+            Control,
+            "Operate the rig: {order, ...}; a focus or find-axis may need accepts, a list of the concerns of its refusal",
+            post!(by_hand::order),
+        ),
         act(
             "/api/hand/jog",
             Control,

@@ -1,7 +1,9 @@
 //! Every route with every kind of caller, without a network.
 
+use std::any::Any;
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 use axum::body::{Body, to_bytes};
@@ -18,11 +20,35 @@ use super::access::role::{Authority, Role};
 use super::access::sessions::Opened;
 use super::app::{App, Bench};
 use super::check::Peer;
+use super::exposure::{Exposing, Foresight};
 use super::openapi::Operation;
 use super::routes;
-use fieldgap_acquisition::RigSetup;
+use fieldgap_acoustics::Excitation;
+use fieldgap_acquisition::{PlannedScan, RigSetup};
 
 const HOST: &str = "127.0.0.1:8321";
+
+/// No rig file states where people are.
+struct Nobody;
+
+impl Exposing for Nobody {
+    fn by_scan(&self, _: &PlannedScan) -> Result<Option<Foresight>, String> {
+        Ok(None)
+    }
+
+    fn by_drives(
+        &self,
+        _: &RigSetup,
+        _: &[Excitation],
+        _: Option<f64>,
+    ) -> Result<Option<Foresight>, String> {
+        Ok(None)
+    }
+
+    fn sounds(&self, _: &RigSetup) -> Box<dyn Any + Send> {
+        Box::new(())
+    }
+}
 
 /// A server whose rig cannot be opened, and whose program does nothing.
 struct Bare {
@@ -43,6 +69,7 @@ impl Bare {
             program: "/bin/true".into(),
             camera: None,
             open: Box::new(|| Box::pin(async { Err("this rig cannot be opened".to_owned()) })),
+            exposing: Arc::new(Nobody),
         };
         std::fs::create_dir(&bench.plans).expect("made");
         let audit = Audit::open(&bench.records.join("audit.jsonl")).expect("a log");

@@ -9,6 +9,8 @@ use tokio::process::Command;
 
 use crate::app::App;
 use crate::plans;
+use crate::queue::Waiting;
+use crate::refusal::{Refusal, blocking};
 
 /// Lines of a process's messages that are kept, for the case that it fails.
 const KEPT_WORDS: usize = 30;
@@ -22,18 +24,15 @@ pub(crate) async fn run_queue(app: App) {
             continue;
         };
         app.live().show_queue(app.queue().shown());
-        match plans::check(app.plans(), &next.plan, app.rig()) {
-            Ok(checked) if checked.digest() == next.digest => {
+        match permitted(&app, &next).await {
+            Ok(above_limits) => {
                 let folder = fresh_folder(&app, &next.plan);
                 app.queue().records_in(&folder);
                 app.live().note(format!("{}: begins, into {}", next.plan, app.name_of(&folder)));
                 if let Ok(plan) = plans::file_of(app.plans(), &next.plan) {
-                    run(&app, &plan, &folder).await;
+                    run(&app, &plan, &folder, above_limits).await;
                 }
             }
-            Ok(_) => app
-                .live()
-                .note(format!("{}: not started, because plan or rig file were changed", next.plan)),
             Err(refusal) => {
                 app.live().note(format!("{}: not started: {}", next.plan, refusal.problem))
             }
@@ -41,6 +40,23 @@ pub(crate) async fn run_queue(app: App) {
         app.queue().ended();
         app.live().show_queue(app.queue().shown());
     }
+}
+
+/// Whether a scan may start above the limits of exposure.
+///
+/// # Errors
+/// It may not start: the plan or the rig file was changed, or something speaks against it that was not accepted.
+async fn permitted(app: &App, next: &Waiting) -> Result<bool, Refusal> {
+    let (bench, plan) = (app.clone(), next.plan.clone());
+    let check = move || plans::check(bench.plans(), &plan, bench.rig(), &**bench.exposing());
+    let checked = blocking(check).await??;
+    if checked.digest() != next.digest {
+        return Err(Refusal::conflict(
+            "plan or rig file were changed",
+            "look at the dry run again",
+        ));
+    }
+    next.accepts.covers(checked.exposure())
 }
 
 /// A folder for a record that does not exist yet.
@@ -51,7 +67,7 @@ fn fresh_folder(app: &App, plan: &str) -> PathBuf {
 }
 
 /// Starts a scan with its report, as a process of its own, which outlives this server; returns once it has ended.
-async fn run(app: &App, plan: &Path, folder: &Path) {
+async fn run(app: &App, plan: &Path, folder: &Path, above_limits: bool) {
     let mut command = Command::new(app.program());
     // Its own group: an interrupt at the server's terminal does not end the scan. Programs that a plan names are not run unasked:
     // without a terminal to ask at, the scan refuses.
@@ -63,6 +79,7 @@ async fn run(app: &App, plan: &Path, folder: &Path) {
         .arg("--out")
         .arg(folder)
         .arg("--yes")
+        .args(above_limits.then_some("--above-limits"))
         .process_group(0);
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).kill_on_drop(false);
     let live = app.live();

@@ -1,5 +1,6 @@
 //! The task that has the rig open.
 
+use std::any::Any;
 use std::time::{Duration, Instant};
 
 use tokio::sync::{mpsc, oneshot};
@@ -15,6 +16,7 @@ use fieldgap_rig::{Feed, Frame, ManualRig, RigError, RobotPosition};
 
 use super::jog::Jogging;
 use super::{Answered, HandRig, Opening, Order};
+use crate::exposure::Exposing;
 use crate::hand_state::HandState;
 use crate::live::Live;
 
@@ -38,6 +40,7 @@ pub(super) async fn operate(
     live: &Live,
     setup: &RigSetup,
     opening: Opening,
+    exposing: &dyn Exposing,
     opened: oneshot::Sender<Result<(), String>>,
     ordered: mpsc::Receiver<(Order, Answered)>,
     stopped: mpsc::Receiver<oneshot::Sender<String>>,
@@ -54,11 +57,13 @@ pub(super) async fn operate(
         feed: setup.rig.motion.feed(),
         frame: setup.rig.motion.frame(),
         setup,
+        exposing,
         rig,
         ordered,
         stopped,
         jogging: Jogging::default(),
         silent_at: None,
+        sounds: None,
         state: HandState {
             open: true,
             doing: "stands still, not homed".to_owned(),
@@ -83,6 +88,7 @@ pub(super) async fn operate(
 struct Operation<'a> {
     live: &'a Live,
     setup: &'a RigSetup,
+    exposing: &'a dyn Exposing,
     feed: Feed,
     frame: Frame,
     rig: ManualRig,
@@ -90,6 +96,8 @@ struct Operation<'a> {
     stopped: mpsc::Receiver<oneshot::Sender<String>>,
     jogging: Jogging,
     silent_at: Option<Instant>,
+    /// Keeps the time with the array driven.
+    sounds: Option<Box<dyn Any + Send>>,
     state: HandState,
 }
 
@@ -181,12 +189,12 @@ impl Operation<'_> {
                 self.jogging.release(hold);
                 Ok(())
             }
-            Order::Focus { at_mm, seconds, continuous } => {
+            Order::Focus { at_mm, seconds, continuous, .. } => {
                 self.focus(place(at_mm)?, seconds, continuous).await
             }
             Order::Silence => self.silence().await,
             Order::Sample { samples } => self.sample(samples).await,
-            Order::FindAxis { heights_mm, reach_mm } => {
+            Order::FindAxis { heights_mm, reach_mm, .. } => {
                 let heights_m = heights(heights_mm)?;
                 let reach_m = positive(reach_mm)? * 1e-3;
                 self.find_axis(&AxisSearch { heights_m, reach_m }).await
@@ -204,6 +212,9 @@ impl Operation<'_> {
             ));
         }
         let delays = element_delays(self.setup, &Excitation::Focus(at_mm * 1e-3));
+        // The time of an earlier focus ends here.
+        drop(self.sounds.take());
+        self.sounds = Some(self.exposing.sounds(self.setup));
         let array = self.rig.array();
         let set = async {
             // The modulation of the rig file is the controller's state after it was opened.
@@ -222,7 +233,7 @@ impl Operation<'_> {
     async fn silence(&mut self) -> Result<(), String> {
         self.silent_at = None;
         self.rig.array().silence().await.map_err(|error| in_words(&error))?;
-        self.state.focus_mm = None;
+        (self.state.focus_mm, self.sounds) = (None, None);
         Ok(())
     }
 
@@ -263,6 +274,8 @@ impl Operation<'_> {
         self.state.doing = "searches for the beam".to_owned();
         (self.state.problem, self.state.axis) = (None, None);
         self.show();
+        drop(self.sounds.take());
+        self.sounds = Some(self.exposing.sounds(self.setup));
         let interrupted = {
             let Self { rig, setup, ordered, stopped, live, .. } = self;
             let searching = find_axis(rig, setup, search, |cross| {
@@ -323,7 +336,7 @@ impl Operation<'_> {
         self.state.problem = None;
         self.show();
         let interrupted = {
-            let Self { rig, frame, ordered, stopped, jogging, silent_at, state, .. } = self;
+            let Self { rig, frame, ordered, stopped, jogging, silent_at, sounds, state, .. } = self;
             let (robot, array) = rig.robot_and_array();
             let moving = async {
                 match to {
@@ -340,7 +353,7 @@ impl Operation<'_> {
                     () = until(due) => {
                         *silent_at = None;
                         match array.silence().await {
-                            Ok(()) => state.focus_mm = None,
+                            Ok(()) => (state.focus_mm, *sounds) = (None, None),
                             Err(error) => state.problem = Some(in_words(&error)),
                         }
                     }
@@ -390,7 +403,7 @@ impl Operation<'_> {
         let made = self.rig.make_safe("stopped").await;
         self.state.at_mm = None;
         if made.array.as_ref().is_some_and(Result::is_ok) {
-            self.state.focus_mm = None;
+            (self.state.focus_mm, self.sounds) = (None, None);
         }
         self.state.doing = "must home: it was stopped".to_owned();
         let _ = answer.send(made.to_string());

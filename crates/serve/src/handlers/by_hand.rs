@@ -1,5 +1,6 @@
 //! Operation by hand, the controls, and STOP.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use axum::Extension;
@@ -11,8 +12,9 @@ use serde_json::{Value, json};
 use crate::access::sessions::Who;
 use crate::answer::Answer;
 use crate::app::App;
+use crate::exposure::Foresight;
 use crate::hand::Order;
-use crate::refusal::{Refusal, parsed};
+use crate::refusal::{Refusal, blocking, parsed};
 
 type Caller = Extension<Option<Who>>;
 
@@ -85,7 +87,8 @@ pub(crate) async fn open(State(app): State<App>) -> Result<Answer<Value>, Refusa
     if app.is_busy() || app.scan_runs() {
         return Err(Refusal::conflict("a scan is running", "wait for its end, or stop it"));
     }
-    app.hand().open(app.live(), app.rig_setup(), app.opening()).await?;
+    let exposing = Arc::clone(app.exposing());
+    app.hand().open(app.live(), app.rig_setup(), app.opening(), exposing).await?;
     Ok(Answer(json!({})))
 }
 
@@ -95,8 +98,27 @@ pub(crate) async fn close(State(app): State<App>) -> Answer<Value> {
 }
 
 pub(crate) async fn order(State(app): State<App>, body: Bytes) -> Result<Answer<Value>, Refusal> {
-    app.hand().order(parsed(&body)?).await?;
-    Ok(Answer(json!({})))
+    let order: Order = parsed(&body)?;
+    let exposure = foreseen(&app, &order).await?;
+    app.hand().order(order).await?;
+    Ok(Answer(json!({"exposure": exposure})))
+}
+
+/// The exposure by an order.
+///
+/// # Errors
+/// It cannot be foreseen, or something speaks against it that was not accepted.
+async fn foreseen(app: &App, order: &Order) -> Result<Option<Foresight>, Refusal> {
+    let Some((drives, seconds, accepts)) = order.drives().filter(|_| app.hand().is_open()) else {
+        return Ok(None);
+    };
+    let bench = app.clone();
+    let foresee = move || bench.exposing().by_drives(&bench.rig_setup(), &drives, seconds);
+    let foresight = blocking(foresee)
+        .await?
+        .map_err(|problem| Refusal::conflict(problem, "correct [exposure] in the rig file"))?;
+    accepts.covers(foresight.as_ref())?;
+    Ok(foresight)
 }
 
 /// A heartbeat. It has a route of its own, so that the audit log need not read bodies to leave them out.

@@ -9,18 +9,11 @@ use serde_json::{Value, json};
 use crate::access::sessions::Who;
 use crate::answer::Answer;
 use crate::app::App;
+use crate::exposure::Accepted;
 use crate::plans::{self, Checked, Listed};
 use crate::queue::MOST_WAITING;
-use crate::refusal::{Refusal, parsed};
+use crate::refusal::{Refusal, blocking, parsed};
 use crate::scan_process::{self, Ask};
-
-/// Reads plans on a thread that may wait for the disk.
-async fn blocking<T: Send + 'static>(
-    work: impl FnOnce() -> T + Send + 'static,
-) -> Result<T, Refusal> {
-    let done = tokio::task::spawn_blocking(work).await;
-    done.map_err(|error| Refusal::failed(error.to_string(), "report this error"))
-}
 
 pub(crate) async fn list(State(app): State<App>) -> Result<Answer<Vec<Listed>>, Refusal> {
     blocking(move || plans::list(app.plans(), app.rig())).await.map(Answer)
@@ -30,7 +23,8 @@ pub(crate) async fn check(
     State(app): State<App>,
     Path(name): Path<String>,
 ) -> Result<Answer<Checked>, Refusal> {
-    blocking(move || plans::check(app.plans(), &name, app.rig())).await?.map(Answer)
+    let check = move || plans::check(app.plans(), &name, app.rig(), &**app.exposing());
+    blocking(check).await?.map(Answer)
 }
 
 #[derive(Deserialize)]
@@ -46,12 +40,16 @@ pub(crate) async fn check_text(
     body: Bytes,
 ) -> Result<Answer<Checked>, Refusal> {
     let Written { name, text, .. } = parsed(&body)?;
-    blocking(move || plans::check_text(&name, &text, app.rig())).await?.map(Answer)
+    let check = move || plans::check_text(&name, &text, app.rig(), &**app.exposing());
+    blocking(check).await?.map(Answer)
 }
 
 pub(crate) async fn write(State(app): State<App>, body: Bytes) -> Result<Answer<Checked>, Refusal> {
     let Written { name, text, replaces } = parsed(&body)?;
-    let written = move || plans::write(app.plans(), &name, &text, replaces.as_deref(), app.rig());
+    let written = move || {
+        let replaces = replaces.as_deref();
+        plans::write(app.plans(), &name, &text, replaces, app.rig(), &**app.exposing())
+    };
     blocking(written).await?.map(Answer)
 }
 
@@ -60,6 +58,8 @@ pub(crate) async fn write(State(app): State<App>, body: Bytes) -> Result<Answer<
 struct Start {
     plan: String,
     digest: String,
+    #[serde(default)]
+    accepts: Accepted,
 }
 
 pub(crate) async fn start(
@@ -67,24 +67,27 @@ pub(crate) async fn start(
     Extension(who): Extension<Option<Who>>,
     body: Bytes,
 ) -> Result<Answer<Value>, Refusal> {
-    let Start { plan, digest } = parsed(&body)?;
+    let Start { plan, digest, accepts } = parsed(&body)?;
     let (bench, name) = (app.clone(), plan.clone());
-    let checked = blocking(move || plans::check(bench.plans(), &name, bench.rig())).await??;
+    let check = move || plans::check(bench.plans(), &name, bench.rig(), &**bench.exposing());
+    let checked = blocking(check).await??;
     if checked.digest() != digest {
         return Err(Refusal::conflict(
             "the plan or the rig file was changed since it was shown",
             "look at the dry run again",
         ));
     }
+    accepts.covers(checked.exposure())?;
     if app.hand().is_open() {
         return Err(Refusal::conflict("the rig is open by hand", "close it first"));
     }
-    let id = app.queue().add(&plan, &digest, &App::name(who.as_ref())).ok_or_else(|| {
-        Refusal::conflict(
-            format!("{MOST_WAITING} scans wait already"),
-            "remove some from the queue",
-        )
-    })?;
+    let id =
+        app.queue().add(&plan, &digest, accepts, &App::name(who.as_ref())).ok_or_else(|| {
+            Refusal::conflict(
+                format!("{MOST_WAITING} scans wait already"),
+                "remove some from the queue",
+            )
+        })?;
     app.live().show_queue(app.queue().shown());
     Ok(Answer(json!({"id": id})))
 }

@@ -3,7 +3,7 @@
 import { post, me } from "/static/server.js";
 import { state, onChange } from "/static/state.js";
 import { figure, drawPlace } from "/static/map.js";
-import { ask, attempt, complain, $ } from "/static/main.js";
+import { ask, attempt, complain, drive, $ } from "/static/main.js";
 
 // The server ends a jog 250 ms after the last heartbeat.
 const HEARTBEAT_MS = 80;
@@ -11,6 +11,12 @@ const KEYS = { ArrowLeft: ["x", -1], ArrowRight: ["x", 1], ArrowDown: ["y", -1],
 
 let held = null, placeAt = null;
 const order = (body) => post("/api/hand/order", body);
+
+/** An order that drives the array; the levels where people are stay on the page while it sounds. */
+async function sound(body) {
+  const answer = await drive((accepts) => order({ ...body, accepts }));
+  if (answer) $("hand-exposure").textContent = answer.exposure?.text ?? "";
+}
 
 function hold(axis, sign, button) {
   if (held || !state.hand.open) return;
@@ -73,6 +79,7 @@ function show() {
   $("axis").hidden = !axis;
   if ($("axis").textContent !== (axis ?? "")) $("axis").textContent = axis ?? "";
   if ($("hand-state").textContent !== text) $("hand-state").textContent = text;
+  $("hand-exposure").hidden = !hand.focus_mm || !$("hand-exposure").textContent;
   $("hand-open").disabled = hand.open || !mine || scanning;
   const operable = hand.open && mine;
   for (const button of document.querySelectorAll("#hand-close, #hand-home, #jog button, #go button, #focus button, #sample button, #find-axis button")) button.disabled = !operable;
@@ -102,13 +109,13 @@ export function begin() {
   $("focus").onsubmit = (event) => {
     event.preventDefault();
     const form = $("focus"), [seconds] = numbers(form, ["seconds"]);
-    attempt(() => order({ order: "focus", at_mm: numbers(form, ["x", "y", "z"]), seconds, continuous: form.elements.continuous.checked }));
+    attempt(() => sound({ order: "focus", at_mm: numbers(form, ["x", "y", "z"]), seconds, continuous: form.elements.continuous.checked }));
   };
   $("sample").onsubmit = (event) => { event.preventDefault(); attempt(() => order({ order: "sample", samples: numbers($("sample"), ["samples"])[0] })); };
   $("find-axis").onsubmit = (event) => {
     event.preventDefault();
     const form = $("find-axis"), heights_mm = form.elements.heights.value.split(",").map(Number), [reach_mm] = numbers(form, ["reach"]);
-    attempt(async () => { if (await ask(`The array emits, and the robot scans crosses at ${heights_mm.join(", ")} mm, up to ${reach_mm} mm to each side. Begin?`, "Begin")) await order({ order: "find-axis", heights_mm, reach_mm }); });
+    attempt(async () => { if (await ask(`The array emits, and the robot scans crosses at ${heights_mm.join(", ")} mm, up to ${reach_mm} mm to each side. Begin?`, "Begin")) await sound({ order: "find-axis", heights_mm, reach_mm }); });
   };
   for (const button of document.querySelectorAll("#jog button")) {
     button.onpointerdown = (event) => { button.setPointerCapture(event.pointerId); hold(button.dataset.axis, Number(button.dataset.sign), button); };

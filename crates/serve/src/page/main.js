@@ -21,7 +21,7 @@ export async function attempt(act) {
   try { await act(); } catch (error) { complain(error); }
 }
 
-/** Asks a question, with the lines of a file that it is about; whether the answer is yes. */
+/** Asks a question, with the lines that it is about; whether the answer is yes. */
 export function ask(question, yes, lines = []) {
   $("confirm-text").textContent = question;
   $("confirm-lines").textContent = lines.join("\n");
@@ -34,6 +34,18 @@ export function ask(question, yes, lines = []) {
     $("confirm-no").onclick = () => close(false);
     $("confirm").oncancel = () => answer(false);
   });
+}
+
+/**
+ * Drives the array: does `act` with the concerns about the exposure of people that are accepted, at first none. If the server refuses because of such
+ * concerns, they are shown, and a yes repeats it.
+ */
+export async function drive(act) {
+  try { return await act([]); } catch (error) {
+    if (!error.concerns?.length) throw error;
+    if (!await ask("A limit of exposure is not shown to be kept. Is everybody away from there or protected, and is the array to be driven all the same?", "Drive it all the same", error.concerns)) return null;
+    return act(error.concerns);
+  }
 }
 
 const VIEWS = ["now", "hand", "scans", "records", "rig", "people"];

@@ -2,7 +2,7 @@
 
 import { get, post, me, may } from "/static/server.js";
 import { state, onChange } from "/static/state.js";
-import { attempt, ask, $ } from "/static/main.js";
+import { attempt, ask, drive, $ } from "/static/main.js";
 
 let open = null, replaces = null;
 
@@ -32,6 +32,8 @@ async function show(name) {
   $("plan-form").hidden = true;
   $("plan-name").textContent = open.name;
   $("plan-check").textContent = inWords(open);
+  $("plan-exposure").hidden = !open.exposure;
+  $("plan-exposure").textContent = open.exposure ? [open.exposure.text, ...open.exposure.concerns].join("\n") : "";
   $("plan-text").textContent = open.text;
   buttons();
 }
@@ -47,8 +49,7 @@ async function start() {
   const { name, digest } = open;
   const homes = state.rig.virtual ? "This rig is virtual." : "The robot homes first, and the array emits ultrasound. Is the path free, and everybody out of the way?";
   if (!await ask(`Start “${name}”? ${inWords(open)} ${homes}`, "Start")) return;
-  await post("/api/scans", { plan: name, digest });
-  location.hash = "#now";
+  if (await drive((accepts) => post("/api/scans", { plan: name, digest, accepts }))) location.hash = "#now";
 }
 
 function queue() {

@@ -15,6 +15,7 @@ export async function call(method, path, body) {
   if (!answer.ok) {
     const error = new Error(`${json.error}. ${json.remedy}.`);
     error.status = answer.status;
+    error.concerns = json.concerns ?? [];
     throw error;
   }
   return json;

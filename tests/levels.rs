@@ -1,10 +1,13 @@
 //! Levels and exposure through the program, against the physics of the virtual rig.
 
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
+
+mod heard;
+
+use heard::Heard;
 
 /// A folder with copies of rigs and scans, and the user's settings.
 struct Bench(tempfile::TempDir);
@@ -43,6 +46,29 @@ impl Bench {
 
     fn run(&self, arguments: &[&str]) -> Output {
         self.command(arguments).output().expect("the program starts")
+    }
+
+    /// The rig of `rigs/levels.toml`, which can also receive with its elements, as real devices in `rigs/heard.toml`.
+    fn heard(&self) -> Heard {
+        let rig = std::fs::read_to_string(self.path("rigs/levels.toml")).expect("there");
+        let sensing = "[sensing]\nleft = [12, 17]\nright = [18, 23]\nrate_hz = 250.0\n";
+        let rig = rig.replace("[exposure.source]", &format!("{sensing}[exposure.source]"));
+        std::fs::write(self.path("rigs/paced.toml"), rig).expect("written");
+        Heard::behind(self.command(&[]), self.0.path(), "rigs/paced.toml", "rigs/heard.toml")
+    }
+
+    /// The lines of the log of times with the array driven: what was done, and for how long, s.
+    fn sounded(&self) -> Vec<(String, f64)> {
+        let log = std::fs::read_to_string(self.path("settings/fieldgap/sounding.jsonl"));
+        let read = |line| {
+            let line: Value = serde_json::from_str(line).expect("JSON");
+            assert_eq!(line["rig"], "levels");
+            (
+                line["what"].as_str().expect("a text").to_owned(),
+                line["seconds"].as_f64().expect("a time"),
+            )
+        };
+        log.unwrap_or_default().lines().map(read).collect()
     }
 
     /// What a command prints.
@@ -203,37 +229,10 @@ fn a_sound_calibrator_gives_the_sensitivity_of_the_rig_file() {
     assert!(said(&mixed).contains("is not known"), "{}", said(&mixed));
 }
 
-/// A virtual rig behind ports, which is real for whoever opens them.
-struct Heard(Child);
-
-impl Heard {
-    fn behind(bench: &Bench) -> Self {
-        let rig = std::fs::read_to_string(bench.path("rigs/levels.toml")).expect("there");
-        let paced = rig.replace("pace = \"lockstep\"", "pace = { times = 20.0 }");
-        std::fs::write(bench.path("rigs/paced.toml"), paced).expect("written");
-        let arguments =
-            ["virtual", "rigs/paced.toml", "--links", "ports", "--write-rig", "rigs/heard.toml"];
-        let child = bench.command(&arguments).stdout(Stdio::null()).spawn().expect("it starts");
-        let begun = Instant::now();
-        while !bench.path("rigs/heard.toml").exists() {
-            assert!(begun.elapsed() < Duration::from_secs(20), "no rig file");
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        Self(child)
-    }
-}
-
-impl Drop for Heard {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
 #[test]
 fn a_real_array_above_a_limit_starts_only_on_the_users_word_and_its_time_is_kept() {
     let bench = Bench::new();
-    let _rig = Heard::behind(&bench);
+    let _rig = bench.heard();
     std::fs::write(
         bench.path("scans/short.toml"),
         "name = \"short\"\n[simulator]\nmodel = \"piston\"\n[[focus]]\nx_mm = 0.0\ny_mm = 0.0\nz_mm = 60.0\n\
@@ -275,4 +274,57 @@ fn a_real_array_above_a_limit_starts_only_on_the_users_word_and_its_time_is_kept
     .expect("written");
     let dry = bench.run(&["scan", "scans/short.toml", "--rig", "rigs/quiet.toml", "--dry-run"]);
     assert!(said(&dry).contains("are more than 240"), "{}", said(&dry));
+}
+
+#[test]
+fn whatever_drives_a_real_array_by_hand_keeps_to_the_limits_and_its_time_is_kept() {
+    let bench = Bench::new();
+    let _rig = bench.heard();
+    let at = ["--at-mm", "0,0,60", "--seconds", "0.3", "--yes"];
+    let commands: [(&str, Vec<&str>); 5] = [
+        (
+            "focus",
+            vec!["scans/display-circle.toml", "--rig", "rigs/heard.toml", "--seconds", "0.3"],
+        ),
+        ("sense", vec!["rigs/heard.toml", "--seconds", "4"]),
+        ("rig focus", [&["rigs/heard.toml"], &at[..]].concat()),
+        ("rig sample", vec!["rigs/heard.toml", "--focus-mm", "0,0,60", "--count", "2", "--yes"]),
+        ("rig find-axis", vec!["rigs/heard.toml", "--heights-mm", "60,80", "--yes"]),
+    ];
+    for (number, (command, arguments)) in commands.iter().enumerate() {
+        let whole: Vec<&str> = command.split(' ').chain(arguments.iter().copied()).collect();
+        let refused = bench.run(&whole);
+        assert!(!refused.status.success(), "{command}");
+        for words in ["is above the limit of 110.0 dB", "--above-limits", "nothing was done"] {
+            assert!(said(&refused).contains(words), "{command}: {words}: {}", said(&refused));
+        }
+        assert_eq!(bench.sounded().len(), number, "{command}: it sounded");
+        let agreed = bench.run(&[&whole[..], &["--above-limits"]].concat());
+        assert!(agreed.status.success(), "{command}: {}", said(&agreed));
+        let sounded = bench.sounded();
+        let (what, seconds) = &sounded[number];
+        assert_eq!((sounded.len(), what.as_str()), (number + 1, *command));
+        assert!(*seconds > 0.1 && *seconds < 60.0, "{command}: {seconds} s");
+    }
+
+    // Without places of people in the rig file nothing is asked.
+    let rig = std::fs::read_to_string(bench.path("rigs/heard.toml")).expect("there");
+    let (before, exposure) = rig.split_once("[exposure.source]").expect("the section");
+    let after = exposure.find("[virtual]").map_or("", |at| &exposure[at..]);
+    std::fs::write(bench.path("rigs/nobody.toml"), format!("{before}{after}")).expect("written");
+    let sense = ["sense", "rigs/nobody.toml", "--seconds", "1"];
+    let output = bench.run(&sense);
+    assert!(output.status.success() && !said(&output).contains("exposure"), "{}", said(&output));
+}
+
+#[test]
+fn a_calibration_of_a_real_array_asks_for_the_exposure_before_it_begins() {
+    let bench = Bench::new();
+    let _rig = bench.heard();
+    let calibrate =
+        ["calibrate", "rigs/heard.toml", "--minutes", "60", "--out", "out/calibration", "--yes"];
+    let refused = bench.run(&calibrate);
+    assert!(!refused.status.success());
+    assert!(said(&refused).contains("the limit of 110.0 dB"), "{}", said(&refused));
+    assert!(!bench.path("out/calibration").exists() && bench.sounded().is_empty());
 }

@@ -594,3 +594,49 @@ async fn a_hidden_page_gives_its_connection_up_unless_it_has_the_controls() {
     assert_eq!(desk.get("/api/state")["viewers"], 2);
     page.close().await.expect("closed");
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_real_array_above_a_limit_sounds_after_a_second_yes() {
+    let Some(driver) = Driver::begin() else { return };
+    let served = Served::heard();
+    let page = driver.open(1400, 1000).await;
+    logged_in(&page, &served.link()).await;
+    let shows = |id: &str, words: &str| {
+        format!("document.getElementById('{id}').textContent.includes('{words}')")
+    };
+    script(&page, "location.hash = '#people'").await;
+    until(&page, "!document.getElementById('view-people').hidden").await;
+    click(&page, "take").await;
+    until(&page, &shows("controls", "You have the controls")).await;
+
+    // A plan shows its levels. The first yes is for the way and the sound, the second for the limit.
+    script(&page, "location.hash = '#scans'").await;
+    until(&page, "document.querySelector('#plans button')").await;
+    script(&page, "document.querySelector('#plans button').click()").await;
+    until(&page, &shows("plan-exposure", "ABOVE")).await;
+    picture(&page, "exposure-scan").await;
+    click(&page, "start").await;
+    until(&page, &shows("confirm-text", "The robot homes first")).await;
+    click(&page, "confirm-yes").await;
+    until(&page, &shows("confirm-lines", "is above the limit of 110.0 dB")).await;
+    picture(&page, "exposure-question").await;
+    click(&page, "confirm-no").await;
+    until(&page, "!document.getElementById('confirm').open").await;
+    assert!(!served.records().join("look").exists(), "it starts without a yes");
+
+    // By hand the levels stay on the page while the array sounds.
+    script(&page, "location.hash = '#hand'").await;
+    until(&page, "!document.getElementById('hand-open').disabled").await;
+    click(&page, "hand-open").await;
+    until(&page, "!document.querySelector('#focus button').disabled").await;
+    script(&page, "document.querySelector('#focus button:not([type=button])').click()").await;
+    until(&page, &shows("confirm-lines", "is above the limit of 110.0 dB")).await;
+    assert_eq!(script(&page, "return document.getElementById('hand-exposure').hidden").await, true);
+    click(&page, "confirm-yes").await;
+    until(&page, "!document.getElementById('hand-exposure').hidden").await;
+    until(&page, &shows("hand-state", "THE ARRAY EMITS")).await;
+    picture(&page, "exposure-hand").await;
+    click(&page, "silence").await;
+    until(&page, "document.getElementById('hand-exposure').hidden").await;
+    page.close().await.expect("closed");
+}

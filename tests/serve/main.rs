@@ -1,6 +1,7 @@
 //! `fieldgap serve` with a virtual rig, by its interface for programs.
 
 mod by_hand;
+mod exposure;
 mod load;
 mod people;
 mod scans;

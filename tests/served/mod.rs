@@ -12,6 +12,11 @@ use std::time::{Duration, Instant, SystemTime};
 use serde_json::Value;
 use tempfile::TempDir;
 
+#[path = "../heard/mod.rs"]
+mod heard;
+
+use heard::Heard;
+
 /// Longest wait.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -40,6 +45,8 @@ pub struct Served {
     /// What was said at the start.
     pub said: String,
     listens: Vec<String>,
+    /// The devices, where they are behind ports.
+    rig: Option<Heard>,
 }
 
 /// A session, as a program has it that keeps the cookie.
@@ -84,6 +91,18 @@ impl Served {
         Self::start(home, &["--port", "0"])
     }
 
+    /// Serves the rig of `rigs/levels.toml` as real devices, of which people hear the array.
+    pub fn heard() -> Self {
+        let rig = std::fs::read_to_string(here("rigs/levels.toml")).expect("it is there");
+        let home = Self::folder("", PLAN);
+        std::fs::remove_file(home.path().join("rig.toml")).expect("removed");
+        std::fs::write(home.path().join("paced.toml"), rig).expect("written");
+        let devices = Heard::behind(fieldgap(home.path()), home.path(), "paced.toml", "rig.toml");
+        let mut served = Self::start(home, &["--port", "0"]);
+        served.rig = Some(devices);
+        served
+    }
+
     /// Serves the virtual rig to other computers too, to a user Ada with a password.
     pub fn to_others(password: &str) -> Self {
         let rig = std::fs::read_to_string(here("rigs/virtual.toml")).expect("it is there");
@@ -119,7 +138,7 @@ impl Served {
     fn start(home: TempDir, listens: &[&str]) -> Self {
         let (server, port, secret, said) = start(home.path(), listens);
         let listens = listens.iter().map(|word| word.replace(":0", &format!(":{port}"))).collect();
-        Self { server, home, port, secret, said, listens }
+        Self { server, home, port, secret, said, listens, rig: None }
     }
 
     /// Kills the server and starts another on the same port and folder.

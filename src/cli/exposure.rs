@@ -70,7 +70,7 @@ impl ExposureCommand {
         let exposure = rig_setup.exposure.clone().ok_or_else(|| {
             miette!(
                 help = "add [exposure] with places and limits; docs/levels.md describes it",
-                "{} has no [exposure]",
+                "{} has no [exposure], nor has a plan for it",
                 rig_setup.source().path().display()
             )
         })?;

@@ -7,6 +7,7 @@ use super::dry_run::{DryRun, dry_run};
 use super::origin::{self, Origin, PLAN_COPY, RIG_COPY};
 use super::recorded_setup::same_record;
 use super::rig_setup::RigSetup;
+use fieldgap_exposure::Exposure;
 use fieldgap_input::{Fault, TomlSource, toml_file};
 use fieldgap_records::{Hooks, Journal, Plan, PlanPart, Visit, without_ways_out};
 
@@ -47,7 +48,7 @@ impl PlannedScan {
     pub fn read(plan: &Path, rig: Option<&Path>) -> Result<Self, AcquisitionError> {
         let plan = Plan::read(plan)?;
         let rig_setup = RigSetup::read(&rig_of(&plan, rig)?)?;
-        Ok(Self::new(plan, rig_setup))
+        Ok(Self::new(plan, rig_setup)?)
     }
 
     /// Reads the plan and the rig file of a recorded scan that is not complete, as `resume` will use them. Nothing is opened or
@@ -73,12 +74,28 @@ impl PlannedScan {
     /// # Errors
     /// As [`PlannedScan::read`].
     pub fn parse(plan: TomlSource, rig: TomlSource) -> Result<Self, AcquisitionError> {
-        Ok(Self::new(Plan::parse(plan)?, RigSetup::parse(rig)?))
+        Ok(Self::new(Plan::parse(plan)?, RigSetup::parse(rig)?)?)
     }
 
-    pub(super) fn new(plan: Plan, rig_setup: RigSetup) -> Self {
+    /// # Errors
+    /// A [`Fault`] at the part of the plan that does not go together with the rig set-up.
+    pub(super) fn new(plan: Plan, mut rig_setup: RigSetup) -> Result<Self, Fault> {
+        if let Some(people) = &plan.people {
+            let joined = match &rig_setup.exposure {
+                Some(exposure) => Some(exposure.with(people)),
+                None => Exposure::of(people.clone()),
+            };
+            let nobody = || {
+                plan.fault(
+                    PlanPart::Exposure,
+                    "neither the plan nor its rig file states a place where people are",
+                    "add [[exposure.place]] with `name`, `at_mm` and `within_mm`",
+                )
+            };
+            rig_setup.exposure = Some(joined.ok_or_else(nobody)?);
+        }
         let visits = plan.visits();
-        Self { plan, rig_setup, visits }
+        Ok(Self { plan, rig_setup, visits })
     }
 
     /// Name of the scan.
@@ -91,7 +108,7 @@ impl PlannedScan {
         &self.plan
     }
 
-    /// The rig set-up.
+    /// The rig set-up, with the people and limits of the plan.
     pub fn rig_setup(&self) -> &RigSetup {
         &self.rig_setup
     }
@@ -114,5 +131,44 @@ impl PlannedScan {
     /// A [`Fault`] at the part of the plan that the robot cannot carry out.
     pub fn dry_run(&self) -> Result<DryRun, AcquisitionError> {
         Ok(dry_run(&self.plan, &self.rig_setup, &self.visits, &[])?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAN: &str = "name = \"p\"\n[simulator]\nmodel = \"piston\"\n[[focus]]\nx_mm = 0\ny_mm = 0\nz_mm = 100\n\
+                        [[points]]\nat_mm = [[0, 0, 100]]\n";
+
+    fn scan(rig: &str, more: &str) -> Result<PlannedScan, AcquisitionError> {
+        let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rigs").join(rig);
+        let plan = TomlSource::new(Path::new("plan.toml"), format!("{PLAN}{more}"));
+        PlannedScan::parse(plan, TomlSource::read(&rig)?)
+    }
+
+    #[test]
+    fn people_of_a_plan_join_those_of_its_rig() {
+        let visitor =
+            "[[exposure.place]]\nname = \"visitor\"\nat_mm = [0, -900, 1200]\nwithin_mm = 50\n";
+        let limit = "[[exposure.limit]]\nknown = \"howard-2004\"\nminutes_a_day = 30\n";
+        let joined = scan("levels.toml", &format!("{visitor}{limit}")).expect("good");
+        let exposure = joined.rig_setup().exposure.as_ref().expect("there");
+        let names: Vec<&str> =
+            exposure.people.places.iter().map(|place| place.name.as_str()).collect();
+        assert_eq!(names, ["operator's head", "visitor"]);
+        assert_eq!(exposure.people.limits.len(), 1);
+        assert_eq!(exposure.minutes_a_day().map(|(minutes, _)| minutes), Some(30.0));
+        assert!(exposure.source.is_some(), "the level of the elements is that of the rig");
+
+        // A rig file without the section.
+        let alone = scan("virtual.toml", visitor).expect("good");
+        let exposure = alone.rig_setup().exposure.as_ref().expect("there");
+        assert!(exposure.source.is_none() && exposure.people.limits.is_empty());
+        let Err(AcquisitionError::File(fault)) = scan("virtual.toml", limit) else {
+            panic!("nobody is there")
+        };
+        assert_eq!(fault.line_column().map(|place| place.0), Some(10), "{fault}");
+        assert!(fault.problem().contains("neither the plan nor its rig file"), "{fault}");
     }
 }

@@ -3,11 +3,11 @@
 use num_complex::Complex64;
 use serde::Serialize;
 
-use super::section::{Exposure, Place};
+use super::section::Exposure;
 use super::source::SourceLevel;
 use fieldgap_acoustics::transducer::OnAxis;
 use fieldgap_acoustics::{Array, Excitation, FieldKernel, PathLengths, Simulator, Vec3};
-use fieldgap_level::{Budget, Kind, Line, Standing, level_db, usual};
+use fieldgap_level::{Budget, Kind, Line, Place, Standing, level_db, usual};
 use fieldgap_records::MediumSection;
 
 /// Points along the radius of a ball in which the largest level is sought, at most. The field of an array of size D varies over λ d/D, and for
@@ -104,9 +104,11 @@ pub fn assess(
     drives: Drives<'_>,
 ) -> Assessment {
     let frequency_hz = radiating.frequency_hz;
-    let elsewhere = exposure.limits.iter().filter(|limit| limit.at_db(frequency_hz).is_none());
+    let elsewhere =
+        exposure.people.limits.iter().filter(|limit| limit.at_db(frequency_hz).is_none());
     let places = source.map_or_else(Vec::new, |source| {
         exposure
+            .people
             .places
             .iter()
             .map(|place| at_place(exposure, place, radiating, source, drives))
@@ -118,8 +120,13 @@ pub fn assess(
         source: source.map(|source| source.origin.clone()),
         places,
         not_at_frequency: elsewhere.map(|limit| limit.name.clone()).collect(),
-        limits: exposure.limits.len(),
+        limits: exposure.people.limits.len(),
     }
+}
+
+/// Middle of a place, array frame, m.
+fn at_m(place: &Place) -> Vec3 {
+    Vec3::from(place.at_mm) / 1e3
 }
 
 fn at_place(
@@ -129,13 +136,13 @@ fn at_place(
     source: &SourceLevel,
     drives: Drives<'_>,
 ) -> PlaceLevel {
-    let at_the_place = [Excitation::Focus(place.at_m())];
+    let at_the_place = [Excitation::Focus(at_m(place))];
     let (excitations, named) = match drives {
         Drives::These(excitations) => (excitations, true),
         Drives::AtEachPlace => (&at_the_place[..], false),
     };
     let points = ball(place, radiating);
-    let mut loudest = (0.0, 0, place.at_m());
+    let mut loudest = (0.0, 0, at_m(place));
     for (number, excitation) in excitations.iter().enumerate() {
         let pressures: Vec<Complex64> = radiating.kernel(source, excitation, [0.0; 2]).at(&points);
         for (point, pressure) in points.iter().zip(pressures) {
@@ -166,7 +173,7 @@ fn at_place(
     lines.push(Line::decibels("simulation", Kind::B, u).assumed_if(assumed));
     let budget = Budget::new(lines);
     let db = level_db(rms_pa);
-    let against = exposure.limits.iter().filter_map(|limit| {
+    let against = exposure.people.limits.iter().filter_map(|limit| {
         let limit_db = limit.at_db(radiating.frequency_hz)?;
         Some(Against {
             limit: limit.name.clone(),
@@ -222,7 +229,7 @@ impl Radiating<'_> {
 
 /// The points of a place's ball before the array's faces; its middle is one of them.
 fn ball(place: &Place, radiating: Radiating<'_>) -> Vec<Vec3> {
-    let (middle_m, radius_m) = (place.at_m(), place.within_mm / 1e3);
+    let (middle_m, radius_m) = (at_m(place), place.within_mm / 1e3);
     let wavelength_m = radiating.medium.medium().wavelength_m(radiating.frequency_hz);
     let step_m = (radius_m / STEPS).max(wavelength_m / 4.0);
     let steps = (radius_m / step_m).floor() as i32;

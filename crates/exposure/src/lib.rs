@@ -20,6 +20,6 @@ mod source;
 mod text;
 
 pub use assess::{Against, Assessment, Drives, PlaceLevel, Radiating, assess};
-pub use section::{Exposure, ExposureTable, Place, SourceStatement};
+pub use section::{Exposure, ExposureTable, SourceStatement};
 pub use sounding::{Sounding, SoundingError, SoundingLog, driven_s};
 pub use source::{DataSheet, SourceLevel};

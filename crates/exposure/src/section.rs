@@ -6,12 +6,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::source::DataSheet;
-use fieldgap_acoustics::Vec3;
-use fieldgap_input::{
-    Exact, Fault, Finite, Frequency, Gap, Label, NonNegative, Place as Coordinate, Positive, Time,
-    TomlSource,
-};
-use fieldgap_level::{Band, KnownLimit, Limit};
+use fieldgap_input::{Fault, Finite, Label, NonNegative, Positive, TomlSource};
+use fieldgap_level::{Limit, LimitTable, People, PlaceTable, sound_level};
 
 /// The keys of `[exposure]`; [`Exposure::read`] checks them.
 #[derive(Debug, Clone, Deserialize)]
@@ -28,26 +24,6 @@ pub struct ExposureTable {
 
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct PlaceTable {
-    name: Label,
-    at_mm: Spanned<Exact<Coordinate, 3>>,
-    within_mm: Spanned<Gap>,
-}
-
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct LimitTable {
-    known: Option<Spanned<String>>,
-    name: Option<Label>,
-    source: Option<Label>,
-    db: Option<Spanned<Finite>>,
-    from_hz: Option<Frequency>,
-    to_hz: Option<Spanned<Frequency>>,
-    minutes_a_day: Option<Time>,
-}
-
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
 struct SourceTable {
     record: Option<String>,
     sheet: Option<Label>,
@@ -56,24 +32,6 @@ struct SourceTable {
     drive_v_rms: Option<Positive>,
     u_db: Option<Spanned<NonNegative>>,
     drive_u_percent: Option<Spanned<NonNegative>>,
-}
-
-/// A place where somebody's ears may be.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Place {
-    /// Name.
-    pub name: String,
-    /// Middle, array frame, mm.
-    pub at_mm: [f64; 3],
-    /// Radius of the ball about it in which the largest level is sought, mm.
-    pub within_mm: f64,
-}
-
-impl Place {
-    /// Middle, array frame, m.
-    pub fn at_m(&self) -> Vec3 {
-        Vec3::from(self.at_mm) / 1e3
-    }
 }
 
 /// Where the level of an element comes from, as the file states it.
@@ -88,10 +46,8 @@ pub enum SourceStatement {
 /// `[exposure]` of a rig file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exposure {
-    /// Places; at least one.
-    pub places: Vec<Place>,
-    /// Limits.
-    pub limits: Vec<Limit>,
+    /// Places, at least one, and limits.
+    pub people: People,
     /// The level of an element; `None` if nobody stated one.
     pub source: Option<SourceStatement>,
     /// Standard uncertainty of the simulated level beside that of its source, dB; `None` if nobody stated one.
@@ -101,12 +57,6 @@ pub struct Exposure {
     /// Of its relative humidity, percent.
     pub humidity_u_percent: Option<f64>,
 }
-
-/// Largest radius of a place, mm: beyond it, the level of a room is meant.
-const MOST_WITHIN_MM: f64 = 500.0;
-
-/// Levels that a limit or a data sheet may have, dB: from hardly audible to the sound that would tear the air.
-const LEVELS_DB: std::ops::RangeInclusive<f64> = 0.0..=194.0;
 
 /// Largest standard uncertainty of a level, dB.
 const MOST_U_DB: f64 = 10.0;
@@ -129,16 +79,7 @@ impl Exposure {
             at_most(u_db, "model_u_db", source)?;
         }
         Ok(Self {
-            places: keys
-                .place
-                .iter()
-                .map(|place| read_place(place, source))
-                .collect::<Result<_, _>>()?,
-            limits: keys
-                .limit
-                .iter()
-                .map(|limit| read_limit(limit, source))
-                .collect::<Result<_, _>>()?,
+            people: People::read(&keys.place, &keys.limit, source)?,
             source: keys.source.as_ref().map(|stated| read_source(stated, source)).transpose()?,
             model_u_db: keys.model_u_db.as_ref().map(|u| u.get_ref().get()),
             temperature_u_c: keys.temperature_u_c.map(NonNegative::get),
@@ -146,9 +87,27 @@ impl Exposure {
         })
     }
 
+    /// Of people alone, in the room of a rig file without `[exposure]`: the level of the elements is unknown. `None` without a place.
+    pub fn of(people: People) -> Option<Self> {
+        let somebody = !people.places.is_empty();
+        somebody.then_some(Self {
+            people,
+            source: None,
+            model_u_db: None,
+            temperature_u_c: None,
+            humidity_u_percent: None,
+        })
+    }
+
+    /// With the places and limits of a plan, as [`People::with`] joins them.
+    pub fn with(&self, people: &People) -> Self {
+        Self { people: self.people.with(people), ..self.clone() }
+    }
+
     /// Longest time with the array driven in a day, minutes, and the limit that has it.
     pub fn minutes_a_day(&self) -> Option<(f64, &Limit)> {
-        let timed = self.limits.iter().filter_map(|limit| Some((limit.minutes_a_day?, limit)));
+        let timed =
+            self.people.limits.iter().filter_map(|limit| Some((limit.minutes_a_day?, limit)));
         timed.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 }
@@ -163,86 +122,6 @@ fn at_most(u_db: &Spanned<NonNegative>, key: &str, source: &TomlSource) -> Resul
         format!("`{key}` is {value} dB; at most {MOST_U_DB} dB is accepted"),
         "with a larger uncertainty nothing can be said of a limit",
     ))
-}
-
-fn level(db: &Spanned<Finite>, source: &TomlSource) -> Result<f64, Fault> {
-    let value = db.get_ref().get();
-    if LEVELS_DB.contains(&value) {
-        return Ok(value);
-    }
-    Err(source.fault(
-        db.span(),
-        format!(
-            "{value} dB is not a sound pressure level from {} to {} dB",
-            LEVELS_DB.start(),
-            LEVELS_DB.end()
-        ),
-        "give the level re 20 µPa rms",
-    ))
-}
-
-fn read_place(table: &Spanned<PlaceTable>, source: &TomlSource) -> Result<Place, Fault> {
-    let keys = table.get_ref();
-    let at_mm = keys.at_mm.get_ref().map(Coordinate::get);
-    if at_mm[2] <= 0.0 {
-        return Err(source.fault(
-            keys.at_mm.span(),
-            format!("the place is at z = {} mm, behind the faces of the array", at_mm[2]),
-            "the simulation says nothing of the sound behind an array; give a place with z above 0",
-        ));
-    }
-    let within_mm = keys.within_mm.get_ref().get();
-    if within_mm > MOST_WITHIN_MM {
-        return Err(source.fault(
-            keys.within_mm.span(),
-            format!("{within_mm} mm is more than {MOST_WITHIN_MM} mm"),
-            "state several places",
-        ));
-    }
-    Ok(Place { name: keys.name.clone().into(), at_mm, within_mm })
-}
-
-fn read_limit(table: &Spanned<LimitTable>, source: &TomlSource) -> Result<Limit, Fault> {
-    let keys = table.get_ref();
-    let fault = |problem: &str| {
-        source.fault(
-            table.span(),
-            problem,
-            "a limit has `known`, or `name`, `source` and `db`; and perhaps `minutes_a_day`",
-        )
-    };
-    let minutes_a_day = keys.minutes_a_day.map(Time::get);
-    if let Some(known) = &keys.known {
-        if keys.name.is_some()
-            || keys.source.is_some()
-            || keys.db.is_some()
-            || keys.from_hz.is_some()
-            || keys.to_hz.is_some()
-        {
-            return Err(fault("a known limit has its own name and levels"));
-        }
-        let found = KnownLimit::of(known.get_ref()).map_err(|unknown| {
-            source.fault(known.span(), unknown.to_string(), "docs/levels.md names the documents")
-        })?;
-        return Ok(Limit { minutes_a_day, ..found.limit() });
-    }
-    let name = keys.name.clone().ok_or_else(|| fault("the limit has no `name`"))?;
-    let of = keys
-        .source
-        .clone()
-        .ok_or_else(|| fault("the limit has no `source`: the document that states it"))?;
-    let db = keys.db.as_ref().ok_or_else(|| fault("the limit has no `db`"))?;
-    let from_hz = keys.from_hz.map_or(0.0, Frequency::get);
-    let to_hz = keys.to_hz.as_ref().map_or(f64::MAX, |to| to.get_ref().get());
-    if let Some(to) = keys.to_hz.as_ref().filter(|_| to_hz <= from_hz) {
-        return Err(source.fault(
-            to.span(),
-            "the band ends before it begins",
-            "give `to_hz` above `from_hz`",
-        ));
-    }
-    let bands = vec![Band { from_hz, to_hz, db: level(db, source)? }];
-    Ok(Limit { name: name.into(), source: of.into(), bands, minutes_a_day })
 }
 
 fn read_source(
@@ -283,7 +162,7 @@ fn read_source(
     }
     Ok(SourceStatement::Sheet(DataSheet {
         of: keys.sheet.clone().ok_or_else(|| missing("sheet"))?.into(),
-        db_at_300_mm: level(db, source)?,
+        db_at_300_mm: sound_level(db, source)?,
         at_v_rms: keys.at_v_rms.ok_or_else(|| missing("at_v_rms"))?.get(),
         drive_v_rms: keys.drive_v_rms.ok_or_else(|| missing("drive_v_rms"))?.get(),
         u_db: u_db.get_ref().get(),
@@ -319,9 +198,9 @@ mod tests {
     #[test]
     fn the_example_is_read() {
         let exposure = read(EXAMPLE).expect("good");
-        assert_eq!(exposure.places[0].at_m(), Vec3::new(0.0, -0.3, 0.4));
+        assert_eq!(exposure.people.places[0].at_mm, [0.0, -300.0, 400.0]);
         assert_eq!(
-            exposure.limits.iter().map(|limit| limit.at_db(40e3)).collect::<Vec<_>>(),
+            exposure.people.limits.iter().map(|limit| limit.at_db(40e3)).collect::<Vec<_>>(),
             [Some(110.0), Some(105.0)]
         );
         assert_eq!(exposure.minutes_a_day().map(|(minutes, _)| minutes), Some(240.0));
@@ -359,6 +238,7 @@ mod tests {
                 "before it begins",
             ),
             ("name = \"head\"", "nome = \"head\"", 9, "nome"),
+            ("name = \"house rule\"", "name = \"work, 110 dB at 25 to 50 kHz\"", 15, "already"),
         ] {
             let text = EXAMPLE.replacen(from, to, 1);
             assert_ne!(text, EXAMPLE, "{from}");
@@ -378,9 +258,9 @@ mod tests {
                 .replace("within_mm = 100.0", &format!("within_mm = {}", number(within)))
                 .replace("db = 105.0", &format!("db = {}", number(db)));
             if let Ok(exposure) = read(&text) {
-                let place = &exposure.places[0];
+                let place = &exposure.people.places[0];
                 prop_assert!(place.at_mm[2] > 0.0 && (0.0..=500.0).contains(&place.within_mm));
-                prop_assert!(exposure.limits[1].at_db(40e3).is_some_and(|db| (0.0..=194.0).contains(&db)));
+                prop_assert!(exposure.people.limits[1].at_db(40e3).is_some_and(|db| (0.0..=194.0).contains(&db)));
             }
         }
     }

@@ -121,7 +121,9 @@ impl SoundingLog {
             sounding.rig.as_str() == rig && sounding.ended.to_zoned(zone.clone()).date() == day
         };
         let all = self.all()?;
-        Ok(all.iter().filter(that_day).map(|sounding| sounding.seconds.get()).sum::<f64>() / 60.0)
+        // From zero: the sum of nothing would be minus zero.
+        let seconds = all.iter().filter(that_day).map(|sounding| sounding.seconds.get());
+        Ok(seconds.fold(0.0, |sum, seconds| sum + seconds) / 60.0)
     }
 
     /// Seconds that were kept for something that was done on a rig.
@@ -179,6 +181,7 @@ mod tests {
             (on(25, "bench"), on(24, "bench"), on(25, "other"), on(26, "bench")),
             (12.0, 1.0, 15.0, 0.0)
         );
+        assert!(on(26, "bench").is_sign_positive());
         assert_eq!(log.seconds_of("bench", "out/scan").expect("a log"), 780.0);
     }
 

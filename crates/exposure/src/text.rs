@@ -79,9 +79,9 @@ fn rows(place: &PlaceLevel) -> Vec<[String; 6]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DataSheet, Drives, Exposure, Place, Radiating, assess};
+    use crate::{DataSheet, Drives, Exposure, Radiating, assess};
     use fieldgap_acoustics::{Array, Excitation, Simulator, Vec3};
-    use fieldgap_level::{Band, KnownLimit, Limit};
+    use fieldgap_level::{Band, KnownLimit, Limit, People, Place};
     use fieldgap_records::MediumSection;
 
     fn assessment(known: bool) -> Assessment {
@@ -96,11 +96,17 @@ mod tests {
             minutes_a_day: None,
         };
         let exposure = Exposure {
-            places: vec![
-                place("operator's head", [0.0, -300.0, 400.0], 80.0),
-                place("visitor", [0.0, -1500.0, 1500.0], 0.0),
-            ],
-            limits: vec![KnownLimit::Howard2004.limit(), KnownLimit::Agnir2010.limit(), audible],
+            people: People {
+                places: vec![
+                    place("operator's head", [0.0, -300.0, 400.0], 80.0),
+                    place("visitor", [0.0, -1500.0, 1500.0], 0.0),
+                ],
+                limits: vec![
+                    KnownLimit::Howard2004.limit(),
+                    KnownLimit::Agnir2010.limit(),
+                    audible,
+                ],
+            },
             source: None,
             model_u_db: None,
             temperature_u_c: None,

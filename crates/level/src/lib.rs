@@ -20,6 +20,7 @@
 //! | `calibrator` | a receiver's sensitivity from readings in a sound calibrator |
 //! | [`usual`] | uncertainties that are taken where nobody stated one |
 //! | `limits` | limits of exposure, and what a level with its uncertainty says of them |
+//! | `people` | places of people and limits, as files state them |
 //!
 //! The GUM is JCGM 100:2008, *Evaluation of measurement data – Guide to the expression of uncertainty in measurement*. All pressures
 //! are root mean squares in pascals. There is no field in this crate: what depends on one is computed by its callers.
@@ -28,6 +29,7 @@ mod budget;
 mod calibrator;
 mod decibel;
 mod limits;
+mod people;
 mod response;
 mod sensitivity;
 pub mod usual;
@@ -36,6 +38,7 @@ pub use budget::{Budget, COVERAGE_FACTOR, Kind, Line};
 pub use calibrator::{CalibratedReceiver, Calibrator, NoSensitivity, Relative};
 pub use decibel::{DB_PER_NEPER, REFERENCE_PA, level_db, of_level_pa};
 pub use limits::{Band, KnownLimit, Limit, Standing, UnknownLimit};
+pub use people::{LimitTable, People, Place, PlaceTable, sound_level};
 pub use response::{AngularResponse, NoResponse};
 pub use sensitivity::{
     NoSuchUnit, Per, Reads, Sensitivity, SensitivityError, SensitivityKeys, Uncertainties,

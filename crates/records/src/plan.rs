@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod closed_loop;
+mod exposure;
 mod fly;
 mod one_or_many;
 mod readings;
@@ -19,6 +20,7 @@ use self::adaptive::AdaptiveTable;
 pub use self::adaptive::{AdaptiveMap, MapPrior};
 use self::closed_loop::ClosedLoopTable;
 pub use self::closed_loop::{BoxMm, ClosedLoop, Criterion};
+use self::exposure::ExposureTable;
 pub use self::fly::Fly;
 use self::readings::ReadingsTable;
 pub use self::readings::{FEWEST_FLOWN, Readings};
@@ -31,6 +33,7 @@ use super::focus_section::{FocusSection, FocusTable};
 use super::hooks::{Alarm, Hooks};
 use fieldgap_acoustics::Simulator;
 use fieldgap_input::{Fault, Length, Positive, TomlSource, file_name};
+use fieldgap_level::People;
 
 /// Most visits of a plan: at ten per second, two weeks.
 pub(super) const MAX_VISITS: usize = 10_000_000;
@@ -69,6 +72,7 @@ struct PlanFile {
     readings: Vec<Spanned<ReadingsTable>>,
     closed_loop: Option<Spanned<ClosedLoopTable>>,
     adaptive: Option<Spanned<AdaptiveTable>>,
+    exposure: Option<Spanned<ExposureTable>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -158,7 +162,10 @@ pub struct Plan {
     pub closed_loop: Option<ClosedLoop>,
     /// The map for which the rig chooses its readings; `None` if there is none.
     pub adaptive: Option<AdaptiveMap>,
+    /// Places of people and limits of exposure in this scan, beside those of the rig file; `None` if the plan states none.
+    pub people: Option<People>,
     source: TomlSource,
+    people_place: Option<Range<usize>>,
     rig_place: Option<Range<usize>>,
     focus_places: Vec<Range<usize>>,
 }
@@ -176,6 +183,8 @@ pub enum PlanPart {
     Readings(usize),
     /// The point of `[reference]`.
     Reference,
+    /// `[exposure]`.
+    Exposure,
 }
 
 impl Plan {
@@ -244,6 +253,12 @@ impl Plan {
             readings,
             closed_loop,
             adaptive,
+            people: file
+                .exposure
+                .as_ref()
+                .map(|table| exposure::read(table, &source))
+                .transpose()?,
+            people_place: file.exposure.as_ref().map(Spanned::span),
             rig_place: file.rig.as_ref().map(Spanned::span),
             focus_places: file.focus.iter().map(Spanned::span).collect(),
             source,
@@ -287,6 +302,7 @@ impl Plan {
             PlanPart::Region(index) => self.regions.get(index).map(|region| region.place.clone()),
             PlanPart::Readings(index) => self.readings.get(index).map(|list| list.place.clone()),
             PlanPart::Reference => self.reference.place.clone(),
+            PlanPart::Exposure => self.people_place.clone(),
         };
         match place {
             Some(place) => self.source.fault(place, problem, remedy),

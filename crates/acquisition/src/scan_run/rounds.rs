@@ -87,7 +87,7 @@ impl ScanRun {
     /// Takes a longer plan, of which all readings so far are the beginning, and keeps it in the record before anything of it is measured.
     fn go_on_with(&mut self, text: String) -> Result<(), AcquisitionError> {
         let source = TomlSource::new(self.scan.plan.path(), text);
-        let longer = PlannedScan::new(Plan::parse(source)?, self.scan.rig_setup.clone());
+        let longer = PlannedScan::new(Plan::parse(source)?, self.scan.rig_setup.clone())?;
         let done = self.scan.visits.len();
         if longer.visits.get(..done) != Some(&self.scan.visits[..])
             || longer.plan.foci != self.setup.foci

@@ -5,7 +5,7 @@ use rand_distr::{Distribution, Normal};
 use super::*;
 use crate::source::DataSheet;
 use fieldgap_acoustics::Element;
-use fieldgap_level::{KnownLimit, of_level_pa};
+use fieldgap_level::{KnownLimit, People, of_level_pa};
 
 const FREQUENCY_HZ: f64 = 40e3;
 
@@ -22,8 +22,7 @@ fn sheet() -> DataSheet {
 
 fn exposure(places: Vec<Place>) -> Exposure {
     Exposure {
-        places,
-        limits: vec![KnownLimit::Howard2004.limit()],
+        people: People { places, limits: vec![KnownLimit::Howard2004.limit()] },
         source: None,
         model_u_db: Some(0.0),
         temperature_u_c: Some(2.0),

@@ -14,7 +14,7 @@ use fieldgap::comparison::{Comparison, Uncertain};
 use fieldgap::report::{self, LoopOfRounds, ReportContext, ReportError};
 
 use page_words::words;
-use report_synthetic::{comparisons, context};
+use report_synthetic::{V_PER_PA, comparisons, context, with_levels};
 
 const BOTH: [Simulator; 2] = [Simulator::AsWritten, Simulator::Corrected];
 
@@ -148,6 +148,29 @@ fn user_text_is_escaped() {
             assert!(text.contains("&lt;script&gt;"), "{name}");
         }
     }
+}
+
+#[test]
+fn the_maps_in_pascals_have_the_uncertainty_of_their_height() {
+    let all = comparisons(&[Simulator::Corrected], &[50.0, 100.0], 5.0);
+    assert!(!files(&context(), &all).contains_key("levels.csv"));
+    let all: Vec<_> = all.into_iter().map(with_levels).collect();
+    let map = all[0].planes[0].map.as_ref().expect("a map");
+    let files = files(&context(), &all);
+    let mut rows = csv::Reader::from_reader(&files["levels.csv"][..]);
+    let names = rows.headers().expect("names").clone();
+    let column = |name: &str| names.iter().position(|other| other == name).expect("a column");
+    let mut count = 0;
+    for (row, volts) in rows.records().zip(&map.scan) {
+        let row = row.expect("a row");
+        let number = |name: &str| row[column(name)].parse::<f64>().expect("a number");
+        let rms_pa = volts / V_PER_PA * 10f64.powf(0.1);
+        assert!((number("scan_pa") / rms_pa - 1.0).abs() < 1e-9);
+        assert!((number("scan_db") - 20.0 * (rms_pa / 20e-6).log10()).abs() < 1e-9);
+        assert!((number("peak_expanded_db") - 0.8).abs() < 1e-12);
+        count += 1;
+    }
+    assert_eq!(count, map.scan.len(), "the second height has no level");
 }
 
 #[test]

@@ -18,7 +18,7 @@ faces; z points into the field.
 from importlib.metadata import version as _version
 
 from ._native import Array, Medium, Transducer
-from .comparison import Agreement, ComparedMap, Comparison, Discrepancy, Figures, PlaneComparison, compare
+from .comparison import Agreement, ComparedMap, Comparison, Discrepancy, Figures, Levels, PlaneComparison, compare
 from .diagnosis import Candidate, DiagnosedMap, Diagnosis, Parameter, Remainder, diagnose
 from .errors import ArgumentError, FieldgapError, FileError, IncomparableError
 from .field import plane, simulate
@@ -44,6 +44,7 @@ __all__ = [
     "Figures",
     "FileError",
     "IncomparableError",
+    "Levels",
     "Map",
     "Medium",
     "Parameter",

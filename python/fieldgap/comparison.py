@@ -122,6 +122,36 @@ class ComparedMap:
 
 
 @dataclass(frozen=True)
+class Levels:
+    """Absolute levels at one height, where the sensitivity of the receiver is known; dB re 20 µPa rms.
+
+    Attributes
+    ----------
+    pa_per_reading : float
+        Pascals rms per unit of a reading at this height: times a map of scan or simulation it is the sound pressure.
+    scan_pa, simulation_pa : float
+        The peaks, Pa rms.
+    scan_db, simulation_db : float
+        Their levels, dB.
+    expanded_db : float
+        Expanded uncertainty (k = 2) of the level of the scan's peak, dB.
+    gap_db : Uncertain
+        Level of the scan's peak over that of the simulation, dB; it does not depend on the sensitivity.
+    budget : dict
+        The uncertainty budget, as the JSON has it.
+    """
+
+    pa_per_reading: float
+    scan_pa: float
+    scan_db: float
+    simulation_pa: float
+    simulation_db: float
+    expanded_db: float
+    gap_db: Uncertain
+    budget: Dict[str, Any]
+
+
+@dataclass(frozen=True)
 class PlaneComparison:
     """Scan and simulation at one height, for one drive.
 
@@ -141,6 +171,8 @@ class PlaneComparison:
         The two maps, where the points lie on a grid.
     why_no_map : str or None
         Why there is none.
+    levels : Levels or None
+        Absolute levels, where the sensitivity of the receiver is known.
     """
 
     drive: int
@@ -151,6 +183,7 @@ class PlaneComparison:
     agreement: Agreement
     map: Optional[ComparedMap]
     why_no_map: Optional[str]
+    levels: Optional[Levels] = None
 
 
 class Comparison:
@@ -202,10 +235,14 @@ class Comparison:
     def planes(self) -> List[PlaneComparison]:
         """One entry for each drive and height, by drive, then height."""
         maps = self._native.maps()
-        return [_plane(plane, arrays) for plane, arrays in zip(self._json["planes"], maps)]
+        levels = self._json.get("levels")
+        return [_plane(plane, arrays, _levels(levels, plane)) for plane, arrays in zip(self._json["planes"], maps)]
 
     def table(self) -> List[Dict[str, Any]]:
-        """One row for each drive and height; lengths in metres, readings in the record's unit, ``_se`` standard errors, NaN where absent."""
+        """One row for each drive and height; lengths in metres, readings in the record's unit, ``_se`` standard errors, NaN where absent.
+
+        Where levels are known, also the peaks in ``_pa`` (rms) and ``_db`` (re 20 µPa), with ``scan_peak_expanded_db`` (k = 2).
+        """
         return [_row(plane) for plane in self.planes]
 
     def to_pandas(self) -> Any:
@@ -303,7 +340,27 @@ def _figures(of_json: Dict[str, Any]) -> Figures:
     )
 
 
-def _plane(of_json: Dict[str, Any], arrays: Optional[Tuple[Any, ...]]) -> PlaneComparison:
+def _levels(of_comparison: Optional[Dict[str, Any]], plane: Dict[str, Any]) -> Optional[Levels]:
+    """The levels of a plane."""
+    if of_comparison is None:
+        return None
+    here = [one for one in of_comparison["planes"] if (one["focus"], one["z_m"]) == (plane["focus"], plane["z_m"])]
+    if not here:
+        return None
+    (found,) = here
+    return Levels(
+        of_comparison["rms_pa_per_reading"] * 10 ** (found["reception_db"] / 20),
+        found["scan"]["rms_pa"],
+        found["scan"]["level_db"],
+        found["simulation"]["rms_pa"],
+        found["simulation"]["level_db"],
+        found["expanded_db"],
+        uncertain(found["gap_db"]),
+        found["budget"],
+    )
+
+
+def _plane(of_json: Dict[str, Any], arrays: Optional[Tuple[Any, ...]], levels: Optional[Levels]) -> PlaneComparison:
     discrepancy = of_json["discrepancy"]
     x, y = discrepancy["peak_shift_m"]
     return PlaneComparison(
@@ -321,6 +378,7 @@ def _plane(of_json: Dict[str, Any], arrays: Optional[Tuple[Any, ...]]) -> PlaneC
         _agreement(of_json["agreement"]),
         None if arrays is None else ComparedMap(*arrays),
         of_json["why_no_map"],
+        levels,
     )
 
 
@@ -344,6 +402,10 @@ def _row(plane: PlaneComparison) -> Dict[str, Any]:
     row["residual_rms_ratio"] = plane.agreement.residual_rms_ratio
     row["gain_ratio"] = plane.agreement.gain_ratio
     row["points"] = plane.agreement.points
+    if plane.levels is not None:
+        row["scan_peak_pa"], row["scan_peak_db"] = plane.levels.scan_pa, plane.levels.scan_db
+        row["scan_peak_expanded_db"] = plane.levels.expanded_db
+        row["simulation_peak_pa"], row["simulation_peak_db"] = plane.levels.simulation_pa, plane.levels.simulation_db
     return row
 
 

@@ -79,6 +79,25 @@ def test_a_comparison_equals_that_of_the_command_line(folder, json_of, simulator
     assert comparison.gain.value == pytest.approx(printed["registration"]["gain"]["value"])
 
 
+def test_levels_are_those_of_the_command_line(command_line, json_of, tmp_path):
+    command_line("scan", "scans/quick-look.toml", "--rig", "rigs/levels.toml", "--out", tmp_path / "levels")
+    comparison = fg.compare(tmp_path / "levels")
+    (plane,) = comparison.planes
+    (expected,) = json_of("compare", tmp_path / "levels", "--json")[0]["levels"]["planes"]
+    levels = plane.levels
+    assert (levels.scan_db, levels.expanded_db) == (expected["scan"]["level_db"], expected["expanded_db"])
+    # The peak of the map on its grid lies below the refined one, by less than half a decibel.
+    pressures = plane.map.scan * levels.pa_per_reading
+    assert 0 <= levels.scan_db - 20 * np.log10(np.nanmax(pressures) / 20e-6) < 0.5
+    (row,) = comparison.table()
+    assert (row["scan_peak_pa"], row["scan_peak_expanded_db"]) == (levels.scan_pa, levels.expanded_db)
+
+
+def test_without_a_sensitivity_there_are_no_levels(folder):
+    (plane,) = fg.compare(folder).planes
+    assert plane.levels is None and "scan_peak_pa" not in fg.compare(folder).table()[0]
+
+
 def test_a_comparison_is_shown(folder):
     comparison = fg.compare(fg.open(folder))
     page = comparison._repr_html_()

@@ -11,6 +11,7 @@ use fieldgap_acoustics::Simulator;
 use fieldgap_acoustics::radiation::SkinInAir;
 use fieldgap_acquisition::RigSetup;
 use fieldgap_display::{ComposedDisplay, DisplayFile, Playback, Stimulus, compose, stimulus};
+use fieldgap_level::{Budget, COVERAGE_FACTOR, usual};
 use fieldgap_report::{PlayedDisplay, write_display};
 use fieldgap_rig::ArrayIdentity;
 
@@ -59,15 +60,21 @@ impl SimulateDisplay<'_> {
                 "modulation_hz": composed.modulation_hz,
                 "quality": composed.quality,
                 "felt": felt,
+                "level_budget": display.output.level_budget(),
             }))?;
         } else {
-            print(&text(&composed, &controller, &felt))?;
+            print(&text(&composed, &controller, &felt, display.output.level_budget()))?;
         }
         Ok(ExitCode::SUCCESS)
     }
 }
 
-fn text(composed: &ComposedDisplay, controller: &ArrayIdentity, felt: &Stimulus) -> String {
+fn text(
+    composed: &ComposedDisplay,
+    controller: &ArrayIdentity,
+    felt: &Stimulus,
+    budget: Option<Budget>,
+) -> String {
     let mut text = summary(composed, controller) + "\n";
     if let Some(quality) = composed.quality {
         text += &format!(
@@ -107,6 +114,15 @@ fn text(composed: &ComposedDisplay, controller: &ArrayIdentity, felt: &Stimulus)
             swings,
         );
     }
+    text += "\ndB: mean level of the focus re 20 µPa rms; ";
+    text += &match budget {
+        Some(budget) => format!(
+            "expanded uncertainty (k = 2) {:.1} dB, of this {:.1} dB for the simulation by the program's own value",
+            budget.expanded_db(),
+            COVERAGE_FACTOR * usual::SIMULATION_DB
+        ),
+        None => "its uncertainty is unknown without `element_u_db` in [output]".to_owned(),
+    };
     text += "\nforce: radiation force on a disc of 10 mm radius at full envelope\npressure: radiation pressure at the focus at full envelope\n\
              steady, varying: mean radiation pressure over time and its amplitude at the modulation frequency, at the place of the \
              largest variation\n8 kPa: threshold of skin as given by the thesis\n";

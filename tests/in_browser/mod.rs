@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use fieldgap::acoustics::Simulator;
+use fieldgap::comparison::Comparison;
 use fieldgap::report::{self, LoopOfRounds, SimulatedMap};
 
-use crate::report_synthetic::{comparisons, context, simulated_map};
+use crate::report_synthetic::{comparisons, context, simulated_map, with_levels};
 use crate::rounds_synthetic;
 
 /// Chromium or Chrome on the search path.
@@ -60,6 +61,51 @@ fn the_interactive_maps_are_drawn_without_a_network() {
     ] {
         assert!(document.contains(title), "no {title}");
     }
+}
+
+#[test]
+fn maps_are_shown_in_pascals_and_decibels_where_the_level_is_known() {
+    let Some(browser) = browser() else {
+        eprintln!("skipped: neither chromium nor google-chrome is installed");
+        return;
+    };
+    let all = comparisons(&[Simulator::Corrected], &[100.0, 200.0], 5.0);
+    let plain = report_of(&all).1;
+    assert!(!plain.contains("value=\"pascal\""), "pascals of an unknown sensitivity");
+    let all: Vec<_> = all.into_iter().map(with_levels).collect();
+    let (folder, source) = report_of(&all);
+    let map = all[0].planes[0].map.as_ref().expect("a map");
+    let volts = map.scan.iter().copied().fold(0.0, f64::max);
+    // 2 dB more than the reading of 3 mV/Pa says.
+    let db = 20.0 * (volts / 0.003 / 20e-6).log10() + 2.0;
+    for (scale, titles) in [
+        ("pascal", [">Pa rms</text>", "pressure (Pa rms)"]),
+        ("level", [">dB re 20 µPa</text>", "pressure (Pa rms)"]),
+    ] {
+        let option = format!("<option value=\"{scale}\"");
+        let chosen = source.replace(&option, &format!("{option} selected"));
+        assert_ne!(chosen, source);
+        // The first height is shown, which has a level.
+        let chosen =
+            chosen.replace("\"z_mm\":200.0},\"comparisons\"", "\"z_mm\":100.0},\"comparisons\"");
+        let page = folder.path().join("explore.html");
+        std::fs::write(&page, chosen).expect("written");
+        let document = document(&browser, &page);
+        assert!(document.contains("data-complete=\"yes\""), "the script did not reach its end");
+        let said = format!(" Pa rms = {db:.1} dB, simulation ");
+        assert!(document.contains(&said), "no {said}");
+        assert!(document.contains("± 0.8 dB, k = 2)"), "no uncertainty");
+        for title in titles {
+            assert!(document.contains(title), "{scale}: no {title}");
+        }
+    }
+}
+
+fn report_of(comparisons: &[Comparison]) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    report::write(folder.path(), &context(), comparisons, None).expect("written");
+    let source = std::fs::read_to_string(folder.path().join("explore.html")).expect("a page");
+    (folder, source)
 }
 
 #[test]

@@ -6,9 +6,10 @@ use fieldgap::acoustics::metrics::{
 use fieldgap::acoustics::{Array, Excitation, Medium, PlaneGrid, Simulation, Simulator, Vec3};
 use fieldgap::comparison::{
     Agreement, ComparedMap, Comparison, Discrepancy, Estimate, FieldFigures, FocalRadiusFigure,
-    Mirror, Noise, NoiseSource, PlaneComparison, Pose, Registering, Registration,
-    TriedRegistration, Uncertain, UndeterminedCombination,
+    Levels, Mirror, Noise, NoiseSource, PeakLevel, PlaneComparison, PlaneLevels, Pose, Registering,
+    Registration, TriedRegistration, Uncertain, UndeterminedCombination,
 };
+use fieldgap::level::{Budget, Kind, Line, level_db};
 use fieldgap::report::{InputFile, ReportContext, SimulatedMap};
 
 pub const FOCUS_M: [f64; 3] = [0.0175, -0.0225, 0.1];
@@ -47,6 +48,33 @@ pub fn comparisons(simulators: &[Simulator], heights_mm: &[f64], step_mm: f64) -
         })
         .collect()
 }
+
+/// The same with a receiver that hears 2 dB less at the first height and reads `V_PER_PA` volts per pascal; the level of the second height is unknown.
+pub fn with_levels(mut comparison: Comparison) -> Comparison {
+    let budget = Budget::new(vec![Line::decibels("receiver's sensitivity", Kind::B, 0.4)]);
+    let first = &comparison.planes[0];
+    let level = |volts: f64| {
+        let rms_pa = volts / V_PER_PA * 10f64.powf(0.1);
+        PeakLevel { rms_pa, level_db: level_db(rms_pa) }
+    };
+    let plane = PlaneLevels {
+        focus: first.focus,
+        z_m: first.z_m,
+        scan: level(first.scan.peak.value),
+        simulation: level(first.simulation.peak.value),
+        gap_db: Uncertain { value: 0.0, standard_error: 0.1 },
+        residual_rms_pa: level(first.agreement.residual_rms).rms_pa,
+        reception_db: 2.0,
+        expanded_db: budget.expanded_db(),
+        budget,
+    };
+    comparison.levels =
+        Some(Levels { rms_pa_per_reading: 1.0 / V_PER_PA, planes: vec![plane], notes: Vec::new() });
+    comparison
+}
+
+/// Sensitivity of the receiver of [`with_levels`].
+pub const V_PER_PA: f64 = 0.003;
 
 pub fn context() -> ReportContext {
     ReportContext {

@@ -14,9 +14,10 @@ use fieldgap_acoustics::Simulator;
 use fieldgap_acoustics::foci::Solver;
 use fieldgap_acoustics::radiation::AIR_DENSITY_KG_M3;
 use fieldgap_input::{
-    Delay, Fault, Finite, Label, Length, OutOfRange, Positive, Rate, Speed, Time, TomlSource,
-    literal,
+    Delay, Fault, Finite, Label, Length, NonNegative, OutOfRange, Positive, Rate, Speed, Time,
+    TomlSource, literal,
 };
+use fieldgap_level::{Budget, Kind, Line, usual};
 
 /// A display file.
 #[derive(Debug, Clone)]
@@ -75,16 +76,29 @@ pub struct Output {
     /// Level of one element on its axis 300 mm away, dB re 20 µPa rms. The default is the data sheet's of the thesis's
     /// transducer (Murata MA40S4S: 120 dB at 10 V rms); 20 lg(V/10) more at another voltage.
     pub element_db_at_300_mm: Finite,
+    /// Its standard uncertainty, dB; `None` if nobody stated one.
+    pub element_u_db: Option<NonNegative>,
     /// Directivity of an element. Path lengths are exact for every simulator, also for `as-written`.
     pub simulator: Simulator,
     /// Density of air, kg/m³.
     pub air_density_kg_m3: Positive,
 }
 
+impl Output {
+    /// Uncertainty of the level of a focus: that of the element's level, and that of the simulation by the program's own judgement. `None` if the former is
+    /// unknown.
+    pub fn level_budget(&self) -> Option<Budget> {
+        let element = Line::decibels("level of the element", Kind::B, self.element_u_db?.get());
+        let simulation = Line::decibels("simulation", Kind::B, usual::SIMULATION_DB);
+        Some(Budget::new(vec![element, simulation.assumed_if(true)]))
+    }
+}
+
 impl Default for Output {
     fn default() -> Self {
         Self {
             element_db_at_300_mm: Finite::new(120.0).expect("a literal"),
+            element_u_db: None,
             simulator: Simulator::Piston,
             air_density_kg_m3: Positive::new(AIR_DENSITY_KG_M3).expect("above zero"),
         }

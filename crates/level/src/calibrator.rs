@@ -134,6 +134,10 @@ fn mean_and_scatter(numbers: &[f64]) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
     use super::*;
 
     const AT_114: Calibrator = Calibrator {
@@ -188,5 +192,39 @@ mod tests {
             CalibratedReceiver::of(&[vec![0.0, 0.0]], AT_114),
             Err(NoSensitivity::Silent(0.0))
         );
+    }
+
+    /// Propagation of distributions (JCGM 101): laboratories whose calibrator, response and readings differ from what is stated.
+    #[test]
+    fn the_budget_agrees_with_a_monte_carlo() {
+        const DRAWS: usize = 20_000;
+        const TRUE_V_PA: f64 = 0.003;
+        let stated = Calibrator {
+            level_db: 114.0,
+            level_u_db: Some(0.15),
+            carrier_response: Some(Relative { db: -1.8, u_db: Some(0.4) }),
+        };
+        let mut draws = ChaCha8Rng::seed_from_u64(5);
+        let mut normal = move || -> f64 { StandardNormal.sample(&mut draws) };
+        let mut combined = 0.0;
+        let errors_db: Vec<f64> = (0..DRAWS)
+            .map(|_| {
+                let true_pa = 20e-6 * 10f64.powf((114.0 + 0.15 * normal()) / 20.0);
+                let true_response = 10f64.powf((-1.8 + 0.4 * normal()) / 20.0);
+                let volts = TRUE_V_PA / true_response * true_pa;
+                let readings = (0..40).map(|_| volts * (1.0 + 0.12 * normal())).collect();
+                let found = CalibratedReceiver::of(&[readings], stated).expect("readings");
+                combined += found.budget.combined_db.powi(2) / DRAWS as f64;
+                20.0 * (found.readings_a_pa / TRUE_V_PA).log10()
+            })
+            .collect();
+        let mean = errors_db.iter().sum::<f64>() / DRAWS as f64;
+        let squares: f64 = errors_db.iter().map(|error| (error - mean).powi(2)).sum();
+        let (drawn, combined) = ((squares / DRAWS as f64).sqrt(), combined.sqrt());
+        assert!(mean.abs() < 0.02, "{mean}");
+        assert!((combined / drawn - 1.0).abs() < 0.05, "{combined} {drawn}");
+        let within = errors_db.iter().filter(|error| error.abs() <= 2.0 * combined).count();
+        let covered = within as f64 / DRAWS as f64;
+        assert!((0.93..0.97).contains(&covered), "{covered}");
     }
 }

@@ -39,10 +39,10 @@ pub fn csv(comparisons: &[Comparison]) -> String {
 }
 
 /// The maps of all comparisons in pascals and decibels, a row for each point; `None` if no level is known. An empty field is a point that
-/// was not measured, or a level of no sound.
+/// was not measured, or a level of no sound. The last column is the expanded uncertainty (k = 2) of the peak of the scan at this height.
 pub(super) fn levels_csv(comparisons: &[Comparison]) -> Option<String> {
-    let mut csv =
-        "simulator,focus,x_mm,y_mm,z_mm,scan_pa,scan_db,simulation_pa,simulation_db\n".to_owned();
+    let mut csv = "simulator,focus,x_mm,y_mm,z_mm,scan_pa,scan_db,simulation_pa,simulation_db,peak_expanded_db\n"
+        .to_owned();
     let mut known = false;
     for comparison in comparisons {
         let Some(levels) = &comparison.levels else { continue };
@@ -65,7 +65,7 @@ pub(super) fn levels_csv(comparisons: &[Comparison]) -> Option<String> {
                         false => csv.push_str(",,"),
                     }
                 }
-                csv.push('\n');
+                let _ = writeln!(csv, ",{}", of_plane.expanded_db);
             }
         }
     }

@@ -108,3 +108,14 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn the_level_of_a_focus_has_an_uncertainty_where_the_elements_have_one() {
+    let budget = |u_db: Option<f64>| {
+        let element_u_db = u_db.map(fieldgap_input::literal);
+        Output { element_u_db, ..Output::default() }.level_budget()
+    };
+    assert_eq!(budget(None), None);
+    // 1.5 and 2 dB are 2.5 dB.
+    assert!((budget(Some(1.5)).expect("stated").expanded_db() - 5.0).abs() < 1e-12);
+}

@@ -10,7 +10,7 @@ use crate::dataset::{Dataset, Values, Variable};
 pub struct NoGrids;
 
 /// A dataset with one row for each point of each grid: `grid` (from 1), `drive` where the grid states it, `z`, `y`, `x` in the unit of the axes, and the
-/// values, NaN where a grid lacks one. Attributes are kept.
+/// values, those of a height for each of its points, NaN where a grid lacks one. Attributes are kept.
 ///
 /// # Errors
 /// [`NoGrids`].
@@ -45,6 +45,12 @@ pub fn grid_rows(dataset: &Dataset) -> Result<Dataset, NoGrids> {
             names.push(name);
         }
     }
+    let mut of_heights: Vec<(&str, &Variable)> = Vec::new();
+    for (name, variable) in grids.iter().flat_map(|grid| &grid.of_heights) {
+        if !of_heights.iter().any(|(other, _)| other == name) {
+            of_heights.push((name, variable));
+        }
+    }
     for name in names {
         let of_grid = |grid: &Grid<'_>| match grid.layer(name) {
             Some(variable) => floats(&variable.values),
@@ -52,6 +58,22 @@ pub fn grid_rows(dataset: &Dataset) -> Result<Dataset, NoGrids> {
         };
         let values = grids.iter().flat_map(of_grid).collect();
         let Some(first) = grids.iter().find_map(|grid| grid.layer(name)) else { continue };
+        let unit = first.unit.as_deref().unwrap_or_default();
+        rows.floats(name, &[point], values, unit, &first.long_name);
+    }
+    for (name, first) in of_heights {
+        let of_grid = |grid: &Grid<'_>| {
+            let of_heights = grid.of_heights.iter().find(|(other, _)| *other == name);
+            let in_plane = points(grid) / grid.axes[0].values.len().max(1);
+            match of_heights {
+                Some((_, variable)) => floats(&variable.values)
+                    .into_iter()
+                    .flat_map(|value| std::iter::repeat_n(value, in_plane))
+                    .collect(),
+                None => vec![f64::NAN; points(grid)],
+            }
+        };
+        let values = grids.iter().flat_map(of_grid).collect();
         let unit = first.unit.as_deref().unwrap_or_default();
         rows.floats(name, &[point], values, unit, &first.long_name);
     }
@@ -66,6 +88,8 @@ struct Grid<'d> {
     drive: Option<i32>,
     /// Names without that of the grid, and arrays.
     layers: Vec<(&'d str, &'d Variable)>,
+    /// The same of what has one value for each height.
+    of_heights: Vec<(&'d str, &'d Variable)>,
 }
 
 impl<'d> Grid<'d> {
@@ -105,7 +129,13 @@ fn grids(dataset: &Dataset) -> Vec<Grid<'_>> {
                     _ => None,
                 });
                 let dimensions = variable.dimensions.clone();
-                grids.push(Grid { dimensions, axes, drive, layers: vec![layer] });
+                let heights = dataset.variables.iter().filter(|other| {
+                    other.dimensions == dimensions[..1] && other.name != axes[0].name
+                });
+                let of_heights = heights
+                    .filter_map(|other| Some((other.name.strip_prefix(prefix)?, other)))
+                    .collect();
+                grids.push(Grid { dimensions, axes, drive, layers: vec![layer], of_heights });
             }
         }
     }

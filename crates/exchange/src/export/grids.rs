@@ -12,8 +12,18 @@ pub(super) struct Map {
     pub x_m: Vec<f64>,
     /// Rows, ascending.
     pub y_m: Vec<f64>,
-    /// Names, descriptions and values, row by row.
-    pub layers: Vec<(&'static str, &'static str, Vec<f64>)>,
+    /// Values row by row.
+    pub layers: Vec<Layer>,
+    /// One value each for the whole plane.
+    pub of_plane: Vec<Layer>,
+}
+
+/// Values with what they are.
+pub(super) struct Layer {
+    pub name: &'static str,
+    pub unit: String,
+    pub long_name: &'static str,
+    pub values: Vec<f64>,
 }
 
 /// Positions of grids are equal within the tolerance of a map's own lines.
@@ -25,7 +35,7 @@ fn same_grid(a: &Map, b: &Map) -> bool {
 }
 
 /// Adds maps that have the same layers. Those of one drive on one grid become a stack of planes; each stack has dimensions of its own.
-pub(super) fn add_maps(dataset: &mut Dataset, maps: Vec<Map>, unit: &str) {
+pub(super) fn add_maps(dataset: &mut Dataset, maps: Vec<Map>) {
     let mut stacks: Vec<Vec<Map>> = Vec::new();
     for map in maps {
         match stacks.iter_mut().find(|stack| same_grid(&stack[0], &map)) {
@@ -48,9 +58,14 @@ pub(super) fn add_maps(dataset: &mut Dataset, maps: Vec<Map>, unit: &str) {
         let x = axis("x", mm(&first.x_m), "columns of the grid");
         let drive = vec![i32::try_from(first.drive).unwrap_or(i32::MAX)];
         dataset.integers(&name("drive"), &[], drive, "number of the drive of this grid");
-        for (layer, (what, long_name, _)) in first.layers.iter().enumerate() {
-            let values = stack.iter().flat_map(|map| map.layers[layer].2.iter().copied()).collect();
-            dataset.floats(&name(what), &[z, y, x], values, unit, long_name);
-        }
+        let mut add = |dimensions: &[usize], layers: for<'m> fn(&'m Map) -> &'m [Layer]| {
+            for (number, layer) in layers(first).iter().enumerate() {
+                let of_map = |map: &'_ Map| layers(map)[number].values.clone();
+                let values = stack.iter().flat_map(of_map).collect();
+                dataset.floats(&name(layer.name), dimensions, values, &layer.unit, layer.long_name);
+            }
+        };
+        add(&[z, y, x], |map| &map.layers);
+        add(&[z], |map| &map.of_plane);
     }
 }

@@ -4,6 +4,7 @@ mod csv;
 mod grid_rows;
 mod grids;
 mod hdf5;
+mod levels;
 mod mat;
 mod netcdf;
 mod npz;

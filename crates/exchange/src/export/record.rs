@@ -9,7 +9,8 @@ use fieldgap_records::{
 };
 use sha2::{Digest, Sha256};
 
-use super::grids::{Map, add_maps};
+use super::grids::{Layer, Map, add_maps};
+use super::levels;
 use crate::dataset::{Attribute, Dataset};
 
 /// Files of a record whose text is exported.
@@ -43,10 +44,13 @@ pub fn dataset_of_record(
         Err(why) => dataset.text("no_simulation", why),
     }
     let maps = match comparison {
-        Ok(comparison) => comparison.planes.iter().filter_map(map_of_comparison).collect(),
+        Ok(comparison) => {
+            let map = |plane| map_of_comparison(plane, comparison);
+            comparison.planes.iter().filter_map(map).collect()
+        }
         Err(_) => maps_of_scan(scan),
     };
-    add_maps(&mut dataset, maps, &scan.setup.unit);
+    add_maps(&mut dataset, maps);
     add_drives(&mut dataset, scan);
     dataset
 }
@@ -171,6 +175,9 @@ fn add_readings(dataset: &mut Dataset, scan: &RecordedScan, comparison: Option<&
             .zip(&simulated)
             .map(|(sample, value)| sample.reading - value)
             .collect();
+        if let Some(levels) = &comparison.levels {
+            levels::add_to_readings(dataset, point, scan, comparison, levels, &simulated);
+        }
         dataset.floats(
             "simulation",
             &on,
@@ -186,15 +193,26 @@ fn add_readings(dataset: &mut Dataset, scan: &RecordedScan, comparison: Option<&
     }
 }
 
-fn map_of_comparison(plane: &PlaneComparison) -> Option<Map> {
+fn map_of_comparison(plane: &PlaneComparison, comparison: &Comparison) -> Option<Map> {
     let ComparedMap { x_m, y_m, scan, simulation, .. } = plane.map.clone()?;
     let difference = scan.iter().zip(&simulation).map(|(a, b)| a - b).collect();
-    let layers = vec![
-        ("reading", READINGS, scan),
-        ("simulation", "simulation on the grid, registered and scaled to the readings", simulation),
-        ("difference", "reading less simulation on the grid", difference),
+    let unit = &comparison.reading_unit;
+    let (mut layers, mut of_plane) = (Vec::new(), Vec::new());
+    if let Some(levels) = &comparison.levels {
+        levels::add_to_map(&mut layers, &mut of_plane, levels, plane, [&scan, &simulation]);
+    }
+    let layer = |name, long_name, values| Layer { name, unit: unit.clone(), long_name, values };
+    let in_unit = [
+        layer("reading", READINGS, scan),
+        layer(
+            "simulation",
+            "simulation on the grid, registered and scaled to the readings",
+            simulation,
+        ),
+        layer("difference", "reading less simulation on the grid", difference),
     ];
-    Some(Map { drive: plane.focus, z_mm: plane.z_m * 1e3, x_m, y_m, layers })
+    layers.splice(0..0, in_unit);
+    Some(Map { drive: plane.focus, z_mm: plane.z_m * 1e3, x_m, y_m, layers, of_plane })
 }
 
 const READINGS: &str = "readings on the grid, repeats averaged";
@@ -208,7 +226,13 @@ fn maps_of_scan(scan: &RecordedScan) -> Vec<Map> {
             z_mm: plane.z_mm,
             x_m: map.x_m().to_vec(),
             y_m: map.y_m().to_vec(),
-            layers: vec![("reading", READINGS, map.values().to_vec())],
+            layers: vec![Layer {
+                name: "reading",
+                unit: scan.setup.unit.clone(),
+                long_name: READINGS,
+                values: map.values().to_vec(),
+            }],
+            of_plane: Vec::new(),
         })
     });
     maps.collect()

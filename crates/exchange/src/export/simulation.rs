@@ -5,7 +5,7 @@ use std::path::Path;
 use fieldgap_input::{Fault, MOST_TABLE, read_bytes, toml_file};
 use serde::Deserialize;
 
-use super::grids::{Map, add_maps};
+use super::grids::{Layer, Map, add_maps};
 use super::record::{Provenance, describe_program};
 use crate::arrays::single_precision;
 use crate::dataset::{Attribute, Dataset, Values, Variable};
@@ -89,7 +89,6 @@ fn of_planes(path: &Path, provenance: &Provenance) -> Result<Dataset, Fault> {
     add_maps(
         &mut dataset,
         rows.chunk_by(|a, b| (a.focus, a.z_mm) == (b.focus, b.z_mm)).filter_map(map).collect(),
-        UNIT,
     );
     Ok(dataset)
 }
@@ -109,7 +108,13 @@ fn map(rows: &[Row]) -> Option<Map> {
         z_mm: rows[0].z_mm,
         x_m,
         y_m,
-        layers: vec![("pressure", "root mean square pressure on the grid", pressures)],
+        layers: vec![Layer {
+            name: "pressure",
+            unit: UNIT.to_owned(),
+            long_name: "root mean square pressure on the grid",
+            values: pressures,
+        }],
+        of_plane: Vec::new(),
     })
 }
 

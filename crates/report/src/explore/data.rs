@@ -56,6 +56,18 @@ struct Plane {
     phase: Option<String>,
     /// The focus over this plane, if it has one.
     focus_mm: Option<[f64; 2]>,
+    /// Its absolute level, where it is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    level: Option<Level>,
+}
+
+/// What makes pascals of the values of a plane.
+#[derive(Serialize)]
+struct Level {
+    /// Pascals rms per unit of the amplitudes.
+    pa_per_unit: f64,
+    /// Expanded uncertainty of the level of the scan's peak, k = 2, dB.
+    expanded_db: f64,
 }
 
 impl<'a> Maps<'a> {
@@ -70,11 +82,16 @@ impl<'a> Maps<'a> {
             .map(|comparison| Simulated {
                 simulator: comparison.simulator.to_string(),
                 noise: [comparison.noise.additive, comparison.noise.multiplicative],
-                planes: comparison.planes.iter().filter_map(plane).collect(),
+                planes: comparison.planes.iter().filter_map(|of| plane(of, comparison)).collect(),
             })
             .collect();
         let drawn = comparisons.iter().any(|comparison| !comparison.planes.is_empty());
         drawn.then_some(Self { unit, start, comparisons })
+    }
+
+    /// Whether an absolute level is known.
+    pub(super) fn has_levels(&self) -> bool {
+        self.comparisons.iter().flat_map(|one| &one.planes).any(|plane| plane.level.is_some())
     }
 
     /// The maps of simulated planes; `None` if there is none.
@@ -117,10 +134,11 @@ fn simulated(map: &SimulatedMap, stride: usize) -> Plane {
         simulation: packed(&values(&map.amplitude)),
         phase: Some(packed_phase(&values(&map.phase_rad))),
         focus_mm: map.focus_m.map(|at| [rounded_mm(at.x), rounded_mm(at.y)]),
+        level: None,
     }
 }
 
-fn plane(plane: &PlaneComparison) -> Option<Plane> {
+fn plane(plane: &PlaneComparison, comparison: &Comparison) -> Option<Plane> {
     let map = plane.map.as_ref()?;
     let millimetres = |along_m: &[f64]| along_m.iter().map(|m| rounded_mm(*m)).collect();
     Some(Plane {
@@ -132,6 +150,10 @@ fn plane(plane: &PlaneComparison) -> Option<Plane> {
         simulation: packed(&map.simulation),
         phase: map.phase_rad.as_deref().map(packed_phase),
         focus_mm: plane.target_in_scan_m.map(|at| [rounded_mm(at.x), rounded_mm(at.y)]),
+        level: comparison.levels.as_ref().and_then(|levels| {
+            let of = levels.of_plane(plane)?;
+            Some(Level { pa_per_unit: levels.rms_pa_in(of), expanded_db: of.expanded_db })
+        }),
     })
 }
 

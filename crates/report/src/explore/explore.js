@@ -68,6 +68,9 @@ const plain = (text) => text.replaceAll("&", "&amp;").replaceAll("<", "&lt;");
 
 const digits = (value) => (Number.isFinite(value) ? Number(value.toPrecision(4)).toString() : "–");
 
+/** Level of a pressure in Pa rms, dB re 20 µPa. */
+const level = (pa) => 20 * Math.log10(pa / 20e-6);
+
 const minus = (text) => text.replaceAll("-", "−");
 
 class Explorer {
@@ -126,7 +129,26 @@ class Explorer {
     return Math.hypot(constant, share * level);
   }
 
+  /** Whether pascals and levels are shown. */
+  get isAbsolute() {
+    return ["pascal", "level"].includes(this.form.scale.value);
+  }
+
+  /** Whether the scale is logarithmic. */
+  get isLogarithmic() {
+    return ["decibel", "level"].includes(this.form.scale.value);
+  }
+
+  /** What the values of a plane are multiplied with to be shown; a plane without a level has none in pascals. */
+  factor(plane) {
+    return this.isAbsolute ? plane.level?.pa_per_unit ?? NaN : 1;
+  }
+
   unit() {
+    return this.isAbsolute ? "Pa rms" : this.readingUnit();
+  }
+
+  readingUnit() {
     return this.maps.unit || (this.isMeasured ? "the receiver's unit" : "simulator's unit");
   }
 
@@ -156,15 +178,18 @@ class Explorer {
     if (name === "phase") return this.phase();
     const of = form.range.value === "all" ? planes : [plane];
     const names = this.isMeasured ? ["scan", "simulation"] : ["simulation"];
-    const top = Math.max(...of.flatMap((one) => names.map((map) => largest(rows(one, map)))));
+    const tops = of.flatMap((one) => names.map((map) => largest(rows(one, map)) * this.factor(one)));
+    const top = Math.max(0, ...tops.filter(Number.isFinite)) || 1;
     const title = name === "scan" ? "scan" : `simulation (${this.comparison.simulator})`;
-    const map = rows(plane, name);
-    if (form.scale.value === "linear") {
+    const factor = this.factor(plane);
+    const map = factor === 1 ? rows(plane, name) : rows(plane, name).map((row) => row.map((value) => value * factor));
+    if (!this.isLogarithmic) {
       return { z: map, zmin: 0, zmax: top, colorscale: "Viridis", title, unit: this.unit() };
     }
-    const decibels = (value) => Math.max(LEAST_DECIBELS, 20 * Math.log10(Math.max(value, 1e-30) / top));
+    const of_top = this.isAbsolute ? level(top) : 0;
+    const decibels = (value) => of_top + Math.max(LEAST_DECIBELS, 20 * Math.log10(Math.max(value, 1e-30) / top));
     const z = map.map((row) => row.map(decibels));
-    return { z, zmin: LEAST_DECIBELS, zmax: 0, colorscale: "Viridis", title, unit: "dB" };
+    return { z, zmin: of_top + LEAST_DECIBELS, zmax: of_top, colorscale: "Viridis", title, unit: this.isAbsolute ? "dB re 20 µPa" : "dB" };
   }
 
   /** The phase of the simulation, left out where the amplitude is small. */
@@ -181,7 +206,9 @@ class Explorer {
   /** The difference: in the unit, or in standard errors on a scale that never saturates. */
   difference() {
     const [scan, simulation] = [rows(this.plane, "scan"), rows(this.plane, "simulation")];
-    const differ = scan.map((row, r) => row.map((value, c) => value - simulation[r][c]));
+    // Standard errors have no unit.
+    const factor = this.form.difference.value === "unit" ? this.factor(this.plane) : 1;
+    const differ = scan.map((row, r) => row.map((value, c) => (value - simulation[r][c]) * factor));
     const colours = { colorscale: "RdBu", title: "scan − simulation" };
     if (this.form.difference.value === "unit") {
       const top = largest(differ.map((row) => row.map(Math.abs))) || 1;
@@ -255,10 +282,15 @@ class Explorer {
     if (this.isMeasured) {
       const difference = at("scan") - simulation;
       text += `scan ${digits(at("scan"))}, simulation ${digits(simulation)}, difference ${digits(difference)} `
-        + `${this.unit()} = ${digits(difference / this.error(simulation))} standard errors`;
+        + `${this.readingUnit()} = ${digits(difference / this.error(simulation))} standard errors`;
     } else {
       const decibels = 20 * Math.log10(simulation / largest(rows(plane, "simulation")));
-      text += `amplitude ${digits(simulation)} (${this.unit()}), ${digits(decibels)} dB of the largest at this height`;
+      text += `amplitude ${digits(simulation)} (${this.readingUnit()}), ${digits(decibels)} dB of the largest at this height`;
+    }
+    if (plane.level) {
+      const { pa_per_unit, expanded_db } = plane.level;
+      const pressure = (name) => `${name} ${digits(at(name) * pa_per_unit)} Pa rms = ${level(at(name) * pa_per_unit).toFixed(1)} dB`;
+      text += `; ${pressure("scan")}, ${pressure("simulation")} re 20 µPa (at the peak of this height ± ${expanded_db.toFixed(1)} dB, k = 2)`;
     }
     if (plane.phase) text += `, phase of the simulation ${Math.round(at("phase"))}°`;
     document.getElementById("values").textContent = minus(text);
@@ -269,23 +301,24 @@ class Explorer {
     const [row, column] = this.place;
     const [x, y] = [plane.x_mm[column], plane.y_mm[row]];
     const [along, title, axis, of] = {
-      "along-x": [plane.x_mm, `y = ${y} mm`, "x (mm)", (map) => Array.from(rows(plane, map)[row])],
-      "along-y": [plane.y_mm, `x = ${x} mm`, "y (mm)", (map) => rows(plane, map).map((values) => values[column])],
-      "along-z": [planes.map((other) => other.z_mm), `(${x}, ${y}) mm`, "z (mm)", (map) => planes.map((other) =>
-        rows(other, map)[nearest(other.y_mm, y)][nearest(other.x_mm, x)])],
+      "along-x": [plane.x_mm, `y = ${y} mm`, "x (mm)", (map, shown) => Array.from(rows(plane, map)[row], (value) => shown(value, plane))],
+      "along-y": [plane.y_mm, `x = ${x} mm`, "y (mm)", (map, shown) => rows(plane, map).map((values) => shown(values[column], plane))],
+      "along-z": [planes.map((other) => other.z_mm), `(${x}, ${y}) mm`, "z (mm)", (map, shown) => planes.map((other) =>
+        shown(rows(other, map)[nearest(other.y_mm, y)][nearest(other.x_mm, x)], other))],
     }[name];
+    const shown = (value, of) => value * this.factor(of);
     const traces = [
-      { x: along, y: of("simulation"), type: "scatter", mode: name === "along-z" ? "lines+markers" : "lines", name: "simulation", line: { color: "#d55e00", width: 2 } },
+      { x: along, y: of("simulation", shown), type: "scatter", mode: name === "along-z" ? "lines+markers" : "lines", name: "simulation", line: { color: "#d55e00", width: 2 } },
     ];
     if (this.isMeasured) {
-      const scan = of("scan");
-      const errors = { type: "data", array: scan.map((level) => this.error(level)), thickness: 1, width: 0 };
-      traces.push({ x: along, y: scan, type: "scatter", mode: "markers", name: "scan", error_y: errors, marker: { color: "#0072b2", size: 5 } });
+      const array = of("scan", (value, plane) => this.error(value) * this.factor(plane));
+      const errors = { type: "data", array, thickness: 1, width: 0 };
+      traces.push({ x: along, y: of("scan", shown), type: "scatter", mode: "markers", name: "scan", error_y: errors, marker: { color: "#0072b2", size: 5 } });
     }
-    const scale = this.form.scale.value === "linear" ? { rangemode: "tozero" } : { type: "log" };
+    const scale = this.isLogarithmic ? { type: "log" } : { rangemode: "tozero" };
     const layout = this.layout(minus(title), {
       xaxis: { title: { text: axis } },
-      yaxis: { title: { text: plain(`${this.isMeasured ? "reading" : "pressure"} (${this.unit()})`) }, ...scale },
+      yaxis: { title: { text: plain(`${this.isMeasured && !this.isAbsolute ? "reading" : "pressure"} (${this.unit()})`) }, ...scale },
     });
     Plotly.react(document.getElementById(name), traces, layout, CONFIGURATION);
   }
@@ -332,12 +365,12 @@ class Explorer {
           x.push(one.x_mm[column]);
           y.push(one.y_mm[row]);
           z.push(one.z_mm);
-          value.push(map[row][column]);
+          value.push(map[row][column] * this.factor(one));
         }
       }
     }
     const top = value.reduce((a, b) => Math.max(a, b), 0) || 1;
-    const decibel = this.form.scale.value === "decibel";
+    const decibel = this.isLogarithmic;
     const levels = decibel ? value.map((level) => Math.max(LEAST_DECIBELS, 20 * Math.log10(level / top))) : value;
     const [isomin, isomax] = decibel ? [-12, -1] : [0.25 * top, 0.9 * top];
     const none = { x: { show: false }, y: { show: false }, z: { show: false } };

@@ -99,7 +99,7 @@ fn document_of(
         }
         (links)
         main {
-            (controls(measured))
+            (controls(measured, maps.has_levels()))
             p id="values" role="status" aria-live="polite" { "Unpacking…" }
             div id="fields" class="maps" { @for name in shown { div id=(name) {} } }
             @if shown.contains(&"phase") {
@@ -124,8 +124,8 @@ fn document_of(
     Ok(document(&title, &[STYLE, OWN_STYLE], &body))
 }
 
-/// The form; the difference is asked for only where something was `measured`.
-fn controls(measured: bool) -> Markup {
+/// The form; the difference is asked for only where something was `measured`, and pascals only where a level is known.
+fn controls(measured: bool, levels: bool) -> Markup {
     html! {
         form class="controls" {
             label id="simulators" { "Simulation " select name="comparison" {} }
@@ -140,6 +140,10 @@ fn controls(measured: bool) -> Markup {
                 select name="scale" {
                     option value="linear" { "linear" }
                     option value="decibel" { "dB" }
+                    @if levels {
+                        option value="pascal" { "Pa rms" }
+                        option value="level" { "dB re 20\u{a0}\u{b5}Pa" }
+                    }
                 }
             }
             label {

@@ -156,7 +156,7 @@ fn controls(measured: bool, levels: bool) -> Markup {
             label hidden[!measured] {
                 "Difference in "
                 select name="difference" {
-                    option value="unit" { "the reading's unit" }
+                    option value="unit" { "the reading's unit" @if levels { " or Pa" } }
                     option value="errors" { "standard errors" }
                 }
             }

@@ -1,7 +1,15 @@
 //! Levels and exposure through the program, against the physics of the virtual rig.
 
+use std::fs::File;
+use std::io::{Read, Write};
+use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{Winsize, tcsetwinsize};
 
 use serde_json::Value;
 
@@ -327,4 +335,85 @@ fn a_calibration_of_a_real_array_asks_for_the_exposure_before_it_begins() {
     assert!(!refused.status.success());
     assert!(said(&refused).contains("the limit of 110.0 dB"), "{}", said(&refused));
     assert!(!bench.path("out/calibration").exists() && bench.sounded().is_empty());
+}
+
+/// A command at a terminal of its own.
+struct AtTerminal {
+    child: Child,
+    keys: File,
+    shown: Receiver<Vec<u8>>,
+    text: String,
+}
+
+impl AtTerminal {
+    fn begin(mut command: Command) -> Self {
+        let terminal = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
+        grantpt(&terminal).expect("it is ours");
+        unlockpt(&terminal).expect("it opens");
+        let size = Winsize { ws_row: 24, ws_col: 200, ws_xpixel: 0, ws_ypixel: 0 };
+        tcsetwinsize(&terminal, size).expect("it has a size");
+        let name = ptsname(&terminal, Vec::new()).expect("it has a name");
+        let end = || -> OwnedFd {
+            let path = name.to_str().expect("plain");
+            File::options().read(true).write(true).open(path).expect("it opens").into()
+        };
+        let command = command.stdin(end()).stdout(end()).stderr(end());
+        let child = command.env("TERM", "xterm-256color").spawn().expect("it starts");
+        let keys = File::from(terminal);
+        let mut screen = keys.try_clone().expect("a second handle");
+        let (show, shown) = channel();
+        std::thread::spawn(move || {
+            let mut bytes = [0; 4096];
+            // The terminal's end reads as an error.
+            while let Ok(count @ 1..) = screen.read(&mut bytes) {
+                if show.send(bytes[..count].to_vec()).is_err() {
+                    return;
+                }
+            }
+        });
+        Self { child, keys, shown, text: String::new() }
+    }
+
+    /// Waits until a word is shown that was not there before, then presses keys.
+    fn at(&mut self, word: &str, keys: &str) {
+        let begun = Instant::now();
+        self.text.clear();
+        while !self.text.contains(word) {
+            assert!(begun.elapsed() < Duration::from_secs(60), "no `{word}`: {}", self.text);
+            if let Ok(bytes) = self.shown.recv_timeout(Duration::from_millis(100)) {
+                self.text += &String::from_utf8_lossy(&bytes);
+            }
+        }
+        self.keys.write_all(keys.as_bytes()).expect("the terminal takes keys");
+    }
+
+    fn succeeds(mut self) -> bool {
+        self.child.wait().expect("it ends").success()
+    }
+}
+
+#[test]
+fn a_person_at_a_terminal_is_asked_before_a_display_and_before_a_jog_with_sound() {
+    let bench = Bench::new();
+    let _rig = bench.heard();
+    let play =
+        ["focus", "scans/display-circle.toml", "--rig", "rigs/heard.toml", "--seconds", "0.2"];
+    let mut refused = AtTerminal::begin(bench.command(&play));
+    refused.at("driven all the same? [y/N]", "n\n");
+    assert!(!refused.succeeds());
+    assert!(bench.sounded().is_empty(), "it sounded");
+    let mut agreed = AtTerminal::begin(bench.command(&play));
+    agreed.at("driven all the same? [y/N]", "y\n");
+    agreed.at("silent", "");
+    assert!(agreed.succeeds());
+    assert_eq!(bench.sounded().len(), 1);
+
+    let jog = ["rig", "jog", "rigs/heard.toml", "--focus-mm", "0,0,60", "--no-receiver"];
+    let mut jog = AtTerminal::begin(bench.command(&jog));
+    jog.at("driven all the same? [y/N]", "y\n");
+    jog.at("silent", "f");
+    jog.at("EMITS", "q");
+    assert!(jog.succeeds());
+    let (what, seconds) = &bench.sounded()[1];
+    assert!(what == "rig jog" && *seconds > 0.0, "{what} {seconds}");
 }

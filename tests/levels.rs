@@ -408,7 +408,7 @@ fn a_person_at_a_terminal_is_asked_before_a_display_and_before_a_jog_with_sound(
     assert!(agreed.succeeds());
     assert_eq!(bench.sounded().len(), 1);
 
-    let jog = ["rig", "jog", "rigs/heard.toml", "--focus-mm", "0,0,60", "--no-receiver"];
+    let jog = ["rig", "jog", "rigs/heard.toml", "--focus-mm", "0,0,60"];
     let mut jog = AtTerminal::begin(bench.command(&jog));
     jog.at("driven all the same? [y/N]", "y\n");
     jog.at("silent", "f");

@@ -147,7 +147,8 @@ fn at_place(
         let pressures: Vec<Complex64> = radiating.kernel(source, excitation, [0.0; 2]).at(&points);
         for (point, pressure) in points.iter().zip(pressures) {
             let rms_pa = pressure.norm();
-            if rms_pa > loudest.0 {
+            // A pressure that is no number is above all others.
+            if rms_pa.total_cmp(&loudest.0).is_gt() {
                 loudest = (rms_pa, number, *point);
             }
         }

@@ -134,14 +134,14 @@ impl Limit {
 }
 
 impl Standing {
-    /// That of a level with its expanded uncertainty, against the largest level.
+    /// That of a level with its expanded uncertainty, against the largest level. What is no number is never within.
     pub fn of(level_db: f64, expanded_db: f64, limit_db: f64) -> Self {
-        if level_db > limit_db {
-            Self::Above
-        } else if level_db + expanded_db > limit_db {
+        if level_db + expanded_db <= limit_db {
+            Self::Within
+        } else if level_db <= limit_db {
             Self::NotShown
         } else {
-            Self::Within
+            Self::Above
         }
     }
 }
@@ -174,6 +174,8 @@ mod tests {
         assert_eq!(Standing::of(107.0, 3.0, 110.0), Standing::Within);
         assert_eq!(Standing::of(108.0, 3.0, 110.0), Standing::NotShown);
         assert_eq!(Standing::of(110.1, 3.0, 110.0), Standing::Above);
+        assert_eq!(Standing::of(f64::NAN, 3.0, 110.0), Standing::Above);
+        assert_eq!(Standing::of(90.0, f64::NAN, 110.0), Standing::NotShown);
         assert!(Standing::Above > Standing::NotShown && Standing::NotShown > Standing::Within);
     }
 }

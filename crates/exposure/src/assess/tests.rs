@@ -214,3 +214,13 @@ fn level_of_a_rig(
     }
     level_db(real.hypot(imaginary))
 }
+
+#[test]
+fn a_drive_that_is_no_number_is_never_within_a_limit() {
+    let (array, medium) = (one_element(), room());
+    let exposure = exposure(vec![place([0.0, 0.0, 300.0], 20.0)]);
+    let drives = [Excitation::Focus(Vec3::new(0.0, 0.0, 1.0)), Excitation::Phases(vec![f64::NAN])];
+    let radiating = radiating(&array, &medium);
+    let found = assess(&exposure, radiating, Some(&source()), Drives::These(&drives));
+    assert_eq!(found.standing(), Some(Standing::Above));
+}

@@ -83,7 +83,7 @@ def test_levels_are_those_of_the_command_line(command_line, json_of, tmp_path):
     command_line("scan", "scans/quick-look.toml", "--rig", "rigs/levels.toml", "--out", tmp_path / "levels")
     comparison = fg.compare(tmp_path / "levels")
     (plane,) = comparison.planes
-    (expected,) = json_of("compare", tmp_path / "levels", "--json")[0]["levels"]["planes"]
+    (expected,) = json_of("compare", tmp_path / "levels")[0]["levels"]["planes"]
     levels = plane.levels
     assert (levels.scan_db, levels.expanded_db) == (expected["scan"]["level_db"], expected["expanded_db"])
     # The peak of the map on its grid lies below the refined one, by less than half a decibel.

@@ -25,7 +25,7 @@ use crate::report::builder::ReportBuilder;
 use crate::residual_structure::ResidualStructure;
 use crate::result::{Diagnosis, Verdict};
 use crate::selection::model_search::{ModelSearch, in_question};
-use crate::selection::scored_model::{ScoredModel, believed, is_near};
+use crate::selection::scored_model::{ScoredModel, believed, is_near, leaves_noise};
 use crate::verdict::fresh::{CorrectedTest, FreshReadings, FreshTest};
 use crate::verdict::gap_size::as_believed;
 use crate::verdict::judgement::judge;
@@ -216,7 +216,10 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
         // A fit far from the readings says nothing about their noise.
         return search.on_all(observations, context).found();
     }
-    let mut noise = settled_by(&best, observations, context);
+    let mut noise = match !noise_is_told || leaves_noise(&best, observations) {
+        true => settled_by(&best, observations, context),
+        false => NoiseChange::Alike,
+    };
     if noise == NoiseChange::Misled {
         search.forget_rejections();
     }
@@ -224,7 +227,7 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
     search = search.on_all(&some, context).and_on(&some, context);
     for _ in 0..NOISE_ROUNDS {
         let best = search.scored[0].fit.clone();
-        if noise == NoiseChange::Alike || !is_near(&best, observations) {
+        if noise == NoiseChange::Alike || !leaves_noise(&best, observations) {
             break;
         }
         noise = settled_by(&best, observations, context);
@@ -248,7 +251,7 @@ fn fitted_again(
     let nuisance = as_believed(observations);
     settle_scatter(observations, &ForwardModel::believed(), &nuisance, context, false);
     let best = refined(sets[0].fit.clone(), observations, context, SEARCH, &[]);
-    if is_near(&best, observations) {
+    if leaves_noise(&best, observations) {
         settled_by(&best, observations, context);
     }
     ModelSearch::fitted_to(sets.to_vec(), observations, context).found()

@@ -12,6 +12,11 @@ pub(crate) fn is_near(fit: &Fit, observations: &Observations) -> bool {
     fit.chi_square < NEAR * observations.len() as f64
 }
 
+/// Whether a fit leaves little more than noise, so that it tells the noise: one with a larger scatter of its own does not.
+pub(crate) fn leaves_noise(fit: &Fit, observations: &Observations) -> bool {
+    fit.cost < NEAR * observations.len() as f64
+}
+
 /// A set of effects as it was fitted, with the logarithm of its evidence.
 #[derive(Clone)]
 pub(crate) struct ScoredModel {

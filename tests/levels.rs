@@ -1,21 +1,19 @@
 //! Levels and exposure through the program, against the physics of the virtual rig.
 
 use std::fs::File;
-use std::io::{Read, Write};
-use std::os::fd::OwnedFd;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
-
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{Winsize, tcsetwinsize};
 
 use serde_json::Value;
 
 mod heard;
+mod terminal;
 
 use heard::Heard;
+use terminal::{Terminal, shown};
 
 /// A folder with copies of rigs and scans, and the user's settings.
 struct Bench(tempfile::TempDir);
@@ -347,30 +345,12 @@ struct AtTerminal {
 
 impl AtTerminal {
     fn begin(mut command: Command) -> Self {
-        let terminal = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
-        grantpt(&terminal).expect("it is ours");
-        unlockpt(&terminal).expect("it opens");
-        let size = Winsize { ws_row: 24, ws_col: 200, ws_xpixel: 0, ws_ypixel: 0 };
-        tcsetwinsize(&terminal, size).expect("it has a size");
-        let name = ptsname(&terminal, Vec::new()).expect("it has a name");
-        let end = || -> OwnedFd {
-            let path = name.to_str().expect("plain");
-            File::options().read(true).write(true).open(path).expect("it opens").into()
-        };
-        let command = command.stdin(end()).stdout(end()).stderr(end());
+        let terminal = Terminal::of_width(200);
+        let [input, output, errors] = [(); 3].map(|()| terminal.end());
+        let command = command.stdin(input).stdout(output).stderr(errors);
         let child = command.env("TERM", "xterm-256color").spawn().expect("it starts");
-        let keys = File::from(terminal);
-        let mut screen = keys.try_clone().expect("a second handle");
-        let (show, shown) = channel();
-        std::thread::spawn(move || {
-            let mut bytes = [0; 4096];
-            // The terminal's end reads as an error.
-            while let Ok(count @ 1..) = screen.read(&mut bytes) {
-                if show.send(bytes[..count].to_vec()).is_err() {
-                    return;
-                }
-            }
-        });
+        let shown = shown(&terminal.face);
+        let keys = terminal.face;
         Self { child, keys, shown, text: String::new() }
     }
 

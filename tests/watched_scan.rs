@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::mpsc::{Receiver, channel};
@@ -10,8 +9,10 @@ use std::time::{Duration, Instant};
 
 use fieldgap::records::{EventKind, RecordedScan, read_events};
 use rustix::process::{Pid, Signal, kill_process};
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{Winsize, tcsetwinsize};
+
+use terminal::{Terminal, shown};
+
+mod terminal;
 
 /// Longest wait.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -70,36 +71,17 @@ struct OnTerminal {
 
 impl OnTerminal {
     fn begin(mut command: Command) -> Self {
-        let terminal = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
-        grantpt(&terminal).expect("it is ours");
-        unlockpt(&terminal).expect("it opens");
-        let size = Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 };
-        tcsetwinsize(&terminal, size).expect("it has a size");
-        let name = ptsname(&terminal, Vec::new()).expect("it has a name");
-        let path = name.to_str().expect("plain");
-        let end = || -> OwnedFd {
-            File::options().read(true).write(true).open(path).expect("it opens").into()
-        };
+        let terminal = Terminal::of_width(80);
         let mut child = command
-            .stdin(end())
-            .stdout(end())
+            .stdin(terminal.end())
+            .stdout(terminal.end())
             .stderr(Stdio::piped())
             .env("FIELDGAP_LOG", "debug")
             .env("TERM", "xterm-256color")
             .spawn()
             .expect("it starts");
-        let keys = File::from(terminal);
-        let mut screen = keys.try_clone().expect("a second handle");
-        let (show, shown) = channel();
-        std::thread::spawn(move || {
-            let mut bytes = [0; 4096];
-            // The terminal's end reads as an error.
-            while let Ok(count @ 1..) = screen.read(&mut bytes) {
-                if show.send(bytes[..count].to_vec()).is_err() {
-                    return;
-                }
-            }
-        });
+        let shown = shown(&terminal.face);
+        let keys = terminal.face;
         let (log, logged) = channel();
         let lines = BufReader::new(child.stderr.take().expect("it is piped")).lines();
         std::thread::spawn(move || {
@@ -304,17 +286,11 @@ fn a_terminal_that_takes_no_more_text_does_not_hold_up_a_scan() {
     let plan = PLAN.replace("step_mm = 2.0", "step_mm = 0.5");
     let (plan, rig) = plan_and_rig(home.path(), &plan, "\"lockstep\"");
     let folder = home.path().join("out");
-    let terminal = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
-    grantpt(&terminal).expect("it is ours");
-    unlockpt(&terminal).expect("it opens");
-    let size = Winsize { ws_row: 24, ws_col: 200, ws_xpixel: 0, ws_ypixel: 0 };
-    tcsetwinsize(&terminal, size).expect("it has a size");
-    let name = ptsname(&terminal, Vec::new()).expect("it has a name");
-    let end = File::options().write(true).open(name.to_str().expect("plain")).expect("it opens");
+    let terminal = Terminal::of_width(200);
     let mut command = scan(&plan, &rig, &folder);
-    command.stdout(Stdio::null()).stderr(end).env("TERM", "xterm-256color");
+    command.stdout(Stdio::null()).stderr(terminal.end()).env("TERM", "xterm-256color");
     let mut child = command.spawn().expect("it starts");
-    let mut screen = File::from(terminal);
+    let mut screen = terminal.face;
     let mut shown = Vec::new();
     let mut bytes = [0; 256];
     while !String::from_utf8_lossy(&shown).contains("points") {

@@ -23,8 +23,11 @@ const PLAN: &str = "name = \"bench\"\nrig = \"rig.toml\"\n[simulator]\nmodel = \
                     [closed_loop]\nmin_mm = [-30.0, -30.0, 80.0]\nmax_mm = [30.0, 30.0, 140.0]\n\
                     readings = 100000\nfirst_readings = 1500\nprobability = 0.999\n";
 
-const TRUTH: &str = "[source]\npressure_pa_at_1_m = 4.0\n[microphone]\nsensitivity_v_pa = 0.003\n\
+const TRUTH: &str = "[microphone]\nsensitivity_v_pa = 0.003\n\
                      [noise]\nmultiplicative = 0.02\nadditive_v = 0.01\n[effects.aperture]\nradius_mm = 2.0\n";
+
+/// Pressure of all elements together at one metre, Pa: more than that of 36 elements of 4 Pa exceeds the range of the converter.
+const PRESSURE_PA: f64 = 144.0;
 
 /// Readings after which the loop is ended.
 const READINGS: usize = 2000;
@@ -124,7 +127,9 @@ fn measured(folder: &Path, side: usize) -> std::path::PathBuf {
         .replace("truth/thesis-lab.toml", "truth.toml")
         .replace("columns = 6\nrows = 6", &format!("columns = {side}\nrows = {side}"))
         .replace("[virtual.robot]", "[virtual.array]\nperiod_steps = 8192\n\n[virtual.robot]");
-    for (name, text) in [("rig.toml", rig.as_str()), ("truth.toml", TRUTH), ("plan.toml", PLAN)] {
+    let pressure_pa = PRESSURE_PA / (side * side) as f64;
+    let truth = format!("[source]\npressure_pa_at_1_m = {pressure_pa:?}\n{TRUTH}");
+    for (name, text) in [("rig.toml", rig.as_str()), ("truth.toml", &truth), ("plan.toml", PLAN)] {
         std::fs::write(folder.join(name), text).expect("written");
     }
     let record = folder.join("record");

@@ -99,7 +99,7 @@ fn noise_that_silence_lacks_is_no_turbulence_beside_a_floor() {
         .read_waves(53, |element, phase_rad, at| piston(element, at) * Complex64::cis(phase_rad));
     let largest = record.samples.iter().fold(0.0f64, |most, sample| most.max(sample.reading));
     for sample in &mut record.samples {
-        let driven = if sample.focus.is_some() { NOISE.1 * largest } else { 0.0 };
+        let driven = if sample.focus.is_some() { 2.0 * NOISE.1 * largest } else { 0.0 };
         let normal: f64 = StandardNormal.sample(&mut random);
         sample.reading = (sample.reading.hypot(0.03 * largest) + driven * normal).max(0.0);
     }

@@ -84,22 +84,28 @@ impl People {
         Ok(people)
     }
 
-    /// With the places and limits of `others`: one with the name of one that is there stands in its stead, any other is added at the end.
+    /// With the places and limits of `others`. Nothing is replaced or taken away, so that a plan from elsewhere cannot loosen what a rig states: of a
+    /// limit that both state the fewer minutes a day hold, and whatever differs otherwise is added.
     pub fn with(&self, others: &Self) -> Self {
-        fn merged<T: Clone>(these: &[T], others: &[T], name: impl Fn(&T) -> &str) -> Vec<T> {
-            let mut all = these.to_vec();
-            for other in others {
-                match all.iter_mut().find(|one| name(one) == name(other)) {
-                    Some(one) => one.clone_from(other),
-                    None => all.push(other.clone()),
-                }
+        let Self { mut places, mut limits } = self.clone();
+        for place in &others.places {
+            if !places.contains(place) {
+                places.push(place.clone());
             }
-            all
         }
-        Self {
-            places: merged(&self.places, &others.places, |place| &place.name),
-            limits: merged(&self.limits, &others.limits, |limit| &limit.name),
+        for other in &others.limits {
+            let same = |one: &&mut Limit| {
+                (&one.name, &one.source, &one.bands) == (&other.name, &other.source, &other.bands)
+            };
+            match limits.iter_mut().find(same) {
+                Some(one) => {
+                    let both = one.minutes_a_day.into_iter().chain(other.minutes_a_day);
+                    one.minutes_a_day = both.reduce(f64::min);
+                }
+                None => limits.push(other.clone()),
+            }
         }
+        Self { places, limits }
     }
 }
 
@@ -195,17 +201,17 @@ fn read_limit(table: &Spanned<LimitTable>, source: &TomlSource) -> Result<Limit,
 mod tests {
     use super::*;
 
-    fn people(places: &[(&str, f64)], limits: &[(&str, f64)]) -> People {
+    fn people(places: &[(&str, f64)], limits: &[(f64, Option<f64>)]) -> People {
         let place = |&(name, z_mm): &(&str, f64)| Place {
             name: name.to_owned(),
             at_mm: [0.0, 0.0, z_mm],
             within_mm: 0.0,
         };
-        let limit = |&(name, db): &(&str, f64)| Limit {
-            name: name.to_owned(),
+        let limit = |&(db, minutes_a_day): &(f64, Option<f64>)| Limit {
+            name: "house rule".to_owned(),
             source: "a rule".to_owned(),
             bands: vec![Band { from_hz: 0.0, to_hz: 1e6, db }],
-            minutes_a_day: None,
+            minutes_a_day,
         };
         People {
             places: places.iter().map(place).collect(),
@@ -214,17 +220,21 @@ mod tests {
     }
 
     #[test]
-    fn what_has_the_same_name_is_replaced_and_the_rest_is_added() {
-        let rig = people(&[("head", 400.0), ("door", 900.0)], &[("house rule", 105.0)]);
-        let plan =
-            people(&[("visitor", 800.0), ("head", 300.0)], &[("house rule", 95.0), ("law", 110.0)]);
+    fn others_add_and_tighten_and_never_loosen() {
+        let rig = people(&[("head", 400.0)], &[(105.0, Some(60.0)), (100.0, None)]);
+        let plan = people(
+            &[("visitor", 800.0), ("head", 900.0), ("head", 400.0)],
+            &[(190.0, None), (105.0, Some(30.0)), (100.0, Some(10.0))],
+        );
         let joined = people(
-            &[("head", 300.0), ("door", 900.0), ("visitor", 800.0)],
-            &[("house rule", 95.0), ("law", 110.0)],
+            &[("head", 400.0), ("visitor", 800.0), ("head", 900.0)],
+            &[(105.0, Some(30.0)), (100.0, Some(10.0)), (190.0, None)],
         );
         assert_eq!(rig.with(&plan), joined);
         // Joined once more, as the rounds of a scan do, it stays.
         assert_eq!(joined.with(&plan), joined);
+        let looser = people(&[], &[(105.0, Some(600.0)), (100.0, None)]);
+        assert_eq!(rig.with(&looser), rig);
         assert_eq!(rig.with(&People::default()), rig);
         assert_eq!(People::default().with(&plan), plan);
     }

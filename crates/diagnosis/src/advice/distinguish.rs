@@ -224,6 +224,19 @@ fn least_over(alone: DMatrix<f64>, beside: &DMatrix<f64>) -> Option<f64> {
 mod tests {
     use super::*;
 
+    /// Four readings: the gain moves the first, a shift the second. The effect is mostly that shift, and the imitator has half the power of the rest.
+    #[test]
+    fn what_a_shift_takes_up_is_part_of_the_gap_and_not_of_the_signature() {
+        let column = |values: [f64; 4]| DMatrix::from_column_slice(4, 1, &values);
+        let signature = |id, values| Signature { id, columns: column(values), amplitudes: 4 };
+        let effect = signature(EffectId::Flow, [0.0, 0.8, 0.6, 0.0]);
+        let other = signature(EffectId::ArrayTilt, [0.0, 0.0, 1.0, 1.0]);
+        let nuisance = DMatrix::from_fn(4, 2, |row, number| f64::from(u8::from(row == number)));
+        let Residual { share, of_gap } = effect.residual(&nuisance, &other).expect("both act");
+        assert!((share - 0.5).abs() < 1e-6, "{share}");
+        assert!((of_gap - 0.5 * 0.36).abs() < 1e-6, "{of_gap}");
+    }
+
     #[test]
     fn sets_are_alike_where_the_one_effect_that_differs_is_imitated_at_that_gap() {
         use EffectId::{Aperture, Flow, Pitch, Polarity, ReceiverDirectivity};

@@ -17,6 +17,8 @@ pub struct Parameter {
     pub scale: f64,
     /// Mean and standard deviation (above zero) of a normal prior; `None` without one.
     pub prior: Option<(f64, f64)>,
+    /// Least and largest value; `None` without limits. The start is within them.
+    pub range: Option<(f64, f64)>,
 }
 
 /// Residuals at a point and their derivatives by each parameter.
@@ -108,13 +110,10 @@ pub fn minimise_from(
     let mut iterations = 1;
     let mut converged = false;
     while !converged && iterations < stopping.iterations {
-        let Some(step) = normal.step(damping) else { break };
-        let change: Vec<f64> = parameters.iter().zip(&step).map(|(p, s)| s * p.scale).collect();
-        let trial: Vec<f64> = at.iter().zip(&change).map(|(x, change)| x + change).collect();
+        let Some(step) = normal.step(damping, parameters, &at) else { break };
+        let Step { step, change, trial, predicted } = step;
         let moved = residuals(&trial);
         let cost = squares(&moved) + prior_cost(parameters, &trial);
-        // The decrease that the linear model predicts.
-        let predicted = step.dot(&(damping * &step + &normal.downhill));
         let fall = normal.cost - cost;
         let small = step.amax() < stopping.step;
         if fall > 0.0 {
@@ -130,7 +129,7 @@ pub fn minimise_from(
             }
             normal = NormalEquations::new(parameters, &at, &linear);
             iterations += 1;
-            damping *= (1.0 - (2.0 * fall / predicted - 1.0).powi(3)).max(1.0 / 3.0);
+            damping *= (1.0 - (2.0 * fall / predicted - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0);
             growth = 2.0;
         } else if age > 0 && !small {
             // Perhaps not the step was too long, but the derivatives were those of another point.
@@ -210,11 +209,53 @@ impl NormalEquations {
         Self { curvature, downhill, cost }
     }
 
-    fn step(&self, damping: f64) -> Option<DVector<f64>> {
-        let damped =
-            &self.curvature + DMatrix::identity(self.downhill.len(), self.downhill.len()) * damping;
-        damped.cholesky().map(|cholesky| cholesky.solve(&self.downhill))
+    /// The damped step from a point. A parameter at a limit stays there where downhill is beyond it, and none passes its limit.
+    fn step(&self, damping: f64, parameters: &[Parameter], at: &[f64]) -> Option<Step> {
+        let n = self.downhill.len();
+        let mut damped = &self.curvature + DMatrix::identity(n, n) * damping;
+        let mut downhill = self.downhill.clone();
+        for (j, (parameter, x)) in parameters.iter().zip(at).enumerate() {
+            let Some((least, most)) = parameter.range else { continue };
+            if *x <= least && downhill[j] < 0.0 || *x >= most && downhill[j] > 0.0 {
+                damped.row_mut(j).fill(0.0);
+                damped.column_mut(j).fill(0.0);
+                damped[(j, j)] = 1.0;
+                downhill[j] = 0.0;
+            }
+        }
+        let mut step = damped.cholesky()?.solve(&downhill);
+        let mut change: Vec<f64> = parameters.iter().zip(&step).map(|(p, s)| s * p.scale).collect();
+        let mut trial: Vec<f64> = at.iter().zip(&change).map(|(x, change)| x + change).collect();
+        let mut limited = false;
+        for (j, parameter) in parameters.iter().enumerate() {
+            let Some((least, most)) = parameter.range else { continue };
+            let within = trial[j].clamp(least, most);
+            if within != trial[j] {
+                limited = true;
+                trial[j] = within;
+                change[j] = within - at[j];
+                step[j] = change[j] / parameter.scale;
+            }
+        }
+        // The decrease that the linear model predicts.
+        let predicted = match limited {
+            false => step.dot(&(damping * &step + &self.downhill)),
+            true => step.dot(&(2.0 * &self.downhill - &self.curvature * &step)),
+        };
+        Some(Step { step, change, trial, predicted })
     }
+}
+
+/// A step of the search.
+struct Step {
+    /// In scales of the parameters.
+    step: DVector<f64>,
+    /// The same in the parameters' own units.
+    change: Vec<f64>,
+    /// Where it leads.
+    trial: Vec<f64>,
+    /// The decrease of the cost that the linear model predicts.
+    predicted: f64,
 }
 
 fn squares(residuals: &[f64]) -> f64 {
@@ -248,7 +289,7 @@ mod tests {
     use super::*;
 
     fn free(start: f64, scale: f64) -> Parameter {
-        Parameter { start, scale, prior: None }
+        Parameter { start, scale, prior: None, range: None }
     }
 
     fn run(parameters: &[Parameter], model: impl Fn(&[f64]) -> Linearisation) -> Minimum {
@@ -373,7 +414,7 @@ mod tests {
             residuals: vec![p[0] - 1.0],
             columns: vec![vec![1.0], vec![0.0]],
         };
-        let idle = Parameter { start: 0.3, scale: 1.0, prior: None };
+        let idle = Parameter { start: 0.3, scale: 1.0, prior: None, range: None };
         assert_eq!(run(&[free(0.0, 1.0), idle], model).covariance, None);
         let held = Parameter { prior: Some((0.25, 0.5)), ..idle };
         let minimum = run(&[free(0.0, 1.0), held], model);
@@ -397,7 +438,7 @@ mod tests {
         fn measurement_and_prior_are_weighted_by_their_precisions(
             measured in -5.0..5.0f64, error in 0.1..3.0f64, mean in -5.0..5.0f64, sd in 0.1..3.0f64,
         ) {
-            let parameter = Parameter { start: 0.0, scale: 0.7, prior: Some((mean, sd)) };
+            let parameter = Parameter { start: 0.0, scale: 0.7, prior: Some((mean, sd)), range: None };
             let minimum = run(&[parameter], |p| Linearisation {
                 residuals: vec![(p[0] - measured) / error],
                 columns: vec![vec![1.0 / error]],

@@ -168,9 +168,14 @@ impl<'a> Model<'a> {
             start,
             scale: 1.0,
             prior: Some((mean, self.weight_sd)),
+            range: None,
         };
-        let about_zero =
-            |start: f64, sd: f64| Parameter { start, scale: sd, prior: Some((0.0, sd)) };
+        let about_zero = |start: f64, sd: f64| Parameter {
+            start,
+            scale: sd,
+            prior: Some((0.0, sd)),
+            range: None,
+        };
         let Weights { weights, setting, drift } = start;
         let real = weights.iter().map(|w| weight(w.re, 1.0));
         let imaginary = weights.iter().map(|w| weight(w.im, 0.0));

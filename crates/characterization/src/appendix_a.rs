@@ -152,6 +152,7 @@ fn fit_curve<const N: usize>(
         start,
         scale: 0.01 * start.abs().max(1e-3),
         prior: None,
+        range: None,
     });
     let residuals =
         |free: &[f64]| -> Vec<f64> { points.iter().map(|&(x, y)| curve(free, x).0 - y).collect() };

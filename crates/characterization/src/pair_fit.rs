@@ -215,7 +215,12 @@ impl<'a> Model<'a> {
             .map(|(free, column)| {
                 let scale = initial_rms / length(column);
                 let determined = scale.is_finite() && scale > 0.0;
-                determined.then_some(Parameter { start: free.start, scale, prior: None })
+                determined.then_some(Parameter {
+                    start: free.start,
+                    scale,
+                    prior: None,
+                    range: None,
+                })
             })
             .collect()
     }

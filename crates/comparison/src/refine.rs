@@ -136,6 +136,7 @@ pub fn refine(readings: &Readings, start: Pose, search: &Search) -> Fit {
             start: parameter.of(&start),
             scale: parameter.scale(),
             prior: *prior,
+            range: None,
         })
         .collect();
     let pose_at = |x: &[f64]| {

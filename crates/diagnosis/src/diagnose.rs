@@ -12,6 +12,7 @@ use crate::advice::outlook::{Outlook, PossibleReading, outlook};
 use crate::effect_id::EffectId;
 use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH};
+use crate::joint::many_causes::of_many_causes;
 use crate::limits::{
     ANOTHER_CAUSE, FEWEST_READINGS, MOST_ELEMENT_READINGS, NOISE_CHANGED, NOISE_MISJUDGED,
     NOISE_ROUNDS, READINGS_OF_A_SEARCH,
@@ -121,8 +122,37 @@ impl<'s> Findings<'s> {
             .find(|scored| scored.fit.instances.is_empty())
             .cloned()
             .unwrap_or_else(|| believed(&observations, &context));
-        let structure = ResidualStructure::of(&scored[0].fit, &observations, &context);
-        let judgement = judge(&observations, &scored, &base, &structure);
+        let judged = |scored: &[ScoredModel]| {
+            let structure = ResidualStructure::of(&scored[0].fit, &observations, &context);
+            let judgement = judge(&observations, scored, &base, &structure);
+            (structure, judgement)
+        };
+        let (mut scored, (mut structure, mut judgement)) = (scored.clone(), judged(&scored));
+        if judgement.verdict == Verdict::Unexplained && !judgement.too_faint {
+            let t = std::time::Instant::now();
+            let mut many = of_many_causes(&scored, &base, &observations, &context);
+            many.extend(scored.iter().cloned());
+            many.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+            let of_many = judged(&many);
+            if std::env::var_os("FG_JOINT").is_some() {
+                eprintln!("took {:?}", t.elapsed());
+                for m in many.iter().take(6) {
+                    eprintln!(
+                        "{:.1} cost/n {:.4} {:?}",
+                        m.log_evidence,
+                        m.fit.cost / observations.len() as f64,
+                        m.fit.ids().iter().map(|i| i.as_str()).collect::<Vec<_>>()
+                    );
+                }
+                eprintln!("{:?}", of_many.1.verdict);
+                for t in &of_many.0.tests {
+                    eprintln!("{} {:.2} {}", t.name, t.z, t.fails());
+                }
+            }
+            if of_many.1.verdict.names_a_cause() {
+                (scored, (structure, judgement)) = (many, of_many);
+            }
+        }
         let registration = registrations.swap_remove(0);
         let report =
             ReportBuilder { scans, simulator, observations, context, scored, structure, judgement };

@@ -31,6 +31,7 @@
 //! | noise | Dark readings and repeats give the noise of a reading: additive, proportional, a floor, a fluctuation of the field. The residuals of a good fit refine it. | `noise` |
 //! | fit | A set of effects is fitted by nonlinear least squares, with the gain, a small shift and the near field of each scan free. Derivatives are difference quotients of the forward model, carried along between steps that they predict well. | `fit` |
 //! | selection | Sets grow by one effect at a time. The evidence (the likelihood integrated over the parameters, by Laplace's method) decides which sets are kept, exchanged and extended. | `selection` |
+//! | joint | Where no set of few effects explains the readings: all effects at once, each with a prior whose width the evidence chooses. | `joint` |
 //! | residual structure | What the best set leaves is tested for patterns, and for causes that the catalogue does not have. | `residual_structure` |
 //! | verdict | Probabilities of the sets, the size of the gap, and its shares by height, region and kind. | `verdict` |
 //! | advice | The scan that would separate the rivals best, and which effects a scan can separate at all. | `advice` |
@@ -54,6 +55,7 @@ mod effect_id;
 mod effects;
 mod fit;
 mod fitted_parameter;
+mod joint;
 mod limits;
 mod model;
 mod noise;

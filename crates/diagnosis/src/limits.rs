@@ -222,6 +222,18 @@ pub(crate) const UNLIKE: f64 = 0.5;
 /// Correlation with the believed field above which a scan with a pose is like it. Set by judgement.
 pub(crate) const ALIKE: f64 = 0.8;
 
+// All effects at once.
+
+/// Width of the prior of an effect in a joint fit to begin with, in scales of its parameters: of a departure that a scan shows well. The
+/// evidence moves it. Set by judgement.
+pub(crate) const FIRST_WIDTH: f64 = 20.0;
+
+/// Rounds in which the widths of the priors settle, at most. Set by judgement.
+pub(crate) const ROUNDS_OF_WIDTHS: usize = 8;
+
+/// Rounds in which a set of many effects is extended by what has no slope, and reduced, at most. Set by judgement.
+pub(crate) const JOINT_ROUNDS: usize = 4;
+
 // Residual structure.
 
 /// Standard deviations at which a test for patterns fails: thousands of readings show small flaws of the formulas at three.

@@ -54,7 +54,7 @@ pub fn fit_lobe(readings: &[(f64, f64)]) -> Result<Lobe, LobeFault> {
     let none = LobeFault::NoTop { least, largest };
     let &(top_m, top) = readings.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are some");
     let length_m = (readings[readings.len() - 1].0 - readings[0].0).abs();
-    let free = |start: f64, scale: f64| Parameter { start, scale, prior: None };
+    let free = |start: f64, scale: f64| Parameter { start, scale, prior: None, range: None };
     if !(top > 0.0 && length_m > 0.0 && top.is_finite()) {
         return Err(none);
     }

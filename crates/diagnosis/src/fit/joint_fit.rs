@@ -34,7 +34,8 @@ pub(crate) struct Fit {
     pub instances: Vec<Instance>,
     /// The real parameters of each.
     pub values: Vec<Vec<f64>>,
-    /// Spread of the elements' departures of each, where they are random.
+    /// Spread of the elements' departures of each, where they are random; NaN for other effects, but for one whose prior is narrow: its width in
+    /// scales of the parameters.
     pub spreads: Vec<f64>,
     /// Gain and shift of each scan.
     pub nuisance: Vec<Nuisance>,
@@ -170,7 +171,7 @@ pub(crate) struct Start {
     pub instances: Vec<Instance>,
     /// Their parameters to begin with.
     pub values: Vec<Vec<f64>>,
-    /// Spread of the elements' departures of each, where they are random.
+    /// As those of a [`Fit`].
     pub spreads: Vec<f64>,
     /// Gain and shift to begin with; without it the gain that fits best.
     pub nuisance: Option<Vec<Nuisance>>,
@@ -283,29 +284,43 @@ pub(crate) fn unknowns(
         Some(common) => (REPEATED_PLACE_M, (common.near_field, SAME_NEAR_FIELD)),
     };
     for nuisance in nuisance {
-        unknowns.push(Unknown { start: nuisance.log_gain, scale: GAIN_SCALE, prior: None });
+        unknowns.push(Unknown {
+            start: nuisance.log_gain,
+            scale: GAIN_SCALE,
+            prior: None,
+            range: None,
+        });
         let prior = Some((0.0, shift_m));
         let shifts = nuisance.shift_m.iter().map(|&start| (start, SHIFT_SCALE_M));
-        unknowns.extend(shifts.map(|(start, scale)| Unknown { start, scale, prior }));
+        unknowns.extend(shifts.map(|(start, scale)| Unknown { start, scale, prior, range: None }));
         let (start, prior) = (nuisance.near_field, Some(near_field));
-        unknowns.push(Unknown { start, scale: NEAR_FIELD_SCALE, prior });
+        unknowns.push(Unknown { start, scale: NEAR_FIELD_SCALE, prior, range: None });
     }
     for ((instance, values), spread) in instances.iter().zip(values).zip(spreads) {
         if instance.effect.search() == Search::Random {
             let prior = Some((0.0, *spread));
-            unknowns.extend(values.iter().map(|&start| Unknown { start, scale: 0.01, prior }));
+            unknowns.extend(values.iter().map(|&start| Unknown {
+                start,
+                scale: 0.01,
+                prior,
+                range: None,
+            }));
         } else {
             let parameters = instance.effect.parameters_of(&instance.choice);
-            unknowns.extend(values.iter().zip(parameters).map(|(v, p)| unknown(*v, p)));
+            unknowns.extend(values.iter().zip(parameters).map(|(v, p)| unknown(*v, p, *spread)));
         }
     }
     unknowns
 }
 
-fn unknown(start: f64, parameter: &Parameter) -> Unknown {
-    // The plausible range as a very wide prior. It only separates parameters that the data do not.
-    let wide = parameter.most - parameter.least;
-    Unknown { start, scale: parameter.scale, prior: Some((parameter.neutral, wide)) }
+/// `scales` is the width of the prior, in scales of the parameter, where it has one.
+fn unknown(start: f64, parameter: &Parameter, scales: f64) -> Unknown {
+    // The plausible range is else a very wide prior. It only separates parameters that the data do not.
+    let (width, range) = match scales.is_finite() {
+        true => (scales * parameter.scale, Some((parameter.least, parameter.most))),
+        false => (parameter.most - parameter.least, None),
+    };
+    Unknown { start, scale: parameter.scale, prior: Some((parameter.neutral, width)), range }
 }
 
 /// When a fit within the search stops: at two hundredths of a standard deviation, far below the errors of the formulas.

@@ -1,0 +1,152 @@
+//! Rigs on which many small causes act at once, beside a large one. The readings are sums written here, and share nothing with the diagnosis.
+
+use fieldgap_acoustics::{Element, Vec3};
+use fieldgap_diagnosis::{Diagnosis, EffectId, FittedParameter, Verdict, diagnose};
+use fieldgap_records::RecordedScan;
+use num_complex::Complex64;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use square_array::{Scan, WAVENUMBER_RAD_M};
+
+mod square_array;
+
+/// What is wrong with the rig.
+#[derive(Clone, Default)]
+struct Causes {
+    /// Speed of sound over the believed one.
+    speed: f64,
+    /// Turn of the array about x and y, rad.
+    tilt_rad: [f64; 2],
+    /// Spread of the elements' amplitudes and phases, rad.
+    spreads: [f64; 2],
+    /// Loss along each path, dB/m.
+    absorption_db_m: f64,
+    /// Where the robot truly is beyond its reading, m.
+    offset_m: Vec3,
+    /// Turn of the robot's axes about z, rad.
+    turn_rad: f64,
+    /// Scale of its x axis.
+    scale_x: f64,
+    /// Change of the level through the scan.
+    drift: f64,
+    /// Share of the pressure that a plane returns, and its height, m.
+    plane: (f64, f64),
+}
+
+impl Causes {
+    fn none() -> Self {
+        Self { speed: 1.0, scale_x: 1.0, ..Self::default() }
+    }
+
+    fn read(&self, scan: &Scan, seed: u64) -> RecordedScan {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let elements = scan.believed(0).array.elements().to_vec();
+        let (sin_x, cos_x) = self.tilt_rad[0].sin_cos();
+        let (sin_y, cos_y) = self.tilt_rad[1].sin_cos();
+        let turned = |v: Vec3| {
+            let about_x = Vec3::new(v.x, cos_x * v.y - sin_x * v.z, sin_x * v.y + cos_x * v.z);
+            Vec3::new(
+                cos_y * about_x.x + sin_y * about_x.z,
+                about_x.y,
+                cos_y * about_x.z - sin_y * about_x.x,
+            )
+        };
+        let sources: Vec<(Vec3, Vec3, Complex64)> = elements
+            .iter()
+            .map(|element| {
+                let weight = Complex64::from_polar(
+                    1.0 + self.spreads[0] * normal(),
+                    self.spreads[1] * normal(),
+                );
+                (turned(element.centre_m), turned(Vec3::z()), weight)
+            })
+            .collect();
+        let number_of = |element: &Element| {
+            let is_it = |other: &Element| other.centre_m == element.centre_m;
+            elements.iter().position(is_it).expect("one of them")
+        };
+        let wavenumber_rad_m = WAVENUMBER_RAD_M / self.speed;
+        // To a place, and to its image in the plane.
+        let wave = |element: &Element, at: &Vec3| {
+            let (centre_m, normal, weight) = sources[number_of(element)];
+            let way = at - centre_m;
+            let cos = normal.dot(&way) / way.norm();
+            let x = wavenumber_rad_m * element.radius_m * (1.0 - cos * cos).max(0.0).sqrt();
+            let lobe = if x < 1e-6 { 1.0 } else { 2.0 * libm::j1(x) / x };
+            let loss = 10f64.powf(-self.absorption_db_m * way.norm() / 20.0);
+            weight * Complex64::from_polar(loss * lobe / way.norm(), wavenumber_rad_m * way.norm())
+        };
+        let (sin, cos) = self.turn_rad.sin_cos();
+        let (share, height_m) = self.plane;
+        let mut record = scan.read_waves(seed, |element, phase_rad, read_m| {
+            let x_m = self.scale_x * read_m.x;
+            let at = Vec3::new(cos * x_m - sin * read_m.y, sin * x_m + cos * read_m.y, read_m.z);
+            let at = at + self.offset_m;
+            let image = Vec3::new(at.x, at.y, 2.0 * height_m - at.z);
+            let mut sum = wave(element, &at);
+            if share != 0.0 {
+                sum += share * wave(element, &image);
+            }
+            sum * Complex64::cis(phase_rad)
+        });
+        let lasts = record.samples.len() as f64;
+        for (n, sample) in record.samples.iter_mut().enumerate() {
+            sample.reading *= 1.0 + self.drift * n as f64 / lasts;
+        }
+        record
+    }
+}
+
+fn scan() -> Scan {
+    let foci = [[5.0, -10.0, 100.0], [-15.0, 10.0, 130.0]];
+    Scan::new(6, &foci, 22, &[80.0, 120.0, 160.0, 200.0])
+}
+
+fn value(diagnosis: &Diagnosis, name: &str) -> (f64, f64) {
+    match diagnosis.ranked[0].parameters.get(name) {
+        Some(FittedParameter::Real { value, standard_error }) => (*value, *standard_error),
+        other => panic!("{name}: {other:?} in\n{}", diagnosis.to_text()),
+    }
+}
+
+/// A warmer room, departures of all elements, a tilt, absorption, a drift, a turn of the robot's axes: no set of three explains it.
+#[test]
+fn the_causes_of_a_whole_bench_are_told() {
+    let causes = Causes {
+        tilt_rad: [0.025, -0.01],
+        spreads: [0.06, 0.08],
+        absorption_db_m: 5.0,
+        turn_rad: 0.02,
+        drift: -0.04,
+        plane: (0.05, 0.31),
+        ..Causes::none()
+    };
+    let diagnosis = diagnose(&[causes.read(&scan(), 1)], None).expect("comparable");
+    println!("{}", diagnosis.to_text());
+    assert_eq!(diagnosis.verdict, Verdict::Explained, "{}", diagnosis.to_text());
+    for id in [
+        EffectId::ArrayTilt,
+        EffectId::ElementGain,
+        EffectId::ElementPhase,
+        EffectId::Absorption,
+        EffectId::Rotation,
+        EffectId::GainDrift,
+        EffectId::Reflection,
+    ] {
+        assert!(diagnosis.effects.contains(&id), "{id}: {}", diagnosis.to_text());
+    }
+    assert_eq!(diagnosis.effects.len(), 7);
+    for (name, expected) in [
+        ("array-tilt.about_x_rad", 0.025),
+        ("absorption.db_per_m", 5.0),
+        ("rotation.rad", 0.02),
+        ("gain-drift.relative", -0.04),
+        ("reflection.height_mm", 310.0),
+    ] {
+        let (value, error) = value(&diagnosis, name);
+        assert!((value - expected).abs() < 3.5 * error, "{name}: {value} {error}");
+    }
+}

@@ -40,7 +40,9 @@ impl CauseFigures {
                         parameters.insert(format!("{name}.{part}"), part_of);
                     }
                 }
-                FittedParameter::Elements { .. } | FittedParameter::Each { .. } => {}
+                FittedParameter::Word { .. }
+                | FittedParameter::Elements { .. }
+                | FittedParameter::Each { .. } => {}
             }
         }
         Self {

@@ -45,6 +45,8 @@ effect_ids! {
     Flow = "flow",
     /// The speed of sound varies linearly through the field.
     TemperatureGradient = "temperature-gradient",
+    /// The air warms or cools during the scan.
+    TemperatureDrift = "temperature-drift",
     /// The phase of each path fluctuates at random.
     Turbulence = "turbulence",
     /// The level falls with distance by another law.
@@ -61,10 +63,14 @@ effect_ids! {
     Polarity = "polarity",
     /// Two elements are exchanged.
     SwappedChannels = "swapped-channels",
+    /// The drive of an element reaches its neighbours.
+    Crosstalk = "crosstalk",
     /// The array is larger or smaller than modelled.
     Pitch = "pitch",
     /// The array is tilted against the axes of the scan.
     ArrayTilt = "array-tilt",
+    /// The array's board is bowed.
+    BowedArray = "bowed-array",
     /// The driver rounds delays to steps of a period.
     PhaseQuantisation = "phase-quantisation",
     /// The drive is off its nominal frequency.
@@ -77,6 +83,8 @@ effect_ids! {
     Skew = "skew",
     /// The robot's steps per millimetre are wrong.
     AxisScale = "axis-scale",
+    /// The position along an axis errs periodically, once a turn of its screw.
+    LeadScrew = "lead-screw",
     /// The robot has play along x.
     Backlash = "backlash",
     /// The reading trails the motion.

@@ -20,6 +20,11 @@ pub enum FittedParameter {
         /// Their standard errors.
         standard_error: [f64; 2],
     },
+    /// A word, such as the name of an axis.
+    Word {
+        /// The word.
+        value: &'static str,
+    },
     /// A list of elements.
     Elements {
         /// Their numbers from 0.

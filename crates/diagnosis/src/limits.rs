@@ -194,6 +194,9 @@ pub(crate) const HIGHEST_PLANE_M: f64 = 0.6;
 /// Planes that a fit is started with. Set by judgement.
 pub(crate) const PLANES: usize = 6;
 
+/// Periods of an axis that a fit is started with. Set by judgement.
+pub(crate) const PERIODS: usize = 3;
+
 /// Elements in a set at most, by the catalogue.
 pub(crate) const MOST_IN_A_SET: usize = 3;
 

@@ -290,6 +290,7 @@ impl Proposal {
         let total =
             (self.planes() * POINTS_ALONG_A_PROPOSED_ROW * POINTS_ALONG_A_PROPOSED_ROW) as f64;
         let speed = self.speed_m_s.unwrap_or(0.0);
+        let lasts_s = observations.scans[0].lasts_s();
         let mut number = 0;
         let drives = self
             .drives
@@ -315,6 +316,7 @@ impl Proposal {
                                     x_direction,
                                 ),
                                 otherwise: None,
+                                time_s: lasts_s * number as f64 / total,
                                 progress: number as f64 / total,
                                 variance: 1.0,
                             });

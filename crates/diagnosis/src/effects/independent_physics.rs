@@ -112,6 +112,7 @@ fn expected(model: &ForwardModel<'_>, visits: &[rig::Visit], log_gain: f64) -> V
             at_m: visit.position_m,
             motion: Motion::steady(visit.velocity_m_s, visit.velocity_m_s.x.signum()),
             otherwise: None,
+            time_s: visit.time_s,
             progress: visit.time_s / SCAN_S,
             variance: 1.0,
         })
@@ -171,6 +172,9 @@ fn case(id: EffectId) -> Option<Case> {
             toml::toml! { temperature-gradient = { gx = 0.1, gy = -0.05, gz = 0.2 } },
             &[0.1, -0.05, 0.2],
         ),
+        EffectId::TemperatureDrift => {
+            plain(toml::toml! { temperature-drift = { k_per_h = 120.0 } }, &[120.0])
+        }
         EffectId::Spreading => plain(toml::toml! { spreading = { exponent = 0.7 } }, &[0.7]),
         EffectId::Directivity => plain(toml::toml! { directivity = { width_ratio = 1.2 } }, &[1.2]),
         EffectId::ElementGain => random(id, toml::toml! { element-gain = { spread = 0.1 } }),
@@ -182,11 +186,15 @@ fn case(id: EffectId) -> Option<Case> {
         EffectId::SwappedChannels => {
             elements(toml::toml! { swapped-channels = { elements = [4, 30] } }, &[4, 30])
         }
+        EffectId::Crosstalk => {
+            plain(toml::toml! { crosstalk = { coefficient = [0.05, -0.08] } }, &[0.05, -0.08])
+        }
         EffectId::Pitch => plain(toml::toml! { pitch = { ratio = 1.02 } }, &[1.02]),
         EffectId::ArrayTilt => plain(
             toml::toml! { array-tilt = { about_x_rad = 0.02, about_y_rad = -0.03 } },
             &[0.02, -0.03],
         ),
+        EffectId::BowedArray => plain(toml::toml! { bowed-array = { sagitta_mm = -0.8 } }, &[-0.8]),
         EffectId::PhaseQuantisation => Some(Case {
             truth: toml::toml! { phase-quantisation = { steps = 10 } },
             values: Vec::new(),
@@ -206,6 +214,11 @@ fn case(id: EffectId) -> Option<Case> {
             &[1.02, 0.98, 1.01],
         ),
         EffectId::Skew => plain(toml::toml! { skew = { rad = 0.05 } }, &[0.05]),
+        EffectId::LeadScrew => Some(Case {
+            truth: toml::toml! { lead-screw = { axis = "y", amplitude_mm = 0.5, lead_mm = 20.0, phase_rad = 0.5 } },
+            values: vec![0.5 * f64::cos(0.5), 0.5 * f64::sin(0.5), 0.05],
+            choices: vec![Choice::Law(1)],
+        }),
         EffectId::Backlash => plain(toml::toml! { backlash = { mm = 0.6 } }, &[0.6]),
         EffectId::Lag => plain(toml::toml! { lag = { s = 0.02 } }, &[0.02]),
         EffectId::ReceiverDirectivity => plain(

@@ -8,7 +8,9 @@ mod aperture;
 mod array_tilt;
 mod axis_scale;
 mod backlash;
+mod bowed_array;
 mod clipping;
+mod crosstalk;
 mod dead_elements;
 mod defect;
 mod directivity;
@@ -20,6 +22,7 @@ mod gain_drift;
 #[cfg(test)]
 mod independent_physics;
 mod lag;
+pub(crate) mod lead_screw;
 mod noise_floor;
 mod of_elements;
 mod offset;
@@ -40,6 +43,7 @@ mod sound_speed;
 mod spreading;
 mod standing_wave;
 mod swapped_channels;
+mod temperature_drift;
 mod temperature_gradient;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -60,6 +64,7 @@ pub(crate) fn effect(id: EffectId) -> &'static dyn Effect {
         EffectId::Absorption => &absorption::Absorption,
         EffectId::Flow => &flow::Flow,
         EffectId::TemperatureGradient => &temperature_gradient::TemperatureGradient,
+        EffectId::TemperatureDrift => &temperature_drift::TemperatureDrift,
         EffectId::Turbulence => &turbulence::Turbulence,
         EffectId::Spreading => &spreading::Spreading,
         EffectId::Directivity => &directivity::Directivity,
@@ -68,14 +73,17 @@ pub(crate) fn effect(id: EffectId) -> &'static dyn Effect {
         EffectId::DeadElements => &dead_elements::DEAD_ELEMENTS,
         EffectId::Polarity => &polarity::POLARITY,
         EffectId::SwappedChannels => &swapped_channels::SWAPPED_CHANNELS,
+        EffectId::Crosstalk => &crosstalk::Crosstalk,
         EffectId::Pitch => &pitch::Pitch,
         EffectId::ArrayTilt => &array_tilt::ArrayTilt,
+        EffectId::BowedArray => &bowed_array::BowedArray,
         EffectId::PhaseQuantisation => &phase_quantisation::PhaseQuantisation,
         EffectId::DriveFrequency => &drive_frequency::DriveFrequency,
         EffectId::Offset => &offset::Offset,
         EffectId::Rotation => &rotation::Rotation,
         EffectId::Skew => &skew::Skew,
         EffectId::AxisScale => &axis_scale::AxisScale,
+        EffectId::LeadScrew => &lead_screw::LeadScrew,
         EffectId::Backlash => &backlash::Backlash,
         EffectId::Lag => &lag::Lag,
         EffectId::PositionJitter => &position_jitter::PositionJitter,

@@ -110,6 +110,7 @@ pub(crate) fn visit() -> Visit {
         at_m: Vec3::z() * 0.1,
         motion: Motion::steady(Vec3::zeros(), 0.0),
         otherwise: None,
+        time_s: 0.0,
         progress: 0.0,
         variance: 1.0,
     }

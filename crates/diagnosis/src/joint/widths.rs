@@ -106,7 +106,9 @@ pub(crate) fn joins(
             !effect.begins_flat(context) && !effect.scatters_repeats() && !effect.is_defect()
         }
         Search::Random => observations.elements() <= MOST_ELEMENTS,
-        Search::Sets | Search::Exchanges | Search::Steps | Search::Heights => false,
+        Search::Sets | Search::Exchanges | Search::Steps | Search::Heights | Search::Periods => {
+            false
+        }
     }
 }
 

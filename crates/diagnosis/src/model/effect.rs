@@ -5,8 +5,8 @@
 //!
 //! | point of the chain | method |
 //! |---|---|
-//! | speed of sound and frequency | [`Effect::carrier`] |
-//! | delays of the driver, routing of its outputs | [`Effect::drive_phases`] |
+//! | speed of sound and frequency | [`Effect::carrier`], [`Effect::speed_ratio_at`] |
+//! | delays of the driver, routing of its outputs | [`Effect::drive_phases`], [`Effect::coupled`] |
 //! | places, amplitudes and phases of the elements | [`Effect::elements`] |
 //! | lobe, on-axis law, path lengths of the simulator | [`Effect::radiation`] |
 //! | propagation along each path | [`Effect::air`], [`Effect::scintillating`] |
@@ -84,6 +84,8 @@ pub(crate) enum Search {
     Steps,
     /// Every height of a plane, its coefficient solved for.
     Heights,
+    /// Every axis and every period along it, the error solved for.
+    Periods,
     /// A random number for each element, the same spread for all.
     Random,
 }
@@ -91,7 +93,7 @@ pub(crate) enum Search {
 impl Search {
     /// Whether the cost has many minima, so that what was found depends on what else was known.
     pub fn has_many_minima(self) -> bool {
-        self.is_of_elements() || self == Self::Heights
+        self.is_of_elements() || matches!(self, Self::Heights | Self::Periods)
     }
 
     /// Whether what is found is something that single elements' departures show.
@@ -386,6 +388,19 @@ pub(crate) trait Effect: Sync {
         _carrier: &Carrier,
         _phases_rad: &mut [f64],
     ) {
+    }
+
+    /// Whether the drives of other elements change what an element emits.
+    fn couples(&self) -> bool {
+        false
+    }
+
+    /// Changes the elements by the phases, rad, that they all are driven with.
+    fn coupled(&self, _at: Setting<'_>, _phases_rad: &[f64], _elements: &mut [Element]) {}
+
+    /// Factor on the speed of sound at a moment of the scan, seconds after its first driven reading.
+    fn speed_ratio_at(&self, _at: Setting<'_>, _time_s: f64) -> f64 {
+        1.0
     }
 
     /// Changes the elements.

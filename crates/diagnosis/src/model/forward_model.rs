@@ -15,7 +15,7 @@ use fieldgap_acoustics::{
     Array, FieldKernel, FieldSum, PathLengths, Propagation, Simulation, Simulator, Vec3, delays_s,
 };
 
-use super::effect::{Carrier, Context, Radiation, Stage, SurroundingField};
+use super::effect::{Carrier, Context, Radiation, Stage, SurroundingField, Timing};
 use super::instance::{Active, Instance};
 use super::nuisance::Nuisance;
 use super::observations::{Driven, Observations, ObservedDrive, Visit};
@@ -34,7 +34,18 @@ pub(crate) struct ForwardModel<'c> {
     scatters_field: bool,
     clips: bool,
     depends_on_arrival: bool,
+    couples: bool,
+    drifts: bool,
+    /// Factor on the speed of sound at the moment for which the field is computed.
+    speed_ratio: f64,
 }
+
+/// Turn of the phases from one moment to the next at most, rad: half way between two the interpolated mean is short by an eighth of its square,
+/// a thousandth.
+const TURN_RAD: f64 = 0.1;
+
+/// Moments at most.
+const MOST_MOMENTS: usize = 64;
 
 /// Pressures of every reading: by scan, then drive, then visit. Where it matters how the robot arrived, those of the visits outside of rows
 /// follow after them, with the other motion.
@@ -77,6 +88,10 @@ impl<'c> ForwardModel<'c> {
             sorted.iter().copied().filter(of_stage).collect::<Vec<_>>()
         };
         let scatters = |active: &Active<'_>| active.effect.changes_scatter(active.setting());
+        let is_of_moment = |active: &Active<'_>| {
+            let facts = active.effect.facts();
+            facts.stage == Stage::Field && facts.timing == Timing::Moment
+        };
         let arrival = |active: &Active<'_>| active.effect.facts().timing.is_of_arrival();
         Self {
             detector: at_stage(Stage::Detector),
@@ -85,6 +100,9 @@ impl<'c> ForwardModel<'c> {
                 .iter()
                 .any(|active| active.effect.facts().stage == Stage::Field && scatters(active)),
             clips: !at_stage(Stage::Converter).is_empty(),
+            couples: added.iter().any(|active| active.effect.couples()),
+            drifts: added.iter().any(|active| is_of_moment(active) && !active.is_neutral()),
+            speed_ratio: 1.0,
             depends_on_arrival: added.iter().any(|active| arrival(active) && !active.is_neutral()),
             sorted,
             added,
@@ -128,7 +146,7 @@ impl<'c> ForwardModel<'c> {
 
     /// Speed of sound and frequency.
     pub fn carrier(&self) -> Carrier {
-        let mut carrier = Carrier { speed_ratio: 1.0, frequency_ratio: 1.0 };
+        let mut carrier = Carrier { speed_ratio: self.speed_ratio, frequency_ratio: 1.0 };
         self.effects().for_each(|active| active.effect.carrier(active.setting(), &mut carrier));
         carrier
     }
@@ -165,7 +183,7 @@ impl<'c> ForwardModel<'c> {
                         Some(chain) if chain.differs_in_phases_from(driven) => chain.driven(driven),
                         _ => Chain::of(self, driven, nuisance),
                     };
-                    of_scan.push(self.pressures_of(&chain, &self.visits(drive)));
+                    of_scan.push(self.pressures_of(&chain, driven, &self.visits(drive)));
                     before = Some(chain);
                 }
                 of_scan
@@ -191,10 +209,19 @@ impl<'c> ForwardModel<'c> {
         visits: &[Visit],
         nuisance: &Nuisance,
     ) -> Vec<Pressure> {
-        self.pressures_of(&Chain::of(self, driven.into(), nuisance), visits)
+        let driven = driven.into();
+        self.pressures_of(&Chain::of(self, driven, nuisance), driven, visits)
     }
 
-    fn pressures_of(&self, chain: &Chain<'_, '_>, visits: &[Visit]) -> Vec<Pressure> {
+    fn pressures_of<'d>(
+        &self,
+        chain: &Chain<'d, '_>,
+        driven: Driven<'d>,
+        visits: &[Visit],
+    ) -> Vec<Pressure> {
+        if self.drifts {
+            return self.pressures_on_the_way(chain.nuisance, driven, visits);
+        }
         let points_m = self.places(visits, chain.nuisance);
         let scattered = self.effects().find_map(|active| {
             active
@@ -202,6 +229,46 @@ impl<'c> ForwardModel<'c> {
                 .scattered_position(active.setting(), &points_m, &|at_m| chain.pressures(at_m))
         });
         scattered.unwrap_or_else(|| chain.pressures(&points_m))
+    }
+
+    /// The pressures of readings between which the air changes: interpolated between moments so near to each other that the phases of the paths turn
+    /// by [`TURN_RAD`] from one to the next.
+    fn pressures_on_the_way<'d>(
+        &self,
+        nuisance: &'d Nuisance,
+        driven: Driven<'d>,
+        visits: &[Visit],
+    ) -> Vec<Pressure> {
+        let ratio_at = |visit: &Visit| -> f64 {
+            let effects = self.effects();
+            effects
+                .map(|active| active.effect.speed_ratio_at(active.setting(), visit.time_s))
+                .product()
+        };
+        let ratios: Vec<f64> = visits.iter().map(ratio_at).collect();
+        let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = ratios.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let farthest_m = visits.iter().map(|visit| visit.at_m.norm()).fold(0.0, f64::max);
+        let turn_rad = self.wavenumber_rad_m(driven.believed) * farthest_m * (most - least);
+        let moments = ((turn_rad / TURN_RAD).ceil() as usize).clamp(1, MOST_MOMENTS);
+        let step = ((most - least) / moments as f64).max(f64::MIN_POSITIVE);
+        let moment_of = |ratio: f64| (((ratio - least) / step) as usize).min(moments - 1);
+        let mut found: Vec<Option<Pressure>> = vec![None; visits.len()];
+        for moment in 0..moments {
+            let indices: Vec<usize> =
+                (0..visits.len()).filter(|&i| moment_of(ratios[i]) == moment).collect();
+            let some: Vec<Visit> = indices.iter().map(|&i| visits[i]).collect();
+            let [before, after] = [moment, moment + 1].map(|edge| {
+                let speed_ratio = least + step * edge as f64;
+                let model = Self { speed_ratio, drifts: false, ..self.clone() };
+                model.pressures_of(&Chain::of(&model, driven, nuisance), driven, &some)
+            });
+            for ((&i, before), after) in indices.iter().zip(before).zip(after) {
+                let share = (ratios[i] - least) / step - moment as f64;
+                found[i] = Some(before.towards(&after, share));
+            }
+        }
+        found.into_iter().map(|pressure| pressure.expect("each has a moment")).collect()
     }
 
     /// What each element adds to the coherent pressure at each visit, element by element.
@@ -284,9 +351,13 @@ impl<'c> ForwardModel<'c> {
 
     fn sources(&self, driven: Driven<'_>) -> Sources {
         let mut elements = driven.believed.array.elements().to_vec();
-        self.effects().for_each(|active| active.effect.elements(active.setting(), &mut elements));
+        let phases_rad = self.phases_rad(driven);
+        for active in self.effects() {
+            active.effect.elements(active.setting(), &mut elements);
+            active.effect.coupled(active.setting(), &phases_rad, &mut elements);
+        }
         let array = Array::from_elements(elements).expect("as many elements as are believed");
-        Sources { array, phases_rad: self.phases_rad(driven) }
+        Sources { array, phases_rad }
     }
 
     fn believed_paths(believed: &Simulation) -> PathLengths {
@@ -362,6 +433,9 @@ impl<'m, 'c> Chain<'m, 'c> {
 
     /// Whether another drive differs from this one in its phases alone.
     fn differs_in_phases_from(&self, other: Driven<'_>) -> bool {
+        if self.model.couples {
+            return false;
+        }
         let (one, other) = (self.believed, other.believed);
         one.simulator == other.simulator
             && one.medium == other.medium

@@ -95,6 +95,8 @@ pub(crate) struct Visit {
     pub motion: Motion,
     /// Outside of a row: the motion if it came straight from the reading before.
     pub otherwise: Option<Motion>,
+    /// Time since the first driven reading of its scan, s.
+    pub time_s: f64,
     /// How far through the scan, 0 at the first driven reading to 1 at the last.
     pub progress: f64,
     /// Variance of the noise of the reading over that of a usual reading of its scan, one or more: it may average fewer samples.
@@ -284,6 +286,12 @@ impl ObservedScan {
         }
     }
 
+    /// Time from its first driven reading to the last of these, s.
+    pub fn lasts_s(&self) -> f64 {
+        let visits = self.drives.iter().flat_map(|drive| &drive.visits);
+        visits.map(|visit| visit.time_s).fold(0.0, f64::max)
+    }
+
     /// How many readings there are.
     pub fn len(&self) -> usize {
         self.drives.iter().map(|drive| drive.readings.len()).sum()
@@ -314,7 +322,8 @@ fn visits<'s>(scan: &'s RecordedScan, pose: &Pose) -> Vec<(&'s RecordedSample, V
         let (time_s, at_m) = places[number];
         let progress = (time_s - first_s) / length_s;
         let variance = variance(driven[number], usual);
-        let visit = Visit { number, at_m, motion, otherwise, progress, variance };
+        let time_s = time_s - first_s;
+        let visit = Visit { number, at_m, motion, otherwise, time_s, progress, variance };
         (driven[number], visit)
     };
     approaches(&places).into_iter().enumerate().map(visit).collect()

@@ -29,6 +29,16 @@ impl Pressure {
         }
     }
 
+    /// A pressure between this one and another, a share of the way.
+    pub fn towards(&self, other: &Self, share: f64) -> Self {
+        Self {
+            coherent: self.coherent + share * (other.coherent - self.coherent),
+            speckle: self.speckle + share * (other.speckle - self.speckle),
+            speckle_square: self.speckle_square
+                + share * (other.speckle_square - self.speckle_square),
+        }
+    }
+
     /// Mean squares of the random part along the coherent pressure and across it.
     pub fn speckle_along_and_across(&self) -> [f64; 2] {
         let power = self.coherent.norm_sqr();

@@ -222,6 +222,7 @@ mod tests {
                 at_m,
                 motion,
                 otherwise: None,
+                time_s: 0.0,
                 progress: 0.0,
                 variance: 1.0,
             });

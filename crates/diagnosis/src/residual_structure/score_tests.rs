@@ -11,12 +11,11 @@ use std::f64::consts::{PI, TAU};
 use crate::effect_id::EffectId;
 use crate::effects::effect;
 use crate::fit::score_statistic::{ScoreStatistic, ScoreStatistics};
-use crate::limits::{
-    FEWEST_ELEMENTS, IMITATED, LONGEST_LEAD_M, MOST_OF_SCATTER, PATTERN_LIMIT, SHORTEST_LEAD_M,
-};
+use crate::limits::{FEWEST_ELEMENTS, IMITATED, MOST_OF_SCATTER, PATTERN_LIMIT};
 use crate::model::observations::Visit;
 use crate::residual_structure::patterns::mean_square;
 use crate::residual_structure::test::Test;
+use crate::selection::starts::turns_along;
 use crate::statistics::significance::{less_by_chance, z_of_sum_of_squares};
 
 /// Effects that are tested in addition to the fitted ones: those of the air, which changes first.
@@ -153,13 +152,8 @@ impl Asked<'_, '_> {
         let shifts = self.scores.shift_columns();
         let mut found = Vec::new();
         for (axis, name) in ["x", "y"].into_iter().enumerate() {
-            let (along_m, [from_m, to_m]) = self.along(axis);
-            // Each period adds half a turn over the field.
-            let turns = (1..).map(|n| 0.5 * f64::from(n) / (to_m - from_m).max(LONGEST_LEAD_M));
-            let turns = turns
-                .skip_while(|turns| *turns < 1.0 / LONGEST_LEAD_M)
-                .take_while(|turns| *turns <= 1.0 / SHORTEST_LEAD_M);
-            for per_m in turns {
+            let (along_m, _) = self.along(axis);
+            for per_m in turns_along(&along_m) {
                 let shapes = [f64::cos, f64::sin].map(|shape| -> Vec<f64> {
                     along_m.iter().map(|m| shape(TAU * per_m * m)).collect()
                 });

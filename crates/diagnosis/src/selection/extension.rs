@@ -227,7 +227,7 @@ impl<'o> Base<'o> {
         };
         let known = self.coarse_columns.as_slice();
         let mut starts: Vec<(Start, &[Vec<f64>])> =
-            beginnings(effect, &self.quick, slope_leads, context)
+            beginnings(effect, &self.quick, &self.scores, slope_leads, context)
                 .into_iter()
                 .filter(plausible)
                 .map(|beginning| (start(beginning, &before.values), known))
@@ -236,7 +236,7 @@ impl<'o> Base<'o> {
         let of_phases = matches!(effect.search(), Search::Steps | Search::Exchanges);
         if let Some(without) = without_phases(before).filter(|_| of_phases) {
             let scored = QuickScores::of(&without, self.scores.observations, context);
-            let others = beginnings(effect, &scored, slope_leads, context);
+            let others = beginnings(effect, &scored, &self.scores, slope_leads, context);
             let others = others.into_iter().map(|other| start(other, &without.values));
             starts.extend(others.map(|start| (start, [].as_slice())));
         }
@@ -285,6 +285,8 @@ fn expected_nats(scores: &ScoreStatistics<'_>, effect: &'static dyn Effect) -> f
             let ScoreStatistic { downhill, curvature, .. } = scores.of_effect(effect, &neutral);
             best_spread(curvature, &downhill).1
         }
-        Search::Sets | Search::Exchanges | Search::Steps | Search::Heights => f64::INFINITY,
+        Search::Sets | Search::Exchanges | Search::Steps | Search::Heights | Search::Periods => {
+            f64::INFINITY
+        }
     }
 }

@@ -5,10 +5,16 @@ use fieldgap_acoustics::{Element, Vec3};
 use nalgebra::{Matrix3, Vector3};
 use num_complex::Complex64;
 use rayon::prelude::*;
+use std::f64::consts::TAU;
 
+use crate::effects::lead_screw::LeadScrew;
 use crate::effects::reflection::Reflection;
 use crate::fit::joint_fit::Fit;
-use crate::limits::{HIGHEST_PLANE_M, MOST_IN_A_SET, PLANES, SET_BEAM, START_SHORT_BY};
+use crate::fit::score_statistic::ScoreStatistics;
+use crate::limits::{
+    HIGHEST_PLANE_M, LONGEST_LEAD_M, MOST_IN_A_SET, PERIODS, PLANES, SET_BEAM, SHORTEST_LEAD_M,
+    START_SHORT_BY,
+};
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::{Instance, Setting};
 use crate::selection::cost_by_gain::{CostByGain, Slope};
@@ -32,6 +38,7 @@ pub(crate) struct Beginning {
 pub(crate) fn beginnings(
     effect: &'static dyn Effect,
     quick: &QuickScores<'_>,
+    scores: &ScoreStatistics<'_>,
     slope_leads: bool,
     context: &Context,
 ) -> Vec<Beginning> {
@@ -69,8 +76,61 @@ pub(crate) fn beginnings(
         Search::Exchanges => quick.exchanges().into_iter().map(chosen).collect(),
         Search::Steps => quick.steps().into_iter().map(chosen).collect(),
         Search::Heights => quick.heights(context).into_iter().map(plain).collect(),
+        Search::Periods => periods(scores),
     }
 }
+
+/// The axes and periods along them for which the readings ask most, to first order, with the errors that they ask for.
+fn periods(scores: &ScoreStatistics<'_>) -> Vec<Beginning> {
+    let shifts = scores.shift_columns();
+    let mut found: Vec<(f64, Choice, Vec<f64>)> = Vec::new();
+    let mut ways = 0.0;
+    for (axis, shift) in shifts.iter().enumerate() {
+        let drives = scores.observations.scans.iter().flat_map(|scan| &scan.drives);
+        let along_m: Vec<f64> =
+            drives.flat_map(|drive| drive.visits.iter().map(|visit| visit.at_m[axis])).collect();
+        for turns_per_m in turns_along(&along_m) {
+            let wave = |shape: fn(f64) -> f64| -> Vec<f64> {
+                let places = along_m.iter().cycle().map(|m| shape(TAU * turns_per_m * m));
+                shift.iter().zip(places).map(|(by_shift, shape)| by_shift * shape).collect()
+            };
+            let score = scores.of_columns(&[wave(f64::sin), wave(f64::cos)]);
+            let (Some(gained), Some(curvature)) = (score.gained(), score.curvature.cholesky())
+            else {
+                continue;
+            };
+            let asked_m = curvature.solve(&score.downhill);
+            let (choice, values) = LeadScrew::along(axis, [asked_m[0], asked_m[1]], turns_per_m);
+            found.push((-gained, choice, values));
+            ways += 1.0;
+        }
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let worth = found.into_iter().filter(|(cost, ..)| -0.5 * cost > f64::ln(ways) - START_SHORT_BY);
+    worth.take(PERIODS).map(|(_, choice, values)| Beginning { choice, values }).collect()
+}
+
+/// Turns for each metre that an error along these places may have, half a turn over all of them apart. Of few different places none is told.
+pub(crate) fn turns_along(along_m: &[f64]) -> Vec<f64> {
+    let mut places = along_m.to_vec();
+    places.sort_by(f64::total_cmp);
+    places.dedup_by(|one, other| (*one - *other).abs() < SAME_PLACE_M);
+    let (Some(first), Some(last)) = (places.first(), places.last()) else { return Vec::new() };
+    if places.len() < FEWEST_PLACES {
+        return Vec::new();
+    }
+    let turns = (1..).map(|n| 0.5 * f64::from(n) / (last - first).max(LONGEST_LEAD_M));
+    turns
+        .skip_while(|turns| *turns < 1.0 / LONGEST_LEAD_M)
+        .take_while(|turns| *turns <= 1.0 / SHORTEST_LEAD_M)
+        .collect()
+}
+
+/// Places along an axis nearer to each other than this are one, m: a robot repeats so well.
+const SAME_PLACE_M: f64 = 1e-4;
+
+/// Different places along an axis of which a period is told: two turns of four.
+const FEWEST_PLACES: usize = 8;
 
 impl QuickScores<'_> {
     /// The best set of each size.

@@ -6,13 +6,14 @@ use crate::fitted_parameter::FittedParameter;
 use crate::limits::MOST_HALF_ANGLE_DEG;
 
 /// How the names of parameters end, and the unit that says so.
-const UNITS: [(&str, &str); 9] = [
+const UNITS: [(&str, &str); 10] = [
     ("rad_per_sqrt_m", "rad/√m"),
     ("db_per_m", "dB/m"),
     ("_m_s", "m/s"),
     ("_deg", "°"),
     ("_rad", "rad"),
     ("_mm", "mm"),
+    ("k_per_h", "K/h"),
     (".rad", "rad"),
     (".mm", "mm"),
     (".s", "s"),
@@ -51,6 +52,7 @@ impl FittedParameter {
                     fixed(imaginary.atan2(*real).to_degrees(), 0)
                 )
             }
+            Self::Word { value } => (*value).to_owned(),
             Self::Elements { value } => {
                 let numbers: Vec<String> = value.iter().map(usize::to_string).collect();
                 numbers.join(", ")

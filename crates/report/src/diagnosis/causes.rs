@@ -123,9 +123,9 @@ fn in_words(parameter: &FittedParameter, name: &str, reading_unit: &str) -> Stri
                 fixed(imaginary.atan2(*real).to_degrees(), 0)
             )
         }
-        FittedParameter::Elements { .. } | FittedParameter::Each { .. } => {
-            parameter.in_words(name, reading_unit)
-        }
+        FittedParameter::Word { .. }
+        | FittedParameter::Elements { .. }
+        | FittedParameter::Each { .. } => parameter.in_words(name, reading_unit),
     }
 }
 

@@ -103,6 +103,10 @@ effect_ids! {
     Clipping = "clipping",
     /// A plane above the field returns an image of the array.
     Reflection = "reflection",
+    /// A plane anywhere beside the field returns an image of the array.
+    Wall = "wall",
+    /// A ball in the field scatters.
+    Scatterer = "scatterer",
     /// Sound bounces between receiver and array.
     StandingWave = "standing-wave",
     /// The level drifts through the scan.

@@ -191,6 +191,15 @@ pub(crate) const START_SHORT_BY: f64 = 4.0;
 /// How far above the highest point a reflecting plane is looked for, m: a shelf, or the frame of a robot. Set by judgement.
 pub(crate) const HIGHEST_PLANE_M: f64 = 0.6;
 
+/// How far beside what was measured a wall is looked for, m. Set by judgement.
+pub(crate) const FARTHEST_WALL_M: f64 = 0.15;
+
+/// Readings on which walls and objects are compared first. Set by judgement.
+pub(crate) const READINGS_OF_STRAY_WAVES: usize = 250;
+
+/// Places of an object that a fit is started with. Set by judgement.
+pub(crate) const OBJECTS: usize = 4;
+
 /// Planes that a fit is started with. Set by judgement.
 pub(crate) const PLANES: usize = 6;
 

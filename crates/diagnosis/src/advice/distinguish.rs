@@ -131,9 +131,7 @@ fn has_slope(effect: &dyn Effect, observations: &Observations) -> bool {
     let has_columns = match effect.search() {
         Search::Smooth => true,
         Search::Random => observations.elements() <= MOST_ELEMENTS,
-        Search::Sets | Search::Exchanges | Search::Steps | Search::Heights | Search::Periods => {
-            false
-        }
+        _ => false,
     };
     has_columns && !effect.is_defect() && effect.can_act(observations)
 }

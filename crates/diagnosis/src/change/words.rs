@@ -136,6 +136,8 @@ fn changed_thing(id: EffectId) -> &'static str {
         EffectId::NoiseFloor => "the floor of the detector",
         EffectId::Clipping => "the full scale of the receiver",
         EffectId::Reflection => "the reflection above the field",
+        EffectId::Wall => "the wall beside the field",
+        EffectId::Scatterer => "the object in the field",
         EffectId::StandingWave => "the standing wave at the receiver",
         EffectId::GainDrift => "the drift of the gain",
         EffectId::PhasePlane

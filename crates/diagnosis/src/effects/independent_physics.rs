@@ -13,6 +13,7 @@ use super::{catalogue, effect};
 use crate::effect_id::EffectId;
 use crate::effects::reflection::Reflection;
 use crate::effects::testing::nuisance;
+use crate::effects::wall::Wall;
 use crate::model::effect::{Choice, Context, PerElement};
 use crate::model::forward_model::ForwardModel;
 use crate::model::instance::Instance;
@@ -236,6 +237,15 @@ fn case(id: EffectId) -> Option<Case> {
         EffectId::Reflection => plain(
             toml::toml! { reflection = { height_mm = 300.0, coefficient = [0.2, -0.1] } },
             &Reflection::at_height(0.3, Complex64::new(0.2, -0.1), &context()),
+        ),
+        EffectId::Wall => Some(Case {
+            truth: toml::toml! { wall = { normal = [0.8, 0.6, 0.0], distance_mm = 70.0, coefficient = [0.2, -0.1] } },
+            values: Wall::upright(0.6f64.atan2(0.8), 0.07, Complex64::new(0.2, -0.1), &context()),
+            choices: vec![Choice::None],
+        }),
+        EffectId::Scatterer => plain(
+            toml::toml! { scatterer = { x_mm = 8.0, y_mm = -5.0, z_mm = 50.0, radius_mm = 4.0 } },
+            &[8.0, -5.0, 50.0, 4.0],
         ),
         EffectId::StandingWave => {
             plain(toml::toml! { standing-wave = { coefficient = [0.1, 0.05] } }, &[0.1, 0.05])

@@ -38,6 +38,7 @@ mod receiver_directivity;
 pub(crate) mod reflection;
 mod rotation;
 mod saturation;
+pub(crate) mod scatterer;
 mod skew;
 mod sound_speed;
 mod spreading;
@@ -48,6 +49,7 @@ mod temperature_gradient;
 #[cfg(test)]
 pub(crate) mod testing;
 pub(crate) mod turbulence;
+pub(crate) mod wall;
 
 use fieldgap_acoustics::Simulator;
 
@@ -93,6 +95,8 @@ pub(crate) fn effect(id: EffectId) -> &'static dyn Effect {
         EffectId::NoiseFloor => &noise_floor::NoiseFloor,
         EffectId::Clipping => &clipping::Clipping,
         EffectId::Reflection => &reflection::Reflection,
+        EffectId::Wall => &wall::Wall,
+        EffectId::Scatterer => &scatterer::Scatterer,
         EffectId::StandingWave => &standing_wave::StandingWave,
         EffectId::GainDrift => &gain_drift::GainDrift,
     }

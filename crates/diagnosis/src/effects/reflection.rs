@@ -13,6 +13,7 @@ use crate::model::effect::{
     SurroundingField, Timing,
 };
 use crate::model::instance::Setting;
+use crate::model::mirror::Mirror;
 use crate::model::pressure::Pressure;
 use crate::remedy::Remedy;
 
@@ -77,7 +78,9 @@ impl Effect for Reflection {
     ) {
         let turned = Complex64::new(at.values[1], at.values[2]);
         let coefficient = turned * turn(at.values[0], at.context).conj();
-        for (pressure, image) in pressures.iter_mut().zip(field.images(1e-3 * at.values[0])) {
+        for (pressure, image) in
+            pressures.iter_mut().zip(field.images(&Mirror::at_height(1e-3 * at.values[0])))
+        {
             pressure.coherent += coefficient * image;
         }
     }

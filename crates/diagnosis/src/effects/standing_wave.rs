@@ -79,6 +79,7 @@ impl Effect for StandingWave {
 mod tests {
     use super::*;
     use crate::effects::testing::Bench;
+    use crate::model::mirror::Mirror;
     use fieldgap_acoustics::Vec3;
 
     struct Along(Vec<Vec3>);
@@ -90,7 +91,10 @@ mod tests {
         fn wavenumber_rad_m(&self) -> f64 {
             std::f64::consts::TAU / 8e-3
         }
-        fn images(&self, _height_m: f64) -> Vec<Complex64> {
+        fn images(&self, _mirror: &Mirror) -> Vec<Complex64> {
+            Vec::new()
+        }
+        fn waves_at(&self, _at_m: &Vec3) -> Vec<(Vec3, Complex64)> {
             Vec::new()
         }
     }

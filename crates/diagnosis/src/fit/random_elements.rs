@@ -116,9 +116,7 @@ pub(crate) fn in_place_of_departures(
             };
             elements.iter().enumerate().flat_map(pair).collect()
         }
-        Search::Smooth | Search::Steps | Search::Heights | Search::Periods | Search::Random => {
-            Vec::new()
-        }
+        _ => Vec::new(),
     };
     let without = |mut set: Vec<usize>| {
         set.sort_unstable();

@@ -106,9 +106,7 @@ pub(crate) fn joins(
             !effect.begins_flat(context) && !effect.scatters_repeats() && !effect.is_defect()
         }
         Search::Random => observations.elements() <= MOST_ELEMENTS,
-        Search::Sets | Search::Exchanges | Search::Steps | Search::Heights | Search::Periods => {
-            false
-        }
+        _ => false,
     }
 }
 

@@ -26,6 +26,7 @@ use fieldgap_acoustics::{
 use fieldgap_text::with_minus_signs;
 
 use super::instance::{Instance, Setting};
+use super::mirror::Mirror;
 use super::observations::{Observations, Visit};
 use super::pressure::Pressure;
 use crate::effect_id::EffectId;
@@ -86,6 +87,10 @@ pub(crate) enum Search {
     Heights,
     /// Every axis and every period along it, the error solved for.
     Periods,
+    /// Every direction and distance of a wall, its coefficient solved for.
+    Walls,
+    /// Every place of an object, what it scatters solved for.
+    Objects,
     /// A random number for each element, the same spread for all.
     Random,
 }
@@ -93,7 +98,8 @@ pub(crate) enum Search {
 impl Search {
     /// Whether the cost has many minima, so that what was found depends on what else was known.
     pub fn has_many_minima(self) -> bool {
-        self.is_of_elements() || matches!(self, Self::Heights | Self::Periods)
+        self.is_of_elements()
+            || matches!(self, Self::Heights | Self::Walls | Self::Objects | Self::Periods)
     }
 
     /// Whether what is found is something that single elements' departures show.
@@ -251,8 +257,10 @@ pub(crate) trait SurroundingField {
     fn points_m(&self) -> &[Vec3];
     /// The wavenumber, rad/m.
     fn wavenumber_rad_m(&self) -> f64;
-    /// The field of the array's images in a plane of this height, m, if it reflects all of it.
-    fn images(&self, height_m: f64) -> Vec<Complex64>;
+    /// The field of the array's images in a plane, if it reflects all of it.
+    fn images(&self, mirror: &Mirror) -> Vec<Complex64>;
+    /// Where each element is, m, and its pressure at a place.
+    fn waves_at(&self, at_m: &Vec3) -> Vec<(Vec3, Complex64)>;
 }
 
 /// The sums over elements at the points of interest, each path attenuated by so much more, Np/m.

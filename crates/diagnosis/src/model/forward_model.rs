@@ -17,6 +17,7 @@ use fieldgap_acoustics::{
 
 use super::effect::{Carrier, Context, Radiation, Stage, SurroundingField, Timing};
 use super::instance::{Active, Instance};
+use super::mirror::Mirror;
 use super::nuisance::Nuisance;
 use super::observations::{Driven, Observations, ObservedDrive, Visit};
 use super::pressure::Pressure;
@@ -283,14 +284,14 @@ impl<'c> ForwardModel<'c> {
         (0..driven.believed.array.len()).map(|n| kernel.of_element(n).at(&points_m)).collect()
     }
 
-    /// The field of the array's images in a plane, if it reflects all of it, at points of each of these drives of one scan.
-    pub fn images<'d>(
+    /// The field of the elements at points of each of these drives of one scan, or of their images in a plane that reflects all of it.
+    pub fn fields<'d>(
         &self,
         drives: impl IntoIterator<Item = (Driven<'d>, Vec<Vec3>)>,
-        height_m: f64,
+        mirror: Option<&Mirror>,
         nuisance: &Nuisance,
     ) -> Vec<Complex64> {
-        let mut images = Vec::new();
+        let mut fields = Vec::new();
         let mut before: Option<(Chain<'_, '_>, FieldKernel)> = None;
         for (driven, points_m) in drives {
             let (chain, kernel) = match before.take() {
@@ -301,25 +302,28 @@ impl<'c> ForwardModel<'c> {
                 }
                 _ => {
                     let chain = Chain::of(self, driven, nuisance);
-                    let kernel = chain.mirrored(height_m);
+                    let kernel = match mirror {
+                        Some(mirror) => chain.mirrored(mirror),
+                        None => chain.kernel.clone(),
+                    };
                     (chain, kernel)
                 }
             };
-            images.extend(kernel.at(&points_m));
+            fields.extend(kernel.at(&points_m));
             before = Some((chain, kernel));
         }
-        images
+        fields
     }
 
     /// What the image of each element in a plane adds at each point, element by element, if it reflects all of it.
     pub fn contributions_of_images(
         &self,
         driven: Driven<'_>,
-        height_m: f64,
+        mirror: &Mirror,
         points_m: &[Vec3],
         nuisance: &Nuisance,
     ) -> Vec<Vec<Complex64>> {
-        Chain::of(self, driven, nuisance).mirrored(height_m).contributions_at(points_m)
+        Chain::of(self, driven, nuisance).mirrored(mirror).contributions_at(points_m)
     }
 
     /// What each element is driven with, rad.
@@ -476,8 +480,8 @@ impl<'m, 'c> Chain<'m, 'c> {
             .unwrap_or_else(|| self.kernel.at(points_m).into_iter().map(Pressure::steady).collect())
     }
 
-    fn mirrored(&self, height_m: f64) -> FieldKernel {
-        let mirrored = self.sources.mirrored(height_m);
+    fn mirrored(&self, mirror: &Mirror) -> FieldKernel {
+        let mirrored = self.sources.mirrored(mirror);
         self.model.kernel(self.believed, &mirrored, self.nuisance)
     }
 }
@@ -497,8 +501,15 @@ impl SurroundingField for Around<'_, '_, '_> {
         self.chain.model.wavenumber_rad_m(self.chain.believed)
     }
 
-    fn images(&self, height_m: f64) -> Vec<Complex64> {
-        self.chain.mirrored(height_m).at(self.points_m)
+    fn images(&self, mirror: &Mirror) -> Vec<Complex64> {
+        self.chain.mirrored(mirror).at(self.points_m)
+    }
+
+    fn waves_at(&self, at_m: &Vec3) -> Vec<(Vec3, Complex64)> {
+        let places = self.chain.sources.array.elements().iter().map(|element| element.centre_m);
+        let waves = (0..self.chain.sources.array.len())
+            .map(|n| self.chain.kernel.of_element(n).at(std::slice::from_ref(at_m))[0]);
+        places.zip(waves).collect()
     }
 }
 
@@ -509,13 +520,12 @@ struct Sources {
 }
 
 impl Sources {
-    /// The images in a plane parallel to the array (Pierce, *Acoustics*, section 1-4).
-    fn mirrored(&self, height_m: f64) -> Self {
-        let flip = Vec3::new(1.0, 1.0, -1.0);
+    /// The images in a plane.
+    fn mirrored(&self, mirror: &Mirror) -> Self {
         let mut elements = self.array.elements().to_vec();
         for element in &mut elements {
-            element.centre_m = element.centre_m.component_mul(&flip) + Vec3::z() * 2.0 * height_m;
-            element.normal = element.normal.component_mul(&flip);
+            element.centre_m = mirror.of_place(&element.centre_m);
+            element.normal = mirror.of_direction(&element.normal);
         }
         let array = Array::from_elements(elements).expect("as many images as elements");
         Self { array, phases_rad: self.phases_rad.clone() }

@@ -14,6 +14,7 @@
 pub mod effect;
 pub mod forward_model;
 pub mod instance;
+pub mod mirror;
 pub mod motion;
 pub mod nuisance;
 pub mod observations;

@@ -285,8 +285,6 @@ fn expected_nats(scores: &ScoreStatistics<'_>, effect: &'static dyn Effect) -> f
             let ScoreStatistic { downhill, curvature, .. } = scores.of_effect(effect, &neutral);
             best_spread(curvature, &downhill).1
         }
-        Search::Sets | Search::Exchanges | Search::Steps | Search::Heights | Search::Periods => {
-            f64::INFINITY
-        }
+        _ => f64::INFINITY,
     }
 }

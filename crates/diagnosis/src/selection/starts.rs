@@ -1,31 +1,21 @@
 //! Where the search for an effect starts: at its own starts or, where the cost has many minima, at the best of all candidates by a cheap
 //! score.
 
-use fieldgap_acoustics::{Element, Vec3};
-use nalgebra::{Matrix3, Vector3};
+use fieldgap_acoustics::Element;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 use crate::effects::lead_screw::LeadScrew;
-use crate::effects::reflection::Reflection;
 use crate::fit::joint_fit::Fit;
 use crate::fit::score_statistic::ScoreStatistics;
 use crate::limits::{
-    HIGHEST_PLANE_M, LONGEST_LEAD_M, MOST_IN_A_SET, PERIODS, PLANES, SET_BEAM, SHORTEST_LEAD_M,
-    START_SHORT_BY,
+    LONGEST_LEAD_M, MOST_IN_A_SET, PERIODS, SET_BEAM, SHORTEST_LEAD_M, START_SHORT_BY,
 };
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::{Instance, Setting};
-use crate::selection::cost_by_gain::{CostByGain, Slope};
+use crate::selection::cost_by_gain::CostByGain;
 use crate::selection::quick_scores::{QuickScores, ScoredDrive, best_of};
-
-/// Step between the heights tried for a plane, in wavelengths. The coefficient takes up the turn of the phase on the axis; 60 mm beside it and
-/// 200 mm from the images the rest is a quarter of a radian in half a wavelength.
-const HEIGHT_STEP: f64 = 0.25;
-
-/// How far apart the heights are that a fit is started with, in wavelengths: it finds its way from one to the next.
-const HEIGHTS_APART: f64 = 2.0;
 
 /// Where to begin: what is chosen, and the real parameters.
 pub(crate) struct Beginning {
@@ -76,6 +66,8 @@ pub(crate) fn beginnings(
         Search::Exchanges => quick.exchanges().into_iter().map(chosen).collect(),
         Search::Steps => quick.steps().into_iter().map(chosen).collect(),
         Search::Heights => quick.heights(context).into_iter().map(plain).collect(),
+        Search::Walls => quick.walls(context).into_iter().map(plain).collect(),
+        Search::Objects => quick.objects(context).into_iter().map(plain).collect(),
         Search::Periods => periods(scores),
     }
 }
@@ -206,156 +198,6 @@ impl QuickScores<'_> {
             Choice::Elements(pair) => exactly(pair[0], pair[1]),
             Choice::None | Choice::Law(_) | Choice::Steps(..) => f64::INFINITY,
         })
-    }
-
-    /// Height, mm, and coefficient of the planes that explain most.
-    fn heights(&self, context: &Context) -> Vec<Vec<f64>> {
-        /// Steps of the coefficient: a plane that returns a third of the sound is not small.
-        const STEPS: usize = 3;
-        let wavelength_m = context.believed.medium.wavelength_m(context.believed.frequency_hz);
-        let step_m = HEIGHT_STEP * wavelength_m;
-        let still = self.slopes(self.stride, &[], Complex64::ZERO);
-        let mut quick: Vec<(f64, f64)> = Vec::new();
-        let mut height_m = context.highest_m + step_m;
-        while height_m < context.highest_m + HIGHEST_PLANE_M {
-            let expected_fall =
-                Descent::of(&still, &self.images(self.stride, height_m)).expected_fall();
-            quick.push((-expected_fall, height_m));
-            height_m += step_m;
-        }
-        let ways = quick.len() as f64;
-        let apart_m = HEIGHTS_APART * wavelength_m;
-        let few = apart(quick, apart_m, 2 * PLANES).into_iter().map(|height_m| {
-            let (gain, _) = self.reflected(self.stride, height_m, STEPS);
-            (-gain, height_m)
-        });
-        let all = best_of(few.collect(), PLANES).into_iter().map(|height_m| {
-            let (gain, coefficient) = self.reflected(1, height_m, STEPS);
-            (-gain, Reflection::at_height(height_m, coefficient, context))
-        });
-        let worth = all.filter(|(cost, _)| -0.5 * cost > ways.ln() - START_SHORT_BY);
-        best_of(worth.collect(), PLANES)
-    }
-
-    /// Decrease of the cost, and reflection coefficient, of a plane at a height, by Gauss-Newton steps from zero, together with the gain.
-    fn reflected(&self, stride: usize, height_m: f64, steps: usize) -> (f64, Complex64) {
-        let images = self.images(stride, height_m);
-        let at = |coefficient| Descent::of(&self.slopes(stride, &images, coefficient), &images);
-        let none = at(Complex64::ZERO);
-        let (mut step, none) = (none.step(), none.cost_by_gain());
-        let (mut fall, mut coefficient) = (0.0, Complex64::ZERO);
-        for _ in 0..steps {
-            let next = coefficient + step;
-            let there = at(next);
-            // A step that increases the cost is halved.
-            if none - there.cost_by_gain() <= fall {
-                step *= 0.5;
-                continue;
-            }
-            (fall, coefficient, step) = (none - there.cost_by_gain(), next, there.step());
-        }
-        (fall, coefficient)
-    }
-
-    /// Residuals and slopes of one visit in `stride`, drive by drive, with this multiple of the images' pressures.
-    fn slopes(&self, stride: usize, images: &[Complex64], coefficient: Complex64) -> Vec<Slope> {
-        let mut slopes = Vec::with_capacity(images.len());
-        let mut images = images.iter();
-        let next = |_: &ScoredDrive, _| images.next().map_or(Complex64::ZERO, |p| coefficient * p);
-        self.evaluate(stride, next, |slope| slopes.push(slope));
-        slopes
-    }
-
-    /// The images of the elements in a plane, at one visit in `stride`, drive by drive.
-    fn images(&self, stride: usize, height_m: f64) -> Vec<Complex64> {
-        let mut images = Vec::new();
-        for of_scan in self.drives.chunk_by(|one, other| one.scan == other.scan) {
-            let nuisance = &self.fit.nuisance[of_scan[0].scan];
-            let observed =
-                |drive: &ScoredDrive| &self.observations.scans[drive.scan].drives[drive.drive];
-            let points_m = |drive: &ScoredDrive| -> Vec<Vec3> {
-                let visits = observed(drive).visits.iter().step_by(stride);
-                visits.map(|visit| self.model.place(visit) + nuisance.shift_m).collect()
-            };
-            let first_m = points_m(&of_scan[0]);
-            // Of many drives at the same few places the elements' parts differ by the drives' phases alone.
-            if of_scan.len() > first_m.len() && of_scan.iter().all(|one| points_m(one) == first_m) {
-                let first = observed(&of_scan[0]).driven();
-                let parts = self.model.contributions_of_images(first, height_m, &first_m, nuisance);
-                for drive in of_scan {
-                    let turns = drive.turns.iter().zip(&of_scan[0].turns);
-                    let turns: Vec<Complex64> =
-                        turns.map(|(own, of_first)| own * of_first.conj()).collect();
-                    images.extend((0..first_m.len()).map(|i| {
-                        parts
-                            .iter()
-                            .zip(&turns)
-                            .map(|(part, turn)| part[i] * turn)
-                            .sum::<Complex64>()
-                    }));
-                }
-                continue;
-            }
-            let drives = of_scan.iter().map(|drive| (observed(drive).driven(), points_m(drive)));
-            images.extend(self.model.images(drives, height_m, nuisance));
-        }
-        images
-    }
-}
-
-/// The best of some scored heights, m, each so far from those that are better.
-fn apart(mut scored: Vec<(f64, f64)>, apart_m: f64, most: usize) -> Vec<f64> {
-    scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut chosen: Vec<f64> = Vec::new();
-    for (_, height_m) in scored {
-        if chosen.len() < most && chosen.iter().all(|other| (other - height_m).abs() >= apart_m) {
-            chosen.push(height_m);
-        }
-    }
-    chosen
-}
-
-/// The normal equations for a gain and the coefficient of images.
-struct Descent {
-    curvature: Matrix3<f64>,
-    downhill: Vector3<f64>,
-    cost: f64,
-}
-
-impl Descent {
-    fn of(slopes: &[Slope], images: &[Complex64]) -> Self {
-        let (mut curvature, mut downhill, mut cost) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
-        for (slope, image) in slopes.iter().zip(images) {
-            let by_image = slope.by_pressure() * image;
-            let columns = Vector3::new(slope.by_gain, by_image.re, -by_image.im);
-            curvature += columns * columns.transpose();
-            downhill += columns * slope.residual;
-            cost += slope.residual * slope.residual;
-        }
-        Self { curvature, downhill, cost }
-    }
-
-    /// The decrease of the cost by the gain alone.
-    fn by_gain(&self) -> f64 {
-        self.downhill[0] * self.downhill[0] / self.curvature[(0, 0)].max(f64::MIN_POSITIVE)
-    }
-
-    fn cost_by_gain(&self) -> f64 {
-        self.cost - self.by_gain()
-    }
-
-    fn whole_step(&self) -> Option<Vector3<f64>> {
-        Some(self.curvature.cholesky()?.solve(&self.downhill))
-    }
-
-    /// The step of the coefficient.
-    fn step(&self) -> Complex64 {
-        self.whole_step().map_or(Complex64::ZERO, |step| Complex64::new(step[1], step[2]))
-    }
-
-    /// The expected decrease of the cost beyond that by the gain alone, to first order.
-    fn expected_fall(&self) -> f64 {
-        self.whole_step().map_or(0.0, |step| self.downhill.dot(&step) - self.by_gain())
     }
 }
 

@@ -41,6 +41,8 @@ impl EffectId {
             Self::NoiseFloor => "a floor of the detector",
             Self::Clipping => "clipping of the receiver",
             Self::Reflection => "a reflection above the field",
+            Self::Wall => "a reflecting wall",
+            Self::Scatterer => "an object in the field",
             Self::StandingWave => "a standing wave at the receiver",
             Self::GainDrift => "a drift of the gain",
         }

@@ -1,0 +1,344 @@
+//! Where the search begins for waves that come from elsewhere than the elements: planes above the field, walls beside it, objects in it. Every place is tried with few
+//! readings, the strength of the wave solved for.
+
+use fieldgap_acoustics::Vec3;
+use nalgebra::{Matrix3, Vector3};
+use num_complex::Complex64;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+use crate::effects::reflection::Reflection;
+use crate::effects::scatterer::Scatterer;
+use crate::effects::wall::Wall;
+use crate::limits::{
+    FARTHEST_WALL_M, HIGHEST_PLANE_M, OBJECTS, PLANES, READINGS_OF_STRAY_WAVES, START_SHORT_BY,
+    TOUCHED_M,
+};
+use crate::model::effect::Context;
+use crate::model::mirror::Mirror;
+use crate::selection::cost_by_gain::Slope;
+use crate::selection::quick_scores::{QuickScores, ScoredDrive, best_of};
+
+/// Step between the heights tried for a plane, in wavelengths. The coefficient takes up the turn of the phase on the axis; 60 mm beside it and
+/// 200 mm from the images the rest is a quarter of a radian in half a wavelength.
+const HEIGHT_STEP: f64 = 0.25;
+
+/// How far apart the heights are that a fit is started with, in wavelengths: it finds its way from one to the next.
+const HEIGHTS_APART: f64 = 2.0;
+
+/// Steps of a coefficient: a plane that returns a third of the sound is not small.
+const STEPS: usize = 3;
+
+/// Directions of a wall that are tried, all around: 16 cm away an image is 7 mm from that of the next, and the phase turns by a radian over half of
+/// a scan of 70 mm.
+const DIRECTIONS: usize = 72;
+
+/// Steps between places of an object, across and up, m: half the resolution of a scan there.
+const OBJECT_STEPS_M: [f64; 3] = [4e-3, 4e-3, 5e-3];
+
+/// Most places of an object: of a larger field the steps are wider.
+const MOST_PLACES: f64 = 20e3;
+
+impl QuickScores<'_> {
+    /// Height, mm, and coefficient of the planes that explain most, as a fit works on them.
+    pub fn heights(&self, context: &Context) -> Vec<Vec<f64>> {
+        let wavelength_m = wavelength_m(context);
+        let step_m = HEIGHT_STEP * wavelength_m;
+        let still = self.slopes(self.stride, &[], Complex64::ZERO);
+        let mut quick: Vec<(f64, f64)> = Vec::new();
+        let mut height_m = context.highest_m + step_m;
+        while height_m < context.highest_m + HIGHEST_PLANE_M {
+            let images = self.images(self.stride, &Mirror::at_height(height_m));
+            let expected_fall = Descent::of(&still, &images).expected_fall();
+            quick.push((-expected_fall, height_m));
+            height_m += step_m;
+        }
+        let ways = quick.len() as f64;
+        let apart_m = HEIGHTS_APART * wavelength_m;
+        let few = apart(quick, apart_m, 2 * PLANES).into_iter().map(|height_m| {
+            let images = self.images(self.stride, &Mirror::at_height(height_m));
+            (-self.solved(self.stride, &images).0, height_m)
+        });
+        let all = best_of(few.collect(), PLANES).into_iter().map(|height_m| {
+            let images = self.images(1, &Mirror::at_height(height_m));
+            let (fall, coefficient) = self.solved(1, &images);
+            (-fall, Reflection::at_height(height_m, coefficient, context))
+        });
+        worth_a_fit(all.collect(), ways, PLANES)
+    }
+
+    /// The upright walls that explain most, as a fit works on them.
+    pub fn walls(&self, context: &Context) -> Vec<Vec<f64>> {
+        let step_m = 0.5 * wavelength_m(context);
+        let stride = self.stride_of_waves();
+        let still = self.slopes(stride, &[], Complex64::ZERO);
+        let elements_m = context.believed.array.elements().iter().map(|element| element.centre_m);
+        let places_m: Vec<Vec3> =
+            elements_m.chain(self.each_drive(1).into_iter().flat_map(|(_, at_m)| at_m)).collect();
+        let upright = |azimuth_rad: f64, distance_m: f64| {
+            let (sin, cos) = azimuth_rad.sin_cos();
+            Mirror { normal: Vec3::new(cos, sin, 0.0), distance_m }
+        };
+        let tried: Vec<(f64, f64)> = (0..DIRECTIONS)
+            .flat_map(|n| {
+                let azimuth_rad = TAU * n as f64 / DIRECTIONS as f64;
+                let normal = upright(azimuth_rad, 0.0).normal;
+                // A wall does not cut through what was measured.
+                let nearest_m = places_m.iter().map(|at_m| normal.dot(at_m)).fold(0.0, f64::max);
+                let count = (FARTHEST_WALL_M / step_m) as usize;
+                (1..=count).map(move |n| (azimuth_rad, nearest_m + step_m * n as f64))
+            })
+            .collect();
+        let ways = tried.len() as f64;
+        let quick = tried.into_par_iter().map(|(azimuth_rad, distance_m)| {
+            let mirrored = self.mirrored(stride, &upright(azimuth_rad, distance_m));
+            (-Descent::of(&still, &mirrored).expected_fall(), (azimuth_rad, distance_m))
+        });
+        let finest =
+            best_of(quick.collect(), 2 * PLANES).into_iter().map(|(azimuth_rad, distance_m)| {
+                let images = self.images(self.stride, &upright(azimuth_rad, distance_m));
+                let (fall, coefficient) = self.solved(self.stride, &images);
+                let scaled = self.stride as f64 * fall;
+                (-scaled, Wall::upright(azimuth_rad, distance_m, coefficient, context))
+            });
+        worth_a_fit(finest.collect(), ways, PLANES)
+    }
+
+    /// The places of objects that explain most, as a fit works on them.
+    pub fn objects(&self, context: &Context) -> Vec<Vec<f64>> {
+        let stride = self.stride_of_waves();
+        let still = self.slopes(stride, &[], Complex64::ZERO);
+        let places_m = self.places_of_objects();
+        let ways = places_m.len() as f64;
+        let drives = self.each_drive(stride);
+        let incident = self.fields(drives.iter().map(|(drive, _)| (*drive, places_m.clone())));
+        let wavenumber = self.model.wavenumber_rad_m(&context.believed);
+        let waves = |place: usize, drives: &[(&ScoredDrive, Vec<Vec3>)], incident: &[Complex64]| {
+            let mut waves = Vec::new();
+            for (number, (_, points_m)) in drives.iter().enumerate() {
+                let arrives = incident[number * places_m.len() + place];
+                waves.extend(points_m.iter().map(|at_m| {
+                    let distance_m = (at_m - places_m[place]).norm().max(TOUCHED_M);
+                    arrives * Complex64::from_polar(1.0 / distance_m, wavenumber * distance_m)
+                }));
+            }
+            waves
+        };
+        let quick = (0..places_m.len()).into_par_iter().map(|place| {
+            (-Descent::of(&still, &waves(place, &drives, &incident)).expected_fall(), place)
+        });
+        let more = self.each_drive(self.stride);
+        let best = best_of(quick.collect(), 4 * OBJECTS).into_iter().map(|place| {
+            let (fall, strength) = self.solved(self.stride, &waves(place, &more, &incident));
+            let ball = Scatterer::of_strength(places_m[place], strength.norm(), wavenumber);
+            (-(self.stride as f64) * fall, ball)
+        });
+        worth_a_fit(best.collect(), ways, OBJECTS)
+    }
+
+    /// Places within the field and below it where the robot would not have touched an object.
+    fn places_of_objects(&self) -> Vec<Vec3> {
+        let readings_m: Vec<Vec3> =
+            self.each_drive(1).into_iter().flat_map(|(_, at_m)| at_m).collect();
+        let (mut least, mut most) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+        for at_m in &readings_m {
+            (least, most) = (least.inf(at_m), most.sup(at_m));
+        }
+        least.z = least.z.min(OBJECT_STEPS_M[2]);
+        let size = most - least;
+        let count: f64 = (0..3).map(|axis| (size[axis] / OBJECT_STEPS_M[axis]).max(1.0)).product();
+        let wider = (count / MOST_PLACES).cbrt().max(1.0);
+        let steps = OBJECT_STEPS_M.map(|step_m| step_m * wider);
+        let along = |axis: usize| {
+            let count = (size[axis] / steps[axis]).floor().max(0.0) as usize;
+            (0..=count).map(move |n| least[axis] + steps[axis] * n as f64).collect::<Vec<f64>>()
+        };
+        // (Readings lie in cells of the size of what was touched, so that only those nearby are looked at.)
+        let cell = |at_m: &Vec3| (at_m / TOUCHED_M).map(|m| m.floor() as i64);
+        let mut touched = std::collections::HashMap::<_, Vec<Vec3>>::new();
+        for at_m in readings_m {
+            touched.entry(cell(&at_m)).or_default().push(at_m);
+        }
+        let is_free = |at_m: &Vec3| {
+            let own = cell(at_m);
+            let near =
+                (-1..=1).flat_map(|x| (-1..=1).flat_map(move |y| (-1..=1).map(move |z| [x, y, z])));
+            near.map(|[x, y, z]| own + nalgebra::Vector3::new(x, y, z))
+                .filter_map(|cell| touched.get(&cell))
+                .flatten()
+                .all(|reading_m| (reading_m - at_m).norm() > TOUCHED_M)
+        };
+        let (x, y, z) = (along(0), along(1), along(2));
+        let all = z.iter().flat_map(|z| y.iter().map(move |y| (y, z)));
+        let all = all.flat_map(|(y, z)| x.iter().map(move |x| Vec3::new(*x, *y, *z)));
+        all.filter(is_free).collect()
+    }
+
+    /// One reading in this many for the first comparison.
+    fn stride_of_waves(&self) -> usize {
+        (self.observations.len() / READINGS_OF_STRAY_WAVES).max(1)
+    }
+
+    /// Decrease of the cost, and strength, of a wave, by Gauss-Newton steps from zero, together with the gain.
+    fn solved(&self, stride: usize, waves: &[Complex64]) -> (f64, Complex64) {
+        let at = |strength| Descent::of(&self.slopes(stride, waves, strength), waves);
+        let none = at(Complex64::ZERO);
+        let (mut step, none) = (none.step(), none.cost_by_gain());
+        let (mut fall, mut strength) = (0.0, Complex64::ZERO);
+        for _ in 0..STEPS {
+            let next = strength + step;
+            let there = at(next);
+            // A step that increases the cost is halved.
+            if none - there.cost_by_gain() <= fall {
+                step *= 0.5;
+                continue;
+            }
+            (fall, strength, step) = (none - there.cost_by_gain(), next, there.step());
+        }
+        (fall, strength)
+    }
+
+    /// Residuals and slopes of one visit in `stride`, drive by drive, with this multiple of a wave's pressures.
+    fn slopes(&self, stride: usize, waves: &[Complex64], strength: Complex64) -> Vec<Slope> {
+        let mut slopes = Vec::with_capacity(waves.len());
+        let mut waves = waves.iter();
+        let next = |_: &ScoredDrive, _| waves.next().map_or(Complex64::ZERO, |p| strength * p);
+        self.evaluate(stride, next, |slope| slopes.push(slope));
+        slopes
+    }
+
+    /// Every drive with the places of one visit in `stride`.
+    fn each_drive(&self, stride: usize) -> Vec<(&ScoredDrive, Vec<Vec3>)> {
+        let places_m = |drive: &ScoredDrive| -> Vec<Vec3> {
+            let observed = &self.observations.scans[drive.scan].drives[drive.drive];
+            let visits = observed.visits.iter().step_by(stride);
+            let shift_m = self.fit.nuisance[drive.scan].shift_m;
+            visits.map(|visit| self.model.place(visit) + shift_m).collect()
+        };
+        self.drives.iter().map(|drive| (drive, places_m(drive))).collect()
+    }
+
+    /// The field of each of these drives at places, drive by drive.
+    fn fields<'d>(
+        &'d self,
+        drives: impl IntoIterator<Item = (&'d ScoredDrive, Vec<Vec3>)>,
+    ) -> Vec<Complex64> {
+        let mut fields = Vec::new();
+        let drives: Vec<_> = drives.into_iter().collect();
+        for of_scan in drives.chunk_by(|one, other| one.0.scan == other.0.scan) {
+            let nuisance = &self.fit.nuisance[of_scan[0].0.scan];
+            let of_drives = of_scan.iter().map(|(drive, places_m)| {
+                let observed = &self.observations.scans[drive.scan].drives[drive.drive];
+                (observed.driven(), places_m.clone())
+            });
+            fields.extend(self.model.fields(of_drives, None, nuisance));
+        }
+        fields
+    }
+
+    /// The field at the images of one visit in `stride`: that of the array's images at the visits, but for the receiver's directivity.
+    fn mirrored(&self, stride: usize, mirror: &Mirror) -> Vec<Complex64> {
+        let drives = self.each_drive(stride).into_iter();
+        self.fields(drives.map(|(drive, places_m)| {
+            (drive, places_m.iter().map(|at_m| mirror.of_place(at_m)).collect())
+        }))
+    }
+
+    /// The images of the elements in a plane, at one visit in `stride`, drive by drive.
+    fn images(&self, stride: usize, mirror: &Mirror) -> Vec<Complex64> {
+        let mut images = Vec::new();
+        let drives = self.each_drive(stride);
+        for of_scan in drives.chunk_by(|one, other| one.0.scan == other.0.scan) {
+            let nuisance = &self.fit.nuisance[of_scan[0].0.scan];
+            let observed =
+                |drive: &ScoredDrive| &self.observations.scans[drive.scan].drives[drive.drive];
+            let first_m = &of_scan[0].1;
+            // Of many drives at the same few places the elements' parts differ by the drives' phases alone.
+            if of_scan.len() > first_m.len() && of_scan.iter().all(|(_, at_m)| at_m == first_m) {
+                let first = observed(of_scan[0].0).driven();
+                let parts = self.model.contributions_of_images(first, mirror, first_m, nuisance);
+                for (drive, _) in of_scan {
+                    let turns = drive.turns.iter().zip(&of_scan[0].0.turns);
+                    let turns: Vec<Complex64> =
+                        turns.map(|(own, of_first)| own * of_first.conj()).collect();
+                    images.extend((0..first_m.len()).map(|i| {
+                        let parts = parts.iter().zip(&turns);
+                        parts.map(|(part, turn)| part[i] * turn).sum::<Complex64>()
+                    }));
+                }
+                continue;
+            }
+            let of_drives = of_scan
+                .iter()
+                .map(|(drive, places_m)| (observed(drive).driven(), places_m.clone()));
+            images.extend(self.model.fields(of_drives, Some(mirror), nuisance));
+        }
+        images
+    }
+}
+
+fn wavelength_m(context: &Context) -> f64 {
+    context.believed.medium.wavelength_m(context.believed.frequency_hz)
+}
+
+/// The best of some starts, of those that are worth a fit among so many ways.
+fn worth_a_fit(starts: Vec<(f64, Vec<f64>)>, ways: f64, most: usize) -> Vec<Vec<f64>> {
+    let worth = starts.into_iter().filter(|(cost, _)| -0.5 * cost > ways.ln() - START_SHORT_BY);
+    best_of(worth.collect(), most)
+}
+
+/// The best of some scored heights, m, each so far from those that are better.
+fn apart(mut scored: Vec<(f64, f64)>, apart_m: f64, most: usize) -> Vec<f64> {
+    scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut chosen: Vec<f64> = Vec::new();
+    for (_, height_m) in scored {
+        if chosen.len() < most && chosen.iter().all(|other| (other - height_m).abs() >= apart_m) {
+            chosen.push(height_m);
+        }
+    }
+    chosen
+}
+
+/// The normal equations for a gain and the strength of a wave.
+struct Descent {
+    curvature: Matrix3<f64>,
+    downhill: Vector3<f64>,
+    cost: f64,
+}
+
+impl Descent {
+    fn of(slopes: &[Slope], waves: &[Complex64]) -> Self {
+        let (mut curvature, mut downhill, mut cost) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
+        for (slope, wave) in slopes.iter().zip(waves) {
+            let by_wave = slope.by_pressure() * wave;
+            let columns = Vector3::new(slope.by_gain, by_wave.re, -by_wave.im);
+            curvature += columns * columns.transpose();
+            downhill += columns * slope.residual;
+            cost += slope.residual * slope.residual;
+        }
+        Self { curvature, downhill, cost }
+    }
+
+    /// The decrease of the cost by the gain alone.
+    fn by_gain(&self) -> f64 {
+        self.downhill[0] * self.downhill[0] / self.curvature[(0, 0)].max(f64::MIN_POSITIVE)
+    }
+
+    fn cost_by_gain(&self) -> f64 {
+        self.cost - self.by_gain()
+    }
+
+    fn whole_step(&self) -> Option<Vector3<f64>> {
+        Some(self.curvature.cholesky()?.solve(&self.downhill))
+    }
+
+    /// The step of the strength.
+    fn step(&self) -> Complex64 {
+        self.whole_step().map_or(Complex64::ZERO, |step| Complex64::new(step[1], step[2]))
+    }
+
+    /// The expected decrease of the cost beyond that by the gain alone, to first order.
+    fn expected_fall(&self) -> f64 {
+        self.whole_step().map_or(0.0, |step| self.downhill.dot(&step) - self.by_gain())
+    }
+}

@@ -38,6 +38,8 @@ mod tile;
 mod transfer;
 mod usual_derivatives;
 
+use std::sync::Arc;
+
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -84,7 +86,7 @@ pub enum Precision {
 pub struct FieldKernel {
     sources: Vec<Source>,
     elements: usize,
-    lobes: Vec<Lobes>,
+    lobes: Arc<[Lobes]>,
     smooth: Smooth,
     on_axis: OnAxis,
     wavenumber_rad_m: f64,
@@ -169,7 +171,7 @@ impl FieldKernel {
         Self {
             sources,
             elements: array.len(),
-            lobes,
+            lobes: lobes.into(),
             smooth: transducer.smooth(),
             on_axis: transducer.on_axis(),
             wavenumber_rad_m,
@@ -234,7 +236,13 @@ impl FieldKernel {
     /// The field of some elements alone, each named once.
     pub fn of_elements(&self, elements: &[usize]) -> Self {
         let of_them = self.sources.iter().filter(|source| elements.contains(&source.element));
-        Self { sources: of_them.copied().collect(), elements: elements.len(), ..self.clone() }
+        Self {
+            sources: of_them.copied().collect(),
+            elements: elements.len(),
+            lobes: Arc::clone(&self.lobes),
+            reception: self.reception.clone(),
+            ..*self
+        }
     }
 
     /// The complex field at each point. Behind an element's face it radiates nothing.

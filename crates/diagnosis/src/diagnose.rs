@@ -19,7 +19,9 @@ use crate::limits::{
 };
 use crate::model::effect::Context;
 use crate::model::forward_model::ForwardModel;
+use crate::model::nuisance::Nuisance;
 use crate::model::observations::Observations;
+use crate::noise::outliers::outliers;
 use crate::noise::settle::settle_scatter;
 use crate::preparation::Prepared;
 use crate::report::builder::ReportBuilder;
@@ -116,7 +118,14 @@ impl<'s> Findings<'s> {
         let Prepared { simulator, mut observations, mut context, mut registrations } =
             Prepared::of(scans, options.simulator, !options.amplitude_only)?;
         context.tried.clone_from(&options.effects);
+        let t0 = std::time::Instant::now();
         let scored = scored(&mut observations, &context);
+        eprintln!(
+            "T search {:?} n {} el {}",
+            t0.elapsed(),
+            observations.len(),
+            observations.elements()
+        );
         let base = scored
             .iter()
             .find(|scored| scored.fit.instances.is_empty())
@@ -238,10 +247,14 @@ impl<'s> Findings<'s> {
 fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredModel> {
     let nuisance = as_believed(observations);
     settle_scatter(observations, &ForwardModel::believed(), &nuisance, context, false);
+    leave_out_outliers(observations, &ForwardModel::believed(), &nuisance);
     let most = (MOST_ELEMENT_READINGS / observations.elements()).max(FEWEST_READINGS);
     let mut search = ModelSearch::begin(&observations.thinned(READINGS_OF_A_SEARCH), context);
     let noise_is_told = observations.is_noise_told();
-    let best = refined(search.scored[0].fit.clone(), observations, context, SEARCH, &[]);
+    let mut best = refined(search.scored[0].fit.clone(), observations, context, SEARCH, &[]);
+    if leave_out_outliers(observations, &best.model(context), &best.nuisance) {
+        best = refined(best, observations, context, SEARCH, &[]);
+    }
     if noise_is_told && !is_near(&best, observations) {
         // A fit far from the readings says nothing about their noise.
         return search.on_all(observations, context).found();
@@ -272,6 +285,24 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
     search.found()
 }
 
+/// Leaves out the readings that stand out of what these expected readings leave; whether there are any.
+fn leave_out_outliers(
+    observations: &mut Observations,
+    model: &ForwardModel<'_>,
+    nuisance: &[Nuisance],
+) -> bool {
+    let pressures = model.pressures(observations, nuisance);
+    let residuals = model.residuals(observations, &pressures, nuisance);
+    let outliers = outliers(observations, &residuals.scaled);
+    if !outliers.is_empty() {
+        *observations = observations.part(|scan, visit| !outliers.contains(&(scan, visit.number)));
+        for (scan, _) in outliers.iter() {
+            observations.scans[*scan].outliers += 1;
+        }
+    }
+    !outliers.is_empty()
+}
+
 /// Fits sets again, from where they were. The noise is judged anew, since it is judged from all readings.
 fn fitted_again(
     sets: &[ScoredModel],
@@ -280,7 +311,10 @@ fn fitted_again(
 ) -> Vec<ScoredModel> {
     let nuisance = as_believed(observations);
     settle_scatter(observations, &ForwardModel::believed(), &nuisance, context, false);
-    let best = refined(sets[0].fit.clone(), observations, context, SEARCH, &[]);
+    let mut best = refined(sets[0].fit.clone(), observations, context, SEARCH, &[]);
+    if leave_out_outliers(observations, &best.model(context), &best.nuisance) {
+        best = refined(best, observations, context, SEARCH, &[]);
+    }
     if leaves_noise(&best, observations) {
         settled_by(&best, observations, context);
     }

@@ -85,6 +85,13 @@ pub(crate) const NOISE_SEARCH_FACTOR: f64 = 3.0;
 /// Equal largest readings from which on they are a full scale: four equal ones do not happen by chance.
 pub(crate) const READINGS_AT_FULL_SCALE: usize = 4;
 
+/// Deviations from the readings beside it, in those of its neighbours, from which on a reading stands out: of normal noise one in a hundred million, of a median
+/// of six still one in ten thousand. Set by judgement.
+pub(crate) const OUTLIER_DEVIATIONS: f64 = 6.0;
+
+/// Share of readings that may stand out and be left out: of more, the noise is not what it seems. Set by judgement.
+pub(crate) const MOST_OUTLIERS: f64 = 0.02;
+
 /// Relative change of the noise for which a search is repeated. Set by judgement.
 pub(crate) const NOISE_CHANGED: f64 = 0.04;
 
@@ -194,11 +201,17 @@ pub(crate) const HIGHEST_PLANE_M: f64 = 0.6;
 /// How far beside what was measured a wall is looked for, m. Set by judgement.
 pub(crate) const FARTHEST_WALL_M: f64 = 0.15;
 
-/// Readings on which walls and objects are compared first. Set by judgement.
-pub(crate) const READINGS_OF_STRAY_WAVES: usize = 250;
+/// Pairs of reading and element on which walls and objects are compared first, and the readings at least. Set by judgement.
+pub(crate) const PAIRS_OF_STRAY_WAVES: usize = 10_000;
+pub(crate) const FEWEST_OF_STRAY_WAVES: usize = 60;
 
-/// Places of an object that a fit is started with. Set by judgement.
-pub(crate) const OBJECTS: usize = 4;
+/// Nats beyond the logarithm of their number that the best of thousands of walls or places of an object must gain before one is fitted: the best of so many
+/// gains that logarithm by chance. Set by judgement.
+pub(crate) const BEYOND_CHANCE: f64 = 2.0;
+
+/// Walls, and places of an object, that a fit is started with. Set by judgement.
+pub(crate) const WALLS: usize = 3;
+pub(crate) const OBJECTS: usize = 3;
 
 /// Planes that a fit is started with. Set by judgement.
 pub(crate) const PLANES: usize = 6;

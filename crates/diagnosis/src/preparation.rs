@@ -6,6 +6,7 @@ use fieldgap_comparison::{
 };
 use fieldgap_records::RecordedScan;
 
+use crate::effects::crosstalk::neighbours;
 use crate::limits::{ALIKE, UNLIKE};
 use crate::model::effect::Context;
 use crate::model::observations::{Observations, ObservedScan};
@@ -99,6 +100,7 @@ fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {
     let floors = dark.map(|dark| dark.noise(USUAL_PROPORTIONAL_NOISE).floor);
     Context {
         believed: observations.first().believed.clone(),
+        neighbours: neighbours(observations.first().believed.array.elements()).into(),
         largest_reading: observations.readings().into_iter().fold(0.0, f64::max),
         unit: scans[0].setup.unit.clone(),
         highest_m: highest.fold(0.0, f64::max),

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The rooms and single files of the crate; each uses only those before it.
-const ORDER: [&str; 19] = [
+const ORDER: [&str; 20] = [
     "effect_id",
     "fitted_parameter",
     "remedy",
@@ -17,6 +17,7 @@ const ORDER: [&str; 19] = [
     "noise",
     "fit",
     "selection",
+    "joint",
     "residual_structure",
     "verdict",
     "advice",

@@ -348,6 +348,7 @@ impl Proposal {
             scale,
             dark: Vec::new(),
             within: None,
+            outliers: 0,
             phase: None,
         };
         Observations { scans: vec![scan] }

@@ -69,7 +69,7 @@ impl Effect for Crosstalk {
             .map(|(element, phase_rad)| Complex64::from_polar(element.amplitude, *phase_rad))
             .collect();
         let mut received = vec![Complex64::ZERO; drives.len()];
-        for (one, other) in neighbours(nominal) {
+        for &(one, other) in &*at.context.neighbours {
             received[one] += drives[other];
             received[other] += drives[one];
         }
@@ -98,7 +98,7 @@ impl Effect for Crosstalk {
 }
 
 /// Pairs of elements that are nearest to each other.
-fn neighbours(elements: &[Element]) -> Vec<(usize, usize)> {
+pub(crate) fn neighbours(elements: &[Element]) -> Vec<(usize, usize)> {
     let apart_m = |a: usize, b: usize| (elements[a].centre_m - elements[b].centre_m).norm();
     let pairs = || (0..elements.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
     let nearest_m = pairs().map(|(a, b)| apart_m(a, b)).fold(f64::INFINITY, f64::min);

@@ -9,6 +9,7 @@ use fieldgap_acoustics::{Array, Excitation, Medium, Simulation, Simulator, Vec3}
 use fieldgap_virtual_rig as rig;
 use num_complex::Complex64;
 
+use super::crosstalk::neighbours;
 use super::{catalogue, effect};
 use crate::effect_id::EffectId;
 use crate::effects::reflection::Reflection;
@@ -51,6 +52,7 @@ fn setup(simulator: Simulator) -> Simulation {
 fn context() -> Context {
     Context {
         believed: setup(Simulator::Rayleigh),
+        neighbours: neighbours(setup(Simulator::Rayleigh).array.elements()).into(),
         largest_reading: 100.0,
         unit: "V".to_owned(),
         highest_m: 0.14,
@@ -99,6 +101,7 @@ fn scan_without_noise() -> ObservedScan {
         scale: NoiseScale::new(0.0, NEXT_TO_NONE, 1.0),
         dark: Vec::new(),
         within: None,
+        outliers: 0,
         phase: None,
     }
 }

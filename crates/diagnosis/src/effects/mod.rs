@@ -10,7 +10,7 @@ mod axis_scale;
 mod backlash;
 mod bowed_array;
 mod clipping;
-mod crosstalk;
+pub(crate) mod crosstalk;
 mod dead_elements;
 mod defect;
 mod directivity;

@@ -6,6 +6,7 @@ use fieldgap_acoustics::{
 };
 use nalgebra::Vector3;
 
+use super::crosstalk::neighbours;
 use super::effect;
 use crate::effect_id::EffectId;
 use crate::model::effect::{Choice, Context, Effect, Radiation};
@@ -40,6 +41,7 @@ impl Bench {
             excitation,
         };
         let context = Context {
+            neighbours: neighbours(believed.array.elements()).into(),
             believed,
             largest_reading: 2.0,
             unit: "V".to_owned(),
@@ -68,6 +70,7 @@ impl Bench {
             scale: NoiseScale::new(0.02, 0.01, 1.0),
             dark: Vec::new(),
             within: None,
+            outliers: 0,
             phase: None,
         };
         scan.set_scatter(Scatter { share: 0.02, additive: 0.01, ..Scatter::default() });

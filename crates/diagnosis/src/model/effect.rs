@@ -16,6 +16,7 @@
 //! | gain, amplifier and detector, converter | [`Effect::gain`], [`Effect::transfer`], [`Effect::clipped`] |
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use num_complex::Complex64;
 
@@ -196,6 +197,8 @@ impl Finding {
 pub(crate) struct Context {
     /// The set-up as believed.
     pub believed: Simulation,
+    /// Pairs of elements that are nearest to each other.
+    pub neighbours: Arc<[(usize, usize)]>,
     /// The largest reading.
     pub largest_reading: f64,
     /// Unit of the readings.

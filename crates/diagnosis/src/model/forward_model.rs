@@ -284,14 +284,14 @@ impl<'c> ForwardModel<'c> {
         (0..driven.believed.array.len()).map(|n| kernel.of_element(n).at(&points_m)).collect()
     }
 
-    /// The field of the elements at points of each of these drives of one scan, or of their images in a plane that reflects all of it.
-    pub fn fields<'d>(
+    /// The field of the array's images in a plane, if it reflects all of it, at points of each of these drives of one scan.
+    pub fn images<'d>(
         &self,
         drives: impl IntoIterator<Item = (Driven<'d>, Vec<Vec3>)>,
-        mirror: Option<&Mirror>,
+        mirror: &Mirror,
         nuisance: &Nuisance,
     ) -> Vec<Complex64> {
-        let mut fields = Vec::new();
+        let mut images = Vec::new();
         let mut before: Option<(Chain<'_, '_>, FieldKernel)> = None;
         for (driven, points_m) in drives {
             let (chain, kernel) = match before.take() {
@@ -302,17 +302,14 @@ impl<'c> ForwardModel<'c> {
                 }
                 _ => {
                     let chain = Chain::of(self, driven, nuisance);
-                    let kernel = match mirror {
-                        Some(mirror) => chain.mirrored(mirror),
-                        None => chain.kernel.clone(),
-                    };
+                    let kernel = chain.mirrored(mirror);
                     (chain, kernel)
                 }
             };
-            fields.extend(kernel.at(&points_m));
+            images.extend(kernel.at(&points_m));
             before = Some((chain, kernel));
         }
-        fields
+        images
     }
 
     /// What the image of each element in a plane adds at each point, element by element, if it reflects all of it.
@@ -324,6 +321,32 @@ impl<'c> ForwardModel<'c> {
         nuisance: &Nuisance,
     ) -> Vec<Vec<Complex64>> {
         Chain::of(self, driven, nuisance).mirrored(mirror).contributions_at(points_m)
+    }
+
+    /// Whether no effect makes the receiver's sensitivity depend on the angle of arrival.
+    fn hears_from_all_sides(&self) -> bool {
+        let turns =
+            |active: &Active<'_>| active.effect.sensitivity(active.setting(), 1.0).is_some();
+        !self.effects().any(turns)
+    }
+
+    /// The kernels of the elements of these drives of one scan.
+    pub fn kernels<'d>(
+        &self,
+        drives: impl IntoIterator<Item = Driven<'d>>,
+        nuisance: &Nuisance,
+    ) -> Vec<FieldKernel> {
+        let mut kernels = Vec::new();
+        let mut before: Option<Chain<'_, '_>> = None;
+        for driven in drives {
+            let chain = match before.take() {
+                Some(chain) if chain.differs_in_phases_from(driven) => chain.driven(driven),
+                _ => Chain::of(self, driven, nuisance),
+            };
+            kernels.push(chain.kernel.clone());
+            before = Some(chain);
+        }
+        kernels
     }
 
     /// What each element is driven with, rad.
@@ -502,6 +525,12 @@ impl SurroundingField for Around<'_, '_, '_> {
     }
 
     fn images(&self, mirror: &Mirror) -> Vec<Complex64> {
+        // The field of the images is that of the elements at the image of each point, if the receiver hears from all sides.
+        if self.chain.model.hears_from_all_sides() {
+            let points_m: Vec<Vec3> =
+                self.points_m.iter().map(|at_m| mirror.of_place(at_m)).collect();
+            return self.chain.kernel.at(&points_m);
+        }
         self.chain.mirrored(mirror).at(self.points_m)
     }
 

@@ -36,6 +36,8 @@ pub(crate) struct ObservedScan {
     pub within: Option<WithinReadings>,
     /// What the phases of the readings mean; `None` where there are none, or they are left out.
     pub phase: Option<PhaseMeaning>,
+    /// Readings that were left out because they stand out from those beside them.
+    pub outliers: usize,
 }
 
 /// The readings of one drive.
@@ -161,6 +163,7 @@ impl Observations {
                     scale: NoiseScale::new(0.0, 1.0, 1.0),
                     dark,
                     within: within_readings(scan),
+                    outliers: 0,
                     phase: phase.map(|phase| PhaseMeaning {
                         noise: PhaseNoise::default(),
                         drift_u_rad: phase.drift_u_rad(),
@@ -186,6 +189,11 @@ impl Observations {
     /// Whether a scan has phases.
     pub fn have_phases(&self) -> bool {
         self.scans.iter().any(|scan| scan.phase.is_some())
+    }
+
+    /// Readings that were left out because they stand out from those beside them.
+    pub fn outliers(&self) -> usize {
+        self.scans.iter().map(|scan| scan.outliers).sum()
     }
 
     /// The same without phases.

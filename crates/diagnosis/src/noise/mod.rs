@@ -7,5 +7,6 @@
 
 pub mod fluctuating;
 pub mod judge;
+pub mod outliers;
 pub mod repeats;
 pub mod settle;

@@ -60,7 +60,11 @@ impl Extension {
         let coarse = observations.thinned(coarse);
         let bases: Vec<Base<'_>> = frontier
             .par_iter()
-            .map(|scored| Base::of(scored, noise_is_settled, observations, &coarse, context))
+            .enumerate()
+            .map(|(number, scored)| {
+                let base = Base::of(scored, noise_is_settled, observations, &coarse, context);
+                Base { asks_for_stray_waves: number == 0, ..base }
+            })
             .collect();
         let rough: Vec<(Extended, Fit)> = sets
             .into_par_iter()
@@ -158,6 +162,8 @@ struct Base<'o> {
     near: bool,
     /// Whether a fluctuation of the field may explain the residual.
     may_fluctuate: bool,
+    /// Whether walls and objects are looked for, which takes long: beside the best set alone.
+    asks_for_stray_waves: bool,
     /// Its cost on the few readings.
     coarse_cost: f64,
     /// The derivatives of the few readings by what is fitted already.
@@ -182,6 +188,7 @@ impl<'o> Base<'o> {
             near,
             may_fluctuate: observations.are_fluctuating()
                 || near && noise_is_settled && noise_is_told,
+            asks_for_stray_waves: true,
             coarse_cost: cost_on(coarse, &scored.fit, context),
             coarse_columns: ScoreStatistics::of(coarse, context, &scored.fit).columns(),
         }
@@ -201,6 +208,10 @@ impl<'o> Base<'o> {
     ) -> Option<Fit> {
         // A fluctuation that the repeats do not show must not compensate for an unexplained gap or a misjudged noise.
         if effect.scatters_repeats() && !self.may_fluctuate {
+            return None;
+        }
+        if matches!(effect.search(), Search::Walls | Search::Objects) && !self.asks_for_stray_waves
+        {
             return None;
         }
         // Far from the readings the score statistic is unreliable, so every effect is fitted.

@@ -1,7 +1,7 @@
 //! Where the search begins for waves that come from elsewhere than the elements: planes above the field, walls beside it, objects in it. Every place is tried with few
 //! readings, the strength of the wave solved for.
 
-use fieldgap_acoustics::Vec3;
+use fieldgap_acoustics::{FieldKernel, Vec3};
 use nalgebra::{Matrix3, Vector3};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -11,8 +11,8 @@ use crate::effects::reflection::Reflection;
 use crate::effects::scatterer::Scatterer;
 use crate::effects::wall::Wall;
 use crate::limits::{
-    FARTHEST_WALL_M, HIGHEST_PLANE_M, OBJECTS, PLANES, READINGS_OF_STRAY_WAVES, START_SHORT_BY,
-    TOUCHED_M,
+    BEYOND_CHANCE, FARTHEST_WALL_M, FEWEST_OF_STRAY_WAVES, HIGHEST_PLANE_M, OBJECTS,
+    PAIRS_OF_STRAY_WAVES, PLANES, START_SHORT_BY, TOUCHED_M, WALLS,
 };
 use crate::model::effect::Context;
 use crate::model::mirror::Mirror;
@@ -64,7 +64,7 @@ impl QuickScores<'_> {
             let (fall, coefficient) = self.solved(1, &images);
             (-fall, Reflection::at_height(height_m, coefficient, context))
         });
-        worth_a_fit(all.collect(), ways, PLANES)
+        worth_a_fit(all.collect(), ways.ln() - START_SHORT_BY, PLANES)
     }
 
     /// The upright walls that explain most, as a fit works on them.
@@ -90,8 +90,19 @@ impl QuickScores<'_> {
             })
             .collect();
         let ways = tried.len() as f64;
+        let (drives, kernels) = (self.each_drive(stride), self.kernels());
         let quick = tried.into_par_iter().map(|(azimuth_rad, distance_m)| {
-            let mirrored = self.mirrored(stride, &upright(azimuth_rad, distance_m));
+            // The field of the images is that of the array at the images of the places, but for the receiver's directivity.
+            let mirror = upright(azimuth_rad, distance_m);
+            let mirrored: Vec<Complex64> = drives
+                .iter()
+                .zip(&kernels)
+                .flat_map(|((_, places_m), kernel)| {
+                    let images_m: Vec<Vec3> =
+                        places_m.iter().map(|at_m| mirror.of_place(at_m)).collect();
+                    kernel.at(&images_m)
+                })
+                .collect();
             (-Descent::of(&still, &mirrored).expected_fall(), (azimuth_rad, distance_m))
         });
         let finest =
@@ -101,7 +112,7 @@ impl QuickScores<'_> {
                 let scaled = self.stride as f64 * fall;
                 (-scaled, Wall::upright(azimuth_rad, distance_m, coefficient, context))
             });
-        worth_a_fit(finest.collect(), ways, PLANES)
+        worth_a_fit(finest.collect(), ways.ln() + BEYOND_CHANCE, WALLS)
     }
 
     /// The places of objects that explain most, as a fit works on them.
@@ -111,7 +122,8 @@ impl QuickScores<'_> {
         let places_m = self.places_of_objects();
         let ways = places_m.len() as f64;
         let drives = self.each_drive(stride);
-        let incident = self.fields(drives.iter().map(|(drive, _)| (*drive, places_m.clone())));
+        let incident: Vec<Complex64> =
+            self.kernels().iter().flat_map(|kernel| kernel.at(&places_m)).collect();
         let wavenumber = self.model.wavenumber_rad_m(&context.believed);
         let waves = |place: usize, drives: &[(&ScoredDrive, Vec<Vec3>)], incident: &[Complex64]| {
             let mut waves = Vec::new();
@@ -133,7 +145,7 @@ impl QuickScores<'_> {
             let ball = Scatterer::of_strength(places_m[place], strength.norm(), wavenumber);
             (-(self.stride as f64) * fall, ball)
         });
-        worth_a_fit(best.collect(), ways, OBJECTS)
+        worth_a_fit(best.collect(), ways.ln() + BEYOND_CHANCE, OBJECTS)
     }
 
     /// Places within the field and below it where the robot would not have touched an object.
@@ -176,7 +188,8 @@ impl QuickScores<'_> {
 
     /// One reading in this many for the first comparison.
     fn stride_of_waves(&self) -> usize {
-        (self.observations.len() / READINGS_OF_STRAY_WAVES).max(1)
+        let readings = PAIRS_OF_STRAY_WAVES / self.observations.elements();
+        (self.observations.len() / readings.max(FEWEST_OF_STRAY_WAVES)).max(1)
     }
 
     /// Decrease of the cost, and strength, of a wave, by Gauss-Newton steps from zero, together with the gain.
@@ -218,30 +231,18 @@ impl QuickScores<'_> {
         self.drives.iter().map(|drive| (drive, places_m(drive))).collect()
     }
 
-    /// The field of each of these drives at places, drive by drive.
-    fn fields<'d>(
-        &'d self,
-        drives: impl IntoIterator<Item = (&'d ScoredDrive, Vec<Vec3>)>,
-    ) -> Vec<Complex64> {
-        let mut fields = Vec::new();
-        let drives: Vec<_> = drives.into_iter().collect();
-        for of_scan in drives.chunk_by(|one, other| one.0.scan == other.0.scan) {
-            let nuisance = &self.fit.nuisance[of_scan[0].0.scan];
-            let of_drives = of_scan.iter().map(|(drive, places_m)| {
-                let observed = &self.observations.scans[drive.scan].drives[drive.drive];
-                (observed.driven(), places_m.clone())
-            });
-            fields.extend(self.model.fields(of_drives, None, nuisance));
-        }
-        fields
-    }
-
-    /// The field at the images of one visit in `stride`: that of the array's images at the visits, but for the receiver's directivity.
-    fn mirrored(&self, stride: usize, mirror: &Mirror) -> Vec<Complex64> {
-        let drives = self.each_drive(stride).into_iter();
-        self.fields(drives.map(|(drive, places_m)| {
-            (drive, places_m.iter().map(|at_m| mirror.of_place(at_m)).collect())
-        }))
+    /// The field of every drive, drive by drive.
+    fn kernels(&self) -> Vec<FieldKernel> {
+        let of_scans = self.drives.chunk_by(|one, other| one.scan == other.scan);
+        of_scans
+            .flat_map(|of_scan| {
+                let nuisance = &self.fit.nuisance[of_scan[0].scan];
+                let driven = of_scan
+                    .iter()
+                    .map(|drive| self.observations.scans[drive.scan].drives[drive.drive].driven());
+                self.model.kernels(driven, nuisance)
+            })
+            .collect()
     }
 
     /// The images of the elements in a plane, at one visit in `stride`, drive by drive.
@@ -271,7 +272,7 @@ impl QuickScores<'_> {
             let of_drives = of_scan
                 .iter()
                 .map(|(drive, places_m)| (observed(drive).driven(), places_m.clone()));
-            images.extend(self.model.fields(of_drives, Some(mirror), nuisance));
+            images.extend(self.model.images(of_drives, mirror, nuisance));
         }
         images
     }
@@ -281,9 +282,9 @@ fn wavelength_m(context: &Context) -> f64 {
     context.believed.medium.wavelength_m(context.believed.frequency_hz)
 }
 
-/// The best of some starts, of those that are worth a fit among so many ways.
-fn worth_a_fit(starts: Vec<(f64, Vec<f64>)>, ways: f64, most: usize) -> Vec<Vec<f64>> {
-    let worth = starts.into_iter().filter(|(cost, _)| -0.5 * cost > ways.ln() - START_SHORT_BY);
+/// The best of some starts, of those that gain so many nats at least.
+fn worth_a_fit(starts: Vec<(f64, Vec<f64>)>, nats: f64, most: usize) -> Vec<Vec<f64>> {
+    let worth = starts.into_iter().filter(|(cost, _)| -0.5 * cost > nats);
     best_of(worth.collect(), most)
 }
 

@@ -5,7 +5,7 @@
 
 use std::f64::consts::TAU;
 
-use super::laboratory::{Laboratory, SPEED_M_S};
+use super::laboratory::Laboratory;
 use super::parameters::Parameters;
 use super::random_sequence::RandomSequence;
 use fieldgap_acoustics::Vec3;
@@ -16,6 +16,8 @@ pub(super) enum Sizes {
     Any {
         /// The largest.
         largest: f64,
+        /// The smallest: zero, unless a set-up has as much anyway.
+        least: f64,
         /// The parameters at a size.
         at: Box<dyn Fn(f64) -> Parameters>,
     },
@@ -67,13 +69,13 @@ const STEPS: [i64; 8] = [3, 4, 5, 6, 8, 10, 12, 16];
 /// Draws an effect. `id` is one of [`IDS`].
 pub(super) fn draw(id: &str, laboratory: &Laboratory, random: &mut RandomSequence) -> Sizes {
     let count = laboratory.elements().len();
-    let peak_v = laboratory.peak_v;
+    let (peak_v, speed_m_s) = (laboratory.peak_v, laboratory.speed_m_s);
     let sign = random.sign();
     let angle_rad = random.angle_rad();
     let (sin, cos) = angle_rad.sin_cos();
     let direction = on_sphere(random);
     match id {
-        "sound-speed" => any(0.03, move |size| one("c_m_s", SPEED_M_S * (1.0 + sign * size))),
+        "sound-speed" => any(0.03, move |size| one("c_m_s", speed_m_s * (1.0 + sign * size))),
         "absorption" => any(40.0, |size| one("db_per_m", size)),
         "flow" => any(12.0, move |size| of([("vx_m_s", size * cos), ("vy_m_s", size * sin)])),
         "temperature-gradient" => any(0.3, move |size| {
@@ -86,7 +88,8 @@ pub(super) fn draw(id: &str, laboratory: &Laboratory, random: &mut RandomSequenc
         "element-gain" => any(0.4, |size| one("spread", size)),
         "element-phase" => any(1.0, |size| one("spread_rad", size)),
         "dead-elements" | "polarity" => one_of(|| {
-            let how_many = 1 + random.index(3);
+            // One to three, or up to one in twelve of a larger array.
+            let how_many = 1 + random.index((count / 12).max(3));
             elements(&random.distinct(how_many, count))
         }),
         "swapped-channels" => one_of(|| elements(&random.distinct(2, count))),
@@ -130,7 +133,9 @@ pub(super) fn draw(id: &str, laboratory: &Laboratory, random: &mut RandomSequenc
         "noise-floor" => any(0.04, move |size| one("level", peak_v * size.sqrt())),
         "clipping" => any(0.7, move |size| one("level", peak_v * (1.0 - size))),
         "reflection" => {
-            let height_mm = random.uniform(215.0, 400.0);
+            // Above the highest reading, up to twice as high.
+            let top_mm = laboratory.survey.corners_mm().1.z;
+            let height_mm = random.uniform(top_mm + 15.0, 2.0 * top_mm);
             any(0.6, move |size| {
                 let mut parameters = complex(size * cos, size * sin);
                 parameters.insert("height_mm".to_owned(), height_mm.into());
@@ -154,7 +159,7 @@ fn on_sphere(random: &mut RandomSequence) -> Vec3 {
 }
 
 fn any(largest: f64, at: impl Fn(f64) -> Parameters + 'static) -> Sizes {
-    Sizes::Any { largest, at: Box::new(at) }
+    Sizes::Any { largest, least: 0.0, at: Box::new(at) }
 }
 
 fn one_of(mut drawn: impl FnMut() -> Parameters) -> Sizes {
@@ -192,14 +197,14 @@ mod tests {
         let believed = World::new(&laboratory, &none, 1.0, CounterRng::new(1));
         let levels = |world: &World<'_>| -> Vec<f64> {
             let stops = &laboratory.survey.stops;
-            let raw = world.levels_v(&chosen);
-            chosen.iter().zip(raw).map(|(&n, v)| world.noiseless_v(&stops[n], v)).collect()
+            let raw = world.phasors_v(&chosen);
+            chosen.iter().zip(raw).map(|(&n, v)| world.noiseless_v(&stops[n], v).norm()).collect()
         };
         for id in IDS {
             for draw_number in 0..3 {
                 let mut random = RandomSequence::new(CounterRng::new(draw_number));
                 let parameters = match draw(id, &laboratory, &mut random) {
-                    Sizes::Any { largest, at } => at(largest),
+                    Sizes::Any { largest, at, .. } => at(largest),
                     Sizes::OneOf(drawn) => drawn[0].clone(),
                 };
                 let causes = Causes::of_catalogue(vec![(id, parameters)]);

@@ -15,7 +15,6 @@ use fieldgap_acoustics::Vec3;
 use fieldgap_virtual_rig::counter_rng::CounterRng;
 use fieldgap_virtual_rig::drive::Drive;
 use fieldgap_virtual_rig::true_field::{Contributions, TrueField};
-use fieldgap_virtual_rig::truth::TrueSource;
 
 /// The true field from some time on.
 struct Epoch {
@@ -49,14 +48,14 @@ impl<'a> World<'a> {
     ) -> Self {
         let drives = laboratory.drives();
         let epochs = causes
-            .epochs()
+            .epochs(&laboratory.imperfections)
             .into_iter()
             .map(|(begins_s, effects)| {
                 let field = TrueField::new(
                     laboratory.elements(),
                     laboratory.medium(),
                     super::laboratory::FREQUENCY_HZ,
-                    &TrueSource::default(),
+                    &laboratory.source,
                     effects,
                     rng.stream("world"),
                 );
@@ -72,52 +71,72 @@ impl<'a> World<'a> {
         &self.epochs[0].field
     }
 
-    /// The level at each of these stops before the receiver, without noise, V. `chosen` are numbers of stops.
-    pub fn levels_v(&self, chosen: &[usize]) -> Vec<f64> {
-        let stops = &self.laboratory.survey.stops;
-        let motions = kinematics(stops, self.field().lag_s());
+    /// The phasor at each of these stops before the receiver, without noise, V: the level, and the phase against the clock of the drives
+    /// (exp(-iωt)). `chosen` are numbers of stops.
+    pub fn phasors_v(&self, chosen: &[usize]) -> Vec<Complex64> {
+        let survey = &self.laboratory.survey;
+        // A robot at rest is where it was a moment ago.
+        let lag_s = if survey.flown { self.field().lag_s() } else { 0.0 };
+        let motions = kinematics(&survey.stops, lag_s);
         let mut cache = Cache::default();
         chosen
             .iter()
             .map(|&n| {
-                let stop = &stops[n];
-                let Some(focus) = stop.focus else { return 0.0 };
+                let stop = &survey.stops[n];
+                let Some(focus) = stop.focus else { return Complex64::ZERO };
                 let (number, epoch) = self.epoch(stop);
                 let at_m = epoch.field.place(motions[n].position_mm * 1e-3, &motions[n]);
                 let contributions = self.contributions(&mut cache, number, at_m);
                 let weights = &epoch.weights[focus];
-                epoch.field.magnitude(&contributions, weights, stop.time_s) * self.volts
+                epoch.field.phasor(&contributions, weights, stop.time_s) * self.volts
             })
             .collect()
     }
 
-    /// The magnitude at positions, each with its focus, 1/m, for a robot at rest without errors.
-    pub fn magnitudes(&self, places_m: impl Iterator<Item = (usize, Vec3)>) -> Vec<f64> {
+    /// The phasor at true positions, each with its focus, 1/m, for a robot at rest.
+    pub fn phasors_at(&self, places_m: impl Iterator<Item = (usize, Vec3)>) -> Vec<Complex64> {
         let epoch = &self.epochs[0];
         let mut cache = Cache::default();
         places_m
             .map(|(focus, at_m)| {
                 let contributions = self.contributions(&mut cache, 0, at_m);
-                epoch.field.magnitude(&contributions, &epoch.weights[focus], 0.0)
+                epoch.field.phasor(&contributions, &epoch.weights[focus], 0.0)
             })
             .collect()
     }
 
-    /// The reading for a level without noise, V.
-    pub fn noiseless_v(&self, stop: &Stop, level_v: f64) -> f64 {
-        self.received_v(stop, level_v, 1.0)
+    /// The phasor of the reading without noise, V, for one before the receiver.
+    pub fn noiseless_v(&self, stop: &Stop, phasor_v: Complex64) -> Complex64 {
+        with_norm(phasor_v, self.received_v(stop, phasor_v.norm(), 1.0))
     }
 
-    /// The reading for a level with the noise of the `n`th reading, V.
+    /// The phasor of the `n`th reading with its noise, V, for one before the receiver; `None` if the reading is lost.
     ///
     /// Additive noise has equal quadratures and adds to the carrier before its magnitude is taken. Multiplicative noise acts after
     /// the detector and before the converter.
-    pub fn reading_v(&self, n: usize, stop: &Stop, level_v: f64) -> f64 {
+    pub fn reading_v(&self, n: usize, stop: &Stop, phasor_v: Complex64) -> Option<Complex64> {
+        let Laboratory { reception, peak_v, .. } = self.laboratory;
+        if reception.is_lost(n, self.noise) {
+            return None;
+        }
         let noise = self.laboratory.noise();
         let normal = |part: u64| self.noise.normal(3 * n as u64 + part);
-        let in_phase_v = level_v + noise.additive_v * normal(1);
-        let detected_v = in_phase_v.hypot(noise.additive_v * normal(2));
-        self.received_v(stop, detected_v, 1.0 + noise.multiplicative * normal(0))
+        let level_v = phasor_v.norm();
+        let beside =
+            Complex64::new(level_v + noise.additive_v * normal(1), noise.additive_v * normal(2));
+        let factor = reception.slow_factor(n, self.noise)
+            * (1.0 + self.laboratory.multiplicative * normal(0));
+        let received_v = self.received_v(stop, beside.norm(), factor);
+        let outlier_v = reception.outlier_sigma(n, self.noise) * noise.at_v(received_v);
+        let read_v = (received_v + outlier_v).max(0.0);
+        let Some(phase) = reception.phase else {
+            return Some(reception.converted_v(read_v, *peak_v).into());
+        };
+        let share = (stop.time_s / self.laboratory.survey.lasts_s().max(1e-9)).clamp(0.0, 1.0);
+        let turned = beside * Complex64::from_polar(1.0, phasor_v.arg());
+        let read = with_norm(turned, read_v) * phase.turn(n, share, self.noise);
+        let part_v = |part_v: f64| reception.converted_v(part_v, *peak_v);
+        Some(Complex64::new(part_v(read.re), part_v(read.im)))
     }
 
     fn received_v(&self, stop: &Stop, level_v: f64, noise: f64) -> f64 {
@@ -150,6 +169,11 @@ impl Cache {
         let place = [at_m.x.to_bits(), at_m.y.to_bits(), at_m.z.to_bits()];
         self.0.entry((number, place)).or_insert_with(|| field.contributions(at_m))
     }
+}
+
+/// A phasor with the same phase.
+fn with_norm(phasor: Complex64, norm: f64) -> Complex64 {
+    Complex64::from_polar(norm, phasor.arg())
 }
 
 fn weights(field: &TrueField, drive: &Drive, causes: &Causes) -> Vec<Complex64> {

@@ -54,6 +54,7 @@ mod converter;
 pub mod counter_rng;
 pub mod drive;
 pub mod effects;
+pub mod face_motion;
 mod faults;
 pub mod firmware;
 mod gantry;

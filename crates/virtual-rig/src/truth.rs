@@ -7,6 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::effects::{Effect, EffectTables};
+use super::face_motion::FaceMotion;
 use super::gestures::HandTruth;
 use super::sealed_truth;
 use fieldgap_acoustics::transducer::DescribedTransducer;
@@ -40,8 +41,10 @@ pub struct Truth {
 pub struct TrueSource {
     /// Radius of the vibrating face of every element, m; `None`: as assumed.
     pub face_radius_m: Option<f64>,
-    /// How each radiates; `None`: as a piston, by its integral.
+    /// How each radiates; `None`: by the integral over its face.
     pub transducer: Option<Arc<DescribedTransducer>>,
+    /// How the face moves, where the integral over it is taken.
+    pub motion: FaceMotion,
 }
 
 /// `[source]`
@@ -64,6 +67,7 @@ impl SourceTable {
         Ok(TrueSource {
             face_radius_m: stated_m.or(file.as_ref().and_then(TransducerFile::face_radius_m)),
             transducer: file.map(|file| Arc::clone(file.transducer())),
+            motion: FaceMotion::default(),
         })
     }
 }

@@ -66,7 +66,7 @@ impl ConfusionRow {
                 let right = |one: &Judged<'_>| match category {
                     Category::None => one.diagnosis.verdict == ParsedVerdict::None,
                     Category::Unmodelled => one.diagnosis.verdict == ParsedVerdict::Unexplained,
-                    Category::One | Category::Two => one.is_exact(),
+                    _ => one.is_exact(),
                 };
                 let missed: Vec<_> = all.iter().filter(|one| !right(one)).collect();
                 Self {

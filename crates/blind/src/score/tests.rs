@@ -22,6 +22,9 @@ fn answer(number: usize, category: Category, effects: &[&str], gap_sigma: f64) -
         elements: None,
         noise: [0.02, 0.005],
         peak_v: 1.0,
+        dominant: None,
+        imperfections: None,
+        strata: BTreeMap::new(),
     }
 }
 

@@ -38,19 +38,18 @@ impl Believed {
         let stops = &laboratory.survey.stops;
         let driven = (0..stops.len()).filter(|&n| stops[n].focus.is_some());
         let chosen: Vec<usize> = driven.step_by(laboratory.survey.gap_of_one_in).collect();
-        let shifted = |by_m: Vec3| {
-            let places = chosen.iter().map(|&n| &stops[n]);
-            world.phasors_at(
-                places.map(|stop| (stop.focus.unwrap_or_default(), stop.at_mm * 1e-3 + by_m)),
-            )
+        let read_v = |by_m: Vec3, volts: f64| -> Vec<Complex64> {
+            let phasors = world.phasors_beside_v(&chosen, by_m).into_iter();
+            let read = |(phasor, &n)| world.noiseless_v(&stops[n], volts * phasor);
+            phasors.zip(&chosen).map(read).collect()
         };
-        let here = shifted(Vec3::zeros());
-        let volts = laboratory.peak_v / here.iter().map(|p| p.norm()).fold(0.0, f64::max);
-        let beside = [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| shifted(STEP_M * axis));
-        let slopes_v_m = (0..here.len())
-            .map(|n| [0, 1, 2].map(|axis| volts * (beside[axis][n] - here[n]) / STEP_M))
+        let largest = world.phasors_v(&chosen).iter().map(|p| p.norm()).fold(0.0, f64::max);
+        let volts = laboratory.peak_v / largest;
+        let readings_v = read_v(Vec3::zeros(), volts);
+        let beside = [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| read_v(STEP_M * axis, volts));
+        let slopes_v_m = (0..readings_v.len())
+            .map(|n| [0, 1, 2].map(|axis| (beside[axis][n] - readings_v[n]) / STEP_M))
             .collect();
-        let readings_v = here.into_iter().map(|phasor| volts * phasor).collect();
         Self { chosen, volts, readings_v, slopes_v_m, noise: laboratory.noise() }
     }
 
@@ -142,7 +141,10 @@ pub(super) fn gap_of(world: &World<'_>, laboratory: &Laboratory, believed: &Beli
 #[cfg(test)]
 mod tests {
     use super::super::random_sequence::RandomSequence;
+    use super::super::reception::PhaseReading;
+    use super::super::varied;
     use super::*;
+    use fieldgap_records::PhaseConvention;
 
     fn believed() -> (Laboratory, Believed) {
         let laboratory = Laboratory::draw(&mut RandomSequence::new(CounterRng::new(6)));
@@ -163,6 +165,59 @@ mod tests {
         assert!(shifted(0.0) < 1e-9);
         assert!(shifted(0.08) < 0.03, "{}", shifted(0.08));
         assert!(shifted(1.0) > 0.3 && shifted(2.0) > 2.0 * shifted(1.0));
+    }
+
+    #[test]
+    fn what_a_set_up_has_anyway_is_no_gap_and_a_small_cause_beside_it_is_a_small_one() {
+        for seed in 0..12 {
+            let mut random = RandomSequence::new(CounterRng::new(seed));
+            let mut laboratory = varied::laboratory(&[], &mut random);
+            laboratory.imperfections = varied::imperfections(&laboratory, &[], &mut random);
+            let rng = CounterRng::new(7);
+            let believed = Believed::new(&laboratory, rng);
+            let gap = |causes: &Causes| {
+                let world = World::new(&laboratory, causes, believed.volts, rng);
+                gap_of(&world, &laboratory, &believed)
+            };
+            assert!(gap(&Causes::none()) < 1e-9, "{seed}");
+            let faint = |ratio: f64| {
+                gap(&Causes::of_catalogue(vec![("pitch", toml::toml! { ratio = (ratio) })]))
+            };
+            let (less, more) = (faint(1.0001), faint(1.0002));
+            assert!((more / less - 2.0).abs() < 0.1, "{seed}: {less} {more}");
+            let ideal = Laboratory { imperfections: Vec::new(), ..laboratory.clone() };
+            let ideal = Believed::new(&ideal, rng);
+            let none = Causes::none();
+            let world = World::new(&laboratory, &none, believed.volts, rng);
+            assert!(gap_of(&world, &laboratory, &ideal) > 0.05, "{seed}");
+        }
+    }
+
+    #[test]
+    fn the_phase_of_a_complex_reading_shows_what_its_magnitude_does_not() {
+        let (laboratory, magnitudes) = believed();
+        let mut complex = laboratory.clone();
+        complex.reception.phase = Some(PhaseReading {
+            noise_rad: 0.02,
+            offset_rad: 1.0,
+            drift_rad: 0.0,
+            convention: PhaseConvention::MinusIwt,
+        });
+        let phasors = Believed::new(&complex, CounterRng::new(0));
+        let tilted: Vec<Complex64> = phasors
+            .readings_v
+            .iter()
+            .enumerate()
+            .map(|(n, v)| v * Complex64::from_polar(1.0, 0.7 + if n % 2 == 0 { 0.1 } else { -0.1 }))
+            .collect();
+        // Half of the rows are across the phasors: each a sine of 0.1 rad times the level.
+        let noise = complex.noise();
+        let across = |level: f64| 0.1f64.sin() * level / (0.02 * level).hypot(noise.additive_v);
+        let squares = phasors.readings_v.iter().map(|v| across(v.norm()).powi(2));
+        let expected = (0.5 * squares.sum::<f64>() / tilted.len() as f64).sqrt();
+        let gap = phasors.gap(&tilted);
+        assert!((gap / expected - 1.0).abs() < 0.02, "{gap} {expected}");
+        assert!(magnitudes.gap(&tilted) < 1e-9);
     }
 
     #[test]

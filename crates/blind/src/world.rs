@@ -74,6 +74,11 @@ impl<'a> World<'a> {
     /// The phasor at each of these stops before the receiver, without noise, V: the level, and the phase against the clock of the drives
     /// (exp(-iωt)). `chosen` are numbers of stops.
     pub fn phasors_v(&self, chosen: &[usize]) -> Vec<Complex64> {
+        self.phasors_beside_v(chosen, Vec3::zeros())
+    }
+
+    /// The same at another place: from each stop's true one by `by_m`.
+    pub fn phasors_beside_v(&self, chosen: &[usize], by_m: Vec3) -> Vec<Complex64> {
         let survey = &self.laboratory.survey;
         // A robot at rest is where it was a moment ago.
         let lag_s = if survey.flown { self.field().lag_s() } else { 0.0 };
@@ -85,22 +90,10 @@ impl<'a> World<'a> {
                 let stop = &survey.stops[n];
                 let Some(focus) = stop.focus else { return Complex64::ZERO };
                 let (number, epoch) = self.epoch(stop);
-                let at_m = epoch.field.place(motions[n].position_mm * 1e-3, &motions[n]);
+                let at_m = epoch.field.place(motions[n].position_mm * 1e-3, &motions[n]) + by_m;
                 let contributions = self.contributions(&mut cache, number, at_m);
                 let weights = &epoch.weights[focus];
                 epoch.field.phasor(&contributions, weights, stop.time_s) * self.volts
-            })
-            .collect()
-    }
-
-    /// The phasor at true positions, each with its focus, 1/m, for a robot at rest.
-    pub fn phasors_at(&self, places_m: impl Iterator<Item = (usize, Vec3)>) -> Vec<Complex64> {
-        let epoch = &self.epochs[0];
-        let mut cache = Cache::default();
-        places_m
-            .map(|(focus, at_m)| {
-                let contributions = self.contributions(&mut cache, 0, at_m);
-                epoch.field.phasor(&contributions, &epoch.weights[focus], 0.0)
             })
             .collect()
     }

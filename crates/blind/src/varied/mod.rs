@@ -25,7 +25,7 @@ use fieldgap_records::FocusSection;
 const READINGS: (f64, f64) = (30.0, 50_000.0);
 
 /// Most products of elements and readings of a scan. It bounds the time in which a set is made.
-const MOST_PATHS: usize = 1_000_000;
+const MOST_PATHS: usize = 1_800_000;
 
 /// Share of the laboratories whose drives are coded.
 const CODED: f64 = 0.12;
@@ -123,18 +123,18 @@ fn codes(elements: usize, random: &mut RandomSequence) -> Vec<FocusSection> {
 
 fn class_of_elements(elements: usize) -> &'static str {
     match elements {
-        ..=40 => "up to 40",
-        ..=100 => "41 to 100",
-        ..=300 => "101 to 300",
+        0..=40 => "up to 40",
+        41..=100 => "41 to 100",
+        101..=300 => "101 to 300",
         _ => "above 300",
     }
 }
 
 fn class_of_readings(readings: usize) -> &'static str {
     match readings {
-        ..=99 => "up to 99",
-        ..=999 => "100 to 999",
-        ..=9_999 => "1,000 to 9,999",
+        0..=99 => "up to 99",
+        100..=999 => "100 to 999",
+        1000..=9_999 => "1,000 to 9,999",
         _ => "10,000 and more",
     }
 }

@@ -148,13 +148,13 @@ impl Path {
                 at_mm: parked,
             })
             .collect();
-        let (mut time_s, mut before_mm) = (0.0, parked);
+        let (mut time_s, mut before_mm): (f64, Option<Vec3>) = (0.0, None);
         for &(focus, at_mm) in visits {
-            let way_s = (at_mm - before_mm).norm() / speed_mm_s;
-            if before_mm != parked || time_s > 0.0 || !stops.is_empty() && stops.len() > dark {
+            if let Some(before_mm) = before_mm {
+                let way_s = (at_mm - before_mm).norm() / speed_mm_s;
                 time_s += if self.flown { way_s.max(reading_s) } else { way_s + reading_s };
             }
-            before_mm = at_mm;
+            before_mm = Some(at_mm);
             stops.push(Stop { time_s: microseconds(time_s), focus: Some(focus), at_mm });
         }
         stops

@@ -26,7 +26,7 @@ pub(super) enum Sizes {
 }
 
 /// Every id that can be drawn.
-pub(super) const IDS: [&str; 31] = [
+pub(super) const IDS: [&str; 38] = [
     "sound-speed",
     "absorption",
     "flow",
@@ -58,6 +58,13 @@ pub(super) const IDS: [&str; 31] = [
     "reflection",
     "standing-wave",
     "gain-drift",
+    "lead-screw",
+    "crosstalk",
+    "wall",
+    "scatterer",
+    "temperature-drift",
+    "warm-up",
+    "bowed-array",
 ];
 
 /// Number of draws from which the nearest to the target gap is taken.
@@ -65,6 +72,12 @@ const DRAWS: usize = 6;
 
 /// Steps per period of real drivers: a few bits of delay.
 const STEPS: [i64; 8] = [3, 4, 5, 6, 8, 10, 12, 16];
+
+/// Leads of common screws, mm per turn. Leads of 4 mm and less would alias with points 2 mm apart.
+const LEADS_MM: [f64; 3] = [5.0, 8.0, 12.0];
+
+/// Radius of the largest sphere in the field, mm: an object as large as a walnut.
+const LARGEST_BALL_MM: f64 = 10.0;
 
 /// Draws an effect. `id` is one of [`IDS`].
 pub(super) fn draw(id: &str, laboratory: &Laboratory, random: &mut RandomSequence) -> Sizes {
@@ -146,6 +159,70 @@ pub(super) fn draw(id: &str, laboratory: &Laboratory, random: &mut RandomSequenc
         "gain-drift" => {
             let over_s = laboratory.survey.lasts_s();
             any(0.4, move |size| of([("relative", sign * size), ("over_s", over_s)]))
+        }
+        "lead-screw" => {
+            let axis = ["x", "y", "z"][random.index(3)];
+            let lead_mm = LEADS_MM[random.index(LEADS_MM.len())];
+            any(1.5, move |amplitude_mm| {
+                let mut parameters = of([
+                    ("amplitude_mm", amplitude_mm),
+                    ("lead_mm", lead_mm),
+                    ("phase_rad", angle_rad),
+                ]);
+                parameters.insert("axis".to_owned(), axis.into());
+                parameters
+            })
+        }
+        "crosstalk" => any(0.25, move |size| complex(size * cos, size * sin)),
+        "wall" => {
+            // Upright, or leaning by up to 30 degrees, and outside of array and scan: up to 20 cm beyond them.
+            let lean = if random.chance(0.5) { 0.0 } else { random.uniform(-0.5, 0.5) };
+            let azimuth_rad = random.angle_rad();
+            let across = f64::sqrt(1.0 - lean * lean);
+            let normal = Vec3::new(across * azimuth_rad.cos(), across * azimuth_rad.sin(), lean);
+            let elements = laboratory.elements().elements().iter();
+            let places_mm = elements.map(|element| element.centre_m * 1e3);
+            let nearest_mm = places_mm
+                .chain(laboratory.survey.driven().map(|stop| stop.at_mm))
+                .map(|at_mm| at_mm.dot(&normal))
+                .fold(f64::NEG_INFINITY, f64::max);
+            let distance_mm = nearest_mm + random.uniform(15.0, 200.0);
+            let baffle = random.chance(0.3);
+            any(1.0, move |size| {
+                let mut parameters = complex(size * cos, size * sin);
+                parameters.insert("normal".to_owned(), vec![normal.x, normal.y, normal.z].into());
+                parameters.insert("distance_mm".to_owned(), distance_mm.into());
+                parameters.insert("baffle".to_owned(), baffle.into());
+                parameters
+            })
+        }
+        "scatterer" => {
+            // Below the lowest reading, where the robot does not hit it, and clear of the elements.
+            let low_mm = laboratory.survey.corners_mm().0.z;
+            let z_mm = random.uniform(15.0, low_mm - LARGEST_BALL_MM - 4.0);
+            let outermost = laboratory.elements().elements().iter();
+            let half_mm = outermost.map(|e| e.centre_m.xy().norm() * 1e3).fold(10.0, f64::max);
+            let aside_mm = 0.7 * half_mm;
+            let (x_mm, y_mm) =
+                (random.uniform(-aside_mm, aside_mm), random.uniform(-aside_mm, aside_mm));
+            any(LARGEST_BALL_MM, move |radius_mm| {
+                of([("x_mm", x_mm), ("y_mm", y_mm), ("z_mm", z_mm), ("radius_mm", radius_mm)])
+            })
+        }
+        // A room warms by some kelvins an hour; a closed box with its amplifiers by some tens.
+        "temperature-drift" => any(40.0, move |size| one("k_per_h", sign * size)),
+        "warm-up" => {
+            let time_constant_s = random.uniform(0.1, 0.5) * laboratory.survey.lasts_s();
+            any(0.4, move |size| {
+                of([("relative", sign * size), ("time_constant_s", time_constant_s)])
+            })
+        }
+        "bowed-array" => {
+            // On a board of 60 mm a sag beyond 2 mm would be visible, and it grows with the square of the width.
+            let elements = laboratory.elements().elements().iter();
+            let rim_m = elements.map(|e| e.centre_m.xy().norm()).fold(0.02, f64::max);
+            let largest_mm = 2.0 * (rim_m / 0.03).powi(2).min(8.0);
+            any(largest_mm, move |sagitta_mm| one("sagitta_mm", sign * sagitta_mm))
         }
         _ => unreachable!("{id} is not an id that can be drawn"),
     }

@@ -54,7 +54,7 @@ impl SetToMake {
         made: impl Fn() + Sync,
     ) -> Result<Answers, BlindError> {
         let ids: Vec<&'static str> =
-            catalogue::IDS.into_iter().filter(|id| flies || shows_at_rest(id)).collect();
+            catalogue::IDS.into_iter().filter(|id| is_of_rigs(id, flies)).collect();
         let outside: Vec<usize> = (0..UNMODELLED.len()).filter(|n| is_of_truth(*n)).collect();
         self.each("blind rigs", &ids, &outside, |number, name, assignment, rng| {
             let mut drawn = drawn(name, assignment, Worlds::Bench, rng);
@@ -65,6 +65,11 @@ impl SetToMake {
             Ok(drawn.answer)
         })
     }
+}
+
+/// Whether an effect can be a cause of a rig. How much the air warms and the level settles depends on how long a loop lasts.
+fn is_of_rigs(id: &'static str, flies: bool) -> bool {
+    !["temperature-drift", "warm-up"].contains(&id) && (flies || shows_at_rest(id))
 }
 
 /// Whether an effect shows in the readings of a robot that stands still: a lag does not.
@@ -255,15 +260,7 @@ mod tests {
     fn causes_outside_of_the_catalogue_are_those_of_truth_files() {
         let of_truth = (0..UNMODELLED.len()).filter(|n| is_of_truth(*n));
         let names: Vec<&str> = of_truth.map(|number| UNMODELLED[number].0).collect();
-        let all = [
-            "bowed-array",
-            "gain-jump",
-            "hot-plume",
-            "lead-screw",
-            "row-sag",
-            "screen",
-            "tilted-receiver",
-        ];
+        let all = ["gain-jump", "hot-plume", "row-sag", "screen", "tilted-receiver"];
         assert_eq!(names, all);
         let folder = tempfile::tempdir().expect("a folder");
         let shares = Shares { unmodelled: 1.0, ..Shares::SINGLE };

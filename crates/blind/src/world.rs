@@ -14,7 +14,7 @@ use super::survey::Stop;
 use fieldgap_acoustics::Vec3;
 use fieldgap_virtual_rig::counter_rng::CounterRng;
 use fieldgap_virtual_rig::drive::Drive;
-use fieldgap_virtual_rig::true_field::{Contributions, TrueField};
+use fieldgap_virtual_rig::true_field::{AirStep, Contributions, TrueField};
 
 /// The true field from some time on.
 struct Epoch {
@@ -22,6 +22,8 @@ struct Epoch {
     field: TrueField,
     /// The amplitude of each element, for each drive.
     weights: Vec<Vec<Complex64>>,
+    /// The same where all elements are driven in phase.
+    in_phase: Vec<Complex64>,
 }
 
 /// The true set-up of one scan.
@@ -36,7 +38,7 @@ pub(super) struct World<'a> {
 
 /// The contributions computed so far, so that none is computed twice.
 #[derive(Default)]
-struct Cache(HashMap<(usize, [u64; 3]), Contributions>);
+struct Cache(HashMap<(usize, AirStep, [u64; 3]), Contributions>);
 
 impl<'a> World<'a> {
     /// The true set-up of a laboratory with these causes.
@@ -59,8 +61,11 @@ impl<'a> World<'a> {
                     effects,
                     rng.stream("world"),
                 );
-                let weights = drives.iter().map(|drive| weights(&field, drive, causes)).collect();
-                Epoch { begins_s, field, weights }
+                let weights = drives.iter().map(|drive| field.weights(&drive.outputs())).collect();
+                let count = laboratory.elements().len();
+                let all = Drive { emitting: true, ..Drive::silent(count) };
+                let in_phase = field.weights(&all.outputs());
+                Epoch { begins_s, field, weights, in_phase }
             })
             .collect();
         Self { laboratory, causes, epochs, volts, noise: rng.stream("noise") }
@@ -87,13 +92,23 @@ impl<'a> World<'a> {
         chosen
             .iter()
             .map(|&n| {
+                let cause = self.causes.unmodelled();
+                let n = cause.map_or(n, |cause| cause.reads_stop(n));
                 let stop = &survey.stops[n];
                 let Some(focus) = stop.focus else { return Complex64::ZERO };
                 let (number, epoch) = self.epoch(stop);
-                let at_m = epoch.field.place(motions[n].position_mm * 1e-3, &motions[n]) + by_m;
-                let contributions = self.contributions(&mut cache, number, at_m);
-                let weights = &epoch.weights[focus];
-                epoch.field.phasor(&contributions, weights, stop.time_s) * self.volts
+                let beside_mm = cause.map_or(Vec3::zeros(), |cause| cause.displacement_mm(stop));
+                let reported_m = motions[n].position_mm * 1e-3;
+                let at_m = epoch.field.place(reported_m, &motions[n]) + beside_mm * 1e-3 + by_m;
+                let contributions = cache.at(number, &epoch.field, stop.time_s, at_m);
+                let weights = match cause.is_some_and(|cause| cause.is_unfocused(n)) {
+                    true => &epoch.in_phase,
+                    false => &epoch.weights[focus],
+                };
+                let own = epoch.field.phasor(contributions, weights, stop.time_s);
+                let k = epoch.field.wavenumber_rad_m();
+                let other = cause.map_or(Complex64::ZERO, |cause| cause.beside(at_m, k));
+                (own + other) * self.volts
             })
             .collect()
     }
@@ -134,9 +149,11 @@ impl<'a> World<'a> {
 
     fn received_v(&self, stop: &Stop, level_v: f64, noise: f64) -> f64 {
         let (_, epoch) = self.epoch(stop);
+        let cause = self.causes.unmodelled();
+        let level_v = level_v * cause.map_or(1.0, |cause| cause.gain(stop));
         let received_v = epoch.field.level_v(level_v, stop.time_s) * noise;
         let converted_v = received_v.min(epoch.field.full_scale_v(f64::INFINITY));
-        self.causes.unmodelled().map_or(converted_v, |cause| cause.read_v(converted_v))
+        cause.map_or(converted_v, |cause| cause.read_v(converted_v))
     }
 
     fn epoch(&self, stop: &Stop) -> (usize, &Epoch) {
@@ -144,35 +161,17 @@ impl<'a> World<'a> {
         let number = begun.saturating_sub(1);
         (number, &self.epochs[number])
     }
-
-    fn contributions(&self, cache: &mut Cache, number: usize, at_m: Vec3) -> Contributions {
-        let field = &self.epochs[number].field;
-        let mut contributions = cache.at(number, field, at_m).clone();
-        if let Some(cause) = self.causes.unmodelled() {
-            for (from_m, factor) in cause.echoes(at_m, field.wavenumber_rad_m()) {
-                contributions.add(cache.at(number, field, from_m), factor);
-            }
-        }
-        contributions
-    }
 }
 
 impl Cache {
-    fn at(&mut self, number: usize, field: &TrueField, at_m: Vec3) -> &Contributions {
+    fn at(&mut self, number: usize, field: &TrueField, time_s: f64, at_m: Vec3) -> &Contributions {
+        let air = field.air_at(time_s);
         let place = [at_m.x.to_bits(), at_m.y.to_bits(), at_m.z.to_bits()];
-        self.0.entry((number, place)).or_insert_with(|| field.contributions(at_m))
+        self.0.entry((number, air, place)).or_insert_with(|| field.contributions_in(air, at_m))
     }
 }
 
 /// A phasor with the same phase.
 fn with_norm(phasor: Complex64, norm: f64) -> Complex64 {
     Complex64::from_polar(norm, phasor.arg())
-}
-
-fn weights(field: &TrueField, drive: &Drive, causes: &Causes) -> Vec<Complex64> {
-    let mut weights = field.weights(&drive.outputs());
-    if let Some(cause) = causes.unmodelled() {
-        cause.emit(&mut weights, &field.array().elements);
-    }
-    weights
 }

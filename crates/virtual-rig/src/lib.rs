@@ -68,6 +68,7 @@ mod planner;
 mod pty;
 mod radiator;
 mod receiver_firmware;
+pub mod rigid_sphere;
 mod robot;
 mod scope_firmware;
 pub mod sealed_truth;

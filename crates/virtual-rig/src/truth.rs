@@ -268,7 +268,14 @@ mod tests {
         [effects.clipping]\nlevel = 3.0
         [effects.reflection]\nheight_mm = 300.0\ncoefficient = [0.2, 0.1]
         [effects.standing-wave]\ncoefficient = [0.1, 0.0]
-        [effects.gain-drift]\nrelative = -0.05\nover_s = 600.0";
+        [effects.gain-drift]\nrelative = -0.05\nover_s = 600.0
+        [effects.lead-screw]\naxis = \"y\"\namplitude_mm = 0.1\nlead_mm = 8.0\nphase_rad = 0.5
+        [effects.crosstalk]\ncoefficient = [0.05, 0.01]
+        [effects.wall]\nnormal = [1.0, 0.0, 0.0]\ndistance_mm = 120.0\ncoefficient = [0.3, 0.0]
+        [effects.scatterer]\nx_mm = 5.0\ny_mm = 0.0\nz_mm = 40.0\nradius_mm = 3.0
+        [effects.temperature-drift]\nk_per_h = 4.0
+        [effects.warm-up]\nrelative = 0.05\ntime_constant_s = 120.0
+        [effects.bowed-array]\nsagitta_mm = 0.5";
 
     #[test]
     fn every_physical_effect_of_the_catalogue_is_registered() {
@@ -281,7 +288,7 @@ mod tests {
             .collect();
         named.sort_unstable();
         assert_eq!(ids, named);
-        assert_eq!(ids.len(), 31);
+        assert_eq!(ids.len(), 38);
     }
 
     #[test]

@@ -44,6 +44,8 @@ pub struct Answer {
 pub struct Imperfections {
     /// Parameters by `effect.parameter`.
     pub parameters: BTreeMap<String, serde_json::Value>,
+    /// The speed of sound that the set-up states, m/s: that of the truth is in the parameters.
+    pub stated_speed_m_s: f64,
     /// The gap that they leave together, as that of an answer.
     pub gap_sigma: f64,
 }

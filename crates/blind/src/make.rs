@@ -204,7 +204,11 @@ fn imperfections(
     let none = Causes::none();
     let world = World::new(laboratory, &none, believed.volts, rng);
     let gap_sigma = gap_of(&world, laboratory, &Believed::new(&ideal, rng));
-    Some(Imperfections { parameters: by_name(laboratory.imperfections.iter().cloned()), gap_sigma })
+    Some(Imperfections {
+        parameters: by_name(laboratory.imperfections.iter().cloned()),
+        stated_speed_m_s: laboratory.speed_m_s,
+        gap_sigma,
+    })
 }
 
 fn scan(name: &str, laboratory: &Laboratory, world: &World<'_>) -> RecordedScan {

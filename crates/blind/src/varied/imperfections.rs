@@ -13,8 +13,8 @@ const PHASE_SPREAD_RAD: (f64, f64) = (0.087, 0.175);
 const OFFSET_MM: (f64, f64) = (0.3, 1.0);
 /// Drift of the level over the scan, relative.
 const DRIFT: (f64, f64) = (0.003, 0.007);
-/// Largest error of the air's temperature, K.
-const TEMPERATURE_K: f64 = 1.0;
+/// Error of the air's temperature, K: a room's thermometer, some metres away.
+const TEMPERATURE_K: (f64, f64) = (0.2, 1.0);
 /// Reflection of the ceiling or of the robot's head, of pressure.
 const REFLECTION: (f64, f64) = (0.01, 0.03);
 
@@ -33,7 +33,8 @@ pub(in super::super) fn imperfections(
     let (sin, cos) = random.angle_rad().sin_cos();
     let top_mm = laboratory.survey.corners_mm().1.z;
     let height_mm = top_mm + random.uniform(20.0, 600.0);
-    let c_m_s = warmer_m_s(laboratory.speed_m_s, random.uniform(-TEMPERATURE_K, TEMPERATURE_K));
+    let by_k = random.sign() * random.uniform(TEMPERATURE_K.0, TEMPERATURE_K.1);
+    let c_m_s = warmer_m_s(laboratory.speed_m_s, by_k);
     let over_s = laboratory.survey.lasts_s();
     let all: [(&'static str, Parameters); 6] = [
         ("sound-speed", toml::toml! { c_m_s = (c_m_s) }),
@@ -75,7 +76,7 @@ fn warmer_m_s(speed_m_s: f64, by_k: f64) -> f64 {
 pub(in super::super) fn beyond_the_ordinary(id: &str, sizes: Sizes) -> Sizes {
     let ordinary = match id {
         // 1 K is 0.17 % of the sound speed at room temperature.
-        "sound-speed" => 0.0017 * TEMPERATURE_K,
+        "sound-speed" => 0.0017 * TEMPERATURE_K.1,
         "element-gain" => GAIN_SPREAD.1,
         "element-phase" => PHASE_SPREAD_RAD.1,
         "offset" => OFFSET_MM.1,

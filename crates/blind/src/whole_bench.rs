@@ -56,3 +56,42 @@ pub(super) fn effects(
     chosen.sort_by_key(|(id, ..)| place(id));
     chosen.into_iter().map(|(id, parameters, _)| (id, parameters)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::laboratory::Laboratory;
+    use super::super::noise_units::Believed;
+    use super::super::varied;
+    use super::*;
+    use fieldgap_virtual_rig::counter_rng::CounterRng;
+
+    #[test]
+    fn one_effect_dominates_and_all_others_are_small() {
+        for seed in 0..4 {
+            let mut random = RandomSequence::new(CounterRng::new(seed));
+            let mut laboratory = match seed {
+                0 => Laboratory::draw(&mut random),
+                _ => varied::laboratory(&[], &mut random),
+            };
+            if seed > 1 {
+                laboratory.imperfections = varied::imperfections(&laboratory, &[], &mut random);
+            }
+            let rng = CounterRng::new(9);
+            let believed = Believed::new(&laboratory, rng);
+            let sizing = Sizing { laboratory: &laboratory, believed: &believed, rng };
+            let effects = effects(&sizing, &mut random);
+            let ids: Vec<&str> = effects.iter().map(|(id, _)| *id).collect();
+            assert!((6..=10).contains(&ids.len()), "{seed}: {ids:?}");
+            assert!(laboratory.imperfections.iter().all(|(id, _)| !ids.contains(id)), "{ids:?}");
+            let causes = Causes::of_catalogue(effects);
+            let mut gaps: Vec<f64> =
+                causes.each_alone().iter().map(|alone| sizing.gap(alone)).collect();
+            gaps.sort_by(f64::total_cmp);
+            let dominant = gaps.pop().expect("the dominant one");
+            assert!((1.3..7.0).contains(&dominant), "{seed}: {dominant} {gaps:?}");
+            let next = gaps.last().expect("the next one");
+            assert!(dominant >= 2.0 * next, "{seed}: {dominant} {gaps:?}");
+            assert!(gaps.iter().all(|gap| (0.25..1.2).contains(gap)), "{seed}: {gaps:?}");
+        }
+    }
+}

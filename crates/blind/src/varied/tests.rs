@@ -1,7 +1,11 @@
 //! Many laboratories, and what every one of them must be.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
+use num_complex::Complex64;
+
+use super::super::causes::Causes;
+use super::super::world::World;
 use super::*;
 use fieldgap_virtual_rig::counter_rng::CounterRng;
 
@@ -75,5 +79,49 @@ fn a_cause_takes_the_place_of_an_imperfection_and_is_twice_as_large() {
             panic!("{id} has any size")
         };
         assert!(0.0 < least && least < 0.7 * largest, "{id}: {least} {largest}");
+    }
+}
+
+/// The readings without causes and imperfections, against the simulator that the record names. The two share no field code.
+#[test]
+fn the_record_believes_the_field_that_is_there_up_to_the_near_field_of_an_element() {
+    let mut worst: BTreeMap<String, f64> = BTreeMap::new();
+    for seed in 0..80 {
+        let laboratory = drawn(seed);
+        if laboratory.elements().len() > 100 {
+            continue;
+        }
+        let none = Causes::none();
+        let world = World::new(&laboratory, &none, 1.0, CounterRng::new(0));
+        let stops = &laboratory.survey.stops;
+        let driven = (0..stops.len()).filter(|&n| stops[n].focus.is_some());
+        let chosen: Vec<usize> = driven.step_by(1 + stops.len() / 60).collect();
+        let phasors = world.phasors_v(&chosen);
+        let setup = laboratory.setup("0000");
+        let believed: Vec<Complex64> = chosen
+            .iter()
+            .map(|&n| {
+                let simulation = setup.simulation(setup.simulator, stops[n].focus.unwrap_or(0));
+                simulation.expect("a focus").field(&[stops[n].at_mm * 1e-3])[0]
+            })
+            .collect();
+        let squares = |of: &[Complex64]| of.iter().map(|p| p.norm_sqr()).sum::<f64>();
+        let product: Complex64 = believed.iter().zip(&phasors).map(|(b, p)| b.conj() * p).sum();
+        let share = product.norm_sqr() / squares(&believed) / squares(&phasors);
+        let left = (1.0 - share).max(0.0).sqrt();
+        let radiator = laboratory.strata["radiator"].clone();
+        let worst = worst.entry(radiator).or_default();
+        *worst = worst.max(left);
+    }
+    assert_eq!(worst.len(), 6);
+    for (radiator, left) in worst {
+        // Exactly by the laws, or by a law of the far field and a table of it.
+        let most =
+            if ["monopole", "far-field piston", "measured table"].contains(&radiator.as_str()) {
+                1e-6
+            } else {
+                0.01
+            };
+        assert!(left < most, "{radiator}: {left}");
     }
 }
